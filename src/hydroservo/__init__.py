@@ -1,0 +1,20 @@
+"""A workbench for electro-hydraulic servo actuators."""
+
+from hydroservo._version import __version__
+from hydroservo.block import Field, replace
+from hydroservo.errors import HydroservoError, LoopError, ParameterError, ScenarioError
+from hydroservo.loop import Loop, Simulation
+from hydroservo.simulate import simulate
+
+__all__ = [
+    "Field",
+    "HydroservoError",
+    "Loop",
+    "LoopError",
+    "ParameterError",
+    "ScenarioError",
+    "Simulation",
+    "__version__",
+    "replace",
+    "simulate",
+]

@@ -1,0 +1,134 @@
+"""The one abstraction: a block is a frozen NamedTuple of SI parameters with pure methods.
+
+A block's state is another NamedTuple of floats. Sampled blocks (controllers, observers, filters)
+write ``step``; continuous devices write ``deriv``, which integrators turn into a step. The same
+function text is interpreted, compiled and (for export) traced, so methods call only each other,
+the functions of :mod:`hydroservo.ops`, and their own nested blocks.
+
+Every parameter and state field is declared once, as ``Annotated[float, Field(unit, meaning, ...)]``;
+scenario files, validation, result attributes and reference pages all read that declaration.
+"""
+
+from collections.abc import Iterator, Mapping
+from typing import Any, Protocol
+
+from hydroservo.field import Field, declared_fields
+from hydroservo.signals import Correction, Demand, Measurement
+
+__all__ = [
+    "Block",
+    "Controller",
+    "Differentiator",
+    "Field",
+    "Load",
+    "Observer",
+    "Realisation",
+    "Reference",
+    "Sensors",
+    "Valve",
+    "declared_fields",
+    "is_block",
+    "leaves",
+    "replace",
+    "value_at",
+]
+
+Block = Any  # a NamedTuple with methods; Python's type system has no name for "some NamedTuple"
+
+
+class Controller(Protocol):
+    """A sampled control law: measurement and demand in, a new state with its command ``u`` [V] out."""
+
+    def init(self) -> Block: ...
+    def step(self, s: Block, y: Measurement, r: Demand, dt: float) -> Block: ...
+
+
+class Observer(Protocol):
+    """A sampled disturbance observer; its state holds the estimates ``d1`` [m/s^2] and ``d2`` [N/s]."""
+
+    def init(self) -> Block: ...
+    def step(self, s: Block, model: Block, y: Measurement, dt: float) -> Block: ...
+
+
+class Realisation(Protocol):
+    """How a reaching law's sgn is realised in discrete time, for each of the two surfaces."""
+
+    def velocity(self, s: float, k: float, D: float, eps: float, a: float, dt: float) -> Correction: ...
+    def force(self, s: float, k: float, D: float, eps: float, a: float, dt: float) -> Correction: ...
+
+
+class Differentiator(Protocol):
+    """The rate of a sampled signal; its state holds the estimate ``rate``."""
+
+    def init(self) -> Block: ...
+    def step(self, s: Block, value: float, model_rate: float, dt: float) -> Block: ...
+
+
+class Reference(Protocol):
+    """A velocity demand as a function of time, with its first two derivatives."""
+
+    def at(self, t: float) -> Demand: ...
+
+
+class Load(Protocol):
+    """An external force on the piston rod [N] as a function of time, positive against motion."""
+
+    def force(self, t: float) -> float: ...
+
+
+class Valve(Protocol):
+    """A servo valve: spool dynamics driven by the command, and the load flow it passes."""
+
+    def init(self) -> Block: ...
+    def deriv(self, s: Block, u: float) -> Block: ...
+    def opening(self, s: Block, u: float) -> float: ...
+    def flow(self, opening: float, supply_drop: float, load_pressure: float) -> float: ...
+
+
+class Sensors(Protocol):
+    """What the controller sees of the machine."""
+
+    def measure(self, plant: Block, command: float) -> Measurement: ...
+
+
+def is_block(value: object) -> bool:
+    """True for a NamedTuple instance (a block or a state)."""
+    return isinstance(value, tuple) and hasattr(value, "_fields")
+
+
+def leaves(block: Block, prefix: str = "") -> Iterator[tuple[str, Any]]:
+    """Each number of a block or state with its dotted path, depth first in declared order."""
+    for name in block._fields:
+        value = getattr(block, name)
+        if is_block(value):
+            yield from leaves(value, f"{prefix}{name}.")
+        else:
+            yield prefix + name, value
+
+
+def value_at(block: Block, path: str) -> Any:
+    """The value at a dotted path, such as ``controller.observer.d1``.
+
+    Raises:
+        KeyError: no such path; the message lists the names that exist there.
+    """
+    for name in path.split("."):
+        if not is_block(block) or name not in block._fields:
+            names = ", ".join(block._fields) if is_block(block) else "none: it is a number"
+            raise KeyError(f"no {name!r} in path {path!r}; the names there are {names}")
+        block = getattr(block, name)
+    return block
+
+
+def replace(block: Block, changes: Mapping[str, Any]) -> Block:
+    """A copy of a block with the values at dotted paths exchanged.
+
+    Raises:
+        KeyError: a path does not exist.
+    """
+    for path, value in changes.items():
+        value_at(block, path)
+        head, _, rest = path.partition(".")
+        inner = replace(getattr(block, head), {rest: value}) if rest else value
+        block = block._replace(**{head: inner})
+    return block

@@ -1,0 +1,69 @@
+"""Parameters are checked and made floats before any compiled code sees them."""
+
+import math
+from numbers import Integral, Real
+from typing import Any
+
+import numpy as np
+
+from hydroservo.block import Block, is_block
+from hydroservo.errors import ParameterError
+from hydroservo.field import Field, declared_fields
+
+__all__ = ["allowed", "checked"]
+
+
+def checked(block: Block, path: str = "") -> Block:
+    """A copy of a block, and all blocks nested in it, with every parameter of its declared type and range.
+
+    Raises:
+        ParameterError: naming the path, the value and what is allowed.
+    """
+    fields = declared_fields(type(block))
+    kinds = type(block).__annotations__
+    values = {}
+    for name in block._fields:
+        value, here = getattr(block, name), f"{path}.{name}" if path else name
+        if is_block(value):
+            values[name] = checked(value, here)
+        elif isinstance(value, np.ndarray):
+            values[name] = np.ascontiguousarray(value, dtype=np.float64)
+        else:
+            values[name] = number(value, here, fields.get(name, Field("", name)), kinds.get(name))
+    return type(block)(**values)
+
+
+def number(value: Any, path: str, field: Field, kind: Any) -> float | int | bool:
+    if kind is bool:
+        if not isinstance(value, (bool, np.bool_)):
+            raise ParameterError(path, value, "must be true or false")
+        return bool(value)
+    whole = getattr(kind, "__origin__", kind) is int
+    if isinstance(value, bool) or not isinstance(value, Integral if whole else Real):
+        raise ParameterError(path, value, f"must be {allowed(field, whole)}")
+    if not within(float(value), field):
+        raise ParameterError(path, value, f"must be {allowed(field, whole)}")
+    return int(value) if whole else float(value)
+
+
+def within(value: float, field: Field) -> bool:
+    return (
+        math.isfinite(value)
+        and (field.above is None or value > field.above)
+        and (field.at_least is None or value >= field.at_least)
+        and (field.below is None or value < field.below)
+        and (field.at_most is None or value <= field.at_most)
+    )
+
+
+def allowed(field: Field, whole: bool = False) -> str:
+    """What a parameter may be, in words: "a number above 0 [kg]"."""
+    limits = (
+        ("above", field.above),
+        ("at least", field.at_least),
+        ("below", field.below),
+        ("at most", field.at_most),
+    )
+    bounds = " and ".join(f"{word} {limit:g}" for word, limit in limits if limit is not None)
+    kind = "a whole number" if whole else "a finite number"
+    return " ".join(part for part in (kind, bounds, f"[{field.unit}]" if field.unit else "") if part)

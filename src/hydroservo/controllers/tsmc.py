@@ -1,0 +1,98 @@
+"""Terminal sliding mode control with a disturbance observer: the paper's law."""
+
+from typing import Annotated, NamedTuple
+
+from hydroservo import ops
+from hydroservo.block import Block, Differentiator, Field, Observer
+from hydroservo.controllers.saturation import Saturation
+from hydroservo.observers.filtered_derivative import FilteredDerivative
+from hydroservo.observers.tsm import TSMObserver
+from hydroservo.plants.design_model import DesignModel
+from hydroservo.signals import Demand, Measurement
+
+__all__ = ["TSMC", "TSMCState"]
+
+PAPER = "doi:10.1007/s42401-021-00087-w, Sec. 4"
+LEAST_XI = 1e-4  # [m/s] keeps |xi1|^(a-1) finite at xi1 = 0; the print is singular there
+
+
+class TSMCState(NamedTuple):
+    u: Annotated[float, Field("V", "command")]
+    xi1: Annotated[float, Field("m/s", "sliding surface xi1")]
+    xi2: Annotated[float, Field("m/s^2", "sliding surface xi2")]
+    observer: Block
+    derivative: Block
+
+
+class TSMC(NamedTuple):
+    """Terminal sliding mode velocity control on the nominal model and the observer's estimates.
+
+    With a_i = p_i/q_i and every power odd (|x|^a sgn x)::
+
+        xi1    = x1 - dy_d/dt + s1
+        dxi1   = f1 + g1 x2 + d1 - d2y_d/dt2
+        xi2    = dxi1 + mu1 xi1 + delta1 xi1^a1 + g1 s2 - b/m s1
+        u      = -1/(g1 g2) [ -b/m (f1 + g1 x2 + d1) + g1 (f2 + d2) + dd1/dt - d3y_d/dt3
+                              + mu1 dxi1 + delta1 d(xi1^a1)/dt + mu2 xi2 + delta2 xi2^a2 ]
+
+    d(xi1^a1)/dt = a1 (|xi1| + 1e-4 m/s)^(a1-1) dxi1, and dd1/dt comes from a nested derivative block.
+    ``as_printed`` follows eq. (22) to the letter: d1 undifferentiated, the second derivative of y_d for the
+    third, and d(s1^a1)/dt for d(xi1^a1)/dt.
+
+    Source: eqs. (19)-(22) of doi:10.1007/s42401-021-00087-w.
+    Fails where sgn is explicit (the derivative of a switching estimate reaches u, which chatters), where the valve
+    lags behind by more than about 1/mu1, and where mu1 times the sample period nears 1.
+    """
+
+    linear_gain_1: Annotated[float, Field("1/s", "gain mu_1", PAPER, above=0)] = 1e4
+    linear_gain_2: Annotated[float, Field("1/s", "gain mu_2", PAPER, above=0)] = 100.0
+    power_gain_1: Annotated[
+        float, Field("m^(2/7)/s^(9/7)", "gain delta_1 [(m/s)^(1-a1)/s]", PAPER, at_least=0)
+    ] = 1.0
+    power_gain_2: Annotated[
+        float, Field("m^(4/9)/s^(17/9)", "gain delta_2 [(m/s^2)^(1-a2)/s]", PAPER, at_least=0)
+    ] = 1.0
+    exponent_1: Annotated[float, Field("", "exponent a1 = p_1/q_1", PAPER, above=0, below=1)] = 5 / 7
+    exponent_2: Annotated[float, Field("", "exponent a2 = p_2/q_2", PAPER, above=0, below=1)] = 5 / 9
+    model: DesignModel = DesignModel()
+    observer: Observer = TSMObserver()
+    derivative: Differentiator = FilteredDerivative()
+    saturation: Saturation = Saturation()
+    as_printed: bool = False
+
+    def init(self) -> TSMCState:
+        return TSMCState(0.0, 0.0, 0.0, self.observer.init(), self.derivative.init())
+
+    def step(self, s: TSMCState, y: Measurement, r: Demand, dt: float) -> TSMCState:
+        m = self.model
+        x1, x2 = y.velocity, y.load_force
+        g1, damping = m.g1(), m.f1(1.0)
+        o = self.observer.step(s.observer, m, y, dt)
+        xi1 = x1 - r.value + o.s1
+        acceleration = m.f1(x1) + g1 * x2 + o.d1
+        xi1_rate = acceleration - r.rate
+        xi2 = (
+            xi1_rate
+            + self.linear_gain_1 * xi1
+            + self.power_gain_1 * ops.signed_power(xi1, self.exponent_1)
+            + g1 * o.s2
+            + damping * o.s1
+        )
+        slope = self.exponent_1 * ops.power(ops.absolute(xi1) + LEAST_XI, self.exponent_1 - 1.0)
+        signal = ops.where(self.as_printed, ops.signed_power(o.s1, self.exponent_1), o.d1)
+        derivative = self.derivative.step(s.derivative, signal, 0.0, dt)
+        estimate_rate = ops.where(self.as_printed, o.d1, derivative.rate)
+        demand_term = ops.where(self.as_printed, r.rate, r.acceleration)
+        power_rate = ops.where(self.as_printed, derivative.rate, slope * xi1_rate)
+        drift = (
+            damping * acceleration
+            + g1 * (m.f2(x1, x2) + o.d2)
+            + estimate_rate
+            - demand_term
+            + self.linear_gain_1 * xi1_rate
+            + self.power_gain_1 * power_rate
+            + self.linear_gain_2 * xi2
+            + self.power_gain_2 * ops.signed_power(xi2, self.exponent_2)
+        )
+        u = self.saturation.apply(-drift / (g1 * m.g2(x2, y.command)))
+        return TSMCState(u, xi1, xi2, o, derivative)

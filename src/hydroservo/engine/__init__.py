@@ -1,0 +1,1 @@
+"""Compiles and runs systems of blocks; knows no physics."""

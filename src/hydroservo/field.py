@@ -1,0 +1,43 @@
+"""The declaration of one number: its unit, meaning, source and range."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+from typing import get_type_hints
+
+__all__ = ["Field", "declared_fields"]
+
+
+@dataclass(frozen=True, slots=True)
+class Field:
+    """What one number of a block or state is: its unit, its meaning, its source, its range.
+
+    Attributes:
+        unit: SI unit, written as pint reads it ("kg", "m^3/(s Pa)"; "" is dimensionless).
+        meaning: what the number is, in the field's standard term.
+        source: where the default comes from ("" for a state field).
+        above: exclusive lower bound, in ``unit``.
+        at_least: inclusive lower bound, in ``unit``.
+        below: exclusive upper bound, in ``unit``.
+        at_most: inclusive upper bound, in ``unit``.
+    """
+
+    unit: str
+    meaning: str
+    source: str = ""
+    above: float | None = None
+    at_least: float | None = None
+    below: float | None = None
+    at_most: float | None = None
+
+
+@cache
+def declared_fields(cls: type) -> Mapping[str, Field]:
+    """The :class:`Field` of each annotated number of a block or state class, by name."""
+    hints = get_type_hints(cls, include_extras=True)
+    found = {}
+    for name, hint in hints.items():
+        for note in getattr(hint, "__metadata__", ()):
+            if isinstance(note, Field):
+                found[name] = note
+    return found

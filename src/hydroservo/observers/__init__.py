@@ -1,0 +1,20 @@
+"""Disturbance observers and derivative estimates, with their realisations of sgn."""
+
+from hydroservo.observers.boundary_layer import BoundaryLayer
+from hydroservo.observers.explicit import Explicit
+from hydroservo.observers.filtered_derivative import FilteredDerivative, FilteredDerivativeState
+from hydroservo.observers.implicit import Implicit
+from hydroservo.observers.model_derivative import ModelDerivative, ModelDerivativeState
+from hydroservo.observers.tsm import TSMObserver, TSMObserverState
+
+__all__ = [
+    "BoundaryLayer",
+    "Explicit",
+    "FilteredDerivative",
+    "FilteredDerivativeState",
+    "Implicit",
+    "ModelDerivative",
+    "ModelDerivativeState",
+    "TSMObserver",
+    "TSMObserverState",
+]

@@ -1,0 +1,24 @@
+"""sgn taken as it is."""
+
+from typing import NamedTuple
+
+from hydroservo import ops
+from hydroservo.signals import Correction
+
+__all__ = ["Explicit"]
+
+
+class Explicit(NamedTuple):
+    """The reaching law evaluated at the measured surface (forward Euler).
+
+    d_hat = -k s - D sgn(s) - eps |s|^a sgn(s)
+
+    Source: eq. (14) of doi:10.1007/s42401-021-00087-w.
+    Fails as an instantaneous estimate: it switches by +-D for ever, and |s| stays at about D dt.
+    """
+
+    def velocity(self, s: float, k: float, D: float, eps: float, a: float, dt: float) -> Correction:
+        return Correction(s, -k * s - D * ops.sign(s) - eps * ops.signed_power(s, a))
+
+    def force(self, s: float, k: float, D: float, eps: float, a: float, dt: float) -> Correction:
+        return self.velocity(s, k, D, eps, a, dt)

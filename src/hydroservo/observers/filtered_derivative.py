@@ -1,0 +1,39 @@
+"""The derivative of a sampled signal, from a low-pass filtered difference."""
+
+import math
+from typing import Annotated, NamedTuple
+
+from hydroservo import ops
+from hydroservo.block import Field
+
+__all__ = ["FilteredDerivative", "FilteredDerivativeState"]
+
+
+class FilteredDerivativeState(NamedTuple):
+    rate: Annotated[float, Field("1/s", "estimated rate, in the signal's unit per second")]
+    last: Annotated[float, Field("", "the signal at the sample before, in its own unit")]
+
+
+class FilteredDerivative(NamedTuple):
+    """Backward difference through a first-order low-pass, discretised by backward Euler.
+
+    rate_k = rate_(k-1) + dt/(tau + dt) ((x_k - x_(k-1))/dt - rate_(k-1))
+
+    Source: chosen for the reproduction of doi:10.1007/s42401-021-00087-w, which gives no way to form the
+    derivative of d_hat_L1 that its eq. (22) needs.
+    Fails by a lag of tau, and amplifies noise above 1/tau by 1/tau.
+    """
+
+    time_constant: Annotated[
+        float, Field("s", "low-pass time constant tau", "chosen for the reproduction", at_least=0)
+    ] = 1e-3
+
+    def init(self) -> FilteredDerivativeState:
+        return FilteredDerivativeState(0.0, math.nan)
+
+    def step(
+        self, s: FilteredDerivativeState, value: float, model_rate: float, dt: float
+    ) -> FilteredDerivativeState:
+        last = ops.where(ops.isnan(s.last), value, s.last)
+        weight = dt / (self.time_constant + dt)
+        return FilteredDerivativeState(s.rate + weight * ((value - last) / dt - s.rate), value)

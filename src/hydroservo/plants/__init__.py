@@ -1,0 +1,10 @@
+"""Actuators: cylinders and the mass they move."""
+
+from hydroservo.plants.design_model import DesignModel
+from hydroservo.plants.load_pressure import LoadPressurePlant, LoadPressureState
+
+__all__ = [
+    "DesignModel",
+    "LoadPressurePlant",
+    "LoadPressureState",
+]

@@ -1,0 +1,76 @@
+"""The double-rod cylinder in load-pressure form: eqs. (3)-(5) of the paper."""
+
+from typing import Annotated, NamedTuple
+
+from hydroservo import ops
+from hydroservo.block import Field
+
+__all__ = ["LoadPressurePlant", "LoadPressureState"]
+
+PAPER = "doi:10.1007/s42401-021-00087-w, Sec. 4"
+
+
+class LoadPressureState(NamedTuple):
+    velocity: Annotated[float, Field("m/s", "piston velocity x1")]
+    load_force: Annotated[float, Field("N", "load-pressure force x2 = A_p p_L")]
+    position: Annotated[float, Field("m", "piston position from the lower end of the stroke")]
+
+
+class LoadPressurePlant(NamedTuple):
+    """A symmetric cylinder that moves a mass, described by its load pressure.
+
+    With x1 = dy/dt, x2 = A_p p_L and Q_L the load flow from the valve::
+
+        m  dx1/dt = x2 - b x1 - F_L
+           dx2/dt = 4 beta_e A_p/V_t Q_L - 4 beta_e A_p^2/V_t x1 - 4 beta_e C_tl/V_t x2
+           dy/dt  = x1
+
+    ``as_printed`` uses the leakage term of the print, 4 beta_e A_p C_tl/V_t x2, whose units do not match.
+
+    Source: eqs. (3)-(5) of doi:10.1007/s42401-021-00087-w; Merritt, Hydraulic Control Systems, 1967, ch. 6.
+    V_t is the total compressed volume (the print calls it half).
+    Fails where the chambers differ (single rod, piston far from mid-stroke), where a chamber
+    cavitates, and at the ends of the stroke, which it does not know: leaving it is only reported.
+    """
+
+    mass: Annotated[float, Field("kg", "moving mass m", PAPER, above=0)] = 6.0
+    damping: Annotated[float, Field("N s/m", "viscous damping coefficient b", PAPER, at_least=0)] = 50.0
+    piston_area: Annotated[float, Field("m^2", "annulus area A_p", PAPER, above=0)] = 4.91e-4
+    total_volume: Annotated[float, Field("m^3", "total compressed volume V_t", PAPER, above=0)] = 8.74e-5
+    bulk_modulus: Annotated[float, Field("Pa", "effective bulk modulus beta_e", PAPER, above=0)] = 7.0e8
+    leakage: Annotated[float, Field("m^3/(s Pa)", "total leakage coefficient C_tl", PAPER, at_least=0)] = (
+        2.5e-11
+    )
+    stroke: Annotated[float, Field("m", "stroke L_max", PAPER, above=0)] = 0.078
+    start_position: Annotated[float, Field("m", "piston position at the start", "mid-stroke", at_least=0)] = (
+        0.039
+    )
+    as_printed: bool = False
+
+    def init(self) -> LoadPressureState:
+        return LoadPressureState(0.0, 0.0, self.start_position)
+
+    def deriv(self, s: LoadPressureState, load_flow: float, force: float) -> LoadPressureState:
+        return LoadPressureState(
+            velocity=(s.load_force - self.damping * s.velocity - force) / self.mass,
+            load_force=self.free_force_rate(s.velocity, s.load_force) + self.flow_gain() * load_flow,
+            position=s.velocity,
+        )
+
+    def load_pressure(self, s: LoadPressureState) -> float:
+        """p_L [Pa]."""
+        return s.load_force / self.piston_area
+
+    def free_force_rate(self, velocity: float, load_force: float) -> float:
+        """dx2/dt with the valve closed [N/s]: f2 of eq. (7)."""
+        stiffness = 4.0 * self.bulk_modulus / self.total_volume
+        leakage = ops.where(self.as_printed, self.piston_area * self.leakage, self.leakage)
+        return -stiffness * self.piston_area * self.piston_area * velocity - stiffness * leakage * load_force
+
+    def flow_gain(self) -> float:
+        """dx2/dt per load flow, 4 beta_e A_p/V_t [N/m^3]."""
+        return 4.0 * self.bulk_modulus * self.piston_area / self.total_volume
+
+    def stroke_left(self, s: LoadPressureState) -> float:
+        """Distance to the nearer end of the stroke [m]; negative once the piston has left it."""
+        return ops.minimum(s.position, self.stroke - s.position)

@@ -1,0 +1,50 @@
+"""What was run, as text and as a hash."""
+
+import hashlib
+from typing import Any
+
+import numpy as np
+import tomli_w
+
+from hydroservo._version import __version__
+from hydroservo.block import Block, is_block
+
+__all__ = ["describe", "provenance", "scenario_hash", "scenario_text"]
+
+
+def describe(block: Block) -> dict[str, Any]:
+    """A block as nested tables: the type's name and every value in SI units.
+
+    Arrays (recorded signals) are named by their length and SHA-256, not written out.
+    """
+    table: dict[str, Any] = {"type": type(block).__name__}
+    for name in block._fields:
+        value = getattr(block, name)
+        if is_block(value):
+            table[name] = describe(value)
+        elif isinstance(value, np.ndarray):
+            digest = hashlib.sha256(np.ascontiguousarray(value).tobytes()).hexdigest()
+            table[name] = f"{value.size} numbers, sha256 {digest}"
+        else:
+            table[name] = value
+    return table
+
+
+def scenario_text(loop: Block) -> str:
+    """A loop as canonical TOML in SI units."""
+    return tomli_w.dumps(describe(loop))
+
+
+def scenario_hash(loop: Block) -> str:
+    """Twelve hexadecimal digits that name what is simulated, whatever its file looked like."""
+    return hashlib.sha256(scenario_text(loop).encode()).hexdigest()[:12]
+
+
+def provenance(loop: Block) -> dict[str, Any]:
+    """The attributes that every result carries."""
+    return {
+        "scenario": scenario_text(loop),
+        "hash": scenario_hash(loop),
+        "version": __version__,
+        "seed": loop.simulation.seed,
+    }

@@ -1,0 +1,7 @@
+"""What the controller sees of the machine."""
+
+from hydroservo.sensors.ideal import IdealSensors
+
+__all__ = [
+    "IdealSensors",
+]

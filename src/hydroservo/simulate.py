@@ -1,0 +1,221 @@
+"""One loop in, one trajectory out."""
+
+import math
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from hydroservo.block import Block, leaves, value_at
+from hydroservo.checks import checked
+from hydroservo.errors import LoopError, ParameterError
+from hydroservo.field import Field, declared_fields
+from hydroservo.loop import Loop
+from hydroservo.metrics import METRIC_FIELDS, Metrics, MetricsState, Sample, TrackingMetrics, summary
+from hydroservo.provenance import provenance
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["Progress", "simulate", "trace_size"]
+
+Progress = Callable[[float], None]  # called with the fraction done, from 0 to 1
+
+CHUNK = 100_000  # samples between two looks at the clock and the keyboard; about 20 ms compiled
+MEASURED = {
+    "demand": "reference.value",
+    "demand_rate": "reference.rate",
+    "velocity": "plant.velocity",
+    "position": "plant.position",
+    "command": "controller.u",
+    "d1": "disturbance.d1",
+    "d2": "disturbance.d2",
+}
+LARGEST_TRACE = 2**31  # bytes
+
+
+class Plan(NamedTuple):
+    """A run laid out: how many samples, which of them are recorded, and what of each."""
+
+    samples: int
+    stride: int
+    rows: int
+    paths: tuple[str, ...]
+    fields: tuple[Field, ...]
+
+
+def simulate(
+    loop: Loop,
+    *,
+    record: Sequence[str] | None = None,
+    compiled: bool = True,
+    progress: Progress | None = None,
+) -> "xr.Dataset":
+    """Simulate a closed loop and return its trajectory and metrics.
+
+    Args:
+        loop: the loop; its ``simulation`` block says how long, how often and how finely.
+        record: paths of the state to record, such as ``controller.observer.d1``; all of them if None.
+        compiled: False runs the same text in plain Python, thousands of times slower, for debugging.
+        progress: called now and then with the fraction done.
+
+    Returns:
+        Dataset with a ``time`` coordinate [s], one variable for each recorded path, one scalar variable for each
+        metric, and attributes scenario, hash, version and seed. A run that diverged is a result: its
+        ``diverged`` is true and its trajectory is nan from there on.
+
+    Raises:
+        ParameterError: a parameter out of range, times that do not divide, an unknown path in ``record``.
+        LoopError: a block that does not fit the loop, or a trace too large to hold.
+    """
+    loop = checked(loop)
+    state = first_state(loop)
+    plan = laid_out(loop, state, record)
+    out = np.full((plan.rows, len(plan.paths)), np.nan)
+    s, m, reached = run(loop, state, plan, out, compiled, progress)
+    del s
+    metrics = summary(m, loop.plant.stroke, reached == plan.samples)
+    return dataset(loop, plan, out, metrics)
+
+
+def trace_size(loop: Loop, record: Sequence[str] | None = None) -> int:
+    """Bytes that the recorded trajectory of a loop will take."""
+    plan = laid_out(loop, loop.init(), record)
+    return 8 * plan.rows * len(plan.paths)
+
+
+def run(
+    loop: Loop, state: Block, plan: Plan, out: np.ndarray, compiled: bool, progress: Progress | None
+) -> tuple[Block, MetricsState, int]:
+    """All samples in chunks, so that progress is seen and an interrupt is heard."""
+    from hydroservo.engine.integrators import RK4
+    from hydroservo.engine.kernel import compiled_kernel, interpreted_kernel
+
+    make = compiled_kernel if compiled else interpreted_kernel
+    kernel = make(Sample, plan.paths, measured_paths(state))
+    period = loop.simulation.period
+    metrics = TrackingMetrics(0.5 * (plan.samples - 1) * period)
+    integrator = RK4(loop.simulation.substeps)
+    s, m, first = state, metrics.init(), 0
+    while first < plan.samples:
+        last = min(first + CHUNK, plan.samples)
+        rows = out[-(-first // plan.stride) :]
+        s, m, reached = kernel(loop, integrator, metrics, s, m, first, last, period, plan.stride, rows)
+        if reached < last:
+            return s, m, reached
+        first = last
+        if progress is not None:
+            progress(first / plan.samples)
+    return s, m, plan.samples
+
+
+def first_state(loop: Loop) -> Block:
+    """The initial state, after one sample run in plain Python to show that the blocks fit together.
+
+    Raises:
+        LoopError: a block reads a signal that is not there, or returns something else than its state's type.
+    """
+    state = loop.init()
+    try:
+        after = loop.sample(state, 0.0, loop.simulation.period)
+    except (AttributeError, TypeError, NameError) as error:
+        raise LoopError(f"{type(loop.controller).__name__} does not fit this loop: {error}") from error
+    before = [(path, type(value)) for path, value in leaves(state)]
+    for (path, kind), (path_after, value) in zip(before, leaves(after), strict=False):
+        if path != path_after:
+            raise LoopError(
+                f"state {path} became {path_after} after one step; a step returns its state's type"
+            )
+        if kind is not float or not isinstance(value, float):
+            raise LoopError(f"state {path} must be a float (1.0, not 1) in init and after each step")
+    return state
+
+
+def laid_out(loop: Loop, state: Block, record: Sequence[str] | None) -> Plan:
+    simulation = loop.simulation
+    periods = whole(simulation.duration / simulation.period)
+    if periods is None or periods < 1:
+        raise ParameterError(
+            "simulation.period",
+            simulation.period,
+            f"must divide the duration of {simulation.duration:g} s into whole periods",
+        )
+    stride = whole(max(simulation.record_period / simulation.period, 1.0))
+    if stride is None:
+        raise ParameterError(
+            "simulation.record_period",
+            simulation.record_period,
+            f"must be a whole number of sample periods of {simulation.period:g} s",
+        )
+    paths = tuple(record) if record is not None else tuple(path for path, _ in leaves(state))
+    fields = tuple(field_at(state, path) for path in paths)
+    plan = Plan(periods + 1, stride, periods // stride + 1, paths, fields)
+    size = 8 * plan.rows * len(paths)
+    if size > LARGEST_TRACE:
+        raise LoopError(
+            f"the recorded trajectory would take {size / 2**30:.1f} GiB; "
+            f"raise simulation.record_period (now {simulation.record_period:g} s) or record fewer paths"
+        )
+    return plan
+
+
+def whole(ratio: float) -> int | None:
+    """The whole number that a ratio of two times is meant to be, if it is one."""
+    nearest = round(ratio) if math.isfinite(ratio) else -1
+    return nearest if abs(ratio - nearest) <= 1e-9 * max(nearest, 1) else None
+
+
+def field_at(state: Block, path: str) -> Field:
+    """The declaration of the number at a path of a state.
+
+    Raises:
+        ParameterError: there is no number at that path.
+    """
+    parent, _, name = path.rpartition(".")
+    try:
+        holder = value_at(state, parent) if parent else state
+        value = value_at(holder, name)
+    except KeyError as error:
+        raise ParameterError("record", path, error.args[0]) from None
+    if not isinstance(value, float):
+        raise ParameterError("record", path, "not a number but a group; name one number in it")
+    return declared_fields(type(holder)).get(name, Field("", name))
+
+
+def measured_paths(state: Block) -> tuple[str | None, ...]:
+    """The path of each number that metrics are computed from; None for estimates that nothing makes."""
+    observer = observer_path(state.controller, "controller")
+    estimates = {
+        "estimate_1": observer and f"{observer}.d1",
+        "estimate_2": observer and f"{observer}.d2",
+    }
+    paths = {**MEASURED, **estimates}
+    return tuple(paths[name] for name in Sample._fields)
+
+
+def observer_path(state: Block, path: str) -> str | None:
+    """The path of the first nested state that holds the two estimates d1 and d2."""
+    names = getattr(state, "_fields", ())
+    if {"d1", "d2"} <= set(names):
+        return path
+    found = (observer_path(getattr(state, name), f"{path}.{name}") for name in names)
+    return next((one for one in found if one is not None), None)
+
+
+def dataset(loop: Loop, plan: Plan, out: np.ndarray, metrics: Metrics) -> "xr.Dataset":
+    import xarray as xr
+
+    time = np.arange(plan.rows) * plan.stride * loop.simulation.period
+    trace = {
+        path: ("time", out[:, column], {"units": field.unit, "long_name": field.meaning})
+        for column, (path, field) in enumerate(zip(plan.paths, plan.fields, strict=True))
+    }
+    scalars = {
+        name: ((), getattr(metrics, name), {"units": field.unit, "long_name": field.meaning})
+        for name, field in METRIC_FIELDS.items()
+    }
+    return xr.Dataset(
+        trace | scalars,
+        coords={"time": ("time", time, {"units": "s", "long_name": "time"})},
+        attrs=provenance(loop),
+    )

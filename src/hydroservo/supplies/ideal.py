@@ -1,0 +1,28 @@
+"""A supply whose pressures nothing disturbs."""
+
+from typing import Annotated, NamedTuple
+
+from hydroservo.block import Field
+
+__all__ = ["IdealSupply"]
+
+PAPER = "doi:10.1007/s42401-021-00087-w, Sec. 4"
+
+
+class IdealSupply(NamedTuple):
+    """Constant supply and return pressure, whatever the flow: p_s and p_r of the paper.
+
+    The print lists p_r = 2 bar and uses p_s alone, so pressures here are above the return line's unless one is given.
+
+    Source: Sec. 4 of doi:10.1007/s42401-021-00087-w.
+    Fails where the pump's flow limit, the relief valve or the line volume matters.
+    """
+
+    supply_pressure: Annotated[float, Field("Pa", "supply pressure p_s", PAPER, above=0)] = 40e5
+    return_pressure: Annotated[float, Field("Pa", "return pressure p_r", "eq. (2) has none", at_least=0)] = (
+        0.0
+    )
+
+    def drop(self) -> float:
+        """p_s - p_r [Pa], what the valve's two metering edges share with the load."""
+        return self.supply_pressure - self.return_pressure

@@ -1,0 +1,43 @@
+"""A servo valve with a first-order spool."""
+
+from typing import Annotated, NamedTuple
+
+from hydroservo import ops
+from hydroservo.block import Field
+from hydroservo.valves.orifice import Orifice
+
+__all__ = ["FirstOrderValve", "FirstOrderValveState"]
+
+PAPER = "doi:10.1007/s42401-021-00087-w, Sec. 4"
+
+
+class FirstOrderValveState(NamedTuple):
+    opening: Annotated[float, Field("m", "spool position x_v")]
+
+
+class FirstOrderValve(NamedTuple):
+    """A spool that follows its command with a first-order lag.
+
+    T_sv dx_v/dt = K_sv u - x_v, the commanded position held within +-x_max
+
+    Source: T_sv is listed in Sec. 4 of doi:10.1007/s42401-021-00087-w and used nowhere there.
+    Fails near the valve's bandwidth, where a real spool is of second order and slew limited.
+    """
+
+    gain: Annotated[float, Field("m/V", "servo valve gain K_sv", PAPER, above=0)] = 5e-4
+    time_constant: Annotated[float, Field("s", "spool time constant T_sv", PAPER, above=0)] = 0.01
+    max_opening: Annotated[float, Field("m", "spool limit x_max", PAPER, above=0)] = 5e-3
+    orifice: Orifice = Orifice()
+
+    def init(self) -> FirstOrderValveState:
+        return FirstOrderValveState(0.0)
+
+    def deriv(self, s: FirstOrderValveState, u: float) -> FirstOrderValveState:
+        commanded = ops.clip(self.gain * u, -self.max_opening, self.max_opening)
+        return FirstOrderValveState((commanded - s.opening) / self.time_constant)
+
+    def opening(self, s: FirstOrderValveState, u: float) -> float:
+        return s.opening
+
+    def flow(self, opening: float, supply_drop: float, load_pressure: float) -> float:
+        return self.orifice.flow(opening, supply_drop, load_pressure)

@@ -1,0 +1,35 @@
+"""The square-root law of a pair of metering edges."""
+
+from typing import Annotated, NamedTuple
+
+from hydroservo import ops
+from hydroservo.block import Field
+
+__all__ = ["Orifice"]
+
+PAPER = "doi:10.1007/s42401-021-00087-w, Sec. 4"
+
+
+class Orifice(NamedTuple):
+    """Turbulent flow through two equal metering edges in series.
+
+    Q_L = C_d w x_v sqrt((p_s - p_r - sgn(x_v) p_L)/rho)
+
+    Source: eq. (2) of doi:10.1007/s42401-021-00087-w; Merritt, Hydraulic Control Systems, 1967, ch. 5.
+    No flow where the load pressure exceeds the supply's (the real one would flow back).
+    Fails at small openings and drops, where the flow is laminar: its slope in p_L is infinite there.
+    """
+
+    discharge_coefficient: Annotated[float, Field("", "discharge coefficient C_d", PAPER, above=0)] = 0.62
+    area_gradient: Annotated[float, Field("m", "area gradient w", PAPER, above=0)] = 0.024
+    density: Annotated[float, Field("kg/m^3", "oil density rho", PAPER, above=0)] = 850.0
+
+    def flow_per_opening(self, drop: float) -> float:
+        """Load flow per spool opening at a pressure drop over both edges [m^2/s]."""
+        return (
+            self.discharge_coefficient * self.area_gradient * ops.sqrt(ops.maximum(drop, 0.0) / self.density)
+        )
+
+    def flow(self, opening: float, supply_drop: float, load_pressure: float) -> float:
+        """Q_L [m^3/s]."""
+        return opening * self.flow_per_opening(supply_drop - ops.sign(opening) * load_pressure)

@@ -1,0 +1,39 @@
+"""A servo valve whose spool follows at once."""
+
+from typing import Annotated, NamedTuple
+
+from hydroservo import ops
+from hydroservo.block import Field
+from hydroservo.valves.orifice import Orifice
+
+__all__ = ["StaticValve", "StaticValveState"]
+
+PAPER = "doi:10.1007/s42401-021-00087-w, Sec. 4"
+
+
+class StaticValveState(NamedTuple):
+    """A static valve remembers nothing."""
+
+
+class StaticValve(NamedTuple):
+    """x_v = K_sv u within +-x_max, with no lag.
+
+    Source: eq. (1) of doi:10.1007/s42401-021-00087-w.
+    Fails above a tenth of a real valve's bandwidth; see FirstOrderValve.
+    """
+
+    gain: Annotated[float, Field("m/V", "servo valve gain K_sv", PAPER, above=0)] = 5e-4
+    max_opening: Annotated[float, Field("m", "spool limit x_max", PAPER, above=0)] = 5e-3
+    orifice: Orifice = Orifice()
+
+    def init(self) -> StaticValveState:
+        return StaticValveState()
+
+    def deriv(self, s: StaticValveState, u: float) -> StaticValveState:
+        return s
+
+    def opening(self, s: StaticValveState, u: float) -> float:
+        return ops.clip(self.gain * u, -self.max_opening, self.max_opening)
+
+    def flow(self, opening: float, supply_drop: float, load_pressure: float) -> float:
+        return self.orifice.flow(opening, supply_drop, load_pressure)
