@@ -19,7 +19,7 @@ def checked(block: Block, path: str = "") -> Block:
     Raises:
         ParameterError: naming the path, the value and what is allowed.
     """
-    fields = declared_fields(type(block))
+    fields = declared_fields(block.__class__)
     kinds = type(block).__annotations__
     values = {}
     for name in block._fields:
@@ -43,7 +43,7 @@ def number(value: Any, path: str, field: Field, kind: Any) -> float | int | bool
         raise ParameterError(path, value, f"must be {allowed(field, whole)}")
     if not within(float(value), field):
         raise ParameterError(path, value, f"must be {allowed(field, whole)}")
-    return int(value) if whole else float(value)
+    return int(value) if isinstance(value, Integral) and whole else float(value)
 
 
 def within(value: float, field: Field) -> bool:

@@ -1,6 +1,6 @@
 """The declaration of one number: its unit, meaning, source and range."""
 
-from collections.abc import Mapping
+from collections.abc import Hashable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from typing import get_type_hints
@@ -32,7 +32,7 @@ class Field:
 
 
 @cache
-def declared_fields(cls: type) -> Mapping[str, Field]:
+def declared_fields(cls: Hashable) -> Mapping[str, Field]:
     """The :class:`Field` of each annotated number of a block or state class, by name."""
     hints = get_type_hints(cls, include_extras=True)
     found = {}

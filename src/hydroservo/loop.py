@@ -11,12 +11,11 @@ from hydroservo.plants.load_pressure import LoadPressurePlant
 from hydroservo.references.sine import Sine as SineReference
 from hydroservo.sensors.ideal import IdealSensors
 from hydroservo.signals import Demand
+from hydroservo.sources import TSMC_EHA_2021
 from hydroservo.supplies.ideal import IdealSupply
 from hydroservo.valves.static import StaticValve
 
 __all__ = ["Loop", "LoopState", "MachineState", "Simulation"]
-
-PAPER = "doi:10.1007/s42401-021-00087-w, Sec. 4"
 
 
 class Simulation(NamedTuple):
@@ -26,7 +25,7 @@ class Simulation(NamedTuple):
     Runge-Kutta method in ``substeps`` equal steps that end on the samples.
     """
 
-    duration: Annotated[float, Field("s", "simulated time", PAPER, above=0)] = 8.0
+    duration: Annotated[float, Field("s", "simulated time", TSMC_EHA_2021, above=0)] = 8.0
     period: Annotated[float, Field("s", "sample period of the controller", "reproduction", above=0)] = 1e-5
     substeps: Annotated[int, Field("", "integration steps per sample period", "reproduction", at_least=1)] = 1
     record_period: Annotated[
@@ -120,7 +119,8 @@ class Loop(NamedTuple):
 
     def command(self, s: LoopState) -> float:
         """The held command [V]."""
-        return s.controller.u
+        u: float = s.controller.u
+        return u
 
     def finite(self, x: MachineState) -> bool:
         """False once a state of the machine is no longer a finite number."""

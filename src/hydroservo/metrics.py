@@ -29,8 +29,8 @@ class Sample(NamedTuple):
 class MetricsState(NamedTuple):
     """Running sums; the second-half ones start at half the duration."""
 
-    count: float
-    count_steady: float
+    samples: float
+    samples_steady: float
     error_squares: float
     error_squares_steady: float
     error_max: float
@@ -59,16 +59,17 @@ class MetricsState(NamedTuple):
 class TrackingMetrics(NamedTuple):
     """Accumulates the metrics of one run.
 
-    A jump of the demand is a change between two samples, beyond what its rate explains, of more than 5 % of the
-    largest demand so far; the start from rest counts. ``settling_time`` is the longest time from a jump (or the start)
-    until the error last leaves a band of 5 % of the largest demand so far. ``overshoot`` is the largest error in the
-    direction of the demand's last jump; 0 for a demand without jumps.
+    A jump of the demand is a change between two samples, beyond what its rate explains, of more than 5 %
+    of the largest demand so far; the start from rest counts. ``settling_time`` is the longest time from a
+    jump (or the start) until the error last leaves a band of 5 % of the largest demand so far. ``overshoot``
+    is the largest error in the direction of the demand's last jump; 0 for a demand without jumps.
     """
 
     half: float  # half the duration [s]
 
     def init(self) -> MetricsState:
-        return MetricsState(*([0.0] * 23), math.inf, -math.inf)
+        zeros = dict.fromkeys(MetricsState._fields, 0.0)
+        return MetricsState(**zeros | {"low": math.inf, "high": -math.inf})
 
     def step(self, s: MetricsState, t: float, v: Sample) -> MetricsState:
         error = v.velocity - v.demand
@@ -76,17 +77,17 @@ class TrackingMetrics(NamedTuple):
         steady = ops.where(t >= self.half, 1.0, 0.0)
         demand_max = ops.maximum(s.demand_max, ops.absolute(v.demand))
         band = SETTLING_BAND * demand_max
-        dt = ops.where(s.count > 0.0, t / ops.maximum(s.count, 1.0), 0.0)
+        dt = ops.where(s.samples > 0.0, t / ops.maximum(s.samples, 1.0), 0.0)
         jump = v.demand - s.last_demand - 0.5 * dt * (s.last_rate + v.demand_rate)
         jumped = ops.absolute(jump) > band
         jump_time = ops.where(jumped, t, s.jump_time)
         jump_sign = ops.where(jumped, ops.sign(jump), s.jump_sign)
         outside = ops.where(size > band, t - jump_time, 0.0)
-        change = ops.where(s.count > 0.0, ops.absolute(v.command - s.last_command), 0.0)
+        change = ops.where(s.samples > 0.0, ops.absolute(v.command - s.last_command), 0.0)
         miss1, miss2 = v.estimate_1 - v.d1, v.estimate_2 - v.d2
         return MetricsState(
-            count=s.count + 1.0,
-            count_steady=s.count_steady + steady,
+            samples=s.samples + 1.0,
+            samples_steady=s.samples_steady + steady,
             error_squares=s.error_squares + error * error,
             error_squares_steady=s.error_squares_steady + steady * error * error,
             error_max=ops.maximum(size, s.error_max),
@@ -149,19 +150,19 @@ def summary(s: MetricsState, stroke: float, finite: bool) -> Metrics:
         return math.sqrt(squares / count) if count > 0 else math.nan
 
     return Metrics(
-        rms_error=rms(s.error_squares, s.count),
+        rms_error=rms(s.error_squares, s.samples),
         max_error=s.error_max,
-        steady_rms_error=rms(s.error_squares_steady, s.count_steady),
-        steady_max_error=s.error_max_steady if s.count_steady > 0 else math.nan,
+        steady_rms_error=rms(s.error_squares_steady, s.samples_steady),
+        steady_max_error=s.error_max_steady if s.samples_steady > 0 else math.nan,
         settling_time=s.settling,
         overshoot=s.overshoot,
-        control_rms=rms(s.command_squares, s.count),
+        control_rms=rms(s.command_squares, s.samples),
         control_total_variation=s.command_variation,
         control_max=s.command_max,
-        estimate_rms_error_1=rms(s.miss1_squares, s.count_steady),
-        estimate_rms_error_2=rms(s.miss2_squares, s.count_steady),
-        disturbance_rms_1=rms(s.d1_squares, s.count_steady),
-        disturbance_rms_2=rms(s.d2_squares, s.count_steady),
+        estimate_rms_error_1=rms(s.miss1_squares, s.samples_steady),
+        estimate_rms_error_2=rms(s.miss2_squares, s.samples_steady),
+        disturbance_rms_1=rms(s.d1_squares, s.samples_steady),
+        disturbance_rms_2=rms(s.d2_squares, s.samples_steady),
         disturbance_max_1=s.d1_max,
         disturbance_max_2=s.d2_max,
         position_min=s.low,

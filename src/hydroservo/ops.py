@@ -45,7 +45,7 @@ def copysign(magnitude: float, x: float) -> float:
 
 def isnan(x: float) -> bool:
     """True for not-a-number."""
-    return x != x
+    return x != x  # noqa: PLR0124 - true of nan alone
 
 
 def isfinite(x: float) -> bool:

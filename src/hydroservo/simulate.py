@@ -60,9 +60,9 @@ def simulate(
         progress: called now and then with the fraction done.
 
     Returns:
-        Dataset with a ``time`` coordinate [s], one variable for each recorded path, one scalar variable for each
-        metric, and attributes scenario, hash, version and seed. A run that diverged is a result: its
-        ``diverged`` is true and its trajectory is nan from there on.
+        Dataset with a ``time`` coordinate [s], one variable for each recorded path, one scalar variable
+        for each metric, and attributes scenario, hash, version and seed. A run that diverged is a result:
+        its ``diverged`` is true and, if a state overflowed, its trajectory is nan from there on.
 
     Raises:
         ParameterError: a parameter out of range, times that do not divide, an unknown path in ``record``.
@@ -72,9 +72,8 @@ def simulate(
     state = first_state(loop)
     plan = laid_out(loop, state, record)
     out = np.full((plan.rows, len(plan.paths)), np.nan)
-    s, m, reached = run(loop, state, plan, out, compiled, progress)
-    del s
-    metrics = summary(m, loop.plant.stroke, reached == plan.samples)
+    m, finite = run(loop, state, plan, out, compiled, progress)
+    metrics = summary(m, loop.plant.stroke, finite)
     return dataset(loop, plan, out, metrics)
 
 
@@ -86,7 +85,7 @@ def trace_size(loop: Loop, record: Sequence[str] | None = None) -> int:
 
 def run(
     loop: Loop, state: Block, plan: Plan, out: np.ndarray, compiled: bool, progress: Progress | None
-) -> tuple[Block, MetricsState, int]:
+) -> tuple[MetricsState, bool]:
     """All samples in chunks, so that progress is seen and an interrupt is heard."""
     from hydroservo.engine.integrators import RK4
     from hydroservo.engine.kernel import compiled_kernel, interpreted_kernel
@@ -96,17 +95,16 @@ def run(
     period = loop.simulation.period
     metrics = TrackingMetrics(0.5 * (plan.samples - 1) * period)
     integrator = RK4(loop.simulation.substeps)
-    s, m, first = state, metrics.init(), 0
-    while first < plan.samples:
+    s, m = state, metrics.init()
+    for first in range(0, plan.samples, CHUNK):
         last = min(first + CHUNK, plan.samples)
         rows = out[-(-first // plan.stride) :]
-        s, m, reached = kernel(loop, integrator, metrics, s, m, first, last, period, plan.stride, rows)
-        if reached < last:
-            return s, m, reached
-        first = last
+        s, m, finite = kernel(loop, integrator, metrics, s, m, first, last, period, plan.stride, rows)
+        if not finite:
+            return m, False
         if progress is not None:
-            progress(first / plan.samples)
-    return s, m, plan.samples
+            progress(last / plan.samples)
+    return m, True
 
 
 def first_state(loop: Loop) -> Block:
@@ -179,7 +177,7 @@ def field_at(state: Block, path: str) -> Field:
         raise ParameterError("record", path, error.args[0]) from None
     if not isinstance(value, float):
         raise ParameterError("record", path, "not a number but a group; name one number in it")
-    return declared_fields(type(holder)).get(name, Field("", name))
+    return declared_fields(holder.__class__).get(name, Field("", name))
 
 
 def measured_paths(state: Block) -> tuple[str | None, ...]:

@@ -8,13 +8,14 @@ from hydroservo.controllers.saturation import Saturation
 from hydroservo.observers.model_derivative import ModelDerivative
 from hydroservo.plants.design_model import DesignModel
 from hydroservo.signals import Demand, Measurement
+from hydroservo.sources import TSMC_EHA_2021
 
 __all__ = ["Backstepping", "BacksteppingState"]
 
-PAPER = "doi:10.1007/s42401-021-00087-w, Sec. 4"
-
 
 class BacksteppingState(NamedTuple):
+    """The last command and errors, and the state of the nested derivative."""
+
     u: Annotated[float, Field("V", "command")]
     z1: Annotated[float, Field("m/s", "velocity error z1")]
     z2: Annotated[float, Field("N", "error of the virtual control z2 = x2 - zeta1")]
@@ -34,11 +35,11 @@ class Backstepping(NamedTuple):
     ``as_printed`` takes f1 = +b x1/m and z1 = x1 - y_d as the print has them.
 
     Source: eq. (26) of doi:10.1007/s42401-021-00087-w.
-    Fails under constant load and parametric errors: with no integral action the velocity error they cause stays.
+    Fails under load and parametric errors: with no integral action the velocity error they cause stays.
     """
 
-    velocity_gain: Annotated[float, Field("1/s", "gain k1", PAPER, above=0)] = 2000.0
-    force_gain: Annotated[float, Field("1/s", "gain k2", PAPER, above=0)] = 1000.0
+    velocity_gain: Annotated[float, Field("1/s", "gain k1", TSMC_EHA_2021, above=0)] = 2000.0
+    force_gain: Annotated[float, Field("1/s", "gain k2", TSMC_EHA_2021, above=0)] = 1000.0
     model: DesignModel = DesignModel()
     derivative: Differentiator = ModelDerivative()
     saturation: Saturation = Saturation()

@@ -5,13 +5,14 @@ from typing import Annotated, NamedTuple
 from hydroservo.block import Field
 from hydroservo.controllers.saturation import Saturation
 from hydroservo.signals import Demand, Measurement
+from hydroservo.sources import TSMC_EHA_2021
 
 __all__ = ["PI", "PIState"]
 
-PAPER = "doi:10.1007/s42401-021-00087-w, Sec. 4"
-
 
 class PIState(NamedTuple):
+    """The last command and the integral."""
+
     u: Annotated[float, Field("V", "command")]
     integral: Annotated[float, Field("V", "integral part of the command")]
     unlimited: Annotated[float, Field("V", "command before saturation")]
@@ -23,13 +24,15 @@ class PI(NamedTuple):
     With ``anti_windup`` k_aw > 0 the integral also follows the command that was really applied,
     d(integral)/dt = k_i e + k_aw (u_applied - u_unlimited): back-calculation.
 
-    Source: Sec. 4 of doi:10.1007/s42401-021-00087-w, which has no anti-windup (k_aw = 0); back-calculation from
-    Astrom and Hagglund, Advanced PID Control, 2006, sec. 3.5.
-    Fails with a slow valve: at T_sv = 10 ms the printed k_p = 100 V s/m is unstable, Routh allows 8.4.
+    Source: Sec. 4 of doi:10.1007/s42401-021-00087-w, without anti-windup (k_aw = 0);
+    back-calculation: Astrom and Hagglund, Advanced PID Control, 2006, sec. 3.5.
+    Fails with a slow valve: with a lag of 10 ms Routh allows about a twelfth of the printed k_p.
     """
 
-    proportional_gain: Annotated[float, Field("V s/m", "proportional gain k_p", PAPER, at_least=0)] = 100.0
-    integral_gain: Annotated[float, Field("V/m", "integral gain k_i", PAPER, at_least=0)] = 10.0
+    proportional_gain: Annotated[
+        float, Field("V s/m", "proportional gain k_p", TSMC_EHA_2021, at_least=0)
+    ] = 100.0
+    integral_gain: Annotated[float, Field("V/m", "integral gain k_i", TSMC_EHA_2021, at_least=0)] = 10.0
     anti_windup: Annotated[
         float, Field("1/s", "back-calculation gain k_aw", "0: none, as in the paper", at_least=0)
     ] = 0.0

@@ -11,7 +11,7 @@ __all__ = ["Saturation"]
 class Saturation(NamedTuple):
     """u held within +-limit.
 
-    Source: the valve's input range; x_max/K_sv = 10 V with the values of doi:10.1007/s42401-021-00087-w, Sec. 4.
+    Source: the valve's input range, x_max/K_sv with the values of doi:10.1007/s42401-021-00087-w, Sec. 4.
     Fails to help a law with an integrator, which winds up behind it; see PI's anti-windup.
     """
 

@@ -9,14 +9,16 @@ from hydroservo.observers.filtered_derivative import FilteredDerivative
 from hydroservo.observers.tsm import TSMObserver
 from hydroservo.plants.design_model import DesignModel
 from hydroservo.signals import Demand, Measurement
+from hydroservo.sources import TSMC_EHA_2021
 
 __all__ = ["TSMC", "TSMCState"]
 
-PAPER = "doi:10.1007/s42401-021-00087-w, Sec. 4"
 LEAST_XI = 1e-4  # [m/s] keeps |xi1|^(a-1) finite at xi1 = 0; the print is singular there
 
 
 class TSMCState(NamedTuple):
+    """The last command and surfaces, and the states of the nested observer and derivative."""
+
     u: Annotated[float, Field("V", "command")]
     xi1: Annotated[float, Field("m/s", "sliding surface xi1")]
     xi2: Annotated[float, Field("m/s^2", "sliding surface xi2")]
@@ -40,20 +42,20 @@ class TSMC(NamedTuple):
     third, and d(s1^a1)/dt for d(xi1^a1)/dt.
 
     Source: eqs. (19)-(22) of doi:10.1007/s42401-021-00087-w.
-    Fails where sgn is explicit (the derivative of a switching estimate reaches u, which chatters), where the valve
-    lags behind by more than about 1/mu1, and where mu1 times the sample period nears 1.
+    Fails where sgn is explicit (the derivative of a switching estimate reaches u, which chatters), where
+    the valve lags by more than about 1/mu1, and where mu1 times the sample period nears 1.
     """
 
-    linear_gain_1: Annotated[float, Field("1/s", "gain mu_1", PAPER, above=0)] = 1e4
-    linear_gain_2: Annotated[float, Field("1/s", "gain mu_2", PAPER, above=0)] = 100.0
+    linear_gain_1: Annotated[float, Field("1/s", "gain mu_1", TSMC_EHA_2021, above=0)] = 1e4
+    linear_gain_2: Annotated[float, Field("1/s", "gain mu_2", TSMC_EHA_2021, above=0)] = 100.0
     power_gain_1: Annotated[
-        float, Field("m^(2/7)/s^(9/7)", "gain delta_1 [(m/s)^(1-a1)/s]", PAPER, at_least=0)
+        float, Field("m^(2/7)/s^(9/7)", "gain delta_1 [(m/s)^(1-a1)/s]", TSMC_EHA_2021, at_least=0)
     ] = 1.0
     power_gain_2: Annotated[
-        float, Field("m^(4/9)/s^(17/9)", "gain delta_2 [(m/s^2)^(1-a2)/s]", PAPER, at_least=0)
+        float, Field("m^(4/9)/s^(17/9)", "gain delta_2 [(m/s^2)^(1-a2)/s]", TSMC_EHA_2021, at_least=0)
     ] = 1.0
-    exponent_1: Annotated[float, Field("", "exponent a1 = p_1/q_1", PAPER, above=0, below=1)] = 5 / 7
-    exponent_2: Annotated[float, Field("", "exponent a2 = p_2/q_2", PAPER, above=0, below=1)] = 5 / 9
+    exponent_1: Annotated[float, Field("", "exponent a1 = p_1/q_1", TSMC_EHA_2021, above=0, below=1)] = 5 / 7
+    exponent_2: Annotated[float, Field("", "exponent a2 = p_2/q_2", TSMC_EHA_2021, above=0, below=1)] = 5 / 9
     model: DesignModel = DesignModel()
     observer: Observer = TSMObserver()
     derivative: Differentiator = FilteredDerivative()

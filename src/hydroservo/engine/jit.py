@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 from numba import njit
-from numba.core import types
+from numba import types
 from numba.core.typing.templates import AbstractTemplate, AttributeTemplate
 from numba.extending import infer_getattr, lower_builtin, overload
 
@@ -23,7 +23,7 @@ __all__ = ["INLINE", "compiled"]
 
 INLINE = {"forceinline": True, "error_model": "numpy", "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 
-ELEMENTARY = {
+ELEMENTARY = {  # numba compiles Python functions only, hence the lambdas around C's
     ops.absolute: lambda x: math.fabs(x),
     ops.copysign: lambda magnitude, x: math.copysign(magnitude, x),
     ops.sqrt: lambda x: math.sqrt(x),
@@ -36,12 +36,13 @@ ELEMENTARY = {
 
 
 # Numba asks "if signature.recvr"; the type of a block without parameters has length 0 and must still count.
-types.BaseNamedTuple.__bool__ = lambda self: True
+types.BaseNamedTuple.__bool__ = lambda _: True
 
 
 def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
     """The function compiled strictly: no fast-math, C's division, the GIL released."""
-    return njit(nogil=True, error_model="numpy")(function)
+    dispatcher: Callable[..., Any] = njit(nogil=True, error_model="numpy")(function)
+    return dispatcher
 
 
 @infer_getattr

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from functools import cache
+from threading import Lock
 from typing import Any
 
 from hydroservo.block import Block
@@ -10,7 +11,9 @@ from hydroservo.engine.tree import reader, recorder
 
 __all__ = ["compiled_kernel", "interpreted_kernel"]
 
-Kernel = Callable[..., tuple[Block, Block, int]]
+Kernel = Callable[..., tuple[Block, Block, bool]]
+
+LOCK = Lock()  # two threads that ask for one kernel get one, compiled once
 
 
 def interpreted_kernel(sample: type, recorded: Sequence[str], measured: Sequence[str | None]) -> Kernel:
@@ -18,9 +21,14 @@ def interpreted_kernel(sample: type, recorded: Sequence[str], measured: Sequence
     return kernel(recorder(recorded), reader(measured), sample)
 
 
-@cache
 def compiled_kernel(sample: type, recorded: tuple[str, ...], measured: tuple[str | None, ...]) -> Kernel:
     """The kernel that records and measures these paths, compiled for each new combination of blocks."""
+    with LOCK:
+        return built_kernel(sample, recorded, measured)
+
+
+@cache
+def built_kernel(sample: type, recorded: tuple[str, ...], measured: tuple[str | None, ...]) -> Kernel:
     return compiled(kernel(compiled(recorder(recorded)), compiled(reader(measured)), sample))
 
 
@@ -36,11 +44,11 @@ def kernel(record: Callable[..., Any], read: Callable[..., Any], sample: type) -
         dt: float,
         stride: int,
         out: Any,
-    ) -> tuple[Block, Block, int]:
-        """Samples first to last-1; rows of out are the samples that stride divides.
+    ) -> tuple[Block, Block, bool]:
+        """Samples first to last-1, or until the state stops being finite.
 
-        Returns the state, the metrics' state, and the number of the first sample not reached: less
-        than ``last`` if the state stopped being finite.
+        Rows of out are the samples that stride divides. Returns the state, the metrics' state, and
+        whether the state is still finite.
         """
         row = 0
         for k in range(first, last):
@@ -53,7 +61,7 @@ def kernel(record: Callable[..., Any], read: Callable[..., Any], sample: type) -
             x = integrator.advance(system, t, system.machine(s), system.command(s), dt)
             s = system.moved(s, x)
             if not system.finite(x):
-                return s, m, k + 1
-        return s, m, last
+                return s, m, False
+        return s, m, True
 
     return run

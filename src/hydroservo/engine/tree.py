@@ -7,7 +7,7 @@ function is written and compiled once.
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from numba.core import types
+from numba import types
 from numba.extending import overload
 
 from hydroservo.block import Block
@@ -24,7 +24,7 @@ def axpy(x: Block, h: float, k: Block) -> Block:
 
 
 @overload(axpy, strict=False, jit_options=INLINE)
-def compiled_axpy(x: types.Type, h: types.Type, k: types.Type) -> Callable[..., Any]:
+def compiled_axpy(x: types.Type, _h: types.Type, _k: types.Type) -> Callable[..., Any]:
     namespace: dict[str, Any] = {}
     text = axpy_text(x, "x", "k", namespace)
     return written(f"def axpy(x, h, k): return {text}", namespace, "axpy")

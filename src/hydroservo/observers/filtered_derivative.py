@@ -10,6 +10,8 @@ __all__ = ["FilteredDerivative", "FilteredDerivativeState"]
 
 
 class FilteredDerivativeState(NamedTuple):
+    """The filtered rate and the last sample."""
+
     rate: Annotated[float, Field("1/s", "estimated rate, in the signal's unit per second")]
     last: Annotated[float, Field("", "the signal at the sample before, in its own unit")]
 

@@ -18,8 +18,8 @@ class Implicit(NamedTuple):
         s_hat + dt (k s_hat + eps |s_hat|^a sgn(s_hat) + D xi) = s
 
     If |s| <= dt D then s_hat = 0 and the surface is reached. Otherwise |s_hat| = sigma solves
-    (1 + dt k) sigma + dt eps sigma^a = |s| - dt D. With w = sigma^a the left side is convex and rising in w, so
-    Newton's method from the right falls monotonically onto the one root. d_hat = (s_hat - s)/dt:
+    (1 + dt k) sigma + dt eps sigma^a = |s| - dt D. With w = sigma^a the left side is convex and rising in w,
+    so Newton's method from the right falls monotonically onto the one root. d_hat = (s_hat - s)/dt:
     while sliding, the true disturbance averaged over the last period, without chatter.
 
     Source: Acary, Brogliato, Orlov, IEEE Trans. Automatic Control 57(5), 2012 (the set-valued step);

@@ -8,6 +8,8 @@ __all__ = ["ModelDerivative", "ModelDerivativeState"]
 
 
 class ModelDerivativeState(NamedTuple):
+    """The last rate."""
+
     rate: Annotated[float, Field("1/s", "rate by the nominal model, in the signal's unit per second")]
 
 

@@ -8,13 +8,14 @@ from hydroservo.block import Field, Realisation
 from hydroservo.observers.boundary_layer import BoundaryLayer
 from hydroservo.plants.design_model import DesignModel
 from hydroservo.signals import Measurement
+from hydroservo.sources import TSMC_EHA_2021
 
 __all__ = ["TSMObserver", "TSMObserverState"]
 
-PAPER = "doi:10.1007/s42401-021-00087-w, Sec. 4"
-
 
 class TSMObserverState(NamedTuple):
+    """Surfaces, estimates, and what is predicted for the next sample."""
+
     s1: Annotated[float, Field("m/s", "observer surface s1 = v1 - x1")]
     s2: Annotated[float, Field("N", "observer surface s2 = v2 - x2")]
     d1: Annotated[float, Field("m/s^2", "estimate of the lumped disturbance d_L1")]
@@ -39,17 +40,17 @@ class TSMObserver(NamedTuple):
     Fails where D_i <= sup |d_Li| (Lemma 2). The printed D_2 is short of that by a factor of 100 to 1000.
     """
 
-    linear_gain_1: Annotated[float, Field("1/s", "observer gain k_d1", PAPER, at_least=0)] = 1000.0
-    linear_gain_2: Annotated[float, Field("1/s", "observer gain k_d2", PAPER, at_least=0)] = 1000.0
-    switching_gain_1: Annotated[float, Field("m/s^2", "switching gain D_1", PAPER, at_least=0)] = 30.0
-    switching_gain_2: Annotated[float, Field("N/s", "switching gain D_2", PAPER, at_least=0)] = 100.0
+    linear_gain_1: Annotated[float, Field("1/s", "observer gain k_d1", TSMC_EHA_2021, at_least=0)] = 1000.0
+    linear_gain_2: Annotated[float, Field("1/s", "observer gain k_d2", TSMC_EHA_2021, at_least=0)] = 1000.0
+    switching_gain_1: Annotated[float, Field("m/s^2", "switching gain D_1", TSMC_EHA_2021, at_least=0)] = 30.0
+    switching_gain_2: Annotated[float, Field("N/s", "switching gain D_2", TSMC_EHA_2021, at_least=0)] = 100.0
     power_gain_1: Annotated[
-        float, Field("m^(2/7)/s^(9/7)", "power gain eps_1 [(m/s)^(1-a)/s]", PAPER, at_least=0)
+        float, Field("m^(2/7)/s^(9/7)", "power gain eps_1 [(m/s)^(1-a)/s]", TSMC_EHA_2021, at_least=0)
     ] = 100.0
-    power_gain_2: Annotated[float, Field("N^(2/7)/s", "power gain eps_2 [N^(1-a)/s]", PAPER, at_least=0)] = (
-        10.0
-    )
-    exponent: Annotated[float, Field("", "exponent a = p/q", PAPER, above=0, below=1)] = 5 / 7
+    power_gain_2: Annotated[
+        float, Field("N^(2/7)/s", "power gain eps_2 [N^(1-a)/s]", TSMC_EHA_2021, at_least=0)
+    ] = 10.0
+    exponent: Annotated[float, Field("", "exponent a = p/q", TSMC_EHA_2021, above=0, below=1)] = 5 / 7
     realisation: Realisation = BoundaryLayer()
 
     def init(self) -> TSMObserverState:

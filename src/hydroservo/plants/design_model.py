@@ -4,7 +4,8 @@ from typing import Annotated, NamedTuple
 
 from hydroservo import ops
 from hydroservo.block import Field
-from hydroservo.plants.load_pressure import PAPER, LoadPressurePlant
+from hydroservo.plants.load_pressure import LoadPressurePlant
+from hydroservo.sources import TSMC_EHA_2021
 from hydroservo.supplies.ideal import IdealSupply
 from hydroservo.valves.orifice import Orifice
 
@@ -29,7 +30,7 @@ class DesignModel(NamedTuple):
     plant: LoadPressurePlant = LoadPressurePlant()
     orifice: Orifice = Orifice()
     supply: IdealSupply = IdealSupply()
-    valve_gain: Annotated[float, Field("m/V", "servo valve gain K_sv", PAPER, above=0)] = 5e-4
+    valve_gain: Annotated[float, Field("m/V", "servo valve gain K_sv", TSMC_EHA_2021, above=0)] = 5e-4
     least_drop: Annotated[
         float, Field("Pa", "least pressure drop assumed in g2", "numerical floor", above=0)
     ] = 1e3

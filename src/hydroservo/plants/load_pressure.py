@@ -4,13 +4,14 @@ from typing import Annotated, NamedTuple
 
 from hydroservo import ops
 from hydroservo.block import Field
+from hydroservo.sources import TSMC_EHA_2021
 
 __all__ = ["LoadPressurePlant", "LoadPressureState"]
 
-PAPER = "doi:10.1007/s42401-021-00087-w, Sec. 4"
-
 
 class LoadPressureState(NamedTuple):
+    """Velocity, load-pressure force and position."""
+
     velocity: Annotated[float, Field("m/s", "piston velocity x1")]
     load_force: Annotated[float, Field("N", "load-pressure force x2 = A_p p_L")]
     position: Annotated[float, Field("m", "piston position from the lower end of the stroke")]
@@ -33,15 +34,21 @@ class LoadPressurePlant(NamedTuple):
     cavitates, and at the ends of the stroke, which it does not know: leaving it is only reported.
     """
 
-    mass: Annotated[float, Field("kg", "moving mass m", PAPER, above=0)] = 6.0
-    damping: Annotated[float, Field("N s/m", "viscous damping coefficient b", PAPER, at_least=0)] = 50.0
-    piston_area: Annotated[float, Field("m^2", "annulus area A_p", PAPER, above=0)] = 4.91e-4
-    total_volume: Annotated[float, Field("m^3", "total compressed volume V_t", PAPER, above=0)] = 8.74e-5
-    bulk_modulus: Annotated[float, Field("Pa", "effective bulk modulus beta_e", PAPER, above=0)] = 7.0e8
-    leakage: Annotated[float, Field("m^3/(s Pa)", "total leakage coefficient C_tl", PAPER, at_least=0)] = (
-        2.5e-11
+    mass: Annotated[float, Field("kg", "moving mass m", TSMC_EHA_2021, above=0)] = 6.0
+    damping: Annotated[float, Field("N s/m", "viscous damping coefficient b", TSMC_EHA_2021, at_least=0)] = (
+        50.0
     )
-    stroke: Annotated[float, Field("m", "stroke L_max", PAPER, above=0)] = 0.078
+    piston_area: Annotated[float, Field("m^2", "annulus area A_p", TSMC_EHA_2021, above=0)] = 4.91e-4
+    total_volume: Annotated[float, Field("m^3", "total compressed volume V_t", TSMC_EHA_2021, above=0)] = (
+        8.74e-5
+    )
+    bulk_modulus: Annotated[float, Field("Pa", "effective bulk modulus beta_e", TSMC_EHA_2021, above=0)] = (
+        7.0e8
+    )
+    leakage: Annotated[
+        float, Field("m^3/(s Pa)", "total leakage coefficient C_tl", TSMC_EHA_2021, at_least=0)
+    ] = 2.5e-11
+    stroke: Annotated[float, Field("m", "stroke L_max", TSMC_EHA_2021, above=0)] = 0.078
     start_position: Annotated[float, Field("m", "piston position at the start", "mid-stroke", at_least=0)] = (
         0.039
     )

@@ -3,22 +3,21 @@
 from typing import Annotated, NamedTuple
 
 from hydroservo.block import Field
+from hydroservo.sources import TSMC_EHA_2021
 
 __all__ = ["IdealSupply"]
-
-PAPER = "doi:10.1007/s42401-021-00087-w, Sec. 4"
 
 
 class IdealSupply(NamedTuple):
     """Constant supply and return pressure, whatever the flow: p_s and p_r of the paper.
 
-    The print lists p_r = 2 bar and uses p_s alone, so pressures here are above the return line's unless one is given.
+    The print lists p_r = 2 bar and uses p_s alone: pressures are above the return line's unless one is given.
 
     Source: Sec. 4 of doi:10.1007/s42401-021-00087-w.
     Fails where the pump's flow limit, the relief valve or the line volume matters.
     """
 
-    supply_pressure: Annotated[float, Field("Pa", "supply pressure p_s", PAPER, above=0)] = 40e5
+    supply_pressure: Annotated[float, Field("Pa", "supply pressure p_s", TSMC_EHA_2021, above=0)] = 40e5
     return_pressure: Annotated[float, Field("Pa", "return pressure p_r", "eq. (2) has none", at_least=0)] = (
         0.0
     )

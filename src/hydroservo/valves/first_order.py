@@ -4,14 +4,15 @@ from typing import Annotated, NamedTuple
 
 from hydroservo import ops
 from hydroservo.block import Field
+from hydroservo.sources import TSMC_EHA_2021
 from hydroservo.valves.orifice import Orifice
 
 __all__ = ["FirstOrderValve", "FirstOrderValveState"]
 
-PAPER = "doi:10.1007/s42401-021-00087-w, Sec. 4"
-
 
 class FirstOrderValveState(NamedTuple):
+    """The spool's position."""
+
     opening: Annotated[float, Field("m", "spool position x_v")]
 
 
@@ -24,9 +25,9 @@ class FirstOrderValve(NamedTuple):
     Fails near the valve's bandwidth, where a real spool is of second order and slew limited.
     """
 
-    gain: Annotated[float, Field("m/V", "servo valve gain K_sv", PAPER, above=0)] = 5e-4
-    time_constant: Annotated[float, Field("s", "spool time constant T_sv", PAPER, above=0)] = 0.01
-    max_opening: Annotated[float, Field("m", "spool limit x_max", PAPER, above=0)] = 5e-3
+    gain: Annotated[float, Field("m/V", "servo valve gain K_sv", TSMC_EHA_2021, above=0)] = 5e-4
+    time_constant: Annotated[float, Field("s", "spool time constant T_sv", TSMC_EHA_2021, above=0)] = 0.01
+    max_opening: Annotated[float, Field("m", "spool limit x_max", TSMC_EHA_2021, above=0)] = 5e-3
     orifice: Orifice = Orifice()
 
     def init(self) -> FirstOrderValveState:

@@ -4,10 +4,9 @@ from typing import Annotated, NamedTuple
 
 from hydroservo import ops
 from hydroservo.block import Field
+from hydroservo.sources import TSMC_EHA_2021
 
 __all__ = ["Orifice"]
-
-PAPER = "doi:10.1007/s42401-021-00087-w, Sec. 4"
 
 
 class Orifice(NamedTuple):
@@ -20,9 +19,11 @@ class Orifice(NamedTuple):
     Fails at small openings and drops, where the flow is laminar: its slope in p_L is infinite there.
     """
 
-    discharge_coefficient: Annotated[float, Field("", "discharge coefficient C_d", PAPER, above=0)] = 0.62
-    area_gradient: Annotated[float, Field("m", "area gradient w", PAPER, above=0)] = 0.024
-    density: Annotated[float, Field("kg/m^3", "oil density rho", PAPER, above=0)] = 850.0
+    discharge_coefficient: Annotated[
+        float, Field("", "discharge coefficient C_d", TSMC_EHA_2021, above=0)
+    ] = 0.62
+    area_gradient: Annotated[float, Field("m", "area gradient w", TSMC_EHA_2021, above=0)] = 0.024
+    density: Annotated[float, Field("kg/m^3", "oil density rho", TSMC_EHA_2021, above=0)] = 850.0
 
     def flow_per_opening(self, drop: float) -> float:
         """Load flow per spool opening at a pressure drop over both edges [m^2/s]."""

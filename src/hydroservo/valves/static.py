@@ -4,11 +4,10 @@ from typing import Annotated, NamedTuple
 
 from hydroservo import ops
 from hydroservo.block import Field
+from hydroservo.sources import TSMC_EHA_2021
 from hydroservo.valves.orifice import Orifice
 
 __all__ = ["StaticValve", "StaticValveState"]
-
-PAPER = "doi:10.1007/s42401-021-00087-w, Sec. 4"
 
 
 class StaticValveState(NamedTuple):
@@ -22,8 +21,8 @@ class StaticValve(NamedTuple):
     Fails above a tenth of a real valve's bandwidth; see FirstOrderValve.
     """
 
-    gain: Annotated[float, Field("m/V", "servo valve gain K_sv", PAPER, above=0)] = 5e-4
-    max_opening: Annotated[float, Field("m", "spool limit x_max", PAPER, above=0)] = 5e-3
+    gain: Annotated[float, Field("m/V", "servo valve gain K_sv", TSMC_EHA_2021, above=0)] = 5e-4
+    max_opening: Annotated[float, Field("m", "spool limit x_max", TSMC_EHA_2021, above=0)] = 5e-3
     orifice: Orifice = Orifice()
 
     def init(self) -> StaticValveState:

@@ -1,0 +1,100 @@
+"""The conditions under which the paper's claims are judged, and the runs that they need."""
+
+from itertools import product
+from typing import Any, NamedTuple
+
+__all__ = [
+    "CONTROLLERS",
+    "DEMANDS",
+    "LITERAL",
+    "PRINTED",
+    "REALISATIONS",
+    "Condition",
+    "Run",
+    "all_conditions",
+    "all_runs",
+    "runs_of",
+]
+
+DEMANDS = ("sine", "square")
+CONTROLLERS = ("pi", "backstepping", "tsmc")
+READINGS = ("corrected", "as printed")
+SCALES = (-1, 0, 1)
+REALISATIONS = {"explicit": "Explicit", "boundary layer": "BoundaryLayer", "implicit": "Implicit"}
+VALVES = {"static": "StaticValve", "10 ms lag": "FirstOrderValve"}
+PERIODS = {"10 us": 1e-5, "100 us": 1e-4, "1 ms": 1e-3}
+STEP = 1e-5  # [s] the machine is integrated with this step whatever the sample period
+
+
+class Condition(NamedTuple):
+    """One way to read, perturb, realise and sample the study."""
+
+    reading: str
+    delta: int  # the six uncertain parameters are at nominal + delta Delta
+    realisation: str
+    valve: str
+    period: str
+
+
+PRINTED = Condition("corrected", 1, "boundary layer", "static", "10 us")  # as reproduced
+LITERAL = Condition("as printed", 1, "explicit", "static", "10 us")  # to the letter
+
+
+class Run(NamedTuple):
+    """One closed loop; ``realisation`` is "" for laws without an observer."""
+
+    demand: str
+    controller: str
+    reading: str
+    delta: int
+    realisation: str
+    valve: str
+    period: str
+
+    def scenario(self) -> str:
+        """The built-in scenario that this run varies."""
+        return f"paper/{self.demand}-{self.controller}"
+
+    def changes(self) -> dict[str, Any]:
+        """What this run changes in its scenario, as ``--set`` would."""
+        period = PERIODS[self.period]
+        changes: dict[str, Any] = {
+            "uncertainty.scale": float(self.delta),
+            "simulation.period": period,
+            "simulation.substeps": round(period / STEP),
+            "plant.as_printed": self.reading == "as printed",
+            "valve.type": VALVES[self.valve],
+        }
+        if self.controller != "pi":
+            changes["controller.as_printed"] = self.reading == "as printed"
+        if self.realisation:
+            changes["controller.observer.realisation.type"] = REALISATIONS[self.realisation]
+        return changes
+
+
+def all_conditions() -> list[Condition]:
+    """The 108 conditions: readings x signs of Delta x realisations x valves x sample periods."""
+    return [Condition(*one) for one in product(READINGS, SCALES, REALISATIONS, VALVES, PERIODS)]
+
+
+def runs_of(condition: Condition) -> dict[tuple[str, str], Run]:
+    """The six runs of a condition by demand and controller."""
+    reading, delta, realisation, valve, period = condition
+    return {
+        (demand, controller): Run(
+            demand,
+            controller,
+            reading,
+            delta,
+            realisation if controller == "tsmc" else "",
+            valve,
+            period,
+        )
+        for demand, controller in product(DEMANDS, CONTROLLERS)
+    }
+
+
+def all_runs() -> list[Run]:
+    """Every run that some condition needs, once, the longest first."""
+    runs = dict.fromkeys(run for condition in all_conditions() for run in runs_of(condition).values())
+    return sorted(runs, key=lambda run: PERIODS[run.period])

@@ -1,0 +1,124 @@
+"""Where the print cannot be meant as it stands, what is meant, and what each reading does here."""
+
+from typing import NamedTuple
+
+__all__ = ["ERRATA", "Erratum"]
+
+
+class Erratum(NamedTuple):
+    """One difference between the print and what is simulated."""
+
+    equations: str
+    printed: str
+    meant: str
+    why: str
+    here: str
+
+
+ERRATA = (
+    Erratum(
+        "(5), (7), (26)",
+        "leakage term 4 beta_e A_p C_tl/V_t x2",
+        "4 beta_e C_tl/V_t x2",
+        "x2 is A_p p_L already; as printed the units do not match and the damping all but vanishes",
+        "plant.as_printed chooses the printed term",
+    ),
+    Erratum(
+        "(7)",
+        "d_L2 = Delta f2 + Delta g2",
+        "d_L2 = Delta f2 + Delta g2 u",
+        "Delta g2 alone has another unit than f2",
+        "disturbances are computed as the machine's true rates less the nominal model's",
+    ),
+    Erratum(
+        "(2), (5)",
+        "the supply pressure p_s alone",
+        "p_s - p_r where a return pressure is given",
+        "p_r = 2 bar is listed and appears in no equation",
+        "supply.return_pressure, 0 in the built-in scenarios: pressures are above the return line's",
+    ),
+    Erratum(
+        "(3)",
+        "V_t is called the half-volume",
+        "V_t is the total volume",
+        "the factor 4 beta_e belongs to the total volume of both chambers",
+        "plant.total_volume",
+    ),
+    Erratum(
+        "(9)",
+        "t_f - t_0 <= ln(...)/(mu (1 + alpha))",
+        "t_f - t_0 <= ln(...)/(mu (1 - alpha))",
+        "integrate (8) with W = V^(1 - alpha); the printed bound is too short",
+        "both forms are in hydroservo.theory",
+    ),
+    Erratum(
+        "(13)",
+        "the indices of p and q slip from 0, 1 to i - 1",
+        "one exponent for each observer channel, both 5/7",
+        "(13), (14) and (16) count them differently",
+        "observer.exponent serves both channels",
+    ),
+    Erratum(
+        "(18)",
+        "the estimation errors converge to zero",
+        "their averages do",
+        "with sgn the estimate itself switches by +-D for ever; only its Filippov average converges",
+        "three realisations of sgn; the implicit one returns the average over a sample period",
+    ),
+    Erratum(
+        "(20)-(22)",
+        "the second derivative of y_d",
+        "the third derivative of y_d in (22)",
+        "differentiating (20) once more raises the order",
+        "references give the demand with two derivatives; controller.as_printed puts the first into (22)",
+    ),
+    Erratum(
+        "(22)",
+        "d(s1^(p1/q1))/dt",
+        "d(xi1^(p1/q1))/dt",
+        "(21), from which (22) follows, has xi1",
+        "controller.as_printed differentiates s1^(p1/q1) numerically",
+    ),
+    Erratum(
+        "(22)",
+        "the derivative of xi1^(p1/q1), singular at xi1 = 0",
+        "regularised",
+        "its exponent p1/q1 - 1 is negative",
+        "(|xi1| + 1e-4 m/s)^(p1/q1 - 1)",
+    ),
+    Erratum(
+        "(22)",
+        "the estimate of d_L1 undifferentiated in one place",
+        "its time derivative",
+        "(21) has the derivative, which contains that of a sgn and must be estimated",
+        "controller.derivative, a filtered difference; controller.as_printed leaves the estimate as it is",
+    ),
+    Erratum(
+        "(26)",
+        "f1 = +b x1/m, z1 = x1 - y_d, xi_1 and zeta_1 for one thing",
+        "f1 = -b x1/m, z1 = x1 - dy_d/dt, zeta_1 is the virtual control",
+        "(7) has -b x1/m, and the demand is a velocity",
+        "controller.as_printed takes the letter: the velocity then follows a position demand",
+    ),
+    Erratum(
+        "Lemma 2",
+        "D_2 = 100 N/s satisfies D_2 > sup |d_L2|",
+        "it does not, by orders of magnitude; D_1 does",
+        "at +Delta the simulated disturbance is far larger; the report lists the margin of each run",
+        "the gains stay as printed; observer.switching_gain_2 changes them",
+    ),
+    Erratum(
+        "(1)",
+        "a static valve",
+        "a lag of T_sv = 10 ms, if the list of parameters is believed",
+        "T_sv is listed and unused; with it the printed PI is unstable",
+        "valve.type = FirstOrderValve",
+    ),
+    Erratum(
+        "Sec. 4",
+        "a square demand of +-30 mm/s on a stroke of 78 mm",
+        "the same, from near the lower end of the stroke",
+        "with the sine's period it moves 60 mm to one side; from mid-stroke there are 39 mm",
+        "the end stops are not modelled; leaving the stroke is reported",
+    ),
+)

@@ -1,0 +1,168 @@
+"""Runs the study under all conditions and judges the paper's claims."""
+
+import os
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor, as_completed
+from typing import TYPE_CHECKING, NamedTuple
+
+from hydroservo.papers.tsmc_eha_2021.claims import CLAIMS, Outcome, outcome
+from hydroservo.papers.tsmc_eha_2021.conditions import (
+    CONTROLLERS,
+    DEMANDS,
+    LITERAL,
+    PRINTED,
+    Condition,
+    Run,
+    all_conditions,
+    all_runs,
+    runs_of,
+)
+from hydroservo.scenario import load_scenario
+from hydroservo.simulate import simulate
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
+
+__all__ = ["Study", "Verdict", "run_study"]
+
+Progress = Callable[[int, int, str], None]  # done, of how many, what
+
+
+class Verdict(NamedTuple):
+    """How one claim fares: as reproduced, to the letter of the print, and over all conditions."""
+
+    claim: str
+    title: str
+    test: str
+    at_paper: bool
+    ratio_at_paper: float
+    to_the_letter: bool
+    ratio_to_the_letter: float
+    holds: int
+    total: int
+    where: str
+
+
+class Study(NamedTuple):
+    """Everything that the report shows.
+
+    Attributes:
+        trajectories: the built-in scenarios' runs by name, such as "sine-tsmc".
+        metrics: one row a run: its condition, then its metrics in SI units.
+        claims: one row a claim and condition: ratio (measured/allowed) and holds (ratio < 1).
+        verdicts: one for each claim.
+        outcomes: what each run came to.
+    """
+
+    trajectories: "dict[str, xr.Dataset]"
+    metrics: "pd.DataFrame"
+    claims: "pd.DataFrame"
+    verdicts: list[Verdict]
+    outcomes: dict[Run, Outcome]
+
+
+def run_study(progress: Progress | None = None) -> Study:
+    """Simulate all runs on all cores and judge every claim under every condition."""
+    runs = all_runs()
+    shown = set(runs_of(PRINTED).values())
+    outcomes: dict[Run, Outcome] = {}
+    trajectories: dict[str, xr.Dataset] = {}
+    pool = ThreadPoolExecutor(os.cpu_count())
+    try:
+        waiting = {pool.submit(simulated, run): run for run in runs}
+        for done, future in enumerate(as_completed(waiting), 1):
+            run, data = waiting.pop(future), future.result()
+            outcomes[run] = outcome(data)
+            if run in shown:
+                trajectories[f"{run.demand}-{run.controller}"] = data
+            del future, data
+            if progress is not None:
+                progress(done, len(runs), describe(run))
+    finally:
+        pool.shutdown(cancel_futures=True)
+    ordered = {run: outcomes[run] for run in runs}
+    names = [f"{demand}-{controller}" for demand in DEMANDS for controller in CONTROLLERS]
+    claims = judged(ordered)
+    return Study(
+        {name: trajectories[name] for name in names},
+        metrics_table(ordered),
+        claims,
+        verdicts(claims),
+        ordered,
+    )
+
+
+def simulated(run: Run) -> "xr.Dataset":
+    return simulate(load_scenario(run.scenario(), run.changes()))
+
+
+def describe(run: Run) -> str:
+    return f"{run.demand}, {run.controller}, {run.valve} valve, {run.period}"
+
+
+def metrics_table(outcomes: dict[Run, Outcome]) -> "pd.DataFrame":
+    import pandas as pd
+
+    return pd.DataFrame([run._asdict() | dict(result.metrics) for run, result in outcomes.items()])
+
+
+def judged(outcomes: dict[Run, Outcome]) -> "pd.DataFrame":
+    import pandas as pd
+
+    rows = []
+    for condition in all_conditions():
+        results = {key: outcomes[run] for key, run in runs_of(condition).items()}
+        for claim in CLAIMS:
+            ratio = claim.ratio(results)
+            rows.append({"claim": claim.name} | condition._asdict() | {"ratio": ratio, "holds": ratio < 1.0})
+    return pd.DataFrame(rows)
+
+
+def verdicts(claims: "pd.DataFrame") -> list[Verdict]:
+    found = []
+    for claim in CLAIMS:
+        rows = claims[claims["claim"] == claim.name]
+        reproduced, literal = (at(rows, condition) for condition in (PRINTED, LITERAL))
+        found.append(
+            Verdict(
+                claim.name,
+                claim.title,
+                claim.test,
+                reproduced < 1.0,
+                reproduced,
+                literal < 1.0,
+                literal,
+                int(rows["holds"].sum()),
+                len(rows),
+                where_it_holds(rows),
+            )
+        )
+    return found
+
+
+def at(rows: "pd.DataFrame", condition: Condition) -> float:
+    """The ratio of a claim under one condition."""
+    chosen = rows[rows[list(Condition._fields)].apply(tuple, axis=1) == tuple(condition)]
+    return float(chosen["ratio"].iloc[0])
+
+
+def where_it_holds(rows: "pd.DataFrame") -> str:
+    """In words: everywhere, nowhere, or how often under each value of each condition."""
+    if rows["holds"].all():
+        return "everywhere"
+    if not rows["holds"].any():
+        return "nowhere"
+    parts = []
+    for name in Condition._fields:
+        counts = rows.groupby(name, sort=False)["holds"].agg(["sum", "count"])
+        if counts["sum"].nunique() > 1:
+            shares = (
+                f"{label(name, value)} {int(c['sum'])}/{int(c['count'])}" for value, c in counts.iterrows()
+            )
+            parts.append(", ".join(shares))
+    return "; ".join(parts) or f"in {int(rows['holds'].sum())} of {len(rows)}, whatever the condition"
+
+
+def label(name: str, value: object) -> str:
+    return {-1: "-Delta", 0: "nominal", 1: "+Delta"}[int(str(value))] if name == "delta" else str(value)

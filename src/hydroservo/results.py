@@ -1,0 +1,170 @@
+"""What a run leaves on disk, and what it says in numbers."""
+
+import math
+import re
+import secrets
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from hydroservo.errors import HydroservoError
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["FORMATS", "atomic_path", "metrics_of", "plain", "readable_unit", "save", "trajectory_of"]
+
+
+@contextmanager
+def atomic_path(path: Path) -> Iterator[Path]:
+    """A temporary path beside ``path``, of the same ending, that takes its place once written without error.
+
+    Missing folders are made. On an error or an interrupt the temporary file is removed, and what was at
+    ``path`` before is still there.
+
+    Raises:
+        HydroservoError: the file cannot be written.
+    """
+    path = Path(path)
+    # Not tempfile, which makes files that only their owner may read.
+    temporary = path.with_name(f".{path.stem}-{secrets.token_hex(4)}{path.suffix}")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        yield temporary
+        temporary.replace(path)
+    except OSError as error:
+        reason = error.strerror or " ".join(str(error).split())
+        raise HydroservoError(f"{path}: cannot be written: {reason}") from error
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def save(dataset: "xr.Dataset", path: Path | str) -> Path:
+    """Write the trajectory of a run, in SI units, in the format that the file's ending names.
+
+    ``.csv`` has the unit in each column's header and holds no metrics. ``.parquet`` (units, attributes and
+    metrics in the schema's metadata), ``.nc`` (NetCDF 3) and ``.mat`` (MATLAB 5, dots in names become
+    underscores) hold everything.
+
+    Returns:
+        The path written.
+
+    Raises:
+        HydroservoError: the ending names no format, or the file cannot be written.
+    """
+    path = Path(path)
+    write = FORMATS.get(path.suffix.lower())
+    if write is None:
+        endings = ", ".join(FORMATS)
+        raise HydroservoError(f"{path}: the ending {path.suffix!r} names no format; use one of {endings}")
+    with atomic_path(path) as temporary:
+        write(dataset, temporary)
+    return path
+
+
+def metrics_of(dataset: "xr.Dataset") -> dict[str, float | bool]:
+    """The metrics of a run by name, in SI units."""
+    return {
+        str(name): variable.values.item() for name, variable in dataset.data_vars.items() if not variable.dims
+    }
+
+
+def trajectory_of(dataset: "xr.Dataset") -> dict[str, Any]:
+    """Each recorded signal of a run by its path, time first: arrays of one length, in SI units."""
+    signals = {str(name): variable.values for name, variable in dataset.data_vars.items() if variable.dims}
+    return {"time": dataset["time"].values, **signals}
+
+
+def plain(values: Mapping[str, float | bool]) -> dict[str, float | bool | None]:
+    """Numbers as JSON can hold them: None for what is not finite."""
+    return {name: value if math.isfinite(value) else None for name, value in values.items()}
+
+
+def readable_unit(unit: str, largest: float) -> tuple[str, float]:
+    """The unit in which an engineer reads SI numbers of up to this size, and the factor to it.
+
+    For instance ``("mm/s", 1e3)`` for "m/s", and ``("mV", 1e3)`` for "V" where everything is below 1 V.
+    """
+    if unit in ("m", "m/s"):
+        return f"m{unit}", 1e3
+    if unit == "V" and largest < 1.0:
+        return "mV", 1e3
+    if unit in ("N", "N/s", "Pa") and largest >= 1e4:
+        return f"k{unit}", 1e-3
+    return unit.replace("^2", "²").replace("^3", "³"), 1.0
+
+
+def unit_of(dataset: "xr.Dataset", name: str) -> str:
+    return str(dataset[name].attrs.get("units", ""))
+
+
+def save_csv(dataset: "xr.Dataset", path: Path) -> None:
+    import pandas as pd
+
+    headers = {}
+    for name in trajectory_of(dataset):
+        unit = unit_of(dataset, name)
+        headers[name] = f"{name} [{unit}]" if unit else name
+    table = pd.DataFrame(trajectory_of(dataset)).rename(columns=headers)
+    table.to_csv(path, index=False, na_rep="nan", lineterminator="\n")
+
+
+def save_parquet(dataset: "xr.Dataset", path: Path) -> None:
+    import json
+
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    columns = trajectory_of(dataset)
+    fields = [pa.field(name, pa.float64(), metadata=texts(dataset[name].attrs)) for name in columns]
+    about = {**texts(dataset.attrs), "metrics": json.dumps(plain(metrics_of(dataset)))}
+    pq.write_table(pa.table(columns, schema=pa.schema(fields, metadata=about)), path)
+
+
+def save_netcdf(dataset: "xr.Dataset", path: Path) -> None:
+    # NetCDF 3 knows no booleans and no 64-bit integers, which seeds may need.
+    flags = {name: dataset[name].astype("int8") for name in dataset.data_vars if dataset[name].dtype == bool}
+    dataset.assign(flags).assign_attrs(texts(dataset.attrs)).to_netcdf(path, engine="scipy")
+
+
+def save_mat(dataset: "xr.Dataset", path: Path) -> None:
+    from scipy.io import savemat
+
+    columns = trajectory_of(dataset)
+    names = matlab_names(columns)
+    metrics = metrics_of(dataset)
+    groups = {
+        "metrics": metrics,
+        "units": {names.get(name, name): unit_of(dataset, name) for name in [*columns, *metrics]},
+        "attributes": {str(name): value for name, value in dataset.attrs.items()},
+    }
+    signals = {names[name]: values for name, values in columns.items()}
+    savemat(path, signals | groups, oned_as="column", long_field_names=True, do_compression=True)
+
+
+def matlab_names(paths: Iterable[str]) -> dict[str, str]:
+    """A legal and distinct MATLAB name for each path: letters, digits and underscores, 63 at most."""
+    names: dict[str, str] = {}
+    for path in paths:
+        legal = re.sub(r"[^A-Za-z0-9_]", "_", path)
+        legal = legal if legal[:1].isalpha() else f"x{legal}"
+        name, count = legal[:63], 1
+        while name in names.values():
+            count += 1
+            name = f"{legal[:60]}_{count}"
+        names[path] = name
+    return names
+
+
+def texts(attributes: Mapping[Any, Any]) -> dict[str, str]:
+    return {str(name): str(value) for name, value in attributes.items()}
+
+
+FORMATS: Mapping[str, Callable[["xr.Dataset", Path], None]] = {
+    ".csv": save_csv,
+    ".parquet": save_parquet,
+    ".nc": save_netcdf,
+    ".mat": save_mat,
+}
+"""How to write a trajectory, by the file's ending."""
