@@ -2,7 +2,7 @@
 
 import math
 from numbers import Integral, Real
-from typing import Any
+from typing import Any, get_type_hints
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from hydroservo.block import Block, is_block
 from hydroservo.errors import ParameterError
 from hydroservo.field import Field, declared_fields
 
-__all__ = ["allowed", "checked"]
+__all__ = ["allowed", "checked", "number", "within"]
 
 
 def checked(block: Block, path: str = "") -> Block:
@@ -20,7 +20,7 @@ def checked(block: Block, path: str = "") -> Block:
         ParameterError: naming the path, the value and what is allowed.
     """
     fields = declared_fields(block.__class__)
-    kinds = type(block).__annotations__
+    kinds = get_type_hints(block.__class__)
     values = {}
     for name in block._fields:
         value, here = getattr(block, name), f"{path}.{name}" if path else name
@@ -34,15 +34,25 @@ def checked(block: Block, path: str = "") -> Block:
 
 
 def number(value: Any, path: str, field: Field, kind: Any) -> float | int | bool:
+    """One number of its declared kind (float, int or bool) and range.
+
+    Raises:
+        ParameterError: the value is not that.
+    """
     if kind is bool:
         if not isinstance(value, (bool, np.bool_)):
             raise ParameterError(path, value, "must be true or false")
         return bool(value)
-    whole = getattr(kind, "__origin__", kind) is int
+    whole = kind is int
+    error = ParameterError(path, value, f"must be {allowed(field, whole)}")
     if isinstance(value, bool) or not isinstance(value, Integral if whole else Real):
-        raise ParameterError(path, value, f"must be {allowed(field, whole)}")
-    if not within(float(value), field):
-        raise ParameterError(path, value, f"must be {allowed(field, whole)}")
+        raise error
+    try:
+        fits = within(float(value), field)
+    except OverflowError:  # an integer beyond the largest float
+        raise error from None
+    if not fits:
+        raise error
     return int(value) if isinstance(value, Integral) and whole else float(value)
 
 
@@ -57,7 +67,7 @@ def within(value: float, field: Field) -> bool:
 
 
 def allowed(field: Field, whole: bool = False) -> str:
-    """What a parameter may be, in words: "a number above 0 [kg]"."""
+    """What a parameter may be, in words: "a finite number above 0 [kg]"."""
     limits = (
         ("above", field.above),
         ("at least", field.at_least),

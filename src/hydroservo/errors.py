@@ -1,10 +1,15 @@
 """What goes wrong in ways a user can mend; each message is one line."""
 
+from typing import Any
+
 __all__ = ["HydroservoError", "LoopError", "ParameterError", "ScenarioError"]
 
 
 class HydroservoError(Exception):
     """The base of all errors that hydroservo raises for its user to mend."""
+
+    def __init__(self, message: str) -> None:
+        super().__init__(one_line(message))
 
 
 class ParameterError(HydroservoError):
@@ -14,13 +19,20 @@ class ParameterError(HydroservoError):
         self.path, self.value, self.allowed = path, value, allowed
         super().__init__(f"{path} = {short(value)}: {allowed}")
 
+    def __reduce__(self) -> tuple[Any, ...]:  # so that it comes back whole from a worker process
+        return type(self), (self.path, self.value, self.allowed)
+
 
 class ScenarioError(HydroservoError):
     """A scenario, or a file it names, does not say what it must."""
 
     def __init__(self, file: str, key: str, problem: str) -> None:
         self.file, self.key, self.problem = file, key, problem
-        super().__init__(": ".join(part for part in (file, key, problem) if part))
+        parts = (clipped(file), clipped(key), clipped(problem, 1000))
+        super().__init__(": ".join(part for part in parts if part))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (self.file, self.key, self.problem)
 
 
 class LoopError(HydroservoError):
@@ -29,5 +41,18 @@ class LoopError(HydroservoError):
 
 def short(value: object) -> str:
     """A value as it may stand in a one-line message."""
-    text = repr(value)
-    return text if len(text) <= 60 else text[:57] + "..."
+    try:
+        text = repr(value)
+    except (ValueError, RecursionError):  # an integer of thousands of digits, tables in tables in tables
+        return f"a huge {type(value).__name__}"
+    return clipped(text, 60)
+
+
+def clipped(text: str, most: int = 400) -> str:
+    """Text of at most so many characters."""
+    return text if len(text) <= most else f"{text[: most - 3]}..."
+
+
+def one_line(text: str) -> str:
+    """Text with line breaks and other characters that cannot be printed written as escapes."""
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)

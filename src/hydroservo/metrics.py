@@ -59,10 +59,11 @@ class MetricsState(NamedTuple):
 class TrackingMetrics(NamedTuple):
     """Accumulates the metrics of one run.
 
-    A jump of the demand is a change between two samples, beyond what its rate explains, of more than 5 %
-    of the largest demand so far; the start from rest counts. ``settling_time`` is the longest time from a
-    jump (or the start) until the error last leaves a band of 5 % of the largest demand so far. ``overshoot``
-    is the largest error in the direction of the demand's last jump; 0 for a demand without jumps.
+    A jump of the demand is a change between two samples, beyond what its rates at both explain, of more than
+    5 % of the largest demand so far; the start from rest counts, a kink does not. ``settling_time`` is the
+    longest time from a jump (or the start) until the error is last outside a band of 5 % of the largest
+    demand so far. ``overshoot`` is the largest error in the direction of the demand's last jump; 0 for a
+    demand without jumps.
     """
 
     half: float  # half the duration [s]
@@ -74,12 +75,13 @@ class TrackingMetrics(NamedTuple):
     def step(self, s: MetricsState, t: float, v: Sample) -> MetricsState:
         error = v.velocity - v.demand
         size = ops.absolute(error)
-        steady = ops.where(t >= self.half, 1.0, 0.0)
+        steady = t >= self.half
         demand_max = ops.maximum(s.demand_max, ops.absolute(v.demand))
         band = SETTLING_BAND * demand_max
         dt = ops.where(s.samples > 0.0, t / ops.maximum(s.samples, 1.0), 0.0)
         jump = v.demand - s.last_demand - 0.5 * dt * (s.last_rate + v.demand_rate)
-        jumped = ops.absolute(jump) > band
+        kink = 0.5 * dt * ops.absolute(v.demand_rate - s.last_rate)
+        jumped = ops.absolute(jump) - kink > band
         jump_time = ops.where(jumped, t, s.jump_time)
         jump_sign = ops.where(jumped, ops.sign(jump), s.jump_sign)
         outside = ops.where(size > band, t - jump_time, 0.0)
@@ -87,11 +89,11 @@ class TrackingMetrics(NamedTuple):
         miss1, miss2 = v.estimate_1 - v.d1, v.estimate_2 - v.d2
         return MetricsState(
             samples=s.samples + 1.0,
-            samples_steady=s.samples_steady + steady,
+            samples_steady=s.samples_steady + ops.where(steady, 1.0, 0.0),
             error_squares=s.error_squares + error * error,
-            error_squares_steady=s.error_squares_steady + steady * error * error,
+            error_squares_steady=s.error_squares_steady + ops.where(steady, error * error, 0.0),
             error_max=ops.maximum(size, s.error_max),
-            error_max_steady=ops.maximum(steady * size, s.error_max_steady),
+            error_max_steady=ops.maximum(ops.where(steady, size, 0.0), s.error_max_steady),
             command_squares=s.command_squares + v.command * v.command,
             command_max=ops.maximum(ops.absolute(v.command), s.command_max),
             command_variation=s.command_variation + change,
@@ -103,12 +105,12 @@ class TrackingMetrics(NamedTuple):
             jump_sign=jump_sign,
             settling=ops.maximum(outside, s.settling),
             overshoot=ops.maximum(jump_sign * error, s.overshoot),
-            d1_squares=s.d1_squares + steady * v.d1 * v.d1,
-            d2_squares=s.d2_squares + steady * v.d2 * v.d2,
+            d1_squares=s.d1_squares + ops.where(steady, v.d1 * v.d1, 0.0),
+            d2_squares=s.d2_squares + ops.where(steady, v.d2 * v.d2, 0.0),
             d1_max=ops.maximum(ops.absolute(v.d1), s.d1_max),
             d2_max=ops.maximum(ops.absolute(v.d2), s.d2_max),
-            miss1_squares=s.miss1_squares + steady * miss1 * miss1,
-            miss2_squares=s.miss2_squares + steady * miss2 * miss2,
+            miss1_squares=s.miss1_squares + ops.where(steady, miss1 * miss1, 0.0),
+            miss2_squares=s.miss2_squares + ops.where(steady, miss2 * miss2, 0.0),
             low=ops.minimum(v.position, s.low),
             high=ops.maximum(v.position, s.high),
         )

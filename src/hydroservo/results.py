@@ -4,7 +4,7 @@ import math
 import re
 import secrets
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -37,7 +37,8 @@ def atomic_path(path: Path) -> Iterator[Path]:
         reason = error.strerror or " ".join(str(error).split())
         raise HydroservoError(f"{path}: cannot be written: {reason}") from error
     finally:
-        temporary.unlink(missing_ok=True)
+        with suppress(OSError):  # above all, that it is not there
+            temporary.unlink()
 
 
 def save(dataset: "xr.Dataset", path: Path | str) -> Path:
@@ -91,7 +92,7 @@ def readable_unit(unit: str, largest: float) -> tuple[str, float]:
     if unit == "V" and largest < 1.0:
         return "mV", 1e3
     if unit in ("N", "N/s", "Pa") and largest >= 1e4:
-        return f"k{unit}", 1e-3
+        return (f"k{unit}", 1e-3) if largest < 1e7 else (f"M{unit}", 1e-6)
     return unit.replace("^2", "²").replace("^3", "³"), 1.0
 
 

@@ -36,6 +36,8 @@ class FilteredDerivative(NamedTuple):
     def step(
         self, s: FilteredDerivativeState, value: float, model_rate: float, dt: float
     ) -> FilteredDerivativeState:
-        last = ops.where(ops.isnan(s.last), value, s.last)
+        lost = ops.isnan(s.last)  # at the start, and after a sample that was not a number
+        last = ops.where(lost, value, s.last)
+        rate = ops.where(lost, 0.0, s.rate)
         weight = dt / (self.time_constant + dt)
-        return FilteredDerivativeState(s.rate + weight * ((value - last) / dt - s.rate), value)
+        return FilteredDerivativeState(rate + weight * ((value - last) / dt - rate), value)

@@ -7,7 +7,7 @@ from hydroservo.signals import Correction
 
 __all__ = ["Implicit"]
 
-NEWTON_STEPS = 6  # from the right, overshoot at most a factor of two: 5 reach rounding, one in hand
+NEWTON_STEPS = 6  # reach rounding for 0.1 <= a < 1, whatever the other numbers
 
 
 class Implicit(NamedTuple):

@@ -37,7 +37,7 @@ class TSMObserver(NamedTuple):
     and does so again after a sample that was not a number.
 
     Source: eqs. (12)-(14) of doi:10.1007/s42401-021-00087-w; one exponent a = p/q per observer, both 5/7.
-    Fails where D_i <= sup |d_Li| (Lemma 2). The printed D_2 is short of that by a factor of 100 to 1000.
+    Fails where D_i <= sup |d_Li| (Lemma 2). The printed D_2 is short of that by orders of magnitude.
     """
 
     linear_gain_1: Annotated[float, Field("1/s", "observer gain k_d1", TSMC_EHA_2021, at_least=0)] = 1000.0
@@ -50,7 +50,7 @@ class TSMObserver(NamedTuple):
     power_gain_2: Annotated[
         float, Field("N^(2/7)/s", "power gain eps_2 [N^(1-a)/s]", TSMC_EHA_2021, at_least=0)
     ] = 10.0
-    exponent: Annotated[float, Field("", "exponent a = p/q", TSMC_EHA_2021, above=0, below=1)] = 5 / 7
+    exponent: Annotated[float, Field("", "exponent a = p/q", TSMC_EHA_2021, at_least=0.1, below=1)] = 5 / 7
     realisation: Realisation = BoundaryLayer()
 
     def init(self) -> TSMObserverState:

@@ -1,0 +1,118 @@
+"""Blocks from tables."""
+
+from functools import cache
+from typing import Any, get_args, get_type_hints
+
+from hydroservo.block import Block
+from hydroservo.checks import allowed, number
+from hydroservo.errors import ParameterError
+from hydroservo.field import Field, declared_fields
+from hydroservo.plants.design_model import DesignModel
+from hydroservo.scenario.names import one_of
+from hydroservo.scenario.plugins import is_block_class
+from hydroservo.scenario.quantities import si_value
+from hydroservo.scenario.recordings import recorded
+from hydroservo.scenario.registry import class_in_role, names_in_role
+from hydroservo.scenario.tables import Entry, Table
+from hydroservo.time_series import TimeSeries
+
+__all__ = ["block", "hints", "number_from"]
+
+LARGEST_INTEGER = 2**63  # TOML's integers have 64 bits
+NO_FIELD = Field("", "")
+
+
+def block(hint: Any, default: Block | None, table: Table, nominal: DesignModel | None) -> Block:
+    """The block that a table describes.
+
+    Args:
+        hint: the annotation of the field it is for: a role, or a class of blocks.
+        default: the field's own block, whose values hold where the table has none; None if there is none.
+        table: the table.
+        nominal: what a :class:`DesignModel` inside the block starts from; None for its own defaults.
+
+    Raises:
+        ScenarioError: the table has an unknown key or type, or a value that is not what it must be.
+    """
+    if hint is DesignModel and nominal is not None:
+        default = nominal
+    cls = block_class(hint, default, table)
+    table = table.retyped(type(default).__name__, cls._fields)
+    for name in table.names():
+        if name not in (*cls._fields, "type"):
+            raise table.entry(name).unknown(name, cls._fields)
+    base = default._asdict() if default is not None and type(default) is cls else cls._field_defaults
+    return cls(**{name: member(cls, name, base.get(name), table, nominal) for name in cls._fields})
+
+
+def block_class(hint: Any, default: Block | None, table: Table) -> Any:
+    """The class that a table's ``type`` names; without one, that of the default."""
+    if not table.has("type"):
+        if default is not None:
+            return type(default)
+        raise table.error(f"a type is needed; it {one_of('', type_names(hint))}")
+    entry = table.entry("type")
+    if is_role(hint):
+        return class_in_role(hint, entry)
+    cls = hint if is_block_class(hint) else type(default)
+    if entry.value != cls.__name__:
+        raise entry.error(f"must be {cls.__name__}")
+    return cls
+
+
+def type_names(hint: Any) -> list[str]:
+    return names_in_role(hint) if is_role(hint) else [getattr(hint, "__name__", str(hint))]
+
+
+def member(cls: type, name: str, default: Any, table: Table, nominal: DesignModel | None) -> Any:
+    """The value of one field: a block, a recorded signal or a number."""
+    hint = hints(cls)[name]
+    field = declared_fields(cls).get(name, NO_FIELD)
+    if hint is TimeSeries:
+        return recorded(table.table(name), field)
+    if is_role(hint) or is_block_class(hint) or is_block_class(type(default)):
+        return block(hint, default, table.table(name), nominal)
+    if table.has(name):
+        return number_from(table.entry(name), field, hint)
+    if default is None:
+        raise table.error(f"{name} is missing; it {must_be(field, hint)}")
+    return number_from(Entry(table.origin, table.key(name), default), field, hint)
+
+
+def number_from(entry: Entry, field: Field, kind: Any) -> float | int | bool:
+    """A number of its declared kind, unit and range.
+
+    Raises:
+        ScenarioError: the value is not that.
+    """
+    if kind not in (bool, int, float):
+        raise entry.error("cannot be a block's parameter: that is a float, an int or a bool")
+    value = entry.value
+    if isinstance(value, int) and abs(value) >= LARGEST_INTEGER:
+        raise entry.error(must_be(field, kind))
+    if kind is float and isinstance(value, str):
+        try:
+            value = si_value(value, field.unit)
+        except ValueError as error:
+            raise entry.error(f"{error}; it {must_be(field, kind)}") from None
+    try:
+        return number(value, entry.key, field, kind)
+    except ParameterError:
+        raise entry.error(must_be(field, kind)) from None
+
+
+def must_be(field: Field, kind: Any) -> str:
+    return f"must be {'true or false' if kind is bool else allowed(field, kind is int)}"
+
+
+def is_role(hint: Any) -> bool:
+    return bool(getattr(hint, "_is_protocol", False))
+
+
+@cache
+def hints(cls: type) -> dict[str, Any]:
+    """The type of each field, without its Field."""
+    found = get_type_hints(cls, include_extras=True)
+    return {
+        name: get_args(hint)[0] if hasattr(hint, "__metadata__") else hint for name, hint in found.items()
+    }

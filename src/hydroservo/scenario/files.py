@@ -1,0 +1,53 @@
+"""Files that a user names, read without trusting them."""
+
+from pathlib import Path
+
+from hydroservo.errors import ScenarioError
+
+__all__ = ["exists", "read_text"]
+
+
+def exists(path: Path) -> bool:
+    """False only where there is nothing; a path that cannot be examined is for the reader to refuse."""
+    try:
+        return path.exists()
+    except (OSError, ValueError):  # ValueError: a null character in the path
+        return True
+
+
+def read_text(path: Path, most: int, name: str, key: str = "") -> str:
+    """The UTF-8 text of a regular file of at most ``most`` bytes, without its byte order mark.
+
+    Args:
+        path: where it is.
+        most: the largest size accepted [bytes].
+        name: the file that an error names.
+        key: the key or place that an error names.
+
+    Raises:
+        ScenarioError: there is no such file, or it is not that.
+    """
+    try:
+        if path.is_dir():
+            raise ScenarioError(name, key, "is a directory, not a file")
+        if path.exists() and not path.is_file():  # a pipe or a device may never end
+            raise ScenarioError(name, key, "is not a regular file")
+        with path.open("rb") as file:
+            content = file.read(most + 1)
+    except (OSError, ValueError) as error:
+        raise ScenarioError(name, key, f"cannot be read: {reason(error)}") from None
+    if len(content) > most:
+        raise ScenarioError(name, key, f"is larger than {size(most)}")
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = content.count(b"\n", 0, error.start) + 1
+        raise ScenarioError(name, key, f"is not UTF-8 text (line {line})") from None
+
+
+def reason(error: Exception) -> str:
+    return error.strerror.lower() if isinstance(error, OSError) and error.strerror else str(error)
+
+
+def size(number: int) -> str:
+    return f"{number >> 20} MiB" if number >= 1 << 20 else f"{number >> 10} KiB"

@@ -1,0 +1,98 @@
+"""A loop from a scenario."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from hydroservo.block import Block
+from hydroservo.loop import Loop
+from hydroservo.plants.design_model import DesignModel
+from hydroservo.scenario.build import block, hints
+from hydroservo.scenario.catalogue import located
+from hydroservo.scenario.names import one_of
+from hydroservo.scenario.overrides import nested
+from hydroservo.scenario.plugins import load_plugin
+from hydroservo.scenario.registry import names_in_role
+from hydroservo.scenario.tables import Table, parsed
+from hydroservo.scenario.uncertainty import perturbed
+
+__all__ = ["load_scenario"]
+
+DIGITAL = tuple(name for name in Loop._fields if name not in ("plant", "valve", "supply", "load", "nominal"))
+
+
+class Machine(NamedTuple):
+    """What uncertainty is about."""
+
+    plant: Block
+    valve: Block
+    supply: Block
+    load: Block
+
+
+def load_scenario(
+    source: str | Path, changes: Mapping[str, object] | None = None, plugins: Sequence[str | Path] = ()
+) -> Loop:
+    """The loop that a scenario describes.
+
+    A scenario is a TOML file with a table for each field of :class:`~hydroservo.loop.Loop` but ``nominal``,
+    tables in them for nested blocks, and ``[uncertainty]``. What it leaves out takes the blocks' defaults;
+    only the type of the controller must be there. The controller believes in the machine before its
+    uncertainty, unless its own tables (``[controller.model.plant]`` ...) say otherwise.
+
+    Args:
+        source: the path of a TOML file, or the name of a built-in scenario such as ``paper/sine-tsmc``.
+        changes: values by dotted path, such as ``{"plant.mass": "7 kg"}``, that override those of the file;
+            another ``type`` for a table drops what the file gives in it and the new type does not have.
+        plugins: Python files whose NamedTuple classes ``type`` may name; they are executed.
+
+    Raises:
+        ScenarioError: in one line, the file, the key, the value and what is allowed.
+    """
+    for plugin in plugins:
+        load_plugin(plugin)
+    origin, text = located(source)
+    return assembled(Table(origin, "", parsed(text, origin.name), nested(changes or {})))
+
+
+def assembled(scenario: Table) -> Loop:
+    check_tables(scenario)
+    machine = Machine(**{name: part(scenario, name, None) for name in Machine._fields})
+    nominal = nominal_model(machine)
+    digital = {name: part(scenario, name, nominal) for name in DIGITAL}
+    model = getattr(digital["controller"], "model", None)
+    believed = model if isinstance(model, DesignModel) else nominal
+    true_machine = perturbed(machine, scenario.table("uncertainty"))
+    return Loop(**true_machine._asdict(), **digital, nominal=believed)
+
+
+def part(scenario: Table, name: str, nominal: DesignModel | None) -> Any:
+    """The block of one field of the loop."""
+    return block(hints(Loop)[name], Loop._field_defaults[name], scenario.table(name), nominal)
+
+
+def check_tables(scenario: Table) -> None:
+    """Refuse tables that a scenario does not have, and a scenario without a controller."""
+    allowed = ("title", *(name for name in Loop._fields if name != "nominal"), "uncertainty")
+    for name in scenario.names():
+        if name not in allowed:
+            raise scenario.entry(name).unknown(name, allowed)
+    if scenario.has("title") and not isinstance(scenario.entry("title").value, str):
+        raise scenario.entry("title").error("must be a string")
+    controller = scenario.table("controller")
+    if not controller.has("type"):
+        role = hints(Loop)["controller"]
+        names = names_in_role(role)
+        raise controller.error(f"a [controller] table with a type is needed; it {one_of('', names)}")
+
+
+def nominal_model(machine: Machine) -> DesignModel:
+    """What a controller believes about a machine unless told otherwise: its parameters before uncertainty."""
+    known = {
+        "plant": machine.plant,
+        "orifice": getattr(machine.valve, "orifice", None),
+        "supply": machine.supply,
+        "valve_gain": getattr(machine.valve, "gain", None),
+    }
+    default = DesignModel()
+    return default._replace(**{n: v for n, v in known.items() if type(v) is type(getattr(default, n))})

@@ -1,0 +1,88 @@
+"""Blocks from a user's own Python file."""
+
+import importlib.util
+import sys
+import traceback
+from hashlib import sha256
+from pathlib import Path
+from types import ModuleType
+
+from hydroservo.errors import ScenarioError
+from hydroservo.field import declared_fields
+from hydroservo.scenario.files import read_text
+
+__all__ = ["is_block_class", "load_plugin", "plugin_classes"]
+
+LARGEST = 1 << 20  # bytes
+
+loaded: dict[Path, ModuleType] = {}
+
+
+def load_plugin(path: str | Path) -> tuple[type, ...]:
+    """Execute a Python file and make its NamedTuple classes nameable in a scenario's ``type``.
+
+    The same text at the same path is executed once. Only this call runs a user's code; no scenario file can.
+
+    Returns:
+        The classes that the file defines.
+
+    Raises:
+        ScenarioError: the file cannot be read or executed, or defines no NamedTuple class; with its line.
+    """
+    name = str(path)
+    text = read_text(Path(path), LARGEST, name)
+    place = Path(path).resolve()
+    digest = sha256(repr((str(place), text)).encode()).hexdigest()[:12]
+    module_name = f"hydroservo_plugin_{digest}"
+    if place not in loaded or loaded[place].__name__ != module_name:
+        module = executed(text, place, module_name, name)
+        if not defined_in(module):
+            raise ScenarioError(name, "", "defines no block: a class with NamedTuple as its base")
+        loaded[place] = module
+    return defined_in(loaded[place])
+
+
+def plugin_classes() -> tuple[type, ...]:
+    """The NamedTuple classes of all plugins."""
+    return tuple(cls for module in loaded.values() for cls in defined_in(module))
+
+
+def is_block_class(value: object) -> bool:
+    """True for a NamedTuple class."""
+    return isinstance(value, type) and issubclass(value, tuple) and hasattr(value, "_fields")
+
+
+def defined_in(module: ModuleType) -> tuple[type, ...]:
+    values = vars(module).values()
+    return tuple(v for v in values if is_block_class(v) and v.__module__ == module.__name__)
+
+
+def executed(text: str, place: Path, module_name: str, name: str) -> ModuleType:
+    """The module that a file's text makes; in sys.modules, where its annotations are resolved."""
+    spec = importlib.util.spec_from_file_location(module_name, place)
+    if spec is None:
+        raise ScenarioError(name, "", "is not a Python file: its name must end in .py")
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[module_name] = module
+    try:
+        exec(compile(text, str(place), "exec"), module.__dict__)  # what the caller asked for
+        for cls in defined_in(module):
+            declared_fields(cls)  # resolves its annotations
+    except (Exception, SystemExit) as error:
+        del sys.modules[module_name]
+        raise ScenarioError(name, line_of(error, place), f"{type(error).__name__}: {said(error)}") from error
+    return module
+
+
+def line_of(error: BaseException, place: Path) -> str:
+    """The last line of the file that an error went through."""
+    if isinstance(error, SyntaxError) and error.filename == str(place):
+        number = error.lineno
+    else:
+        frames = traceback.extract_tb(error.__traceback__)
+        number = next((frame.lineno for frame in reversed(frames) if frame.filename == str(place)), None)
+    return f"line {number}" if number is not None else ""
+
+
+def said(error: BaseException) -> str:
+    return error.msg if isinstance(error, SyntaxError) else str(error)

@@ -1,0 +1,55 @@
+"""Numbers with units, as text."""
+
+import re
+from fractions import Fraction
+from functools import lru_cache
+
+from hydroservo.scenario.units import factor_and_dimension
+
+__all__ = ["si_value", "unit_factor"]
+
+LONGEST = 64  # characters of a quantity
+# An exponent has two digits at most, so that no text costs more than a few microseconds to evaluate.
+RATIO = r"[+-]?[0-9]+\s*/\s*[0-9]+"
+DECIMAL = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,2}(?![0-9]))?"
+QUANTITY = re.compile(rf"({RATIO}|{DECIMAL})\s*(.*)", re.DOTALL)
+EXAMPLES = {"m": "30 mm", "m/s": "30 mm/s", "m^2": "4.91 cm^2", "Pa": "40 bar", "s": "10 us", "": "5/7"}
+
+
+def si_value(text: str, unit: str) -> float:
+    """The number in an SI unit that a text such as "40 bar" says, correctly rounded.
+
+    Args:
+        text: a number and a unit of the same dimension; a number, or a ratio of two, where ``unit`` is "".
+        unit: the SI unit of the result, as :class:`~hydroservo.field.Field` has it.
+
+    Raises:
+        ValueError: the text is no such quantity; the message says what is wrong with it.
+    """
+    text = text.strip().replace("\N{MINUS SIGN}", "-")
+    match = QUANTITY.fullmatch(text) if len(text) <= LONGEST else None
+    if match is None:
+        raise ValueError(f"is not a quantity such as '{EXAMPLES.get(unit, f'1.5 {unit}')}'")
+    number, given = match.groups()
+    if unit and not given:
+        raise ValueError(f"has no unit; write '{number} {unit}', or the number without quotes")
+    try:
+        return float(Fraction(re.sub(r"\s", "", number)) * unit_factor(given, unit))
+    except ArithmeticError:  # division by zero, overflow
+        raise ValueError("is not a finite number") from None
+
+
+@lru_cache(maxsize=1024)
+def unit_factor(text: str, unit: str) -> Fraction:
+    """How many of an SI unit one of the unit in a text is.
+
+    Raises:
+        ValueError: the text is no unit, or one of another dimension.
+    """
+    if len(text) > LONGEST:
+        raise ValueError(f"has a unit of more than {LONGEST} characters")
+    factor, dimension = factor_and_dimension(text)
+    factor_si, dimension_si = factor_and_dimension(unit)
+    if dimension != dimension_si:
+        raise ValueError(f"does not convert to {unit}" if unit else "is not dimensionless")
+    return factor / factor_si

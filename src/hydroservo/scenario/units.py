@@ -1,0 +1,106 @@
+"""Units as text: a strict grammar here, the meaning of each name from pint."""
+
+import re
+from collections.abc import Iterator
+from fractions import Fraction
+from functools import cache, lru_cache
+from typing import Any
+
+from hydroservo.errors import short
+from hydroservo.scenario.names import nearest
+
+__all__ = ["factor_and_dimension"]
+
+Dimension = dict[str, Fraction]  # exponent of each base unit, the radian among them
+
+NAME = r"%|°[CF]?|[A-Za-zµμΩ](?:[A-Za-zµμΩ_]|[0-9]+(?=[A-Za-z]))*"  # digits inside a name: inH2O
+FACTOR = re.compile(
+    rf"(?P<name>{NAME})"
+    r"(?:\^\((?P<ratio>[+-]?[0-9]{1,2}(?:/[0-9]{1,2})?)\)"  # m^(2/7)
+    r"|\^(?P<decimal>[+-]?[0-9]{1,2}(?:\.[0-9]{1,17})?)"  # m^2, m^0.5
+    r"|(?P<digits>[+-]?[0-9]{1,2}))?"  # cm2, s-1
+)
+POWER_SIGN = re.compile(r"\s*(?:\^|\*\*)\s*")
+DIVISION = re.compile(r"/(?![0-9])")  # not that of an exponent
+PRODUCT = re.compile(r"\s*[*·]\s*|\s+")
+SUPERSCRIPTS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")
+PINT_NAMES = {"%": "percent", "°": "degree", "°C": "degC", "°F": "degF"}
+
+
+@lru_cache(maxsize=1024)
+def factor_and_dimension(text: str) -> tuple[Fraction, Dimension]:
+    """A unit as a factor times base units.
+
+    The grammar is that of "V s/m", "m^3/(s Pa)", "cm2", "m^(2/7)/s^(9/7)"; after a stroke, more than one name
+    needs brackets. Angles are a dimension of their own, so that 1 Hz, a cycle per second, is 2 pi rad/s.
+
+    Raises:
+        ValueError: the text is not a unit; the message says why.
+    """
+    factor, dimension = Fraction(1), dict[str, Fraction]()
+    try:
+        for name, exponent in powers(text):
+            one, bases = base_units(name)
+            factor *= Fraction(one**exponent)
+            for base, power in bases.items():
+                dimension[base] = dimension.get(base, Fraction(0)) + power * exponent
+    except ArithmeticError:
+        raise ValueError("has a unit that is out of range") from None
+    return factor, {base: power for base, power in dimension.items() if power}
+
+
+def powers(text: str) -> Iterator[tuple[str, Fraction]]:
+    """The names in a unit with their exponents."""
+    numerator, *denominators = DIVISION.split(POWER_SIGN.sub("^", text.translate(SUPERSCRIPTS)))
+    if numerator.strip() not in ("", "1"):
+        yield from product(numerator)
+    for denominator in denominators:
+        factors = list(product(denominator))
+        if len(factors) > 1 and "(" not in denominator:
+            raise ValueError(f"is ambiguous after the stroke; write /({denominator.strip()})")
+        for name, exponent in factors:
+            yield name, -exponent
+
+
+def product(text: str) -> Iterator[tuple[str, Fraction]]:
+    inner = text.strip()
+    if inner.startswith("(") and inner.endswith(")"):
+        inner = inner[1:-1].strip()
+    for part in PRODUCT.split(inner):
+        factor = FACTOR.fullmatch(part)
+        if factor is None:
+            raise ValueError(f"has a unit that cannot be read at {short(part)}")
+        exponent = factor["ratio"] or factor["decimal"] or factor["digits"] or "1"
+        yield factor["name"], Fraction(exponent)
+
+
+@lru_cache(maxsize=1024)
+def base_units(name: str) -> tuple[Fraction, Dimension]:
+    """What pint knows of one unit name.
+
+    Raises:
+        ValueError: there is no such unit, or it is not proportional to base units.
+    """
+    import pint
+
+    registry, name = units(), PINT_NAMES.get(name, name)
+    try:
+        unit = registry.parse_units(name)
+    except pint.UndefinedUnitError:
+        raise ValueError(f"has the unknown unit {name}{nearest(name, registry)}") from None
+    except pint.PintError:  # a prefix on a unit with an offset or a logarithm
+        raise ValueError(f"has the unit {name}, which cannot be read") from None
+    if not registry.Quantity(1, unit)._is_multiplicative:
+        raise ValueError(f"has the unit {name}, which has an offset or a logarithm")
+    if str(unit).endswith("hertz"):  # which pint takes for 1/s
+        unit *= registry.turn
+    factor, bases = registry.get_root_units(unit)
+    return Fraction(factor), {base: Fraction(power) for base, power in bases._units.items()}
+
+
+@cache
+def units() -> Any:
+    """pint's registry, which takes a tenth of a second to make; fractions keep conversion exact."""
+    import pint
+
+    return pint.UnitRegistry(non_int_type=Fraction)

@@ -1,0 +1,156 @@
+"""Conditions (17) and (25): do the surfaces of a run decrease as their proofs say?"""
+
+import math
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from hydroservo.controllers.tsmc import TSMC
+from hydroservo.errors import ParameterError
+from hydroservo.observers.tsm import TSMObserver
+from hydroservo.theory.finite_time import decayed
+from hydroservo.theory.ranges import require_not_negative
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["Decrease", "condition_17", "condition_25", "decrease"]
+
+ROUNDING = 1e-9  # of V: what rounding may add to a decrease that holds with equality
+
+
+class Decrease(NamedTuple):
+    """The decrease of V = s^2/2 over each interval between two samples."""
+
+    residual: NDArray[np.float64]  # mean of dV/dt + mu V + delta V^alpha, [unit of s]^2/s
+    judged: NDArray[np.bool_]  # False where both ends lie in the dead zone
+    holds: NDArray[np.bool_]  # judged, and the residual is not above 0
+    fraction: float  # of the judged intervals in which it holds; nan if s never left the dead zone
+
+
+def decrease(
+    time: ArrayLike,
+    surface: ArrayLike,
+    linear_gain: float,
+    power_gain: float,
+    exponent: float,
+    dead_zone: float,
+    *,
+    as_printed: bool = False,
+) -> Decrease:
+    """The decrease of V = s^2/2 that a terminal reaching law promises, checked between samples of s.
+
+    ds/dt = -k s - eps |s|^a sgn(s), or faster, means::
+
+        dV/dt + 2 k V + 2^((1 + a)/2) eps V^((1 + a)/2) <= 0
+
+    Over an interval h between samples this demands V_(n+1) <= V*(h), where V* starts at V_n and meets the
+    condition with equality (:func:`hydroservo.theory.decayed`). The residual is (V_(n+1) - V*(h))/h. It
+    tends to the left side above as h goes to 0, and carries no difference error for any h.
+
+    What a sampled loop can show is limited. Its law acts once a period T, in which a disturbance d and the
+    switching gain D move the surface by up to T (D + |d|); V below (T (D + |d|))^2/2 cannot be told from
+    0. So |s| within ``dead_zone`` counts as 0, and an interval with both ends there is not judged.
+    Entering the dead zone counts as reaching the surface, leaving it as a violation. Where s stops being a
+    number outside the dead zone, that interval is a violation and the rest is not judged.
+
+    Args:
+        time: instants of the samples [s], shape (n,), rising, n at least 2; apart by any number of periods.
+        surface: samples of s, shape (n,).
+        linear_gain: k [1/s], above 0.
+        power_gain: eps [unit of s^(1 - a)/s], above 0.
+        exponent: a, above 0 and below 1.
+        dead_zone: in the unit of s, at least 0.
+        as_printed: k V in place of 2 k V, as (17) is printed: weaker, so it holds wherever the other does.
+
+    Raises:
+        ParameterError: an argument out of range, or fewer than two samples.
+
+    Source: eqs. (16)-(17) and (24)-(25) of doi:10.1007/s42401-021-00087-w.
+    Fails to see what happens between samples. A law that is itself a backward Euler step decays by
+    1/(1 + k T) a period, which falls short of e^(-k T) by (k T)^2/2: a violation if D has no room to spare.
+    """
+    require_not_negative("dead_zone", dead_zone)
+    t, s = np.asarray(time, dtype=np.float64), np.asarray(surface, dtype=np.float64)
+    if s.ndim != 1 or s.size < 2 or t.shape != s.shape:
+        raise ParameterError("surface", s.shape, "must be one row of at least two samples, as long as time")
+    value = 0.5 * np.where(np.abs(s) <= dead_zone, 0.0, s) ** 2
+    before, after = value[:-1], value[1:]
+    alpha = 0.5 * (1.0 + exponent)
+    linear_rate = (1.0 if as_printed else 2.0) * linear_gain
+    allowed = decayed(before, linear_rate, 2.0**alpha * power_gain, alpha, np.diff(t))
+    judged = (before > 0.0) | (after > 0.0)
+    holds = judged & (after <= allowed + ROUNDING * before)
+    count = np.count_nonzero(judged)
+    fraction = float(np.count_nonzero(holds) / count) if count else math.nan
+    return Decrease((after - allowed) / np.diff(t), judged, holds, fraction)
+
+
+def condition_17(
+    data: "xr.Dataset", observer: TSMObserver, period: float, *, as_printed: bool = False
+) -> tuple[Decrease, Decrease]:
+    """Condition (17) for both observer surfaces of a simulated run that recorded them.
+
+    The dead zone is 2 T max(D_i, max |d_Li|): what the switching term and the disturbance together can move a
+    surface by within one period T, with room for the error of the observer's forward step.
+
+    Args:
+        data: what ``simulate`` returned, with ``controller.observer.s1`` and ``s2``.
+        observer: the observer that ran.
+        period: sample period T of the controller [s].
+        as_printed: k_d V in place of 2 k_d V.
+
+    Raises:
+        ParameterError: as :func:`decrease`.
+        KeyError: a surface was not recorded.
+
+    Source: eq. (17) of doi:10.1007/s42401-021-00087-w.
+    Fails inside a boundary layer, where D tanh(s/phi) is less than |d|: s then rests where the two are
+    equal, and the condition is reported as violated there, which it is. With the implicit realisation
+    the recorded surface is s_hat, which is exactly 0 once reached.
+    """
+    gains = (
+        (observer.linear_gain_1, observer.switching_gain_1, observer.power_gain_1),
+        (observer.linear_gain_2, observer.switching_gain_2, observer.power_gain_2),
+    )
+    first, second = (
+        decrease(
+            data["time"],
+            data[f"controller.observer.s{i}"],
+            k,
+            eps,
+            observer.exponent,
+            2.0 * period * max(D, float(data[f"disturbance_max_{i}"])),
+            as_printed=as_printed,
+        )
+        for i, (k, D, eps) in enumerate(gains, start=1)
+    )
+    return first, second
+
+
+def condition_25(data: "xr.Dataset", controller: TSMC, dead_zone: float) -> Decrease:
+    """Condition (25) for the controller surface xi_2 of a simulated run that recorded it.
+
+    Args:
+        data: what ``simulate`` returned, with ``controller.xi2``.
+        controller: the controller that ran.
+        dead_zone: in the unit of xi_2 [m/s^2]. No sampled bound is at hand as for (17): xi_2 holds d_hat_1
+            itself, and with it all that the realisation of sgn leaves in it.
+
+    Raises:
+        ParameterError: as :func:`decrease`.
+        KeyError: the surface was not recorded.
+
+    Source: eqs. (23)-(25) of doi:10.1007/s42401-021-00087-w.
+    Fails where the estimate of d(d_hat_1)/dt lags, where u is held between samples, and where it saturates:
+    (25) knows none of the three, and a moving demand keeps xi_2 off 0 by what they leave.
+    """
+    return decrease(
+        data["time"],
+        data["controller.xi2"],
+        controller.linear_gain_2,
+        controller.power_gain_2,
+        controller.exponent_2,
+        dead_zone,
+    )

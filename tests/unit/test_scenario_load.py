@@ -1,0 +1,222 @@
+"""Scenarios become the loops they describe."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from hydroservo import Loop, ParameterError, ScenarioError, replace, simulate
+from hydroservo.block import leaves, value_at
+from hydroservo.controllers import PI, TSMC, Backstepping, Saturation
+from hydroservo.loads import Constant
+from hydroservo.loads import Sine as SineLoad
+from hydroservo.observers import Implicit, ModelDerivative, TSMObserver
+from hydroservo.plants import DesignModel
+from hydroservo.references import Sine as SineReference
+from hydroservo.references import Square
+from hydroservo.scenario import builtin_scenarios, load_scenario, parse_override, scenario_source
+from hydroservo.valves import FirstOrderValve
+
+DELTA = {
+    "plant.damping": 0.2,
+    "plant.bulk_modulus": 0.1,
+    "plant.leakage": 0.3,
+    "valve.orifice.discharge_coefficient": 0.1,
+    "valve.orifice.area_gradient": 0.1,
+    "valve.orifice.density": 0.15,
+}
+
+
+@pytest.fixture
+def scenario(tmp_path: Path):
+    def write(text: str) -> Path:
+        path = tmp_path / "my.toml"
+        path.write_text(text, encoding="utf-8")
+        return path
+
+    return write
+
+
+@pytest.mark.parametrize("demand", ["sine", "square"])
+@pytest.mark.parametrize(
+    ("law", "controller"),
+    [("pi", PI()), ("backstepping", Backstepping(derivative=ModelDerivative())), ("tsmc", TSMC())],
+)
+def test_builtin_scenarios_say_what_the_defaults_are(demand: str, law: str, controller: object) -> None:
+    nominal = load_scenario(f"paper/{demand}-{law}", {"uncertainty.scale": 0})
+    wanted = Loop(controller=controller)
+    if demand == "square":
+        wanted = wanted._replace(reference=Square(), load=Constant())
+    assert nominal == wanted
+    assert dict(leaves(nominal)) == dict(leaves(wanted))
+
+
+@pytest.mark.parametrize("scale", [1, -1, 0.5])
+def test_uncertainty_is_the_machine_s_alone(scale: float) -> None:
+    loop = load_scenario("paper/sine-tsmc", {"uncertainty.scale": scale})
+    for path, relative in DELTA.items():
+        assert value_at(loop, path) == value_at(Loop(), path) * (1.0 + scale * relative)
+    assert replace(loop, {path: value_at(Loop(), path) for path in DELTA}) == Loop(controller=TSMC())
+
+
+def test_builtin_names_and_text() -> None:
+    names = builtin_scenarios()
+    assert set(names) == {
+        f"paper/{d}-{c}" for d in ("sine", "square") for c in ("pi", "backstepping", "tsmc")
+    }
+    assert all(title for title in names.values())
+    assert 'mass = "6 kg"' in scenario_source("paper/sine-pi")
+
+
+def test_a_builtin_text_saved_as_a_file_is_the_same_scenario(scenario) -> None:
+    path = scenario(scenario_source("paper/square-tsmc"))
+    assert scenario_source(path) == scenario_source("paper/square-tsmc")
+    assert load_scenario(path) == load_scenario(str(path)) == load_scenario("paper/square-tsmc")
+
+
+def test_what_is_missing_is_default(scenario) -> None:
+    assert load_scenario(scenario('[controller]\ntype = "PI"')) == Loop(controller=PI())
+
+
+def test_names_belong_to_roles(scenario) -> None:
+    path = scenario('reference.type = "Sine"\nload.type = "Sine"\ncontroller.type = "PI"')
+    loop = load_scenario(path)
+    assert type(loop.reference) is SineReference
+    assert type(loop.load) is SineLoad
+
+
+def test_keys_without_a_type_change_the_default_block(scenario) -> None:
+    path = scenario('load.amplitude = "5 N"\ncontroller.type = "TSMC"\ncontroller.observer.exponent = 0.5')
+    loop = load_scenario(path)
+    assert loop.load == SineLoad(amplitude=5.0)
+    assert loop.controller == TSMC(observer=TSMObserver(exponent=0.5))
+
+
+def test_numbers_are_si_and_floats(scenario) -> None:
+    path = scenario('controller.type = "PI"\ncontroller.proportional_gain = 3\nsimulation.substeps = 2')
+    loop = load_scenario(path)
+    assert repr(loop.controller.proportional_gain) == "3.0"
+    assert repr(loop.simulation.substeps) == "2"
+
+
+def test_crlf_and_a_byte_order_mark_are_read(tmp_path: Path) -> None:
+    path = tmp_path / "windows.toml"
+    path.write_bytes(b'\xef\xbb\xbf[controller]\r\ntype = "PI"\r\n')
+    assert load_scenario(path) == Loop(controller=PI())
+
+
+def test_the_controller_believes_in_the_nominal_machine(scenario) -> None:
+    text = """
+        controller.type = "TSMC"
+        plant.mass = "7 kg"
+        valve.gain = 4e-4
+        valve.orifice.density = 870
+        supply.supply_pressure = "60 bar"
+        uncertainty.plant.mass = "10 %"
+    """
+    loop = load_scenario(scenario(text))
+    assert loop.plant.mass == pytest.approx(7.7)
+    model = loop.controller.model
+    assert model.plant.mass == 7.0
+    assert model.valve_gain == 4e-4
+    assert model.orifice.density == 870.0
+    assert model.supply.supply_pressure == 60e5
+    assert loop.nominal == model
+
+
+def test_the_controller_s_model_overrides_single_values(scenario) -> None:
+    text = """
+        plant.mass = 7
+        controller.type = "Backstepping"
+        controller.model.plant.damping = "40 N s/m"
+        controller.model.least_drop = "1 bar"
+    """
+    loop = load_scenario(scenario(text))
+    assert loop.controller.model.plant == loop.plant._replace(damping=40.0)
+    assert (
+        loop.nominal
+        == loop.controller.model
+        == DesignModel(plant=loop.plant._replace(damping=40.0), least_drop=1e5)
+    )
+    assert loop.plant.damping == 50.0
+
+
+def test_without_a_model_in_the_controller_nominal_is_the_machine_before_uncertainty(scenario) -> None:
+    path = scenario('controller.type = "PI"\nplant.mass = 7\nuncertainty.plant.mass = 0.5')
+    loop = load_scenario(path)
+    assert loop.nominal == DesignModel(plant=loop.plant._replace(mass=7.0))
+    assert loop.plant.mass == 10.5
+
+
+def test_changes_take_what_a_file_can_hold() -> None:
+    changes = {
+        "plant.mass": "7000 g",
+        "plant.as_printed": True,
+        "simulation.period": 1e-3,
+        "valve.type": "FirstOrderValve",
+        "valve.time_constant": "5 ms",
+        "controller": {"saturation": {"limit": "5 V"}},
+        "uncertainty.scale": 0,
+    }
+    loop = load_scenario("paper/sine-pi", changes)
+    assert loop.plant == Loop().plant._replace(mass=7.0, as_printed=True)
+    assert loop.simulation.period == 1e-3
+    assert loop.valve == FirstOrderValve(time_constant=5e-3)
+    assert loop.controller == PI()._replace(saturation=PI().saturation._replace(limit=5.0))
+
+
+def test_another_type_keeps_only_the_keys_that_it_has_too(scenario) -> None:
+    path = scenario('[controller]\ntype = "PI"\nproportional_gain = 1\n[controller.saturation]\nlimit = 3')
+    loop = load_scenario(path, {"controller.type": "TSMC", "controller.exponent_1": "3/5"})
+    assert loop.controller == TSMC(exponent_1=0.6, saturation=Saturation(3.0))
+    assert load_scenario(path, {"controller.type": "PI"}).controller.proportional_gain == 1.0
+
+
+def test_a_nested_type_is_changed_alone() -> None:
+    loop = load_scenario(
+        "paper/sine-tsmc",
+        {"controller.observer.realisation.type": "Implicit", "controller.observer.switching_gain_2": 1e5},
+    )
+    assert loop.controller.observer == TSMObserver(realisation=Implicit(), switching_gain_2=1e5)
+
+
+@pytest.mark.parametrize(
+    ("text", "path", "value"),
+    [
+        ("plant.mass=7", "plant.mass", 7),
+        ("plant.mass = 7.5 ", "plant.mass", 7.5),
+        ("supply.supply_pressure=40 bar", "supply.supply_pressure", "40 bar"),
+        ('supply.supply_pressure="40 bar"', "supply.supply_pressure", "40 bar"),
+        ("controller.type=TSMC", "controller.type", "TSMC"),
+        ("controller.exponent_1=5/7", "controller.exponent_1", "5/7"),
+        ("plant.as_printed=true", "plant.as_printed", True),
+        ("uncertainty.scale=-1", "uncertainty.scale", -1),
+        ("reference.series.file=a=b.csv", "reference.series.file", "a=b.csv"),
+        ("a=1\nb = 2", "a", "1\nb = 2"),
+        ("a=" + "[" * 2000, "a", "[" * 2000),
+        ("a=" + "9" * 4090, "a", int("9" * 4090)),
+    ],
+)
+def test_overrides_as_text(text: str, path: str, value: object) -> None:
+    assert parse_override(text) == (path, value)
+
+
+@pytest.mark.parametrize(
+    "text", ["", "plant.mass", "=7", "a..b=1", ".a=1", "a b=1", "a.=1", "a=" + "9" * 5000]
+)
+def test_overrides_of_another_form(text: str) -> None:
+    with pytest.raises(ScenarioError):
+        parse_override(text)
+
+
+def test_a_period_that_does_not_divide_is_refused_when_simulated() -> None:
+    loop = load_scenario("paper/sine-pi", {"simulation.period": "0.3 ms", "simulation.duration": "1 s"})
+    with pytest.raises(ParameterError, match=r"simulation\.period = 0\.0003"):
+        simulate(loop)
+
+
+def test_the_import_is_light() -> None:
+    heavy = "{'pint', 'pydantic', 'pandas', 'xarray', 'numba'}"
+    code = f"import sys, hydroservo.scenario; sys.exit(bool({heavy} & set(sys.modules)))"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

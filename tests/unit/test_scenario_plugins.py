@@ -1,0 +1,142 @@
+"""A user's own blocks."""
+
+from pathlib import Path
+
+import pytest
+
+from hydroservo import ScenarioError, simulate
+from hydroservo.scenario import load_plugin, load_scenario, plugins
+from hydroservo.scenario.plugins import plugin_classes
+
+BLOCK = """
+from typing import Annotated, NamedTuple
+from hydroservo.block import Field
+from hydroservo.plants.design_model import DesignModel
+
+class {name}State(NamedTuple):
+    u: Annotated[float, Field("V", "command")]
+
+class {name}(NamedTuple):
+    gain: Annotated[float, Field("V s/m", "gain", above=0)] = 10
+    needed: Annotated[float, Field("m", "no default")] = {default}
+    model: DesignModel = DesignModel()
+
+    def init(self) -> {name}State:
+        return {name}State(0.0)
+
+    def step(self, state, measured, demand, period):
+        return {name}State(self.gain * (demand.value - measured.velocity))
+"""
+
+
+@pytest.fixture(autouse=True)
+def forgotten(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What a test loads, no other test sees."""
+    monkeypatch.setattr(plugins, "loaded", {})
+
+
+def written(folder: Path, name: str, text: str) -> Path:
+    path = folder / f"{name.lower()}.py"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def test_a_plugin_s_controller_is_loaded_and_runs(tmp_path: Path) -> None:
+    plugin = written(tmp_path, "Mine", BLOCK.format(name="Mine", default="0.0"))
+    scenario = tmp_path / "my.toml"
+    scenario.write_text(
+        'plant.mass = 7\ncontroller = {type = "Mine", gain = "20 V s/m"}\nsimulation.duration = "10 ms"'
+    )
+    with pytest.raises(ScenarioError, match="'Mine' must be one of Backstepping, PI"):
+        load_scenario(scenario)  # no code is run by a scenario
+    loop = load_scenario(scenario, plugins=[plugin])
+    assert type(loop.controller).__name__ == "Mine"
+    assert loop.controller.gain == 20.0
+    assert loop.nominal == loop.controller.model
+    assert loop.nominal.plant.mass == 7.0
+    assert not simulate(loop, compiled=False)["diverged"]
+    default = load_scenario(scenario, {"controller.type": "PI"})
+    assert type(load_scenario(scenario, {"controller.gain": 5}).controller) is type(loop.controller)
+    assert type(default.controller).__name__ == "PI"
+
+
+def test_a_whole_default_becomes_a_float(tmp_path: Path) -> None:
+    plugin = written(tmp_path, "Whole", BLOCK.format(name="Whole", default="0.0"))
+    loop = load_scenario("paper/sine-pi", {"controller.type": "Whole"}, [plugin])
+    assert repr(loop.controller.gain) == "10.0"
+
+
+def test_a_plugin_is_executed_once_until_it_changes(tmp_path: Path) -> None:
+    plugin = written(tmp_path, "Once", BLOCK.format(name="Once", default="0.0"))
+    (first,) = (cls for cls in load_plugin(plugin) if cls.__name__ == "Once")
+    assert first in load_plugin(plugin)
+    plugin.write_text(BLOCK.format(name="Once", default="1.0"), encoding="utf-8")
+    assert first not in load_plugin(plugin)
+    assert first not in plugin_classes()
+
+
+def test_a_missing_default_must_be_given(tmp_path: Path) -> None:
+    text = BLOCK.format(name="Needy", default="X").replace(" = X", "").replace(" = 10", "")
+    plugin = written(tmp_path, "Needy", text)
+    changes = {"controller.type": "Needy", "controller.gain": 1}
+    with pytest.raises(
+        ScenarioError, match=r"controller: needed is missing; it must be a finite number \[m\]"
+    ):
+        load_scenario("paper/sine-pi", changes, [plugin])
+    assert load_scenario("paper/sine-pi", {**changes, "controller.needed": "1 mm"}).controller.needed == 1e-3
+
+
+def test_a_name_of_two_classes_is_refused(tmp_path: Path) -> None:
+    plugin = written(tmp_path, "two", BLOCK.format(name="Backstepping", default="0.0"))
+    with pytest.raises(ScenarioError, match="names two classes"):
+        load_scenario("paper/sine-backstepping", plugins=[plugin])
+
+
+def test_a_class_that_lacks_a_method(tmp_path: Path) -> None:
+    text = BLOCK.format(name="Lame", default="0.0").replace("def step(self, state, ", "def step(self, ")
+    text += BLOCK.format(name="Halt", default="0.0").replace("def step", "def stop")
+    plugin = written(tmp_path, "Lame", text)
+    with pytest.raises(
+        ScenarioError, match=r"'Lame' cannot be a Controller: its method step must be step\(self, s"
+    ):
+        load_scenario("paper/sine-pi", {"controller.type": "Lame"}, [plugin])
+    with pytest.raises(
+        ScenarioError, match=r"'Halt' cannot be a Controller: it has no method step\(self, s, y, r"
+    ):
+        load_scenario("paper/sine-pi", {"controller.type": "Halt"})
+
+
+@pytest.mark.parametrize(
+    ("text", "problem"),
+    [
+        ("x = 1\ndef f(:\n", r"line 2: SyntaxError"),
+        ("x = 1\n\nimport no_such_module_anywhere\n", r"line 3: ModuleNotFoundError: No module named"),
+        ("def f():\n    return 1/0\n\nf()\n", r"line 2: ZeroDivisionError"),
+        ("raise SystemExit(3)", r"line 1: SystemExit: 3"),
+        ("raise ValueError('two\\nlines')", r"line 1: ValueError: two\\nlines"),
+        ("x = 1", "defines no block"),
+        ("", "defines no block"),
+        ("\0", "ValueError|SyntaxError"),
+        ("from typing import NamedTuple\nclass A(NamedTuple):\n    x: 'Nowhere' = 1\n", "NameError"),
+        ("(" * 100_000, "Error"),
+    ],
+)
+def test_errors_in_a_plugin(tmp_path: Path, text: str, problem: str) -> None:
+    plugin = written(tmp_path, "bad", text)
+    with pytest.raises(ScenarioError, match=problem) as caught:
+        load_plugin(plugin)
+    assert str(caught.value).startswith(str(plugin))
+    assert len(str(caught.value).splitlines()) == 1
+
+
+def test_plugins_that_are_no_python_files(tmp_path: Path) -> None:
+    (tmp_path / "blob.py").write_bytes(b"\xff\xfe\x00")
+    (tmp_path / "block.txt").write_text("x = 1")
+    for name, problem in [
+        ("none.py", "cannot be read: no such file"),
+        ("", "is a directory"),
+        ("blob.py", "is not UTF-8"),
+        ("block.txt", r"must end in \.py"),
+    ]:
+        with pytest.raises(ScenarioError, match=problem):
+            load_plugin(tmp_path / name)

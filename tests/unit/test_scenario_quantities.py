@@ -1,0 +1,159 @@
+"""Quantities as an engineer writes them, and text that is none."""
+
+import math
+import re
+import time
+from contextlib import suppress
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hydroservo.scenario.quantities import si_value, unit_factor
+
+QUANTITIES = [
+    ("40 bar", "Pa", 40e5),
+    ("0 bar", "Pa", 0.0),
+    ("4.91 cm^2", "m^2", 4.91e-4),
+    ("4.91 cm2", "m^2", 4.91e-4),
+    ("4.91 cm²", "m^2", 4.91e-4),
+    ("4.91cm**2", "m^2", 4.91e-4),
+    ("30 mm/s", "m/s", 0.03),
+    ("-30 mm/s", "m/s", -0.03),
+    ("+.5e2 mm s-1", "m/s", 0.05),
+    ("10 us", "s", 1e-5),
+    ("10 µs", "s", 1e-5),
+    ("0.1 ms", "s", 1e-4),
+    ("60 L/min", "m^3/s", 1e-3),
+    ("60 l/min", "m^3/s", 1e-3),
+    ("2.5e-11 m^3/(s Pa)", "m^3/(s Pa)", 2.5e-11),
+    ("2.5e-11 m³/(s·Pa)", "m^3/(s Pa)", 2.5e-11),
+    ("2.5 cm^3/(s bar)", "m^3/(s Pa)", 2.5e-11),
+    ("10 %", "", 0.1),
+    ("10%", "", 0.1),
+    ("5e-4 m/V", "m/V", 5e-4),
+    ("100 V s/m", "V s/m", 100.0),
+    ("1000/s", "1/s", 1000.0),
+    ("1000 1/s", "1/s", 1000.0),
+    ("50 N*s/m", "N s/m", 50.0),
+    ("0.25 Hz", "Hz", 0.25),
+    ("15 rpm", "Hz", 0.25),
+    ("2 kHz", "Hz", 2000.0),
+    ("90 deg", "rad", math.pi / 2),
+    ("90°", "rad", math.pi / 2),
+    ("5/7", "", 5 / 7),
+    ("5 / 9", "", 5 / 9),
+    ("1 m^(2/7)/s^(9/7)", "m^(2/7)/s^(9/7)", 1.0),
+    ("10 N^(2/7)/s", "N^(2/7)/s", 10.0),
+    ("100 kgf", "N", 980.665),
+]
+
+WRONG = [
+    ("40 bar", "m", "does not convert to m"),
+    ("40 mm", "", "is not dimensionless"),
+    ("40", "Pa", "has no unit; write '40 Pa'"),
+    ("40 Bar", "Pa", "unknown unit Bar; did you mean bar?"),
+    ("1,5 mm", "m", "cannot be read"),
+    ("bar", "Pa", "is not a quantity such as '40 bar'"),
+    ("", "Pa", "is not a quantity"),
+    ("nan Pa", "Pa", "is not a quantity"),
+    ("inf Pa", "Pa", "is not a quantity"),
+    ("5/0", "", "is not a finite number"),
+    ("1e99 Ym^99", "m^99", "is not a finite number"),
+    ("9**9**9 m", "m", "cannot be read"),
+    ("1e999 m", "m", "cannot be read"),
+    ("1 m^999", "m", "cannot be read"),
+    ("1 m^(9^9)", "m", "cannot be read"),
+    ("1 m^99^99", "m", "cannot be read"),
+    ("1 m^(1/0)", "m", "out of range"),
+    ("1 ((((m))))", "m", "cannot be read"),
+    ("1 (m", "m", "cannot be read"),
+    ("1 m/", "m", "cannot be read"),
+    ("1 m/s Pa", "m", "ambiguous after the stroke; write /(s Pa)"),
+    ("1 __import__('os')", "m", "cannot be read"),
+    ("0x10 m", "m", "unknown unit x"),
+    ("1_0 m", "m", "cannot be read"),
+    ("20 degC", "K", "offset"),
+    ("3 dB", "", "logarithm"),
+    ("3 mdB", "", "cannot be read"),
+    ("9" * 65 + " m", "m", "is not a quantity"),
+    ("1 " + "m " * 40, "m", "is not a quantity"),
+]
+
+
+@pytest.mark.parametrize(("text", "unit", "value"), QUANTITIES)
+def test_quantity(text: str, unit: str, value: float) -> None:
+    assert si_value(text, unit) == value  # to the last bit: "10 us" is the number 1e-5
+
+
+@pytest.mark.parametrize(("text", "unit", "problem"), WRONG)
+def test_wrong_quantity(text: str, unit: str, problem: str) -> None:
+    si_value("1 m", "m")  # pint is there
+    start = time.perf_counter()
+    with pytest.raises(ValueError, match=re.escape(problem)):
+        si_value(text, unit)
+    assert time.perf_counter() - start < 0.1
+
+
+def test_a_cycle_is_not_a_radian() -> None:
+    assert si_value("1 rad/s", "Hz") == pytest.approx(1 / (2 * math.pi), rel=1e-15)
+    with pytest.raises(ValueError, match="does not convert to 1/s"):
+        si_value("2 Hz", "1/s")  # of a gain: by a factor of 2 pi or not?
+
+
+def test_unit_factor_is_exact() -> None:
+    assert unit_factor("us", "s").denominator == 10**6
+
+
+@given(
+    st.floats(1e-30, 1e30, allow_nan=False),
+    st.sampled_from([("mm", "m", 3), ("us", "s", 6), ("MPa", "Pa", -6)]),
+)
+def test_conversion_is_correctly_rounded(number: float, unit: tuple[str, str, int]) -> None:
+    name, si, places = unit
+    mantissa, _, exponent = f"{number:.16e}".partition("e")
+    assert si_value(f"{mantissa}e{exponent} {name}", si) == float(f"{mantissa}e{int(exponent) - places}")
+
+
+@given(st.text(max_size=80), st.sampled_from(["m", "", "Hz", "m^3/(s Pa)"]))
+def test_any_text_is_a_number_or_a_value_error(text: str, unit: str) -> None:
+    for candidate in (text, f"1 {text}"):
+        try:
+            value = si_value(candidate, unit)
+        except ValueError:
+            continue
+        assert math.isfinite(value)
+
+
+UNIT_PIECES = st.lists(
+    st.sampled_from(
+        [
+            "m",
+            "s",
+            "kg",
+            "Pa",
+            "bar",
+            "dB",
+            "degC",
+            "Hz",
+            "1",
+            "/",
+            "*",
+            "^",
+            "(",
+            ")",
+            " ",
+            "9",
+            "-",
+            ".5",
+            "%",
+        ]
+    ),
+    max_size=14,
+)
+
+
+@given(UNIT_PIECES)
+def test_any_unit_is_a_unit_or_a_value_error(pieces: list[str]) -> None:
+    with suppress(ValueError):
+        assert unit_factor("".join(pieces), "m") > 0

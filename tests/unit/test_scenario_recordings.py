@@ -1,0 +1,159 @@
+"""Recorded signals from CSV files, with their units."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from hydroservo import ScenarioError
+from hydroservo.field import Field
+from hydroservo.scenario import load_scenario
+from hydroservo.scenario.recordings import read_series
+from hydroservo.time_series import TimeSeries
+
+VELOCITY = Field("m/s", "velocity demand")
+SI = TimeSeries.from_samples([0.0, 0.5, 1.0], [0.0, 0.012, 0.03])
+GOOD = "t,v\n0,0\n0.5,0.012\n1,0.03\n"
+
+
+def same(a: TimeSeries, b: TimeSeries) -> bool:
+    return np.array_equal(a.knots, b.knots) and np.array_equal(a.coefficients, b.coefficients)
+
+
+@pytest.fixture
+def csv(tmp_path: Path):
+    def write(text: str, name: str = "demand.csv") -> Path:
+        path = tmp_path / name
+        path.write_bytes(text.encode())
+        return path
+
+    return write
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        GOOD,
+        GOOD.replace("\n", "\r\n"),
+        "\ufeff" + GOOD + "\n\n",
+        "t [s],v [m/s]\n0,0\n0.5,0.012\n1,0.03",
+        "t [ms], v [mm/s]\n0, 0\n500, 12\n1000, 30\n",
+        'time (us),"v (mm/s)"\n0,0\n5e5,12\n"1e6",30\n',
+        "t [min],v [m/min]\n0,0\n0.00833333333333333333,0.72\n0.016666666666666666,1.8\n",
+    ],
+)
+def test_columns_and_units(csv, text: str) -> None:
+    series = read_series(csv(text), VELOCITY)
+    if "min" in text:
+        np.testing.assert_allclose(series.value(0.5), 0.012, rtol=1e-14)
+    else:
+        assert same(series, SI)
+
+
+@pytest.mark.parametrize(("column", "time"), [("v", "t"), ("v [mm/s]", "t"), ("v", "t [ms]")])
+def test_columns_by_name(csv, column: str, time: str) -> None:
+    path = csv("note,F (kN),v [mm/s],t [ms]\na,1,0,0\nb,2,12,500\n,3,30,1000\n")
+    assert same(read_series(path, VELOCITY, column, time), SI)
+
+
+WRONG = [
+    ("", "line 1: must name at least two columns"),
+    ("t\n0\n1\n", "line 1: must name at least two columns"),
+    ("t;v\n0;0\n", "line 1: must name at least two columns, separated by commas"),
+    ("0,0\n1,1\n2,2\n", "line 1: must name the columns"),
+    ("t,v\n", "has 0 rows of numbers; at least 2"),
+    ("t,v\n0,0\n", "has 1 rows of numbers; at least 2"),
+    ("t,v\n0,0\n1\n", "line 3: has 1 cells; the first line has 2"),
+    ("t,v\n0,0\n1,2,3\n", "line 3: has 3 cells"),
+    ("t,v\n0,0\n\n1,1\n", "line 3: has 0 cells"),
+    ("t,v\n0,0\n1,fast\n", "line 3, column v: 'fast' must be a finite number"),
+    ("t,v [mm/s]\n0,0\n1,nan\n", r"line 3, column v \[mm/s\]: 'nan' must be a finite number"),
+    ("t,v\n0,0\n1,inf\n", "'inf' must be"),
+    ("t,v\n0,0\n1,1e999\n", "'1e999' must be"),
+    ("t,v\n0,0\n1,1_0\n", "'1_0' must be"),
+    ("t,v\n0,0\n1,\n", "line 3, column v: is empty"),
+    ("t,v\n0,0\n0,1\n", "line 3, column t: '0' is not after"),
+    ("t,v\n0,0\n2,1\n1,1\n", "line 4, column t: '1' is not after"),
+    ("t,v [bar]\n0,0\n1,1\n", r"line 1: column 'v \[bar\]' does not convert to m/s"),
+    ("t [m],v\n0,0\n1,1\n", r"line 1: column 't \[m\]' does not convert to s"),
+    ("t,v [mm/z]\n0,0\n1,1\n", "unknown unit z"),
+    ('t,v\n0,"0\n1,1\n', "is not CSV"),
+    ("t,v\n0,0\n1,1e300\n2,-1e308\n3,1e308", "column v"),
+    ("t,v\n0,0\n" + "9" * 70_000 + ",1\n", "line 3: is longer than"),
+]
+
+
+@pytest.mark.parametrize(("text", "problem"), WRONG)
+def test_wrong_files(csv, text: str, problem: str) -> None:
+    path = csv(text)
+    with pytest.raises(ScenarioError, match=problem) as caught:
+        read_series(path, VELOCITY)
+    assert str(caught.value).startswith(f"{path}: ")
+    assert len(str(caught.value).splitlines()) == 1
+
+
+def test_wrong_column_names(csv) -> None:
+    path = csv("t,velocity,v,v\n0,0,1,2\n1,1,1,1\n")
+    with pytest.raises(ScenarioError, match=r"column 'velocty' is missing; .* did you mean velocity"):
+        read_series(path, VELOCITY, "velocty")
+    with pytest.raises(ScenarioError, match="column 'v' appears more than once"):
+        read_series(path, VELOCITY, "v")
+    with pytest.raises(ScenarioError, match="column 'T' is missing; it must be one of t, velocity"):
+        read_series(path, VELOCITY, "v", "T")
+
+
+def test_files_that_are_none(tmp_path: Path) -> None:
+    blob = tmp_path / "blob.csv"
+    blob.write_bytes(b"t,v\n0,0\n\xff\xfe\n")
+    huge = tmp_path / "huge.csv"
+    with huge.open("wb") as file:
+        file.truncate((64 << 20) + 1)
+    for path, problem in [
+        (blob, r"is not UTF-8 text \(line 3\)"),
+        (huge, "is larger than 64 MiB"),
+        (tmp_path, "is a directory"),
+        (tmp_path / "none.csv", "no such file"),
+        (Path("/dev/zero"), "is not a regular file"),
+    ]:
+        with pytest.raises(ScenarioError, match=problem):
+            read_series(path, VELOCITY)
+
+
+def test_a_scenario_names_its_file(csv, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    csv(GOOD)
+    csv("t,F [mN]\n0,0\n0.5,12\n1,30\n", "force.csv")
+    scenario = tmp_path / "my.toml"
+    scenario.write_text(
+        'controller.type = "PI"\nreference = {type = "Recorded", series = {file = "demand.csv"}}\n'
+        'load = {type = "Recorded", series = {file = "force.csv", column = "F"}}'
+    )
+    loop = load_scenario(scenario)  # beside the scenario
+    assert same(loop.reference.series, SI)
+    assert same(loop.load.series, SI)
+    elsewhere = tmp_path / "elsewhere"
+    elsewhere.mkdir()
+    (elsewhere / "other.csv").write_text("t,v\n0,1\n1,2\n")
+    monkeypatch.chdir(elsewhere)  # an override starts where the user is
+    changed = load_scenario(scenario, {"reference.series.file": "other.csv"})
+    assert changed.reference.series.value(1.0) == 2.0
+
+
+@pytest.mark.parametrize(
+    ("series", "problem"),
+    [
+        ("", "reference.series: a file is needed"),
+        ("series = {}", "reference.series: a file is needed"),
+        ("series = 3", r"reference.series: 3 must be a table: \[reference.series\]"),
+        ("series.file = 3", "reference.series.file: 3 must be a string"),
+        ('series.file = "none.csv"', "reference.series.file: 'none.csv' there is no such file"),
+        ('series = {file = "demand.csv", colum = "v"}', "reference.series.colum: .* did you mean column"),
+        ('series = {file = "force.csv"}', r"force.csv: line 1: column 'F \[kN\]' does not convert to m/s"),
+    ],
+)
+def test_wrong_tables(csv, tmp_path: Path, series: str, problem: str) -> None:
+    csv(GOOD)
+    csv("t,F [kN]\n0,0\n1,1\n", "force.csv")
+    scenario = tmp_path / "my.toml"
+    scenario.write_text(f'controller.type = "PI"\n[reference]\ntype = "Recorded"\n{series}')
+    with pytest.raises(ScenarioError, match=problem):
+        load_scenario(scenario)
