@@ -57,6 +57,7 @@ def number(value: Any, path: str, field: Field, kind: Any) -> float | int | bool
 
 
 def within(value: float, field: Field) -> bool:
+    """True for a finite value in a field's range."""
     return (
         math.isfinite(value)
         and (field.above is None or value > field.above)

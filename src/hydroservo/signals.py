@@ -10,8 +10,8 @@ __all__ = ["Correction", "Demand", "Measurement"]
 class Demand(NamedTuple):
     """A velocity demand and its first two derivatives at one instant."""
 
-    value: Annotated[float, Field("m/s", "dy_d/dt")]
-    rate: Annotated[float, Field("m/s^2", "")]
+    value: Annotated[float, Field("m/s", "velocity demand dy_d/dt")]
+    rate: Annotated[float, Field("m/s^2", "first derivative of the velocity demand")]
     acceleration: Annotated[float, Field("m/s^3", "second derivative of the velocity demand")]
 
 

@@ -79,8 +79,12 @@ def simulate(
 
 def trace_size(loop: Loop, record: Sequence[str] | None = None) -> int:
     """Bytes that the recorded trajectory of a loop will take."""
-    plan = laid_out(loop, loop.init(), record)
-    return 8 * plan.rows * len(plan.paths)
+    return plan_size(laid_out(loop, loop.init(), record))
+
+
+def plan_size(plan: Plan) -> int:
+    """Bytes of the recorded numbers and their instants."""
+    return 8 * plan.rows * (len(plan.paths) + 1)
 
 
 def run(
@@ -148,7 +152,7 @@ def laid_out(loop: Loop, state: Block, record: Sequence[str] | None) -> Plan:
     paths = tuple(record) if record is not None else tuple(path for path, _ in leaves(state))
     fields = tuple(field_at(state, path) for path in paths)
     plan = Plan(periods + 1, stride, periods // stride + 1, paths, fields)
-    size = 8 * plan.rows * len(paths)
+    size = plan_size(plan)
     if size > LARGEST_TRACE:
         raise LoopError(
             f"the recorded trajectory would take {size / 2**30:.1f} GiB; "

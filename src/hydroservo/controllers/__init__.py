@@ -6,11 +6,11 @@ from hydroservo.controllers.saturation import Saturation
 from hydroservo.controllers.tsmc import TSMC, TSMCState
 
 __all__ = [
+    "PI",
+    "TSMC",
     "Backstepping",
     "BacksteppingState",
-    "PI",
     "PIState",
     "Saturation",
-    "TSMC",
     "TSMCState",
 ]

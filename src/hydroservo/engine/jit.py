@@ -12,8 +12,7 @@ from types import FunctionType
 from typing import Any
 
 import numpy as np
-from numba import njit
-from numba import types
+from numba import njit, types
 from numba.core.typing.templates import AbstractTemplate, AttributeTemplate
 from numba.extending import infer_getattr, lower_builtin, overload
 

@@ -3,16 +3,19 @@
 from typing import Annotated, NamedTuple
 
 from hydroservo.block import Field
+from hydroservo.sources import TSMC_EHA_2021
 
 __all__ = ["Constant"]
 
-PAPER = "doi:10.1007/s42401-021-00087-w, Sec. 4"
-
 
 class Constant(NamedTuple):
-    """F_L = amplitude, from t = 0 on, positive against motion."""
+    """F_L = amplitude, from t = 0 on, positive against motion.
 
-    amplitude: Annotated[float, Field("N", "force", PAPER)] = 100.0
+    Source: Sec. 4 of doi:10.1007/s42401-021-00087-w.
+    Fails as a start in equilibrium: the machine at rest carries no load yet, so its onset is a jump.
+    """
+
+    amplitude: Annotated[float, Field("N", "force", TSMC_EHA_2021)] = 100.0
 
     def force(self, t: float) -> float:
         return self.amplitude

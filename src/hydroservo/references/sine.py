@@ -6,19 +6,22 @@ from typing import Annotated, NamedTuple
 from hydroservo import ops
 from hydroservo.block import Field
 from hydroservo.signals import Demand
+from hydroservo.sources import TSMC_EHA_2021
 
 __all__ = ["Sine"]
 
-PAPER = "doi:10.1007/s42401-021-00087-w, Sec. 4"
-
 
 class Sine(NamedTuple):
-    """offset + amplitude sin(2 pi frequency t + phase), with its exact derivatives."""
+    """dy_d/dt = offset + amplitude sin(2 pi frequency t + phase), with its exact derivatives.
 
-    amplitude: Annotated[float, Field("m/s", "amplitude", PAPER)] = 0.03
-    frequency: Annotated[float, Field("Hz", "frequency", PAPER, at_least=0)] = 0.25
-    phase: Annotated[float, Field("rad", "phase at t = 0")] = 0.0
-    offset: Annotated[float, Field("m/s", "mean")] = 0.0
+    Source: Sec. 4 of doi:10.1007/s42401-021-00087-w, whose demand has no phase and no offset.
+    Fails as a start from rest where phase or offset makes the first value other than 0: that is a step.
+    """
+
+    amplitude: Annotated[float, Field("m/s", "amplitude", TSMC_EHA_2021)] = 0.03
+    frequency: Annotated[float, Field("Hz", "frequency", TSMC_EHA_2021, at_least=0)] = 0.25
+    phase: Annotated[float, Field("rad", "phase at t = 0", TSMC_EHA_2021)] = 0.0
+    offset: Annotated[float, Field("m/s", "mean", TSMC_EHA_2021)] = 0.0
 
     def at(self, t: float) -> Demand:
         omega = 2.0 * math.pi * self.frequency

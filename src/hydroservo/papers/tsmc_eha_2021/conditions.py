@@ -7,8 +7,8 @@ __all__ = [
     "CONTROLLERS",
     "DEMANDS",
     "LITERAL",
-    "PRINTED",
     "REALISATIONS",
+    "REPRODUCED",
     "Condition",
     "Run",
     "all_conditions",
@@ -36,7 +36,7 @@ class Condition(NamedTuple):
     period: str
 
 
-PRINTED = Condition("corrected", 1, "boundary layer", "static", "10 us")  # as reproduced
+REPRODUCED = Condition("corrected", 1, "boundary layer", "static", "10 us")  # as reproduced
 LITERAL = Condition("as printed", 1, "explicit", "static", "10 us")  # to the letter
 
 

@@ -117,8 +117,8 @@ ERRATA = (
     Erratum(
         "Sec. 4",
         "a square demand of +-30 mm/s on a stroke of 78 mm",
-        "the same, from near the lower end of the stroke",
+        "possible only from near the lower end of the stroke",
         "with the sine's period it moves 60 mm to one side; from mid-stroke there are 39 mm",
-        "the end stops are not modelled; leaving the stroke is reported",
+        "it starts at mid-stroke (plant.start_position) and leaves the stroke, which is reported",
     ),
 )

@@ -2,7 +2,8 @@
 
 import os
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor, as_completed
+from concurrent.futures import CancelledError, ThreadPoolExecutor, as_completed
+from threading import Event
 from typing import TYPE_CHECKING, NamedTuple
 
 from hydroservo.papers.tsmc_eha_2021.claims import CLAIMS, Outcome, outcome
@@ -10,7 +11,7 @@ from hydroservo.papers.tsmc_eha_2021.conditions import (
     CONTROLLERS,
     DEMANDS,
     LITERAL,
-    PRINTED,
+    REPRODUCED,
     Condition,
     Run,
     all_conditions,
@@ -65,12 +66,12 @@ class Study(NamedTuple):
 def run_study(progress: Progress | None = None) -> Study:
     """Simulate all runs on all cores and judge every claim under every condition."""
     runs = all_runs()
-    shown = set(runs_of(PRINTED).values())
+    shown = set(runs_of(REPRODUCED).values())
     outcomes: dict[Run, Outcome] = {}
     trajectories: dict[str, xr.Dataset] = {}
-    pool = ThreadPoolExecutor(os.cpu_count())
+    pool, stop = ThreadPoolExecutor(os.cpu_count()), Event()
     try:
-        waiting = {pool.submit(simulated, run): run for run in runs}
+        waiting = {pool.submit(simulated, run, stop): run for run in runs}
         for done, future in enumerate(as_completed(waiting), 1):
             run, data = waiting.pop(future), future.result()
             outcomes[run] = outcome(data)
@@ -80,6 +81,7 @@ def run_study(progress: Progress | None = None) -> Study:
             if progress is not None:
                 progress(done, len(runs), describe(run))
     finally:
+        stop.set()
         pool.shutdown(cancel_futures=True)
     ordered = {run: outcomes[run] for run in runs}
     names = [f"{demand}-{controller}" for demand in DEMANDS for controller in CONTROLLERS]
@@ -93,8 +95,14 @@ def run_study(progress: Progress | None = None) -> Study:
     )
 
 
-def simulated(run: Run) -> "xr.Dataset":
-    return simulate(load_scenario(run.scenario(), run.changes()))
+def simulated(run: Run, stop: Event) -> "xr.Dataset":
+    """The run's result; given up between two chunks of samples once ``stop`` is set."""
+
+    def heed(_: float) -> None:
+        if stop.is_set():
+            raise CancelledError
+
+    return simulate(load_scenario(run.scenario(), run.changes()), progress=heed)
 
 
 def describe(run: Run) -> str:
@@ -123,7 +131,7 @@ def verdicts(claims: "pd.DataFrame") -> list[Verdict]:
     found = []
     for claim in CLAIMS:
         rows = claims[claims["claim"] == claim.name]
-        reproduced, literal = (at(rows, condition) for condition in (PRINTED, LITERAL))
+        reproduced, literal = (at(rows, condition) for condition in (REPRODUCED, LITERAL))
         found.append(
             Verdict(
                 claim.name,

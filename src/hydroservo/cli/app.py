@@ -1,0 +1,283 @@
+"""The commands: what each takes, and in which order it calls the library."""
+
+import sys
+from collections.abc import Callable, Sequence
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from hydroservo._version import __version__
+from hydroservo.cli.failures import Commands
+
+if TYPE_CHECKING:
+    from hydroservo.cli.progress import Report
+    from hydroservo.loop import Loop
+
+__all__ = ["app"]
+
+NOTHING: tuple[str, ...] = ()  # no trajectory is kept where nothing will be written
+LARGE_TRACE = 2**28  # bytes; a larger trajectory is announced before the run
+
+app = typer.Typer(
+    cls=Commands,
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode="markdown",
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+scenarios_app = typer.Typer(rich_markup_mode="markdown")
+app.add_typer(scenarios_app, name="scenarios")
+
+
+class Format(StrEnum):
+    """Formats of a trajectory."""
+
+    CSV = "csv"
+    PARQUET = "parquet"
+    NETCDF = "netcdf"
+    MAT = "mat"
+
+
+ENDINGS = {Format.CSV: ".csv", Format.PARQUET: ".parquet", Format.NETCDF: ".nc", Format.MAT: ".mat"}
+
+Changes = Annotated[
+    list[str],
+    typer.Option(
+        "--set",
+        metavar="a.b=VALUE",
+        default_factory=list,
+        show_default=False,
+        help="Change one entry of the scenario: `plant.mass=8kg`, "
+        "`simulation.period='100 us'`, `controller.type=PI`. A plain number is in SI units. "
+        "May be given again.",
+    ),
+]
+Plugins = Annotated[
+    list[Path],
+    typer.Option(
+        "--plugin",
+        metavar="FILE",
+        default_factory=list,
+        show_default=False,
+        help="Run this Python file, whose blocks a scenario may then name as a type. May be given again.",
+    ),
+]
+Folder = Annotated[
+    Path | None,
+    typer.Option("--out", metavar="DIR", file_okay=False, help="Write the results to this folder."),
+]
+Json = Annotated[
+    bool, typer.Option("--json", help="Print one JSON object, in SI units, and nothing else on stdout.")
+]
+
+
+def print_version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"hydroservo {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def about(
+    version: Annotated[
+        bool,
+        typer.Option("--version", callback=print_version, is_eager=True, help="Print the version and exit."),
+    ] = False,
+) -> None:
+    """Simulate electro-hydraulic servo actuators, and compare their controllers under equal conditions.
+
+    Start with `hydroservo scenarios` and `hydroservo run paper/sine-tsmc`.
+    """
+
+
+@app.command()
+def run(
+    scenario: Annotated[
+        str, typer.Argument(metavar="SCENARIO", help="A scenario file (TOML), or the name of a built-in one.")
+    ],
+    changes: Changes,
+    plugins: Plugins,
+    out: Folder = None,
+    form: Annotated[
+        Format, typer.Option("--format", help="Format of the trajectory that goes into --out.")
+    ] = Format.CSV,
+    json: Json = False,
+    interpreted: Annotated[
+        bool, typer.Option("--interpreted", help="Run in plain Python, thousands of times slower, to debug.")
+    ] = False,
+) -> None:
+    """Simulate one scenario and print its metrics.
+
+    With --out it also writes the trajectory in SI units (trajectory.csv, .parquet, .nc or .mat), the metrics
+    (metrics.csv, metrics.json) and a plot (run.png, run.svg). Other files in the folder are left alone.
+
+    Examples:
+
+    - `hydroservo run paper/sine-pi`
+    - `hydroservo run paper/square-tsmc --set load.force=150N --out results --format mat`
+    - `hydroservo run my.toml --plugin my_controller.py --set simulation.duration='2 s' --json`
+    """
+    from hydroservo.cli.files import write_run
+    from hydroservo.cli.outcome import as_json, as_object, outcome_of
+    from hydroservo.cli.progress import progress_bar
+    from hydroservo.cli.tables import show_run
+    from hydroservo.simulate import simulate
+
+    loop = loaded(scenario, changes, plugins)
+    prepare(out, [loop])
+    with progress_bar(scenario) as report:
+        dataset = simulate(
+            loop,
+            record=None if out else NOTHING,
+            compiled=not interpreted,
+            progress=lambda fraction: report(fraction, scenario),
+        )
+        outcome = outcome_of(scenario, dataset)
+        report(1.0, "writing files")
+        files = write_run(out, outcome, dataset, ENDINGS[form]) if out else []
+    if json:
+        typer.echo(as_json(as_object(outcome)))
+    else:
+        show_run(outcome)
+        list_files(files)
+
+
+@app.command()
+def compare(
+    scenarios: Annotated[
+        list[str],
+        typer.Argument(metavar="SCENARIO", help="Scenario files (TOML) or names of built-in ones."),
+    ],
+    changes: Changes,
+    plugins: Plugins,
+    out: Folder = None,
+    json: Json = False,
+) -> None:
+    """Simulate several scenarios and print their metrics side by side.
+
+    Each --set applies to all of them. With --out it also writes the metrics in SI units (metrics.csv,
+    metrics.json) and a plot of velocity, error and command on common axes (comparison.png, comparison.svg).
+
+    Examples:
+
+    - `hydroservo compare paper/sine-pi paper/sine-backstepping paper/sine-tsmc`
+    - `hydroservo compare paper/square-pi paper/square-tsmc --set load.force=150N --out results`
+    """
+    from hydroservo.cli.files import write_comparison
+    from hydroservo.cli.outcome import as_json, as_object, outcome_of
+    from hydroservo.cli.progress import progress_bar
+    from hydroservo.cli.tables import show_comparison
+    from hydroservo.simulate import simulate
+
+    loops = [loaded(scenario, changes, plugins) for scenario in scenarios]
+    prepare(out, loops)
+    datasets = []
+    with progress_bar(scenarios[0]) as report:
+        for i, (scenario, loop) in enumerate(zip(scenarios, loops, strict=True)):
+            progress = part(report, i, len(loops), scenario)
+            datasets.append(simulate(loop, record=None if out else NOTHING, progress=progress))
+        outcomes = [outcome_of(*pair) for pair in zip(scenarios, datasets, strict=True)]
+        labels = short_names(scenarios)
+        report(1.0, "writing files")
+        files = write_comparison(out, outcomes, datasets, labels) if out else []
+    if json:
+        typer.echo(as_json({"runs": [as_object(outcome) for outcome in outcomes]}))
+    else:
+        show_comparison(outcomes, labels)
+        list_files(files)
+
+
+@app.command()
+def paper(
+    out: Annotated[
+        Path, typer.Option("--out", metavar="DIR", file_okay=False, help="Write the report to this folder.")
+    ] = Path("hydroservo-paper"),
+) -> None:
+    """Reproduce the terminal sliding mode study of doi:10.1007/s42401-021-00087-w and judge its claims.
+
+    It takes about a minute, and leaves the figures (PNG, SVG), the metrics (CSV, JSON), the trajectories and
+    a report (report.html) that opens in any browser, offline.
+    """
+    from hydroservo.cli.progress import progress_bar
+    from hydroservo.cli.tables import show_verdicts
+    from hydroservo.figures.report import write_report
+    from hydroservo.papers.tsmc_eha_2021.study import run_study
+
+    prepare(out, [])
+    with progress_bar("preparing") as report:
+
+        def progress(done: int, total: int, what: str) -> None:
+            report(done / total, what)
+
+        study = run_study(progress)
+        page = write_report(study, out, progress)
+    show_verdicts(study.verdicts)
+    typer.echo(f"report: {page}")
+
+
+@scenarios_app.callback(invoke_without_command=True)
+def scenarios(context: typer.Context) -> None:
+    """List the built-in scenarios, or show one."""
+    from hydroservo.cli.tables import show_scenarios
+    from hydroservo.scenario import builtin_scenarios
+
+    if context.invoked_subcommand is None:
+        show_scenarios(builtin_scenarios())
+
+
+@scenarios_app.command("show")
+def show_source(
+    name: Annotated[str, typer.Argument(metavar="NAME", help="A built-in name, or a scenario file.")],
+) -> None:
+    """Print a scenario as TOML: the start of one of your own.
+
+    Example:
+
+    - `hydroservo scenarios show paper/sine-tsmc > my.toml`
+    """
+    from hydroservo.scenario import scenario_source
+
+    text = scenario_source(name)
+    if sys.stdout.isatty():
+        from hydroservo.cli.tables import show_toml
+
+        show_toml(text)
+    else:
+        typer.echo(text, nl=False)
+
+
+def loaded(scenario: str, changes: Sequence[str], plugins: Sequence[Path]) -> "Loop":
+    from hydroservo.scenario import load_scenario, parse_override
+
+    return load_scenario(scenario, dict(map(parse_override, changes)), plugins)
+
+
+def prepare(out: Path | None, loops: Sequence["Loop"]) -> None:
+    """Before a run: make its folder, and say how much memory large trajectories will take."""
+    from hydroservo.simulate import trace_size
+
+    if out is None:
+        return
+    out.mkdir(parents=True, exist_ok=True)
+    size = sum(map(trace_size, loops))
+    if size > LARGE_TRACE:
+        typer.echo(f"the recorded trajectory will take {size / 2**20:.0f} MiB of memory", err=True)
+
+
+def part(report: "Report", i: int, count: int, what: str) -> Callable[[float], None]:
+    """Reports the progress of one of several runs as that of the whole."""
+    return lambda fraction: report((i + fraction) / count, what)
+
+
+def short_names(scenarios: Sequence[str]) -> list[str]:
+    """Names for tables and legends: a file's without folder and ending, if that leaves all distinct."""
+    names = [Path(name).stem if name.endswith(".toml") else name for name in scenarios]
+    return names if len(set(names)) == len(names) else list(scenarios)
+
+
+def list_files(files: Sequence[Path]) -> None:
+    if files:
+        typer.echo(f"written to {files[0].parent}: {', '.join(file.name for file in files)}")

@@ -1,0 +1,52 @@
+"""The plot of several runs on common axes."""
+
+from collections.abc import Sequence
+from itertools import cycle
+
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+
+from hydroservo.figures.run import Curve, controller_name, trace_of, tracking_figure
+from hydroservo.figures.style import COLOURS, PALETTE, style
+
+__all__ = ["plot_comparison"]
+
+WIDEST, THINNEST = 2.2, 1.0  # points
+
+
+def plot_comparison(datasets: Sequence[xr.Dataset], labels: Sequence[str]) -> Figure:
+    """Velocity, error and command of several runs, overlaid.
+
+    The error is velocity less demand. The first run of each of the paper's controllers has the colour that
+    this controller has in all figures. A run that diverged is shown up to where its error passes ten peak
+    demands.
+
+    Args:
+        datasets: what ``simulate`` returned for each run.
+        labels: what the legend calls each run.
+
+    Raises:
+        HydroservoError: the velocity, demand or command of a run was not recorded.
+    """
+    traces = [trace_of(dataset) for dataset in datasets]
+    notes = [" (diverged)" if trace.diverged else "" for trace in traces]
+    names = [literal(label) + note for label, note in zip(labels, notes, strict=True)]
+    colours = distinct_colours([controller_name(dataset) for dataset in datasets])
+    # Later curves are thinner, so that those beneath are seen where runs agree.
+    widths = np.linspace(WIDEST, THINNEST, len(traces))
+    with style():
+        return tracking_figure([Curve(*row) for row in zip(traces, names, colours, widths, strict=True)])
+
+
+def literal(label: str) -> str:
+    """A label that matplotlib neither reads as a formula nor leaves out for its leading underscore."""
+    shown = label.replace("$", r"\$")
+    return f" {shown}" if shown.startswith("_") else shown
+
+
+def distinct_colours(names: Sequence[str]) -> list[str]:
+    """A colour for each run: its controller's own if that is still free, else the next free one in turn."""
+    first = {name: names.index(name) for name in names if name in COLOURS}
+    free = cycle([colour for colour in PALETTE if colour not in {COLOURS[name] for name in first}])
+    return [COLOURS[name] if first.get(name) == i else next(free) for i, name in enumerate(names)]

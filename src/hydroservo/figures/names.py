@@ -1,0 +1,32 @@
+"""What the paper's controllers, runs and conditions are called in figures and tables."""
+
+from collections.abc import Mapping
+
+import xarray as xr
+
+from hydroservo.figures.typeset import plain_signs
+from hydroservo.figures.words import MINUS, NONE
+from hydroservo.papers.tsmc_eha_2021.conditions import Condition, Run
+
+__all__ = ["DELTAS", "NAMES", "Trajectories", "condition_name", "run_name"]
+
+Trajectories = Mapping[str, xr.Dataset]  # the six runs shown, by demand and controller, such as "sine-tsmc"
+
+NAMES = {"pi": "PI", "backstepping": "backstepping", "tsmc": "TSMC"}
+DELTAS = {-1: f"{MINUS}Δ", 0: "nominal", 1: "+Δ"}  # the six uncertain parameters
+
+
+def run_name(demand: str, controller: str) -> str:
+    """A run of some condition, such as "PI on the sine"."""
+    return f"{NAMES[controller]} on the {demand}"
+
+
+def condition_name(condition: Condition | Run) -> list[str]:
+    """The five parts of a condition, each as it is read."""
+    return [
+        condition.reading,
+        DELTAS[condition.delta],
+        condition.realisation or NONE,
+        condition.valve,
+        plain_signs(condition.period),
+    ]

@@ -1,0 +1,92 @@
+"""The report as one page of HTML that refers to no other file."""
+
+import base64
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from hydroservo.figures import report_tables as tables
+from hydroservo.figures import report_theory as theory
+from hydroservo.figures.names import Trajectories, condition_name
+from hydroservo.figures.paper import FIGURES
+from hydroservo.figures.typeset import symbols
+from hydroservo.figures.verdicts import BINS, FILLS
+from hydroservo.figures.words import quantity
+from hydroservo.papers import tsmc_eha_2021 as paper
+from hydroservo.papers.tsmc_eha_2021 import conditions
+from hydroservo.papers.tsmc_eha_2021.claims import CLAIMS
+from hydroservo.papers.tsmc_eha_2021.errata import ERRATA
+from hydroservo.papers.tsmc_eha_2021.study import Study
+
+if TYPE_CHECKING:
+    import jinja2
+
+__all__ = ["page"]
+
+
+def page(study: Study, out: Path, fingerprint: str) -> str:
+    """The report's HTML.
+
+    Args:
+        study: what is reported.
+        out: the folder that holds the figures and pictures of verdicts as SVG.
+        fingerprint: names the results.
+    """
+    data = study.trajectories
+    return template().render(
+        paper=paper,
+        version=next(iter(data.values())).attrs["version"],
+        fingerprint=fingerprint,
+        scenarios=[{"name": f"paper/{name}", "hash": one.attrs["hash"]} for name, one in data.items()],
+        grid=tables.grid(),
+        runs=len(study.outcomes),
+        step=f"{1e6 * conditions.STEP:g} µs",
+        summary=tables.summary(study),
+        reproduced=", ".join(condition_name(conditions.REPRODUCED)),
+        literal=", ".join(condition_name(conditions.LITERAL)),
+        overview=picture(out / "overview.svg"),
+        map=picture(out / "verdicts.svg"),
+        verdicts=tables.verdict_rows(study),
+        figures=figures(data, out),
+        metrics=tables.metric_rows(data),
+        stroke=tables.stroke(study),
+        errata=ERRATA,
+        bounds=theory.bound_rows(data),
+        gains=theory.gain_rows(data),
+        decreases=theory.decrease_rows(data),
+        least_xi2=quantity(theory.LEAST_XI2, "m/s^2"),
+        fills=list(zip(FILLS, BINS, strict=True)),
+        claims=CLAIMS,
+        ratios=tables.ratio_rows(study),
+        listed=tables.listed_rows(study),
+    )
+
+
+def template() -> "jinja2.Template":
+    import jinja2
+
+    environment = jinja2.Environment(
+        loader=jinja2.PackageLoader("hydroservo.figures"),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters["symbols"] = symbols
+    return environment.get_template("report.html.j2")
+
+
+def figures(trajectories: Trajectories, out: Path) -> list[dict[str, Any]]:
+    return [
+        {
+            "number": one.number,
+            "caption": one.caption,
+            "seen": one.seen(trajectories),
+            "picture": picture(out / f"fig{one.number:02d}.svg"),
+        }
+        for one in FIGURES
+    ]
+
+
+def picture(path: Path) -> str:
+    """A picture as an address that holds the picture itself."""
+    return "data:image/svg+xml;base64," + base64.b64encode(path.read_bytes()).decode()

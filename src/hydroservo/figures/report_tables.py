@@ -1,0 +1,188 @@
+"""The report's tables of conditions, verdicts, metrics and strokes, each number as it is read."""
+
+import math
+import tomllib
+from collections.abc import Sequence
+from itertools import product
+from typing import Any
+
+from hydroservo.figures.judgements import worst_case
+from hydroservo.figures.names import NAMES, Trajectories, condition_name, run_name
+from hydroservo.figures.verdicts import colour_class
+from hydroservo.figures.words import MINUS, column, measured, number, yes_or_no
+from hydroservo.metrics import METRIC_FIELDS
+from hydroservo.papers.tsmc_eha_2021.claims import CLAIMS, Claim
+from hydroservo.papers.tsmc_eha_2021.conditions import (
+    CONTROLLERS,
+    DEMANDS,
+    LITERAL,
+    PERIODS,
+    READINGS,
+    REALISATIONS,
+    REPRODUCED,
+    SCALES,
+    VALVES,
+    Condition,
+    runs_of,
+)
+from hydroservo.papers.tsmc_eha_2021.study import Study
+
+__all__ = [
+    "FLAGS",
+    "Table",
+    "grid",
+    "listed_rows",
+    "metric_rows",
+    "ratio_rows",
+    "stroke",
+    "summary",
+    "verdict_rows",
+]
+
+Table = list[dict[str, Any]]
+
+FLAGS = ("stroke_left", "diverged")
+SMALLER_IS_BETTER = (
+    "rms_error",
+    "max_error",
+    "steady_rms_error",
+    "steady_max_error",
+    "settling_time",
+    "control_rms",
+    "control_total_variation",
+    "control_max",
+)
+LISTED = (
+    "rms_error",
+    "steady_rms_error",
+    "max_error",
+    "settling_time",
+    "overshoot",
+    "control_total_variation",
+    "estimate_rms_error_1",
+    "estimate_rms_error_2",
+    "disturbance_max_2",
+)
+
+
+def grid() -> Table:
+    """The values that a condition combines."""
+    scale = {-1: f"nominal {MINUS} Δ", 0: "nominal", 1: "nominal + Δ"}
+    return [
+        {"name": "reading of the print", "values": READINGS},
+        {"name": "the six uncertain parameters", "values": [scale[one] for one in SCALES]},
+        {"name": "sgn in the observer", "values": list(REALISATIONS)},
+        {"name": "valve", "values": list(VALVES)},
+        {"name": "sample period", "values": list(PERIODS)},
+    ]
+
+
+def summary(study: Study) -> str:
+    """The verdicts, counted."""
+    total, many = study.verdicts[0].total, len(study.verdicts)
+    reproduced = sum(verdict.at_paper for verdict in study.verdicts)
+    literal = sum(verdict.to_the_letter for verdict in study.verdicts)
+    always = sum(verdict.holds == total for verdict in study.verdicts)
+    never = sum(verdict.holds == 0 for verdict in study.verdicts)
+    return (
+        f"Of {many} claims, {reproduced} hold as reproduced and {literal} to the letter of the print. "
+        f"{always} hold under all {total} conditions, {many - always - never} under some, {never} under none."
+    )
+
+
+def verdict_rows(study: Study) -> Table:
+    """A row for each claim: its verdicts, and what decides it as reproduced and to the letter."""
+    return [
+        verdict._asdict()
+        | {
+            "reproduced": {"holds": verdict.at_paper, "why": why(study, claim, REPRODUCED)},
+            "literal": {"holds": verdict.to_the_letter, "why": why(study, claim, LITERAL)},
+        }
+        for claim, verdict in zip(CLAIMS, study.verdicts, strict=True)
+    ]
+
+
+def why(study: Study, claim: Claim, condition: Condition) -> str:
+    return worst_case(claim, {key: study.outcomes[run] for key, run in runs_of(condition).items()})
+
+
+def metric_rows(trajectories: Trajectories) -> Table:
+    """A row for each metric, a column for each run shown; the best of each demand is marked."""
+    rows = []
+    for name, field in METRIC_FIELDS.items():
+        values = [float(run[name]) for run in trajectories.values()]
+        unit, texts = column(values, field.unit)
+        if name in FLAGS:
+            texts = [yes_or_no(value) for value in values]
+        marks = best(values) if name in SMALLER_IS_BETTER else [False] * len(values)
+        rows.append({"meaning": field.meaning, "unit": unit, "cells": list(zip(texts, marks, strict=True))})
+    return rows
+
+
+def best(values: Sequence[float]) -> list[bool]:
+    """Which values are the smallest of their demand."""
+    size = len(CONTROLLERS)
+    groups = [values[start : start + size] for start in range(0, len(values), size)]
+    least = [min((value for value in group if math.isfinite(value)), default=math.nan) for group in groups]
+    return [value == least[i // size] for i, value in enumerate(values)]
+
+
+def stroke(study: Study) -> dict[str, Any]:
+    """Which runs left the stroke, of those shown and of all."""
+    first = next(iter(study.trajectories.values()))
+    limit = tomllib.loads(first.attrs["scenario"])["plant"]["stroke"]
+    shown = [stroke_row(study, *key) for key in product(DEMANDS, CONTROLLERS)]
+    left = ", ".join(one["name"] for one in shown if one["left"])
+    every = study.metrics["stroke_left"]
+    return {
+        "sentence": f"{int(every.sum())} of the {every.size} runs left the stroke of "
+        f"{1e3 * limit:g} mm; of the six shown: {left or 'none'}.",
+        "shown": shown,
+    }
+
+
+def stroke_row(study: Study, demand: str, controller: str) -> dict[str, Any]:
+    run = study.trajectories[f"{demand}-{controller}"]
+    metrics = study.metrics
+    every = metrics[(metrics["demand"] == demand) & (metrics["controller"] == controller)]["stroke_left"]
+    return {
+        "name": run_name(demand, controller),
+        "low": measured(run, "position_min"),
+        "high": measured(run, "position_max"),
+        "left": bool(run["stroke_left"]),
+        "count": int(every.sum()),
+        "total": every.size,
+    }
+
+
+def ratio_rows(study: Study) -> Table:
+    """A row for each condition, a ratio and its colour for each claim."""
+    rows: dict[Condition, list[float]] = {}
+    for *key, ratio in study.claims[[*Condition._fields, "ratio"]].itertuples(index=False, name=None):
+        rows.setdefault(Condition(*key), []).append(ratio)
+    return [
+        {
+            "condition": condition_name(condition),
+            "cells": [{"text": number(ratio), "colour": colour_class(ratio)} for ratio in ratios],
+        }
+        for condition, ratios in rows.items()
+    ]
+
+
+def listed_rows(study: Study) -> dict[str, Any]:
+    """Every run with its most telling metrics, each column in one unit."""
+    metrics = study.metrics
+    columns = {name: column(metrics[name].tolist(), METRIC_FIELDS[name].unit) for name in LISTED}
+    cells = zip(*(texts for _, texts in columns.values()), strict=True)
+    flags = zip(*(map(yes_or_no, metrics[name]) for name in FLAGS), strict=True)
+    return {
+        "headers": [f"{METRIC_FIELDS[name].meaning} [{unit}]" for name, (unit, _) in columns.items()],
+        "rows": [
+            {
+                "run": [run.demand, NAMES[run.controller], *condition_name(run)],
+                "cells": texts,
+                "flags": raised,
+            }
+            for run, texts, raised in zip(study.outcomes, cells, flags, strict=True)
+        ],
+    }

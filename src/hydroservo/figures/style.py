@@ -1,0 +1,85 @@
+"""One look for every figure of the project, and one way to save it."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+from cycler import cycler
+from matplotlib.figure import Figure
+
+from hydroservo.results import atomic_path
+
+__all__ = ["COLOURS", "PALETTE", "WIDTH", "figure", "save_figure", "style"]
+
+# Source: Okabe and Ito, Color Universal Design, 2008; told apart with any common colour vision.
+PALETTE = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
+COLOURS = {
+    "PI": PALETTE[0],
+    "backstepping": PALETTE[1],
+    "TSMC": PALETTE[2],
+    "demand": "#000000",
+}
+WIDTH = 6.3  # inch, the text width of an A4 page
+RESOLUTION = 200  # dots per inch of a PNG
+
+RC: Any = {
+    "font.family": "sans-serif",
+    "font.sans-serif": ["DejaVu Sans"],  # ships with matplotlib, so pictures are the same everywhere
+    "font.size": 8.5,
+    "axes.labelsize": 8.5,
+    "axes.titlesize": 9,
+    "xtick.labelsize": 8,
+    "ytick.labelsize": 8,
+    "legend.fontsize": 8,
+    "axes.linewidth": 0.6,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.formatter.useoffset": False,
+    "axes.xmargin": 0.0,
+    "axes.prop_cycle": cycler(color=PALETTE),
+    "grid.color": "#dddddd",
+    "grid.linewidth": 0.5,
+    "xtick.major.width": 0.6,
+    "ytick.major.width": 0.6,
+    "lines.linewidth": 1.1,
+    "legend.frameon": False,
+    "legend.handlelength": 1.8,
+    "legend.borderaxespad": 0.3,
+    "savefig.dpi": RESOLUTION,
+    "svg.hashsalt": "hydroservo",
+}
+
+
+@contextmanager
+def style() -> Iterator[None]:
+    """What is drawn inside looks like the project's figures; matplotlib's settings are put back after it."""
+    with mpl.rc_context(RC):
+        yield
+
+
+def figure(height: float, width: float = WIDTH) -> Figure:
+    """An empty figure of a size in inch; it belongs to no window and no global list of figures.
+
+    Call it, and draw on it, inside :func:`style`.
+    """
+    return Figure(figsize=(width, height), layout="constrained")
+
+
+def save_figure(fig: Figure, stem: Path) -> list[Path]:
+    """Write ``stem.png`` and ``stem.svg``; the same figure always gives the same bytes.
+
+    Raises:
+        HydroservoError: a file cannot be written.
+    """
+    written = []
+    with style():
+        for ending, metadata in ((".png", {"Software": None}), (".svg", {"Date": None})):
+            path = stem.with_name(stem.name + ending)
+            with atomic_path(path) as temporary:
+                fig.savefig(temporary, metadata=metadata)
+            written.append(path)
+    return written

@@ -1,0 +1,47 @@
+"""Plain text with symbols in it, as HTML and as matplotlib set it."""
+
+import re
+from typing import Any
+
+from hydroservo.figures.words import MINUS
+
+__all__ = ["mathematical", "plain_signs", "symbols"]
+
+SIGNS = {"+-": "±", "<=": "≤", "-Delta": f"{MINUS}Δ", "Delta": "Δ", " us": " µs"}
+GREEK = ("alpha", "beta", "delta", "mu", "rho", "xi", "zeta")  # as HTML names them
+LETTER = "|".join(GREEK)
+SYMBOL = re.compile(
+    r"(?P<code>\b[a-z]+(?:\.[a-z_0-9]*[a-z_0-9])+(?: = \w+)?)"  # the name of a parameter
+    r"|\^\((?P<power>[^()]*)\)"
+    rf"|\b(?P<base>{LETTER}|[A-Za-z]{{1,2}})(?:_(?P<named>[A-Za-z0-9]+)|(?P<index>\d))\b"
+    rf"|\b(?P<greek>{LETTER})\b"
+)
+
+
+def symbols(text: str) -> Any:
+    """Plain text as HTML in which symbols look like symbols and names of parameters like code."""
+    from markupsafe import Markup, escape
+
+    return Markup(SYMBOL.sub(symbol, str(escape(plain_signs(text)))))  # noqa: S704 - escaped just before
+
+
+def plain_signs(text: str) -> str:
+    """The text with the signs that it stands for: ± for +-, a true minus, Δ for Delta."""
+    for typed, read in SIGNS.items():
+        text = text.replace(typed, read)
+    return re.sub(r"(?<=[ (])-(?=[ \w])", MINUS, text)
+
+
+def symbol(found: re.Match[str]) -> str:
+    if found["code"]:
+        return f"<code>{found['code']}</code>"
+    if found["power"]:
+        return f"<sup>{SYMBOL.sub(symbol, found['power'])}</sup>"
+    base = found["base"] or found["greek"]
+    sub = found["named"] or found["index"]
+    return f"<i>{f'&{base};' if base in GREEK else base}</i>" + (f"<sub>{sub}</sub>" if sub else "")
+
+
+def mathematical(text: str) -> str:
+    """The text with its symbols set as matplotlib sets them."""
+    return re.sub(r"d_L(\d)", r"$d_{L\1}$", text)

@@ -1,0 +1,22 @@
+"""A recorded external force."""
+
+from typing import Annotated, NamedTuple
+
+from hydroservo.block import Field
+from hydroservo.time_series import TimeSeries
+
+__all__ = ["Recorded"]
+
+
+class Recorded(NamedTuple):
+    """F_L read from a record, smoothly interpolated, positive against motion.
+
+    Source: the record; the interpolation, which holds the first and last sample outside it, is that of
+    :class:`~hydroservo.time_series.TimeSeries`.
+    Fails where the force depends on the motion, as that of a spring or of friction does.
+    """
+
+    series: Annotated[TimeSeries, Field("N", "recorded external force", "the record")] = TimeSeries()
+
+    def force(self, t: float) -> float:
+        return self.series.value(t)

@@ -1,0 +1,28 @@
+"""An external force that jumps once."""
+
+from typing import Annotated, NamedTuple
+
+from hydroservo import ops
+from hydroservo.block import Field
+
+__all__ = ["Step"]
+
+CHOSEN = "chosen; the paper has no load step"
+REACHED = 1e-9  # of the switching instant: a sample meant to fall on it is not left behind by rounding
+
+
+class Step(NamedTuple):
+    """F_L = initial before the switching instant, final from it on, positive against motion.
+
+    An instant that falls short of the switching one by less than 1e-9 of it counts as there.
+
+    Source: a definition.
+    Fails to keep the integrator's order where the jump falls inside a step: let it fall on a sample.
+    """
+
+    initial: Annotated[float, Field("N", "force before the step", CHOSEN)] = 0.0
+    final: Annotated[float, Field("N", "force from the step on", CHOSEN)] = 100.0
+    time: Annotated[float, Field("s", "switching instant", CHOSEN, at_least=0)] = 0.1
+
+    def force(self, t: float) -> float:
+        return ops.where(t >= (1.0 - REACHED) * self.time, self.final, self.initial)

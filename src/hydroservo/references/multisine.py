@@ -1,0 +1,42 @@
+"""A periodic velocity demand with a flat spectrum."""
+
+import math
+from typing import Annotated, NamedTuple
+
+from hydroservo import ops
+from hydroservo.block import Field
+from hydroservo.signals import Demand
+
+__all__ = ["Multisine"]
+
+CHOSEN = "chosen; the paper has no multisine"
+
+
+class Multisine(NamedTuple):
+    """N equal harmonics of one frequency, with Schroeder's phases and exact derivatives.
+
+    dy_d/dt = amplitude/sqrt(2 N) sum_k sin(2 pi k f0 t - pi k (k - 1)/N),   k = 1 ... N
+
+    Its rms is half the amplitude, and its peak stays within the amplitude: these phases keep the crest factor
+    below 1.94 for every N up to 1000, as the tests show.
+
+    Source: Schroeder, IEEE Trans. Information Theory 16(1), 1970, for the phases; Pintelon and Schoukens,
+    System Identification, 2012, ch. 5, for the signal.
+    Fails as a start from rest: the first value is not 0. Its second derivative grows as N^2.
+    """
+
+    amplitude: Annotated[float, Field("m/s", "bound of the peak, twice the rms", CHOSEN)] = 0.03
+    frequency: Annotated[float, Field("Hz", "lowest frequency f0", CHOSEN, above=0)] = 0.25
+    harmonics: Annotated[int, Field("", "number of harmonics N", CHOSEN, at_least=1, at_most=1000)] = 20
+
+    def at(self, t: float) -> Demand:
+        omega = 2.0 * math.pi * self.frequency
+        each = self.amplitude / ops.sqrt(2.0 * self.harmonics)
+        value = rate = acceleration = 0.0
+        for i in range(self.harmonics):
+            k = i + 1.0
+            angle = k * omega * t - math.pi * k * (k - 1.0) / self.harmonics
+            value += each * ops.sin(angle)
+            rate += each * k * omega * ops.cos(angle)
+            acceleration -= each * k * omega * k * omega * ops.sin(angle)
+        return Demand(value, rate, acceleration)

@@ -1,0 +1,42 @@
+"""A velocity demand that changes at a constant rate."""
+
+from typing import Annotated, NamedTuple
+
+from hydroservo import ops
+from hydroservo.block import Field
+from hydroservo.signals import Demand
+
+__all__ = ["Ramp"]
+
+CHOSEN = "chosen; the paper has no ramp"
+REACHED = 1e-9  # relative: a sample meant to fall on a corner is not left behind by rounding
+
+
+class Ramp(NamedTuple):
+    """dy_d/dt = initial, then at a constant acceleration to final, which is held.
+
+    With s the sign of final - initial, from the start of the ramp until final is reached::
+
+        dy_d/dt = initial + s acceleration (t - time)
+
+    At a corner the rate is that of the section which begins there; an instant that falls short of a corner by
+    less than 1e-9 of its distance counts as there.
+
+    Source: a definition; the first section of a trapezoidal velocity profile.
+    Fails as a demand for laws that use its second derivative: the jumps of its rate are not in that.
+    """
+
+    initial: Annotated[float, Field("m/s", "demand before the ramp", CHOSEN)] = 0.0
+    final: Annotated[float, Field("m/s", "demand after the ramp", CHOSEN)] = 0.03
+    acceleration: Annotated[float, Field("m/s^2", "size of the demand's rate", CHOSEN, above=0)] = 0.1
+    time: Annotated[float, Field("s", "start of the ramp", CHOSEN, at_least=0)] = 0.1
+
+    def at(self, t: float) -> Demand:
+        change = self.final - self.initial
+        gained = self.acceleration * ops.maximum(t - self.time, 0.0)
+        started = t >= (1.0 - REACHED) * self.time
+        ended = gained >= (1.0 - REACHED) * ops.absolute(change)
+        moving = self.initial + ops.copysign(gained, change)
+        value = ops.where(ended, self.final, moving)
+        rate = ops.where(ended, 0.0, ops.copysign(self.acceleration, change))
+        return Demand(ops.where(started, value, self.initial), ops.where(started, rate, 0.0), 0.0)

@@ -1,0 +1,23 @@
+"""A recorded velocity demand."""
+
+from typing import Annotated, NamedTuple
+
+from hydroservo.block import Field
+from hydroservo.signals import Demand
+from hydroservo.time_series import TimeSeries
+
+__all__ = ["Recorded"]
+
+
+class Recorded(NamedTuple):
+    """dy_d/dt read from a record, smoothly interpolated, held before its first and after its last sample.
+
+    Source: the record; the interpolation and its two derivatives are those of
+    :class:`~hydroservo.time_series.TimeSeries`.
+    Fails as a demand for laws that use its second derivative: that jumps at each sample of the record.
+    """
+
+    series: Annotated[TimeSeries, Field("m/s", "recorded velocity demand", "the record")] = TimeSeries()
+
+    def at(self, t: float) -> Demand:
+        return Demand(self.series.value(t), self.series.rate(t), self.series.acceleration(t))

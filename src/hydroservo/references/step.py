@@ -1,0 +1,29 @@
+"""A velocity demand that jumps once."""
+
+from typing import Annotated, NamedTuple
+
+from hydroservo import ops
+from hydroservo.block import Field
+from hydroservo.signals import Demand
+
+__all__ = ["Step"]
+
+CHOSEN = "chosen; the paper has no step"
+REACHED = 1e-9  # of the switching instant: a sample meant to fall on it is not left behind by rounding
+
+
+class Step(NamedTuple):
+    """dy_d/dt = initial before the switching instant, final from it on; both derivatives are 0.
+
+    An instant that falls short of the switching one by less than 1e-9 of it counts as there.
+
+    Source: a definition.
+    Fails as a demand for laws that use its derivatives: the jump is not in them.
+    """
+
+    initial: Annotated[float, Field("m/s", "demand before the step", CHOSEN)] = 0.0
+    final: Annotated[float, Field("m/s", "demand from the step on", CHOSEN)] = 0.03
+    time: Annotated[float, Field("s", "switching instant", CHOSEN, at_least=0)] = 0.1
+
+    def at(self, t: float) -> Demand:
+        return Demand(ops.where(t >= (1.0 - REACHED) * self.time, self.final, self.initial), 0.0, 0.0)

@@ -1,0 +1,389 @@
+import csv
+import io
+import json
+import math
+
+import pandas as pd
+import pytest
+from typer.testing import CliRunner
+
+import hydroservo
+from hydroservo import results
+from hydroservo.cli.app import app, short_names
+from hydroservo.cli.outcome import Outcome, as_object, metrics_csv
+from hydroservo.cli.tables import best_of, verdict
+from hydroservo.metrics import METRIC_FIELDS
+from hydroservo.papers.tsmc_eha_2021 import study as paper_study
+from hydroservo.scenario import builtin_scenarios, load_scenario, scenario_source
+
+SHORT = ("--set", "simulation.duration=0.02")  # s; 2000 samples
+QUICK = (*SHORT, "--interpreted")
+
+PLUGIN = '''
+from typing import Annotated, NamedTuple
+
+from hydroservo import Field
+
+
+class FixedState(NamedTuple):
+    u: Annotated[float, Field("V", "command")]
+
+
+class Fixed(NamedTuple):
+    """A command that never changes."""
+
+    command: Annotated[float, Field("V", "command")] = 0.01
+
+    def init(self):
+        return FixedState(0.0)
+
+    def step(self, s, y, r, dt):
+        return FixedState(self.command)
+'''
+
+
+def hydroservo_(*args):
+    """Run the command line in this process."""
+    return CliRunner().invoke(app, [str(arg) for arg in args])
+
+
+def succeeded(*args):
+    result = hydroservo_(*args)
+    assert result.exit_code == 0, result.output
+    return result.stdout
+
+
+def failed(*args):
+    """The one line that a command says on failing."""
+    result = hydroservo_(*args)
+    assert result.exit_code == 2, result.output
+    assert result.stdout == ""
+    assert result.stderr.count("\n") == 1
+    return result.stderr
+
+
+def outcome(**metrics):
+    values = dict.fromkeys(METRIC_FIELDS, 1.0) | {"diverged": False, "stroke_left": False} | metrics
+    return Outcome("mine", "0123456789ab", "0.1", 0, values)
+
+
+# --- help and version
+
+
+def test_version():
+    assert succeeded("--version") == f"hydroservo {hydroservo.__version__}\n"
+
+
+def test_no_arguments_show_help():
+    assert "Usage: hydroservo" in CliRunner().invoke(app, [], prog_name="hydroservo").output
+
+
+@pytest.mark.parametrize("command", ["", "run", "compare", "paper", "scenarios", "scenarios show"])
+def test_help(command):
+    assert "Usage" in succeeded(*command.split(), "--help")
+
+
+# --- scenarios
+
+
+def test_scenarios_lists_each_with_its_title():
+    text = succeeded("scenarios")
+    for name, title in builtin_scenarios().items():
+        assert [name, *title.split()] in [line.split() for line in text.splitlines()]
+
+
+def test_scenarios_show_prints_the_source_as_it_is():
+    assert succeeded("scenarios", "show", "paper/sine-tsmc") == scenario_source("paper/sine-tsmc")
+
+
+def test_scenarios_show_names_what_is_not_there():
+    assert "paper/sine-tsm" in failed("scenarios", "show", "paper/sine-tsm")
+
+
+# --- run
+
+
+def test_run_prints_metrics_in_engineers_units_and_a_verdict():
+    text = succeeded("run", "paper/sine-pi", *QUICK)
+    rows = {line.split()[1]: line.split() for line in text.splitlines() if line.startswith(("│", "|"))}
+    metrics = json.loads(succeeded("run", "paper/sine-pi", *QUICK, "--json"))["metrics"]
+    assert set(METRIC_FIELDS) <= set(rows)
+    assert rows["rms_error"][3:6] == [f"{1e3 * metrics['rms_error']:.4g}", rows["rms_error"][4], "mm/s"]
+    assert rows["control_rms"][5] == "mV"
+    assert rows["estimate_rms_error_1"][3] == "-"
+    assert text.splitlines()[-1] == "The run did not diverge, and the piston stayed inside its stroke."
+
+
+def test_json_is_one_object_with_the_numbers_of_the_library():
+    said = json.loads(succeeded("run", "paper/sine-tsmc", *QUICK, "--json"))
+    loop = load_scenario("paper/sine-tsmc", {"simulation.duration": 0.02})
+    data = hydroservo.simulate(loop, compiled=False)
+    assert said == {
+        "scenario": "paper/sine-tsmc",
+        "hash": data.attrs["hash"],
+        "version": hydroservo.__version__,
+        "seed": 0,
+        "metrics": results.plain(results.metrics_of(data)),
+    }
+
+
+def test_json_has_null_for_what_is_not_a_number():
+    said = json.loads(succeeded("run", "paper/sine-pi", *QUICK, "--json"))
+    assert said["metrics"]["estimate_rms_error_1"] is None
+    assert said["metrics"]["diverged"] is False
+    assert as_object(outcome(max_error=math.inf))["metrics"]["max_error"] is None
+
+
+def test_compiled_and_interpreted_runs_say_the_same():
+    compiled = succeeded("run", "paper/sine-pi", *SHORT, "--json")
+    assert compiled == succeeded("run", "paper/sine-pi", *QUICK, "--json")
+
+
+@pytest.mark.parametrize(
+    ("form", "ending"), [("csv", "csv"), ("parquet", "parquet"), ("netcdf", "nc"), ("mat", "mat")]
+)
+def test_out_gets_trajectory_metrics_and_plot(tmp_path, form, ending):
+    out = tmp_path / "a" / "b"
+    text = succeeded("run", "paper/sine-pi", *QUICK, "--out", out, "--format", form)
+    names = {f"trajectory.{ending}", "metrics.csv", "metrics.json", "run.png", "run.svg"}
+    assert {path.name for path in out.iterdir()} == names
+    assert all(name in text.splitlines()[-1] for name in names)
+
+
+def test_files_of_a_run_agree_with_its_json(tmp_path):
+    said = json.loads(succeeded("run", "paper/sine-pi", *QUICK, "--out", tmp_path, "--json"))
+    assert json.loads((tmp_path / "metrics.json").read_text()) == said
+    table = pd.read_csv(tmp_path / "metrics.csv").set_index("metric")
+    assert float(table.loc["rms_error", "paper/sine-pi"]) == said["metrics"]["rms_error"]
+    assert table.loc["rms_error", "unit"] == "m/s"
+    assert table.loc["diverged", "paper/sine-pi"] == "false"
+    trajectory = pd.read_csv(tmp_path / "trajectory.csv")
+    assert trajectory["time [s]"].iloc[-1] == pytest.approx(0.02)
+
+
+def test_out_replaces_its_own_files_and_leaves_others(tmp_path):
+    (tmp_path / "notes.txt").write_text("mine")
+    (tmp_path / "metrics.csv").write_text("old")
+    succeeded("run", "paper/sine-pi", *QUICK, "--out", tmp_path)
+    assert (tmp_path / "notes.txt").read_text() == "mine"
+    assert (tmp_path / "metrics.csv").read_text().startswith("metric,unit,meaning,paper/sine-pi\n")
+    assert not [path for path in tmp_path.iterdir() if path.name.startswith(".")]
+
+
+def test_run_says_that_it_diverged():
+    text = succeeded("run", "paper/sine-pi", *QUICK, "--set", "simulation.period=1 ms")
+    assert text.splitlines()[-1].startswith("DIVERGED")
+
+
+def test_run_says_that_the_piston_left_its_stroke():
+    text = succeeded("run", "paper/sine-pi", *QUICK, "--set", "plant.start_position=78 mm")
+    assert text.splitlines()[-1].startswith("LEFT THE STROKE: the piston went from 78 mm to 78.")
+
+
+def test_run_takes_a_file_and_a_users_own_controller(tmp_path):
+    (tmp_path / "fixed.py").write_text(PLUGIN)
+    (tmp_path / "my.toml").write_text('[controller]\ntype = "Fixed"\ncommand = "20 mV"\n')
+    args = ("run", tmp_path / "my.toml", *QUICK, "--json")
+    said = json.loads(succeeded(*args, "--plugin", tmp_path / "fixed.py"))
+    assert said["scenario"] == str(tmp_path / "my.toml")
+    assert said["metrics"]["control_max"] == 0.02
+
+
+def test_a_name_in_brackets_is_shown_as_it_is(tmp_path):
+    (tmp_path / "[red]x.toml").write_text(scenario_source("paper/sine-pi"))
+    assert "[red]x" in succeeded("run", tmp_path / "[red]x.toml", *QUICK)
+    text = succeeded("compare", tmp_path / "[red]x.toml", "paper/sine-pi", *SHORT)
+    assert "[red]x" in text
+
+
+# --- compare
+
+
+def test_compare_marks_the_best_of_each_row():
+    text = succeeded("compare", "paper/sine-pi", "paper/sine-backstepping", *SHORT)
+    rows = [line.replace("┃", "│").split("│") for line in text.splitlines() if line[0] in "┃│"]
+    cells = {row[1].strip(): [cell.strip() for cell in row[2:-1]] for row in rows}
+    assert cells["metric"] == ["unit", "paper/sine-pi", "paper/sine-backstepping"]
+    unit, pi, backstepping = cells["rms_error"]
+    assert unit == "mm/s"
+    assert pi.endswith(" *")
+    assert float(pi.removesuffix(" *")) < float(backstepping)
+    assert "*" not in "".join(cells["position_max"])
+
+
+def test_compare_json_is_one_object_with_every_run_in_order():
+    names = ["paper/sine-backstepping", "paper/sine-pi"]
+    said = json.loads(succeeded("compare", *names, *SHORT, "--json"))
+    assert list(said) == ["runs"]
+    assert [run["scenario"] for run in said["runs"]] == names
+    alone = json.loads(succeeded("run", names[1], *SHORT, "--json"))
+    assert said["runs"][1] == alone
+
+
+def test_compare_writes_metrics_and_a_plot(tmp_path):
+    names = ("paper/sine-pi", "paper/sine-backstepping")
+    succeeded("compare", *names, *SHORT, "--out", tmp_path)
+    files = {path.name for path in tmp_path.iterdir()}
+    assert files == {"metrics.csv", "metrics.json", "comparison.png", "comparison.svg"}
+    header = (tmp_path / "metrics.csv").read_text().splitlines()[0]
+    assert header == "metric,unit,meaning,paper/sine-pi,paper/sine-backstepping"
+    said = json.loads((tmp_path / "metrics.json").read_text())
+    assert [run["scenario"] for run in said["runs"]] == list(names)
+
+
+def test_compare_says_which_run_diverged():
+    text = succeeded("compare", "paper/sine-pi", "paper/sine-pi", *SHORT, "--set", "simulation.period=1 ms")
+    assert text.count("paper/sine-pi: DIVERGED") == 2
+
+
+@pytest.mark.parametrize(
+    ("values", "best"),
+    [
+        ([1.0, 2.0], {0}),
+        ([2.0, 1.0, 1.0], {1, 2}),
+        ([1.0, 1.0], set()),
+        ([math.nan, 1.0], set()),
+        ([math.nan, 2.0, 1.0], {2}),
+        ([1.0], set()),
+    ],
+)
+def test_best_is_the_smallest_of_several_numbers(values, best):
+    assert best_of([outcome(rms_error=value) for value in values], "rms_error") == best
+
+
+def test_a_diverged_run_is_never_best():
+    runs = [outcome(control_rms=0.1, diverged=True), outcome(control_rms=1.0), outcome(control_rms=2.0)]
+    assert best_of(runs, "control_rms") == {1}
+
+
+def test_where_the_piston_was_is_neither_good_nor_bad():
+    assert best_of([outcome(position_max=1.0), outcome(position_max=2.0)], "position_max") == set()
+
+
+def test_files_are_called_by_their_name_alone_where_that_is_clear():
+    assert short_names(["a/x.toml", "paper/sine-pi"]) == ["x", "paper/sine-pi"]
+    assert short_names(["a/x.toml", "b/x.toml"]) == ["a/x.toml", "b/x.toml"]
+
+
+def test_verdict_puts_divergence_first():
+    both = outcome(diverged=True, stroke_left=True).metrics
+    assert "DIVERGED" in verdict(both)
+    assert "STROKE" not in verdict(both)
+
+
+def test_metrics_csv_has_a_row_for_each_metric():
+    rows = list(csv.reader(io.StringIO(metrics_csv([outcome(max_error=math.nan), outcome()]))))
+    assert [row[0] for row in rows[1:]] == list(METRIC_FIELDS)
+    assert {len(row) for row in rows} == {5}
+    assert rows[2][3:] == ["nan", "1.0"]
+
+
+# --- paper
+
+
+def test_paper_runs_the_study_writes_the_report_and_shows_verdicts(tmp_path, monkeypatch):
+    from hydroservo.figures import report
+
+    one = paper_study.Verdict(
+        **dict.fromkeys(paper_study.Verdict._fields, ""),
+    )._replace(claim="1", title="All track", at_paper=True, to_the_letter=False, holds=7, total=9)
+    steps = []
+
+    class Study:
+        verdicts = (one,)
+
+    def run_study(progress):
+        progress(1, 2, "half")
+        return Study
+
+    def write_report(study, out, progress):
+        progress(2, 2, "all")
+        steps.append((study, out))
+        return out / "report.html"
+
+    monkeypatch.setattr(paper_study, "run_study", run_study)
+    monkeypatch.setattr(report, "write_report", write_report)
+    text = succeeded("paper", "--out", tmp_path / "report")
+    assert steps == [(Study, tmp_path / "report")]
+    assert (tmp_path / "report").is_dir()
+    row = next(line for line in text.splitlines() if "All track" in line)
+    assert row.index("holds") < row.index("fails") < row.index("holds in 7 of 9")
+    assert text.splitlines()[-1] == f"report: {tmp_path / 'report' / 'report.html'}"
+
+
+# --- what goes wrong
+
+
+def test_an_unknown_scenario_is_one_line():
+    assert "paper/sine-pie" in failed("run", "paper/sine-pie")
+
+
+@pytest.mark.parametrize(
+    ("change", "named"),
+    [
+        ("plant.mass=-1 kg", "plant.mass"),
+        ("plant.mas=1 kg", "plant.mas"),
+        ("controller.saturation.limit=40 bar", "controller.saturation.limit"),
+        ("simulation.period=3 us", "simulation.period"),
+        ("nothing", "nothing"),
+    ],
+)
+def test_a_wrong_change_is_one_line_that_names_it(change, named):
+    assert named in failed("run", "paper/sine-pi", *SHORT, "--set", change)
+
+
+@pytest.mark.parametrize(
+    "args",
+    [
+        ("run",),
+        ("run", "paper/sine-pi", "--format", "xlsx"),
+        ("run", "paper/sine-pi", "--nothing"),
+        ("nothing",),
+        ("compare",),
+    ],
+)
+def test_wrong_usage_exits_with_2(args):
+    result = hydroservo_(*args)
+    assert result.exit_code == 2
+    assert result.stdout == ""
+    assert "Usage" in result.stderr
+
+
+def test_a_file_where_the_folder_should_be(tmp_path):
+    (tmp_path / "file").write_text("old")
+    result = hydroservo_("run", "paper/sine-pi", *QUICK, "--out", tmp_path / "file")
+    assert result.exit_code == 2
+    message = failed("run", "paper/sine-pi", *QUICK, "--out", tmp_path / "file" / "inner")
+    assert str(tmp_path / "file") in message
+    assert (tmp_path / "file").read_text() == "old"
+
+
+def half_written(error):
+    def write(_dataset, path):
+        path.write_text("half")
+        raise error
+
+    return write
+
+
+def test_an_interrupt_while_writing_leaves_the_old_file(tmp_path, monkeypatch):
+    monkeypatch.setitem(results.FORMATS, ".csv", half_written(KeyboardInterrupt()))
+    (tmp_path / "trajectory.csv").write_text("old")
+    result = hydroservo_("run", "paper/sine-pi", *QUICK, "--out", tmp_path)
+    assert result.exit_code == 130
+    assert [path.name for path in tmp_path.iterdir()] == ["trajectory.csv"]
+    assert (tmp_path / "trajectory.csv").read_text() == "old"
+
+
+def test_a_full_disk_is_one_line(tmp_path, monkeypatch):
+    monkeypatch.setitem(results.FORMATS, ".csv", half_written(OSError(28, "No space left on device")))
+    message = failed("run", "paper/sine-pi", *QUICK, "--out", tmp_path)
+    assert "trajectory.csv: cannot be written: No space left on device" in message
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_large_trajectory_is_announced(tmp_path, monkeypatch):
+    monkeypatch.setattr("hydroservo.cli.app.LARGE_TRACE", 1000)
+    result = hydroservo_("run", "paper/sine-pi", *QUICK, "--out", tmp_path, "--json")
+    assert "MiB of memory" in result.stderr
+    json.loads(result.stdout)

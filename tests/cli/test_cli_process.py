@@ -1,0 +1,158 @@
+"""The command as a process of its own: streams, signals and exit statuses."""
+
+import contextlib
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+HYDROSERVO = (sys.executable, "-c", "from hydroservo.cli import main; main()")
+QUICK = ("run", "paper/sine-pi", "--set", "simulation.duration=0.02", "--interpreted")
+HOURS = ("--set", "simulation.duration=1e5", "--set", "simulation.record_period=10")
+
+needs_posix = pytest.mark.skipif(os.name != "posix", reason="POSIX signals and devices")
+needs_compiler = pytest.mark.skipif(
+    os.environ.get("NUMBA_DISABLE_JIT", "0") != "0", reason="a run of the study takes minutes interpreted"
+)
+needs_full = pytest.mark.skipif(not Path("/dev/full").exists(), reason="a device that is always full")
+
+
+def process(*args, **options):
+    return subprocess.run(
+        [*HYDROSERVO, *args], text=True, capture_output=not options, check=False, timeout=120, **options
+    )
+
+
+def test_json_is_all_there_is_on_stdout_and_stderr_is_empty(tmp_path):
+    done = process(*QUICK, "--json", "--out", str(tmp_path))
+    assert done.returncode == 0
+    assert json.loads(done.stdout)["scenario"] == "paper/sine-pi"
+    assert done.stderr == ""
+
+
+def test_an_error_is_one_line_on_stderr_and_status_2():
+    done = process("run", "paper/sine-pie")
+    assert done.returncode == 2
+    assert done.stdout == ""
+    assert done.stderr.startswith("hydroservo: paper/sine-pie: ")
+    assert done.stderr.count("\n") == 1
+
+
+def test_wrong_usage_is_status_2():
+    done = process("run", "paper/sine-pi", "--nothing")
+    assert done.returncode == 2
+    assert "Traceback" not in done.stderr
+
+
+@pytest.mark.parametrize("module", ["hydroservo.cli", "hydroservo.cli.app"])
+def test_heavy_libraries_wait_until_they_are_used(module):
+    heavy = "{'matplotlib', 'xarray', 'pandas', 'numba', 'scipy', 'pyarrow', 'pydantic', 'pint', 'jinja2'}"
+    code = f"import sys, {module}; print(*sorted({heavy} & set(sys.modules)))"
+    done = subprocess.run([sys.executable, "-c", code], text=True, capture_output=True, check=True)
+    assert done.stdout.split() == []
+
+
+def interrupted(*args, until):
+    """The command, interrupted half a second after a condition holds."""
+    running = subprocess.Popen(
+        [*HYDROSERVO, *args], text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE
+    )
+    with running:
+        deadline = time.monotonic() + 60.0
+        while not until() and time.monotonic() < deadline:
+            time.sleep(0.05)
+        time.sleep(0.5)
+        running.send_signal(signal.SIGINT)
+        try:
+            stdout, stderr = running.communicate(timeout=60)
+        finally:
+            running.kill()
+    return running.returncode, stdout, stderr
+
+
+@needs_posix
+@pytest.mark.parametrize(
+    "args",
+    [
+        ("run", "paper/sine-tsmc", "--interpreted"),
+        ("run", "paper/sine-tsmc", *HOURS),
+        ("compare", "paper/sine-tsmc", "paper/sine-pi", *HOURS),
+        pytest.param(("paper",), marks=needs_compiler),
+    ],
+)
+def test_ctrl_c_leaves_nothing_half_written(tmp_path, args):
+    out = tmp_path / "out"
+    status, stdout, stderr = interrupted(*args, "--out", str(out), until=out.exists)
+    assert status == 130
+    assert stdout == ""
+    assert stderr == "hydroservo: interrupted; nothing was left half-written\n"
+    assert list(out.iterdir()) == []
+
+
+@needs_posix
+def test_a_reader_that_leaves_is_no_error():
+    read, write = os.pipe()
+    os.close(read)
+    done = process("scenarios", "show", "paper/sine-tsmc", stdout=write, stderr=subprocess.PIPE)
+    os.close(write)
+    assert done.returncode == 1
+    assert done.stderr == ""
+
+
+@needs_full
+@pytest.mark.parametrize("args", [("scenarios",), ("scenarios", "show", "paper/sine-pi"), (*QUICK, "--json")])
+def test_a_full_stdout_is_one_line_and_status_2(args):
+    with Path("/dev/full").open("w") as full:
+        done = process(*args, stdout=full, stderr=subprocess.PIPE)
+    assert done.returncode == 2
+    assert done.stderr == "hydroservo: No space left on device\n"
+
+
+def test_a_terminal_without_a_sign_shows_another():
+    done = process(*QUICK, env={**os.environ, "PYTHONIOENCODING": "ascii"}, stdout=-1, stderr=-1)
+    assert done.returncode == 0
+    assert done.stdout.isascii()
+    assert "rms_error" in done.stdout
+
+
+def on_terminal(stream, *args):
+    """The exit status, what one stream shows on a terminal, and what the other stream says."""
+    import pty
+
+    master, slave = pty.openpty()
+    code = "from hydroservo.cli import main, progress; progress.PATIENCE = 0.0; main()"
+    environment = {**os.environ, "TERM": "xterm-256color", "COLUMNS": "60"}
+    streams = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE} | {stream: slave}
+    running = subprocess.Popen([sys.executable, "-c", code, *args], env=environment, text=True, **streams)
+    os.close(slave)
+    shown = bytearray()
+    with contextlib.suppress(OSError):  # Linux ends a terminal that all have left so
+        while chunk := os.read(master, 4096):
+            shown += chunk
+    os.close(master)
+    said = running.communicate(timeout=60)
+    return running.returncode, shown.decode().replace("\r\n", "\n"), "".join(filter(None, said))
+
+
+@needs_posix
+def test_progress_is_shown_on_a_terminal_and_not_on_stdout():
+    status, shown, stdout = on_terminal("stderr", *QUICK, "--json")
+    assert status == 0
+    assert json.loads(stdout)["scenario"] == "paper/sine-pi"
+    assert "paper/sine-pi" in shown
+    assert "%" in shown
+
+
+@needs_posix
+def test_a_scenario_on_a_terminal_has_colours_and_the_same_text():
+    status, shown, stderr = on_terminal("stdout", "scenarios", "show", "paper/sine-tsmc")
+    assert (status, stderr) == (0, "")
+    assert "\x1b[" in shown
+    plain = process("scenarios", "show", "paper/sine-tsmc").stdout
+    assert re.sub(r"\x1b\[[\d;]*m", "", shown) == plain

@@ -1,0 +1,260 @@
+"""Figures 3 to 10, drawn from runs made up for the purpose."""
+
+import math
+
+import numpy as np
+import pytest
+import xarray as xr
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hydroservo import Loop
+from hydroservo.controllers import PI, TSMC, Backstepping
+from hydroservo.figures import paper
+from hydroservo.figures.panels import Curve, Window, clipped, inside, limits
+from hydroservo.figures.paper import FIGURES, draw_figures
+from hydroservo.figures.words import MINUS, TIMES, number, quantity
+from hydroservo.metrics import METRIC_FIELDS
+from hydroservo.provenance import provenance
+
+LAWS = {"pi": PI(), "backstepping": Backstepping(), "tsmc": TSMC()}
+ERRORS = {"pi": 0.4e-3, "backstepping": 20e-3, "tsmc": -0.3e-3}
+SIGNALS = {
+    "controller.xi1": 1e-4,
+    "controller.xi2": 1e-3,
+    "controller.observer.s1": 1e-5,
+    "controller.observer.s2": 10.0,
+    "controller.observer.d1": 16.0,
+    "controller.observer.d2": 1.1e4,
+    "disturbance.d1": 16.1,
+    "disturbance.d2": 1.2e4,
+}
+
+
+def made_up(demand, controller, scale=1.0):
+    """A run with a known error, recorded every 2 ms, that looks like one of simulate's."""
+    time = np.arange(4001) * 2e-3
+    wave = np.sin(0.5 * np.pi * time)
+    value = 0.03 * (wave if demand == "sine" else np.where(np.mod(time + 1e-9, 4.0) < 2.0, 1.0, -1.0))
+    signals = {
+        "plant.velocity": value + ERRORS[controller] * wave,
+        "reference.value": value,
+        "controller.u": 0.03 * wave,
+    }
+    if controller == "tsmc":
+        signals |= {name: size * wave for name, size in SIGNALS.items()}
+    metrics = {name: scale * (1 + i) * 1e-3 for i, name in enumerate(METRIC_FIELDS)}
+    metrics |= {"stroke_left": False, "diverged": False}
+    if controller != "tsmc":
+        metrics |= {"estimate_rms_error_1": math.nan, "estimate_rms_error_2": math.nan}
+    return xr.Dataset(
+        {name: ("time", values, {"units": "", "long_name": name}) for name, values in signals.items()}
+        | {name: ((), metrics[name], {"units": field.unit}) for name, field in METRIC_FIELDS.items()},
+        coords={"time": ("time", time, {"units": "s"})},
+        attrs=provenance(Loop(controller=LAWS[controller])),
+    )
+
+
+def made_up_runs():
+    return {f"{demand}-{name}": made_up(demand, name) for demand in ("sine", "square") for name in LAWS}
+
+
+def lost(data):
+    """The same run, diverged after a second: nan from there on, its last samples huge."""
+    time = data["time"].to_numpy()
+    broken = data.copy(deep=True)
+    for name in data.data_vars:
+        if data[name].dims:
+            broken[name].values[time > 1.0] = np.nan
+    broken["plant.velocity"].values[(time > 0.9) & (time <= 1.0)] = 1e200
+    for name in METRIC_FIELDS:
+        broken[name].values = np.array(math.inf if name.endswith("error") else math.nan)
+    broken["diverged"].values, broken["stroke_left"].values = np.array(True), np.array(True)
+    return broken
+
+
+def panels(fig):
+    return [axis for axis in fig.axes if axis.get_title(loc="left").startswith("(")]
+
+
+def labelled(axis):
+    return {line.get_label(): line for line in axis.get_lines()}
+
+
+@pytest.fixture(scope="module")
+def runs():
+    return made_up_runs()
+
+
+@pytest.fixture(scope="module")
+def drawn(runs):
+    return {one.number: one.draw(runs) for one in FIGURES}
+
+
+def test_all_figures_are_written_in_both_formats_with_the_same_bytes_each_time(runs, tmp_path, monkeypatch):
+    monkeypatch.setattr(paper, "FIGURES", FIGURES[:2])
+    steps = []
+    written = draw_figures(runs, tmp_path, lambda *step: steps.append(step))
+    assert [path.name for path in written] == ["fig03.png", "fig03.svg", "fig04.png", "fig04.svg"]
+    assert steps == [(1, 2, "figure 3"), (2, 2, "figure 4")]
+    assert written[0].read_bytes().startswith(b"\x89PNG")
+    assert b"<svg" in written[1].read_bytes()
+    first = [path.read_bytes() for path in written]
+    assert [path.read_bytes() for path in draw_figures(runs, tmp_path)] == first
+
+
+def test_the_figures_are_the_papers(drawn):
+    assert list(drawn) == [3, 4, 5, 6, 7, 8, 9, 10]
+
+
+@pytest.mark.parametrize(
+    ("index", "units"),
+    [
+        (3, ["mm/s"] * 3),
+        (4, ["mm/s"] * 4),
+        (5, ["mm/s"] * 3),
+        (6, ["mm/s"] * 4),
+        (7, ["m/s²", "m/s²", "kN/s", "N/s"]),
+        (8, ["m/s²", "m/s²", "kN/s", "N/s"]),
+        (9, ["mm/s", "mm/s", "10⁻³ m/s²", "10⁻³ m/s²", "mV", "mV"]),
+        (10, ["mm/s", "mm/s", "10⁻³ m/s²", "10⁻³ m/s²", "mV", "mV"]),
+    ],
+)
+def test_each_panel_names_its_unit(drawn, index, units):
+    found = [axis.get_ylabel().split("[")[1].rstrip("]") for axis in panels(drawn[index])]
+    assert [unit.removeprefix("10⁻³ ") if "mm/s" in unit else unit for unit in found] == units
+    assert all(axis.get_xlabel().endswith(("[s]", "[ms]")) for axis in panels(drawn[index]))
+
+
+@pytest.mark.parametrize("index", [3, 5])
+def test_velocities_are_drawn_in_mm_per_s(runs, drawn, index):
+    demand = "sine" if index == 3 else "square"
+    whole = labelled(panels(drawn[index])[0])
+    assert set(whole) == {"PI", "backstepping", "TSMC", "demand"}
+    for name, label in (("pi", "PI"), ("tsmc", "TSMC")):
+        expected = 1e3 * runs[f"{demand}-{name}"]["plant.velocity"].to_numpy()[:-1]
+        np.testing.assert_allclose(whole[label].get_ydata(), expected)
+
+
+@pytest.mark.parametrize("index", [4, 6])
+def test_a_panel_of_its_own_range_shows_the_two_small_errors(drawn, index):
+    wide, _, close, _ = panels(drawn[index])
+    assert wide.get_ylim()[1] > 20.0
+    low, high = close.get_ylim()
+    assert -0.6 < low < -0.3
+    assert 0.3 < high < 0.6
+    for label in ("PI", "TSMC"):
+        values = labelled(close)[label].get_ydata()
+        assert np.mean((values > low) & (values < high)) > 0.9
+        assert np.ptp(values) > 0.5 * (high - low)
+    assert "backstepping" in close.get_title(loc="right")
+
+
+def test_the_error_of_an_estimate_is_its_estimate_less_the_truth(drawn):
+    line = labelled(panels(drawn[7])[1])["error"]
+    time = line.get_xdata()
+    np.testing.assert_allclose(line.get_ydata(), -0.1 * np.sin(0.5 * np.pi * time), atol=1e-12)
+
+
+def test_no_legend_lies_on_a_panel(drawn):
+    for fig in drawn.values():
+        assert all(axis.get_legend() is None for axis in panels(fig))
+
+
+def test_diverged_runs_are_drawn_up_to_where_they_are_lost(runs):
+    broken = {name: lost(data) for name, data in runs.items()}
+    for one in FIGURES:
+        for axis in panels(one.draw(broken)):
+            for line in axis.get_lines():
+                assert np.all(np.abs(line.get_ydata()) < 1e6)
+            assert np.all(np.isfinite(axis.get_ylim()))
+        assert one.seen(broken)
+
+
+def test_what_is_seen_follows_the_numbers(runs):
+    for one in FIGURES[:4]:
+        changed = dict(runs)
+        for demand in ("sine", "square"):
+            changed[f"{demand}-pi"] = made_up(demand, "pi", 7.0)
+        before, after = one.seen(runs), one.seen(changed)
+        assert before.index("PI") < before.index("backstepping") < before.index("TSMC")
+        assert after.index("backstepping") < after.index("TSMC") < after.index("PI")
+    assert "backstepping 1.00 mm/s" in FIGURES[1].seen(runs)
+
+
+def test_the_last_sample_is_never_drawn():
+    curve = Curve("x", np.arange(4.0), np.array([0.0, 1.0, 2.0, 99.0]), "k")
+    whole = Window("", 0.0, math.inf)
+    assert inside(curve, whole).values.tolist() == [0.0, 1.0, 2.0]
+    assert inside(curve, Window("", 1.0, 2.0)).time.tolist() == [1.0, 2.0]
+
+
+@given(st.lists(st.floats(-1e6, 1e6), min_size=1, max_size=40), st.floats(-1e6, 1e6))
+def test_limits_hold_every_sample_and_leave_a_margin(values, other):
+    low, high = limits([np.array(values), np.array([other, np.nan])], 0.0)
+    assert low < min(*values, other) <= max(*values, other) < high
+
+
+def test_limits_leave_spikes_out_and_say_so():
+    values = np.sin(np.linspace(0.0, 20.0, 1000))
+    values[[100, 500]] = [-80.0, 50.0]
+    low, high = limits([values], 0.03)
+    assert -1.5 < low < -1.0
+    assert 1.0 < high < 1.5
+    curve = Curve("force", np.arange(1000.0), values, "k")
+    assert clipped([curve], low, high, "N") == f"clipped: force to {MINUS}80.0 N"
+    assert clipped([curve._replace(values=np.zeros(3))], low, high, "N") == ""
+
+
+def test_limits_of_nothing_finite_are_finite():
+    assert limits([np.full(3, np.nan), np.array([])], 0.0) == (-1.0, 1.0)
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (0.0, "0"),
+        (-0.0, "0"),
+        (0.24, "0.240"),
+        (27.96, "28.0"),
+        (9.996, "10.0"),
+        (9654.1, "9650"),
+        (-16.716, f"{MINUS}16.7"),
+        (99999.0, f"1.00 {TIMES} 10⁵"),
+        (6.2796e-4, f"6.28 {TIMES} 10⁻⁴"),
+        (-1.7e-12, f"{MINUS}1.70 {TIMES} 10⁻¹²"),
+        (math.inf, "∞"),
+        (-math.inf, f"{MINUS}∞"),
+        (math.nan, "no number"),
+    ],
+)
+def test_numbers_are_read_with_three_digits(value, text):
+    assert number(value) == text
+
+
+@given(st.floats(-1e300, 1e300))
+def test_a_number_as_read_is_within_half_a_unit_of_its_last_digit(value):
+    text = number(value).replace(MINUS, "-").translate(str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789"))
+    read = float(text.replace(f" {TIMES} 10", "e"))
+    assert read == pytest.approx(value, rel=5.001e-3, abs=1e-320)
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "text"),
+    [
+        (0.00026589, "m/s", "0.266 mm/s"),
+        (0.0268, "V", "26.8 mV"),
+        (5.986, "V", "5.99 V"),
+        (171024.3, "N/s", "171 kN/s"),
+        (466.0, "N/s", "466 N/s"),
+        (0.00696, "s", "6.96 ms"),
+        (1e-5, "s", "10.0 µs"),
+        (2.0, "s", "2.00 s"),
+        (0.0, "s", "0 s"),
+        (3.0, "m/s^2", "3.00 m/s²"),
+        (math.inf, "m", "∞"),
+        (0.5, "", "0.500"),
+    ],
+)
+def test_quantities_have_the_unit_an_engineer_reads(value, unit, text):
+    assert quantity(value, unit) == text

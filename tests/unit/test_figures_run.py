@@ -1,0 +1,201 @@
+import math
+
+import matplotlib as mpl
+import numpy as np
+import pytest
+import xarray as xr
+from hypothesis import given
+from hypothesis import strategies as st
+
+import hydroservo
+from hydroservo import HydroservoError, Simulation
+from hydroservo.controllers import PI, TSMC
+from hydroservo.figures.comparison import distinct_colours, literal, plot_comparison
+from hydroservo.figures.run import controller_name, enlarged_limit, length_shown, plot_run, trace_of
+from hydroservo.figures.style import COLOURS, PALETTE, figure, save_figure, style
+from hydroservo.loop import Loop
+from hydroservo.references import Square
+
+
+def short_run(controller, **parts):
+    simulation = Simulation(duration=0.02, period=1e-5, record_period=5e-5)
+    return hydroservo.simulate(Loop(simulation=simulation, controller=controller, **parts), compiled=False)
+
+
+@pytest.fixture(scope="module")
+def pi():
+    return short_run(PI())
+
+
+@pytest.fixture(scope="module")
+def tsmc():
+    return short_run(TSMC())
+
+
+def labels(fig):
+    return [axis.get_ylabel() for axis in fig.axes]
+
+
+def curve(axis, i):
+    return np.asarray(axis.lines[i].get_ydata())
+
+
+def test_run_without_observer_has_velocity_error_and_command(pi):
+    fig = plot_run(pi)
+    assert labels(fig) == ["velocity [mm/s]", "error [mm/s]", "command [mV]"]
+    velocity, demand = pi["plant.velocity"].values, pi["reference.value"].values
+    np.testing.assert_array_equal(curve(fig.axes[0], 0), 1e3 * velocity)
+    np.testing.assert_array_equal(curve(fig.axes[0], 1), 1e3 * demand)
+    np.testing.assert_array_equal(curve(fig.axes[1], 0), 1e3 * (velocity - demand))
+    np.testing.assert_array_equal(curve(fig.axes[2], 0), 1e3 * pi["controller.u"].values)
+    assert fig.axes[-1].get_xlabel() == "time [s]"
+
+
+def test_run_with_observer_shows_both_disturbances_and_estimates(tsmc):
+    fig = plot_run(tsmc)
+    assert labels(fig)[-2:] == ["$d_{L1}$ [m/s²]", "$d_{L2}$ [N/s]"]
+    for i, axis in enumerate(fig.axes[-2:], start=1):
+        np.testing.assert_array_equal(curve(axis, 0), tsmc[f"controller.observer.d{i}"].values)
+        np.testing.assert_array_equal(curve(axis, 1), tsmc[f"disturbance.d{i}"].values)
+
+
+def test_controllers_have_their_own_colours(pi, tsmc):
+    assert plot_run(pi).axes[0].lines[0].get_color() == COLOURS["PI"]
+    assert plot_run(tsmc).axes[0].lines[0].get_color() == COLOURS["TSMC"]
+    assert controller_name(tsmc) == "TSMC"
+
+
+def test_legends_lie_above_their_axes(tsmc, tmp_path):
+    fig = plot_run(tsmc)
+    save_figure(fig, tmp_path / "run")  # lays the figure out
+    legends = [axis.get_legend() for axis in fig.axes if axis.get_legend()]
+    assert len(legends) == 3
+    for legend in legends:
+        assert legend.get_window_extent().y0 >= legend.axes.get_window_extent().y1 - 1.0
+
+
+def test_peaks_that_press_a_curve_flat_bring_an_enlarged_panel(pi):
+    error = 3e-4 * np.sin(np.linspace(0.0, 50.0, pi["time"].size))
+    error[5:10] = 0.06
+    peaks = pi.assign({"plant.velocity": pi["reference.value"] + error})
+    fig = plot_run(peaks)
+    assert labels(fig)[1:3] == ["error [mm/s]", "error [mm/s]\n(enlarged)"]
+    whole, enlarged = fig.axes[1:3]
+    assert whole.get_ylim()[1] > 60.0
+    low, high = enlarged.get_ylim()
+    assert low == -high
+    assert 0.3 < high < 0.4
+    np.testing.assert_array_equal(curve(enlarged, 0), curve(whole, 0))
+
+
+def test_enlarged_limit_covers_runs_of_like_size_only():
+    t = np.linspace(0.0, 1.0, 1001)
+    small, twice, huge = np.sin(20 * t), 2.0 * np.sin(20 * t), 100.0 * np.sin(20 * t)
+    assert enlarged_limit([small, twice]) is None
+    assert enlarged_limit([huge]) is None
+    limit = enlarged_limit([small, huge, twice])
+    assert 2.0 < limit < 3.0
+    assert enlarged_limit([1e-12 * small, huge]) is None  # rounding is not worth a panel
+    assert enlarged_limit([np.full(3, math.nan), huge]) is None
+    assert enlarged_limit([np.zeros(3)]) is None
+
+
+def test_diverged_run_is_shown_until_its_error_is_lost(pi):
+    lost = pi.copy(deep=True)
+    lost["plant.velocity"][100:] = 1e200
+    lost["plant.velocity"][200:] = math.nan
+    lost["diverged"] = ((), True)
+    trace = trace_of(lost)
+    assert trace.time.size == 100
+    assert plot_run(lost).axes[0].get_title(loc="left") == "PI, diverged at 0.00495 s"
+    assert "PI (diverged)" in legend_of(plot_comparison([pi, lost], ["one", "PI"]))
+
+
+@given(st.lists(st.floats(width=32), min_size=2, max_size=20))
+def test_length_shown_ends_before_the_first_lost_sample(velocity):
+    velocity = np.array(velocity)
+    demand = np.full(velocity.size, 0.03)
+    size = length_shown(demand, velocity)
+    assert 2 <= size <= velocity.size
+    assert np.all(np.abs(velocity[2:size] - 0.03) <= 0.3)
+    assert size in (velocity.size, 2) or not abs(velocity[size] - 0.03) <= 0.3
+
+
+def test_a_signal_that_was_not_recorded_is_named(pi):
+    with pytest.raises(HydroservoError, match=r"controller\.u, which this run did not record"):
+        plot_run(pi.drop_vars("controller.u"))
+
+
+def legend_of(fig):
+    return [text.get_text() for text in fig.axes[0].get_legend().get_texts()]
+
+
+def test_comparison_overlays_runs_and_draws_a_common_demand_once(pi, tsmc):
+    fig = plot_comparison([pi, tsmc], ["one", "other"])
+    assert legend_of(fig) == ["one", "other", "demand"]
+    assert len(fig.axes[0].lines) == 3
+    np.testing.assert_array_equal(curve(fig.axes[0], 1), 1e3 * tsmc["plant.velocity"].values)
+    widths = [line.get_linewidth() for line in fig.axes[0].lines]
+    assert widths == sorted(widths, reverse=True)
+
+
+def test_comparison_draws_each_demand_that_differs(pi):
+    fig = plot_comparison([pi, short_run(PI(), reference=Square())], ["sine", "square"])
+    assert len(fig.axes[0].lines) == 4
+    assert legend_of(fig).count("demand") == 1
+
+
+def test_comparison_of_one_run(pi):
+    assert legend_of(plot_comparison([pi], ["one"])) == ["one", "demand"]
+
+
+def test_runs_have_distinct_colours():
+    assert distinct_colours(["TSMC", "PI"]) == [COLOURS["TSMC"], COLOURS["PI"]]
+    names = ["PI", "PI", "Mine", "PI"]
+    colours = distinct_colours(names)
+    assert colours[0] == COLOURS["PI"]
+    assert len(set(colours)) == len(colours)
+    assert len(distinct_colours(["PI"] * 20)) == 20
+
+
+def test_labels_are_shown_as_they_are(pi):
+    assert literal("a$b") == r"a\$b"
+    fig = plot_comparison([pi, pi], ["_mine", "$"])
+    assert len(fig.axes[0].get_legend().get_texts()) == 3
+
+
+def test_style_leaves_no_trace():
+    before = dict(mpl.rcParams)
+    with style():
+        assert mpl.rcParams["axes.prop_cycle"].by_key()["color"] == list(PALETTE)
+    assert dict(mpl.rcParams) == before
+
+
+def test_saving_gives_both_formats_and_always_the_same_bytes(pi, tmp_path):
+    first = save_figure(plot_run(pi), tmp_path / "a" / "run.1")
+    second = save_figure(plot_run(pi), tmp_path / "b" / "run.1")
+    assert [path.name for path in first] == ["run.1.png", "run.1.svg"]
+    for one, other in zip(first, second, strict=True):
+        assert one.read_bytes() == other.read_bytes()
+    assert first[0].read_bytes().startswith(b"\x89PNG")
+    assert b"<svg" in first[1].read_bytes()
+    assert sorted(path.name for path in (tmp_path / "a").iterdir()) == ["run.1.png", "run.1.svg"]
+
+
+@pytest.mark.parametrize(("size", "pixels"), [(20_000, False), (20_001, True)])
+def test_only_long_curves_become_pixels_in_an_svg(size, pixels):
+    noise = np.random.default_rng(0).normal(size=size)
+    names = ("reference.value", "plant.velocity", "controller.u")
+    data = xr.Dataset(
+        {**dict.fromkeys(names, ("time", noise)), "diverged": False},
+        coords={"time": np.arange(size) * 1e-3},
+        attrs={"scenario": '[controller]\ntype = "PI"\n'},
+    )
+    lines = [line for axis in plot_run(data).axes for line in axis.lines]
+    assert len(lines) == 4
+    assert {bool(line.get_rasterized()) for line in lines} == {pixels}
+
+
+def test_figure_has_the_width_of_a_text_page():
+    with style():
+        assert tuple(figure(2.0).get_size_inches()) == (6.3, 2.0)

@@ -1,0 +1,233 @@
+import json
+import math
+import re
+import stat
+
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+import xarray as xr
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.io import loadmat
+
+import hydroservo
+from hydroservo import HydroservoError, Simulation
+from hydroservo.controllers import TSMC
+from hydroservo.loop import Loop
+from hydroservo.metrics import METRIC_FIELDS
+from hydroservo.results import (
+    atomic_path,
+    matlab_names,
+    metrics_of,
+    plain,
+    readable_unit,
+    save,
+    trajectory_of,
+)
+
+
+@pytest.fixture(scope="module")
+def dataset():
+    """A short run with an observer; its seed needs 64 bits."""
+    simulation = Simulation(duration=0.02, period=1e-4, record_period=1e-3, seed=2**40 + 1)
+    return hydroservo.simulate(Loop(simulation=simulation, controller=TSMC()), compiled=False)
+
+
+def test_metrics_are_plain_numbers_by_name(dataset):
+    metrics = metrics_of(dataset)
+    assert list(metrics) == list(METRIC_FIELDS)
+    assert {type(value) for value in metrics.values()} == {float, bool}
+    assert type(metrics["diverged"]) is bool
+    assert metrics["rms_error"] == float(dataset["rms_error"])
+
+
+def test_trajectory_has_time_first_and_each_recorded_signal(dataset):
+    columns = trajectory_of(dataset)
+    assert next(iter(columns)) == "time"
+    assert len(columns) == 1 + sum(variable.dims == ("time",) for variable in dataset.data_vars.values())
+    assert {values.shape for values in columns.values()} == {(21,)}
+
+
+def test_csv_gives_back_every_bit_under_headers_with_units(dataset, tmp_path):
+    path = save(dataset, tmp_path / "run.csv")
+    headers = path.read_text().splitlines()[0].split(",")
+    assert headers[0] == "time [s]"
+    assert {"controller.u [V]", "controller.observer.d2 [N/s]"} < set(headers)
+    columns = np.loadtxt(path, delimiter=",", skiprows=1, unpack=True)
+    for (name, values), header, column in zip(trajectory_of(dataset).items(), headers, columns, strict=True):
+        assert header.split(" [")[0] == name
+        np.testing.assert_array_equal(column, values)
+
+
+def test_csv_header_of_a_number_without_unit_has_no_brackets(dataset, tmp_path):
+    bare = dataset.assign({"controller.ratio": ("time", np.ones(21), {"units": "", "long_name": "ratio"})})
+    header = save(bare, tmp_path / "run.csv").read_text().splitlines()[0]
+    assert header.endswith(",controller.ratio")
+
+
+def test_parquet_gives_back_values_units_and_attributes(dataset, tmp_path):
+    table = pq.read_table(save(dataset, tmp_path / "run.parquet"))
+    for name, values in trajectory_of(dataset).items():
+        np.testing.assert_array_equal(table[name].to_numpy(), values)
+    assert table.schema.field("controller.u").metadata[b"units"] == b"V"
+    assert table.schema.field("time").metadata[b"units"] == b"s"
+    about = table.schema.metadata
+    assert about[b"scenario"].decode() == dataset.attrs["scenario"]
+    assert about[b"hash"].decode() == dataset.attrs["hash"]
+    assert int(about[b"seed"]) == dataset.attrs["seed"]
+    assert json.loads(about[b"metrics"]) == plain(metrics_of(dataset))
+
+
+def test_netcdf_gives_back_the_dataset(dataset, tmp_path):
+    with xr.open_dataset(save(dataset, tmp_path / "run.nc"), engine="scipy") as back:
+        back.load()
+    for name in ("time", *map(str, dataset.data_vars)):
+        np.testing.assert_array_equal(back[name].values, dataset[name].values)
+        assert back[name].attrs == dataset[name].attrs
+    assert back.attrs == {name: str(value) for name, value in dataset.attrs.items()}
+
+
+def test_mat_gives_back_values_units_and_attributes(dataset, tmp_path):
+    back = loadmat(save(dataset, tmp_path / "run.mat"), simplify_cells=True)
+    for name, values in trajectory_of(dataset).items():
+        np.testing.assert_array_equal(back[name.replace(".", "_")], values)
+    assert back["units"]["controller_u"] == "V"
+    assert back["units"]["rms_error"] == "m/s"
+    assert back["attributes"]["hash"] == dataset.attrs["hash"]
+    assert back["attributes"]["seed"] == dataset.attrs["seed"]
+    assert back["metrics"]["rms_error"] == float(dataset["rms_error"])
+    assert not back["metrics"]["diverged"]
+
+
+def test_a_diverged_run_is_saved_in_every_format(dataset, tmp_path):
+    lost = dataset.copy(deep=True)
+    lost["plant.velocity"][5:] = math.nan
+    lost["rms_error"] = ((), math.nan, dataset["rms_error"].attrs)
+    for ending in (".csv", ".parquet", ".nc", ".mat"):
+        save(lost, tmp_path / f"run{ending}")
+    column = np.loadtxt(tmp_path / "run.csv", delimiter=",", skiprows=1, usecols=1)
+    np.testing.assert_array_equal(np.isnan(column), np.arange(21) >= 5)
+    about = pq.read_table(tmp_path / "run.parquet").schema.metadata
+    assert json.loads(about[b"metrics"])["rms_error"] is None
+
+
+def test_unknown_ending_names_those_there_are(dataset, tmp_path):
+    with pytest.raises(HydroservoError, match=r"\.xlsx.*\.csv, \.parquet, \.nc, \.mat"):
+        save(dataset, tmp_path / "run.xlsx")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_ending_in_capitals_is_understood(dataset, tmp_path):
+    assert save(dataset, tmp_path / "RUN.CSV").read_text().startswith("time [s],")
+
+
+def test_atomic_path_makes_folders_and_replaces(tmp_path):
+    path = tmp_path / "a" / "b.txt"
+    for text in ("one", "two"):
+        with atomic_path(path) as temporary:
+            assert temporary.suffix == ".txt"
+            assert temporary.parent == path.parent
+            temporary.write_text(text)
+        assert path.read_text() == text
+    assert list(path.parent.iterdir()) == [path]
+
+
+def test_atomic_path_gives_the_usual_permissions(tmp_path):
+    (tmp_path / "usual").write_text("")
+    with atomic_path(tmp_path / "atomic") as temporary:
+        temporary.write_text("")
+    modes = {stat.S_IMODE((tmp_path / name).stat().st_mode) for name in ("usual", "atomic")}
+    assert len(modes) == 1
+
+
+def write_half(path, error):
+    with atomic_path(path) as temporary:
+        temporary.write_text("half")
+        raise error
+
+
+@pytest.mark.parametrize("error", [ValueError, KeyboardInterrupt, SystemExit])
+def test_atomic_path_keeps_the_old_file_where_writing_fails(tmp_path, error):
+    path = tmp_path / "file.csv"
+    path.write_text("old")
+    with pytest.raises(error):
+        write_half(path, error())
+    assert path.read_text() == "old"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_atomic_path_says_in_one_line_which_file_and_why(tmp_path):
+    path = tmp_path / "file.csv"
+    full = OSError(28, "No space left on device", "temporary")
+    with pytest.raises(HydroservoError, match=r"file\.csv: cannot be written: No space left") as raised:
+        write_half(path, full)
+    assert "\n" not in str(raised.value)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_folder_in_the_way_is_an_error_and_stays(tmp_path):
+    (tmp_path / "file.csv").mkdir()
+    with (
+        pytest.raises(HydroservoError, match="cannot be written"),
+        atomic_path(tmp_path / "file.csv") as file,
+    ):
+        file.write_text("new")
+    assert list(tmp_path.iterdir()) == [tmp_path / "file.csv"]
+
+
+def test_a_file_for_a_folder_is_an_error(tmp_path):
+    (tmp_path / "file").write_text("old")
+    new = atomic_path(tmp_path / "file" / "run.csv")
+    with pytest.raises(HydroservoError, match="cannot be written"), new:
+        pass
+
+
+def test_plain_numbers_are_json():
+    values = {"a": 1.5, "b": math.nan, "c": math.inf, "d": True}
+    assert json.dumps(plain(values), allow_nan=False) == '{"a": 1.5, "b": null, "c": null, "d": true}'
+
+
+@pytest.mark.parametrize(
+    ("unit", "largest", "shown"),
+    [
+        ("m/s", 0.03, ("mm/s", 1e3)),
+        ("m", 0.078, ("mm", 1e3)),
+        ("V", 0.029, ("mV", 1e3)),
+        ("V", 1.0, ("V", 1.0)),
+        ("N/s", 9999.0, ("N/s", 1.0)),
+        ("N/s", 1e5, ("kN/s", 1e-3)),
+        ("N/s", 1e7, ("MN/s", 1e-6)),
+        ("m/s^2", 16.7, ("m/s²", 1.0)),
+        ("s", 1.0, ("s", 1.0)),
+        ("", 1.0, ("", 1.0)),
+    ],
+)
+def test_units_are_those_an_engineer_reads(unit, largest, shown):
+    assert readable_unit(unit, largest) == shown
+
+
+@pytest.mark.parametrize(
+    ("unit", "largest"), [("m/s", 0.1), ("m", 0.1), ("V", 0.1), ("N/s", 1e5), ("Pa", 1e6), ("Pa", 1e8)]
+)
+def test_factors_agree_with_the_units_library(unit, largest):
+    import pint
+
+    shown, factor = readable_unit(unit, largest)
+    assert pint.Quantity(1.0, unit).to(shown).magnitude == pytest.approx(factor, rel=1e-12)
+
+
+@given(st.lists(st.text(min_size=1, max_size=80), unique=True, max_size=8))
+def test_matlab_names_are_legal_and_distinct(paths):
+    names = matlab_names(paths)
+    assert list(names) == paths
+    assert len(set(names.values())) == len(paths)
+    assert all(re.fullmatch(r"[A-Za-z][A-Za-z0-9_]{0,62}", name) for name in names.values())
+
+
+def test_matlab_names_of_paths_that_differ_only_in_dots_stay_apart():
+    assert matlab_names(["a.b_c", "a_b.c", "a.b.c"]) == {
+        "a.b_c": "a_b_c",
+        "a_b.c": "a_b_c_2",
+        "a.b.c": "a_b_c_3",
+    }
