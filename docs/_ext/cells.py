@@ -1,0 +1,93 @@
+"""What the cells of the pages share; importing it lets a cell show a figure by naming it."""
+
+import io
+import os
+import shlex
+import shutil
+import subprocess
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+from IPython import get_ipython
+from IPython.display import Image, Markdown
+from matplotlib.figure import Figure
+
+from hydroservo.figures.style import figure, style
+from hydroservo.results import readable_unit
+
+__all__ = ["Image", "curves", "examples", "metrics_table", "table", "terminal"]
+
+
+def svg(fig: Figure) -> str:
+    """A figure as SVG, the same bytes each time."""
+    text = io.StringIO()
+    with style():
+        fig.savefig(text, format="svg", metadata={"Date": None})
+    return text.getvalue()
+
+
+get_ipython().display_formatter.formatters["image/svg+xml"].for_type(Figure, svg)
+
+
+def examples() -> None:
+    """Copies the repository's examples into the page's own temporary folder."""
+    shutil.copytree(Path(__file__).parents[2] / "examples", ".", dirs_exist_ok=True)
+
+
+def terminal(*commands: str) -> Markdown:
+    """What a reader's terminal shows after some commands, whether they succeed or not."""
+    surroundings = {
+        name: value for name, value in os.environ.items() if not name.startswith(("FORCE_", "CLICOLOR"))
+    }
+    lines = []
+    for command in commands:
+        done = subprocess.run(
+            shlex.split(command),
+            check=False,
+            env=surroundings,
+            text=True,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+        )
+        lines += [f"$ {command}", *(line.rstrip() for line in done.stdout.strip().splitlines())]
+    text = "\n".join(lines)
+    return Markdown(f"```console\n{text}\n```")
+
+
+def table(header: Sequence[str], rows: Iterable[Sequence[object]]) -> Markdown:
+    """A table of what a cell computed."""
+    lines = [header, ["---"] * len(header), *rows]
+    return Markdown("\n".join("| " + " | ".join(map(str, line)) + " |" for line in lines))
+
+
+def metrics_table(runs: Mapping[str, xr.Dataset], *names: str) -> Markdown:
+    """Metrics of some runs side by side, in units that an engineer reads."""
+    header, columns = [""], []
+    for name in names:
+        values = [float(data[name]) for data in runs.values()]
+        unit, factor = readable_unit(next(iter(runs.values()))[name].attrs["units"], max(values))
+        header.append(f"{name} [{unit}]" if unit else name)
+        columns.append([f"{factor * value:.3g}" for value in values])
+    lost = [" (diverged)" if bool(data["diverged"]) else "" for data in runs.values()]
+    names_shown = [label + note for label, note in zip(runs, lost, strict=True)]
+    return table(header, zip(names_shown, *columns, strict=True))
+
+
+def curves(
+    panels: Mapping[str, Mapping[str, tuple[np.ndarray, np.ndarray]]], xlabel: str = "time [s]"
+) -> Figure:
+    """Panels below each other: by the label of the vertical axis, and in each by the legend's."""
+    with style():
+        fig = figure(height=0.5 + 1.5 * len(panels))
+        axes = np.atleast_1d(fig.subplots(len(panels), 1, sharex=True))
+        for axis, (label, lines) in zip(axes, panels.items(), strict=True):
+            for name, (x, y) in lines.items():
+                axis.plot(x, y, label=name)
+            axis.set_ylabel(label)
+            if len(lines) > 1:
+                axis.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=len(lines), borderpad=0.1)
+        axes[-1].set_xlabel(xlabel)
+        fig.align_ylabels(axes)
+    return fig

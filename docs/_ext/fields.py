@@ -1,0 +1,134 @@
+"""Adds to each documented block and state the table of its declared numbers and nested blocks.
+
+Docstrings write an absolute value as it is read, ``|s|``; reStructuredText would take it for a substitution.
+"""
+
+import re
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
+from sphinx.application import Sphinx
+from sphinx.util.typing import ExtensionMetadata
+
+from hydroservo.block import is_block
+from hydroservo.field import Field, declared_fields
+
+
+class Row(NamedTuple):
+    """What one key of a scenario table, or one number of a state, is."""
+
+    name: str
+    default: str
+    unit: str
+    allowed: str
+    meaning: str
+    source: str
+
+
+PARAMETERS = Row("key", "default", "unit", "range", "meaning", "source")
+STATE = ("name", "unit", "meaning")
+CODE_OR_BAR = re.compile(r"``.*?``|\|")
+
+
+def rows(cls: type) -> Iterator[Row]:
+    """One row for each field of a block or state class, in declared order."""
+    fields, defaults = declared_fields(cls), cls._field_defaults  # type: ignore[attr-defined]
+    for name in cls._fields:  # type: ignore[attr-defined]
+        default, field = defaults.get(name), fields.get(name)
+        if is_block(default):
+            yield Row(name, type(default).__name__, "", "", f"nested block, a {role(cls, name)}", "")
+        elif name == "as_printed":
+            yield Row(name, "false", "", "true or false", "the print to the letter", "")
+        elif field is None:
+            yield Row(name, written(default), "", "", "nested", "")
+        else:
+            yield Row(name, written(default), field.unit, bounds(field), field.meaning, field.source)
+
+
+def role(cls: type, name: str) -> str:
+    hint = cls.__annotations__[name]
+    return str(getattr(hint, "__name__", hint))
+
+
+def written(default: Any) -> str:
+    if isinstance(default, bool):
+        return str(default).lower()
+    if isinstance(default, np.ndarray):
+        return "from a file"
+    return f"{default:g}" if isinstance(default, (int, float)) else ""
+
+
+def bounds(field: Field) -> str:
+    limits = ((">", field.above), ("≥", field.at_least), ("<", field.below), ("≤", field.at_most))
+    return ", ".join(f"{sign} {limit:g}" for sign, limit in limits if limit is not None)
+
+
+def table(cls: type) -> list[str]:
+    """The rows of a class as a reStructuredText list-table; nothing for a class without fields."""
+    found = list(rows(cls))
+    if not found:
+        return []
+    state = not cls._field_defaults  # type: ignore[attr-defined]
+    lines = [tuple(getattr(row, name) for name in STATE) for row in found] if state else found
+    header = STATE if state else PARAMETERS
+    body = [cell for line in (header, *lines) for cell in listed(line)]
+    return ["", ".. list-table::", "   :header-rows: 1", "   :class: fields", "", *body, ""]
+
+
+def listed(line: tuple[str, ...]) -> Iterator[str]:
+    first, *rest = (linked(re.sub(r"([*_|])", r"\\\1", cell)) for cell in line)
+    yield f"   * - {first}"
+    yield from (f"     - {cell}" for cell in rest)
+
+
+def linked(text: str) -> str:
+    """A text with its DOIs as short links."""
+    return re.sub(r"doi:(10\.[^\s,;]+)", r"`doi <https://doi.org/\1>`__", text)
+
+
+def is_record(thing: Any) -> bool:
+    return isinstance(thing, type) and issubclass(thing, tuple) and hasattr(thing, "_fields")
+
+
+def escaped(lines: list[str]) -> Iterator[str]:
+    """The lines with the bars of absolute values escaped, but for literal blocks and code."""
+    literal = None
+    for line in lines:
+        if line.startswith("Fails "):  # on a line of its own in the text, so in a paragraph of its own here
+            yield ""
+        indent = len(line) - len(line.lstrip())
+        if line.strip() and literal is not None and indent <= literal:
+            literal = None
+        yield (
+            line
+            if literal is not None
+            else CODE_OR_BAR.sub(lambda found: r"\|" if found[0] == "|" else found[0], line)
+        )
+        if literal is None and line.endswith("::"):
+            literal = indent
+
+
+def complete(app: Sphinx, what: str, name: str, thing: Any, options: Any, lines: list[str]) -> None:
+    lines[:] = escaped(lines)
+    if is_record(thing):
+        lines += table(thing)
+
+
+def drop_signature(
+    app: Sphinx, what: str, name: str, thing: Any, options: Any, signature: str, returns: str
+) -> tuple[str, str] | None:
+    """The table says what a block takes, and nobody calls a role."""
+    return ("", "") if is_record(thing) or getattr(thing, "_is_protocol", False) else None
+
+
+def skip_fields(app: Sphinx, what: str, name: str, thing: Any, skip: bool, options: Any) -> bool | None:
+    return True if type(thing).__name__ == "_tuplegetter" else None
+
+
+def setup(app: Sphinx) -> ExtensionMetadata:
+    app.setup_extension("sphinx.ext.autodoc")
+    app.connect("autodoc-process-docstring", complete)
+    app.connect("autodoc-process-signature", drop_signature)
+    app.connect("autodoc-skip-member", skip_fields)
+    return {"parallel_read_safe": True, "parallel_write_safe": True}

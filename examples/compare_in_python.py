@@ -1,0 +1,24 @@
+"""Two controllers on one machine, under equal conditions, from Python."""
+
+from hydroservo import replace, simulate
+from hydroservo.controllers import TSMC
+from hydroservo.observers import Implicit
+from hydroservo.scenario import load_scenario
+
+
+def main() -> None:
+    """Print the tracking error of PI and of TSMC over the stiffness of the oil."""
+    machine = load_scenario("paper/square-pi", {"simulation.period": "100 us", "simulation.substeps": 10})
+    tsmc = replace(TSMC(), {"observer.realisation": Implicit(), "observer.switching_gain_2": 1e5})
+    controllers = {"PI": machine.controller, "TSMC": tsmc}
+    print(f"{'bulk modulus':>12}  {'controller':<10}  {'rms error':>12}  {'total variation':>15}")
+    for bulk_modulus in (5e8, 7e8, 9e8):
+        for name, controller in controllers.items():
+            loop = replace(machine, {"plant.bulk_modulus": bulk_modulus, "controller": controller})
+            data = simulate(loop, record=())
+            error, effort = float(data["rms_error"]), float(data["control_total_variation"])
+            print(f"{bulk_modulus / 1e5:8.0f} bar  {name:<10}  {1e3 * error:7.4f} mm/s  {effort:13.2f} V")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,109 @@
+"""Which blocks there are, and what each role promises."""
+
+import inspect
+from collections.abc import Mapping
+from importlib import import_module
+from types import FunctionType
+from typing import Any, Protocol
+
+from hydroservo.block import (
+    Block,
+    Controller,
+    Differentiator,
+    Load,
+    Observer,
+    Realisation,
+    Reference,
+    Sensors,
+    Valve,
+)
+
+PACKAGES = ("controllers", "observers", "references", "loads", "valves", "supplies", "sensors", "plants")
+
+
+class Limiter(Protocol):
+    def apply(self, u: float) -> float: ...
+
+
+class MeteringEdges(Protocol):
+    def flow_per_opening(self, drop: float) -> float: ...
+    def flow(self, opening: float, supply_drop: float, load_pressure: float) -> float: ...
+
+
+class Model(Protocol):
+    def f1(self, velocity: float) -> float: ...
+    def g1(self) -> float: ...
+    def f2(self, velocity: float, load_force: float) -> float: ...
+    def g2(self, load_force: float, command: float) -> float: ...
+
+
+class Plant(Protocol):
+    def init(self) -> Block: ...
+    def deriv(self, s: Block, load_flow: float, force: float) -> Block: ...
+    def load_pressure(self, s: Block) -> float: ...
+    def free_force_rate(self, velocity: float, load_force: float) -> float: ...
+    def flow_gain(self) -> float: ...
+    def stroke_left(self, s: Block) -> float: ...
+
+
+class Supply(Protocol):
+    def drop(self) -> float: ...
+
+
+ROLES: tuple[type, ...] = (
+    Controller,
+    Differentiator,
+    Limiter,
+    Load,
+    MeteringEdges,
+    Model,
+    Observer,
+    Plant,
+    Realisation,
+    Reference,
+    Sensors,
+    Supply,
+    Valve,
+)
+
+
+def methods(cls: type) -> Mapping[str, tuple[str, ...]]:
+    """The public methods of a block class or role, with the names of their arguments."""
+    found = {name: f for name, f in vars(cls).items() if isinstance(f, FunctionType) and name[0] != "_"}
+    return {name: tuple(inspect.signature(f).parameters)[1:] for name, f in found.items()}
+
+
+def role_of(cls: type) -> type:
+    """The one role whose methods a block has.
+
+    Raises:
+        LookupError: the contract knows no such role, or more than one.
+    """
+    own = methods(cls)
+    fitting = [role for role in ROLES if methods(role).items() <= own.items()]
+    if len(fitting) != 1:
+        raise LookupError(
+            f"{cls.__module__}.{cls.__name__} with methods {own} has roles {fitting}: "
+            "give it the methods of one role, or teach the contract a new one"
+        )
+    return fitting[0]
+
+
+def blocks() -> list[type]:
+    """Every block class that the packages of devices and laws export; a class without methods is a state."""
+    exported = [
+        getattr(package, name)
+        for package in (import_module(f"hydroservo.{name}") for name in PACKAGES)
+        for name in package.__all__
+    ]
+    return [cls for cls in exported if hasattr(cls, "_fields") and methods(cls)]
+
+
+def identifier(cls: type) -> str:
+    """Such as loads.Sine."""
+    return f"{cls.__module__.split('.')[1]}.{cls.__name__}"
+
+
+def playing(role: Any) -> list[type]:
+    """The block classes of a role."""
+    return [cls for cls in blocks() if role_of(cls) is role]

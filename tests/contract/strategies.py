@@ -1,0 +1,151 @@
+"""Random parameters, states and inputs for every block."""
+
+from functools import cache
+from typing import Any, NamedTuple, get_type_hints
+
+import numpy as np
+from hypothesis import strategies as st
+from hypothesis.strategies import SearchStrategy
+from roles import ROLES, playing
+
+from hydroservo.block import Block, Realisation, is_block, leaves, replace
+from hydroservo.checks import checked, within
+from hydroservo.field import Field, declared_fields
+from hydroservo.plants import DesignModel, LoadPressureState
+from hydroservo.signals import Demand, Measurement
+from hydroservo.time_series import TimeSeries
+
+
+class Range(NamedTuple):
+    """How far from a block's defaults its parameters may be.
+
+    Attributes:
+        decades: number of powers of ten to either side.
+        margin: share of a range bounded at both sides that is left out at each end.
+    """
+
+    decades: float
+    margin: float
+
+
+ORDINARY = Range(1.0, 0.2)
+WIDE = Range(4.0, 0.0)
+
+
+def block_of(cls: type, spread: Range) -> SearchStrategy[Block]:
+    """Blocks of a class with random parameters in their ranges; nested blocks keep their default type."""
+    if cls is TimeSeries:
+        return series()
+    defaults = cls()
+    fields = declared_fields(cls)
+    parts = {
+        name: block_of(type(value), spread)
+        if is_block(value)
+        else number(value, fields.get(name, Field("", name)), spread)
+        for name, value in zip(cls._fields, defaults, strict=True)
+    }
+    return st.builds(cls, **parts).map(checked)
+
+
+def wired(cls: type, spread: Range) -> SearchStrategy[Block]:
+    """Blocks of a class, each nested block of any type that plays its role."""
+    hints = get_type_hints(cls)
+    inner = {
+        name: st.one_of([wired(choice, spread) for choice in playing(hints[name])])
+        for name in cls._fields
+        if hints[name] in ROLES
+    }
+    exchanged = st.fixed_dictionaries(inner)
+    return st.builds(replace, block_of(cls, spread), exchanged)
+
+
+def number(default: Any, field: Field, spread: Range) -> SearchStrategy[Any]:
+    if isinstance(default, bool):
+        return st.booleans()
+    low = field.above if field.above is not None else field.at_least
+    high = field.below if field.below is not None else field.at_most
+    if isinstance(default, int):
+        return st.integers(int(low or 0), min(int(high or 50), 50))
+    if low is not None and high is not None:
+        inset = spread.margin * (high - low)
+        return st.floats(low + inset, high - inset).filter(lambda x: within(x, field))
+    near = around if low is None else positive
+    some = near(default or 1.0, spread.decades).filter(lambda x: within(x, field))
+    return st.one_of(some, st.just(0.0)) if within(0.0, field) else some
+
+
+def positive(scale: float, decades: float) -> SearchStrategy[float]:
+    """A scale, some powers of ten up and down."""
+    return st.floats(-decades, decades).map(lambda power: abs(scale) * 10.0**power)
+
+
+def around(scale: float, decades: float) -> SearchStrategy[float]:
+    """Both signs of a scale, some powers of ten up and down, and 0."""
+    size = positive(scale, decades)
+    return st.one_of(size, size.map(lambda x: -x), st.just(0.0))
+
+
+@st.composite
+def series(draw: Any) -> TimeSeries:
+    steps = draw(st.lists(st.floats(1e-4, 10.0), min_size=2, max_size=8))
+    values = draw(st.lists(st.floats(-1e3, 1e3), min_size=len(steps), max_size=len(steps)))
+    return TimeSeries.from_samples(np.cumsum(steps), values)
+
+
+SCALES = {
+    "a": 0.5,
+    "command": 1.0,
+    "D": 100.0,
+    "drop": 4e6,
+    "dt": 1e-4,
+    "eps": 10.0,
+    "force": 100.0,
+    "k": 1000.0,
+    "load_flow": 1e-5,
+    "load_force": 100.0,
+    "load_pressure": 1e6,
+    "model_rate": 10.0,
+    "opening": 1e-4,
+    "supply_drop": 4e6,
+    "t": 1.0,
+    "u": 1.0,
+    "value": 1.0,
+    "velocity": 0.03,
+}
+NEVER_NEGATIVE = {"D", "dt", "eps", "k", "t"}
+RECORDS = {"y": Measurement, "r": Demand, "plant": LoadPressureState}
+
+
+@cache
+def argument(role: type, name: str, ordinary: bool) -> SearchStrategy[Any]:
+    """Values of an argument of a role's methods: ordinary ones, or any that a 64-bit float can be.
+
+    Raises:
+        LookupError: the contract does not know the argument.
+    """
+    spread = ORDINARY if ordinary else WIDE
+    if name == "model":
+        return block_of(DesignModel, spread)
+    if name in RECORDS:
+        return state(RECORDS[name](*(1.0 for _ in RECORDS[name]._fields)), ordinary)
+    if role is Realisation and name == "s":
+        return signal(1e-3, ordinary)
+    if role is Realisation and name == "a":
+        return st.floats(0.2, 0.8) if ordinary else st.floats(0.01, 0.99)
+    if name not in SCALES:
+        raise LookupError(f"{role.__name__} has an argument {name!r} that the contract does not know")
+    if name in NEVER_NEGATIVE:
+        return positive(SCALES[name], spread.decades)
+    return signal(SCALES[name], ordinary)
+
+
+def signal(scale: float, ordinary: bool) -> SearchStrategy[float]:
+    near = around(scale, 1.0)
+    return near if ordinary else st.one_of(near, st.floats())
+
+
+def state(example: Block, ordinary: bool) -> SearchStrategy[Block]:
+    """States of the type of an example."""
+    paths = [path for path, _ in leaves(example)]
+    values = st.fixed_dictionaries({path: signal(0.1, ordinary) for path in paths})
+    return values.map(lambda changes: replace(example, changes))

@@ -1,0 +1,77 @@
+"""Every file in examples/ runs, as its own text says."""
+
+import importlib
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from hydroservo import Loop, Simulation, simulate
+from hydroservo.scenario import load_scenario
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+COVERED = {"my_controller.py", "my.toml", "compare_in_python.py", "recorded.toml", "recorded_demand.csv"}
+needs_compiler = pytest.mark.skipif(
+    os.environ.get("NUMBA_DISABLE_JIT", "0") != "0", reason="eight seconds take minutes interpreted"
+)
+
+
+def command(*arguments: str, folder: Path) -> "subprocess.CompletedProcess[str]":
+    line = [sys.executable, "-c", "from hydroservo.cli import main; main()", *arguments]
+    return subprocess.run(line, capture_output=True, text=True, cwd=folder, check=False)
+
+
+def test_nothing_is_left_out() -> None:
+    assert {path.name for path in EXAMPLES.iterdir() if path.is_file()} == COVERED
+
+
+def test_own_controller_in_python(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(EXAMPLES)
+    controller = importlib.import_module("my_controller").PressureFeedbackPI()
+    loop = Loop(Simulation(duration=0.05), controller=controller)
+    data = simulate(loop, compiled=False)
+    last = data.isel(time=-1)
+    assert float(last["plant.velocity"]) == pytest.approx(float(last["reference.value"]), rel=0.05)
+    assert data["controller.slow_force"].attrs["units"] == "N"
+
+
+@needs_compiler
+def test_own_controller_from_a_scenario() -> None:
+    done = command("run", "my.toml", "--plugin", "my_controller.py", folder=EXAMPLES)
+    assert done.returncode == 0, done.stderr
+    assert "did not diverge" in done.stdout
+
+
+def test_scenario_alone_runs_no_code(tmp_path: Path) -> None:
+    shutil.copy(EXAMPLES / "my.toml", tmp_path)
+    text = (EXAMPLES / "my_controller.py").read_text(encoding="utf-8")
+    trap = 'from pathlib import Path\n\nPath("executed").touch()\n'
+    (tmp_path / "my_controller.py").write_text(text + trap, encoding="utf-8")
+    done = command("run", "my.toml", folder=tmp_path)
+    assert done.returncode == 2
+    assert done.stdout == ""
+    assert done.stderr.startswith("hydroservo: my.toml: controller.type: 'PressureFeedbackPI'")
+    assert done.stderr.count("\n") == 1
+    assert not (tmp_path / "executed").exists()
+
+
+@needs_compiler
+def test_recorded_demand_and_load() -> None:
+    data = simulate(load_scenario(EXAMPLES / "recorded.toml"))
+    assert not data["diverged"]
+    assert not data["stroke_left"]
+    assert float(data["reference.value"].max()) == pytest.approx(0.025, rel=0.01)  # 25 mm/s in the file
+    assert float(data["load.force"].max()) == pytest.approx(120.0)  # 0.12 kN
+
+
+@needs_compiler
+def test_comparison_in_python() -> None:
+    line = [sys.executable, "compare_in_python.py"]
+    done = subprocess.run(line, capture_output=True, text=True, cwd=EXAMPLES, check=False)
+    assert done.returncode == 0, done.stderr
+    header, *rows = done.stdout.splitlines()
+    assert header.split() == ["bulk", "modulus", "controller", "rms", "error", "total", "variation"]
+    assert len(rows) == 6

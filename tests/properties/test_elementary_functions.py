@@ -1,0 +1,199 @@
+"""The functions of ops over all 64-bit floats: one meaning in both modes, and the right one."""
+
+import math
+import struct
+from collections.abc import Callable
+from functools import cache
+from typing import Any
+
+import mpmath
+import pytest
+from hypothesis import assume, example, given
+from hypothesis import strategies as st
+
+from hydroservo import ops
+from hydroservo.engine.jit import compiled
+
+ULP = 2.0**-52  # relative
+ARGUMENTS = {
+    "absolute": "x",
+    "clip": "xxx",
+    "copysign": "xx",
+    "cos": "x",
+    "floor": "x",
+    "isfinite": "x",
+    "isnan": "x",
+    "maximum": "xx",
+    "minimum": "xx",
+    "power": "xx",
+    "sign": "x",
+    "signed_power": "xx",
+    "sin": "x",
+    "sqrt": "x",
+    "square_wave": "tp",
+    "tanh": "x",
+    "where": "bxx",
+}
+VALUES = {
+    "b": st.booleans(),
+    "p": st.floats(1e-9, 1e9),
+    "t": st.floats(),
+    "x": st.one_of(
+        st.floats(), st.floats(-1e3, 1e3), st.sampled_from([0.0, -0.0, 0.5, 1.0, -1.0, 2.0, -3.0])
+    ),
+}
+
+anything = st.floats()
+finite = st.floats(allow_nan=False, allow_infinity=False)
+
+
+def same(a: Any, b: Any) -> bool:
+    """Bit for bit; all nan are one."""
+    if isinstance(a, float) and math.isnan(a):
+        return isinstance(b, float) and math.isnan(b)
+    return type(a) is type(b) and (
+        struct.pack("<d", a) == struct.pack("<d", b) if isinstance(a, float) else a == b
+    )
+
+
+@cache
+def compiled_op(name: str) -> Callable[..., Any]:
+    """An op called from compiled code, as blocks call it."""
+    names = ", ".join("abc"[: len(ARGUMENTS[name])])
+    namespace: dict[str, Any] = {"ops": ops}
+    exec(f"def call({names}): return ops.{name}({names})", namespace)
+    return compiled(namespace["call"])
+
+
+def test_every_op_is_tested() -> None:
+    assert set(ARGUMENTS) == set(ops.__all__)
+
+
+@pytest.mark.parametrize("name", ops.__all__)
+@given(data=st.data())
+def test_interpreted_and_compiled_are_the_same_bits(name: str, data: st.DataObject) -> None:
+    values = [data.draw(VALUES[kind]) for kind in ARGUMENTS[name]]
+    expected = getattr(ops, name)(*values)
+    got = compiled_op(name)(*values)
+    assert same(expected, got), (values, expected, got)
+
+
+@given(x=anything)
+def test_comparisons_without_a_branch(x: float) -> None:
+    assert ops.isnan(x) == math.isnan(x)
+    assert ops.isfinite(x) == math.isfinite(x)
+    assert same(ops.absolute(x), abs(x))
+    assert ops.sign(x) == (0.0 if math.isnan(x) else float((x > 0) - (x < 0)))
+
+
+@given(a=anything, b=anything)
+def test_minimum_and_maximum(a: float, b: float) -> None:
+    if math.isnan(a) or math.isnan(b):
+        assert same(ops.minimum(a, b), b)
+        assert same(ops.maximum(a, b), b)
+    else:
+        assert ops.minimum(a, b) == min(a, b)
+        assert ops.maximum(a, b) == max(a, b)
+
+
+@given(x=anything, limits=st.tuples(finite, finite).map(sorted))
+def test_clip(x: float, limits: list[float]) -> None:
+    low, high = limits
+    clipped = ops.clip(x, low, high)
+    assert math.isnan(clipped) if math.isnan(x) else clipped == min(max(x, low), high)
+
+
+@given(x=finite)
+def test_floor(x: float) -> None:
+    assert ops.floor(x) == math.floor(x)
+
+
+@pytest.mark.parametrize(
+    ("op", "true"), [(ops.sin, mpmath.sin), (ops.cos, mpmath.cos), (ops.tanh, mpmath.tanh)]
+)
+@given(x=st.floats(-1e6, 1e6))
+def test_sine_cosine_and_tanh_are_right_to_an_ulp(op: Any, true: Any, x: float) -> None:
+    with mpmath.workdps(60):
+        exact = true(mpmath.mpf(x))
+        assert abs(op(x) - exact) <= ULP * abs(exact) + 2.0**-1074
+
+
+@given(x=st.floats(0.0, allow_infinity=False))
+def test_square_root_is_right_to_half_an_ulp(x: float) -> None:
+    with mpmath.workdps(60):
+        exact = mpmath.sqrt(mpmath.mpf(x))
+        assert abs(ops.sqrt(x) - exact) <= 0.5 * ULP * exact
+
+
+@given(x=st.floats(1e-6, 1e6), exponent=st.floats(-20.0, 20.0))
+def test_power_is_right_to_an_ulp(x: float, exponent: float) -> None:
+    with mpmath.workdps(60):
+        exact = mpmath.power(mpmath.mpf(x), mpmath.mpf(exponent))
+        assert abs(ops.power(x, exponent) - exact) <= ULP * exact
+
+
+@given(x=st.floats(max_value=-0.0, exclude_max=True))
+def test_roots_of_negative_numbers_are_nan(x: float) -> None:
+    assume(x < 0.0)
+    assert math.isnan(ops.sqrt(x))
+    assert math.isnan(ops.power(x, 5 / 7)) or math.isinf(x)
+
+
+@pytest.mark.parametrize("infinity", [math.inf, -math.inf])
+def test_sine_and_cosine_of_infinity_are_nan(infinity: float) -> None:
+    assert math.isnan(ops.sin(infinity))
+    assert math.isnan(ops.cos(infinity))
+
+
+@pytest.mark.parametrize(
+    ("x", "exponent", "value"),
+    [  # ISO/IEC 9899:1999, F.9.4.4
+        (0.0, -1.0, math.inf),
+        (-0.0, -1.0, -math.inf),
+        (-0.0, -2.0, math.inf),
+        (-0.0, -0.5, math.inf),
+        (-0.0, 3.0, -0.0),
+        (-0.0, 2.0, 0.0),
+        (-1.0, math.inf, 1.0),
+        (1.0, math.nan, 1.0),
+        (math.nan, 0.0, 1.0),
+        (-8.0, 1 / 3, math.nan),
+        (0.5, -math.inf, math.inf),
+        (2.0, -math.inf, 0.0),
+        (-math.inf, -3.0, -0.0),
+        (-math.inf, 3.0, -math.inf),
+        (-math.inf, 0.5, math.inf),
+        (1e200, 2.0, math.inf),
+        (-1e200, 3.0, -math.inf),
+        (-1e200, 2.0, math.inf),
+        (1e-200, 2.0, 0.0),
+    ],
+)
+def test_power_follows_c99(x: float, exponent: float, value: float) -> None:
+    assert same(ops.power(x, exponent), value)
+    assert same(compiled_op("power")(x, exponent), value)
+
+
+@given(x=finite, exponent=st.floats(0.01, 1.0))
+def test_signed_power_is_odd_and_undone_by_its_reciprocal(x: float, exponent: float) -> None:
+    assert same(ops.signed_power(-x, exponent), -ops.signed_power(x, exponent))
+    if 1e-2 < abs(x) < 1e2:
+        back = ops.signed_power(ops.signed_power(x, exponent), 1.0 / exponent)
+        assert back == pytest.approx(x, rel=2e-16 * (2.0 + 1.0 / exponent) * 4.0)
+
+
+@given(
+    half=st.integers(1, 10**6),
+    samples=st.integers(0, 10**7),
+    dt=st.floats(1e-6, 1.0),
+)
+@example(half=200_000, samples=600_000, dt=1e-5)
+def test_square_wave_switches_on_the_sample(half: int, samples: int, dt: float) -> None:
+    """Half a period of whole samples: the sign follows from counting them."""
+    expected = 1.0 if (samples // half) % 2 == 0 else -1.0
+    assert ops.square_wave(samples * dt, 2 * half * dt) == expected
+
+
+@given(t=st.floats(0.0, 1e6), period=st.floats(1e-3, 1e3))
+def test_square_wave_is_plus_or_minus_one(t: float, period: float) -> None:
+    assert abs(ops.square_wave(t, period)) == 1.0

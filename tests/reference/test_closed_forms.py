@@ -1,0 +1,102 @@
+"""The machine's figures against closed forms, worked out apart from the code."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.optimize import fsolve
+
+from hydroservo import Loop, Simulation, replace, simulate
+from hydroservo.controllers import PI
+from hydroservo.loads import Constant
+from hydroservo.loop import MachineState
+from hydroservo.plants import LoadPressurePlant, LoadPressureState
+from hydroservo.valves import Orifice, StaticValveState
+
+# Nominal values and uncertainties: Sec. 4 of doi:10.1007/s42401-021-00087-w
+MASS, DAMPING, AREA, VOLUME, BULK, LEAKAGE = 6.0, 50.0, 4.91e-4, 8.74e-5, 7.0e8, 2.5e-11
+DISCHARGE, GRADIENT, DENSITY, VALVE_GAIN, SUPPLY = 0.62, 0.024, 850.0, 5e-4, 40e5
+UPWARD = {
+    "valve.orifice.discharge_coefficient": 1.1 * DISCHARGE,
+    "valve.orifice.area_gradient": 1.1 * GRADIENT,
+    "valve.orifice.density": 1.15 * DENSITY,
+    "plant.leakage": 1.3 * LEAKAGE,
+    "plant.bulk_modulus": 1.1 * BULK,
+    "plant.damping": 1.2 * DAMPING,
+}
+STIFFNESS = 4.0 * BULK * AREA**2 / VOLUME  # [N/m]
+
+
+def jacobian(plant: LoadPressurePlant) -> np.ndarray:
+    """d(rates)/d(velocity, load force) of a free plant, by central differences; the plant is linear."""
+
+    def rates(velocity: float, force: float) -> np.ndarray:
+        return np.array(plant.deriv(LoadPressureState(velocity, force, 0.0), 0.0, 0.0)[:2])
+
+    by_velocity = (rates(1e-2, 0.0) - rates(-1e-2, 0.0)) / 2e-2
+    by_force = (rates(0.0, 10.0) - rates(0.0, -10.0)) / 20.0
+    return np.column_stack([by_velocity, by_force])
+
+
+@pytest.mark.parametrize(("as_printed", "printed_ratio"), [(False, 0.356), (True, 0.004)])
+def test_natural_frequency_and_damping_ratio(as_printed: bool, printed_ratio: float) -> None:
+    eigenvalues = np.linalg.eigvals(jacobian(LoadPressurePlant(as_printed=as_printed)))
+    frequency, ratio = abs(eigenvalues[0]), -eigenvalues[0].real / abs(eigenvalues[0])
+    decay = 4.0 * BULK / VOLUME * LEAKAGE * (AREA if as_printed else 1.0)  # [1/s]
+    exact = math.sqrt(STIFFNESS / MASS + decay * DAMPING / MASS)
+    assert frequency == pytest.approx(exact, rel=1e-9)
+    assert ratio == pytest.approx((decay + DAMPING / MASS) / (2.0 * exact), rel=1e-9)
+    assert math.sqrt(STIFFNESS / MASS) == pytest.approx(1135.0, rel=5e-4)
+    assert frequency == pytest.approx(1135.0, rel=3e-3)
+    assert ratio == pytest.approx(printed_ratio, abs=5e-4)
+
+
+def test_steady_velocity_gain_near_rest() -> None:
+    loop, u = Loop(load=Constant(0.0)), 1e-6
+
+    def rates(x: np.ndarray) -> list[float]:
+        plant = LoadPressureState(*(x * u).tolist(), 0.0)
+        rate = loop.deriv(0.0, MachineState(plant, StaticValveState()), u).plant
+        return [rate.velocity, rate.load_force]
+
+    gain = fsolve(rates, [1.0, 1.0], xtol=1e-12)[0]
+    flow_gain = DISCHARGE * GRADIENT * VALVE_GAIN * math.sqrt(SUPPLY / DENSITY)
+    assert gain == pytest.approx(flow_gain / (AREA + LEAKAGE * DAMPING / AREA), rel=1e-6)
+    assert flow_gain / AREA == pytest.approx(1.04, abs=0.005)
+    assert gain == pytest.approx(1.04, rel=0.01)
+
+
+def test_rated_flow_is_that_of_two_equal_edges_in_series() -> None:
+    opening, drop = 5e-3, 40e5
+    one_edge = DISCHARGE * GRADIENT * opening * math.sqrt(2.0 * (0.5 * drop) / DENSITY)
+    assert Orifice().flow(opening, drop, 0.0) == pytest.approx(one_edge, rel=1e-14)
+    assert one_edge * 6e4 == pytest.approx(306.2, abs=0.1)  # [L/min]
+
+
+def test_half_the_supply_at_the_load_costs_a_factor_of_root_two() -> None:
+    free, loaded = Orifice().flow(1e-3, 40e5, 0.0), Orifice().flow(1e-3, 40e5, 20e5)
+    assert loaded == pytest.approx(free / math.sqrt(2.0), rel=1e-14)
+
+
+def test_a_load_of_100_newton_is_a_disturbance_of_16_7() -> None:
+    """d_L1 = -(F_L + Delta b x1)/m, eq. (6); the nominal machine has nothing else."""
+    loop = Loop(simulation=Simulation(0.01, 1e-4, 1, 1e-4), load=Constant(100.0))
+    run = simulate(loop)
+    assert run["disturbance.d1"].values == pytest.approx(-100.0 / MASS, abs=1e-9)
+    assert float(run.disturbance_max_1) == pytest.approx(16.7, abs=0.05)
+    assert float(run.disturbance_max_2) < 1e-6
+
+
+def test_perturbed_parameters_make_a_disturbance_of_about_1e4() -> None:
+    """Over one second of the sine demand, which holds its peak."""
+    simulation = Simulation(1.0, 1e-4, 2, 1e-3)
+    loop = replace(Loop(simulation=simulation, controller=PI(0.3, 100.0)), UPWARD)
+    run = simulate(loop, record=["plant.velocity", "plant.load_force", "controller.u", "disturbance.d2"])
+    x1, x2, u = (run[name].values for name in ("plant.velocity", "plant.load_force", "controller.u"))
+    area = DISCHARGE * GRADIENT * VALVE_GAIN * u
+    root = np.sqrt((SUPPLY - np.sign(u) * x2 / AREA) / DENSITY)
+    nominal_flow = area * root - AREA * x1 - LEAKAGE * x2 / AREA
+    true_flow = 1.1 * 1.1 / math.sqrt(1.15) * area * root - AREA * x1 - 1.3 * LEAKAGE * x2 / AREA
+    expected = 4.0 * BULK * AREA / VOLUME * (1.1 * true_flow - nominal_flow)
+    assert run["disturbance.d2"].values == pytest.approx(expected, rel=1e-9, abs=1e-4)
+    assert 1e4 / 2 < float(run.disturbance_max_2) < 2e4

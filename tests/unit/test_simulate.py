@@ -1,0 +1,319 @@
+"""One loop in, one trajectory out: chunks, decimation, what is recorded, what goes wrong."""
+
+import math
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from importlib import import_module
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from hydroservo import Loop, LoopError, ParameterError, Simulation, ops, replace, simulate
+from hydroservo.block import Block, Field
+from hydroservo.controllers import PI
+from hydroservo.metrics import METRIC_FIELDS
+from hydroservo.references import Step
+from hydroservo.signals import Demand, Measurement
+from hydroservo.simulate import trace_size, whole
+
+SIMULATE = import_module("hydroservo.simulate")  # the package's attribute of that name is the function
+PATHS = ["plant.velocity", "controller.u", "disturbance.d2"]
+
+LOOP = Loop(simulation=Simulation(0.05, 1e-4, 1, 1e-3), controller=PI(0.3, 100.0))
+EVERY_SAMPLE = replace(LOOP, {"simulation.record_period": 1e-4})
+
+
+@pytest.fixture(scope="module")
+def run() -> xr.Dataset:
+    return simulate(LOOP, record=PATHS)
+
+
+def trace(result: xr.Dataset) -> np.ndarray:
+    return np.column_stack([result[path].values for path in PATHS])
+
+
+@pytest.mark.parametrize("chunk", [1, 7, 10, 499, 500, 501, 10_000])
+def test_chunks_do_not_change_a_bit(monkeypatch: pytest.MonkeyPatch, run: xr.Dataset, chunk: int) -> None:
+    monkeypatch.setattr(SIMULATE, "CHUNK", chunk)
+    assert simulate(LOOP, record=PATHS).identical(run)
+
+
+@pytest.mark.parametrize("stride", [1, 3, 10, 250, 500, 501, 2000])
+def test_decimation_picks_rows_and_leaves_metrics_alone(stride: int) -> None:
+    full = simulate(EVERY_SAMPLE, record=PATHS)
+    thinned = simulate(replace(LOOP, {"simulation.record_period": stride * 1e-4}), record=PATHS)
+    assert thinned.time.values == pytest.approx(np.arange(0, 501, stride) * 1e-4, abs=1e-15)
+    assert np.array_equal(trace(thinned), trace(full)[::stride])
+    assert all(thinned[name].equals(full[name]) for name in METRIC_FIELDS)
+
+
+def test_a_record_period_below_the_sample_period_records_every_sample() -> None:
+    assert simulate(replace(LOOP, {"simulation.record_period": 1e-6}), record=PATHS).sizes["time"] == 501
+
+
+def test_only_what_is_asked_for_is_recorded(run: xr.Dataset) -> None:
+    traces = {name for name, variable in run.data_vars.items() if variable.dims == ("time",)}
+    assert traces == set(PATHS)
+    everything = simulate(LOOP)
+    assert np.array_equal(trace(everything), trace(run))
+    assert {"plant.position", "controller.integral", "reference.rate", "load.force"} <= set(
+        everything.data_vars
+    )
+
+
+def test_nothing_may_be_recorded_and_metrics_still_come(run: xr.Dataset) -> None:
+    nothing = simulate(LOOP, record=[])
+    assert set(nothing.data_vars) == set(METRIC_FIELDS)
+    assert all(nothing[name].equals(run[name]) for name in METRIC_FIELDS)
+
+
+def test_every_variable_has_unit_and_name() -> None:
+    result = simulate(LOOP)
+    for variable in (result.time, *result.data_vars.values()):
+        assert "units" in variable.attrs
+        assert variable.attrs["long_name"], variable.name
+
+
+def test_attributes_say_what_was_run(run: xr.Dataset) -> None:
+    assert set(run.attrs) == {"scenario", "hash", "version", "seed"}
+    other = simulate(replace(LOOP, {"plant.mass": 7.0}), record=PATHS)
+    assert other.attrs["hash"] != run.attrs["hash"]
+
+
+def test_a_whole_number_for_a_parameter_is_the_same_as_a_float() -> None:
+    whole_numbers, floats = (LOOP._replace(controller=PI(*gains)) for gains in ((90, 10), (90.0, 10.0)))
+    assert simulate(whole_numbers, record=PATHS).identical(simulate(floats, record=PATHS))
+
+
+def test_threads_do_not_change_a_bit(run: xr.Dataset) -> None:
+    with ThreadPoolExecutor(4) as pool:
+        results = list(pool.map(lambda _: simulate(LOOP, record=PATHS), range(8)))
+    assert all(result.identical(run) for result in results)
+
+
+def test_the_first_row_is_the_start() -> None:
+    first = simulate(LOOP).isel(time=0)
+    assert float(first["plant.position"]) == 0.039
+    assert float(first["plant.velocity"]) == float(first["controller.u"]) == 0.0
+
+
+@pytest.mark.parametrize(
+    ("record", "says"),
+    [
+        ("plant.speed", "no 'speed' in path 'speed'; the names there are velocity, load_force, position"),
+        ("motor.speed", "no 'motor' in path 'motor'; the names there are plant, valve, controller"),
+        ("plant", "not a number but a group; name one number in it"),
+        ("plant.velocity.x", "no 'x' in path 'x'; the names there are none: it is a number"),
+        ("", "no '' in path ''; the names there are plant"),
+    ],
+)
+def test_an_unknown_path_is_refused(record: str, says: str) -> None:
+    with pytest.raises(ParameterError) as error:
+        simulate(LOOP, record=[record])
+    assert error.value.path == "record"
+    assert says in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("changes", "says"),
+    [
+        ({"simulation.period": 3e-4}, "simulation.period = 0.0003: must divide the duration of 0.05 s into"),
+        ({"simulation.period": 0.1}, "simulation.period = 0.1: must divide the duration of 0.05 s into"),
+        ({"simulation.record_period": 1.5e-4}, "must be a whole number of sample periods of 0.0001 s"),
+        ({"simulation.substeps": 0}, "simulation.substeps = 0: must be a whole number at least 1"),
+        ({"plant.mass": -1.0}, "plant.mass = -1.0: must be a finite number above 0 [kg]"),
+        ({"controller.proportional_gain": math.nan}, "controller.proportional_gain = nan: must be a finite"),
+    ],
+)
+def test_wrong_parameters_are_refused(changes: dict[str, Any], says: str) -> None:
+    with pytest.raises(ParameterError) as error:
+        simulate(replace(LOOP, changes))
+    assert says in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("ratio", "number"),
+    [(8.0 / 1e-5, 800_000), (0.3 / 0.1, 3), (1.5, None), (0.0, 0), (math.inf, None), (math.nan, None)],
+)
+def test_whole(ratio: float, number: int | None) -> None:
+    assert whole(ratio) == number
+
+
+def test_a_large_trace_is_refused_before_it_is_made() -> None:
+    large = replace(LOOP, {"simulation": Simulation(1e4, 1e-5, 1, 1e-5)})
+    with pytest.raises(LoopError, match=r"would take [\d.]+ GiB; raise simulation.record_period"):
+        simulate(large)
+
+
+def test_trace_size_is_what_the_trace_takes(run: xr.Dataset) -> None:
+    assert trace_size(LOOP, PATHS) == trace(run).nbytes + run.time.nbytes
+
+
+def test_progress_rises_to_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(SIMULATE, "CHUNK", 100)
+    seen: list[float] = []
+    simulate(LOOP, record=PATHS, progress=seen.append)
+    assert seen == pytest.approx([100 / 501, 200 / 501, 300 / 501, 400 / 501, 500 / 501, 1.0])
+
+
+def test_an_interrupt_goes_through_and_leaves_nothing_behind(
+    monkeypatch: pytest.MonkeyPatch, run: xr.Dataset
+) -> None:
+    monkeypatch.setattr(SIMULATE, "CHUNK", 100)
+    seen: list[float] = []
+
+    def interrupt(done: float) -> None:
+        seen.append(done)
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        simulate(LOOP, record=PATHS, progress=interrupt)
+    assert len(seen) == 1
+    assert simulate(LOOP, record=PATHS).identical(run)
+
+
+def test_a_run_whose_state_overflows_is_a_result() -> None:
+    """A period at which the integration itself is unstable: h omega is 11."""
+    coarse = replace(LOOP, {"simulation": Simulation(20.0, 1e-2, 1, 1e-2)})
+    seen: list[float] = []
+    result = simulate(coarse, record=PATHS, progress=seen.append)
+    assert bool(result.diverged)
+    lost = np.isnan(result["plant.velocity"].values)
+    first = int(lost.argmax())
+    assert 1 < first < lost.size
+    assert lost[first:].all()
+    assert not lost[:first].any()
+    assert seen == []
+    assert simulate(coarse, record=PATHS, compiled=False).identical(result)
+
+
+def test_a_run_that_stays_finite_has_not_diverged(run: xr.Dataset) -> None:
+    assert not bool(run.diverged)
+    assert np.isfinite(trace(run)).all()
+
+
+class UserState(NamedTuple):
+    u: Annotated[float, Field("V", "command")]
+
+
+class OtherState(NamedTuple):
+    voltage: float
+
+
+class LongState(NamedTuple):
+    u: float
+    more: float
+
+
+START = UserState(0.0)
+
+
+class User(NamedTuple):
+    """What a user might write in a file of their own."""
+
+    gain: Annotated[float, Field("V s/m", "gain", "this test")] = 10.0
+
+    def init(self) -> UserState:
+        return UserState(0.0)
+
+    def step(self, s: UserState, y: Measurement, r: Demand, dt: float) -> UserState:
+        return UserState(self.gain * (r.value - y.velocity))
+
+
+class Misspelt(User):
+    """A law that reads a parameter it does not have."""
+
+    def step(self, s: UserState, y: Measurement, r: Demand, dt: float) -> UserState:
+        return UserState(self.gian * r.value)  # type: ignore[attr-defined]
+
+
+class Short(User):
+    """A law that forgot the sample period."""
+
+    def step(self, s: UserState, y: Measurement, r: Demand) -> UserState:  # type: ignore[override]
+        return s
+
+
+def user_with(law: Callable[[Measurement], Any], start: Any) -> Block:
+    """A user's controller that starts so and returns this."""
+
+    class Law(NamedTuple):
+        def init(self) -> Any:
+            return start
+
+        def step(self, s: Any, y: Measurement, r: Demand, dt: float) -> Any:
+            return law(y)
+
+    return Law()
+
+
+def test_a_controller_of_the_users_own_runs() -> None:
+    result = simulate(LOOP._replace(controller=User()))
+    assert result["controller.u"].attrs == {"units": "V", "long_name": "command"}
+    assert result.identical(simulate(LOOP._replace(controller=User()), compiled=False))
+
+
+@pytest.mark.parametrize(
+    ("controller", "says"),
+    [
+        (Misspelt(), "'gian'"),
+        (Short(), "takes 4 positional arguments but 5 were given"),
+        (user_with(lambda y: UserState(y.temperature), START), "'temperature'"),
+        (user_with(lambda _: UserState(gain), START), "'gain' is not defined"),  # noqa: F821
+        (user_with(lambda _: UserState(1), START), "state controller.u must be a float (1.0, not 1)"),
+        (user_with(lambda _: START, UserState(0)), "state controller.u must be a float (1.0, not 1)"),
+        (user_with(lambda _: UserState(None), START), "'float' and 'NoneType'"),
+        (user_with(lambda _: OtherState(1.0), START), "'u'"),
+        (user_with(lambda _: START, OtherState(1.0)), "'u'"),
+        (user_with(lambda _: LongState(1.0, 2.0), START), "a step returns its state's type"),
+        (user_with(lambda _: 1.0, START), "'u'"),
+        (user_with(lambda _: None, START), "'u'"),
+    ],
+)
+@pytest.mark.parametrize("compiled", [True, False])
+def test_a_controller_that_does_not_fit_is_told_so_in_one_line(
+    controller: Block, says: str, compiled: bool
+) -> None:
+    with pytest.raises(LoopError) as error:
+        simulate(LOOP._replace(controller=controller), compiled=compiled)
+    assert says in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+class Lost(NamedTuple):
+    """A law whose command overflows once the piston has moved a little."""
+
+    not_a_number: bool = False
+    huge: float = 1e300
+
+    def init(self) -> UserState:
+        return UserState(0.0)
+
+    def step(self, s: UserState, y: Measurement, r: Demand, dt: float) -> UserState:
+        infinity = self.huge * self.huge
+        lost = ops.where(self.not_a_number, infinity - infinity, infinity)
+        return UserState(ops.where(y.position > 0.0391, lost, 0.1))
+
+
+def test_a_command_that_is_not_a_number_loses_the_machine() -> None:
+    """The sample at which it comes is recorded, the rest is nan."""
+    loop = EVERY_SAMPLE._replace(controller=Lost(not_a_number=True), reference=Step(0.0, 0.1, 0.0))
+    result = simulate(loop, record=PATHS)
+    assert float(result.max_error) < 0.2  # so that it is not the error that tells
+    assert bool(result.diverged)
+    velocity, command = result["plant.velocity"].values, result["controller.u"].values
+    last = int(np.isfinite(velocity).sum()) - 1
+    assert 0 < last < velocity.size - 1
+    assert np.isnan(velocity[last + 1 :]).all()
+    assert np.isfinite(command[:last]).all()
+    assert np.isnan(command[last:]).all()
+
+
+def test_an_infinite_command_opens_the_valve_as_far_as_it_goes() -> None:
+    loop = EVERY_SAMPLE._replace(controller=Lost())
+    result = simulate(loop)
+    assert float(result.control_max) == math.inf
+    assert np.isfinite(result["plant.velocity"].values).all()
+    assert result.identical(simulate(loop, compiled=False))

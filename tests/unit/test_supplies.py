@@ -1,0 +1,11 @@
+"""What the supply leaves for the valve."""
+
+from hydroservo.supplies import IdealSupply
+
+
+def test_the_drop_is_supply_less_return() -> None:
+    assert IdealSupply(40e5, 2e5).drop() == 38e5
+
+
+def test_the_print_has_no_return_pressure() -> None:
+    assert IdealSupply().drop() == 40e5
