@@ -9,6 +9,7 @@ import numpy as np
 from hydroservo.block import Block, is_block
 from hydroservo.errors import ParameterError
 from hydroservo.field import Field, declared_fields
+from hydroservo.time_series import TimeSeries
 
 __all__ = ["allowed", "checked", "number", "within"]
 
@@ -30,6 +31,8 @@ def checked(block: Block, path: str = "") -> Block:
             values[name] = np.ascontiguousarray(value, dtype=np.float64)
         else:
             values[name] = number(value, here, fields.get(name, Field("", name)), kinds.get(name))
+    if isinstance(block, TimeSeries) and values["coefficients"].shape != (4, values["knots"].size - 1):
+        raise ParameterError(path, "arrays of other shapes", "must come from TimeSeries.from_samples")
     return type(block)(**values)
 
 

@@ -1,12 +1,12 @@
 """One loop in, one trajectory out."""
 
 import math
-from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Callable, Iterator, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from hydroservo.block import Block, leaves, value_at
+from hydroservo.block import Block, is_block, leaves, value_at
 from hydroservo.checks import checked
 from hydroservo.errors import LoopError, ParameterError
 from hydroservo.field import Field, declared_fields
@@ -92,6 +92,7 @@ def run(
 ) -> tuple[MetricsState, bool]:
     """All samples in chunks, so that progress is seen and an interrupt is heard."""
     from hydroservo.engine.integrators import RK4
+    from hydroservo.engine.jit import CompileError, reason
     from hydroservo.engine.kernel import compiled_kernel, interpreted_kernel
 
     make = compiled_kernel if compiled else interpreted_kernel
@@ -103,7 +104,11 @@ def run(
     for first in range(0, plan.samples, CHUNK):
         last = min(first + CHUNK, plan.samples)
         rows = out[-(-first // plan.stride) :]
-        s, m, finite = kernel(loop, integrator, metrics, s, m, first, last, period, plan.stride, rows)
+        try:
+            s, m, finite = kernel(loop, integrator, metrics, s, m, first, last, period, plan.stride, rows)
+        except CompileError as error:
+            law = type(loop.controller).__name__
+            raise LoopError(f"the loop with {law} cannot be compiled: {reason(error)}") from error
         if not finite:
             return m, False
         if progress is not None:
@@ -117,20 +122,28 @@ def first_state(loop: Loop) -> Block:
     Raises:
         LoopError: a block reads a signal that is not there, or returns something else than its state's type.
     """
-    state = loop.init()
     try:
+        state = loop.init()
         after = loop.sample(state, 0.0, loop.simulation.period)
-    except (AttributeError, TypeError, NameError) as error:
+    except (ArithmeticError, AttributeError, LookupError, NameError, TypeError, ValueError) as error:
         raise LoopError(f"{type(loop.controller).__name__} does not fit this loop: {error}") from error
-    before = [(path, type(value)) for path, value in leaves(state)]
-    for (path, kind), (path_after, value) in zip(before, leaves(after), strict=False):
-        if path != path_after:
+    for (path, before), (path_after, value) in zip(parts(state), parts(after), strict=False):
+        if path != path_after or (is_block(before) and type(before) is not type(value)):
             raise LoopError(
-                f"state {path} became {path_after} after one step; a step returns its state's type"
+                f"state {path} is a {type(before).__name__}, and {path_after} a {type(value).__name__} after "
+                "one step; a step returns its state's type"
             )
-        if kind is not float or not isinstance(value, float):
+        if not is_block(before) and not (type(before) is float and isinstance(value, float)):
             raise LoopError(f"state {path} must be a float (1.0, not 1) in init and after each step")
     return state
+
+
+def parts(state: Block, path: str = "") -> Iterator[tuple[str, Any]]:
+    """A state, the states nested in it and their numbers, with their dotted paths."""
+    yield path, state
+    if is_block(state):
+        for name in state._fields:
+            yield from parts(getattr(state, name), f"{path}.{name}" if path else name)
 
 
 def laid_out(loop: Loop, state: Block, record: Sequence[str] | None) -> Plan:

@@ -13,12 +13,13 @@ from typing import Any
 
 import numpy as np
 from numba import njit, types
+from numba.core.errors import NumbaError as CompileError
 from numba.core.typing.templates import AbstractTemplate, AttributeTemplate
 from numba.extending import infer_getattr, lower_builtin, overload
 
 from hydroservo import ops
 
-__all__ = ["INLINE", "compiled"]
+__all__ = ["INLINE", "CompileError", "compiled", "reason"]
 
 INLINE = {"forceinline": True, "error_model": "numpy", "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 
@@ -42,6 +43,15 @@ def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
     """The function compiled strictly: no fast-math, C's division, the GIL released."""
     dispatcher: Callable[..., Any] = njit(nogil=True, error_model="numpy")(function)
     return dispatcher
+
+
+def reason(error: Exception) -> str:
+    """Why code cannot be compiled, in one line: what numba says first of the innermost call, and where."""
+    lines = [line.strip() for line in str(error).splitlines()]
+    wrappers = ("Failed in nopython", "- Resolution failure", "None", "File ")
+    said = next((line for line in lines if line and not line.startswith(wrappers)), "")
+    place = next((line for line in lines if line.startswith("File ")), "").rstrip(":")
+    return f"{said} ({place}); methods call only ops, each other and nested blocks"
 
 
 @infer_getattr

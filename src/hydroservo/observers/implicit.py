@@ -41,5 +41,5 @@ class Implicit(NamedTuple):
         for _ in range(NEWTON_STEPS):
             sigma = ops.power(w, 1.0 / a)
             w = w - (linear * sigma + power * w - rhs) / (linear * sigma / (a * w) + power)
-        sigma = ops.power(w, 1.0 / a)
+        sigma = ops.minimum(ops.power(w, 1.0 / a), rhs)
         return ops.where(excess > 0.0, ops.copysign(sigma, s), 0.0)
