@@ -32,7 +32,8 @@ class PressureFeedbackPI(NamedTuple):
 
     Source: pressure feedback as in Merritt, Hydraulic Control Systems, 1967; the gains were tried by hand on
     the machine of my.toml.
-    Fails where the valve is slower than the resonance it should damp.
+    Fails where k_f is so large that the valve's lag turns damping into oscillation: near three times
+    the default.
     """
 
     feedforward: Annotated[float, Field("V s/m", "demand feedforward k_v", "example", at_least=0)] = 0.96

@@ -28,6 +28,7 @@ def svg(fig: Figure) -> str:
     return text.getvalue()
 
 
+xr.set_options(display_expand_attrs=False)
 get_ipython().display_formatter.formatters["image/svg+xml"].for_type(Figure, svg)
 
 

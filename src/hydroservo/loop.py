@@ -11,7 +11,7 @@ from hydroservo.plants.load_pressure import LoadPressurePlant
 from hydroservo.references.sine import Sine as SineReference
 from hydroservo.sensors.ideal import IdealSensors
 from hydroservo.signals import Demand
-from hydroservo.sources import TSMC_EHA_2021
+from hydroservo.sources import CHOSEN
 from hydroservo.supplies.ideal import IdealSupply
 from hydroservo.valves.static import StaticValve
 
@@ -25,13 +25,15 @@ class Simulation(NamedTuple):
     Runge-Kutta method in ``substeps`` equal steps that end on the samples.
     """
 
-    duration: Annotated[float, Field("s", "simulated time", TSMC_EHA_2021, above=0)] = 8.0
-    period: Annotated[float, Field("s", "sample period of the controller", "reproduction", above=0)] = 1e-5
-    substeps: Annotated[int, Field("", "integration steps per sample period", "reproduction", at_least=1)] = 1
+    duration: Annotated[float, Field("s", "simulated time", CHOSEN, above=0)] = 8.0
+    period: Annotated[float, Field("s", "sample period of the controller", CHOSEN, above=0)] = 1e-5
+    substeps: Annotated[int, Field("", "integration steps per sample period", CHOSEN, at_least=1)] = 1
     record_period: Annotated[
-        float, Field("s", "time between recorded samples; at least one sample period", "default", above=0)
+        float, Field("s", "time between recorded samples; at least one sample period", CHOSEN, above=0)
     ] = 1e-3
-    seed: Annotated[int, Field("", "seed of all random numbers", "default", at_least=0)] = 0
+    seed: Annotated[
+        int, Field("", "seed of all random numbers; no block draws one yet", CHOSEN, at_least=0)
+    ] = 0
 
 
 class MachineState(NamedTuple):
@@ -49,6 +51,8 @@ class Lumped(NamedTuple):
 
 
 class External(NamedTuple):
+    """What acts on the rod from outside."""
+
     force: Annotated[float, Field("N", "external force F_L")]
 
 
@@ -123,7 +127,7 @@ class Loop(NamedTuple):
         return u
 
     def finite(self, x: MachineState) -> bool:
-        """False once a state of the machine is no longer a finite number."""
+        """False once the velocity or the load force is no longer a finite number."""
         return ops.isfinite(x.plant.velocity) and ops.isfinite(x.plant.load_force)
 
     def moved(self, s: LoopState, x: MachineState) -> LoopState:

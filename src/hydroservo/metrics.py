@@ -6,7 +6,16 @@ from typing import Annotated, NamedTuple
 from hydroservo import ops
 from hydroservo.field import Field, declared_fields
 
-__all__ = ["METRIC_FIELDS", "MetricsState", "TrackingMetrics", "summary"]
+__all__ = [
+    "LOST",
+    "METRIC_FIELDS",
+    "SMALLER_IS_BETTER",
+    "Metrics",
+    "MetricsState",
+    "Sample",
+    "TrackingMetrics",
+    "summary",
+]
 
 SETTLING_BAND = 0.05  # of the largest demand so far
 LOST = 10.0  # a run whose error exceeds this many times the largest demand counts as diverged
@@ -139,10 +148,25 @@ class Metrics(NamedTuple):
     position_min: Annotated[float, Field("m", "lowest piston position")]
     position_max: Annotated[float, Field("m", "highest piston position")]
     stroke_left: Annotated[bool, Field("", "the piston left its stroke")]
-    diverged: Annotated[bool, Field("", "a state stopped being finite, or the error passed 10 peak demands")]
+    diverged: Annotated[
+        bool, Field("", f"a state stopped being finite, or the error passed {LOST:g} peak demands")
+    ]
 
 
 METRIC_FIELDS = declared_fields(Metrics)
+SMALLER_IS_BETTER = (
+    "rms_error",
+    "max_error",
+    "steady_rms_error",
+    "steady_max_error",
+    "settling_time",
+    "overshoot",
+    "control_rms",
+    "control_total_variation",
+    "control_max",
+    "estimate_rms_error_1",
+    "estimate_rms_error_2",
+)
 
 
 def summary(s: MetricsState, stroke: float, finite: bool) -> Metrics:

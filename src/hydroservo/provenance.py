@@ -18,6 +18,8 @@ def describe(block: Block) -> dict[str, Any]:
     Arrays (recorded signals) are named by their length and SHA-256, not written out.
     """
     table: dict[str, Any] = {"type": type(block).__name__}
+    if not type(block).__module__.startswith("hydroservo."):
+        table["module"] = type(block).__module__  # of a plugin: holds a digest of its text
     for name in block._fields:
         value = getattr(block, name)
         if is_block(value):

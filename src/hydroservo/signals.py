@@ -12,7 +12,7 @@ class Demand(NamedTuple):
 
     value: Annotated[float, Field("m/s", "velocity demand dy_d/dt")]
     rate: Annotated[float, Field("m/s^2", "first derivative of the velocity demand")]
-    acceleration: Annotated[float, Field("m/s^3", "second derivative of the velocity demand")]
+    jerk: Annotated[float, Field("m/s^3", "second derivative of the velocity demand")]
 
 
 class Measurement(NamedTuple):

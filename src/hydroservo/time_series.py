@@ -76,13 +76,13 @@ class TimeSeries(NamedTuple):
         rate = (3.0 * float(c[0, i]) * h + 2.0 * float(c[1, i])) * h + float(c[2, i])
         return ops.where(self.inside(t) == t, rate, 0.0)
 
-    def acceleration(self, t: float) -> float:
+    def second_rate(self, t: float) -> float:
         """d2x/dt2, in the signal's unit per second squared."""
         i = self.segment(t)
         h = self.inside(t) - float(self.knots[i])
         c = self.coefficients
-        acceleration = 6.0 * float(c[0, i]) * h + 2.0 * float(c[1, i])
-        return ops.where(self.inside(t) == t, acceleration, 0.0)
+        second_rate = 6.0 * float(c[0, i]) * h + 2.0 * float(c[1, i])
+        return ops.where(self.inside(t) == t, second_rate, 0.0)
 
     def inside(self, t: float) -> float:
         """The instant of the record that is nearest to ``t`` [s]."""

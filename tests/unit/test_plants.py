@@ -49,15 +49,6 @@ def test_it_starts_at_rest_in_the_middle() -> None:
     assert plant.init() == (0.0, 0.0, 0.5 * plant.stroke)
 
 
-@pytest.mark.parametrize(
-    ("position", "left"),
-    [(0.039, 0.039), (0.0, 0.0), (0.07, 0.008), (0.078, 0.0), (-0.01, -0.01), (0.08, -0.002)],
-)
-def test_stroke_left(position: float, left: float) -> None:
-    state = LoadPressureState(0.0, 0.0, position)
-    assert LoadPressurePlant().stroke_left(state) == pytest.approx(left, abs=1e-15)
-
-
 def test_load_pressure() -> None:
     assert LoadPressurePlant().load_pressure(LoadPressureState(0.0, 491.0, 0.0)) == pytest.approx(1e6)
 

@@ -12,7 +12,7 @@ def test_the_default_sine_is_the_papers() -> None:
     """30 sin(0.5 pi t) mm/s."""
     assert Sine().at(0.0) == (0.0, pytest.approx(0.03 * 0.5 * math.pi), 0.0)
     assert Sine().at(1.0).value == pytest.approx(0.03)
-    assert Sine().at(1.0).acceleration == pytest.approx(-0.03 * (0.5 * math.pi) ** 2)
+    assert Sine().at(1.0).jerk == pytest.approx(-0.03 * (0.5 * math.pi) ** 2)
 
 
 def test_the_default_square_is_the_papers() -> None:
@@ -71,7 +71,7 @@ def test_a_multisine_repeats_with_its_lowest_frequency() -> None:
 def test_recorded_takes_value_and_derivatives_from_the_record() -> None:
     series = TimeSeries.from_samples([0.0, 1.0, 3.0], [0.0, 2.0, 2.0])
     demand = Recorded(series).at(0.5)
-    assert demand == (series.value(0.5), series.rate(0.5), series.acceleration(0.5))
+    assert demand == (series.value(0.5), series.rate(0.5), series.second_rate(0.5))
     assert demand.rate > 0.0
 
 

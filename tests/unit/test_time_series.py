@@ -38,14 +38,14 @@ def test_two_samples_make_a_line() -> None:
     series = TimeSeries.from_samples([1.0, 3.0], [10.0, 14.0])
     assert [series.value(t) for t in (1.0, 1.5, 2.0, 3.0)] == pytest.approx([10.0, 11.0, 12.0, 14.0])
     assert [series.rate(t) for t in (1.0, 2.0, 3.0)] == pytest.approx([2.0, 2.0, 2.0])
-    assert series.acceleration(2.0) == pytest.approx(0.0)
+    assert series.second_rate(2.0) == pytest.approx(0.0)
 
 
 def test_the_record_ends_in_both_directions() -> None:
     series = TimeSeries.from_samples([1.0, 3.0], [10.0, 14.0])
     assert [series.value(t) for t in (0.0, 4.0)] == [10.0, 14.0]
     assert [series.rate(t) for t in (0.0, 4.0)] == [0.0, 0.0]
-    assert [series.acceleration(t) for t in (0.0, 4.0)] == [0.0, 0.0]
+    assert [series.second_rate(t) for t in (0.0, 4.0)] == [0.0, 0.0]
 
 
 def test_samples_may_be_integers_and_views() -> None:

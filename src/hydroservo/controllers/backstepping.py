@@ -52,14 +52,14 @@ class Backstepping(NamedTuple):
         m = self.model
         x1, x2 = y.velocity, y.load_force
         f1 = ops.where(self.as_printed, -m.f1(x1), m.f1(x1))
-        f1_slope = ops.where(self.as_printed, -m.f1(1.0), m.f1(1.0))
+        f1_slope = ops.where(self.as_printed, -m.f1_slope(), m.f1_slope())
         g1 = m.g1()
         z1 = ops.where(self.as_printed, x1 - s.demand_position, x1 - r.value)
         demand_rate = ops.where(self.as_printed, r.value, r.rate)
         zeta1 = (-self.velocity_gain * z1 - f1 + r.rate) / g1
         acceleration = f1 + g1 * x2
         model_rate = (
-            -self.velocity_gain * (acceleration - demand_rate) - f1_slope * acceleration + r.acceleration
+            -self.velocity_gain * (acceleration - demand_rate) - f1_slope * acceleration + r.jerk
         ) / g1
         derivative = self.derivative.step(s.derivative, zeta1, model_rate, dt)
         z2 = x2 - zeta1

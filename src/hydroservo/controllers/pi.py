@@ -26,7 +26,8 @@ class PI(NamedTuple):
 
     Source: Sec. 4 of doi:10.1007/s42401-021-00087-w, without anti-windup (k_aw = 0);
     back-calculation: Astrom and Hagglund, Advanced PID Control, 2006, sec. 3.5.
-    Fails with a slow valve: with a lag of 10 ms Routh allows about a twelfth of the printed k_p.
+    Fails with a slow valve: with a lag of 10 ms Routh allows far less than the printed k_p; see
+    hydroservo.theory.proportional_gain_limit.
     """
 
     proportional_gain: Annotated[

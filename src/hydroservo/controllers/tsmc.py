@@ -9,11 +9,9 @@ from hydroservo.observers.filtered_derivative import FilteredDerivative
 from hydroservo.observers.tsm import TSMObserver
 from hydroservo.plants.design_model import DesignModel
 from hydroservo.signals import Demand, Measurement
-from hydroservo.sources import TSMC_EHA_2021
+from hydroservo.sources import CHOSEN, TSMC_EHA_2021
 
 __all__ = ["TSMC", "TSMCState"]
-
-LEAST_XI = 1e-4  # [m/s] keeps |xi1|^(a-1) finite at xi1 = 0; the print is singular there
 
 
 class TSMCState(NamedTuple):
@@ -37,9 +35,9 @@ class TSMC(NamedTuple):
         u      = -1/(g1 g2) [ -b/m (f1 + g1 x2 + d1) + g1 (f2 + d2) + dd1/dt - d3y_d/dt3
                               + mu1 dxi1 + delta1 d(xi1^a1)/dt + mu2 xi2 + delta2 xi2^a2 ]
 
-    d(xi1^a1)/dt = a1 (|xi1| + 1e-4 m/s)^(a1-1) dxi1, and dd1/dt comes from a nested derivative block.
-    ``as_printed`` follows eq. (22) to the letter: d1 undifferentiated, the second derivative of y_d for the
-    third, and d(s1^a1)/dt for d(xi1^a1)/dt.
+    d(xi1^a1)/dt = a1 (|xi1| + least_xi)^(a1-1) dxi1 (singular in the print at xi1 = 0), and dd1/dt comes
+    from a nested derivative block. ``as_printed`` follows eq. (22) to the letter: d1 undifferentiated, the
+    second derivative of y_d for the third, and d(s1^a1)/dt for d(xi1^a1)/dt.
 
     Source: eqs. (19)-(22) of doi:10.1007/s42401-021-00087-w.
     Fails where sgn is explicit (the derivative of a switching estimate reaches u, which chatters), where
@@ -60,6 +58,7 @@ class TSMC(NamedTuple):
     observer: Observer = TSMObserver()
     derivative: Differentiator = FilteredDerivative()
     saturation: Saturation = Saturation()
+    least_xi: Annotated[float, Field("m/s", "keeps |xi1|^(a1-1) finite in u", CHOSEN, above=0)] = 1e-4
     as_printed: bool = False
 
     def init(self) -> TSMCState:
@@ -68,7 +67,7 @@ class TSMC(NamedTuple):
     def step(self, s: TSMCState, y: Measurement, r: Demand, dt: float) -> TSMCState:
         m = self.model
         x1, x2 = y.velocity, y.load_force
-        g1, damping = m.g1(), m.f1(1.0)
+        g1, f1_slope = m.g1(), m.f1_slope()
         o = self.observer.step(s.observer, m, y, dt)
         xi1 = x1 - r.value + o.s1
         acceleration = m.f1(x1) + g1 * x2 + o.d1
@@ -78,16 +77,16 @@ class TSMC(NamedTuple):
             + self.linear_gain_1 * xi1
             + self.power_gain_1 * ops.signed_power(xi1, self.exponent_1)
             + g1 * o.s2
-            + damping * o.s1
+            + f1_slope * o.s1
         )
-        slope = self.exponent_1 * ops.power(ops.absolute(xi1) + LEAST_XI, self.exponent_1 - 1.0)
+        slope = self.exponent_1 * ops.power(ops.absolute(xi1) + self.least_xi, self.exponent_1 - 1.0)
         signal = ops.where(self.as_printed, ops.signed_power(o.s1, self.exponent_1), o.d1)
         derivative = self.derivative.step(s.derivative, signal, 0.0, dt)
         estimate_rate = ops.where(self.as_printed, o.d1, derivative.rate)
-        demand_term = ops.where(self.as_printed, r.rate, r.acceleration)
+        demand_term = ops.where(self.as_printed, r.rate, r.jerk)
         power_rate = ops.where(self.as_printed, derivative.rate, slope * xi1_rate)
         drift = (
-            damping * acceleration
+            f1_slope * acceleration
             + g1 * (m.f2(x1, x2) + o.d2)
             + estimate_rate
             - demand_term

@@ -12,7 +12,8 @@ class RK4(NamedTuple):
     """The classical fourth-order Runge-Kutta method, in equal substeps that end on the samples.
 
     Source: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, 1993, table II.1.2.
-    Fails to keep its order across a jump of the load inside a step, and is unstable where h |lambda| > 2.7.
+    Fails to keep its order across a jump of the load inside a step, and may be unstable from
+    h |lambda| = 2.6 on.
     """
 
     substeps: int = 1

@@ -1,39 +1,79 @@
 """Makes block methods and the functions of ops callable from compiled code.
 
 Python finds a block's methods natively. Here numba is taught to do the same: a method call on any
-NamedTuple resolves to the class's own function, forced inline. Elementary functions map to C's; the
-other functions of ops are compiled from their text.
+NamedTuple resolves to the class's own function, forced inline. The functions of ops are compiled from
+their text, but for those that are one machine instruction or read a number's bits.
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import cache
+from importlib import import_module
+from pkgutil import iter_modules
 from types import FunctionType
 from typing import Any
 
 import numpy as np
+from llvmlite import ir
 from numba import njit, types
 from numba.core.errors import NumbaError as CompileError
 from numba.core.typing.templates import AbstractTemplate, AttributeTemplate
-from numba.extending import infer_getattr, lower_builtin, overload
+from numba.extending import infer_getattr, intrinsic, lower_builtin, overload
 
 from hydroservo import ops
+from hydroservo.ops import basic, binary
 
 __all__ = ["INLINE", "CompileError", "compiled", "reason"]
 
 INLINE = {"forceinline": True, "error_model": "numpy", "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 
-ELEMENTARY = {  # numba compiles Python functions only, hence the lambdas around C's
-    ops.absolute: lambda x: math.fabs(x),
-    ops.copysign: lambda magnitude, x: math.copysign(magnitude, x),
-    ops.sqrt: lambda x: math.sqrt(x),
-    ops.sin: lambda x: math.sin(x),
-    ops.cos: lambda x: math.cos(x),
-    ops.tanh: lambda x: math.tanh(x),
-    ops.floor: lambda x: np.floor(x),
-    ops.power: lambda x, exponent: math.pow(x, exponent),
-}
 
+@intrinsic
+def bits(_context: Any, _x: Any) -> Any:
+    """The bits of a float as an integer."""
+
+    def generate(_context: Any, builder: Any, _signature: Any, args: Any) -> Any:
+        return builder.bitcast(args[0], ir.IntType(64))
+
+    return types.int64(types.float64), generate
+
+
+@intrinsic
+def from_bits(_context: Any, _n: Any) -> Any:
+    """The float that has these bits."""
+
+    def generate(_context: Any, builder: Any, _signature: Any, args: Any) -> Any:
+        return builder.bitcast(args[0], ir.DoubleType())
+
+    return types.float64(types.int64), generate
+
+
+ROOT_HALF_BITS = 0x3FE6A09E667F3BCD
+BIASED_ROUNDER = basic.ROUNDER + 1023.0  # leaves a whole number plus the bias in the lowest bits
+
+
+def exponent(x: float) -> float:
+    return float((bits(x) - ROOT_HALF_BITS) >> 52)
+
+
+def mantissa(x: float) -> Any:
+    b = bits(x)
+    return from_bits(b - (((b - ROOT_HALF_BITS) >> 52) << 52))
+
+
+def two_to(n: float) -> Any:
+    return from_bits((bits(n + BIASED_ROUNDER) & 0x7FF) << 52)
+
+
+INSTRUCTIONS: dict[Any, Any] = {  # numba compiles Python functions only, hence the lambdas around C's
+    basic.absolute: lambda x: math.fabs(x),
+    basic.copysign: lambda magnitude, x: math.copysign(magnitude, x),
+    basic.sqrt: lambda x: math.sqrt(x),
+    basic.floor: lambda x: np.floor(x),
+    binary.exponent: exponent,
+    binary.mantissa: mantissa,
+    binary.two_to: two_to,
+}
 
 # Numba asks "if signature.recvr"; the type of a block without parameters has length 0 and must still count.
 types.BaseNamedTuple.__bool__ = lambda _: True
@@ -90,10 +130,17 @@ def method_template(method: FunctionType) -> type[AbstractTemplate]:
     return MethodTemplate
 
 
+def ops_functions() -> Iterator[FunctionType]:
+    """Every function that the modules of ops define."""
+    for module in iter_modules(ops.__path__, "hydroservo.ops."):
+        for value in vars(import_module(module.name)).values():
+            if isinstance(value, FunctionType) and value.__module__ == module.name:
+                yield value
+
+
 def register_ops() -> None:
-    for name in ops.__all__:
-        function = getattr(ops, name)
-        implementation = ELEMENTARY.get(function, function)
+    for function in ops_functions():
+        implementation = INSTRUCTIONS.get(function, function)
         overload(function, strict=False, jit_options=INLINE)(lambda *_, f=implementation: f)
 
 

@@ -117,7 +117,7 @@ def seen_estimates(trajectories: Trajectories, demand: str) -> str:
 def seen_surfaces(trajectories: Trajectories, demand: str) -> str:
     """How close to zero the surfaces stay, and what command that takes."""
     run = trajectories[f"{demand}-tsmc"]
-    settled = outcome(run).settled
+    settled = outcome(run, demand).settled
     return (
         f"Once settled |ξ₁| stays within {quantity(settled['xi1'], 'm/s')} and |ξ₂| within "
         f"{quantity(settled['xi2'], 'm/s^2')}. The command is {measured(run, 'control_rms')} rms, at most "

@@ -5,7 +5,7 @@ from typing import Annotated, NamedTuple
 
 from hydroservo import ops
 from hydroservo.block import Field
-from hydroservo.sources import TSMC_EHA_2021
+from hydroservo.sources import CHOSEN, TSMC_EHA_2021
 
 __all__ = ["Sine"]
 
@@ -19,8 +19,8 @@ class Sine(NamedTuple):
 
     amplitude: Annotated[float, Field("N", "amplitude", TSMC_EHA_2021)] = 100.0
     frequency: Annotated[float, Field("Hz", "frequency", TSMC_EHA_2021, at_least=0)] = 0.25
-    phase: Annotated[float, Field("rad", "phase at t = 0", TSMC_EHA_2021)] = 0.0
-    offset: Annotated[float, Field("N", "mean", TSMC_EHA_2021)] = 0.0
+    phase: Annotated[float, Field("rad", "phase at t = 0", CHOSEN)] = 0.0
+    offset: Annotated[float, Field("N", "mean", CHOSEN)] = 0.0
 
     def force(self, t: float) -> float:
         return self.offset + self.amplitude * ops.sin(2.0 * math.pi * self.frequency * t + self.phase)

@@ -4,10 +4,9 @@ from typing import Annotated, NamedTuple
 
 from hydroservo import ops
 from hydroservo.block import Field
+from hydroservo.sources import CHOSEN
 
 __all__ = ["Square"]
-
-CHOSEN = "chosen; the paper's load is constant with its square demand"
 
 
 class Square(NamedTuple):

@@ -4,11 +4,9 @@ from typing import Annotated, NamedTuple
 
 from hydroservo import ops
 from hydroservo.block import Field
+from hydroservo.sources import CHOSEN
 
 __all__ = ["Step"]
-
-CHOSEN = "chosen; the paper has no load step"
-REACHED = 1e-9  # of the switching instant: a sample meant to fall on it is not left behind by rounding
 
 
 class Step(NamedTuple):
@@ -25,4 +23,4 @@ class Step(NamedTuple):
     time: Annotated[float, Field("s", "switching instant", CHOSEN, at_least=0)] = 0.1
 
     def force(self, t: float) -> float:
-        return ops.where(t >= (1.0 - REACHED) * self.time, self.final, self.initial)
+        return ops.where(ops.reached(t, self.time), self.final, self.initial)

@@ -5,10 +5,9 @@ from typing import Annotated, NamedTuple
 from hydroservo import ops
 from hydroservo.block import Field
 from hydroservo.signals import Correction
+from hydroservo.sources import CHOSEN
 
 __all__ = ["BoundaryLayer"]
-
-CHOSEN = "chosen for the reproduction; the paper gives none"
 
 
 class BoundaryLayer(NamedTuple):
@@ -17,8 +16,8 @@ class BoundaryLayer(NamedTuple):
     d_hat = -k s - D tanh(s/phi) - eps |s|^a sgn(s)
 
     Source: Slotine and Li, Applied Nonlinear Control, 1991, sec. 7.2 (there with a saturation).
-    Fails where phi is small against D dt (it chatters as sgn does) or large against the wanted
-    accuracy (the estimate lags, with a bandwidth of k + D/phi).
+    Fails where D dt/phi exceeds about 2 (it chatters as sgn does). Well inside the layer, where D > |d|, the
+    estimate lags with a bandwidth of about k + D/phi; outside it, with that of k and eps alone.
     """
 
     velocity_thickness: Annotated[float, Field("m/s", "boundary layer phi_1 on s1", CHOSEN, above=0)] = 1e-3

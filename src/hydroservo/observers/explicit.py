@@ -14,7 +14,8 @@ class Explicit(NamedTuple):
     d_hat = -k s - D sgn(s) - eps |s|^a sgn(s)
 
     Source: eq. (14) of doi:10.1007/s42401-021-00087-w.
-    Fails as an instantaneous estimate: it switches by +-D for ever, and |s| stays at about D dt.
+    Fails as an instantaneous estimate: where D > |d| it switches by +-D for ever, and |s| stays at about
+    D dt. Where D < |d|, s rests off 0, and the estimate follows with the bandwidth of k and eps alone.
     """
 
     def velocity(self, s: float, k: float, D: float, eps: float, a: float, dt: float) -> Correction:

@@ -5,6 +5,7 @@ from typing import Annotated, NamedTuple
 
 from hydroservo import ops
 from hydroservo.block import Field
+from hydroservo.sources import CHOSEN
 
 __all__ = ["FilteredDerivative", "FilteredDerivativeState"]
 
@@ -12,7 +13,7 @@ __all__ = ["FilteredDerivative", "FilteredDerivativeState"]
 class FilteredDerivativeState(NamedTuple):
     """The filtered rate and the last sample."""
 
-    rate: Annotated[float, Field("1/s", "estimated rate, in the signal's unit per second")]
+    rate: Annotated[float, Field("", "estimated rate, in the signal's unit per second")]
     last: Annotated[float, Field("", "the signal at the sample before, in its own unit")]
 
 
@@ -26,9 +27,7 @@ class FilteredDerivative(NamedTuple):
     Fails by a lag of tau, and amplifies noise above 1/tau by 1/tau.
     """
 
-    time_constant: Annotated[
-        float, Field("s", "low-pass time constant tau", "chosen for the reproduction", at_least=0)
-    ] = 1e-3
+    time_constant: Annotated[float, Field("s", "low-pass time constant tau", CHOSEN, at_least=0)] = 1e-3
 
     def init(self) -> FilteredDerivativeState:
         return FilteredDerivativeState(0.0, math.nan)

@@ -24,7 +24,8 @@ class Implicit(NamedTuple):
 
     Source: Acary, Brogliato, Orlov, IEEE Trans. Automatic Control 57(5), 2012 (the set-valued step);
     a terminal power term added.
-    Fails where |d| > D: the estimate then saturates near D and the surface is left.
+    Fails where |d| > D: s rests off 0, and the estimate follows with the bandwidth of k and eps alone,
+    not within one period.
     """
 
     def velocity(self, s: float, k: float, D: float, eps: float, a: float, dt: float) -> Correction:

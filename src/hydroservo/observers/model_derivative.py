@@ -10,7 +10,7 @@ __all__ = ["ModelDerivative", "ModelDerivativeState"]
 class ModelDerivativeState(NamedTuple):
     """The last rate."""
 
-    rate: Annotated[float, Field("1/s", "rate by the nominal model, in the signal's unit per second")]
+    rate: Annotated[float, Field("", "rate by the nominal model, in the signal's unit per second")]
 
 
 class ModelDerivative(NamedTuple):

@@ -37,7 +37,9 @@ class TSMObserver(NamedTuple):
     and does so again after a sample that was not a number.
 
     Source: eqs. (12)-(14) of doi:10.1007/s42401-021-00087-w; one exponent a = p/q per observer, both 5/7.
-    Fails where D_i <= sup |d_Li| (Lemma 2). The printed D_2 is short of that by orders of magnitude.
+    Fails to reach its surfaces where D_i <= sup |d_Li| (Lemma 2): the estimates then follow with the
+    bandwidth of k_i and eps_i alone. The printed D_2 is short of that by orders of magnitude. The exponent
+    is at least 0.1 because the implicit realisation's Newton steps reach rounding only from there.
     """
 
     linear_gain_1: Annotated[float, Field("1/s", "observer gain k_d1", TSMC_EHA_2021, at_least=0)] = 1000.0

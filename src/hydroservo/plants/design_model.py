@@ -36,7 +36,10 @@ class DesignModel(NamedTuple):
     ] = 1e3
 
     def f1(self, velocity: float) -> float:
-        return -self.plant.damping * velocity / self.plant.mass
+        return self.f1_slope() * velocity
+
+    def f1_slope(self) -> float:
+        return -self.plant.damping / self.plant.mass
 
     def g1(self) -> float:
         return 1.0 / self.plant.mass

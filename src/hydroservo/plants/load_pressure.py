@@ -4,7 +4,7 @@ from typing import Annotated, NamedTuple
 
 from hydroservo import ops
 from hydroservo.block import Field
-from hydroservo.sources import TSMC_EHA_2021
+from hydroservo.sources import CHOSEN, TSMC_EHA_2021
 
 __all__ = ["LoadPressurePlant", "LoadPressureState"]
 
@@ -49,9 +49,7 @@ class LoadPressurePlant(NamedTuple):
         float, Field("m^3/(s Pa)", "total leakage coefficient C_tl", TSMC_EHA_2021, at_least=0)
     ] = 2.5e-11
     stroke: Annotated[float, Field("m", "stroke L_max", TSMC_EHA_2021, above=0)] = 0.078
-    start_position: Annotated[float, Field("m", "piston position at the start", "mid-stroke", at_least=0)] = (
-        0.039
-    )
+    start_position: Annotated[float, Field("m", "piston position at the start", CHOSEN, at_least=0)] = 0.039
     as_printed: bool = False
 
     def init(self) -> LoadPressureState:
@@ -77,7 +75,3 @@ class LoadPressurePlant(NamedTuple):
     def flow_gain(self) -> float:
         """dx2/dt per load flow, 4 beta_e A_p/V_t [N/m^3]."""
         return 4.0 * self.bulk_modulus * self.piston_area / self.total_volume
-
-    def stroke_left(self, s: LoadPressureState) -> float:
-        """Distance to the nearer end of the stroke [m]; negative once the piston has left it."""
-        return ops.minimum(s.position, self.stroke - s.position)

@@ -6,10 +6,9 @@ from typing import Annotated, NamedTuple
 from hydroservo import ops
 from hydroservo.block import Field
 from hydroservo.signals import Demand
+from hydroservo.sources import CHOSEN
 
 __all__ = ["Chirp"]
-
-CHOSEN = "chosen; the paper has no chirp"
 
 
 class Chirp(NamedTuple):
@@ -22,7 +21,8 @@ class Chirp(NamedTuple):
     Value and rate are continuous at the end of the sweep; the second derivative jumps there.
 
     Source: Pintelon and Schoukens, System Identification, 2012, ch. 5 (the swept sine).
-    Fails to excite evenly near f0 and f1, whose neighbourhood it passes only once; see Multisine.
+    Fails to excite evenly: the spectrum ripples near f0 and f1, and after T only f1 is excited; see
+    Multisine.
     """
 
     amplitude: Annotated[float, Field("m/s", "amplitude", CHOSEN)] = 0.03

@@ -6,10 +6,9 @@ from typing import Annotated, NamedTuple
 from hydroservo import ops
 from hydroservo.block import Field
 from hydroservo.signals import Demand
+from hydroservo.sources import CHOSEN
 
 __all__ = ["Multisine"]
-
-CHOSEN = "chosen; the paper has no multisine"
 
 
 class Multisine(NamedTuple):
@@ -32,11 +31,11 @@ class Multisine(NamedTuple):
     def at(self, t: float) -> Demand:
         omega = 2.0 * math.pi * self.frequency
         each = self.amplitude / ops.sqrt(2.0 * self.harmonics)
-        value = rate = acceleration = 0.0
+        value = rate = jerk = 0.0
         for i in range(self.harmonics):
             k = i + 1.0
             angle = k * omega * t - math.pi * k * (k - 1.0) / self.harmonics
             value += each * ops.sin(angle)
             rate += each * k * omega * ops.cos(angle)
-            acceleration -= each * k * omega * k * omega * ops.sin(angle)
-        return Demand(value, rate, acceleration)
+            jerk -= each * k * omega * k * omega * ops.sin(angle)
+        return Demand(value, rate, jerk)

@@ -5,11 +5,9 @@ from typing import Annotated, NamedTuple
 from hydroservo import ops
 from hydroservo.block import Field
 from hydroservo.signals import Demand
+from hydroservo.sources import CHOSEN
 
 __all__ = ["Ramp"]
-
-CHOSEN = "chosen; the paper has no ramp"
-REACHED = 1e-9  # relative: a sample meant to fall on a corner is not left behind by rounding
 
 
 class Ramp(NamedTuple):
@@ -34,8 +32,8 @@ class Ramp(NamedTuple):
     def at(self, t: float) -> Demand:
         change = self.final - self.initial
         gained = self.acceleration * ops.maximum(t - self.time, 0.0)
-        started = t >= (1.0 - REACHED) * self.time
-        ended = gained >= (1.0 - REACHED) * ops.absolute(change)
+        started = ops.reached(t, self.time)
+        ended = ops.reached(gained, ops.absolute(change))
         moving = self.initial + ops.copysign(gained, change)
         value = ops.where(ended, self.final, moving)
         rate = ops.where(ended, 0.0, ops.copysign(self.acceleration, change))

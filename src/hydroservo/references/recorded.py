@@ -20,4 +20,4 @@ class Recorded(NamedTuple):
     series: Annotated[TimeSeries, Field("m/s", "recorded velocity demand", "the record")] = TimeSeries()
 
     def at(self, t: float) -> Demand:
-        return Demand(self.series.value(t), self.series.rate(t), self.series.acceleration(t))
+        return Demand(self.series.value(t), self.series.rate(t), self.series.second_rate(t))

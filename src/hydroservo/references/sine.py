@@ -6,7 +6,7 @@ from typing import Annotated, NamedTuple
 from hydroservo import ops
 from hydroservo.block import Field
 from hydroservo.signals import Demand
-from hydroservo.sources import TSMC_EHA_2021
+from hydroservo.sources import CHOSEN, TSMC_EHA_2021
 
 __all__ = ["Sine"]
 
@@ -20,8 +20,8 @@ class Sine(NamedTuple):
 
     amplitude: Annotated[float, Field("m/s", "amplitude", TSMC_EHA_2021)] = 0.03
     frequency: Annotated[float, Field("Hz", "frequency", TSMC_EHA_2021, at_least=0)] = 0.25
-    phase: Annotated[float, Field("rad", "phase at t = 0", TSMC_EHA_2021)] = 0.0
-    offset: Annotated[float, Field("m/s", "mean", TSMC_EHA_2021)] = 0.0
+    phase: Annotated[float, Field("rad", "phase at t = 0", CHOSEN)] = 0.0
+    offset: Annotated[float, Field("m/s", "mean", CHOSEN)] = 0.0
 
     def at(self, t: float) -> Demand:
         omega = 2.0 * math.pi * self.frequency

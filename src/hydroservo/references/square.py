@@ -5,7 +5,7 @@ from typing import Annotated, NamedTuple
 from hydroservo import ops
 from hydroservo.block import Field
 from hydroservo.signals import Demand
-from hydroservo.sources import TSMC_EHA_2021
+from hydroservo.sources import CHOSEN, TSMC_EHA_2021
 
 __all__ = ["Square"]
 
@@ -18,8 +18,8 @@ class Square(NamedTuple):
     """
 
     amplitude: Annotated[float, Field("m/s", "amplitude", TSMC_EHA_2021)] = 0.03
-    period: Annotated[float, Field("s", "period", "that of the paper's sine", above=0)] = 4.0
-    offset: Annotated[float, Field("m/s", "mean", TSMC_EHA_2021)] = 0.0
+    period: Annotated[float, Field("s", "period", CHOSEN, above=0)] = 4.0
+    offset: Annotated[float, Field("m/s", "mean", CHOSEN)] = 0.0
 
     def at(self, t: float) -> Demand:
         return Demand(self.offset + self.amplitude * ops.square_wave(t, self.period), 0.0, 0.0)

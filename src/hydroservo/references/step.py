@@ -5,11 +5,9 @@ from typing import Annotated, NamedTuple
 from hydroservo import ops
 from hydroservo.block import Field
 from hydroservo.signals import Demand
+from hydroservo.sources import CHOSEN
 
 __all__ = ["Step"]
-
-CHOSEN = "chosen; the paper has no step"
-REACHED = 1e-9  # of the switching instant: a sample meant to fall on it is not left behind by rounding
 
 
 class Step(NamedTuple):
@@ -26,4 +24,4 @@ class Step(NamedTuple):
     time: Annotated[float, Field("s", "switching instant", CHOSEN, at_least=0)] = 0.1
 
     def at(self, t: float) -> Demand:
-        return Demand(ops.where(t >= (1.0 - REACHED) * self.time, self.final, self.initial), 0.0, 0.0)
+        return Demand(ops.where(ops.reached(t, self.time), self.final, self.initial), 0.0, 0.0)

@@ -15,6 +15,7 @@ from hydroservo.scenario.plugins import load_plugin
 from hydroservo.scenario.registry import names_in_role
 from hydroservo.scenario.tables import Table, parsed
 from hydroservo.scenario.uncertainty import perturbed
+from hydroservo.valves.orifice import Orifice
 
 __all__ = ["load_scenario"]
 
@@ -58,7 +59,7 @@ def load_scenario(
 def assembled(scenario: Table) -> Loop:
     check_tables(scenario)
     machine = Machine(**{name: part(scenario, name, None) for name in Machine._fields})
-    nominal = nominal_model(machine)
+    nominal = nominal_model(machine, scenario.table("valve"))
     digital = {name: part(scenario, name, nominal) for name in DIGITAL}
     model = getattr(digital["controller"], "model", None)
     believed = model if isinstance(model, DesignModel) else nominal
@@ -86,13 +87,14 @@ def check_tables(scenario: Table) -> None:
         raise controller.error(f"a [controller] table with a type is needed; it {one_of('', names)}")
 
 
-def nominal_model(machine: Machine) -> DesignModel:
-    """What a controller believes about a machine unless told otherwise: its parameters before uncertainty."""
-    known = {
-        "plant": machine.plant,
-        "orifice": getattr(machine.valve, "orifice", None),
-        "supply": machine.supply,
-        "valve_gain": getattr(machine.valve, "gain", None),
-    }
-    default = DesignModel()
-    return default._replace(**{n: v for n, v in known.items() if type(v) is type(getattr(default, n))})
+def nominal_model(machine: Machine, valve: Table) -> DesignModel:
+    """What a controller believes about a machine unless told otherwise: its parameters before uncertainty.
+
+    Raises:
+        ScenarioError: the valve does not say what a controller needs to know of it.
+    """
+    orifice, gain = (getattr(machine.valve, name, None) for name in ("orifice", "gain"))
+    if not (isinstance(orifice, Orifice) and isinstance(gain, float)):
+        name = type(machine.valve).__name__
+        raise valve.error(f"{name} must have the fields gain (a float) and orifice (an Orifice)")
+    return DesignModel(machine.plant, orifice, machine.supply, gain)

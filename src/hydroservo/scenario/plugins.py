@@ -32,7 +32,7 @@ def load_plugin(path: str | Path) -> tuple[type, ...]:
     name = str(path)
     text = read_text(Path(path), LARGEST, name)
     place = Path(path).resolve()
-    digest = sha256(repr((str(place), text)).encode()).hexdigest()[:12]
+    digest = sha256(text.encode()).hexdigest()[:12]
     module_name = f"hydroservo_plugin_{digest}"
     if place not in loaded or loaded[place].__name__ != module_name:
         module = executed(text, place, module_name, name)

@@ -11,7 +11,7 @@ __all__ = ["IdealSupply"]
 class IdealSupply(NamedTuple):
     """Constant supply and return pressure, whatever the flow: p_s and p_r of the paper.
 
-    The print lists p_r = 2 bar and uses p_s alone: pressures are above the return line's unless one is given.
+    The print lists p_r = 2 bar and uses p_s alone: pressures here are relative to the return line.
 
     Source: Sec. 4 of doi:10.1007/s42401-021-00087-w.
     Fails where the pump's flow limit, the relief valve or the line volume matters.

@@ -41,8 +41,8 @@ def proportional_gain_limit(
 ) -> float:
     """Largest stable proportional gain k_p [V s/m] of PI velocity control with a first-order valve.
 
-    With c_1, c_0 the coefficients of the plant's s^2 + c_1 s + c_0, K its velocity rate per volt of a
-    steady spool and T_sv the valve's lag, the characteristic polynomial of the loop at rest is::
+    With c_1, c_0 the coefficients of the plant's s^2 + c_1 s + c_0, K the numerator of velocity over
+    command [m/(s^3 V)] and T_sv the valve's lag, the characteristic polynomial of the loop at rest is::
 
         T_sv s^4 + (1 + T_sv c_1) s^3 + (c_1 + T_sv c_0) s^2 + (c_0 + K k_p) s + K k_i
 

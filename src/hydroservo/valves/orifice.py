@@ -16,7 +16,7 @@ class Orifice(NamedTuple):
 
     Source: eq. (2) of doi:10.1007/s42401-021-00087-w; Merritt, Hydraulic Control Systems, 1967, ch. 5.
     No flow where the load pressure exceeds the supply's (the real one would flow back).
-    Fails at small openings and drops, where the flow is laminar: its slope in p_L is infinite there.
+    Fails at small drops, where the flow is laminar: its slope in p_L is infinite at a vanishing drop.
     """
 
     discharge_coefficient: Annotated[

@@ -10,25 +10,37 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-__all__ = ["CLAIMS", "Claim", "Outcome", "outcome"]
+from hydroservo.controllers.tsmc import TSMC
+from hydroservo.loads.constant import Constant
+from hydroservo.metrics import METRIC_FIELDS
+from hydroservo.observers.tsm import TSMObserver
+from hydroservo.references.square import Square
 
-AMPLITUDE = 0.03  # [m/s] of both demands
-LOAD = 100.0  # [N] of both loads
+__all__ = ["AMPLITUDE", "CLAIMS", "CONVERGED", "SURFACE_GAIN", "Claim", "Outcome", "Results", "outcome"]
+
+AMPLITUDE = Square().amplitude  # [m/s] of both demands
+LOAD = Constant().amplitude  # [N] of both loads
 DEMAND_RMS = {"sine": AMPLITUDE / math.sqrt(2.0), "square": AMPLITUDE}
-SURFACE_GAIN = 1e4  # [1/s] mu_1, which carries a velocity error into xi2
+SURFACE_GAIN = TSMC().linear_gain_1  # [1/s] mu_1, which carries a velocity error into xi2
 TRACKING = 0.20  # tracking, generously: steady rms error below this part of the demand's rms
 ESTIMATE = 0.10  # an estimate is consistent: error below this part of what it estimates
 CONVERGED = 0.01  # converged: below this part of the signal's natural scale
-LEAST_DISTURBANCE = (1.0, 100.0)  # [m/s^2], [N/s] a disturbance smaller than this counts as this large
+LEAST_DISTURBANCE = (1.0, TSMObserver().switching_gain_2)  # [m/s^2], [N/s] a smaller one counts as this large
 SETTLED_AFTER = 1.0  # [s] after the start and after each jump of the demand
-HALF_PERIOD = 2.0  # [s] between jumps of the square demand
-SECOND_HALF = 4.0  # [s]
+HALF_PERIOD = 0.5 * Square().period  # [s] between jumps of the square demand
+
+TRACKS = f"below {100 * TRACKING:g} % of the demand's rms, on both demands"
+OF_DISTURBANCE = f"below {100 * ESTIMATE:g} % of the disturbance's rms"
+FLOORS = f"(at least {LEAST_DISTURBANCE[0]:g} m/s^2 and {LEAST_DISTURBANCE[1]:g} N/s)"
+SMALL_VELOCITY = f"{100 * CONVERGED:g} % of {1e3 * AMPLITUDE:g} mm/s"
+SMALL_FORCE = f"{100 * CONVERGED:g} % of {LOAD:g} N"
+SETTLED = f"within {SETTLED_AFTER:g} s of the start and of each jump"
 
 
 class Outcome(NamedTuple):
     """What the claims need of one run: its metrics, and the largest sizes once settled.
 
-    Settled samples lie in the second half of the run, at least 1 s after a jump of the square demand.
+    Settled samples lie a second or more after the start, and after each jump of the square demand.
     """
 
     metrics: Mapping[str, float]
@@ -47,14 +59,12 @@ class Claim(NamedTuple):
     ratio: Callable[[Results], float]
 
 
-def outcome(data: Any) -> Outcome:
-    """The outcome of a simulated run, from its Dataset."""
-    from hydroservo.metrics import METRIC_FIELDS
-
+def outcome(data: Any, demand: str) -> Outcome:
+    """The outcome of a simulated run, from its Dataset and the name of its demand."""
     metrics = {name: float(data[name]) for name in METRIC_FIELDS}
     time = data["time"].to_numpy()
-    since_jump = np.mod(time + 1e-9, HALF_PERIOD)
-    mask = (time >= SECOND_HALF) & (since_jump >= SETTLED_AFTER)
+    since_jump = np.mod(time + 1e-9, HALF_PERIOD) if demand == "square" else time
+    mask = since_jump >= SETTLED_AFTER
 
     def largest(values: Any) -> float:
         worst = np.max(np.abs(values[mask]))
@@ -140,13 +150,13 @@ CLAIMS = (
     Claim(
         "1",
         "All three controllers track both demands",
-        "steady rms error of each below 20 % of the demand's rms, on both demands",
+        f"steady rms error of each {TRACKS}",
         lambda r: tracking(r, ("pi", "backstepping", "tsmc")),
     ),
     Claim(
         "1 (TSMC)",
         "TSMC tracks both demands",
-        "steady rms error of TSMC below 20 % of the demand's rms, on both demands",
+        f"steady rms error of TSMC {TRACKS}",
         lambda r: tracking(r, ("tsmc",)),
     ),
     Claim(
@@ -182,43 +192,43 @@ CLAIMS = (
     Claim(
         "3 (d1)",
         "The estimate of d_L1 is consistent with the load",
-        "rms error of the estimate below 10 % of the rms of d_L1, second half, both demands",
+        f"rms error of the estimate {OF_DISTURBANCE} {FLOORS}, second half, both demands",
         lambda r: estimate(r, 1),
     ),
     Claim(
         "3 (d2)",
         "The estimate of d_L2 is consistent with the model functions",
-        "rms error of the estimate below 10 % of d_L2's rms (at least 100 N/s), second half, both demands",
+        f"rms error of the estimate {OF_DISTURBANCE} {FLOORS}, second half, both demands",
         lambda r: estimate(r, 2),
     ),
     Claim(
         "4 (loop)",
         "The loop with TSMC is stable",
-        "no divergence, and once settled an error below the demand's amplitude, both demands",
+        f"no divergence, and {SETTLED} an error below the demand's amplitude, both demands",
         loop_stable,
     ),
     Claim(
         "4 (observer)",
         "The observer's surfaces converge",
-        "once settled |s1| below 1 % of 30 mm/s and |s2| below 1 % of 100 N, both demands",
+        f"{SETTLED} |s1| below {SMALL_VELOCITY} and |s2| below {SMALL_FORCE}, both demands",
         lambda r: settled(r, {"s1": AMPLITUDE, "s2": LOAD}),
     ),
     Claim(
         "4 (surfaces)",
         "The controller's surfaces converge",
-        "once settled |xi1| below 1 % of 30 mm/s and |xi2| below mu_1 times that, both demands",
+        f"{SETTLED} |xi1| below {SMALL_VELOCITY} and |xi2| below mu_1 times that, both demands",
         lambda r: settled(r, {"xi1": AMPLITUDE, "xi2": SURFACE_GAIN * AMPLITUDE}),
     ),
     Claim(
         "5 (state)",
         "The velocity error converges in finite time",
-        "within 1 s of the start and of each jump below 1 % of 30 mm/s, and it stays there, both demands",
+        f"{SETTLED} below {SMALL_VELOCITY}, and it stays there, both demands",
         lambda r: settled(r, {"error": AMPLITUDE}),
     ),
     Claim(
         "5 (observer)",
         "The estimation errors converge in finite time",
-        "within 1 s of the start and of each jump below 10 % of the disturbance's rms, and they stay there",
+        f"{SETTLED} {OF_DISTURBANCE} {FLOORS}, and they stay there, both demands",
         estimates_settled,
     ),
 )

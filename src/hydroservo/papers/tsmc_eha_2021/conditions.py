@@ -7,8 +7,13 @@ __all__ = [
     "CONTROLLERS",
     "DEMANDS",
     "LITERAL",
+    "PERIODS",
+    "READINGS",
     "REALISATIONS",
     "REPRODUCED",
+    "SCALES",
+    "STEP",
+    "VALVES",
     "Condition",
     "Run",
     "all_conditions",
@@ -73,7 +78,7 @@ class Run(NamedTuple):
 
 
 def all_conditions() -> list[Condition]:
-    """The 108 conditions: readings x signs of Delta x realisations x valves x sample periods."""
+    """All conditions: readings x signs of Delta x realisations x valves x sample periods."""
     return [Condition(*one) for one in product(READINGS, SCALES, REALISATIONS, VALVES, PERIODS)]
 
 

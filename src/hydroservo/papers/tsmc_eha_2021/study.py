@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
-__all__ = ["Study", "Verdict", "run_study"]
+__all__ = ["Progress", "Study", "Verdict", "run_study"]
 
 Progress = Callable[[int, int, str], None]  # done, of how many, what
 
@@ -36,8 +36,8 @@ class Verdict(NamedTuple):
     claim: str
     title: str
     test: str
-    at_paper: bool
-    ratio_at_paper: float
+    reproduced: bool
+    ratio_reproduced: float
     to_the_letter: bool
     ratio_to_the_letter: float
     holds: int
@@ -64,7 +64,14 @@ class Study(NamedTuple):
 
 
 def run_study(progress: Progress | None = None) -> Study:
-    """Simulate all runs on all cores and judge every claim under every condition."""
+    """Simulate all runs on all cores and judge every claim under every condition.
+
+    Args:
+        progress: called after each run with how many are done, of how many, and which it was.
+
+    Raises:
+        HydroservoError: a built-in scenario does not load or run.
+    """
     runs = all_runs()
     shown = set(runs_of(REPRODUCED).values())
     outcomes: dict[Run, Outcome] = {}
@@ -74,12 +81,12 @@ def run_study(progress: Progress | None = None) -> Study:
         waiting = {pool.submit(simulated, run, stop): run for run in runs}
         for done, future in enumerate(as_completed(waiting), 1):
             run, data = waiting.pop(future), future.result()
-            outcomes[run] = outcome(data)
+            outcomes[run] = outcome(data, run.demand)
             if run in shown:
                 trajectories[f"{run.demand}-{run.controller}"] = data
-            del future, data
+            del future, data  # or the last trajectory of each kind would stay in memory
             if progress is not None:
-                progress(done, len(runs), describe(run))
+                progress(done, len(runs), run_label(run))
     finally:
         stop.set()
         pool.shutdown(cancel_futures=True)
@@ -105,7 +112,7 @@ def simulated(run: Run, stop: Event) -> "xr.Dataset":
     return simulate(load_scenario(run.scenario(), run.changes()), progress=heed)
 
 
-def describe(run: Run) -> str:
+def run_label(run: Run) -> str:
     return f"{run.demand}, {run.controller}, {run.valve} valve, {run.period}"
 
 

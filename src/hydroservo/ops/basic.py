@@ -1,9 +1,4 @@
-"""Scalar maths with one meaning: interpreted, compiled and traced.
-
-Blocks use these instead of ``math`` and ``if``. They follow C99's functions of the same name: where
-Python's ``math`` raises (the root of a negative number, an overflow), these return nan or inf, so
-that an interpreted run and a compiled run agree bit for bit even when a loop diverges.
-"""
+"""Choices, comparisons and roundings."""
 
 import math
 
@@ -11,21 +6,20 @@ __all__ = [
     "absolute",
     "clip",
     "copysign",
-    "cos",
     "floor",
     "isfinite",
     "isnan",
     "maximum",
     "minimum",
-    "power",
+    "nearest",
+    "reached",
     "sign",
-    "signed_power",
-    "sin",
     "sqrt",
     "square_wave",
-    "tanh",
     "where",
 ]
+
+ROUNDER = 6755399441055744.0  # 1.5 * 2^52: adding it leaves no bits behind the point
 
 
 def where(condition: bool, a: float, b: float) -> float:
@@ -78,43 +72,19 @@ def sqrt(x: float) -> float:
     return math.sqrt(x) if x >= 0.0 else math.nan
 
 
-def sin(x: float) -> float:
-    """Sine of an angle [rad]; nan for an infinite one."""
-    return math.sin(x) if isfinite(x) else math.nan
-
-
-def cos(x: float) -> float:
-    """Cosine of an angle [rad]; nan for an infinite one."""
-    return math.cos(x) if isfinite(x) else math.nan
-
-
-def tanh(x: float) -> float:
-    """Hyperbolic tangent."""
-    return math.tanh(x)
-
-
 def floor(x: float) -> float:
     """Largest whole number not above ``x``, as a float; nan and inf pass through."""
-    return float(math.floor(x)) if isfinite(x) else x
+    return math.copysign(float(math.floor(x)), x) if isfinite(x) else x
 
 
-def power(x: float, exponent: float) -> float:
-    """x**exponent as C's ``pow``: nan for a negative base with a broken exponent, inf on overflow."""
-    try:
-        return math.pow(x, exponent)
-    except OverflowError:
-        odd = math.fabs(math.fmod(exponent, 2.0)) == 1.0
-        return math.copysign(math.inf, x) if odd else math.inf
-    except ValueError:
-        if x != 0.0:
-            return math.nan
-        odd = math.fabs(math.fmod(exponent, 2.0)) == 1.0
-        return math.copysign(math.inf, x) if odd else math.inf
+def nearest(x: float) -> float:
+    """The nearest whole number, the even one of two; for |x| below 2^51."""
+    return (x + ROUNDER) - ROUNDER
 
 
-def signed_power(x: float, exponent: float) -> float:
-    """|x|**exponent sgn(x): the odd power that the paper writes x^(p/q) with p and q odd."""
-    return copysign(power(absolute(x), exponent), x)
+def reached(t: float, instant: float) -> bool:
+    """True from the instant on, or a 1e-9 of it before: a sample meant to fall on it may be rounded down."""
+    return t >= (1.0 - 1e-9) * instant
 
 
 def square_wave(t: float, period: float) -> float:

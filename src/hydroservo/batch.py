@@ -1,0 +1,184 @@
+"""One loop with many parameters in, one table of metrics out."""
+
+import os
+from collections.abc import Iterator, Mapping
+from concurrent.futures import CancelledError, ThreadPoolExecutor, as_completed
+from threading import Event
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from hydroservo.block import Block, value_at
+from hydroservo.checks import checked, number
+from hydroservo.errors import ParameterError
+from hydroservo.field import Field, declared_fields
+from hydroservo.loop import Loop
+from hydroservo.metrics import METRIC_FIELDS, MetricsState, Sample, TrackingMetrics, summary
+from hydroservo.provenance import provenance
+from hydroservo.simulate import Progress, first_state, laid_out, measured_paths
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["simulate_batch"]
+
+CHUNK = 20_000  # samples of one group of lanes between two looks at whether to stop; some 10 ms
+
+FLAGS = ("stroke_left", "diverged")
+
+Columns = dict[str, NDArray[np.float64]]
+
+
+class Job(NamedTuple):
+    """What all groups of lanes share."""
+
+    loop: Loop
+    state: Block
+    samples: int
+    columns: Columns
+    stop: Event
+
+
+def simulate_batch(
+    loop: Loop,
+    parameters: Mapping[str, ArrayLike],
+    *,
+    threads: int | None = None,
+    progress: Progress | None = None,
+) -> "xr.Dataset":
+    """Simulate a loop once for each set of parameters, and return the metrics of each run.
+
+    Runs go side by side in vector lanes and on all cores; no trajectory is kept, so memory does not grow with
+    the number of samples. Each run has the bits of its single run, whatever the number of runs and threads.
+    A run that diverges is a result (its ``diverged`` is true) and does not disturb the others.
+
+    Args:
+        loop: the loop that all runs start from.
+        parameters: arrays of shape (runs,) in SI units by the path of a float of the loop, such as
+            ``plant.bulk_modulus``; the nominal model that a controller believes in stays as it is.
+        threads: how many to use; all cores if None.
+        progress: called now and then with the fraction of runs done.
+
+    Returns:
+        Dataset over the dimension ``run``, with the parameters and the metrics as variables, and the
+        attributes scenario, hash, version and seed of the loop.
+
+    Raises:
+        ParameterError: an unknown path, a value out of its range, or arrays of different lengths.
+        LoopError: a block that does not fit the loop.
+    """
+    loop = checked(loop)
+    columns = checked_columns(loop, parameters)
+    state = first_state(loop)
+    runs = next(iter(columns.values())).size
+    job = Job(loop, state, laid_out(loop, state, ()).samples, columns, Event())
+    table = np.empty((len(METRIC_FIELDS), runs))
+    for done, (start, metrics) in enumerate(groups(job, runs, threads), 1):
+        table[:, start : start + metrics.shape[1]] = metrics
+        if progress is not None:
+            progress(min(1.0, done * lanes() / runs))
+    return dataset(loop, columns, table)
+
+
+def lanes() -> int:
+    from hydroservo.engine.lanes import LANES
+
+    return LANES
+
+
+def groups(job: Job, runs: int, threads: int | None) -> Iterator[tuple[int, NDArray[np.float64]]]:
+    """The metrics of each group of lanes, with the number of its first run, as they are done."""
+    pool = ThreadPoolExecutor(threads or os.cpu_count())
+    starts = range(0, runs, lanes())
+    try:
+        waiting = {pool.submit(group, job, start): start for start in starts}
+        for future in as_completed(waiting):
+            yield waiting.pop(future), future.result()
+            del future
+    finally:
+        job.stop.set()
+        pool.shutdown(cancel_futures=True)
+
+
+def group(job: Job, start: int) -> NDArray[np.float64]:
+    """The metrics of the runs from ``start`` on, one group of lanes, shape (metrics, runs)."""
+    from hydroservo.engine.integrators import RK4
+    from hydroservo.engine.lanes import LANES, filled, lane_kernel
+
+    loop, simulation = job.loop, job.loop.simulation
+    metrics = TrackingMetrics(0.5 * (job.samples - 1) * simulation.period)
+    kernel = lane_kernel(loop, metrics, Sample, tuple(job.columns), measured_paths(job.state))
+    parts = {path: values[start : start + LANES] for path, values in job.columns.items()}
+    used = next(iter(parts.values())).size
+    parameters = np.concatenate([np.pad(part, (0, LANES - used), mode="edge") for part in parts.values()])
+    states, running, alive = filled(job.state), filled(metrics.init()), np.ones(LANES)
+    dt, integrator = simulation.period, RK4(simulation.substeps)
+    for first in range(0, job.samples, CHUNK):
+        if job.stop.is_set():
+            raise CancelledError
+        last = min(first + CHUNK, job.samples)
+        kernel(loop, integrator, metrics, parameters, states, running, alive, first, last, dt)
+    sums = running.reshape(-1, LANES).T
+    strokes = parts.get("plant.stroke", np.full(used, loop.plant.stroke))
+    found = [summary(MetricsState(*sums[i]), strokes[i], bool(alive[i])) for i in range(used)]
+    return np.array(found, dtype=np.float64).T
+
+
+def checked_columns(loop: Loop, parameters: Mapping[str, ArrayLike]) -> Columns:
+    """The parameters as vectors of one length, each number in the range of its field.
+
+    Raises:
+        ParameterError: they are not.
+    """
+    columns = {path: column(loop, path, values) for path, values in parameters.items()}
+    sizes = {path: values.size for path, values in columns.items()}
+    if not sizes:
+        raise ParameterError("parameters", "{}", "must name at least one parameter")
+    if len(set(sizes.values())) > 1:
+        raise ParameterError("parameters", sizes, "must be arrays of one length")
+    return columns
+
+
+def column(loop: Loop, path: str, values: ArrayLike) -> NDArray[np.float64]:
+    try:
+        present = value_at(loop, path)
+    except KeyError as error:
+        raise ParameterError("parameters", path, error.args[0]) from None
+    if not isinstance(present, float) or path.startswith("simulation."):
+        raise ParameterError("parameters", path, "must be a float outside the simulation block")
+    try:
+        found = np.atleast_1d(np.asarray(values, dtype=np.float64))
+    except (TypeError, ValueError):
+        raise ParameterError(path, type(values).__name__, "must be an array of numbers") from None
+    if found.ndim != 1 or not found.size:
+        raise ParameterError(path, f"shape {found.shape}", "must be an array of shape (runs,)")
+    field = field_of(loop, path)
+    for worst in (found[~np.isfinite(found)][:1], found.min(keepdims=True), found.max(keepdims=True)):
+        for value in worst:
+            number(float(value), path, field, float)
+    return found
+
+
+def field_of(loop: Loop, path: str) -> Field:
+    parent, _, name = path.rpartition(".")
+    return declared_fields(value_at(loop, parent).__class__).get(name, Field("", name))
+
+
+def dataset(loop: Loop, columns: Columns, table: NDArray[np.float64]) -> "xr.Dataset":
+    import xarray as xr
+
+    given = {
+        path: ("run", values, {"units": field.unit, "long_name": field.meaning})
+        for path, values in columns.items()
+        if (field := field_of(loop, path))
+    }
+    found = {
+        name: (
+            "run",
+            row.astype(bool) if name in FLAGS else row,
+            {"units": field.unit, "long_name": field.meaning},
+        )
+        for row, (name, field) in zip(table, METRIC_FIELDS.items(), strict=True)
+    }
+    return xr.Dataset(given | found, attrs=provenance(loop))

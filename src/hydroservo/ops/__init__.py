@@ -1,0 +1,49 @@
+"""Scalar maths with one meaning: interpreted, compiled and traced.
+
+Blocks use these instead of ``math`` and ``if``. All but the square root are made of additions,
+multiplications, divisions, choices and the binary parts of a number, so that every platform and compiler
+gives the same bits and compiled code can run many lanes at once. Where Python's ``math`` raises, they
+return nan or inf.
+"""
+
+from hydroservo.ops.basic import (
+    absolute,
+    clip,
+    copysign,
+    floor,
+    isfinite,
+    isnan,
+    maximum,
+    minimum,
+    nearest,
+    reached,
+    sign,
+    sqrt,
+    square_wave,
+    where,
+)
+from hydroservo.ops.circular import cos, sin
+from hydroservo.ops.hyperbolic import tanh
+from hydroservo.ops.power import power, signed_power
+
+__all__ = [
+    "absolute",
+    "clip",
+    "copysign",
+    "cos",
+    "floor",
+    "isfinite",
+    "isnan",
+    "maximum",
+    "minimum",
+    "nearest",
+    "power",
+    "reached",
+    "sign",
+    "signed_power",
+    "sin",
+    "sqrt",
+    "square_wave",
+    "tanh",
+    "where",
+]
