@@ -56,11 +56,11 @@ class Backstepping(NamedTuple):
         g1 = m.g1()
         z1 = ops.where(self.as_printed, x1 - s.demand_position, x1 - r.value)
         demand_rate = ops.where(self.as_printed, r.value, r.rate)
-        zeta1 = (-self.velocity_gain * z1 - f1 + r.rate) / g1
+        zeta1 = (-self.velocity_gain * z1 - f1 + r.rate) * (1.0 / g1)
         acceleration = f1 + g1 * x2
         model_rate = (
             -self.velocity_gain * (acceleration - demand_rate) - f1_slope * acceleration + r.jerk
-        ) / g1
+        ) * (1.0 / g1)
         derivative = self.derivative.step(s.derivative, zeta1, model_rate, dt)
         z2 = x2 - zeta1
         numerator = -self.force_gain * z2 - m.f2(x1, x2) - g1 * z1 + derivative.rate

@@ -39,4 +39,4 @@ class FilteredDerivative(NamedTuple):
         last = ops.where(lost, value, s.last)
         rate = ops.where(lost, 0.0, s.rate)
         weight = dt / (self.time_constant + dt)
-        return FilteredDerivativeState(rate + weight * ((value - last) / dt - rate), value)
+        return FilteredDerivativeState(rate + weight * ((value - last) * (1.0 / dt) - rate), value)

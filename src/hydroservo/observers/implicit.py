@@ -30,7 +30,7 @@ class Implicit(NamedTuple):
 
     def velocity(self, s: float, k: float, D: float, eps: float, a: float, dt: float) -> Correction:
         surface = self.solve(s, 1.0 + dt * k, dt * eps, dt * D, a)
-        return Correction(surface, (surface - s) / dt)
+        return Correction(surface, (surface - s) * (1.0 / dt))
 
     def force(self, s: float, k: float, D: float, eps: float, a: float, dt: float) -> Correction:
         return self.velocity(s, k, D, eps, a, dt)
@@ -41,6 +41,6 @@ class Implicit(NamedTuple):
         w = ops.power(rhs / linear, a)
         for _ in range(NEWTON_STEPS):
             sigma = ops.power(w, 1.0 / a)
-            w = w - (linear * sigma + power * w - rhs) / (linear * sigma / (a * w) + power)
+            w = w * ((1.0 - a) * linear * sigma + a * rhs) / (linear * sigma + a * power * w)
         sigma = ops.minimum(ops.power(w, 1.0 / a), rhs)
         return ops.where(excess > 0.0, ops.copysign(sigma, s), 0.0)

@@ -48,6 +48,6 @@ class DesignModel(NamedTuple):
         return self.plant.free_force_rate(velocity, load_force)
 
     def g2(self, load_force: float, command: float) -> float:
-        drop = self.supply.drop() - ops.sign(command) * load_force / self.plant.piston_area
+        drop = self.supply.drop() - ops.sign(command) * load_force * (1.0 / self.plant.piston_area)
         per_opening = self.orifice.flow_per_opening(ops.maximum(drop, self.least_drop))
         return self.plant.flow_gain() * per_opening * self.valve_gain

@@ -57,14 +57,14 @@ class LoadPressurePlant(NamedTuple):
 
     def deriv(self, s: LoadPressureState, load_flow: float, force: float) -> LoadPressureState:
         return LoadPressureState(
-            velocity=(s.load_force - self.damping * s.velocity - force) / self.mass,
+            velocity=(s.load_force - self.damping * s.velocity - force) * (1.0 / self.mass),
             load_force=self.free_force_rate(s.velocity, s.load_force) + self.flow_gain() * load_flow,
             position=s.velocity,
         )
 
     def load_pressure(self, s: LoadPressureState) -> float:
         """p_L [Pa]."""
-        return s.load_force / self.piston_area
+        return s.load_force * (1.0 / self.piston_area)
 
     def free_force_rate(self, velocity: float, load_force: float) -> float:
         """dx2/dt with the valve closed [N/s]: f2 of eq. (7)."""

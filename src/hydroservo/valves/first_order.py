@@ -35,7 +35,7 @@ class FirstOrderValve(NamedTuple):
 
     def deriv(self, s: FirstOrderValveState, u: float) -> FirstOrderValveState:
         commanded = ops.clip(self.gain * u, -self.max_opening, self.max_opening)
-        return FirstOrderValveState((commanded - s.opening) / self.time_constant)
+        return FirstOrderValveState((commanded - s.opening) * (1.0 / self.time_constant))
 
     def opening(self, s: FirstOrderValveState, u: float) -> float:
         return s.opening

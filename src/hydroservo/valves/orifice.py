@@ -28,7 +28,9 @@ class Orifice(NamedTuple):
     def flow_per_opening(self, drop: float) -> float:
         """Load flow per spool opening at a pressure drop over both edges [m^2/s]."""
         return (
-            self.discharge_coefficient * self.area_gradient * ops.sqrt(ops.maximum(drop, 0.0) / self.density)
+            self.discharge_coefficient
+            * self.area_gradient
+            * ops.sqrt(ops.maximum(drop, 0.0) * (1.0 / self.density))
         )
 
     def flow(self, opening: float, supply_drop: float, load_pressure: float) -> float:
