@@ -15,7 +15,7 @@ from IPython.display import Image, Markdown
 from matplotlib.figure import Figure
 
 from hydroservo.figures.style import figure, style
-from hydroservo.results import readable_unit
+from hydroservo.readable import readable_unit
 
 __all__ = ["Image", "curves", "examples", "metrics_table", "table", "terminal"]
 
@@ -28,7 +28,7 @@ def svg(fig: Figure) -> str:
     return text.getvalue()
 
 
-xr.set_options(display_expand_attrs=False)
+xr.set_options(display_expand_attrs=False)  # type: ignore[no-untyped-call]
 get_ipython().display_formatter.formatters["image/svg+xml"].for_type(Figure, svg)
 
 
@@ -54,13 +54,13 @@ def terminal(*commands: str) -> Markdown:
         )
         lines += [f"$ {command}", *(line.rstrip() for line in done.stdout.strip().splitlines())]
     text = "\n".join(lines)
-    return Markdown(f"```console\n{text}\n```")
+    return Markdown(f"```console\n{text}\n```")  # type: ignore[no-untyped-call]
 
 
 def table(header: Sequence[str], rows: Iterable[Sequence[object]]) -> Markdown:
     """A table of what a cell computed."""
     lines = [header, ["---"] * len(header), *rows]
-    return Markdown("\n".join("| " + " | ".join(map(str, line)) + " |" for line in lines))
+    return Markdown("\n".join("| " + " | ".join(map(str, line)) + " |" for line in lines))  # type: ignore[no-untyped-call]
 
 
 def metrics_table(runs: Mapping[str, xr.Dataset], *names: str) -> Markdown:

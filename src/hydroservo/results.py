@@ -1,19 +1,36 @@
 """What a run leaves on disk, and what it says in numbers."""
 
+import json
 import math
 import re
 import secrets
-from collections.abc import Callable, Iterable, Iterator, Mapping
+import tomllib
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hydroservo.errors import HydroservoError
+from hydroservo.metrics import METRIC_FIELDS, SMALLER_IS_BETTER
 
 if TYPE_CHECKING:
+    import pandas as pd
     import xarray as xr
 
-__all__ = ["FORMATS", "atomic_path", "metrics_of", "plain", "readable_unit", "save", "trajectory_of"]
+__all__ = [
+    "FLAGS",
+    "as_json",
+    "atomic_path",
+    "best_runs",
+    "metrics_csv",
+    "metrics_of",
+    "save",
+    "scenario_of",
+    "trajectory_of",
+    "write_text",
+]
+
+FLAGS = ("stroke_left", "diverged")  # the metrics that are true or false
 
 
 @contextmanager
@@ -37,8 +54,19 @@ def atomic_path(path: Path) -> Iterator[Path]:
         reason = error.strerror or " ".join(str(error).split())
         raise HydroservoError(f"{path}: cannot be written: {reason}") from error
     finally:
-        with suppress(OSError):  # above all, that it is not there
+        with suppress(OSError):  # as a rule it has taken its place already
             temporary.unlink()
+
+
+def write_text(path: Path, text: str) -> Path:
+    """Write a text file, whole or not at all; returns its path.
+
+    Raises:
+        HydroservoError: the file cannot be written.
+    """
+    with atomic_path(path) as temporary:
+        temporary.write_text(text, encoding="utf-8", newline="\n")
+    return path
 
 
 def save(dataset: "xr.Dataset", path: Path | str) -> Path:
@@ -77,23 +105,46 @@ def trajectory_of(dataset: "xr.Dataset") -> dict[str, Any]:
     return {"time": dataset["time"].values, **signals}
 
 
-def plain(values: Mapping[str, float | bool]) -> dict[str, float | bool | None]:
-    """Numbers as JSON can hold them: None for what is not finite."""
-    return {name: value if math.isfinite(value) else None for name, value in values.items()}
+def scenario_of(dataset: "xr.Dataset") -> dict[str, Any]:
+    """The scenario of a run as nested tables, every value in SI units."""
+    return tomllib.loads(dataset.attrs["scenario"])
 
 
-def readable_unit(unit: str, largest: float) -> tuple[str, float]:
-    """The unit in which an engineer reads SI numbers of up to this size, and the factor to it.
+def best_runs(runs: Sequence[Mapping[str, float | bool]], name: str) -> set[int]:
+    """Which runs, given by their metrics, have the best value of one.
 
-    For instance ``("mm/s", 1e3)`` for "m/s", and ``("mV", 1e3)`` for "V" where everything is below 1 V.
+    None where more is not worse, or there is nothing to choose between. A run that diverged is never best.
     """
-    if unit in ("m", "m/s"):
-        return f"m{unit}", 1e3
-    if unit == "V" and largest < 1.0:
-        return "mV", 1e3
-    if unit in ("N", "N/s", "Pa") and largest >= 1e4:
-        return (f"k{unit}", 1e-3) if largest < 1e7 else (f"M{unit}", 1e-6)
-    return unit.replace("^2", "²").replace("^3", "³"), 1.0
+    if name not in SMALLER_IS_BETTER:
+        return set()
+    values = {
+        i: metrics[name]
+        for i, metrics in enumerate(runs)
+        if not metrics["diverged"] and math.isfinite(metrics[name])
+    }
+    best = {i for i, value in values.items() if value == min(values.values())}
+    return best if len(best) < len(values) else set()
+
+
+def metrics_csv(runs: "pd.DataFrame") -> str:
+    """A row for each run, in SI units that the headers name; flags are 0 or 1, and nan is nan."""
+    units = {name: f"{name} [{field.unit}]" for name, field in METRIC_FIELDS.items() if field.unit}
+    table = runs.astype(dict.fromkeys(FLAGS, int)).rename(columns=units)
+    return str(table.to_csv(index=False, na_rep="nan", lineterminator="\n"))
+
+
+def as_json(value: Any) -> str:
+    """Text of a JSON object; null for a number that is not finite."""
+    return json.dumps(plain(value), indent=2, allow_nan=False)
+
+
+def plain(value: Any) -> Any:
+    """The value as JSON can hold it: None for every number in it that is not finite."""
+    if isinstance(value, Mapping):
+        return {key: plain(one) for key, one in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(one) for one in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def unit_of(dataset: "xr.Dataset", name: str) -> str:
@@ -112,8 +163,6 @@ def save_csv(dataset: "xr.Dataset", path: Path) -> None:
 
 
 def save_parquet(dataset: "xr.Dataset", path: Path) -> None:
-    import json
-
     import pyarrow as pa
     import pyarrow.parquet as pq
 

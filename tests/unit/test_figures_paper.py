@@ -11,11 +11,12 @@ from hypothesis import strategies as st
 from hydroservo import Loop
 from hydroservo.controllers import PI, TSMC, Backstepping
 from hydroservo.figures import paper
-from hydroservo.figures.panels import Curve, Window, clipped, inside, limits
+from hydroservo.figures.panels import WHOLE, Curve, Panel, Window, clipped, inside
 from hydroservo.figures.paper import FIGURES, draw_figures
-from hydroservo.figures.words import MINUS, TIMES, number, quantity
+from hydroservo.figures.ranges import limits
 from hydroservo.metrics import METRIC_FIELDS
 from hydroservo.provenance import provenance
+from hydroservo.readable import MINUS
 
 LAWS = {"pi": PI(), "backstepping": Backstepping(), "tsmc": TSMC()}
 ERRORS = {"pi": 0.4e-3, "backstepping": 20e-3, "tsmc": -0.3e-3}
@@ -182,11 +183,27 @@ def test_what_is_seen_follows_the_numbers(runs):
     assert "backstepping 1.00 mm/s" in FIGURES[1].seen(runs)
 
 
-def test_the_last_sample_is_never_drawn():
+def test_the_last_sample_is_never_drawn(runs, drawn):
+    for fig in drawn.values():
+        for axis in panels(fig):
+            if axis.get_xlabel() == "time [s]":
+                assert all(line.get_xdata()[-1] < 8.0 for line in axis.get_lines())
+    assert panels(drawn[4])[0].get_xlim() == (0.0, 8.0)
+
+
+def test_a_window_shows_its_samples_and_those_on_its_ends():
     curve = Curve("x", np.arange(4.0), np.array([0.0, 1.0, 2.0, 99.0]), "k")
-    whole = Window("", 0.0, math.inf)
-    assert inside(curve, whole).values.tolist() == [0.0, 1.0, 2.0]
+    assert inside(curve, WHOLE).values.tolist() == [0.0, 1.0, 2.0, 99.0]
     assert inside(curve, Window("", 1.0, 2.0)).time.tolist() == [1.0, 2.0]
+
+
+def test_captions_name_the_windows_that_are_drawn(drawn):
+    for number, words in ((3, "First 30 ms"), (4, "first 30 ms"), (5, "Jump at 2 s"), (3, "Trough at 3 s")):
+        assert words in FIGURES[number - 3].caption
+    assert panels(drawn[3])[1].get_xlim() == (0.0, 30.0)
+    assert panels(drawn[5])[1].get_title(loc="left") == "(b) jump at 2 s"
+    start, stop = panels(drawn[3])[2].get_xlim()
+    assert start < 3.0 < stop
 
 
 @given(st.lists(st.floats(-1e6, 1e6), min_size=1, max_size=40), st.floats(-1e6, 1e6))
@@ -202,59 +219,11 @@ def test_limits_leave_spikes_out_and_say_so():
     assert -1.5 < low < -1.0
     assert 1.0 < high < 1.5
     curve = Curve("force", np.arange(1000.0), values, "k")
-    assert clipped([curve], low, high, "N") == f"clipped: force to {MINUS}80.0 N"
-    assert clipped([curve._replace(values=np.zeros(3))], low, high, "N") == ""
+    panel = Panel("force", "N", [curve], fitted=["force"])
+    assert clipped(panel) == f"clipped: force to {MINUS}80.0 N"
+    assert clipped(panel._replace(fitted=())) == ""
+    assert clipped(panel._replace(window=Window("", 0.0, 999.0))) == ""
 
 
 def test_limits_of_nothing_finite_are_finite():
     assert limits([np.full(3, np.nan), np.array([])], 0.0) == (-1.0, 1.0)
-
-
-@pytest.mark.parametrize(
-    ("value", "text"),
-    [
-        (0.0, "0"),
-        (-0.0, "0"),
-        (0.24, "0.240"),
-        (27.96, "28.0"),
-        (9.996, "10.0"),
-        (9654.1, "9650"),
-        (-16.716, f"{MINUS}16.7"),
-        (99999.0, f"1.00 {TIMES} 10⁵"),
-        (6.2796e-4, f"6.28 {TIMES} 10⁻⁴"),
-        (-1.7e-12, f"{MINUS}1.70 {TIMES} 10⁻¹²"),
-        (math.inf, "∞"),
-        (-math.inf, f"{MINUS}∞"),
-        (math.nan, "no number"),
-    ],
-)
-def test_numbers_are_read_with_three_digits(value, text):
-    assert number(value) == text
-
-
-@given(st.floats(-1e300, 1e300))
-def test_a_number_as_read_is_within_half_a_unit_of_its_last_digit(value):
-    text = number(value).replace(MINUS, "-").translate(str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789"))
-    read = float(text.replace(f" {TIMES} 10", "e"))
-    assert read == pytest.approx(value, rel=5.001e-3, abs=1e-320)
-
-
-@pytest.mark.parametrize(
-    ("value", "unit", "text"),
-    [
-        (0.00026589, "m/s", "0.266 mm/s"),
-        (0.0268, "V", "26.8 mV"),
-        (5.986, "V", "5.99 V"),
-        (171024.3, "N/s", "171 kN/s"),
-        (466.0, "N/s", "466 N/s"),
-        (0.00696, "s", "6.96 ms"),
-        (1e-5, "s", "10.0 µs"),
-        (2.0, "s", "2.00 s"),
-        (0.0, "s", "0 s"),
-        (3.0, "m/s^2", "3.00 m/s²"),
-        (math.inf, "m", "∞"),
-        (0.5, "", "0.500"),
-    ],
-)
-def test_quantities_have_the_unit_an_engineer_reads(value, unit, text):
-    assert quantity(value, unit) == text

@@ -11,8 +11,11 @@ import hydroservo
 from hydroservo import HydroservoError, Simulation
 from hydroservo.controllers import PI, TSMC
 from hydroservo.figures.comparison import distinct_colours, literal, plot_comparison
-from hydroservo.figures.run import controller_name, enlarged_limit, length_shown, plot_run, trace_of
+from hydroservo.figures.names import controller_name
+from hydroservo.figures.panels import Curve, Panel, enlarged, panel_limits
+from hydroservo.figures.run import plot_run
 from hydroservo.figures.style import COLOURS, PALETTE, figure, save_figure, style
+from hydroservo.figures.trace import length_shown, observer_path, trace_of
 from hydroservo.loop import Loop
 from hydroservo.references import Square
 
@@ -83,21 +86,51 @@ def test_peaks_that_press_a_curve_flat_bring_an_enlarged_panel(pi):
     whole, enlarged = fig.axes[1:3]
     assert whole.get_ylim()[1] > 60.0
     low, high = enlarged.get_ylim()
-    assert low == -high
+    assert -0.4 < low < -0.3
     assert 0.3 < high < 0.4
     np.testing.assert_array_equal(curve(enlarged, 0), curve(whole, 0))
 
 
-def test_enlarged_limit_covers_runs_of_like_size_only():
+def panel(*signals):
+    time = np.linspace(0.0, 1.0, signals[0].size)
+    return Panel("error", "m/s", [Curve(str(i), time, signal, "k") for i, signal in enumerate(signals)])
+
+
+def test_an_enlarged_panel_fits_runs_of_like_size_only():
     t = np.linspace(0.0, 1.0, 1001)
     small, twice, huge = np.sin(20 * t), 2.0 * np.sin(20 * t), 100.0 * np.sin(20 * t)
-    assert enlarged_limit([small, twice]) is None
-    assert enlarged_limit([huge]) is None
-    limit = enlarged_limit([small, huge, twice])
-    assert 2.0 < limit < 3.0
-    assert enlarged_limit([1e-12 * small, huge]) is None  # rounding is not worth a panel
-    assert enlarged_limit([np.full(3, math.nan), huge]) is None
-    assert enlarged_limit([np.zeros(3)]) is None
+    assert enlarged(panel(small, twice)) == []
+    assert enlarged(panel(huge)) == []
+    (close,) = enlarged(panel(small, huge, twice))
+    assert close.fitted == ["0", "2"]
+    low, high = panel_limits(close)
+    assert -3.0 < low < -2.0
+    assert 2.0 < high < 3.0
+    assert enlarged(panel(1e-12 * small, huge)) == []  # rounding is not worth a panel
+    assert enlarged(panel(np.full(3, math.nan), np.array([1.0, 2.0, 99.0]))) == []
+    assert enlarged(panel(np.zeros(3))) == []
+
+
+def test_an_enlarged_error_panel_shows_zero(pi):
+    error = np.full(pi["time"].size, 3e-4)
+    error[5:10] = 0.06
+    fig = plot_run(pi.assign({"plant.velocity": pi["reference.value"] + error}))
+    low, high = fig.axes[2].get_ylim()
+    assert low < 0.0
+    assert 0.3 < high < 0.4
+
+
+@pytest.mark.parametrize(
+    ("names", "path"),
+    [
+        (["controller.d1", "controller.d2"], "controller"),
+        (["controller.a.d1", "controller.b.d1", "controller.b.d2"], "controller.b"),
+        (["controller.a.d1"], ""),
+        (["disturbance.d1", "disturbance.d2", "controller.id1", "controller.id2"], ""),
+    ],
+)
+def test_estimates_are_found_by_their_names(names, path):
+    assert observer_path(xr.Dataset(dict.fromkeys(names, ("time", np.zeros(2))))) == path
 
 
 def test_diverged_run_is_shown_until_its_error_is_lost(pi):

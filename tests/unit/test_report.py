@@ -15,15 +15,16 @@ from hydroservo.figures import paper, report_page
 from hydroservo.figures.judgements import SourcedRatio, sourced, worst_case
 from hydroservo.figures.overview import draw_overview, shares
 from hydroservo.figures.paper import FIGURES
-from hydroservo.figures.report import finite, write_report
+from hydroservo.figures.report import write_report
+from hydroservo.figures.report_tables import best
 from hydroservo.figures.typeset import symbols
 from hydroservo.figures.verdicts import BINS, cells, colour_class, draw_map
-from hydroservo.figures.words import MINUS, TIMES
 from hydroservo.metrics import METRIC_FIELDS
 from hydroservo.papers.tsmc_eha_2021.claims import CLAIMS, Claim, Outcome, over
 from hydroservo.papers.tsmc_eha_2021.conditions import LITERAL, REPRODUCED, Condition, Run, all_runs, runs_of
 from hydroservo.papers.tsmc_eha_2021.study import Study, judged, metrics_table
 from hydroservo.papers.tsmc_eha_2021.study import verdicts as judge
+from hydroservo.readable import MINUS, TIMES
 
 SETTLED = ("error", "s1", "s2", "xi1", "xi2", "miss1", "miss2")
 
@@ -128,8 +129,8 @@ def test_the_page_says_each_verdict_with_its_numbers(folder, study):
 
 
 def test_the_page_counts_the_verdicts(folder, study):
-    assert sum(verdict.at_paper for verdict in study.verdicts) not in (0, len(CLAIMS))
-    reproduced = sum(verdict.at_paper for verdict in study.verdicts)
+    assert sum(verdict.reproduced for verdict in study.verdicts) not in (0, len(CLAIMS))
+    reproduced = sum(verdict.reproduced for verdict in study.verdicts)
     literal = sum(verdict.to_the_letter for verdict in study.verdicts)
     assert f"{reproduced} hold as reproduced and {literal} to the letter" in text_of(folder)
     assert f"{MINUS}Δ" in text_of(folder)
@@ -169,11 +170,6 @@ def test_metrics_json_is_strict_and_has_null_for_what_is_not_finite(folder, stud
     infinite = study.claims["ratio"].map(math.isinf)
     assert infinite.any()
     assert [claim["ratio"] is None for claim in data["claims"]] == infinite.tolist()
-
-
-def test_finite_keeps_everything_else():
-    given = {"a": [1, 2.5, math.nan, True], "b": {"c": -math.inf, "d": "nan"}, "e": None}
-    assert finite(given) == {"a": [1, 2.5, None, True], "b": {"c": None, "d": "nan"}, "e": None}
 
 
 def test_diverged_runs_are_reported(tmp_path, monkeypatch):
@@ -305,7 +301,17 @@ def test_no_rival_left_is_said():
 
 def test_a_number_that_is_none_is_said():
     said = worst_case(claim_named("3 (d1)"), results(estimate_rms_error_1=(("sine", "tsmc"), math.nan)))
-    assert said == "a run has no finite value to judge"
+    assert said == "no finite ratio: a number is missing, or the rival's is 0"
+
+
+def test_a_rival_without_overshoot_is_not_said_to_have_no_number():
+    said = worst_case(claim_named("2 (overshoot)"), results(overshoot=(("square", "pi"), 0.0)))
+    assert "the rival's is 0" in said
+
+
+def test_the_best_of_each_demand_is_marked_and_nothing_where_all_are_alike():
+    runs = [{"overshoot": value, "diverged": False} for value in (0.0, 0.0, 0.0, 3.0, 2.0, 1.0)]
+    assert best(runs, "overshoot") == [False] * 5 + [True]
 
 
 def test_words_and_table_come_from_one_number(study):
@@ -331,6 +337,7 @@ def test_words_and_table_come_from_one_number(study):
         ("0.5 mm/s rms error of PI", "0.5 mm/s rms error of PI"),
         (f"8.1 {TIMES} 10⁻⁴ <b>", f"8.1 {TIMES} 10⁻⁴ &lt;b&gt;"),
         ("(20)-(22), half-volume", "(20)-(22), half-volume"),
+        ("at least 1 m/s^2", "at least 1 m/s²"),
     ],
 )
 def test_symbols_look_like_symbols(text, shown):

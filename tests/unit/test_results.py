@@ -1,9 +1,11 @@
+import io
 import json
 import math
 import re
 import stat
 
 import numpy as np
+import pandas as pd
 import pyarrow.parquet as pq
 import pytest
 import xarray as xr
@@ -17,13 +19,17 @@ from hydroservo.controllers import TSMC
 from hydroservo.loop import Loop
 from hydroservo.metrics import METRIC_FIELDS
 from hydroservo.results import (
+    as_json,
     atomic_path,
+    best_runs,
     matlab_names,
+    metrics_csv,
     metrics_of,
     plain,
-    readable_unit,
     save,
+    scenario_of,
     trajectory_of,
+    write_text,
 )
 
 
@@ -183,38 +189,61 @@ def test_a_file_for_a_folder_is_an_error(tmp_path):
         pass
 
 
-def test_plain_numbers_are_json():
-    values = {"a": 1.5, "b": math.nan, "c": math.inf, "d": True}
-    assert json.dumps(plain(values), allow_nan=False) == '{"a": 1.5, "b": null, "c": null, "d": true}'
+def test_text_is_written_as_it_is_in_utf_8(tmp_path):
+    path = write_text(tmp_path / "a" / "b.txt", "1 m/s², 2 µs\n")
+    assert path.read_bytes() == "1 m/s², 2 µs\n".encode()
+
+
+def test_json_has_null_for_what_is_not_finite_and_keeps_everything_else():
+    given = {"a": [1, 2.5, math.nan, True], "b": {"c": -math.inf, "d": "nan"}, "e": None}
+    expected = {"a": [1, 2.5, None, True], "b": {"c": None, "d": "nan"}, "e": None}
+    assert plain(given) == expected
+    assert json.loads(as_json(given)) == expected
+
+
+def test_the_scenario_of_a_run_is_its_loop_as_tables(dataset):
+    scenario = scenario_of(dataset)
+    assert scenario["controller"]["type"] == "TSMC"
+    assert scenario["simulation"]["period"] == 1e-4
+
+
+def test_metrics_csv_has_a_row_for_each_run_and_units_in_its_headers(dataset):
+    runs = [{"scenario": name, **metrics_of(dataset), "max_error": math.inf} for name in ("a,b", "c")]
+    table = pd.read_csv(io.StringIO(metrics_csv(pd.DataFrame(runs))), index_col="scenario")
+    assert list(table.index) == ["a,b", "c"]
+    assert table.loc["c", "rms_error [m/s]"] == float(dataset["rms_error"])
+    assert table.loc["c", "max_error [m/s]"] == math.inf
+    assert table["diverged"].tolist() == [0, 0]
+    assert [column.split(" [")[0] for column in table.columns] == list(METRIC_FIELDS)
+
+
+def metrics(**changes):
+    return dict.fromkeys(METRIC_FIELDS, 1.0) | {"diverged": False, "stroke_left": False} | changes
 
 
 @pytest.mark.parametrize(
-    ("unit", "largest", "shown"),
+    ("values", "best"),
     [
-        ("m/s", 0.03, ("mm/s", 1e3)),
-        ("m", 0.078, ("mm", 1e3)),
-        ("V", 0.029, ("mV", 1e3)),
-        ("V", 1.0, ("V", 1.0)),
-        ("N/s", 9999.0, ("N/s", 1.0)),
-        ("N/s", 1e5, ("kN/s", 1e-3)),
-        ("N/s", 1e7, ("MN/s", 1e-6)),
-        ("m/s^2", 16.7, ("m/s²", 1.0)),
-        ("s", 1.0, ("s", 1.0)),
-        ("", 1.0, ("", 1.0)),
+        ([1.0, 2.0], {0}),
+        ([2.0, 1.0, 1.0], {1, 2}),
+        ([1.0, 1.0], set()),
+        ([math.nan, 1.0], set()),
+        ([math.nan, 2.0, 1.0], {2}),
+        ([1.0], set()),
+        ([], set()),
     ],
 )
-def test_units_are_those_an_engineer_reads(unit, largest, shown):
-    assert readable_unit(unit, largest) == shown
+def test_best_is_the_smallest_of_several_numbers(values, best):
+    assert best_runs([metrics(rms_error=value) for value in values], "rms_error") == best
 
 
-@pytest.mark.parametrize(
-    ("unit", "largest"), [("m/s", 0.1), ("m", 0.1), ("V", 0.1), ("N/s", 1e5), ("Pa", 1e6), ("Pa", 1e8)]
-)
-def test_factors_agree_with_the_units_library(unit, largest):
-    import pint
+def test_a_diverged_run_is_never_best():
+    runs = [metrics(control_rms=0.1, diverged=True), metrics(control_rms=1.0), metrics(control_rms=2.0)]
+    assert best_runs(runs, "control_rms") == {1}
 
-    shown, factor = readable_unit(unit, largest)
-    assert pint.Quantity(1.0, unit).to(shown).magnitude == pytest.approx(factor, rel=1e-12)
+
+def test_where_the_piston_was_is_neither_good_nor_bad():
+    assert best_runs([metrics(position_max=1.0), metrics(position_max=2.0)], "position_max") == set()
 
 
 @given(st.lists(st.text(min_size=1, max_size=80), unique=True, max_size=8))

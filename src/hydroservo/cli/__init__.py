@@ -31,7 +31,7 @@ def main() -> None:
 
 
 def leave() -> NoReturn:
-    """End at once: to take down a compiler that was interrupted can crash, and nothing is left to be done."""
+    """End at once: Python may crash as it closes an interrupted compiler, and nothing is left to do."""
     heard()
     sys.stderr.write("hydroservo: interrupted; nothing was left half-written\n")
     sys.stderr.flush()

@@ -117,13 +117,14 @@ def run(
     Examples:
 
     - `hydroservo run paper/sine-pi`
-    - `hydroservo run paper/square-tsmc --set load.force=150N --out results --format mat`
+    - `hydroservo run paper/square-tsmc --set load.amplitude=150N --out results --format mat`
     - `hydroservo run my.toml --plugin my_controller.py --set simulation.duration='2 s' --json`
     """
     from hydroservo.cli.files import write_run
-    from hydroservo.cli.outcome import as_json, as_object, outcome_of
     from hydroservo.cli.progress import progress_bar
+    from hydroservo.cli.summary import run_summary
     from hydroservo.cli.tables import show_run
+    from hydroservo.results import as_json
     from hydroservo.simulate import simulate
 
     loop = loaded(scenario, changes, plugins)
@@ -135,13 +136,13 @@ def run(
             compiled=not interpreted,
             progress=lambda fraction: report(fraction, scenario),
         )
-        outcome = outcome_of(scenario, dataset)
+        summary = run_summary(scenario, dataset)
         report(1.0, "writing files")
-        files = write_run(out, outcome, dataset, ENDINGS[form]) if out else []
+        files = write_run(out, summary, dataset, ENDINGS[form]) if out else []
     if json:
-        typer.echo(as_json(as_object(outcome)))
+        typer.echo(as_json(summary._asdict()))
     else:
-        show_run(outcome)
+        show_run(summary)
         list_files(files)
 
 
@@ -164,12 +165,13 @@ def compare(
     Examples:
 
     - `hydroservo compare paper/sine-pi paper/sine-backstepping paper/sine-tsmc`
-    - `hydroservo compare paper/square-pi paper/square-tsmc --set load.force=150N --out results`
+    - `hydroservo compare paper/square-pi paper/square-tsmc --set load.amplitude=150N --out results`
     """
     from hydroservo.cli.files import write_comparison
-    from hydroservo.cli.outcome import as_json, as_object, outcome_of
     from hydroservo.cli.progress import progress_bar
+    from hydroservo.cli.summary import run_summary
     from hydroservo.cli.tables import show_comparison
+    from hydroservo.results import as_json
     from hydroservo.simulate import simulate
 
     loops = [loaded(scenario, changes, plugins) for scenario in scenarios]
@@ -179,14 +181,14 @@ def compare(
         for i, (scenario, loop) in enumerate(zip(scenarios, loops, strict=True)):
             progress = part(report, i, len(loops), scenario)
             datasets.append(simulate(loop, record=None if out else NOTHING, progress=progress))
-        outcomes = [outcome_of(*pair) for pair in zip(scenarios, datasets, strict=True)]
+        summaries = [run_summary(*pair) for pair in zip(scenarios, datasets, strict=True)]
         labels = short_names(scenarios)
         report(1.0, "writing files")
-        files = write_comparison(out, outcomes, datasets, labels) if out else []
+        files = write_comparison(out, summaries, datasets, labels) if out else []
     if json:
-        typer.echo(as_json({"runs": [as_object(outcome) for outcome in outcomes]}))
+        typer.echo(as_json({"runs": [summary._asdict() for summary in summaries]}))
     else:
-        show_comparison(outcomes, labels)
+        show_comparison(summaries, labels)
         list_files(files)
 
 
@@ -198,8 +200,8 @@ def paper(
 ) -> None:
     """Reproduce the terminal sliding mode study of doi:10.1007/s42401-021-00087-w and judge its claims.
 
-    It takes about a minute, and leaves the figures (PNG, SVG), the metrics (CSV, JSON), the trajectories and
-    a report (report.html) that opens in any browser, offline.
+    It leaves the figures (PNG, SVG), the metrics (CSV, JSON), the trajectories and a report (report.html)
+    that opens in any browser, offline.
     """
     from hydroservo.cli.progress import progress_bar
     from hydroservo.cli.tables import show_verdicts

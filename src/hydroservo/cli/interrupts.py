@@ -24,7 +24,7 @@ def repeat_interrupts() -> None:
 
 
 def heard() -> None:
-    """The interrupt has reached those whom it concerns."""
+    """Stop repeating the interrupt: it has been acted on."""
     if REPEATS:
         signal.setitimer(signal.ITIMER_REAL, 0.0)
 

@@ -10,31 +10,19 @@ from rich.markup import escape
 from rich.syntax import Syntax
 from rich.table import Table
 
-from hydroservo.cli.outcome import Outcome
+from hydroservo.cli.summary import RunSummary
 from hydroservo.metrics import METRIC_FIELDS
-from hydroservo.results import readable_unit
+from hydroservo.readable import common_unit, yes_or_no
+from hydroservo.results import best_runs
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
 
     from hydroservo.papers.tsmc_eha_2021.study import Verdict
 
-__all__ = ["show", "show_comparison", "show_run", "show_scenarios", "show_toml", "show_verdicts"]
+__all__ = ["show_comparison", "show_run", "show_scenarios", "show_toml", "show_verdicts"]
 
 PIPED_WIDTH = 120  # characters a line where there is no terminal to ask
-SMALLER_IS_BETTER = (
-    "rms_error",
-    "max_error",
-    "steady_rms_error",
-    "steady_max_error",
-    "settling_time",
-    "overshoot",
-    "control_rms",
-    "control_total_variation",
-    "control_max",
-    "estimate_rms_error_1",
-    "estimate_rms_error_2",
-)
 
 
 def show(*things: "RenderableType") -> None:
@@ -44,21 +32,21 @@ def show(*things: "RenderableType") -> None:
         console.print(thing)
 
 
-def show_run(outcome: Outcome) -> None:
+def show_run(summary: RunSummary) -> None:
     """The metrics of one run and its verdict."""
-    heading = f"{escape(outcome.scenario)}   (hash {outcome.hash}, seed {outcome.seed})"
+    heading = f"{escape(summary.scenario)}   (hash {summary.hash}, seed {summary.seed})"
     table = Table(title=heading, title_justify="left")
     table.add_column("metric", no_wrap=True)
     table.add_column("value", justify="right", no_wrap=True)
     table.add_column("unit", no_wrap=True)
     table.add_column("meaning")
     for name, field in METRIC_FIELDS.items():
-        unit, (text,) = row([outcome], name)
+        unit, (text,) = row([summary], name)
         table.add_row(name, text, unit, field.meaning)
-    show(table, verdict(outcome.metrics))
+    show(table, verdict(summary.metrics))
 
 
-def show_comparison(outcomes: Sequence[Outcome], labels: Sequence[str]) -> None:
+def show_comparison(summaries: Sequence[RunSummary], labels: Sequence[str]) -> None:
     """The metrics of several runs side by side, the best of each row marked."""
     table = Table(caption="* best of the runs that did not diverge", caption_justify="left")
     table.add_column("metric", no_wrap=True)
@@ -66,49 +54,36 @@ def show_comparison(outcomes: Sequence[Outcome], labels: Sequence[str]) -> None:
     for label in labels:
         table.add_column(escape(label), justify="right", overflow="fold")
     for name in METRIC_FIELDS:
-        unit, values = row(outcomes, name)
-        best = best_of(outcomes, name)
+        unit, values = row(summaries, name)
+        best = best_runs([summary.metrics for summary in summaries], name)
         marked = [f"[bold green]{text} *[/]" if i in best else f"{text}  " for i, text in enumerate(values)]
         table.add_row(name, unit, *marked)
     notes = [
-        f"{escape(label)}: {verdict(outcome.metrics)}"
-        for label, outcome in zip(labels, outcomes, strict=True)
-        if outcome.metrics["diverged"] or outcome.metrics["stroke_left"]
+        f"{escape(label)}: {verdict(summary.metrics)}"
+        for label, summary in zip(labels, summaries, strict=True)
+        if summary.metrics["diverged"] or summary.metrics["stroke_left"]
     ]
     show(table, *notes)
 
 
-def row(outcomes: Sequence[Outcome], name: str) -> tuple[str, list[str]]:
+def row(summaries: Sequence[RunSummary], name: str) -> tuple[str, list[str]]:
     """One metric of each run as text, in a common unit."""
-    values = [outcome.metrics[name] for outcome in outcomes]
-    finite = [abs(value) for value in values if math.isfinite(value)]
-    unit, factor = readable_unit(METRIC_FIELDS[name].unit, max(finite, default=0.0))
+    values = [summary.metrics[name] for summary in summaries]
+    unit, factor = common_unit(values, METRIC_FIELDS[name].unit)
     return unit, [as_text(value, factor) for value in values]
 
 
 def as_text(value: float | bool, factor: float) -> str:
+    """A number in characters that every terminal has."""
     if isinstance(value, bool):
-        return "yes" if value else "no"
+        return yes_or_no(value)
     return f"{factor * value:.4g}" if math.isfinite(value) else "-"
-
-
-def best_of(outcomes: Sequence[Outcome], name: str) -> set[int]:
-    """Which runs have the best value of a metric; none where there is nothing to choose between."""
-    if name not in SMALLER_IS_BETTER:
-        return set()
-    runs = {
-        i: outcome.metrics[name]
-        for i, outcome in enumerate(outcomes)
-        if not outcome.metrics["diverged"] and math.isfinite(outcome.metrics[name])
-    }
-    best = {i for i, value in runs.items() if value == min(runs.values())}
-    return best if len(best) < len(runs) else set()
 
 
 def verdict(metrics: Mapping[str, float | bool]) -> str:
     """In one line: did the run diverge, did the piston leave its stroke?"""
     if metrics["diverged"]:
-        return "[bold red]DIVERGED[/]: a state stopped being finite, or the error passed ten peak demands."
+        return f"[bold red]DIVERGED[/]: {METRIC_FIELDS['diverged'].meaning}."
     if metrics["stroke_left"]:
         low, high = 1e3 * metrics["position_min"], 1e3 * metrics["position_max"]
         return f"[bold yellow]LEFT THE STROKE[/]: the piston went from {low:.4g} mm to {high:.4g} mm."
@@ -130,7 +105,7 @@ def show_toml(text: str) -> None:
 
 
 def show_verdicts(verdicts: "Sequence[Verdict]") -> None:
-    """The paper's claims, each as judged at the paper's own conditions and over all conditions."""
+    """The paper's claims, each judged as reproduced, to the letter of the print and over all conditions."""
     table = Table()
     table.add_column("claim")
     table.add_column("what it says")
@@ -139,7 +114,7 @@ def show_verdicts(verdicts: "Sequence[Verdict]") -> None:
     table.add_column("over all conditions", justify="right")
     for one in verdicts:
         tally = f"holds in {one.holds} of {one.total}"
-        judged = (holds(one.at_paper), holds(one.to_the_letter))
+        judged = (holds(one.reproduced), holds(one.to_the_letter))
         table.add_row(escape(one.claim), escape(one.title), *judged, tally)
     show(table)
 

@@ -5,9 +5,11 @@ import math
 import numpy as np
 
 from hydroservo.figures.names import NAMES, Trajectories
-from hydroservo.figures.words import measured, number, quantity
-from hydroservo.papers.tsmc_eha_2021.claims import outcome
+from hydroservo.figures.windows import JUMP, PERIOD, START, TROUGH
+from hydroservo.metrics import METRIC_FIELDS
+from hydroservo.papers.tsmc_eha_2021.claims import AMPLITUDE, outcome
 from hydroservo.papers.tsmc_eha_2021.conditions import CONTROLLERS
+from hydroservo.readable import measured, number, quantity
 
 __all__ = ["CAPTIONS", "seen_errors", "seen_estimates", "seen_surfaces", "seen_velocities"]
 
@@ -18,8 +20,13 @@ SURFACES = "Sliding surfaces and command of TSMC"
 READ = "Dots are recorded samples. What panels of the whole run cut off is named above them."
 
 
+FIRST = f"first {1e3 * START:g} ms"
+AT_JUMP = f"jump at {JUMP:g} s"
+
+
 def caption(shown: str, demand: str, *panels: str) -> str:
-    return ". ".join((f"{shown}, {demand} demand of 30 mm/s amplitude and 4 s period", *panels, READ))
+    size, period = f"{1e3 * AMPLITUDE:g} mm/s", f"{PERIOD:g} s"
+    return ". ".join((f"{shown}, {demand} demand of {size} amplitude and {period} period", *panels, READ))
 
 
 CAPTIONS = {
@@ -27,26 +34,26 @@ CAPTIONS = {
         VELOCITIES,
         "sine",
         "(a) Whole run",
-        "(b) First 30 ms",
-        "(c) Trough at 3 s, on a range for PI, TSMC and demand",
+        f"(b) {FIRST.capitalize()}",
+        f"(c) Trough at {TROUGH:g} s, on a range for PI, TSMC and demand",
     ),
     4: caption(
         ERRORS,
         "sine",
-        "(a), (b) Whole run and first 30 ms, on a range for all three",
+        f"(a), (b) Whole run and {FIRST}, on a range for all three",
         "(c), (d) The same on a range for PI and TSMC",
     ),
     5: caption(
         VELOCITIES,
         "square",
         "(a) Whole run",
-        "(b) Jump at 2 s",
+        f"(b) {AT_JUMP.capitalize()}",
         "(c) The level after that jump, on a range for PI, TSMC and demand",
     ),
     6: caption(
         ERRORS,
         "square",
-        "(a), (b) Whole run and jump at 2 s, on a range for all three",
+        f"(a), (b) Whole run and {AT_JUMP}, on a range for all three",
         "(c), (d) The same on a range for the settled errors of PI and TSMC",
     ),
     7: caption(
@@ -59,19 +66,19 @@ CAPTIONS = {
         ESTIMATES,
         "square",
         "(a), (c) Whole run, on a range without the spikes at the jumps",
-        "(b), (d) Jump at 2 s",
+        f"(b), (d) {AT_JUMP.capitalize()}",
     ),
     9: caption(
         SURFACES,
         "sine",
         "(a), (c), (e) Whole run; ξ₂ on a range without its start",
-        "(b), (d), (f) First 30 ms",
+        f"(b), (d), (f) {FIRST.capitalize()}",
     ),
     10: caption(
         SURFACES,
         "square",
         "(a), (c), (e) Whole run; ξ₁ on a range without the spikes at the jumps",
-        "(b), (d), (f) Jump at 2 s",
+        f"(b), (d), (f) {AT_JUMP.capitalize()}",
     ),
 }
 """By the figure's number."""
@@ -86,7 +93,7 @@ def seen_velocities(trajectories: Trajectories, demand: str) -> str:
     settling = ranked(trajectories, demand, "settling_time")
     overshoot = ranked(trajectories, demand, "overshoot")
     return (
-        f"Longest time from a jump until within 5 % of the demand's peak (2 s: not before the next jump): "
+        f"{METRIC_FIELDS['settling_time'].meaning.capitalize()} ({JUMP:g} s: not before the next jump): "
         f"{settling}. "
         f"Largest error in the direction of the last jump: {overshoot}."
     )

@@ -7,8 +7,10 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from hydroservo.figures.run import Curve, controller_name, trace_of, tracking_figure
+from hydroservo.figures.names import controller_name
 from hydroservo.figures.style import COLOURS, PALETTE, style
+from hydroservo.figures.trace import trace_of
+from hydroservo.figures.tracking import TracedRun, tracking_figure
 
 __all__ = ["plot_comparison"]
 
@@ -19,8 +21,8 @@ def plot_comparison(datasets: Sequence[xr.Dataset], labels: Sequence[str]) -> Fi
     """Velocity, error and command of several runs, overlaid.
 
     The error is velocity less demand. The first run of each of the paper's controllers has the colour that
-    this controller has in all figures. A run that diverged is shown up to where its error passes ten peak
-    demands.
+    this controller has in all figures. A run that diverged is shown up to where its error is lost: larger
+    than ``metrics.LOST`` times the largest demand.
 
     Args:
         datasets: what ``simulate`` returned for each run.
@@ -36,7 +38,7 @@ def plot_comparison(datasets: Sequence[xr.Dataset], labels: Sequence[str]) -> Fi
     # Later curves are thinner, so that those beneath are seen where runs agree.
     widths = np.linspace(WIDEST, THINNEST, len(traces))
     with style():
-        return tracking_figure([Curve(*row) for row in zip(traces, names, colours, widths, strict=True)])
+        return tracking_figure([TracedRun(*row) for row in zip(traces, names, colours, widths, strict=True)])
 
 
 def literal(label: str) -> str:

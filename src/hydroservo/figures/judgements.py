@@ -4,9 +4,9 @@ from typing import Self
 
 from hydroservo.field import Field
 from hydroservo.figures.names import NAMES, run_name
-from hydroservo.figures.words import number, quantity
 from hydroservo.metrics import METRIC_FIELDS
 from hydroservo.papers.tsmc_eha_2021.claims import Claim, Outcome, Results
+from hydroservo.readable import number, quantity
 
 __all__ = ["worst_case"]
 
@@ -84,5 +84,5 @@ def without_numbers(ratio: float, results: Results) -> str:
     """Why a ratio is zero or infinite."""
     lost = [run_name(*key) for key, run in results.items() if run.metrics["diverged"]]
     if not lost:
-        return "a run has no finite value to judge"
+        return "no finite ratio: a number is missing, or the rival's is 0"
     return f"{', '.join(lost)} diverged" + (", so no rival is left" if ratio == 0.0 else "")

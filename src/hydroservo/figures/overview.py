@@ -66,7 +66,7 @@ def draw_names(axis: Axes, verdicts: Sequence[Verdict]) -> None:
 
 def draw_marks(axis: Axes, verdicts: Sequence[Verdict]) -> None:
     for y, verdict in enumerate(verdicts):
-        for x, holds in enumerate((verdict.at_paper, verdict.to_the_letter)):
+        for x, holds in enumerate((verdict.reproduced, verdict.to_the_letter)):
             marker, colour = ("o", HOLDS) if holds else ("X", FAILS)
             axis.plot(x, y, marker, color=colour, markersize=8, markeredgewidth=0.0)
     axis.set_xlim(-0.7, 1.7)

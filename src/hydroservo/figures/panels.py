@@ -1,4 +1,4 @@
-"""Figures of lettered panels: curves over a window of time, on ranges that spikes do not spoil."""
+"""Panels: curves over a window of time, on ranges that spikes do not spoil."""
 
 import math
 from collections.abc import Sequence
@@ -7,19 +7,19 @@ from typing import NamedTuple
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
+from hydroservo.figures.ranges import axis_unit, largest, limits
 from hydroservo.figures.style import figure
-from hydroservo.figures.words import quantity
-from hydroservo.results import readable_unit
+from hydroservo.figures.trace import Samples
+from hydroservo.readable import quantity
 
-__all__ = ["WHOLE", "Curve", "Panel", "Samples", "Window", "panel_figure"]
-
-Samples = NDArray[np.float64]
+__all__ = ["WHOLE", "Curve", "Panel", "Window", "draw_panel", "enlarged", "panel_figure"]
 
 CLOSE_WIDTH = 1.2  # where curves are told apart by the panel's range
 TAIL = 0.03  # of the samples may lie beyond either limit of a panel that leaves spikes out
-MARGIN = 0.12  # of a panel's range, above and below
+FLAT = 15.0  # a curve this many times below the highest peak is pressed flat
+FLATTEST = 1e5  # and this many times below it, is nothing but rounding
+LARGEST_VECTOR = 20_000  # points; a longer curve becomes pixels inside an SVG, which would else be huge
 SAME_TIME = 1e-9  # [s]
 
 
@@ -33,9 +33,10 @@ class Window(NamedTuple):
     label: str = "time [s]"
     factor: float = 1.0  # from s to the axis
     dots: bool = False  # short enough to show samples
+    whole: bool = False  # so long that spikes would spoil its range
 
 
-WHOLE = Window("whole run", 0.0, math.inf)
+WHOLE = Window("whole run", 0.0, math.inf, whole=True)
 
 
 class Curve(NamedTuple):
@@ -45,7 +46,7 @@ class Curve(NamedTuple):
     time: Samples
     values: Samples
     colour: str
-    width: float = 1.1
+    width: float = 1.1  # points
     line: str = "-"
     steps: bool = False  # a signal that jumps at a sample and stays until the next
 
@@ -59,6 +60,7 @@ class Panel(NamedTuple):
     window: Window = WHOLE
     fitted: Sequence[str] = ()
     range_of: Window | None = None  # the time that the limits fit, if not the one shown
+    zero: bool = False  # the limits hold zero
 
 
 def panel_figure(panels: Sequence[Panel], mosaic: str, height: float) -> Figure:
@@ -72,7 +74,11 @@ def panel_figure(panels: Sequence[Panel], mosaic: str, height: float) -> Figure:
     fig = figure(height)
     axes = fig.subplot_mosaic(mosaic)
     for letter, panel in zip("abcdef", panels, strict=False):
-        draw_panel(axes[letter], panel, letter)
+        axis = axes[letter]
+        draw_panel(axis, panel)
+        axis.set_xlabel(panel.window.label)
+        axis.set_title(f"({letter}) {panel.window.title}", loc="left", fontsize=8)
+        axis.set_title(clipped(panel), loc="right", fontsize=6, color="#555555")
     handles, labels = axes["a"].get_legend_handles_labels()
     if len(labels) > 1:
         fig.legend(handles, labels, loc="outside upper center", ncols=len(labels))
@@ -80,76 +86,71 @@ def panel_figure(panels: Sequence[Panel], mosaic: str, height: float) -> Figure:
     return fig
 
 
-def draw_panel(axis: Axes, panel: Panel, letter: str) -> None:
+def draw_panel(axis: Axes, panel: Panel) -> None:
+    """Draw the curves of a panel, set its ranges and name its quantity and unit."""
     window = panel.window
     low, high = panel_limits(panel)
     unit, factor = axis_unit(panel.unit, max(abs(low), abs(high)))
-    shown = [inside(curve, window) for curve in panel.curves]
-    crowded = panel.fitted and len(shown) > 2
-    for curve in shown:
+    crowded = panel.fitted and len(panel.curves) > 2
+    for curve in panel.curves:
         draw_curve(axis, curve._replace(width=CLOSE_WIDTH) if crowded else curve, window, factor)
-    end = min(window.stop, max(float(curve.time[-1]) for curve in panel.curves))
-    axis.set_xlim(window.factor * (window.start - window.zero), window.factor * (end - window.zero))
+    if math.isfinite(window.stop):
+        axis.set_xlim(
+            window.factor * (window.start - window.zero), window.factor * (window.stop - window.zero)
+        )
     axis.set_ylim(factor * low, factor * high)
-    axis.set_xlabel(window.label)
     axis.set_ylabel(f"{panel.quantity} [{unit}]")
-    axis.set_title(f"({letter}) {window.title}", loc="left", fontsize=8)
-    note = clipped(shown, low, high, panel.unit) if window is WHOLE else ""
-    axis.set_title(note, loc="right", fontsize=6, color="#555555")
 
 
 def draw_curve(axis: Axes, curve: Curve, window: Window, factor: float) -> None:
+    shown = inside(curve, window)
     axis.plot(
-        window.factor * (curve.time - window.zero),
-        factor * curve.values,
+        window.factor * (shown.time - window.zero),
+        factor * shown.values,
         curve.line,
         color=curve.colour,
         linewidth=curve.width,
-        label=curve.label,
+        label=curve.label or None,
         drawstyle="steps-post" if curve.steps else "default",
         marker="." if window.dots and not curve.steps else "",
         markersize=2.2,
+        rasterized=shown.time.size > LARGEST_VECTOR,
     )
 
 
 def panel_limits(panel: Panel) -> tuple[float, float]:
     window = panel.range_of or panel.window
     fitted = [curve for curve in panel.curves if curve.label in panel.fitted]
-    tail = TAIL if fitted and window is WHOLE else 0.0
-    return limits([inside(curve, window).values for curve in fitted or panel.curves], tail)
+    tail = TAIL if fitted and window.whole else 0.0
+    values = [inside(curve, window).values for curve in fitted or panel.curves]
+    return limits([*values, np.zeros(1)] if panel.zero else values, tail)
+
+
+def enlarged(panel: Panel) -> list[Panel]:
+    """The panel once more, on a range for the curves that short peaks or another curve press flat, if any."""
+    usual = {curve.label: largest([curve.values], TAIL) for curve in panel.curves}
+    least, highest = min(usual.values()), largest([curve.values for curve in panel.curves])
+    if not highest / FLATTEST < least < highest / FLAT:
+        return []
+    return [panel._replace(fitted=[label for label, size in usual.items() if size < FLAT * least])]
 
 
 def inside(curve: Curve, window: Window) -> Curve:
-    """The samples that a window shows; never the run's last, which lies on a jump of the square."""
+    """The samples that a window shows."""
     shown = (curve.time >= window.start - SAME_TIME) & (curve.time <= window.stop + SAME_TIME)
-    shown[-1] = False
     return curve._replace(time=curve.time[shown], values=curve.values[shown])
 
 
-def limits(curves: Sequence[Samples], tail: float) -> tuple[float, float]:
-    """A range that holds all samples of all curves but a tail at either end of each, with a margin."""
-    finite = [values[np.isfinite(values)] for values in curves]
-    finite = [values for values in finite if values.size]
-    if not finite:
-        return -1.0, 1.0
-    low = min(float(np.quantile(values, tail)) for values in finite)
-    high = max(float(np.quantile(values, 1.0 - tail)) for values in finite)
-    margin = MARGIN * (high - low) or MARGIN * abs(high) or 1.0
-    return low - margin, high + margin
-
-
-def axis_unit(unit: str, largest: float) -> tuple[str, float]:
-    """The unit of an axis and the factor to it; powers of ten go into the unit, not onto the ticks."""
-    label, factor = readable_unit(unit, largest)
-    return (f"10⁻³ {label}", 1e3 * factor) if factor * largest < 0.01 else (label, factor)
-
-
-def clipped(curves: Sequence[Curve], low: float, high: float, unit: str) -> str:
-    """Which curves leave a panel and, where there is room to say, how far they reach."""
+def clipped(panel: Panel) -> str:
+    """Which curves leave a panel of the whole run and, where there is room to say, how far they reach."""
+    if not panel.window.whole:
+        return ""
+    low, high = panel_limits(panel)
     reach = []
-    for curve in curves:
-        beyond = np.maximum(low - curve.values, curve.values - high)
+    for curve in panel.curves:
+        values = inside(curve, panel.window).values
+        beyond = np.maximum(low - values, values - high)
         if np.any(beyond > 0.0):
-            furthest = quantity(float(curve.values[np.nanargmax(beyond)]), unit)
-            reach.append(curve.label if len(curves) > 2 else f"{curve.label} to {furthest}")
+            furthest = quantity(float(values[np.nanargmax(beyond)]), panel.unit)
+            reach.append(curve.label if len(panel.curves) > 2 else f"{curve.label} to {furthest}")
     return f"clipped: {', '.join(reach)}" if reach else ""

@@ -4,6 +4,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
+import xarray as xr
 from matplotlib.figure import Figure
 
 from hydroservo.figures.captions import (
@@ -14,22 +15,18 @@ from hydroservo.figures.captions import (
     seen_velocities,
 )
 from hydroservo.figures.names import NAMES, Trajectories
-from hydroservo.figures.panels import WHOLE, Curve, Panel, Samples, Window, panel_figure
-from hydroservo.figures.run import Trace, trace_of
+from hydroservo.figures.panels import Curve, Panel, panel_figure
 from hydroservo.figures.style import COLOURS, save_figure, style
+from hydroservo.figures.trace import Samples, Trace, trace_of
+from hydroservo.figures.windows import CLOSE, SHORT, WHOLE
 from hydroservo.papers.tsmc_eha_2021.conditions import CONTROLLERS
 from hydroservo.papers.tsmc_eha_2021.study import Progress
 
-__all__ = ["FIGURES", "PaperFigure", "draw_figures"]
+__all__ = ["FIGURES", "draw_figures"]
 
 # A wide curve shows on both sides of a narrow one on it.
 WIDTHS = {"pi": 2.4, "backstepping": 1.2, "tsmc": 1.0}
 TRUTH = "#a8a8a8"
-SHORT = {
-    "sine": Window("start", 0.0, 0.03, label="time [ms]", factor=1e3, dots=True),
-    "square": Window("jump at 2 s", 1.99, 2.06, 2.0, "time after the jump [ms]", 1e3, dots=True),
-}
-CLOSE = {"sine": Window("trough, close by", 2.9, 3.1), "square": Window("after the jump, close by", 2.1, 3.9)}
 
 
 class PaperFigure(NamedTuple):
@@ -91,7 +88,7 @@ def errors(trajectories: Trajectories, demand: str) -> Figure:
 
 def estimates(trajectories: Trajectories, demand: str) -> Figure:
     """Both estimates over the true disturbances; beside each what it misses, or how it follows a jump."""
-    trace = trace_of(trajectories[f"{demand}-tsmc"])
+    trace = trace_of(shown(trajectories, demand, "tsmc"))
     panels = []
     for i, unit in enumerate(("m/s^2", "N/s")):
         symbol = f"$d_{{L{i + 1}}}$"
@@ -103,18 +100,18 @@ def estimates(trajectories: Trajectories, demand: str) -> Figure:
         ]
         if demand == "sine":
             panels += [
-                Panel(symbol, unit, both),
-                Panel(f"error of {symbol}", unit, [error], fitted=["error"]),
+                Panel(symbol, unit, both, WHOLE),
+                Panel(f"error of {symbol}", unit, [error], WHOLE, ["error"]),
             ]
         else:
             fitted = [curve.label for curve in both]
-            panels += [Panel(symbol, unit, both, fitted=fitted), Panel(symbol, unit, both, SHORT[demand])]
+            panels += [Panel(symbol, unit, both, WHOLE, fitted), Panel(symbol, unit, both, SHORT[demand])]
     return panel_figure(panels, "ab\ncd" if demand == "sine" else "aab\nccd", 4.2)
 
 
 def surfaces(trajectories: Trajectories, demand: str) -> Figure:
     """Both sliding surfaces and the command of TSMC."""
-    dataset = trajectories[f"{demand}-tsmc"]
+    dataset = shown(trajectories, demand, "tsmc")
     trace = trace_of(dataset)
     end = trace.time.size
     spiked = {"sine": r"$\xi_2$", "square": r"$\xi_1$"}[demand]
@@ -126,12 +123,17 @@ def surfaces(trajectories: Trajectories, demand: str) -> Figure:
     ):
         curves = [Curve("TSMC", trace.time, values, COLOURS["TSMC"])]
         fitted = ["TSMC"] if symbol == spiked else []
-        panels += [Panel(symbol, unit, curves, fitted=fitted), Panel(symbol, unit, curves, SHORT[demand])]
+        panels += [Panel(symbol, unit, curves, WHOLE, fitted), Panel(symbol, unit, curves, SHORT[demand])]
     return panel_figure(panels, "aab\nccd\neef", 5.4)
 
 
 def traces_of(trajectories: Trajectories, demand: str) -> dict[str, Trace]:
-    return {name: trace_of(trajectories[f"{demand}-{name}"]) for name in CONTROLLERS}
+    return {name: trace_of(shown(trajectories, demand, name)) for name in CONTROLLERS}
+
+
+def shown(trajectories: Trajectories, demand: str, controller: str) -> xr.Dataset:
+    """A run without its last sample, which lies on a jump of the square."""
+    return trajectories[f"{demand}-{controller}"].isel(time=slice(-1))
 
 
 def controller_curve(name: str, trace: Trace, values: Samples) -> Curve:

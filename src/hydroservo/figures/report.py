@@ -1,24 +1,17 @@
 """The report on the paper's study: a folder with its figures, its data and one page that opens offline."""
 
 import hashlib
-import json
-import math
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
 from hydroservo.figures.overview import draw_overview
 from hydroservo.figures.paper import draw_figures
 from hydroservo.figures.report_page import page
-from hydroservo.figures.report_tables import FLAGS
 from hydroservo.figures.style import save_figure
 from hydroservo.figures.verdicts import draw_map
 from hydroservo.metrics import METRIC_FIELDS
 from hydroservo.papers import tsmc_eha_2021 as paper
 from hydroservo.papers.tsmc_eha_2021.study import Progress, Study
-from hydroservo.results import atomic_path, save
-
-if TYPE_CHECKING:
-    import pandas as pd
+from hydroservo.results import FLAGS, as_json, metrics_csv, save, write_text
 
 __all__ = ["write_report"]
 
@@ -46,22 +39,10 @@ def write_report(study: Study, out: Path, progress: Progress | None = None) -> P
     for name, dataset in study.trajectories.items():
         save(dataset, out / "trajectories" / f"{name}.parquet")
     table = metrics_csv(study.metrics)
-    write(out / "metrics.csv", table)
-    write(out / "metrics.json", metrics_json(study))
-    write(out / "report.html", page(study, out, hashlib.sha256(table.encode()).hexdigest()[:12]))
-    return out / "report.html"
-
-
-def write(path: Path, text: str) -> None:
-    with atomic_path(path) as temporary:
-        temporary.write_text(text, encoding="utf-8", newline="\n")
-
-
-def metrics_csv(metrics: "pd.DataFrame") -> str:
-    """All runs with their metrics, in SI units that the headers name; flags are 0 or 1."""
-    units = {name: f"{name} [{field.unit}]" for name, field in METRIC_FIELDS.items() if field.unit}
-    table = metrics.astype(dict.fromkeys(FLAGS, int)).rename(columns=units)
-    return str(table.to_csv(index=False, na_rep="nan", lineterminator="\n"))
+    write_text(out / "metrics.csv", table)
+    write_text(out / "metrics.json", metrics_json(study))
+    fingerprint = hashlib.sha256(table.encode()).hexdigest()[:12]
+    return write_text(out / "report.html", page(study, out, fingerprint))
 
 
 def metrics_json(study: Study) -> str:
@@ -77,13 +58,4 @@ def metrics_json(study: Study) -> str:
         "claims": study.claims.to_dict("records"),
         "verdicts": [verdict._asdict() for verdict in study.verdicts],
     }
-    return json.dumps(finite(content), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
-
-
-def finite(value: Any) -> Any:
-    """The value with None for every number in it that is not finite."""
-    if isinstance(value, dict):
-        return {key: finite(one) for key, one in value.items()}
-    if isinstance(value, list):
-        return [finite(one) for one in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
+    return as_json(content) + "\n"

@@ -4,18 +4,20 @@ import base64
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from hydroservo.controllers.saturation import Saturation
 from hydroservo.figures import report_tables as tables
 from hydroservo.figures import report_theory as theory
 from hydroservo.figures.names import Trajectories, condition_name
 from hydroservo.figures.paper import FIGURES
 from hydroservo.figures.typeset import symbols
 from hydroservo.figures.verdicts import BINS, FILLS
-from hydroservo.figures.words import quantity
+from hydroservo.loop import Simulation
 from hydroservo.papers import tsmc_eha_2021 as paper
 from hydroservo.papers.tsmc_eha_2021 import conditions
 from hydroservo.papers.tsmc_eha_2021.claims import CLAIMS
 from hydroservo.papers.tsmc_eha_2021.errata import ERRATA
 from hydroservo.papers.tsmc_eha_2021.study import Study
+from hydroservo.readable import quantity
 
 if TYPE_CHECKING:
     import jinja2
@@ -39,6 +41,8 @@ def page(study: Study, out: Path, fingerprint: str) -> str:
         scenarios=[{"name": f"paper/{name}", "hash": one.attrs["hash"]} for name, one in data.items()],
         grid=tables.grid(),
         runs=len(study.outcomes),
+        duration=quantity(Simulation().duration, "s"),
+        limit=quantity(Saturation().limit, "V"),
         step=f"{1e6 * conditions.STEP:g} µs",
         summary=tables.summary(study),
         reproduced=", ".join(condition_name(conditions.REPRODUCED)),

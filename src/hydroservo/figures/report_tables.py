@@ -1,15 +1,12 @@
 """The report's tables of conditions, verdicts, metrics and strokes, each number as it is read."""
 
-import math
-import tomllib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import product
 from typing import Any
 
 from hydroservo.figures.judgements import worst_case
-from hydroservo.figures.names import NAMES, Trajectories, condition_name, run_name
+from hydroservo.figures.names import DELTAS, NAMES, Trajectories, condition_name, run_name
 from hydroservo.figures.verdicts import colour_class
-from hydroservo.figures.words import MINUS, column, measured, number, yes_or_no
 from hydroservo.metrics import METRIC_FIELDS
 from hydroservo.papers.tsmc_eha_2021.claims import CLAIMS, Claim
 from hydroservo.papers.tsmc_eha_2021.conditions import (
@@ -26,9 +23,10 @@ from hydroservo.papers.tsmc_eha_2021.conditions import (
     runs_of,
 )
 from hydroservo.papers.tsmc_eha_2021.study import Study
+from hydroservo.readable import column, measured, number, yes_or_no
+from hydroservo.results import FLAGS, best_runs, metrics_of, scenario_of
 
 __all__ = [
-    "FLAGS",
     "Table",
     "grid",
     "listed_rows",
@@ -41,17 +39,6 @@ __all__ = [
 
 Table = list[dict[str, Any]]
 
-FLAGS = ("stroke_left", "diverged")
-SMALLER_IS_BETTER = (
-    "rms_error",
-    "max_error",
-    "steady_rms_error",
-    "steady_max_error",
-    "settling_time",
-    "control_rms",
-    "control_total_variation",
-    "control_max",
-)
 LISTED = (
     "rms_error",
     "steady_rms_error",
@@ -67,10 +54,9 @@ LISTED = (
 
 def grid() -> Table:
     """The values that a condition combines."""
-    scale = {-1: f"nominal {MINUS} Δ", 0: "nominal", 1: "nominal + Δ"}
     return [
         {"name": "reading of the print", "values": READINGS},
-        {"name": "the six uncertain parameters", "values": [scale[one] for one in SCALES]},
+        {"name": "the six uncertain parameters", "values": [DELTAS[one] for one in SCALES]},
         {"name": "sgn in the observer", "values": list(REALISATIONS)},
         {"name": "valve", "values": list(VALVES)},
         {"name": "sample period", "values": list(PERIODS)},
@@ -80,7 +66,7 @@ def grid() -> Table:
 def summary(study: Study) -> str:
     """The verdicts, counted."""
     total, many = study.verdicts[0].total, len(study.verdicts)
-    reproduced = sum(verdict.at_paper for verdict in study.verdicts)
+    reproduced = sum(verdict.reproduced for verdict in study.verdicts)
     literal = sum(verdict.to_the_letter for verdict in study.verdicts)
     always = sum(verdict.holds == total for verdict in study.verdicts)
     never = sum(verdict.holds == 0 for verdict in study.verdicts)
@@ -93,10 +79,12 @@ def summary(study: Study) -> str:
 def verdict_rows(study: Study) -> Table:
     """A row for each claim: its verdicts, and what decides it as reproduced and to the letter."""
     return [
-        verdict._asdict()
-        | {
-            "reproduced": {"holds": verdict.at_paper, "why": why(study, claim, REPRODUCED)},
-            "literal": {"holds": verdict.to_the_letter, "why": why(study, claim, LITERAL)},
+        {
+            "verdict": verdict,
+            "judged": [
+                {"holds": verdict.reproduced, "why": why(study, claim, REPRODUCED)},
+                {"holds": verdict.to_the_letter, "why": why(study, claim, LITERAL)},
+            ],
         }
         for claim, verdict in zip(CLAIMS, study.verdicts, strict=True)
     ]
@@ -108,29 +96,29 @@ def why(study: Study, claim: Claim, condition: Condition) -> str:
 
 def metric_rows(trajectories: Trajectories) -> Table:
     """A row for each metric, a column for each run shown; the best of each demand is marked."""
+    runs = [metrics_of(run) for run in trajectories.values()]
     rows = []
     for name, field in METRIC_FIELDS.items():
-        values = [float(run[name]) for run in trajectories.values()]
+        values = [run[name] for run in runs]
         unit, texts = column(values, field.unit)
         if name in FLAGS:
             texts = [yes_or_no(value) for value in values]
-        marks = best(values) if name in SMALLER_IS_BETTER else [False] * len(values)
+        marks = best(runs, name)
         rows.append({"meaning": field.meaning, "unit": unit, "cells": list(zip(texts, marks, strict=True))})
     return rows
 
 
-def best(values: Sequence[float]) -> list[bool]:
-    """Which values are the smallest of their demand."""
+def best(runs: Sequence[Mapping[str, float | bool]], name: str) -> list[bool]:
+    """Which runs have the best value of a metric on their demand."""
     size = len(CONTROLLERS)
-    groups = [values[start : start + size] for start in range(0, len(values), size)]
-    least = [min((value for value in group if math.isfinite(value)), default=math.nan) for group in groups]
-    return [value == least[i // size] for i, value in enumerate(values)]
+    groups = [runs[start : start + size] for start in range(0, len(runs), size)]
+    return [i in best_runs(group, name) for group in groups for i in range(size)]
 
 
 def stroke(study: Study) -> dict[str, Any]:
     """Which runs left the stroke, of those shown and of all."""
     first = next(iter(study.trajectories.values()))
-    limit = tomllib.loads(first.attrs["scenario"])["plant"]["stroke"]
+    limit = scenario_of(first)["plant"]["stroke"]
     shown = [stroke_row(study, *key) for key in product(DEMANDS, CONTROLLERS)]
     left = ", ".join(one["name"] for one in shown if one["left"])
     every = study.metrics["stroke_left"]

@@ -1,6 +1,5 @@
 """The report's tables of theory beside the runs: Lemmas 1 and 2, conditions (17) and (25)."""
 
-import tomllib
 from collections.abc import Iterator
 from itertools import product
 from typing import Any, NamedTuple
@@ -11,10 +10,11 @@ import xarray as xr
 from hydroservo.controllers.tsmc import TSMC
 from hydroservo.figures.names import Trajectories, run_name
 from hydroservo.figures.report_tables import Table
-from hydroservo.figures.words import NONE, number, quantity
 from hydroservo.observers.tsm import TSMObserver
 from hydroservo.papers.tsmc_eha_2021.claims import AMPLITUDE, CONVERGED, SURFACE_GAIN
 from hydroservo.papers.tsmc_eha_2021.conditions import CONTROLLERS, DEMANDS
+from hydroservo.readable import NONE, number, quantity
+from hydroservo.results import scenario_of
 from hydroservo.theory import condition_17, condition_25, lemma_2, settling_bound
 
 __all__ = ["LEAST_XI2", "bound_rows", "decrease_rows", "gain_rows"]
@@ -131,7 +131,7 @@ def surfaces(run: xr.Dataset) -> list[Surface]:
 
 def laws(run: xr.Dataset) -> Laws:
     """The laws of a run, from its scenario."""
-    scenario = tomllib.loads(run.attrs["scenario"])
+    scenario = scenario_of(run)
     controller = scenario["controller"]
     observer = rebuilt(TSMObserver, controller["observer"])
     return Laws(rebuilt(TSMC, controller), observer, scenario["simulation"]["period"])

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from hydroservo.results import atomic_path
 
-__all__ = ["COLOURS", "PALETTE", "WIDTH", "figure", "save_figure", "style"]
+__all__ = ["COLOURS", "PALETTE", "figure", "save_figure", "style"]
 
 # Source: Okabe and Ito, Color Universal Design, 2008; told apart with any common colour vision.
 PALETTE = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")

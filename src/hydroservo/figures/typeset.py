@@ -3,11 +3,11 @@
 import re
 from typing import Any
 
-from hydroservo.figures.words import MINUS
+from hydroservo.readable import MINUS
 
 __all__ = ["mathematical", "plain_signs", "symbols"]
 
-SIGNS = {"+-": "±", "<=": "≤", "-Delta": f"{MINUS}Δ", "Delta": "Δ", " us": " µs"}
+SIGNS = {"+-": "±", "<=": "≤", "-Delta": f"{MINUS}Δ", "Delta": "Δ", " us": " µs", "m/s^2": "m/s²"}
 GREEK = ("alpha", "beta", "delta", "mu", "rho", "xi", "zeta")  # as HTML names them
 LETTER = "|".join(GREEK)
 SYMBOL = re.compile(

@@ -21,7 +21,7 @@ loaded: dict[Path, ModuleType] = {}
 def load_plugin(path: str | Path) -> tuple[type, ...]:
     """Execute a Python file and make its NamedTuple classes nameable in a scenario's ``type``.
 
-    The same text at the same path is executed once. Only this call runs a user's code; no scenario file can.
+    The same text is executed once. Only this call runs a user's code; no scenario file can.
 
     Returns:
         The classes that the file defines.
@@ -34,7 +34,10 @@ def load_plugin(path: str | Path) -> tuple[type, ...]:
     place = Path(path).resolve()
     digest = sha256(text.encode()).hexdigest()[:12]
     module_name = f"hydroservo_plugin_{digest}"
-    if place not in loaded or loaded[place].__name__ != module_name:
+    same = next((module for module in loaded.values() if module.__name__ == module_name), None)
+    if same is not None:
+        loaded[place] = same
+    else:
         module = executed(text, place, module_name, name)
         if not defined_in(module):
             raise ScenarioError(name, "", "defines no block: a class with NamedTuple as its base")
@@ -44,7 +47,7 @@ def load_plugin(path: str | Path) -> tuple[type, ...]:
 
 def plugin_classes() -> tuple[type, ...]:
     """The NamedTuple classes of all plugins."""
-    return tuple(cls for module in loaded.values() for cls in defined_in(module))
+    return tuple(dict.fromkeys(cls for module in loaded.values() for cls in defined_in(module)))
 
 
 def is_block_class(value: object) -> bool:

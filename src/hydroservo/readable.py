@@ -2,21 +2,20 @@
 
 import math
 from collections.abc import Iterable
+from typing import TYPE_CHECKING
 
-import xarray as xr
-
-from hydroservo.metrics import METRIC_FIELDS
-from hydroservo.results import readable_unit
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = [
     "MINUS",
     "NONE",
-    "TIMES",
     "column",
+    "common_unit",
     "measured",
     "number",
     "quantity",
-    "readable",
+    "readable_unit",
     "yes_or_no",
 ]
 
@@ -24,6 +23,29 @@ MINUS = "\N{MINUS SIGN}"
 TIMES = "\N{MULTIPLICATION SIGN}"
 NONE = "\N{EN DASH}"  # stands where there is no number
 SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
+
+def readable_unit(unit: str, largest: float) -> tuple[str, float]:
+    """The unit in which an engineer reads SI numbers of up to this size, and the factor to it.
+
+    For instance ``("mm/s", 1e3)`` for "m/s", and ``("mV", 1e3)`` for "V" where everything is below 1 V.
+    """
+    if unit in ("m", "m/s"):
+        return f"m{unit}", 1e3
+    if unit == "V" and largest < 1.0:
+        return "mV", 1e3
+    if unit == "s" and 0.0 < largest < 1.0:
+        return ("ms", 1e3) if largest >= 1e-3 else ("µs", 1e6)
+    if unit == "Pa":
+        return "bar", 1e-5
+    if unit in ("N", "N/s") and largest >= 1e4:
+        return (f"k{unit}", 1e-3) if largest < 1e7 else (f"M{unit}", 1e-6)
+    return unit.replace("^2", "²").replace("^3", "³"), 1.0
+
+
+def common_unit(values: Iterable[float], unit: str) -> tuple[str, float]:
+    """The one unit that suits the largest of some SI numbers, and the factor to it."""
+    return readable_unit(unit, max((abs(value) for value in values if math.isfinite(value)), default=0.0))
 
 
 def number(value: float, digits: int = 3) -> str:
@@ -45,28 +67,20 @@ def quantity(value: float, unit: str) -> str:
     """A number of SI unit as an engineer reads it, such as 0.266 mm/s."""
     if not math.isfinite(value):
         return number(value)
-    label, factor = readable(unit, abs(value))
+    label, factor = readable_unit(unit, abs(value))
     return f"{number(factor * value)} {label}".strip()
 
 
-def measured(run: xr.Dataset, metric: str) -> str:
+def measured(run: "xr.Dataset", metric: str) -> str:
     """A metric of a run, with its unit."""
-    return quantity(float(run[metric]), METRIC_FIELDS[metric].unit)
+    return quantity(float(run[metric]), run[metric].attrs["units"])
 
 
 def column(values: Iterable[float], unit: str) -> tuple[str, list[str]]:
     """SI numbers in the one unit that suits the largest of them, and that unit."""
     values = list(values)
-    largest = max((abs(value) for value in values if math.isfinite(value)), default=0.0)
-    label, factor = readable(unit, largest)
+    label, factor = common_unit(values, unit)
     return label, [NONE if math.isnan(value) else number(factor * value) for value in values]
-
-
-def readable(unit: str, largest: float) -> tuple[str, float]:
-    """The unit in which numbers of up to this size are read, short times included, and the factor to it."""
-    if unit == "s" and 0.0 < largest < 1.0:
-        return ("ms", 1e3) if largest >= 1e-3 else ("µs", 1e6)
-    return readable_unit(unit, largest)
 
 
 def yes_or_no(flag: object) -> str:

@@ -1,0 +1,27 @@
+"""The part of a run's result that fits on a screen."""
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, NamedTuple
+
+from hydroservo.results import metrics_of
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["RunSummary", "run_summary"]
+
+
+class RunSummary(NamedTuple):
+    """A run's name, what identifies it, and its metrics in SI units; the fields of ``--json``."""
+
+    scenario: str  # as the user named it
+    hash: str
+    version: str
+    seed: int
+    metrics: Mapping[str, float | bool]
+
+
+def run_summary(scenario: str, dataset: "xr.Dataset") -> RunSummary:
+    """The summary of a run, from what ``simulate`` returned."""
+    about = dataset.attrs
+    return RunSummary(scenario, about["hash"], about["version"], int(about["seed"]), metrics_of(dataset))

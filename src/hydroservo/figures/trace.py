@@ -1,0 +1,74 @@
+"""The signals of a run that plots show."""
+
+import re
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from hydroservo.errors import HydroservoError
+from hydroservo.metrics import LOST
+
+__all__ = ["Samples", "Trace", "trace_of"]
+
+Samples = NDArray[np.float64]
+
+
+class Trace(NamedTuple):
+    """What a plot shows of a run, in SI units; a diverged run ends where it was lost."""
+
+    time: Samples
+    demand: Samples
+    velocity: Samples
+    error: Samples  # velocity less demand
+    command: Samples
+    disturbances: tuple[Samples, ...]  # d_L1 [m/s^2] and d_L2 [N/s]
+    estimates: tuple[Samples, ...]  # of both; empty without an observer
+    diverged: bool
+
+
+def trace_of(dataset: xr.Dataset) -> Trace:
+    """The signals that plots show.
+
+    Raises:
+        HydroservoError: a signal was not recorded.
+    """
+    missing = [path for path in ("plant.velocity", "reference.value", "controller.u") if path not in dataset]
+    if missing:
+        raise HydroservoError(f"a plot needs {', '.join(missing)}, which this run did not record")
+    demand, velocity = dataset["reference.value"].values, dataset["plant.velocity"].values
+    diverged = bool(dataset["diverged"])
+    end = length_shown(demand, velocity) if diverged else demand.size
+    truths, estimates = pair(dataset, "disturbance"), pair(dataset, observer_path(dataset))
+    both = bool(truths and estimates)
+    return Trace(
+        time=dataset["time"].values[:end],
+        demand=demand[:end],
+        velocity=velocity[:end],
+        error=(velocity - demand)[:end],
+        command=dataset["controller.u"].values[:end],
+        disturbances=tuple(values[:end] for values in truths if both),
+        estimates=tuple(values[:end] for values in estimates if both),
+        diverged=diverged,
+    )
+
+
+def length_shown(demand: Samples, velocity: Samples) -> int:
+    """How many samples of a diverged run come before its error is lost; at least two."""
+    error = np.abs(velocity - demand)
+    lost = ~(error <= LOST * np.nanmax(np.abs(demand)))
+    return max(int(np.argmax(lost)) if lost.any() else demand.size, 2)
+
+
+def observer_path(dataset: xr.Dataset) -> str:
+    """The path of the first part of the controller that holds two estimates d1 and d2; "" without one."""
+    names = (str(name) for name in dataset.data_vars)
+    holders = (name.removesuffix(".d1") for name in names if re.fullmatch(r"controller\..*\bd1", name))
+    return next((one for one in holders if f"{one}.d2" in dataset), "")
+
+
+def pair(dataset: xr.Dataset, path: str) -> tuple[Samples, ...]:
+    """The signals d1 and d2 at a path; nothing unless both were recorded."""
+    names = (f"{path}.d1", f"{path}.d2")
+    return tuple(dataset[name].values for name in names) if set(names) <= set(dataset.data_vars) else ()
