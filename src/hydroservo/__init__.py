@@ -1,6 +1,7 @@
 """A workbench for electro-hydraulic servo actuators."""
 
 from hydroservo._version import __version__
+from hydroservo.batch import simulate_batch
 from hydroservo.block import Field, replace
 from hydroservo.errors import HydroservoError, LoopError, ParameterError, ScenarioError
 from hydroservo.loop import Loop, Simulation
@@ -17,4 +18,5 @@ __all__ = [
     "__version__",
     "replace",
     "simulate",
+    "simulate_batch",
 ]
