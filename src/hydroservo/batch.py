@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 __all__ = ["simulate_batch"]
 
-CHUNK = 20_000  # samples of one group of lanes between two looks at whether to stop; some 10 ms
+CHUNK = 20_000  # integration steps of a group of lanes between two looks at whether to stop
 
 FLAGS = ("stroke_left", "diverged")
 
@@ -114,10 +114,11 @@ def group(job: Job, start: int) -> NDArray[np.float64]:
     parameters = np.concatenate([np.pad(part, (0, LANES - used), mode="edge") for part in parts.values()])
     states, running, alive = filled(job.state), filled(metrics.init()), np.ones(LANES)
     dt, integrator = simulation.period, RK4(simulation.substeps)
-    for first in range(0, job.samples, CHUNK):
+    chunk = max(1, CHUNK // simulation.substeps)
+    for first in range(0, job.samples, chunk):
         if job.stop.is_set():
             raise CancelledError
-        last = min(first + CHUNK, job.samples)
+        last = min(first + chunk, job.samples)
         kernel(loop, integrator, metrics, parameters, states, running, alive, first, last, dt)
     sums = running.reshape(-1, LANES).T
     strokes = parts.get("plant.stroke", np.full(used, loop.plant.stroke))

@@ -27,7 +27,9 @@ class Simulation(NamedTuple):
 
     duration: Annotated[float, Field("s", "simulated time", CHOSEN, above=0)] = 8.0
     period: Annotated[float, Field("s", "sample period of the controller", CHOSEN, above=0)] = 1e-5
-    substeps: Annotated[int, Field("", "integration steps per sample period", CHOSEN, at_least=1)] = 1
+    substeps: Annotated[
+        int, Field("", "integration steps per sample period", CHOSEN, at_least=1, at_most=1e6)
+    ] = 1
     record_period: Annotated[
         float, Field("s", "time between recorded samples; at least one sample period", CHOSEN, above=0)
     ] = 1e-3
