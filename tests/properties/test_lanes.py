@@ -18,6 +18,8 @@ from hydroservo.observers import Implicit, TSMObserver
 from hydroservo.references import Square
 from hydroservo.valves import FirstOrderValve, StaticValve
 
+pytestmark = pytest.mark.slow  # without compiled code; with it, the whole file takes seconds
+
 LOOPS = {
     "tsmc": Loop(Simulation(0.02, 1e-4, 2), controller=TSMC(observer=TSMObserver(realisation=Implicit()))),
     "pi": Loop(Simulation(0.02, 1e-4, 1), valve=FirstOrderValve(), reference=Square(), controller=PI()),

@@ -10,7 +10,7 @@ from hydroservo.batch import simulate_batch
 from hydroservo.metrics import METRIC_FIELDS
 from hydroservo.provenance import scenario_hash
 
-LOOP = Loop(Simulation(0.01, 1e-4))
+LOOP = Loop(Simulation(0.002, 1e-4))
 MASSES = np.linspace(4.0, 8.0, 70)
 
 
