@@ -1,8 +1,13 @@
 """Settings of all tests."""
 
-from hypothesis import settings
-from numba import config
+import os
+from pathlib import Path
 
-# A first call compiles for a second; interpreted, an example takes a hundred times longer.
-settings.register_profile("hydroservo", deadline=None, max_examples=15 if config.DISABLE_JIT else 100)
+from hypothesis import settings
+
+# A first call compiles for a second.
+settings.register_profile("hydroservo", deadline=None)
 settings.load_profile("hydroservo")
+
+# Kernels of the tests stay out of the user's cache.
+os.environ["HYDROSERVO_CACHE_DIR"] = str(Path(__file__).parent.parent / ".pytest_cache" / "kernels")

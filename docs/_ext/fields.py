@@ -61,7 +61,8 @@ def written(default: Any) -> str:
 
 def bounds(field: Field) -> str:
     limits = ((">", field.above), ("≥", field.at_least), ("<", field.below), ("≤", field.at_most))
-    return ", ".join(f"{sign} {limit:g}" for sign, limit in limits if limit is not None)
+    found = [f"{sign} {limit:g}" for sign, limit in limits if limit is not None]
+    return ", ".join(found if field.auto is None else [*found, 'or "auto"'])
 
 
 def table(cls: type) -> list[str]:

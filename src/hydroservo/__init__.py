@@ -4,10 +4,11 @@ from hydroservo._version import __version__
 from hydroservo.batch import simulate_batch
 from hydroservo.block import Field, replace
 from hydroservo.errors import HydroservoError, LoopError, ParameterError, ScenarioError
-from hydroservo.loop import Loop, Simulation
+from hydroservo.loop import AUTO, Loop, Simulation
 from hydroservo.simulate import simulate
 
 __all__ = [
+    "AUTO",
     "Field",
     "HydroservoError",
     "Loop",

@@ -9,22 +9,34 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hydroservo.block import Block, value_at
-from hydroservo.checks import checked, number
+from hydroservo.accuracy import hardest, warning
+from hydroservo.block import Block, replace, value_at
+from hydroservo.checks import allowed, checked, number
 from hydroservo.errors import ParameterError
 from hydroservo.field import Field, declared_fields
-from hydroservo.loop import Loop
-from hydroservo.metrics import METRIC_FIELDS, MetricsState, Sample, TrackingMetrics, summary
+from hydroservo.loop import AUTO, Loop
+from hydroservo.metrics import METRIC_FIELDS, MetricsState, Sample, summary
 from hydroservo.provenance import provenance
-from hydroservo.simulate import Progress, first_state, laid_out, measured_paths
+from hydroservo.simulate import (
+    Progress,
+    compilation,
+    first_state,
+    laid_out,
+    measured_paths,
+    simulate,
+    studied,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from hydroservo.engine.lanes import CompiledLanes
 
 __all__ = ["simulate_batch"]
 
 CHUNK = 20_000  # integration steps of a group of lanes between two looks at whether to stop
 
+SEED = "simulation.seed"  # the one whole number that may differ between runs; doubles hold it exactly
 FLAGS = ("stroke_left", "diverged")
 
 Columns = dict[str, NDArray[np.float64]]
@@ -34,7 +46,7 @@ class Job(NamedTuple):
     """What all groups of lanes share."""
 
     loop: Loop
-    state: Block
+    kernel: "CompiledLanes"
     samples: int
     columns: Columns
     stop: Event
@@ -44,6 +56,7 @@ def simulate_batch(
     loop: Loop,
     parameters: Mapping[str, ArrayLike],
     *,
+    strict: bool = False,
     threads: int | None = None,
     progress: Progress | None = None,
 ) -> "xr.Dataset":
@@ -56,13 +69,16 @@ def simulate_batch(
     Args:
         loop: the loop that all runs start from.
         parameters: arrays of shape (runs,) in SI units by the path of a float of the loop, such as
-            ``plant.bulk_modulus``; the nominal model that a controller believes in stays as it is.
+            ``plant.bulk_modulus``, and seeds by ``simulation.seed``; the nominal model that a controller
+            believes in stays as it is, and runs without a seed of their own meet the same noise.
+        strict: True rounds after every operation, so that each run has the bits of its single strict run.
         threads: how many to use; all cores if None.
         progress: called now and then with the fraction of runs done.
 
     Returns:
         Dataset over the dimension ``run``, with the parameters and the metrics as variables, and the
-        attributes scenario, hash, version and seed of the loop.
+        attributes scenario, hash, version and seed of the loop; ``warning``, ``substeps`` and
+        ``step_error`` as :func:`~hydroservo.simulate` has them, for the run whose machine moves fastest.
 
     Raises:
         ParameterError: an unknown path, a value out of its range, or arrays of different lengths.
@@ -70,15 +86,29 @@ def simulate_batch(
     """
     loop = checked(loop)
     columns = checked_columns(loop, parameters)
+    loop, said = with_steps(loop, columns, strict)
     state = first_state(loop)
     runs = next(iter(columns.values())).size
-    job = Job(loop, state, laid_out(loop, state, ()).samples, columns, Event())
+    samples = laid_out(loop, state, ()).samples
+    with compilation(loop):
+        job = Job(loop, kernel(loop, state, samples, tuple(columns), strict), samples, columns, Event())
     table = np.empty((len(METRIC_FIELDS), runs))
     for done, (start, metrics) in enumerate(groups(job, runs, threads), 1):
         table[:, start : start + metrics.shape[1]] = metrics
         if progress is not None:
             progress(min(1.0, done * lanes() / runs))
-    return dataset(loop, columns, table)
+    return dataset(loop, columns, table).assign_attrs(said)
+
+
+def with_steps(loop: Loop, columns: Columns, strict: bool) -> tuple[Loop, dict[str, float | str]]:
+    """The loop with a number of substeps, and what is to be said of it: as the hardest of the runs has it."""
+    worst = hardest(loop, columns)
+    if loop.simulation.substeps != AUTO:
+        said = warning(worst)
+        return loop, {"warning": said} if said else {}
+    found = simulate(worst, record=(), strict=strict).attrs
+    chosen: Loop = replace(loop, {"simulation.substeps": found["substeps"]})
+    return chosen, {name: found[name] for name in ("substeps", "step_error", "warning") if name in found}
 
 
 def lanes() -> int:
@@ -101,28 +131,30 @@ def groups(job: Job, runs: int, threads: int | None) -> Iterator[tuple[int, NDAr
         pool.shutdown(cancel_futures=True)
 
 
+def kernel(loop: Loop, state: Block, samples: int, varied: tuple[str, ...], strict: bool) -> "CompiledLanes":
+    from hydroservo.engine.kernel import Wanted
+    from hydroservo.engine.lanes import CompiledLanes
+
+    wanted = Wanted((), measured_paths(state), Sample)
+    return CompiledLanes(studied(loop, samples), wanted, state, varied, strict=strict)
+
+
 def group(job: Job, start: int) -> NDArray[np.float64]:
     """The metrics of the runs from ``start`` on, one group of lanes, shape (metrics, runs)."""
-    from hydroservo.engine.integrators import RK4
-    from hydroservo.engine.lanes import LANES, filled, lane_kernel
+    from hydroservo.engine.lanes import LANES, Group
 
     loop, simulation = job.loop, job.loop.simulation
-    metrics = TrackingMetrics(0.5 * (job.samples - 1) * simulation.period)
-    kernel = lane_kernel(loop, metrics, Sample, tuple(job.columns), measured_paths(job.state))
     parts = {path: values[start : start + LANES] for path, values in job.columns.items()}
-    used = next(iter(parts.values())).size
-    parameters = np.concatenate([np.pad(part, (0, LANES - used), mode="edge") for part in parts.values()])
-    states, running, alive = filled(job.state), filled(metrics.init()), np.ones(LANES)
-    dt, integrator = simulation.period, RK4(simulation.substeps)
+    lanes_of = Group(job.kernel, parts)
     chunk = max(1, CHUNK // simulation.substeps)
     for first in range(0, job.samples, chunk):
         if job.stop.is_set():
             raise CancelledError
-        last = min(first + chunk, job.samples)
-        kernel(loop, integrator, metrics, parameters, states, running, alive, first, last, dt)
-    sums = running.reshape(-1, LANES).T
+        lanes_of.advance(first, min(first + chunk, job.samples), simulation.period)
+    used = next(iter(parts.values())).size
     strokes = parts.get("plant.stroke", np.full(used, loop.plant.stroke))
-    found = [summary(MetricsState(*sums[i]), strokes[i], bool(alive[i])) for i in range(used)]
+    sums = lanes_of.sums.T
+    found = [summary(MetricsState(*sums[i]), strokes[i], not lanes_of.lost[i]) for i in range(used)]
     return np.array(found, dtype=np.float64).T
 
 
@@ -146,8 +178,8 @@ def column(loop: Loop, path: str, values: ArrayLike) -> NDArray[np.float64]:
         present = value_at(loop, path)
     except KeyError as error:
         raise ParameterError("parameters", path, error.args[0]) from None
-    if not isinstance(present, float) or path.startswith("simulation."):
-        raise ParameterError("parameters", path, "must be a float outside the simulation block")
+    if path != SEED and (not isinstance(present, float) or path.startswith("simulation.")):
+        raise ParameterError("parameters", path, "must be a float outside the simulation block, or its seed")
     try:
         found = np.atleast_1d(np.asarray(values, dtype=np.float64))
     except (TypeError, ValueError):
@@ -158,6 +190,9 @@ def column(loop: Loop, path: str, values: ArrayLike) -> NDArray[np.float64]:
     for worst in (found[~np.isfinite(found)][:1], found.min(keepdims=True), found.max(keepdims=True)):
         for value in worst:
             number(float(value), path, field, float)
+    if path == SEED and (found % 1.0).any():
+        wrong = float(found[found % 1.0 != 0.0][0])
+        raise ParameterError(path, wrong, f"must be {allowed(field, whole=True)}")
     return found
 
 
@@ -170,7 +205,11 @@ def dataset(loop: Loop, columns: Columns, table: NDArray[np.float64]) -> "xr.Dat
     import xarray as xr
 
     given = {
-        path: ("run", values, {"units": field.unit, "long_name": field.meaning})
+        path: (
+            "run",
+            values.astype(np.int64) if path == SEED else values,
+            {"units": field.unit, "long_name": field.meaning},
+        )
         for path, values in columns.items()
         if (field := field_of(loop, path))
     }

@@ -13,13 +13,14 @@ from collections.abc import Iterator, Mapping
 from typing import Any, Protocol
 
 from hydroservo.field import Field, declared_fields
-from hydroservo.signals import Correction, Demand, Measurement
+from hydroservo.signals import Correction, Demand, Draws, Measurement
 
 __all__ = [
     "Block",
     "Controller",
     "Differentiator",
     "Field",
+    "Integrator",
     "Load",
     "Observer",
     "Realisation",
@@ -71,9 +72,14 @@ class Reference(Protocol):
 
 
 class Load(Protocol):
-    """An external force on the piston rod [N] as a function of time, positive against motion."""
+    """An external force on the piston rod [N] as a function of time, positive against motion.
+
+    ``next_jump`` is the first instant after ``t`` at which the force or one of its derivatives jumps, inf if
+    there is none; what the force jumps to holds from that instant on. Integrators end their steps there.
+    """
 
     def force(self, t: float) -> float: ...
+    def next_jump(self, t: float) -> float: ...
 
 
 class Valve(Protocol):
@@ -85,10 +91,29 @@ class Valve(Protocol):
     def flow(self, opening: float, supply_drop: float, load_pressure: float) -> float: ...
 
 
-class Sensors(Protocol):
-    """What the controller sees of the machine."""
+class Integrator(Protocol):
+    """Carries a system's continuous state ``x`` from one sample to the next, under a held command ``u``.
 
-    def measure(self, plant: Block, command: float) -> Measurement: ...
+    The system has ``deriv(t, x, u)``, and ``next_jump(t)`` as a load has. ``substeps`` is how many equal
+    steps a fixed-step method takes in ``dt``. ``trusted_rate`` is the largest |lambda| [1/s] of the system's
+    Jacobian that such steps can be trusted with, and ``substeps_for`` how many of them follow one that moves
+    at a ``rate`` [1/s] to a relative ``tolerance``.
+    """
+
+    def advance(self, system: Block, t: float, x: Block, u: float, dt: float, substeps: int) -> Block: ...
+    def trusted_rate(self, dt: float, substeps: int) -> float: ...
+    def substeps_for(self, rate: float, dt: float, tolerance: float) -> int: ...
+
+
+class Sensors(Protocol):
+    """What the controller sees of the machine: a sampled state (noise, filters), and the measurement from it.
+
+    ``step`` comes first at a sample; ``measure`` then sees its new state.
+    """
+
+    def init(self) -> Block: ...
+    def step(self, s: Block, plant: Block, draws: Draws, dt: float) -> Block: ...
+    def measure(self, s: Block, plant: Block, command: float) -> Measurement: ...
 
 
 def is_block(value: object) -> bool:

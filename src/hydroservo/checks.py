@@ -60,8 +60,8 @@ def number(value: Any, path: str, field: Field, kind: Any) -> float | int | bool
 
 
 def within(value: float, field: Field) -> bool:
-    """True for a finite value in a field's range."""
-    return (
+    """True for a finite value in a field's range, or for its automatic one."""
+    return value == field.auto or (
         math.isfinite(value)
         and (field.above is None or value > field.above)
         and (field.at_least is None or value >= field.at_least)
@@ -80,4 +80,6 @@ def allowed(field: Field, whole: bool = False) -> str:
     )
     bounds = " and ".join(f"{word} {limit:g}" for word, limit in limits if limit is not None)
     kind = "a whole number" if whole else "a finite number"
-    return " ".join(part for part in (kind, bounds, f"[{field.unit}]" if field.unit else "") if part)
+    automatic = 'or "auto"' if field.auto is not None else ""
+    parts = (kind, bounds, f"[{field.unit}]" if field.unit else "", automatic)
+    return " ".join(part for part in parts if part)

@@ -20,6 +20,7 @@ class Field:
         at_least: inclusive lower bound, in ``unit``.
         below: exclusive upper bound, in ``unit``.
         at_most: inclusive upper bound, in ``unit``.
+        auto: the number that asks for the value to be found, "auto" in a scenario; it need be in no range.
     """
 
     unit: str
@@ -29,6 +30,7 @@ class Field:
     at_least: float | None = None
     below: float | None = None
     at_most: float | None = None
+    auto: int | None = None
 
 
 @cache

@@ -3,39 +3,46 @@
 from typing import Annotated, NamedTuple
 
 from hydroservo import ops
-from hydroservo.block import Block, Controller, Field, Load, Reference, Sensors, Valve
+from hydroservo.block import Block, Controller, Field, Integrator, Load, Reference, Sensors, Valve
 from hydroservo.controllers.pi import PI
+from hydroservo.integrators.rk4 import RK4
 from hydroservo.loads.sine import Sine as SineLoad
 from hydroservo.plants.design_model import DesignModel
 from hydroservo.plants.load_pressure import LoadPressurePlant
 from hydroservo.references.sine import Sine as SineReference
 from hydroservo.sensors.ideal import IdealSensors
-from hydroservo.signals import Demand
+from hydroservo.signals import Demand, Draws
 from hydroservo.sources import CHOSEN
 from hydroservo.supplies.ideal import IdealSupply
 from hydroservo.valves.static import StaticValve
 
-__all__ = ["Loop", "LoopState", "MachineState", "Simulation"]
+__all__ = ["AUTO", "Loop", "LoopState", "MachineState", "Simulation"]
+
+AUTO = -1  # for Simulation.substeps: as many as the machine needs; "auto" in a scenario
 
 
 class Simulation(NamedTuple):
     """How long, how often, how finely.
 
-    The controller runs every ``period`` with its command held; the machine is integrated by the classical
-    Runge-Kutta method in ``substeps`` equal steps that end on the samples.
+    The controller runs every ``period`` with its command held; between samples the integrator follows the
+    machine. RK4 takes ``substeps`` equal steps, which end on the samples; ``AUTO`` ("auto" in a scenario)
+    takes so many that twice as many change no recorded state of the machine by more than ``tolerance``.
     """
 
     duration: Annotated[float, Field("s", "simulated time", CHOSEN, above=0)] = 8.0
     period: Annotated[float, Field("s", "sample period of the controller", CHOSEN, above=0)] = 1e-5
     substeps: Annotated[
-        int, Field("", "integration steps per sample period", CHOSEN, at_least=1, at_most=1e6)
+        int, Field("", "integration steps per sample period", CHOSEN, at_least=1, at_most=1e6, auto=AUTO)
     ] = 1
     record_period: Annotated[
         float, Field("s", "time between recorded samples; at least one sample period", CHOSEN, above=0)
     ] = 1e-3
-    seed: Annotated[
-        int, Field("", "seed of all random numbers; no block draws one yet", CHOSEN, at_least=0)
-    ] = 0
+    seed: Annotated[int, Field("", "seed of all random numbers", CHOSEN, at_least=0, below=2**53)] = 0
+    integrator: Integrator = RK4()
+    tolerance: Annotated[
+        float,
+        Field("", "of automatic substeps, relative to each state's largest value", CHOSEN, above=0, below=1),
+    ] = 1e-6
 
 
 class MachineState(NamedTuple):
@@ -63,6 +70,7 @@ class LoopState(NamedTuple):
 
     plant: Block
     valve: Block
+    sensors: Block
     controller: Block
     reference: Block
     load: External
@@ -90,6 +98,7 @@ class Loop(NamedTuple):
         return LoopState(
             self.plant.init(),
             self.valve.init(),
+            self.sensors.init(),
             self.controller.init(),
             Demand(0.0, 0.0, 0.0),
             External(0.0),
@@ -99,10 +108,16 @@ class Loop(NamedTuple):
     def sample(self, s: LoopState, t: float, dt: float) -> LoopState:
         """What happens at a sampling instant: measure, run the controller, hold its command."""
         r = self.reference.at(t)
-        y = self.sensors.measure(s.plant, s.controller.u)
+        sensors = self.sensors.step(s.sensors, s.plant, self.draws(t, dt), dt)
+        y = self.sensors.measure(sensors, s.plant, s.controller.u)
         controller = self.controller.step(s.controller, y, r, dt)
         disturbance = self.lumped(t, MachineState(s.plant, s.valve), controller.u)
-        return LoopState(s.plant, s.valve, controller, r, External(self.load.force(t)), disturbance)
+        load = External(self.load.force(t))
+        return LoopState(s.plant, s.valve, sensors, controller, r, load, disturbance)
+
+    def draws(self, t: float, dt: float) -> Draws:
+        """Where the sensors draw their random numbers."""
+        return Draws(float(self.simulation.seed), 0.0, ops.nearest(t / dt))
 
     def lumped(self, t: float, x: MachineState, u: float) -> Lumped:
         """d_L1 and d_L2 of eq. (6): the machine's true rates less those of the nominal model."""
@@ -119,6 +134,10 @@ class Loop(NamedTuple):
         flow = self.valve.flow(opening, self.supply.drop(), self.plant.load_pressure(x.plant))
         return MachineState(self.plant.deriv(x.plant, flow, self.load.force(t)), self.valve.deriv(x.valve, u))
 
+    def next_jump(self, t: float) -> float:
+        """The first instant after ``t`` at which what drives the machine between samples jumps [s]."""
+        return self.load.next_jump(t)
+
     def machine(self, s: LoopState) -> MachineState:
         """The part of the state that is integrated."""
         return MachineState(s.plant, s.valve)
@@ -134,4 +153,4 @@ class Loop(NamedTuple):
 
     def moved(self, s: LoopState, x: MachineState) -> LoopState:
         """The state with its machine part exchanged."""
-        return LoopState(x.plant, x.valve, s.controller, s.reference, s.load, s.disturbance)
+        return LoopState(x.plant, x.valve, s.sensors, s.controller, s.reference, s.load, s.disturbance)

@@ -70,11 +70,11 @@ def write_text(path: Path, text: str) -> Path:
 
 
 def save(dataset: "xr.Dataset", path: Path | str) -> Path:
-    """Write the trajectory of a run, in SI units, in the format that the file's ending names.
+    """Write the trajectory of a run, or the table of many, in the format that the file's ending names.
 
-    ``.csv`` has the unit in each column's header and holds no metrics. ``.parquet`` (units, attributes and
-    metrics in the schema's metadata), ``.nc`` (NetCDF 3) and ``.mat`` (MATLAB 5, dots in names become
-    underscores) hold everything.
+    All are in SI units. ``.csv`` has the unit in each column's header, 0 or 1 for a flag, and nothing but
+    columns. ``.parquet`` (units, attributes and a run's metrics in the schema's metadata), ``.nc`` (NetCDF 3,
+    0 or 1 for a flag) and ``.mat`` (MATLAB 5, dots in names become underscores) hold everything.
 
     Returns:
         The path written.
@@ -100,9 +100,13 @@ def metrics_of(dataset: "xr.Dataset") -> dict[str, float | bool]:
 
 
 def trajectory_of(dataset: "xr.Dataset") -> dict[str, Any]:
-    """Each recorded signal of a run by its path, time first: arrays of one length, in SI units."""
+    """Each recorded signal of a run by its path, time first: arrays of one length, in SI units.
+
+    Of the table of many runs, each column, the number of the run first.
+    """
+    (index,) = map(str, dataset.dims)
     signals = {str(name): variable.values for name, variable in dataset.data_vars.items() if variable.dims}
-    return {"time": dataset["time"].values, **signals}
+    return {index: dataset[index].values, **signals}
 
 
 def scenario_of(dataset: "xr.Dataset") -> dict[str, Any]:
@@ -154,12 +158,11 @@ def unit_of(dataset: "xr.Dataset", name: str) -> str:
 def save_csv(dataset: "xr.Dataset", path: Path) -> None:
     import pandas as pd
 
-    headers = {}
-    for name in trajectory_of(dataset):
+    columns = {}
+    for name, values in trajectory_of(dataset).items():
         unit = unit_of(dataset, name)
-        headers[name] = f"{name} [{unit}]" if unit else name
-    table = pd.DataFrame(trajectory_of(dataset)).rename(columns=headers)
-    table.to_csv(path, index=False, na_rep="nan", lineterminator="\n")
+        columns[f"{name} [{unit}]" if unit else name] = values * 1 if values.dtype == bool else values
+    pd.DataFrame(columns, copy=False).to_csv(path, index=False, na_rep="nan", lineterminator="\n")
 
 
 def save_parquet(dataset: "xr.Dataset", path: Path) -> None:
@@ -167,15 +170,24 @@ def save_parquet(dataset: "xr.Dataset", path: Path) -> None:
     import pyarrow.parquet as pq
 
     columns = trajectory_of(dataset)
-    fields = [pa.field(name, pa.float64(), metadata=texts(dataset[name].attrs)) for name in columns]
-    about = {**texts(dataset.attrs), "metrics": json.dumps(plain(metrics_of(dataset)))}
+    fields = [
+        pa.field(name, pa.from_numpy_dtype(values.dtype), metadata=texts(dataset[name].attrs))
+        for name, values in columns.items()
+    ]
+    metrics = metrics_of(dataset)
+    about = texts(dataset.attrs) | ({"metrics": json.dumps(plain(metrics))} if metrics else {})
     pq.write_table(pa.table(columns, schema=pa.schema(fields, metadata=about)), path)
 
 
 def save_netcdf(dataset: "xr.Dataset", path: Path) -> None:
-    # NetCDF 3 knows no booleans and no 64-bit integers, which seeds may need.
-    flags = {name: dataset[name].astype("int8") for name in dataset.data_vars if dataset[name].dtype == bool}
-    dataset.assign(flags).assign_attrs(texts(dataset.attrs)).to_netcdf(path, engine="scipy")
+    # NetCDF 3 knows no booleans and no 64-bit integers, which seeds may need; doubles hold them exactly.
+    known = {"bool": "int8", "int64": "float64"}
+    other = {
+        name: dataset[name].astype(known[str(variable.dtype)])
+        for name, variable in dataset.data_vars.items()
+        if str(variable.dtype) in known
+    }
+    dataset.assign(other).assign_attrs(texts(dataset.attrs)).to_netcdf(path, engine="scipy")
 
 
 def save_mat(dataset: "xr.Dataset", path: Path) -> None:
@@ -185,10 +197,9 @@ def save_mat(dataset: "xr.Dataset", path: Path) -> None:
     names = matlab_names(columns)
     metrics = metrics_of(dataset)
     groups = {
-        "metrics": metrics,
         "units": {names.get(name, name): unit_of(dataset, name) for name in [*columns, *metrics]},
         "attributes": {str(name): value for name, value in dataset.attrs.items()},
-    }
+    } | ({"metrics": metrics} if metrics else {})
     signals = {names[name]: values for name, values in columns.items()}
     savemat(path, signals | groups, oned_as="column", long_field_names=True, do_compression=True)
 

@@ -4,7 +4,7 @@ from typing import Annotated, NamedTuple
 
 from hydroservo.field import Field
 
-__all__ = ["Correction", "Demand", "Measurement"]
+__all__ = ["Correction", "Demand", "Draws", "Measurement"]
 
 
 class Demand(NamedTuple):
@@ -29,3 +29,16 @@ class Correction(NamedTuple):
 
     surface: float  # s_i as the realisation takes it, in the unit of x_i
     estimate: float  # of the lumped disturbance, in the unit of x_i per second
+
+
+class Draws(NamedTuple):
+    """Where a block draws its random numbers at a sample.
+
+    A block with n sources of randomness draws from the streams stream ... stream + n - 1, each once a
+    sample, as ``ops.normal(draws.seed, draws.stream + 1.0, draws.sample)``; a block that nests another
+    which draws hands it a stream beyond its own.
+    """
+
+    seed: Annotated[float, Field("", "seed of the run, a whole number")]
+    stream: Annotated[float, Field("", "first stream of the block, a whole and even number")]
+    sample: Annotated[float, Field("", "number of the sample, 0 at the start")]

@@ -2,10 +2,12 @@
 
 import math
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from hydroservo.accuracy import checked_steps, machine_paths
 from hydroservo.block import Block, is_block, leaves, value_at
 from hydroservo.checks import checked
 from hydroservo.errors import LoopError, ParameterError
@@ -16,6 +18,8 @@ from hydroservo.provenance import provenance
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from hydroservo.engine.kernel import CompiledRun, InterpretedRun, Study
 
 __all__ = ["Progress", "simulate", "trace_size"]
 
@@ -34,6 +38,13 @@ MEASURED = {
 LARGEST_TRACE = 2**31  # bytes
 
 
+class Mode(NamedTuple):
+    """How a kernel is run."""
+
+    compiled: bool
+    strict: bool
+
+
 class Plan(NamedTuple):
     """A run laid out: how many samples, which of them are recorded, and what of each."""
 
@@ -49,6 +60,7 @@ def simulate(
     *,
     record: Sequence[str] | None = None,
     compiled: bool = True,
+    strict: bool = False,
     progress: Progress | None = None,
 ) -> "xr.Dataset":
     """Simulate a closed loop and return its trajectory and metrics.
@@ -57,12 +69,16 @@ def simulate(
         loop: the loop; its ``simulation`` block says how long, how often and how finely.
         record: paths of the state to record, such as ``controller.observer.d1``; all of them if None.
         compiled: False runs the same text in plain Python, thousands of times slower, for debugging.
+        strict: True rounds after every operation, as plain Python does, and gives its bits; False lets the
+            processor fuse a multiplication with an addition, which is faster and rounds once.
         progress: called now and then with the fraction done.
 
     Returns:
         Dataset with a ``time`` coordinate [s], one variable for each recorded path, one scalar variable
         for each metric, and attributes scenario, hash, version and seed. A run that diverged is a result:
-        its ``diverged`` is true and, if a state overflowed, its trajectory is nan from there on.
+        its ``diverged`` is true and, if a state overflowed, its trajectory is nan from there on. A run
+        whose integration steps are too coarse to be trusted has an attribute ``warning`` that says so; one
+        with automatic substeps has the attributes ``substeps`` and ``step_error``.
 
     Raises:
         ParameterError: a parameter out of range, times that do not divide, an unknown path in ``record``.
@@ -70,11 +86,17 @@ def simulate(
     """
     loop = checked(loop)
     state = first_state(loop)
-    plan = laid_out(loop, state, record)
-    out = np.full((plan.rows, len(plan.paths)), np.nan)
-    m, finite = run(loop, state, plan, out, compiled, progress)
-    metrics = summary(m, loop.plant.stroke, finite)
-    return dataset(loop, plan, out, metrics)
+    wanted = tuple(record) if record is not None else tuple(path for path, _ in leaves(state))
+    plan = laid_out(loop, state, tuple(dict.fromkeys((*wanted, *machine_paths(loop)))))
+
+    def one(loop: Loop) -> "xr.Dataset":
+        out = np.full((plan.rows, len(plan.paths)), np.nan)
+        with compilation(loop):
+            m, finite = run(loop, state, plan, out, Mode(compiled, strict), progress)
+        return dataset(loop, plan, out, summary(m, loop.plant.stroke, finite))
+
+    data = checked_steps(loop, one)
+    return data.drop_vars([path for path in plan.paths if path not in wanted])
 
 
 def trace_size(loop: Loop, record: Sequence[str] | None = None) -> int:
@@ -88,33 +110,52 @@ def plan_size(plan: Plan) -> int:
 
 
 def run(
-    loop: Loop, state: Block, plan: Plan, out: np.ndarray, compiled: bool, progress: Progress | None
+    loop: Loop, state: Block, plan: Plan, out: np.ndarray, mode: Mode, progress: Progress | None
 ) -> tuple[MetricsState, bool]:
     """All samples in chunks, so that progress is seen and an interrupt is heard."""
-    from hydroservo.engine.integrators import RK4
-    from hydroservo.engine.jit import CompileError, reason
-    from hydroservo.engine.kernel import compiled_kernel, interpreted_kernel
-
-    make = compiled_kernel if compiled else interpreted_kernel
-    kernel = make(Sample, plan.paths, measured_paths(state))
     period = loop.simulation.period
-    metrics = TrackingMetrics(0.5 * (plan.samples - 1) * period)
-    integrator = RK4(loop.simulation.substeps)
-    s, m = state, metrics.init()
     chunk = max(1, CHUNK // loop.simulation.substeps)
+    kernel = prepared(loop, state, plan, mode)
     for first in range(0, plan.samples, chunk):
         last = min(first + chunk, plan.samples)
-        rows = out[-(-first // plan.stride) :]
-        try:
-            s, m, finite = kernel(loop, integrator, metrics, s, m, first, last, period, plan.stride, rows)
-        except CompileError as error:
-            law = type(loop.controller).__name__
-            raise LoopError(f"the loop with {law} cannot be compiled: {reason(error)}") from error
+        finite = kernel.advance(first, last, period, plan.stride, out[-(-first // plan.stride) :])
         if not finite:
-            return m, False
+            return kernel.sums, False
         if progress is not None:
             progress(last / plan.samples)
-    return m, True
+    return kernel.sums, True
+
+
+def prepared(loop: Loop, state: Block, plan: Plan, mode: Mode) -> "CompiledRun | InterpretedRun":
+    """The kernel of a loop, at its first sample."""
+    from hydroservo.engine.kernel import CompiledRun, InterpretedRun, Wanted
+
+    study = studied(loop, plan.samples)
+    wanted = Wanted(plan.paths, measured_paths(state), Sample)
+    if not mode.compiled:
+        return InterpretedRun(study, wanted, state)
+    return CompiledRun(study, wanted, state, strict=mode.strict)
+
+
+def studied(loop: Loop, samples: int) -> "Study":
+    """All that is constant in a run of so many samples."""
+    from hydroservo.engine.kernel import Study
+
+    simulation = loop.simulation
+    metrics = TrackingMetrics(0.5 * (samples - 1) * simulation.period)
+    return Study(loop, simulation.integrator, simulation.substeps, metrics)
+
+
+@contextmanager
+def compilation(loop: Loop) -> Iterator[None]:
+    """Turns what a compiler says into one line about the loop."""
+    from hydroservo.engine.native import CompileError
+
+    try:
+        yield
+    except CompileError as error:
+        law = type(loop.controller).__name__
+        raise LoopError(f"the loop with {law} cannot be compiled: {error}") from error
 
 
 def first_state(loop: Loop) -> Block:

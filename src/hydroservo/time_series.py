@@ -1,5 +1,6 @@
 """A recorded signal as a smooth function of time."""
 
+import math
 from typing import Annotated, NamedTuple
 
 import numpy as np
@@ -83,6 +84,11 @@ class TimeSeries(NamedTuple):
         c = self.coefficients
         second_rate = 6.0 * float(c[0, i]) * h + 2.0 * float(c[1, i])
         return ops.where(self.inside(t) == t, second_rate, 0.0)
+
+    def next_knot(self, t: float) -> float:
+        """The first knot after ``t`` [s]; inf if there is none."""
+        first, after = float(self.knots[0]), float(self.knots[self.segment(t) + 1])
+        return ops.where(t < first, first, ops.where(t < after, after, math.inf))
 
     def inside(self, t: float) -> float:
         """The instant of the record that is nearest to ``t`` [s]."""

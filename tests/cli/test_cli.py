@@ -104,7 +104,7 @@ def test_each_example_of_the_help_runs(example, tmp_path, monkeypatch):
     Path("my_controller.py").write_text(PLUGIN)
     Path("my.toml").write_text('[controller]\ntype = "Fixed"\n')
     args = shlex.split(example.partition(" > ")[0])
-    succeeded(*args, *{"run": QUICK, "compare": SHORT}.get(args[0], ()))
+    succeeded(*args, *{"run": QUICK, "compare": SHORT, "batch": SHORT}.get(args[0], ()))
 
 
 @pytest.mark.parametrize("change", CHANGES)
@@ -163,7 +163,7 @@ def test_json_has_null_for_what_is_not_a_number():
 
 
 def test_compiled_and_interpreted_runs_say_the_same():
-    compiled = succeeded("run", "paper/sine-pi", *SHORT, "--json")
+    compiled = succeeded("run", "paper/sine-pi", *SHORT, "--strict", "--json")
     assert compiled == succeeded("run", "paper/sine-pi", *QUICK, "--json")
 
 

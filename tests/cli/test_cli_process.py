@@ -17,9 +17,6 @@ QUICK = ("run", "paper/sine-pi", "--set", "simulation.duration=0.02", "--interpr
 HOURS = ("--set", "simulation.duration=1e5", "--set", "simulation.record_period=10")
 
 needs_posix = pytest.mark.skipif(os.name != "posix", reason="POSIX signals and devices")
-needs_compiler = pytest.mark.skipif(
-    os.environ.get("NUMBA_DISABLE_JIT", "0") != "0", reason="a run of the study takes minutes interpreted"
-)
 needs_full = pytest.mark.skipif(not Path("/dev/full").exists(), reason="a device that is always full")
 
 
@@ -83,7 +80,7 @@ def interrupted(*args, until):
         ("run", "paper/sine-tsmc", "--interpreted"),
         ("run", "paper/sine-tsmc", *HOURS),
         ("compare", "paper/sine-tsmc", "paper/sine-pi", *HOURS),
-        pytest.param(("paper",), marks=needs_compiler),
+        ("paper",),
     ],
 )
 def test_ctrl_c_leaves_nothing_half_written(tmp_path, args):

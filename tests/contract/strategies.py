@@ -1,5 +1,6 @@
 """Random parameters, states and inputs for every block."""
 
+from collections.abc import Callable
 from functools import cache
 from typing import Any, NamedTuple, get_type_hints
 
@@ -12,7 +13,7 @@ from hydroservo.block import Block, Realisation, is_block, leaves, replace
 from hydroservo.checks import checked, within
 from hydroservo.field import Field, declared_fields
 from hydroservo.plants import DesignModel, LoadPressureState
-from hydroservo.signals import Demand, Measurement
+from hydroservo.signals import Demand, Draws, Measurement
 from hydroservo.time_series import TimeSeries
 
 
@@ -113,6 +114,10 @@ SCALES = {
     "velocity": 0.03,
 }
 NEVER_NEGATIVE = {"D", "dt", "eps", "k", "t"}
+MADE: dict[str, Callable[[Range], SearchStrategy[Block]]] = {
+    "draws": lambda _: st.builds(Draws, whole_below(2**53), whole_below(2**16), whole_below(2**53)),
+    "model": lambda spread: block_of(DesignModel, spread),
+}
 RECORDS = {"y": Measurement, "r": Demand, "plant": LoadPressureState}
 
 
@@ -124,8 +129,8 @@ def argument(role: type, name: str, ordinary: bool) -> SearchStrategy[Any]:
         LookupError: the contract does not know the argument.
     """
     spread = ORDINARY if ordinary else WIDE
-    if name == "model":
-        return block_of(DesignModel, spread)
+    if name in MADE:
+        return MADE[name](spread)
     if name in RECORDS:
         return state(RECORDS[name](*(1.0 for _ in RECORDS[name]._fields)), ordinary)
     if role is Realisation and name == "s":
@@ -137,6 +142,10 @@ def argument(role: type, name: str, ordinary: bool) -> SearchStrategy[Any]:
     if name in NEVER_NEGATIVE:
         return positive(SCALES[name], spread.decades)
     return signal(SCALES[name], ordinary)
+
+
+def whole_below(limit: int) -> SearchStrategy[float]:
+    return st.integers(0, limit - 1).map(float)
 
 
 def signal(scale: float, ordinary: bool) -> SearchStrategy[float]:

@@ -14,9 +14,9 @@ from hypothesis import strategies as st
 from roles import blocks, identifier, methods, role_of
 from strategies import ORDINARY, WIDE, argument, block_of, state
 
+from compiling import compiled
 from hydroservo import references
 from hydroservo.block import Block, Field, declared_fields, is_block, leaves, value_at
-from hydroservo.engine.jit import compiled
 from hydroservo.signals import Demand
 
 STEPS = 4
@@ -92,7 +92,7 @@ class TestContract:
     @settings(max_examples=25)
     @given(data=st.data())
     def test_ordinary_inputs_give_finite_outputs(self, cls: type, data: st.DataObject) -> None:
-        for name in sorted(methods(role_of(cls)).keys() - {"init"}):
+        for name in sorted(methods(role_of(cls)).keys() - {"init", "next_jump"}):  # there may be no jump
             block, inputs = drawn_run(data.draw, cls, name, ordinary=True)
             for result in run(interpreted_method(cls, name), block, name, inputs):
                 assert all(math.isfinite(number) for number in numbers(result)), result

@@ -30,7 +30,7 @@ def signs(result: xr.Dataset) -> list[np.ndarray]:
 @given(loop=wired(Loop, ORDINARY), simulation=SIMULATIONS)
 def test_compiled_equals_interpreted(loop: Loop, simulation: Simulation) -> None:
     loop = replace(loop, {"simulation": simulation})
-    compiled, interpreted = simulate(loop), simulate(loop, compiled=False)
+    compiled, interpreted = simulate(loop, strict=True), simulate(loop, compiled=False)
     assert compiled.identical(interpreted)
     assert all(np.array_equal(a, b) for a, b in zip(signs(compiled), signs(interpreted), strict=True))
 

@@ -1,7 +1,6 @@
 """Every file in examples/ runs, as its own text says."""
 
 import importlib
-import os
 import shutil
 import subprocess
 import sys
@@ -14,9 +13,6 @@ from hydroservo.scenario import load_scenario
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 COVERED = {"my_controller.py", "my.toml", "compare_in_python.py", "recorded.toml", "recorded_demand.csv"}
-needs_compiler = pytest.mark.skipif(
-    os.environ.get("NUMBA_DISABLE_JIT", "0") != "0", reason="eight seconds take minutes interpreted"
-)
 
 
 def command(*arguments: str, folder: Path) -> "subprocess.CompletedProcess[str]":
@@ -38,7 +34,6 @@ def test_own_controller_in_python(monkeypatch: pytest.MonkeyPatch) -> None:
     assert data["controller.slow_force"].attrs["units"] == "N"
 
 
-@needs_compiler
 def test_own_controller_from_a_scenario() -> None:
     done = command("run", "my.toml", "--plugin", "my_controller.py", folder=EXAMPLES)
     assert done.returncode == 0, done.stderr
@@ -58,7 +53,6 @@ def test_scenario_alone_runs_no_code(tmp_path: Path) -> None:
     assert not (tmp_path / "executed").exists()
 
 
-@needs_compiler
 def test_recorded_demand_and_load() -> None:
     data = simulate(load_scenario(EXAMPLES / "recorded.toml"))
     assert not data["diverged"]
@@ -67,7 +61,6 @@ def test_recorded_demand_and_load() -> None:
     assert float(data["load.force"].max()) == pytest.approx(120.0)  # 0.12 kN
 
 
-@needs_compiler
 def test_comparison_in_python() -> None:
     line = [sys.executable, "compare_in_python.py"]
     done = subprocess.run(line, capture_output=True, text=True, cwd=EXAMPLES, check=False)

@@ -1,6 +1,5 @@
 """What the README and the documentation show and the documentation's build does not execute."""
 
-import os
 import re
 import shlex
 import shutil
@@ -16,9 +15,6 @@ PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```", re.MULTILINE | re.DOTALL)
 # The two lines of the README and what else takes minutes are run by .ci/run, in a fresh clone.
 ELSEWHERE = ("python3 -m venv", "hydroservo paper")
-pytestmark = pytest.mark.skipif(
-    os.environ.get("NUMBA_DISABLE_JIT", "0") != "0", reason="eight seconds take minutes interpreted"
-)
 
 
 def blocks(language: str) -> list[str]:

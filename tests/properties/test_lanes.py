@@ -18,8 +18,6 @@ from hydroservo.observers import Implicit, TSMObserver
 from hydroservo.references import Square
 from hydroservo.valves import FirstOrderValve, StaticValve
 
-pytestmark = pytest.mark.slow  # without compiled code; with it, the whole file takes seconds
-
 LOOPS = {
     "tsmc": Loop(Simulation(0.02, 1e-4, 2), controller=TSMC(observer=TSMObserver(realisation=Implicit()))),
     "pi": Loop(Simulation(0.02, 1e-4, 1), valve=FirstOrderValve(), reference=Square(), controller=PI()),
@@ -43,7 +41,8 @@ def same(a: float, b: float) -> bool:
 
 def assert_like_single_runs(loop: Loop, parameters: Mapping[str, Any], table: xr.Dataset) -> None:
     for run in range(table.sizes["run"]):
-        single = simulate(replace(loop, {path: float(v[run]) for path, v in parameters.items()}), record=[])
+        own = replace(loop, {path: float(values[run]) for path, values in parameters.items()})
+        single = simulate(own, record=[], strict=True)
         for name in METRIC_FIELDS:
             assert same(float(table[name][run]), float(single[name])), (run, name)
 
@@ -53,23 +52,28 @@ def assert_like_single_runs(loop: Loop, parameters: Mapping[str, Any], table: xr
 @given(runs=st.integers(1, 70), seed=st.integers(0, 2**32 - 1))
 def test_each_run_has_the_bits_of_its_single_run(name: str, runs: int, seed: int) -> None:
     parameters = drawn(runs, seed)
-    assert_like_single_runs(LOOPS[name], parameters, simulate_batch(LOOPS[name], parameters))
+    assert_like_single_runs(LOOPS[name], parameters, simulate_batch(LOOPS[name], parameters, strict=True))
 
 
 @given(
     runs=st.integers(1, 100),
     chunk=st.integers(1, 300),
     threads=st.integers(1, 5),
+    strict=st.booleans(),
     seed=st.integers(0, 2**32 - 1),
 )
-@settings(max_examples=12)
-def test_chunks_threads_and_neighbours_do_not_matter(runs: int, chunk: int, threads: int, seed: int) -> None:
+@settings(max_examples=24)
+def test_chunks_threads_and_neighbours_do_not_matter(
+    runs: int, chunk: int, threads: int, strict: bool, seed: int
+) -> None:
     loop, parameters = LOOPS["tsmc"], drawn(runs, seed)
-    whole = simulate_batch(loop, parameters, threads=1)
+    whole = simulate_batch(loop, parameters, threads=1, strict=strict)
     part = slice(runs // 3, runs // 3 + runs // 2 + 1)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(batch, "CHUNK", chunk)
-        cut = simulate_batch(loop, {p: v[part] for p, v in parameters.items()}, threads=threads)
+        cut = simulate_batch(
+            loop, {p: v[part] for p, v in parameters.items()}, threads=threads, strict=strict
+        )
     assert cut.identical(whole.isel(run=part))
 
 
@@ -78,6 +82,6 @@ def test_a_run_that_diverges_does_not_disturb_the_others() -> None:
     gains = np.full(40, 100.0)
     gains[7] = 1e308
     parameters = {"controller.proportional_gain": gains, "controller.saturation.limit": np.full(40, 1e300)}
-    table = simulate_batch(loop, parameters)
+    table = simulate_batch(loop, parameters, strict=True)
     assert list(np.flatnonzero(table.diverged)) == [7]
     assert_like_single_runs(loop, parameters, table)

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from compiling import compiled
 from hydroservo import Loop, Simulation, simulate
 from hydroservo.block import Block, leaves
 from hydroservo.controllers import PI
-from hydroservo.engine.integrators import RK4
-from hydroservo.engine.jit import compiled
+from hydroservo.integrators import RK4
 from hydroservo.loads import Sine as SineLoad
 from hydroservo.loop import MachineState
 from hydroservo.references import Sine
@@ -43,7 +43,7 @@ def by_runge_kutta(loop: Loop, commands: np.ndarray) -> np.ndarray:
     x = loop.machine(loop.init())
     states = [flat(x)]
     for k, u in enumerate(commands):
-        x = advance()(RK4(SUBSTEPS), loop, k * PERIOD, x, float(u), PERIOD)
+        x = advance()(RK4(), loop, k * PERIOD, x, float(u), PERIOD, SUBSTEPS)
         states.append(flat(x))
     return np.array(states)
 

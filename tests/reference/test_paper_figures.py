@@ -6,7 +6,6 @@ The true plant has all six uncertain parameters at nominal + Delta, the valve ha
 Source of the parameters: doi:10.1007/s42401-021-00087-w, Sec. 4.
 """
 
-import numba
 import pytest
 import xarray as xr
 
@@ -19,10 +18,6 @@ from hydroservo.plants import DesignModel
 from hydroservo.references import Square
 from hydroservo.simulate import simulate
 from hydroservo.theory import lemma_2
-
-pytestmark = pytest.mark.skipif(
-    bool(numba.config.DISABLE_JIT), reason="six runs of 800 000 samples take many minutes uncompiled"
-)
 
 WIDE = TSMObserver(switching_gain_2=1e5)  # the printed D_2 = 100 N/s is short
 

@@ -1,22 +1,22 @@
 """The machinery that lets one text run in plain Python and compiled."""
 
+import math
+from collections.abc import Callable
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
-from numba import config
 from numba.core.errors import TypingError
 
+from compiling import compiled
 from hydroservo import ops
 from hydroservo.block import Block
-from hydroservo.engine.integrators import RK4
-from hydroservo.engine.jit import compiled
-from hydroservo.engine.kernel import compiled_kernel, interpreted_kernel
-from hydroservo.engine.tree import axpy, reader, recorder
-
-about_compilation = pytest.mark.skipif(
-    bool(config.DISABLE_JIT), reason="says what numba compiles, and nothing is compiled here"
-)
+from hydroservo.engine.flat import reader, recorder
+from hydroservo.engine.kernel import CompiledRun, InterpretedRun, Study, Wanted
+from hydroservo.engine.native import CompileError
+from hydroservo.integrators import RK4
+from hydroservo.states import axpy
 
 
 class Inner(NamedTuple):
@@ -75,6 +75,9 @@ class Decay(NamedTuple):
     def deriv(self, t: float, x: Inner, u: float) -> Inner:
         return Inner(u - x.a, 0.0)
 
+    def next_jump(self, t: float) -> float:
+        return math.inf
+
     def moved(self, s: Inner, x: Inner) -> Inner:
         return x
 
@@ -84,6 +87,9 @@ class Decay(NamedTuple):
 
 class Count(NamedTuple):
     """Counts samples."""
+
+    def init(self) -> Inner:
+        return Inner(0.0, 0.0)
 
     def step(self, s: Inner, t: float, v: Any) -> Inner:
         return Inner(s.a + 1.0, v.b)
@@ -118,68 +124,106 @@ class TestBothModes:
         read, record, out = (
             mode(reader(["c", None, "inner.b"])),
             mode(recorder(["inner.a", "c"])),
-            np.zeros((2, 2)),
+            np.zeros(4),
         )
         first, nothing, last = read(STATE)
         assert (first, last) == (3.0, 2.0)
         assert np.isnan(nothing)
         record(out, 1, STATE)
-        assert out.tolist() == [[0.0, 0.0], [1.0, 3.0]]
+        assert out.tolist() == [0.0, 0.0, 1.0, 3.0]
 
 
-KERNELS = [interpreted_kernel, compiled_kernel]
+RUNS = {"interpreted": InterpretedRun, "compiled": partial(CompiledRun, strict=True)}
+START = Inner(1.0, 0.0)
 
 
-def start(make: Any, rows: int) -> tuple[Any, np.ndarray]:
-    return make(Inner, ("b", "a"), ("a", "b")), np.full((rows, 2), np.nan)
+@pytest.fixture(params=RUNS)
+def make(request: pytest.FixtureRequest) -> Callable[..., InterpretedRun | CompiledRun]:
+    """Starts a run of a decay that records b and a, and measures a and b."""
+
+    def started(limit: float = 1e3, substeps: int = 2) -> InterpretedRun | CompiledRun:
+        study = Study(Decay(limit), RK4(), substeps, Count())
+        run: InterpretedRun | CompiledRun = RUNS[request.param](
+            study, Wanted(("b", "a"), ("a", "b"), Inner), START
+        )
+        return run
+
+    return started
 
 
-@pytest.mark.parametrize("make", KERNELS)
-def test_the_kernel_records_every_third_sample(make: Any) -> None:
-    kernel, out = start(make, 4)
-    s, m, finite = kernel(Decay(), RK4(2), Count(), Inner(1.0, 0.0), Inner(0.0, 0.0), 0, 10, 0.1, 3, out)
-    assert finite
-    assert m == Inner(10.0, 9 * 0.1)
+def rows(count: int) -> np.ndarray:
+    return np.full((count, 2), np.nan)
+
+
+def test_a_run_records_every_third_sample(make: Any) -> None:
+    run, out = make(), rows(4)
+    assert run.advance(0, 10, 0.1, 3, out)
+    assert run.sums == Inner(10.0, 9 * 0.1)
     assert out[:, 0].tolist() == [0.0, 3 * 0.1, 6 * 0.1, 9 * 0.1]
     assert out[:, 1] == pytest.approx(np.exp([0.0, -0.3, -0.6, -0.9]), rel=1e-7)
-    assert s.a == pytest.approx(np.exp(-1.0), rel=1e-7)
+    assert run.state.a == pytest.approx(np.exp(-1.0), rel=1e-7)
 
 
-@pytest.mark.parametrize("make", KERNELS)
-def test_the_kernel_goes_on_from_a_sample(make: Any) -> None:
-    kernel, out = start(make, 4)
-    s, m, _ = kernel(Decay(), RK4(1), Count(), Inner(1.0, 0.0), Inner(0.0, 0.0), 0, 10, 0.1, 3, out)
-    kernel, again = start(make, 4)
-    middle, count, _ = kernel(Decay(), RK4(1), Count(), Inner(1.0, 0.0), Inner(0.0, 0.0), 0, 5, 0.1, 3, again)
-    end, count, _ = kernel(Decay(), RK4(1), Count(), middle, count, 5, 10, 0.1, 3, again[2:])
-    assert (end, count) == (s, m)
+def test_a_run_goes_on_from_a_sample(make: Any) -> None:
+    whole, cut, out, again = make(), make(), rows(4), rows(4)
+    whole.advance(0, 10, 0.1, 3, out)
+    cut.advance(0, 5, 0.1, 3, again)
+    cut.advance(5, 10, 0.1, 3, again[2:])
+    assert (cut.state, cut.sums) == (whole.state, whole.sums)
     assert again.tolist() == out.tolist()
 
 
-@pytest.mark.parametrize("make", KERNELS)
-def test_the_kernel_stops_where_the_state_is_lost(make: Any) -> None:
-    kernel, out = start(make, 10)
-    growing = (Decay(1e3), RK4(1), Count(), Inner(1.0, 0.0), Inner(0.0, 0.0), 0, 10, 5.0, 1, out)
-    s, m, finite = kernel(*growing)
-    assert not finite
-    assert abs(s.a) > 1e3
-    assert m.a == np.isfinite(out[:, 1]).sum() == 3
+def test_a_run_stops_where_the_state_is_lost(make: Any) -> None:
+    run, out = make(substeps=1), rows(10)
+    assert not run.advance(0, 10, 5.0, 1, out)
+    assert abs(run.state.a) > 1e3
+    assert run.sums.a == np.isfinite(out[:, 1]).sum() == 3
 
 
-def test_kernels_of_both_modes_are_the_same_bits() -> None:
+def test_runs_of_both_modes_are_the_same_bits() -> None:
     results = []
-    for make in KERNELS:
-        kernel, out = start(make, 100)
-        done = kernel(Decay(), RK4(3), Count(), Inner(1.0, 0.0), Inner(0.0, 0.0), 0, 100, 0.0137, 1, out)
-        results.append((*done, out.tobytes()))
+    for started in RUNS.values():
+        run, out = (
+            started(Study(Decay(), RK4(), 3, Count()), Wanted(("b", "a"), ("a", "b"), Inner), START),
+            rows(100),
+        )
+        run.advance(0, 100, 0.0137, 1, out)
+        results.append((run.state, run.sums, out.tobytes()))
     assert results[0] == results[1]
 
 
 def test_one_kernel_serves_all_gains() -> None:
-    assert compiled_kernel(Inner, ("a",), ("b",)) is compiled_kernel(Inner, ("a",), ("b",))
+    wanted = Wanted(("a",), ("a", "b"), Inner)
+    runs = [
+        CompiledRun(Study(Decay(limit), RK4(), 1, Count()), wanted, START, strict=True)
+        for limit in (1.0, 2.0)
+    ]
+    assert runs[0].call is runs[1].call
 
 
-@about_compilation
+class Shouting(NamedTuple):
+    """A system whose method raises."""
+
+    def sample(self, s: Inner, t: float, dt: float) -> Inner:
+        if s.a > 0.0:
+            raise ValueError("no")
+        return s
+
+    machine, command, moved = Decay.machine, Decay.command, Decay.moved
+    deriv, next_jump = Decay.deriv, Decay.next_jump
+
+    def finite(self, x: Inner) -> bool:
+        return True
+
+
+def test_an_exception_inside_compiled_code_is_an_error() -> None:
+    run = CompiledRun(
+        Study(Shouting(), RK4(), 1, Count()), Wanted(("a",), ("a", "b"), Inner), START, strict=True
+    )
+    with pytest.raises(CompileError, match="raised an exception"):
+        run.advance(0, 1, 0.1, 1, rows(1))
+
+
 def test_new_gains_do_not_compile_anew_and_new_types_do() -> None:
     call = compiled(Holder.apply)
     for gain in (1.0, 2.0):
@@ -189,7 +233,6 @@ def test_new_gains_do_not_compile_anew_and_new_types_do() -> None:
     assert len(call.signatures) == 2  # type: ignore[attr-defined]
 
 
-@about_compilation
 def test_an_unknown_method_is_a_typing_error() -> None:
     def call(block: Law) -> float:
         return block.triple(1.0)  # type: ignore[attr-defined, no-any-return]

@@ -103,7 +103,7 @@ def test_the_first_row_is_the_start() -> None:
     ("record", "says"),
     [
         ("plant.speed", "no 'speed' in path 'speed'; the names there are velocity, load_force, position"),
-        ("motor.speed", "no 'motor' in path 'motor'; the names there are plant, valve, controller"),
+        ("motor.speed", "no 'motor' in path 'motor'; the names there are plant, valve, sensors, controller"),
         ("plant", "not a number but a group; name one number in it"),
         ("plant.velocity.x", "no 'x' in path 'x'; the names there are none: it is a number"),
         ("", "no '' in path ''; the names there are plant"),
@@ -178,7 +178,7 @@ def test_a_run_whose_state_overflows_is_a_result() -> None:
     """A period at which the integration itself is unstable: h omega is 11."""
     coarse = replace(LOOP, {"simulation": Simulation(20.0, 1e-2, 1, 1e-2)})
     seen: list[float] = []
-    result = simulate(coarse, record=PATHS, progress=seen.append)
+    result = simulate(coarse, record=PATHS, strict=True, progress=seen.append)
     assert bool(result.diverged)
     lost = np.isnan(result["plant.velocity"].values)
     first = int(lost.argmax())
@@ -250,7 +250,7 @@ def user_with(law: Callable[[Measurement], Any], start: Any) -> Block:
 
 
 def test_a_controller_of_the_users_own_runs() -> None:
-    result = simulate(LOOP._replace(controller=User()))
+    result = simulate(LOOP._replace(controller=User()), strict=True)
     assert result["controller.u"].attrs == {"units": "V", "long_name": "command"}
     assert result.identical(simulate(LOOP._replace(controller=User()), compiled=False))
 
@@ -313,7 +313,7 @@ def test_a_command_that_is_not_a_number_loses_the_machine() -> None:
 
 def test_an_infinite_command_opens_the_valve_as_far_as_it_goes() -> None:
     loop = EVERY_SAMPLE._replace(controller=Lost())
-    result = simulate(loop)
+    result = simulate(loop, strict=True)
     assert float(result.control_max) == math.inf
     assert np.isfinite(result["plant.velocity"].values).all()
     assert result.identical(simulate(loop, compiled=False))

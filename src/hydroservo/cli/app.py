@@ -9,9 +9,13 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from hydroservo._version import __version__
+from hydroservo.cli.batch import batch
 from hydroservo.cli.failures import Commands
+from hydroservo.cli.options import Changes, Json, Plugins, Scenario, Strict, loaded
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from hydroservo.cli.progress import Report
     from hydroservo.loop import Loop
 
@@ -43,34 +47,9 @@ class Format(StrEnum):
 
 ENDINGS = {Format.CSV: ".csv", Format.PARQUET: ".parquet", Format.NETCDF: ".nc", Format.MAT: ".mat"}
 
-Changes = Annotated[
-    list[str],
-    typer.Option(
-        "--set",
-        metavar="a.b=VALUE",
-        default_factory=list,
-        show_default=False,
-        help="Change one entry of the scenario: `plant.mass=8kg`, "
-        "`simulation.period='100 us'`, `controller.type=PI`. A plain number is in SI units. "
-        "May be given again.",
-    ),
-]
-Plugins = Annotated[
-    list[Path],
-    typer.Option(
-        "--plugin",
-        metavar="FILE",
-        default_factory=list,
-        show_default=False,
-        help="Run this Python file, whose blocks a scenario may then name as a type. May be given again.",
-    ),
-]
 Folder = Annotated[
     Path | None,
     typer.Option("--out", metavar="DIR", file_okay=False, help="Write the results to this folder."),
-]
-Json = Annotated[
-    bool, typer.Option("--json", help="Print one JSON object, in SI units, and nothing else on stdout.")
 ]
 
 
@@ -95,9 +74,7 @@ def about(
 
 @app.command()
 def run(
-    scenario: Annotated[
-        str, typer.Argument(metavar="SCENARIO", help="A scenario file (TOML), or the name of a built-in one.")
-    ],
+    scenario: Scenario,
     changes: Changes,
     plugins: Plugins,
     out: Folder = None,
@@ -108,6 +85,7 @@ def run(
     interpreted: Annotated[
         bool, typer.Option("--interpreted", help="Run in plain Python, thousands of times slower, to debug.")
     ] = False,
+    strict: Strict = False,
 ) -> None:
     """Simulate one scenario and print its metrics.
 
@@ -134,11 +112,13 @@ def run(
             loop,
             record=None if out else NOTHING,
             compiled=not interpreted,
+            strict=strict,
             progress=lambda fraction: report(fraction, scenario),
         )
         summary = run_summary(scenario, dataset)
         report(1.0, "writing files")
         files = write_run(out, summary, dataset, ENDINGS[form]) if out else []
+    say_steps(scenario, dataset)
     if json:
         typer.echo(as_json(summary._asdict()))
     else:
@@ -156,6 +136,7 @@ def compare(
     plugins: Plugins,
     out: Folder = None,
     json: Json = False,
+    strict: Strict = False,
 ) -> None:
     """Simulate several scenarios and print their metrics side by side.
 
@@ -180,16 +161,22 @@ def compare(
     with progress_bar(scenarios[0]) as report:
         for i, (scenario, loop) in enumerate(zip(scenarios, loops, strict=True)):
             progress = part(report, i, len(loops), scenario)
-            datasets.append(simulate(loop, record=None if out else NOTHING, progress=progress))
+            record = None if out else NOTHING
+            datasets.append(simulate(loop, record=record, strict=strict, progress=progress))
         summaries = [run_summary(*pair) for pair in zip(scenarios, datasets, strict=True)]
         labels = short_names(scenarios)
         report(1.0, "writing files")
         files = write_comparison(out, summaries, datasets, labels) if out else []
+    for scenario, dataset in zip(scenarios, datasets, strict=True):
+        say_steps(scenario, dataset)
     if json:
         typer.echo(as_json({"runs": [summary._asdict() for summary in summaries]}))
     else:
         show_comparison(summaries, labels)
         list_files(files)
+
+
+app.command()(batch)
 
 
 @app.command()
@@ -251,12 +238,6 @@ def show_source(
         typer.echo(text, nl=False)
 
 
-def loaded(scenario: str, changes: Sequence[str], plugins: Sequence[Path]) -> "Loop":
-    from hydroservo.scenario import load_scenario, parse_override
-
-    return load_scenario(scenario, dict(map(parse_override, changes)), plugins)
-
-
 def prepare(out: Path | None, loops: Sequence["Loop"]) -> None:
     """Before a run: make its folder, and say how much memory large trajectories will take."""
     from hydroservo.simulate import trace_size
@@ -267,6 +248,19 @@ def prepare(out: Path | None, loops: Sequence["Loop"]) -> None:
     size = sum(map(trace_size, loops))
     if size > LARGE_TRACE:
         typer.echo(f"the recorded trajectory will take {size / 2**20:.0f} MiB of memory", err=True)
+
+
+def say_steps(scenario: str, dataset: "xr.Dataset") -> None:
+    """What there is to say of a run's integration steps, on stderr."""
+    about = dataset.attrs
+    if "substeps" in about:
+        typer.echo(
+            f"{scenario}: {about['substeps']} substeps a sample; twice as many differ by "
+            f"{about['step_error']:.1e} of the machine's largest values",
+            err=True,
+        )
+    if "warning" in about:
+        typer.echo(f"hydroservo: warning: {scenario}: {about['warning']}", err=True)
 
 
 def part(report: "Report", i: int, count: int, what: str) -> Callable[[float], None]:

@@ -6,7 +6,7 @@ their text, but for those that are one machine instruction or read a number's bi
 """
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from functools import cache
 from importlib import import_module
 from pkgutil import iter_modules
@@ -16,15 +16,20 @@ from typing import Any
 import numpy as np
 from llvmlite import ir
 from numba import njit, types
-from numba.core.errors import NumbaError as CompileError
-from numba.core.typing.templates import AbstractTemplate, AttributeTemplate
+from numba.core import cgutils
+from numba.core.targetconfig import ConfigStack
+from numba.core.typing import signature as typed
+from numba.core.typing.templates import AbstractTemplate, AttributeTemplate, infer_global
 from numba.extending import infer_getattr, intrinsic, lower_builtin, overload
+from numba.np import arrayobj
 
 from hydroservo import ops
+from hydroservo.engine import flat
 from hydroservo.ops import basic, binary
 
-__all__ = ["INLINE", "CompileError", "compiled", "reason"]
+__all__ = ["CONTRACT", "INLINE", "reason"]
 
+CONTRACT = {"contract"}  # lets LLVM fuse a multiplication with an addition
 INLINE = {"forceinline": True, "error_model": "numpy", "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 
 
@@ -48,8 +53,20 @@ def from_bits(_context: Any, _n: Any) -> Any:
     return types.float64(types.int64), generate
 
 
+@intrinsic
+def root(_context: Any, _x: Any) -> Any:
+    """The processor's square root: C's would set errno, which takes a branch."""
+
+    def generate(_context: Any, builder: Any, _signature: Any, args: Any) -> Any:
+        double = ir.DoubleType()
+        return builder.call(builder.module.declare_intrinsic("llvm.sqrt", [double]), args)
+
+    return types.float64(types.float64), generate
+
+
+DOUBLE = 8  # bytes
 ROOT_HALF_BITS = 0x3FE6A09E667F3BCD
-BIASED_ROUNDER = basic.ROUNDER + 1023.0  # leaves a whole number plus the bias in the lowest bits
+BIASED_ROUNDER = basic.ROUNDER + 2046.0  # leaves a whole number plus twice the bias in the lowest bits
 
 
 def exponent(x: float) -> float:
@@ -61,28 +78,25 @@ def mantissa(x: float) -> Any:
     return from_bits(b - (((b - ROOT_HALF_BITS) >> 52) << 52))
 
 
-def two_to(n: float) -> Any:
-    return from_bits((bits(n + BIASED_ROUNDER) & 0x7FF) << 52)
+def scaled(x: float, n: float) -> Any:
+    """In two steps of half the exponent each, of which the last alone can round."""
+    biased = bits(n + BIASED_ROUNDER)
+    half = biased >> 1
+    return x * from_bits(half << 52) * from_bits((biased - half) << 52)
 
 
 INSTRUCTIONS: dict[Any, Any] = {  # numba compiles Python functions only, hence the lambdas around C's
     basic.absolute: lambda x: math.fabs(x),
     basic.copysign: lambda magnitude, x: math.copysign(magnitude, x),
-    basic.sqrt: lambda x: math.sqrt(x),
+    basic.sqrt: lambda x: root(x),
     basic.floor: lambda x: np.floor(x),
     binary.exponent: exponent,
     binary.mantissa: mantissa,
-    binary.two_to: two_to,
+    binary.scaled: scaled,
 }
 
 # Numba asks "if signature.recvr"; the type of a block without parameters has length 0 and must still count.
 types.BaseNamedTuple.__bool__ = lambda _: True
-
-
-def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
-    """The function compiled strictly: no fast-math, C's division, the GIL released."""
-    dispatcher: Callable[..., Any] = njit(nogil=True, error_model="numpy")(function)
-    return dispatcher
 
 
 def reason(error: Exception) -> str:
@@ -103,23 +117,29 @@ class BlockMethods(AttributeTemplate):
     def generic_resolve(self, block: Any, name: str) -> Any:
         method = vars(block.instance_class).get(name)
         if isinstance(method, FunctionType):
-            return types.BoundFunction(method_template(method), block)
+            return types.BoundFunction(method_template(method, fast_math()), block)
         return None
 
 
+def fast_math() -> frozenset[str]:
+    """The flags of the function that is being compiled; what it calls takes them over."""
+    flags = ConfigStack().top_or_none()
+    return frozenset(flags.fastmath.flags) if flags is not None and flags.fastmath else frozenset()
+
+
 @cache
-def method_template(method: FunctionType) -> type[AbstractTemplate]:
+def method_template(method: FunctionType, _flags: frozenset[str]) -> type[AbstractTemplate]:
     inlined = njit(**INLINE)(method)
 
     class MethodTemplate(AbstractTemplate):
-        key = method
+        key = inlined
 
         def generic(self, args: Any, kws: Any) -> Any:
             function = self.context.resolve_value_type(inlined)
             signature = function.get_call_type(self.context, (self.this, *args), kws)
             return signature.as_method()
 
-    @lower_builtin(method, types.BaseNamedTuple, types.VarArg(types.Any))
+    @lower_builtin(inlined, types.BaseNamedTuple, types.VarArg(types.Any))
     def lower(context: Any, builder: Any, signature: Any, args: Any) -> Any:
         function = context.typing_context.resolve_value_type(inlined)
         full = function.get_call_type(context.typing_context, signature.args, {})
@@ -128,6 +148,27 @@ def method_template(method: FunctionType) -> type[AbstractTemplate]:
         return call(builder, args)
 
     return MethodTemplate
+
+
+@infer_global(flat.array_at)
+class ArrayAt(AbstractTemplate):
+    """The type of an array at an address."""
+
+    def generic(self, args: Any, _kws: Any) -> Any:
+        return typed(types.Array(types.float64, len(args[1]), "C"), *args)
+
+
+@lower_builtin(flat.array_at, types.Integer, types.BaseTuple)
+def lower_array_at(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+    """An array that owns nothing: kernels allocate and free no memory."""
+    array = arrayobj.make_array(signature.return_type)(context, builder)
+    lengths = cgutils.unpack_tuple(builder, args[1])
+    strides = [context.get_constant(types.intp, DOUBLE)]
+    for length in reversed(lengths[1:]):
+        strides.insert(0, builder.mul(strides[0], length))
+    data = builder.inttoptr(args[0], ir.DoubleType().as_pointer())
+    arrayobj.populate_array(array, data, lengths, strides, DOUBLE, meminfo=None)
+    return array._getvalue()
 
 
 def ops_functions() -> Iterator[FunctionType]:

@@ -1,41 +1,107 @@
-"""The loop over samples: one text, interpreted or compiled."""
+"""The loop over samples of one run: one text, interpreted or compiled."""
 
-from collections.abc import Callable, Sequence
-from functools import cache
-from threading import Lock
-from typing import Any
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
 
 from hydroservo.block import Block
-from hydroservo.engine.jit import compiled
-from hydroservo.engine.tree import reader, recorder
+from hydroservo.engine import flat
+from hydroservo.engine.native import MachineCode, native
+from hydroservo.engine.recipe import Recipe
 
-__all__ = ["compiled_kernel", "interpreted_kernel"]
+__all__ = ["CompiledRun", "InterpretedRun", "Study", "Wanted"]
 
-Kernel = Callable[..., tuple[Block, Block, bool]]
-
-LOCK = Lock()  # two threads that ask for one kernel get one, compiled once
-
-
-def interpreted_kernel(sample: type, recorded: Sequence[str], measured: Sequence[str | None]) -> Kernel:
-    """The same kernel as plain Python, to step through."""
-    return kernel(recorder(recorded), reader(measured), sample)
+Out = NDArray[np.float64]
 
 
-def compiled_kernel(sample: type, recorded: tuple[str, ...], measured: tuple[str | None, ...]) -> Kernel:
-    """The kernel that records and measures these paths, compiled for each new combination of blocks."""
-    with LOCK:
-        return built_kernel(sample, recorded, measured)
+class Study(NamedTuple):
+    """All that is constant in a run."""
+
+    system: Block
+    integrator: Block
+    substeps: int
+    metrics: Block
 
 
-@cache
-def built_kernel(sample: type, recorded: tuple[str, ...], measured: tuple[str | None, ...]) -> Kernel:
-    return compiled(kernel(compiled(recorder(recorded)), compiled(reader(measured)), sample))
+class Wanted(NamedTuple):
+    """What to record of each state, and what to measure it by."""
+
+    recorded: tuple[str, ...]
+    measured: tuple[str | None, ...]
+    sample: type
 
 
-def kernel(record: Callable[..., Any], read: Callable[..., Any], sample: type) -> Kernel:
+class InterpretedRun:
+    """A run in plain Python, to step through."""
+
+    def __init__(self, study: Study, wanted: Wanted, state: Block) -> None:
+        self.study, self.state, self.sums = study, state, study.metrics.init()
+        self.kernel = kernel(flat.recorder(wanted.recorded), flat.reader(wanted.measured), wanted.sample)
+
+    def advance(self, first: int, last: int, dt: float, stride: int, out: Out) -> bool:
+        """Samples first to last-1; False once the state is not finite. Rows of out: what stride divides."""
+        self.state, self.sums, finite = self.kernel(
+            *self.study, self.state, self.sums, first, last, dt, stride, out.reshape(-1)
+        )
+        return finite
+
+
+class CompiledRun:
+    """The same run in machine code, compiled for each new combination of blocks."""
+
+    def __init__(self, study: Study, wanted: Wanted, state: Block, *, strict: bool) -> None:
+        sums = study.metrics.init()
+        recipe = Recipe("run", (*map(flat.shape, (study, state, sums)), *wanted), strict)
+        self.call = native(recipe, lambda: compiled_run(study, wanted, state, sums, strict))
+        self.study, self.shapes = study, (state, sums)  # kept alive: the table of arrays points into it
+        self.constants, self.tables = flat.numbers(study), flat.arrays(study)
+        self.states, self.running = flat.numbers(state), flat.numbers(sums)
+
+    def advance(self, first: int, last: int, dt: float, stride: int, out: Out) -> bool:
+        """Samples first to last-1; False once the state is not finite. Rows of out: what stride divides."""
+        memory = (self.constants, self.tables, self.states, self.running, out)
+        return bool(self.call(*memory, first, last, dt, stride))
+
+    @property
+    def state(self) -> Block:
+        """The state after the last sample."""
+        return flat.builder(self.shapes[0])(self.states.tolist(), [])
+
+    @property
+    def sums(self) -> Block:
+        """The state of the metrics after the last sample."""
+        return flat.builder(self.shapes[1])(self.running.tolist(), [])
+
+
+def compiled_run(study: Study, wanted: Wanted, state: Block, sums: Block, strict: bool) -> MachineCode:
+    from hydroservo.engine.machine_code import DOUBLES, FLOAT, INTEGER, INTEGERS, inlined, machine_code
+
+    build, state_of, sums_of = (inlined(flat.builder(block)) for block in (study, state, sums))
+    put_state, put_sums = (inlined(flat.storer(block)) for block in (state, sums))
+    record, read = inlined(flat.recorder(wanted.recorded)), inlined(flat.reader(wanted.measured))
+    run = inlined(kernel(record, read, wanted.sample))
+
+    def advance(constants, tables, states, running, out, first, last, dt, stride):  # type: ignore[no-untyped-def]
+        system, integrator, substeps, metrics = build(constants, tables)
+        s, m = state_of(states, tables), sums_of(running, tables)
+        s, m, finite = run(system, integrator, substeps, metrics, s, m, first, last, dt, stride, out)
+        put_state(states, 0, s)
+        put_sums(running, 0, m)
+        return int(finite)
+
+    memory = (DOUBLES, INTEGERS, DOUBLES, DOUBLES, DOUBLES)
+    return machine_code(advance, (*memory, INTEGER, INTEGER, FLOAT, INTEGER), strict)
+
+
+def kernel(
+    record: Callable[..., Any], read: Callable[..., Any], sample: type
+) -> Callable[..., tuple[Block, Block, bool]]:
     def run(
         system: Block,
         integrator: Block,
+        substeps: int,
         metrics: Block,
         s: Block,
         m: Block,
@@ -58,7 +124,7 @@ def kernel(record: Callable[..., Any], read: Callable[..., Any], sample: type) -
             if k % stride == 0:
                 record(out, row, s)
                 row += 1
-            x = integrator.advance(system, t, system.machine(s), system.command(s), dt)
+            x = integrator.advance(system, t, system.machine(s), system.command(s), dt, substeps)
             s = system.moved(s, x)
             if not system.finite(x):
                 return s, m, False

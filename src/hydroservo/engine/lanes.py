@@ -1,149 +1,171 @@
-"""Many runs side by side: states in a structure of arrays, one lane a run.
+"""Many runs side by side: one lane a run, in vectors of the processor.
 
-A buffer holds LANES numbers for each field of a state, so that a loop over lanes loads, computes and
-stores with vector instructions. The functions that read and write a state there are written as text for
-each state type; all else is the text that single runs use, so that a lane gives a single run's bits.
+The memory of a group holds LANES numbers for each varied parameter, each number of the states and of the
+metrics, so that a loop over lanes loads, computes and stores whole vectors. Only loading and storing are
+written for lanes; all else is the text that single runs use, so that a lane gives a single run's bits.
 """
 
-from collections.abc import Callable, Sequence
-from threading import Lock
-from typing import Any
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from hydroservo.block import Block, is_block, leaves
-from hydroservo.engine.jit import INLINE, compiled
-from hydroservo.engine.tree import reader, written
+from hydroservo.block import Block, leaves
+from hydroservo.engine import flat
+from hydroservo.engine.kernel import Study, Wanted
+from hydroservo.engine.native import MachineCode, Native, native
+from hydroservo.engine.recipe import Recipe
 
-__all__ = ["LANES", "filled", "lane_kernel"]
+__all__ = ["LANES", "CompiledLanes", "Group"]
 
 LANES = 32  # four vectors of eight: enough to hide latencies, few enough for the states to stay in cache
-KERNELS: dict[Any, Callable[..., None]] = {}
-LOCK = Lock()  # two threads that ask for one kernel get one, compiled once
 
 
-def filled(block: Block) -> NDArray[np.float64]:
-    """A buffer that holds a state in every lane."""
-    return np.repeat(np.array([value for _, value in leaves(block)], dtype=np.float64), LANES)
+class Layout(NamedTuple):
+    """Where each part stands in the memory of a group, in rows of LANES numbers."""
+
+    varied: tuple[str, ...]  # from row 0 on: the varied paths of the system
+    states: int
+    sums: int
+    alive: int
 
 
-def lane_kernel(
-    system: Block, metrics: Block, sample: type, varied: Sequence[str], measured: Sequence[str | None]
-) -> Callable[..., None]:
-    """The kernel of LANES runs that differ in the varied paths of the system, for compiled code."""
-    key = (structure(system), structure(metrics), sample, tuple(varied), tuple(measured))
-    with LOCK:
-        if key not in KERNELS:
-            KERNELS[key] = built_kernel(system, metrics, sample, tuple(varied), measured)
-        return KERNELS[key]
+class CompiledLanes:
+    """The kernel of a study whose runs differ in some numbers of the system."""
+
+    def __init__(self, study: Study, wanted: Wanted, state: Block, varied: tuple[str, ...], *, strict: bool):
+        sums = study.metrics.init()
+        first = len(varied)
+        width = len(list(leaves(state)))
+        self.layout = Layout(varied, first, first + width, first + width + len(list(leaves(sums))))
+        recipe = Recipe("lanes", (*map(flat.shape, (study, state, sums)), *wanted, varied), strict)
+        self.call = native(recipe, lambda: compiled_lanes(study, wanted, state, sums, self.layout, strict))
+        self.study, self.state, self.first_sums = study, state, flat.numbers(sums)
+        self.constants, self.tables = flat.numbers(study), flat.arrays(study)
 
 
-def structure(block: Block) -> tuple[Any, ...]:
-    """The classes of a block and of all that is in it."""
-    return (type(block), *(structure(value) if is_block(value) else type(value) for value in block))
+class Group:
+    """LANES runs at their first sample."""
+
+    def __init__(self, kernel: CompiledLanes, parameters: Mapping[str, NDArray[np.float64]]) -> None:
+        layout = kernel.layout
+        self.kernel = kernel
+        self.memory = np.zeros((layout.alive + 1, LANES))
+        for row, path in enumerate(layout.varied):
+            self.memory[row] = np.resize(parameters[path], LANES)
+            self.memory[row, parameters[path].size :] = parameters[path][-1]
+        self.memory[layout.sums : layout.alive] = kernel.first_sums[:, np.newaxis]
+        self.memory[layout.alive] = 1.0
+        self.lost = np.zeros(LANES, dtype=bool)
+        self.sums = self.memory[layout.sums : layout.alive].copy()
+
+    def advance(self, first: int, last: int, dt: float) -> None:
+        """Samples first to last-1 in every lane. A lane whose state is lost runs on; its metrics stay."""
+        call: Native = self.kernel.call
+        while first < last:
+            first = call(self.kernel.constants, self.kernel.tables, self.memory, first, last, dt)
+            self.keep_sums()
+
+    def keep_sums(self) -> None:
+        layout = self.kernel.layout
+        going = ~self.lost
+        self.sums[:, going] = self.memory[layout.sums : layout.alive, going]
+        self.lost = self.memory[layout.alive] == 0.0
 
 
-def built_kernel(
-    system: Block, metrics: Block, sample: type, varied: tuple[str, ...], measured: Sequence[str | None]
-) -> Callable[..., None]:
-    s, m = system.init(), metrics.init()
-    lane_of = varier(system, varied)
-    state, put_state, put_machine = loader(s), storer(s), storer(system.machine(s))
-    sums, put_sums, choose = loader(m), storer(m), chooser(m)
-    read = inlined(reader(measured))
+def compiled_lanes(
+    study: Study, wanted: Wanted, state: Block, sums: Block, layout: Layout, strict: bool
+) -> MachineCode:
+    from hydroservo.engine.machine_code import DOUBLES, FLOAT, INTEGER, INTEGERS, inlined, machine_code
 
-    @compiled
-    def run(
-        system: Block,
-        integrator: Block,
-        metrics: Block,
-        parameters: NDArray[np.float64],
-        states: NDArray[np.float64],
-        running: NDArray[np.float64],
-        alive: NDArray[np.float64],
-        first: int,
-        last: int,
-        dt: float,
-    ) -> None:
-        """Samples first to last-1 in every lane, from the initial state if first is 0.
+    build, lane_of = inlined(flat.builder(study)), inlined(varier(study.system, layout.varied))
+    state_of, sums_of = inlined(loader(state, layout.states)), inlined(loader(sums, layout.sums))
+    put_state = inlined(flat.storer(state, row(layout.states)))
+    put_sums = inlined(flat.storer(sums, row(layout.sums)))
+    put_machine = inlined(flat.storer(study.system.machine(state), row(layout.states)))
+    read, sample, alive = inlined(flat.reader(wanted.measured)), wanted.sample, layout.alive * LANES
+    begin, go_on = steps_of(study.integrator)
 
-        A lane whose state is no longer finite is not alive: it runs on, and its metrics stay.
-        """
-        h = dt / integrator.substeps
+    def advance(constants, tables, memory, first, last, dt):  # type: ignore[no-untyped-def]
+        """Samples first to last-1, or until a lane's state is lost; returns the sample to go on with."""
+        system, integrator, substeps, metrics = build(constants, tables)
         if first == 0:
             for lane in range(LANES):
-                put_state(states, lane, lane_of(system, parameters, lane).init())
+                put_state(memory, lane, lane_of(system, memory, lane).init())
         for k in range(first, last):
             t = k * dt
             for lane in range(LANES):
-                own = lane_of(system, parameters, lane)
-                after = own.sample(state(states, lane), t, dt)
-                before = sums(running, lane)
-                added = metrics.step(before, t, sample(*read(after)))
-                put_sums(running, lane, choose(alive[lane] > 0.0, added, before))
-                put_state(states, lane, after)
-            for i in range(integrator.substeps):
+                own = lane_of(system, memory, lane)
+                s = own.sample(state_of(memory, lane), t, dt)
+                put_sums(memory, lane, metrics.step(sums_of(memory, lane), t, sample(*read(s))))
+                x = begin(integrator, own, t, own.machine(s), own.command(s), dt, substeps)
+                put_state(memory, lane, own.moved(s, x))
+            for i in range(1, substeps):
                 for lane in range(LANES):
-                    own = lane_of(system, parameters, lane)
-                    held = state(states, lane)
-                    x = integrator.substep(own, t + i * h, own.machine(held), own.command(held), h)
-                    put_machine(states, lane, x)
+                    own = lane_of(system, memory, lane)
+                    s = state_of(memory, lane)
+                    x = go_on(integrator, own, t, own.machine(s), own.command(s), dt, substeps, i)
+                    put_machine(memory, lane, x)
+            lost = 0
             for lane in range(LANES):
-                x = system.machine(state(states, lane))
-                alive[lane] = alive[lane] if system.finite(x) else 0.0
+                finite = system.finite(system.machine(state_of(memory, lane)))
+                lost += 1 if memory[alive + lane] > 0.0 and not finite else 0
+            if lost > 0:
+                for lane in range(LANES):
+                    if not system.finite(system.machine(state_of(memory, lane))):
+                        memory[alive + lane] = 0.0
+                return k + 1
+        return last
 
-    return run
+    return machine_code(advance, (DOUBLES, INTEGERS, DOUBLES, INTEGER, INTEGER, FLOAT), strict)
 
 
-def inlined(function: Callable[..., Any]) -> Callable[..., Any]:
-    dispatcher: Callable[..., Any] = njit(**INLINE)(function)
-    return dispatcher
+def steps_of(integrator: Block) -> tuple[Callable[..., Any], Callable[..., Any]]:
+    """The first step of a sample period and the i-th one after it.
+
+    Equal substeps go through all lanes one by one, for vectors have no loops of their own; an integrator
+    that chooses its steps takes all of them at the first, lane by lane.
+    """
+    from hydroservo.engine.machine_code import inlined
+
+    def first_substep(integrator, system, t, x, u, dt, substeps):  # type: ignore[no-untyped-def]
+        return integrator.substep(system, t, x, u, dt / substeps)
+
+    def substep(integrator, system, t, x, u, dt, substeps, i):  # type: ignore[no-untyped-def]
+        h = dt / substeps
+        return integrator.substep(system, t + i * h, x, u, h)
+
+    def all_steps(integrator, system, t, x, u, dt, substeps):  # type: ignore[no-untyped-def]
+        return integrator.advance(system, t, x, u, dt, substeps)
+
+    def no_step(_integrator, _system, _t, x, *_):  # type: ignore[no-untyped-def]
+        return x
+
+    equal = hasattr(type(integrator), "substep")
+    return (inlined(first_substep), inlined(substep)) if equal else (inlined(all_steps), inlined(no_step))
 
 
-def loader(block: Block) -> Callable[..., Any]:
-    """A function ``load(buffer, lane)`` that returns a lane's state."""
+def row(first: int) -> str:
+    """The index of a lane's number in the i-th row from one on."""
+    return f"({first} + {{}}) * {LANES} + lane"
+
+
+def loader(block: Block, first: int) -> Callable[..., Any]:
+    """A function ``load(memory, lane)`` that returns a lane's state."""
     order = {path: i for i, (path, _) in enumerate(leaves(block))}
-    return constructor("load(buffer, lane)", block, lambda path: f"buffer[{order[path] * LANES} + lane]")
-
-
-def storer(block: Block) -> Callable[..., Any]:
-    """A function ``store(buffer, lane, s)`` that writes a lane's state, or the first part of one."""
-    lines = [f"    buffer[{i * LANES} + lane] = s.{path}" for i, (path, _) in enumerate(leaves(block))]
-    return inlined(
-        written("\n".join(["def store(buffer, lane, s):", *lines, "    return None"]), {}, "store")
+    place = row(first)
+    return flat.constructor(
+        "load(memory, lane)", block, lambda path, _: f"memory[{place.format(order[path])}]"
     )
 
 
 def varier(block: Block, varied: tuple[str, ...]) -> Callable[..., Any]:
-    """A function ``vary(block, parameters, lane)`` that returns the block with a lane's own parameters."""
+    """A function ``vary(block, memory, lane)`` that returns the block with a lane's own parameters."""
 
-    def text(path: str) -> str:
-        return f"parameters[{varied.index(path) * LANES} + lane]" if path in varied else f"block.{path}"
+    def text(path: str, value: Any) -> str:
+        if path not in varied:
+            return f"block.{path}"
+        return flat.cast(f"memory[{row(0).format(varied.index(path))}]", value)
 
-    return constructor("vary(block, parameters, lane)", block, text)
-
-
-def chooser(block: Block) -> Callable[..., Any]:
-    """A function ``choose(condition, a, b)`` that returns a or b, number by number."""
-    return constructor(
-        "choose(condition, a, b)", block, lambda path: f"(a.{path} if condition else b.{path})"
-    )
-
-
-def constructor(signature: str, block: Block, text: Callable[[str], str]) -> Callable[..., Any]:
-    """A function that makes a block of this structure from the text of each of its numbers."""
-    namespace: dict[str, Any] = {}
-
-    def call(part: Block, prefix: str) -> str:
-        name = f"T{len(namespace)}"
-        namespace[name] = type(part)
-        arguments = (
-            call(value, f"{prefix}{field}.") if is_block(value) else text(f"{prefix}{field}")
-            for field, value in zip(part._fields, part, strict=True)
-        )
-        return f"{name}({', '.join(arguments)})"
-
-    body = call(block, "")
-    return inlined(written(f"def {signature}: return {body}", namespace, signature.partition("(")[0]))
+    return flat.constructor("vary(block, memory, lane)", block, text)

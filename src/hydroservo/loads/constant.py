@@ -1,5 +1,6 @@
 """A constant external force."""
 
+import math
 from typing import Annotated, NamedTuple
 
 from hydroservo.block import Field
@@ -19,3 +20,6 @@ class Constant(NamedTuple):
 
     def force(self, t: float) -> float:
         return self.amplitude
+
+    def next_jump(self, t: float) -> float:
+        return math.inf

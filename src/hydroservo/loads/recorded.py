@@ -20,3 +20,6 @@ class Recorded(NamedTuple):
 
     def force(self, t: float) -> float:
         return self.series.value(t)
+
+    def next_jump(self, t: float) -> float:
+        return self.series.next_knot(t)

@@ -24,3 +24,6 @@ class Sine(NamedTuple):
 
     def force(self, t: float) -> float:
         return self.offset + self.amplitude * ops.sin(2.0 * math.pi * self.frequency * t + self.phase)
+
+    def next_jump(self, t: float) -> float:
+        return math.inf

@@ -1,5 +1,6 @@
 """An external force that jumps once."""
 
+import math
 from typing import Annotated, NamedTuple
 
 from hydroservo import ops
@@ -15,7 +16,7 @@ class Step(NamedTuple):
     An instant that falls short of the switching one by less than 1e-9 of it counts as there.
 
     Source: a definition.
-    Fails to keep the integrator's order where the jump falls inside a step: let it fall on a sample.
+    Fails to keep a fixed-step integrator's order where the jump falls inside a step: let it fall on a sample.
     """
 
     initial: Annotated[float, Field("N", "force before the step", CHOSEN)] = 0.0
@@ -24,3 +25,7 @@ class Step(NamedTuple):
 
     def force(self, t: float) -> float:
         return ops.where(ops.reached(t, self.time), self.final, self.initial)
+
+    def next_jump(self, t: float) -> float:
+        jump = (1.0 - 1e-9) * self.time
+        return ops.where(t < jump, jump, math.inf)

@@ -1,9 +1,10 @@
 """Scalar maths with one meaning: interpreted, compiled and traced.
 
 Blocks use these instead of ``math`` and ``if``. All but the square root are made of additions,
-multiplications, divisions, choices and the binary parts of a number, so that every platform and compiler
-gives the same bits and compiled code can run many lanes at once. Where Python's ``math`` raises, they
-return nan or inf.
+multiplications, divisions, choices, the binary parts of a number and, for random ones, arithmetic on
+whole numbers, so that every platform and compiler gives the same bits and compiled code can run many
+lanes at once. Where Python's ``math`` raises, they return nan or inf; random numbers have no place for
+a nan, and raise.
 """
 
 from hydroservo.ops.basic import (
@@ -25,6 +26,7 @@ from hydroservo.ops.basic import (
 from hydroservo.ops.circular import cos, sin
 from hydroservo.ops.hyperbolic import tanh
 from hydroservo.ops.power import power, signed_power
+from hydroservo.ops.random import normal, uniform
 
 __all__ = [
     "absolute",
@@ -37,6 +39,7 @@ __all__ = [
     "maximum",
     "minimum",
     "nearest",
+    "normal",
     "power",
     "reached",
     "sign",
@@ -45,5 +48,6 @@ __all__ = [
     "sqrt",
     "square_wave",
     "tanh",
+    "uniform",
     "where",
 ]

@@ -1,8 +1,8 @@
-"""The two parts of a floating-point number."""
+"""The two parts of a floating-point number: taken apart and put together."""
 
 import math
 
-__all__ = ["exponent", "mantissa", "two_to"]
+__all__ = ["exponent", "mantissa", "scaled"]
 
 ROOT_HALF = 0.7071067811865476
 
@@ -19,6 +19,9 @@ def mantissa(x: float) -> float:
     return 2.0 * half if half < ROOT_HALF else half
 
 
-def two_to(n: float) -> float:
-    """2^n for whole n in [-1022, 1023]; nan for nan."""
-    return math.ldexp(1.0, int(n)) if n - n == 0.0 else n
+def scaled(x: float, n: float) -> float:
+    """x 2^n, rounded once, for x in [1/2, 2] and whole n in [-2000, 2000]; nan if either is nan."""
+    if n != n:  # noqa: PLR0124 - true of nan alone
+        return n
+    half = int(n) // 2
+    return x * math.ldexp(1.0, half) * math.ldexp(1.0, int(n) - half)

@@ -2,38 +2,39 @@
 
 import math
 
-from hydroservo.ops.basic import absolute, clip, copysign, isfinite, nearest, where
-from hydroservo.ops.binary import exponent, mantissa, two_to
+from hydroservo.ops.basic import absolute, clip, copysign, nearest, where
+from hydroservo.ops.binary import exponent, mantissa, scaled
 
-__all__ = ["power", "scaled_exp2", "signed_power"]
+__all__ = ["exp2_less_1", "power", "signed_power"]
 
 LEAST_NORMAL = 2.2250738585072014e-308
 SPLITTER = 134217729.0  # 2^27 + 1, Veltkamp: splits a number into halves whose products are exact
-BEYOND = 4000.0  # an exponent of two that overflows or underflows for certain
+BEYOND = 2000.0  # an exponent of two that overflows or underflows for certain
+STEEPEST = 1e20  # an exponent that takes every x but 1 there
 
 
 def power(x: float, y: float) -> float:
-    """x^y for x >= 0 and finite y; nan for others.
+    """x^y for x >= 0; nan for others. An infinite y is taken as the limit.
 
-    With x = 2^e m, m in [sqrt(1/2), sqrt(2)), it is 2^(y e + y log2 m); y e is formed without rounding.
-    The relative error is below 3e-16 (1 + |y|) wherever the result is a normal number; a subnormal one
-    is off by at most one unit in its last place.
+    With x = 2^e m, m in [sqrt(1/2), sqrt(2)), it is 2^n 2^(y e + y log2 m - n) for the whole n nearest to
+    y log2 x; y e - n is formed without rounding. The relative error is below 3e-16 (1 + |y|) wherever the
+    result is a normal number; a subnormal one is off by at most one unit in its last place.
     """
-    inside = where(x > 0.0, where(isfinite(x), x, 1.0), 1.0)
-    p = where(isfinite(y), y, 1.0)
-    small = inside < LEAST_NORMAL
-    normal = where(small, inside * 18014398509481984.0, inside)  # 2^54
-    e = exponent(normal) - where(small, 54.0, 0.0)
+    p = clip(y, -STEEPEST, STEEPEST)
+    size = absolute(x)
+    small = size < LEAST_NORMAL
+    normal = where(small, size * 18014398509481984.0, size)  # 2^54
+    e = where(small, exponent(normal) - 54.0, exponent(normal))
+    log2m = log2_mantissa(mantissa(normal))
+    whole = nearest(clip(p * (e + log2m), -BEYOND, BEYOND))
     carry = SPLITTER * p
     high = carry - (carry - p)
-    coarse = clip(high * e, -BEYOND, BEYOND)
-    whole = nearest(coarse)
-    rest = (coarse - whole) + ((p - high) * e + p * log2_mantissa(mantissa(normal)))
-    result = scaled_exp2(whole, clip(rest, -BEYOND, BEYOND))
-    large = where(y > 0.0, math.inf, 0.0)
-    at_end = where(x > 0.0, large, where(y > 0.0, 0.0, math.inf))
-    found = where(y == 0.0, 1.0, where(x > 0.0, where(isfinite(x), result, at_end), at_end))
-    return where(x >= 0.0, where(isfinite(y), found, math.nan), math.nan)
+    rest = (high * e - whole) + ((p - high) * e + p * log2m)
+    result = scaled(1.0 + exp2_less_1(clip(rest, -1.0, 1.0)), whole)
+    large = where(y > 0.0, math.inf, where(y < 0.0, 0.0, y + 1.0))
+    least = where(y > 0.0, 0.0, where(y < 0.0, math.inf, y + 1.0))
+    found = where(x > 0.0, where(x < math.inf, result, large), least)
+    return where(x >= 0.0, found, math.nan)
 
 
 def signed_power(x: float, y: float) -> float:
@@ -55,14 +56,8 @@ def log2_mantissa(m: float) -> float:
     return s * (2.8853900817779268 + z * (low + z2 * z2 * high))
 
 
-def scaled_exp2(n: float, x: float) -> float:
-    """2^(n + x) for whole n; overflow gives inf, underflow rounds towards 0.
-
-    A minimax polynomial (Remez) of (2^f - 1)/f for |f| <= 1/2, error 1.3e-17; the whole part is applied in
-    two steps, so that subnormal results come out right.
-    """
-    step = nearest(x)
-    f = x - step
+def exp2_less_1(f: float) -> float:
+    """2^f - 1 for |f| <= 1/2, by a minimax polynomial (Remez) of (2^f - 1)/f with an error of 1.3e-17."""
     f2 = f * f
     f4 = f2 * f2
     low = (0.05550410866482166 + f * 0.009618129107606885) + f2 * (
@@ -72,7 +67,4 @@ def scaled_exp2(n: float, x: float) -> float:
         1.0178051728089911e-07 + f * 7.07258647985202e-09
     )
     series = low + f4 * (middle + f4 * 4.456675463639861e-10)
-    value = 1.0 + f * (0.6931471805599453 + f * (0.24022650695910097 + f * series))
-    total = clip(n + step, -2000.0, 2000.0)
-    first = nearest(0.5 * total)
-    return value * two_to(first) * two_to(total - first)
+    return f * (0.6931471805599453 + f * (0.24022650695910097 + f * series))

@@ -4,14 +4,24 @@ import inspect
 from functools import cache
 from types import FunctionType
 
-from hydroservo import controllers, loads, observers, plants, references, sensors, supplies, valves
+from hydroservo import (
+    controllers,
+    integrators,
+    loads,
+    observers,
+    plants,
+    references,
+    sensors,
+    supplies,
+    valves,
+)
 from hydroservo.scenario.names import one_of
 from hydroservo.scenario.plugins import is_block_class, plugin_classes
 from hydroservo.scenario.tables import Entry
 
 __all__ = ["class_in_role", "misfit", "names_in_role"]
 
-PACKAGES = (controllers, loads, observers, plants, references, sensors, supplies, valves)
+PACKAGES = (controllers, integrators, loads, observers, plants, references, sensors, supplies, valves)
 
 
 def class_in_role(role: type, entry: Entry) -> type:

@@ -3,17 +3,29 @@
 from typing import NamedTuple
 
 from hydroservo.plants.load_pressure import LoadPressureState
-from hydroservo.signals import Measurement
+from hydroservo.signals import Draws, Measurement
 
-__all__ = ["IdealSensors"]
+__all__ = ["IdealSensors", "IdealSensorsState"]
+
+
+class IdealSensorsState(NamedTuple):
+    """Ideal sensors remember nothing."""
 
 
 class IdealSensors(NamedTuple):
     """Velocity, load pressure and position without noise, delay or quantisation.
 
     Source: Sec. 2 of doi:10.1007/s42401-021-00087-w takes both states as measured.
-    Fails on every real rig: velocity comes from an encoder there, and pressure with noise.
+    Fails on every real rig: velocity comes from an encoder there, and pressure with noise; see NoisySensors.
     """
 
-    def measure(self, plant: LoadPressureState, command: float) -> Measurement:
+    def init(self) -> IdealSensorsState:
+        return IdealSensorsState()
+
+    def step(
+        self, s: IdealSensorsState, plant: LoadPressureState, draws: Draws, dt: float
+    ) -> IdealSensorsState:
+        return s
+
+    def measure(self, s: IdealSensorsState, plant: LoadPressureState, command: float) -> Measurement:
         return Measurement(plant.velocity, plant.load_force, plant.position, command)

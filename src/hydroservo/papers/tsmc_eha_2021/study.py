@@ -109,7 +109,8 @@ def simulated(run: Run, stop: Event) -> "xr.Dataset":
         if stop.is_set():
             raise CancelledError
 
-    return simulate(load_scenario(run.scenario(), run.changes()), progress=heed)
+    loop = load_scenario(run.scenario(), run.changes())
+    return simulate(loop, strict=True, progress=heed)  # so that the verdicts are the same everywhere
 
 
 def run_label(run: Run) -> str:

@@ -1,0 +1,237 @@
+"""Whether the steps of a run are short enough: from the machine's fastest motion, and by halving them."""
+
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydroservo.block import Block, is_block, leaves, replace, value_at
+from hydroservo.loop import AUTO, Loop
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = [
+    "checked_steps",
+    "difference",
+    "fastest",
+    "hardest",
+    "machine_paths",
+    "rates",
+    "settled",
+    "warning",
+]
+
+COMMAND = "controller.u"
+INSTANTS = 8  # of a run at which the machine is linearised, spread evenly
+NUDGE = 1e-6  # of a state's largest value, for its finite difference
+PEAK = 10.0  # times the median rate: what is faster than that at some instants is left to doubling
+DOUBLINGS = 8  # of the first number of substeps
+
+Matrix = NDArray[np.float64]
+Run = Callable[[Loop], "xr.Dataset"]
+
+
+def machine_paths(loop: Loop) -> tuple[str, ...]:
+    """What must be recorded of a run for its steps to be judged: the machine's states and the command."""
+    return (*(path for path, _ in leaves(loop.machine(loop.init()))), COMMAND)
+
+
+def fastest(loop: Loop, data: "xr.Dataset | None" = None) -> float:
+    """The largest |lambda| [1/s] of the machine's Jacobian along a run, as :func:`rates` has them."""
+    return float(rates(loop, data).max(initial=0.0))
+
+
+def rates(loop: Loop, data: "xr.Dataset | None" = None) -> NDArray[np.float64]:
+    """The largest |lambda| [1/s] of the eigenvalues of the machine's Jacobian, at some instants of a run.
+
+    The machine is linearised by central differences with the command held, at instants spread evenly over
+    the run and where each state and the command are largest. An orifice near a vanishing drop, or a jump in
+    a device's law, shows as a very large value.
+
+    Args:
+        loop: the loop.
+        data: a run of it with the paths of :func:`machine_paths`; None for the start alone.
+
+    Returns:
+        One rate for each instant at which the Jacobian is finite.
+    """
+    start = loop.machine(loop.init())
+    times, states, commands = (
+        trajectory(loop, data)
+        if data is not None
+        else (np.zeros(1), np.array([[value for _, value in leaves(start)]]), np.zeros(1))
+    )
+    if not states.size:
+        return np.zeros(0)
+    largest = np.abs(states).max(axis=0)
+    nudges = NUDGE * np.where(largest > 0.0, largest, 1.0)
+    rows = sorted({*evenly(len(times)), *np.abs(states).argmax(axis=0), np.abs(commands).argmax()})
+    found = [jacobian(loop, start, float(times[i]), states[i], float(commands[i]), nudges) for i in rows]
+    finite = np.array([one for one in found if np.isfinite(one).all()])
+    return np.abs(np.linalg.eigvals(finite)).max(axis=1) if finite.size else np.zeros(0)
+
+
+def trajectory(loop: Loop, data: "xr.Dataset") -> tuple[Matrix, Matrix, Matrix]:
+    """The instants, states and commands of a run, as far as they are finite."""
+    *paths, command = (data[path].values for path in machine_paths(loop))
+    states = np.stack(paths, axis=1)
+    there = np.isfinite(states).all(axis=1) & np.isfinite(command)
+    return data["time"].values[there], states[there], command[there]
+
+
+def evenly(count: int) -> list[int]:
+    """At most INSTANTS numbers of rows, the first and the last among them."""
+    return [int(row) for row in np.linspace(0, count - 1, min(count, INSTANTS)).round()]
+
+
+def jacobian(loop: Loop, like: Block, t: float, x: Matrix, u: float, nudges: Matrix) -> Matrix:
+    """d(rates)/d(states), each row and column in units of its state's nudge [1/s]; nan where it has none."""
+
+    def deriv(states: Matrix) -> Matrix:
+        found = loop.deriv(t, filled(like, iter(states.tolist())), u)
+        return np.array([value for _, value in leaves(found)])
+
+    try:
+        columns = [deriv(x + nudge) - deriv(x - nudge) for nudge in np.diag(nudges)]
+    except ArithmeticError:
+        return np.full((x.size, x.size), np.nan)
+    return 0.5 * np.stack(columns, axis=1) / nudges[:, np.newaxis]
+
+
+def filled(like: Block, values: Iterator[float]) -> Block:
+    """A state of the same type with other numbers."""
+    return type(like)(*(filled(part, values) if is_block(part) else next(values) for part in like))
+
+
+def warning(loop: Loop, data: "xr.Dataset | None" = None) -> str:
+    """Why a run's steps are too coarse to be trusted, in one line; empty if they are not.
+
+    They are if the machine somewhere moves faster than the integrator's ``trusted_rate``.
+
+    Args:
+        loop: the loop, its substeps a number.
+        data: a run of it with the paths of :func:`machine_paths`; None to judge by the start alone.
+    """
+    simulation = loop.simulation
+    integrator, period, substeps = simulation.integrator, simulation.period, simulation.substeps
+    rate, trusted = fastest(loop, data), integrator.trusted_rate(period, substeps)
+    if rate <= trusted:
+        return ""
+    more = integrator.substeps_for(rate, period, simulation.tolerance) > substeps
+    advice = 'simulation.substeps = "auto" finds how many' if more else "shorten simulation.period"
+    return (
+        f"the steps are too coarse to be trusted: the machine moves at up to {rate:.3g} 1/s, and "
+        f"{type(integrator).__name__} with {substeps} substep{'s' * (substeps != 1)} in {period:g} s follows "
+        f"up to {trusted:.3g} 1/s; {advice}"
+    )
+
+
+def checked_steps(loop: Loop, run: Run) -> "xr.Dataset":
+    """A run of a loop whose steps are chosen, if they are to be, and judged.
+
+    Args:
+        loop: the loop.
+        run: simulates a loop whose substeps are a number; its result has the paths of :func:`machine_paths`.
+
+    Returns:
+        The run. Where substeps were chosen it has the attributes of :func:`settled`; where its steps are not
+        to be trusted, an attribute ``warning`` says why in one line.
+    """
+    if loop.simulation.substeps == AUTO:
+        return settled(loop, run)
+    data = run(loop)
+    said = warning(loop, data)
+    return data.assign_attrs(warning=said) if said else data
+
+
+def settled(loop: Loop, run: Run) -> "xr.Dataset":
+    """A run with as many substeps as the machine needs.
+
+    The fastest eigenvalue, at the start and then along a run (but no more than ten times the median there),
+    says how many substeps the integrator takes to meet ``simulation.tolerance``. The run with twice as many
+    then says how much they miss, as :func:`difference` has it, and substeps are doubled until that is within
+    the tolerance. What does not settle (a law that switches at every sample amplifies rounding; a load jumps
+    inside substeps) is given up once the difference is no longer halved, or after eight doublings; the run
+    that missed least is returned.
+
+    Args:
+        loop: the loop; its substeps are ignored.
+        run: as for :func:`checked_steps`.
+
+    Returns:
+        The run, with the attributes ``substeps`` (what was chosen), ``step_error`` (the difference measured),
+        and ``warning`` where it did not settle.
+    """
+    tolerance = loop.simulation.tolerance
+    substeps = needed(loop, rates(loop))
+    data = run(with_substeps(loop, substeps))
+    more = needed(loop, rates(loop, data))
+    if more > substeps:
+        substeps, data = more, run(with_substeps(loop, more))
+    least, chosen, best = math.inf, substeps, data
+    for doubling in range(DOUBLINGS):
+        finer = run(with_substeps(loop, 2 * substeps))
+        error = difference(loop, data, finer)
+        halved = error < 0.5 * least or doubling == 0
+        if error < least:
+            least, chosen, best = error, substeps, data
+        if least <= tolerance or not halved:
+            break
+        substeps, data = 2 * substeps, finer
+    said = {} if least <= tolerance else {"warning": unsettled(least, chosen, tolerance)}
+    return best.assign_attrs(substeps=chosen, step_error=least, **said)
+
+
+def needed(loop: Loop, found: NDArray[np.float64]) -> int:
+    """How many substeps a machine of these rates takes."""
+    simulation = loop.simulation
+    rate = min(float(found.max()), PEAK * float(np.median(found))) if found.size else 0.0
+    return int(simulation.integrator.substeps_for(rate, simulation.period, simulation.tolerance))
+
+
+def with_substeps(loop: Loop, substeps: int) -> Loop:
+    changed: Loop = replace(loop, {"simulation.substeps": substeps})
+    return changed
+
+
+def unsettled(error: float, substeps: int, tolerance: float) -> str:
+    return (
+        f"the steps did not settle: {substeps} substeps and twice as many differ by {error:.1e} of the "
+        f"machine's largest values, more than simulation.tolerance = {tolerance:g}"
+    )
+
+
+def difference(loop: Loop, coarse: "xr.Dataset", fine: "xr.Dataset") -> float:
+    """The largest difference of a machine's states in two runs, relative to each state's largest value.
+
+    It is inf where one run is lost and the other is not.
+    """
+    *paths, _ = machine_paths(loop)
+    return max((one_difference(coarse[path].values, fine[path].values) for path in paths), default=0.0)
+
+
+def one_difference(a: Matrix, b: Matrix) -> float:
+    there = np.isfinite(a)
+    if not np.array_equal(there, np.isfinite(b)):
+        return math.inf
+    apart = np.abs(a[there] - b[there]).max(initial=0.0)
+    return float(apart / np.abs(b[there]).max()) if apart > 0.0 else 0.0
+
+
+def hardest(loop: Loop, parameters: Mapping[str, NDArray[np.float64]]) -> Loop:
+    """The loop whose machine moves fastest at its start, among those with the extremes of each parameter.
+
+    Args:
+        loop: the loop that all start from.
+        parameters: values of shape (runs,) by path.
+    """
+    runs = {int(end(values)) for values in parameters.values() for end in (np.argmin, np.argmax)}
+    candidates: Iterable[Any] = (
+        replace(loop, {path: type(value_at(loop, path))(values[i]) for path, values in parameters.items()})
+        for i in sorted(runs)
+    )
+    found: Loop = max(candidates, key=fastest)
+    return found

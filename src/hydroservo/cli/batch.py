@@ -1,0 +1,165 @@
+"""The command that runs one scenario many times."""
+
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from hydroservo.cli.options import Changes, Json, Plugins, Scenario
+
+if TYPE_CHECKING:
+    from hydroservo.cli.progress import Report
+    from hydroservo.simulate import Progress
+
+__all__ = ["batch"]
+
+MOST = 10_000_000  # runs; their table alone takes 2 GB
+LARGE_TABLE = 2**28  # bytes; a larger table is announced before the run
+MOST_SEEDS = 2**63
+PAUSE = 1.0  # s, before which a rate would be a guess
+
+
+def batch(
+    scenario: Scenario,
+    changes: Changes,
+    plugins: Plugins,
+    runs: Annotated[int, typer.Option("--runs", metavar="N", show_default=False, help="How many runs.")],
+    ranges: Annotated[
+        list[str],
+        typer.Option(
+            "--vary",
+            metavar="PATH=LOW..HIGH",
+            default_factory=list,
+            show_default=False,
+            help="Draw a number of the scenario evenly between two values, such as 500..900 MPa, or relative "
+            "to the value it has, such as -30%..+30%. Of the machine (plant, valve, supply, load) only the "
+            "truth varies; the controller goes on believing in the scenario's values. May be given again.",
+        ),
+    ],
+    out: Annotated[
+        list[Path],
+        typer.Option(
+            "--out",
+            metavar="FILE",
+            default_factory=list,
+            show_default=False,
+            dir_okay=False,
+            help="Write the parameters and metrics of each run (.csv, .parquet, .nc, .mat), or a picture of "
+            "them (.png, .svg, .pdf). May be given again.",
+        ),
+    ],
+    seeds: Annotated[
+        bool, typer.Option("--seeds", help="Give each run random numbers of its own, as for sensor noise.")
+    ] = False,
+    seed: Annotated[
+        int, typer.Option("--seed", metavar="S", min=0, max=MOST_SEEDS, help="Seed of what --vary draws.")
+    ] = 0,
+    metric: Annotated[
+        str, typer.Option("--metric", metavar="NAME", help="The metric of a picture, and of the worst run.")
+    ] = "steady_rms_error",
+    threads: Annotated[
+        int | None,
+        typer.Option("--threads", metavar="N", min=1, show_default="all cores", help="How many to use."),
+    ] = None,
+    strict: Annotated[
+        bool, typer.Option("--strict", help="Round after every operation: the same bits everywhere, slower.")
+    ] = False,
+    json: Json = False,
+) -> None:
+    """Simulate one scenario many times with varied parameters, and print how its metrics are spread.
+
+    Run i has the same parameters whatever the number of runs. The table of --out has them under the names
+    that --set takes, so that each run can be replayed alone, with its trajectory.
+
+    Examples:
+
+    - `hydroservo batch paper/sine-tsmc --runs 1000 --vary plant.bulk_modulus=-30%..+30%`
+    - `hydroservo batch paper/sine-pi --runs 300 --vary plant.mass=4..8kg --out runs.csv --out runs.png`
+    - `hydroservo batch paper/sine-tsmc --runs 100 --seeds --set sensors.type=NoisySensors --json`
+    """
+    from hydroservo.batch import simulate_batch
+    from hydroservo.cli.batch_files import checked_endings, table_of_runs, write_batch
+    from hydroservo.cli.batch_summary import batch_summary, remarkable_run, show_batch
+    from hydroservo.cli.progress import progress_bar
+    from hydroservo.cli.replay import Origin, command
+    from hydroservo.cli.variations import drawn_runs, variations
+    from hydroservo.results import as_json
+
+    check(runs, metric, bool(ranges or seeds))
+    checked_endings(out)
+    origin = Origin(scenario, changes, plugins)
+    loop = origin.loop({})
+    varied = variations(ranges, loop, origin.nominal())
+    drawn = drawn_runs(loop, varied, seed, runs, seeds=seeds)
+    prepare(out, runs, len(drawn.settings) + len(drawn.parameters))
+    with progress_bar("preparing") as report:
+        start = time.monotonic()
+        found = simulate_batch(
+            loop, drawn.parameters, strict=strict, threads=threads, progress=paced(report, runs)
+        )
+        seconds = time.monotonic() - start
+        report(1.0, "writing files")
+        table = table_of_runs(found, drawn, seed)
+        write_batch(out, table, [one.path for one in varied], metric)
+    summary = batch_summary(scenario, seed, table, drawn.ranges)
+    if json:
+        typer.echo(as_json(summary.as_tables()))
+        return
+    show_batch(summary, table, seconds)
+    run, reason = remarkable_run(table, metric)
+    replay = command(origin, *drawn.of_run(run))
+    if replay:
+        typer.echo(f"run {run} {reason}; alone: {replay}")
+    if out:
+        typer.echo(f"written: {', '.join(map(str, out))}")
+
+
+def check(runs: int, metric: str, varies: bool) -> None:
+    """Refuse what no batch can be made of.
+
+    Raises:
+        HydroservoError: in one line, what is wrong and what is allowed.
+    """
+    from hydroservo.errors import HydroservoError, ParameterError
+    from hydroservo.metrics import METRIC_FIELDS
+    from hydroservo.results import FLAGS
+    from hydroservo.scenario.names import one_of
+
+    if not 1 <= runs <= MOST:
+        raise ParameterError("--runs", runs, f"must be a whole number from 1 to {MOST}")
+    if not varies:
+        raise HydroservoError("nothing varies: give --vary PATH=LOW..HIGH, or --seeds, or both")
+    numbers = [name for name in METRIC_FIELDS if name not in FLAGS]
+    if metric not in numbers:
+        raise ParameterError("--metric", metric, one_of(metric, numbers))
+
+
+def prepare(files: Sequence[Path], runs: int, columns: int) -> None:
+    """Before the runs: make the folders of the files, and say how much memory a large table will take."""
+    from hydroservo.metrics import METRIC_FIELDS
+
+    for file in files:
+        file.parent.mkdir(parents=True, exist_ok=True)
+    size = 8 * runs * (columns + len(METRIC_FIELDS))
+    if size > LARGE_TABLE:
+        typer.echo(f"the table of all runs will take {size / 2**20:.0f} MiB of memory", err=True)
+
+
+def paced(report: "Report", runs: int) -> "Progress":
+    """Reports how many runs are done, how many a second, and how long the others will take."""
+    first: tuple[float, float] | None = None  # the clock and the fraction at the first report
+
+    def progress(fraction: float) -> None:
+        nonlocal first
+        now = time.monotonic()
+        first = first or (now, fraction)
+        seconds, done = now - first[0], fraction - first[1]
+        text = f"{round(fraction * runs):,} of {runs:,} runs"
+        if seconds > PAUSE and done > 0.0:
+            left = round((1.0 - fraction) * seconds / done)
+            text += f", {done * runs / seconds:,.0f} a second, {left // 60}:{left % 60:02d} left"
+        report(fraction, text)
+
+    return progress

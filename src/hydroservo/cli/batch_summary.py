@@ -1,0 +1,141 @@
+"""The part of a batch's result that fits on a screen."""
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from rich.markup import escape
+from rich.table import Table
+
+from hydroservo.cli.tables import as_text, show
+from hydroservo.metrics import METRIC_FIELDS
+from hydroservo.readable import common_unit
+from hydroservo.results import FLAGS
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["BatchSummary", "Spread", "batch_summary", "remarkable_run", "show_batch"]
+
+LEAST_IS_WORST = ("position_min",)
+
+
+class Spread(NamedTuple):
+    """How a metric is spread over the runs that did not diverge, in SI units; nan where none has it."""
+
+    p05: float
+    median: float
+    p95: float
+    worst: float
+
+
+class BatchSummary(NamedTuple):
+    """What identifies a batch, what varied, and how its metrics are spread; the fields of ``--json``."""
+
+    scenario: str  # as the user named it
+    hash: str
+    version: str
+    seed: int  # of the draws
+    runs: int
+    varied: Mapping[str, tuple[float, float]]
+    metrics: Mapping[str, Spread]
+    diverged: int
+    stroke_left: int
+
+    def as_tables(self) -> dict[str, Any]:
+        """What ``--json`` prints."""
+        metrics = {name: spread._asdict() for name, spread in self.metrics.items()}
+        return {**self._asdict(), "metrics": metrics}
+
+
+def batch_summary(
+    scenario: str, seed: int, table: "xr.Dataset", varied: Mapping[str, tuple[float, float]]
+) -> BatchSummary:
+    """The summary of a batch, from its table."""
+    kept = ~table["diverged"].values
+    return BatchSummary(
+        scenario=scenario,
+        hash=table.attrs["hash"],
+        version=table.attrs["version"],
+        seed=seed,
+        runs=table.sizes["run"],
+        varied=varied,
+        metrics={
+            name: spread_of(name, table[name].values[kept]) for name in METRIC_FIELDS if name not in FLAGS
+        },
+        diverged=int(table["diverged"].sum()),
+        stroke_left=int(table["stroke_left"].sum()),
+    )
+
+
+def spread_of(name: str, values: np.ndarray) -> Spread:
+    finite = values[np.isfinite(values)]
+    if not finite.size:
+        return Spread(*[float("nan")] * 4)
+    worst = finite.min() if name in LEAST_IS_WORST else finite.max()
+    p05, median, p95 = map(float, np.quantile(finite, (0.05, 0.5, 0.95)))
+    return Spread(p05, median, p95, float(worst))
+
+
+def remarkable_run(table: "xr.Dataset", metric: str) -> tuple[int, str]:
+    """The run that one would look at first, and why: the first that diverged, else the worst."""
+    lost = np.flatnonzero(table["diverged"].values)
+    if lost.size:
+        return int(lost[0]), "diverged"
+    values = table[metric].values
+    if not np.isfinite(values).any():
+        return 0, "is the first"
+    worst = np.nanargmin(values) if metric in LEAST_IS_WORST else np.nanargmax(values)
+    return int(worst), f"has the worst {metric}"
+
+
+def show_batch(summary: BatchSummary, table: "xr.Dataset", seconds: float) -> None:
+    """What varied, how the metrics are spread, and how many runs failed."""
+    show(ranges(summary, table), spreads(summary), *verdicts(summary))
+    show(f"{seconds:.3g} s, {summary.runs / seconds:.3g} runs per second")
+
+
+def ranges(summary: BatchSummary, table: "xr.Dataset") -> Table:
+    runs = "1 run" if summary.runs == 1 else f"{summary.runs:,} runs"
+    heading = f"{escape(summary.scenario)}   (hash {summary.hash}, {runs}, drawn with seed {summary.seed})"
+    shown = Table(title=heading, title_justify="left")
+    shown.add_column("varied", no_wrap=True)
+    for name in ("from", "to"):
+        shown.add_column(name, justify="right", no_wrap=True)
+    shown.add_column("unit", no_wrap=True)
+    shown.add_column("meaning")
+    for path, ends in summary.varied.items():
+        about = table[path].attrs
+        unit, factor = common_unit(ends, about["units"])
+        shown.add_row(escape(path), *(as_text(end, factor) for end in ends), unit, about["long_name"])
+    return shown
+
+
+def spreads(summary: BatchSummary) -> Table:
+    note = "of the runs that did not diverge" if summary.diverged else None
+    shown = Table(caption=note, caption_justify="left")
+    shown.add_column("metric", no_wrap=True)
+    for name in ("5 %", "median", "95 %", "worst"):
+        shown.add_column(name, justify="right", no_wrap=True)
+    shown.add_column("unit", no_wrap=True)
+    shown.add_column("meaning")
+    for name, values in summary.metrics.items():
+        field = METRIC_FIELDS[name]
+        unit, factor = common_unit(values, field.unit)
+        shown.add_row(name, *(as_text(value, factor) for value in values), unit, field.meaning)
+    return shown
+
+
+def verdicts(summary: BatchSummary) -> list[str]:
+    """In a line or two: how many runs diverged, and in how many the piston left its stroke."""
+    lines = []
+    if summary.diverged:
+        tally = share(summary.diverged, summary.runs)
+        lines.append(f"[bold red]DIVERGED[/]: {tally}: {METRIC_FIELDS['diverged'].meaning}.")
+    if summary.stroke_left:
+        lines.append(f"[bold yellow]LEFT THE STROKE[/]: {share(summary.stroke_left, summary.runs)}.")
+    return lines or ["[green]No run diverged, and no piston left its stroke.[/]"]
+
+
+def share(count: int, runs: int) -> str:
+    return f"{count:,} of {runs:,} runs ({100.0 * count / runs:.2g} %)"

@@ -1,0 +1,51 @@
+"""Options that several commands take."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    from hydroservo.loop import Loop
+
+__all__ = ["Changes", "Json", "Plugins", "Scenario", "Strict", "loaded"]
+
+Scenario = Annotated[
+    str, typer.Argument(metavar="SCENARIO", help="A scenario file (TOML), or the name of a built-in one.")
+]
+Changes = Annotated[
+    list[str],
+    typer.Option(
+        "--set",
+        metavar="a.b=VALUE",
+        default_factory=list,
+        show_default=False,
+        help="Change one entry of the scenario: `plant.mass=8kg`, "
+        "`simulation.period='100 us'`, `controller.type=PI`. A plain number is in SI units. "
+        "May be given again.",
+    ),
+]
+Plugins = Annotated[
+    list[Path],
+    typer.Option(
+        "--plugin",
+        metavar="FILE",
+        default_factory=list,
+        show_default=False,
+        help="Run this Python file, whose blocks a scenario may then name as a type. May be given again.",
+    ),
+]
+Json = Annotated[
+    bool, typer.Option("--json", help="Print one JSON object, in SI units, and nothing else on stdout.")
+]
+Strict = Annotated[
+    bool, typer.Option("--strict", help="Round after every operation: the same bits everywhere, slower.")
+]
+
+
+def loaded(scenario: str, changes: Sequence[str], plugins: Sequence[Path]) -> "Loop":
+    """The loop of a scenario with what ``--set`` changes in it."""
+    from hydroservo.scenario import load_scenario, parse_override
+
+    return load_scenario(scenario, dict(map(parse_override, changes)), plugins)

@@ -1,0 +1,216 @@
+"""What varies between the runs of a batch: ranges as they are typed, and the numbers drawn from them."""
+
+import re
+from collections.abc import Mapping, Sequence
+from hashlib import sha256
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydroservo.block import leaves, value_at
+from hydroservo.checks import allowed, within
+from hydroservo.errors import ScenarioError, short
+from hydroservo.field import Field, declared_fields
+from hydroservo.loop import Loop
+from hydroservo.scenario.load import Machine
+from hydroservo.scenario.names import nearest, one_of
+from hydroservo.scenario.overrides import PATH
+from hydroservo.scenario.quantities import si_value
+
+__all__ = ["Drawn", "Variation", "drawn_runs", "variations"]
+
+OPTION = "--vary"
+SEED = "simulation.seed"
+MODEL = "controller.model."
+LONGEST = 4096  # characters of one option
+QUANTITY = re.compile(r"[+-]?[0-9.]+(?:[eE][+-]?[0-9]+)?(?:\s*/\s*[0-9]+)?\s*(.*)", re.DOTALL)
+
+Numbers = NDArray[np.float64]
+
+
+class Variation(NamedTuple):
+    """A number of the loop that is drawn evenly between two values, in SI units."""
+
+    path: str
+    low: float
+    high: float
+    nominal: (
+        float | None
+    )  # what a parameter of the machine deviates from; None where values count as they are
+
+
+class Drawn(NamedTuple):
+    """What the runs of a batch do not share."""
+
+    settings: Mapping[str, NDArray[Any]]  # by the path that ``run --set`` takes
+    parameters: Mapping[str, NDArray[Any]]  # in SI units by the path in the loop
+    ranges: Mapping[str, tuple[float, float]]  # in SI units, by the path in the loop
+
+    def of_run(self, i: int) -> tuple[dict[str, float], dict[str, float]]:
+        """The settings and the parameters of one run."""
+        settings, parameters = (
+            {path: values[i].item() for path, values in columns.items()} for columns in self[:2]
+        )
+        return settings, parameters
+
+
+def variations(texts: Sequence[str], loop: Loop, nominal: Loop) -> list[Variation]:
+    """What ``--vary PATH=LOW..HIGH`` asks for, each path once.
+
+    Args:
+        texts: what was typed.
+        loop: the loop that all runs start from.
+        nominal: the same with its machine as it was before uncertainty: what percentages refer to.
+
+    Raises:
+        ScenarioError: in one line, the path, the value and what is allowed.
+    """
+    found: dict[str, Variation] = {}
+    for text in texts:
+        one = variation(text, loop, nominal)
+        if one.path in found:
+            raise ScenarioError(OPTION, one.path, "is given twice")
+        found[one.path] = one
+    return list(found.values())
+
+
+def variation(text: str, loop: Loop, nominal: Loop) -> Variation:
+    path, equals, value = (part.strip() for part in text.partition("="))
+    start, dots, end = (part.strip() for part in value.partition(".."))
+    if not (equals and dots and PATH.fullmatch(path)) or len(text) > LONGEST:
+        raise ScenarioError(OPTION, "", f"{short(text)} must be of the form PATH=LOW..HIGH")
+    check_path(path, loop)
+    field, middle = field_at(loop, path), float(value_at(nominal, path))
+    machine = path.partition(".")[0] in Machine._fields
+    try:
+        ends = both_ends(start, end, field, middle)
+    except ValueError as error:
+        raise ScenarioError(OPTION, path, f"{error}; it must be {allowed(field)}") from None
+    for one in ends:
+        if not within(one, field):
+            raise ScenarioError(OPTION, path, f"{short(value)} reaches {one:g}; it must be {allowed(field)}")
+    low, high = sorted(ends)
+    if low == high:
+        raise ScenarioError(OPTION, path, f"{short(value)} is no range: both its ends are {low:g}")
+    return Variation(path, low, high, middle if machine and middle else None)
+
+
+def check_path(path: str, loop: Loop) -> None:
+    """Refuse what is not a number that can differ between runs."""
+    known = [known for known, value in leaves(loop) if isinstance(value, float) and varies(known)]
+    if path in known:
+        return
+    parent = path.rpartition(".")[0]
+    beside = [name for name in known if parent and name.rpartition(".")[0] == parent]
+    problem = one_of(path, beside) if beside else f"is no number that can vary{nearest(path, known)}"
+    if path == SEED:
+        problem = "is varied by --seeds"
+    raise ScenarioError(OPTION, path, problem)
+
+
+def varies(path: str) -> bool:
+    """False for what is common to all runs, and for what a scenario has no table for."""
+    return not path.startswith(("simulation.", "nominal."))
+
+
+def both_ends(low: str, high: str, field: Field, nominal: float) -> tuple[float, float]:
+    """Both ends of a range in SI units; one unit at the end serves both.
+
+    Raises:
+        ValueError: they are not what they must be; the message says why.
+    """
+    units = [unit_in(low), unit_in(high)]
+    if units[1] and not units[0]:
+        low, units[0] = f"{low} {units[1]}", units[1]
+    relative = "%" in units
+    plain = not any(units)
+    unit = "" if relative or plain else field.unit
+    if relative and units[1] != "%":
+        raise ValueError(f"{short(high)} has no % while {short(low)} has one")
+    if relative and not nominal:
+        raise ValueError("is 0 in the scenario, of which there is no percentage")
+    first, last = value_of(low, unit), value_of(high, unit)
+    if first > last:
+        raise ValueError(f"{short(low)} is more than {short(high)}, its upper end")
+    if relative:
+        return nominal * (1.0 + first), nominal * (1.0 + last)
+    return first, last
+
+
+def unit_in(text: str) -> str:
+    """What follows the number in a quantity."""
+    match = QUANTITY.fullmatch(text.replace("\N{MINUS SIGN}", "-"))
+    return match[1] if match else ""
+
+
+def value_of(text: str, unit: str) -> float:
+    try:
+        return si_value(text, unit)
+    except ValueError as error:
+        raise ValueError(f"{short(text)} {error}") from None
+
+
+def field_at(loop: Loop, path: str) -> Field:
+    """The declaration of a number of a loop."""
+    parent, _, name = path.rpartition(".")
+    return declared_fields(value_at(loop, parent).__class__).get(name, Field("", name))
+
+
+def drawn_runs(loop: Loop, varied: Sequence[Variation], seed: int, runs: int, *, seeds: bool) -> Drawn:
+    """What each run of a batch sets.
+
+    A parameter of the machine is set as its relative deviation, so that the controller goes on believing in
+    the nominal value. Run i is the same whatever the number of runs, and each path whatever else varies.
+
+    Args:
+        loop: the loop that all runs start from.
+        varied: what is drawn.
+        seed: of the draws.
+        runs: how many.
+        seeds: whether each run has random numbers of its own: the seed of the scenario plus its number.
+    """
+    settings: dict[str, NDArray[Any]] = {}
+    parameters: dict[str, NDArray[Any]] = {}
+    ranges = {one.path: (one.low, one.high) for one in varied}
+    for one in varied:
+        numbers = drawn(one, seed, runs)
+        settings[one.path if one.nominal is None else f"uncertainty.{one.path}"] = numbers
+        parameters |= dict.fromkeys(moved(loop, one.path), values(one, numbers))
+    if seeds:
+        own = loop.simulation.seed + np.arange(runs)
+        settings[SEED] = parameters[SEED] = own
+        ranges[SEED] = (int(own[0]), int(own[-1]))
+    return Drawn(settings, parameters, ranges)
+
+
+def moved(loop: Loop, path: str) -> list[str]:
+    """What changes with a number: where a controller has a model, disturbances are defined against that."""
+    believed = getattr(loop.controller, "model", None) is loop.nominal
+    if not path.startswith(MODEL) or not believed:
+        return [path]
+    return [path, f"nominal.{path.removeprefix(MODEL)}"]
+
+
+def drawn(one: Variation, seed: int, runs: int) -> Numbers:
+    """What is drawn for each run: a value in SI units, or a relative deviation."""
+    u = uniform(seed, one.path, runs)
+    if one.nominal is None:
+        return np.minimum(one.low + (one.high - one.low) * u, one.high, dtype=np.float64)
+    first, last = one.low / one.nominal - 1.0, one.high / one.nominal - 1.0
+    return first + (last - first) * u
+
+
+def uniform(seed: int, path: str, runs: int) -> Numbers:
+    """Numbers in [0, 1) that are functions of the seed, the path and the number of the run.
+
+    Source: Philox4x64-10, Salmon, Moraes, Dror, Shaw 2011, doi:10.1145/2063384.2063405.
+    """
+    stream = int.from_bytes(sha256(path.encode()).digest()[:8], "little")
+    bits = np.random.Philox(key=np.array([seed, stream], dtype=np.uint64)).random_raw(runs)
+    return np.ldexp((bits >> np.uint64(11)).astype(np.float64), -53)
+
+
+def values(one: Variation, numbers: Numbers) -> Numbers:
+    """The values in SI units that the numbers drawn stand for, to the bit as a scenario has them."""
+    return numbers if one.nominal is None else one.nominal * (1.0 + numbers)

@@ -1,0 +1,137 @@
+"""Blocks and states as plain memory: what compiled kernels take in and give back.
+
+A kernel sees no Python object, only arrays of doubles. For each type of block the text of a small function
+is written that makes the block from its numbers, or writes its numbers back.
+"""
+
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydroservo.block import Block, is_block, leaves
+
+__all__ = [
+    "Shape",
+    "array_at",
+    "arrays",
+    "builder",
+    "cast",
+    "constructor",
+    "numbers",
+    "reader",
+    "recorder",
+    "shape",
+    "storer",
+    "written",
+]
+
+Shape = tuple[Any, ...]
+Text = Callable[[str, Any], str]
+
+
+class Kind(NamedTuple):
+    """What a leaf of a block is: float, bool, int or an array of so many dimensions."""
+
+    type: type
+    dimensions: int
+
+
+def shape(block: Block) -> Shape:
+    """The classes of a block and of all that is in it: what a kernel is compiled for."""
+    return (type(block), *(shape(value) if is_block(value) else kind(value) for value in block))
+
+
+def kind(value: Any) -> Kind:
+    return Kind(type(value), value.ndim if isinstance(value, np.ndarray) else 0)
+
+
+def numbers(block: Block) -> NDArray[np.float64]:
+    """The numbers of a block, arrays left out, in declared order."""
+    found = [float(value) for _, value in leaves(block) if not isinstance(value, np.ndarray)]
+    return np.array(found, dtype=np.float64)
+
+
+def arrays(block: Block) -> NDArray[np.int64]:
+    """Address and lengths of each array of a block; the block must outlive their use."""
+    table: list[int] = []
+    for _, value in leaves(block):
+        if isinstance(value, np.ndarray):
+            table += [value.ctypes.data, *value.shape]
+    return np.array(table, dtype=np.int64)
+
+
+def builder(block: Block) -> Callable[..., Any]:
+    """A function ``build(numbers, arrays)`` that makes a block of this shape."""
+    return constructor("build(numbers, arrays)", block, stored(block))
+
+
+def stored(block: Block) -> Text:
+    """Where each leaf stands in the numbers and in the table of arrays of a block."""
+    places: dict[str, str] = {}
+    number, place = 0, 0
+    for path, value in leaves(block):
+        if isinstance(value, np.ndarray):
+            lengths = "".join(f"arrays[{place + 1 + axis}], " for axis in range(value.ndim))
+            places[path] = f"array_at(arrays[{place}], ({lengths}))"
+            place += 1 + value.ndim
+        else:
+            places[path] = cast(f"numbers[{number}]", value)
+            number += 1
+    return lambda path, _: places[path]
+
+
+def array_at(address: int, lengths: tuple[int, ...]) -> NDArray[np.float64]:
+    """The array of doubles at an address; compiled code alone reads memory so."""
+    raise NotImplementedError
+
+
+def cast(text: str, value: Any) -> str:
+    """The text of a double turned into the type of a leaf."""
+    if isinstance(value, bool):
+        return f"({text} != 0.0)"
+    return f"int({text})" if isinstance(value, int) else text
+
+
+def storer(block: Block, place: str = "{}") -> Callable[..., Any]:
+    """A function ``store(memory, lane, s)`` that writes a state; ``place`` is the index of a number."""
+    lines = [f"    memory[{place.format(i)}] = s.{path}" for i, (path, _) in enumerate(leaves(block))]
+    return written("\n".join(["def store(memory, lane, s):", *lines, "    return None"]), {}, "store")
+
+
+def recorder(paths: Sequence[str]) -> Callable[..., None]:
+    """A function ``record(out, row, s)`` that writes the numbers at these paths of a state as a row."""
+    width = len(paths)
+    lines = [f"    out[row * {width} + {column}] = s.{path}" for column, path in enumerate(paths)]
+    return written("\n".join(["def record(out, row, s):", *lines, "    return None"]), {}, "record")
+
+
+def reader(paths: Sequence[str | None]) -> Callable[..., Any]:
+    """A function ``read(s)`` that returns the numbers at these paths of a state; nan for None."""
+    items = ", ".join("nan" if path is None else f"s.{path}" for path in paths)
+    return written(f"def read(s): return ({items},)", {"nan": float("nan")}, "read")
+
+
+def constructor(signature: str, block: Block, text: Text) -> Callable[..., Any]:
+    """A function that makes a block of this shape from the text of each of its leaves."""
+    namespace: dict[str, Any] = {"array_at": array_at}
+
+    def call(part: Block, prefix: str) -> str:
+        name = f"T{len(namespace)}"
+        namespace[name] = type(part)
+        arguments = (
+            call(value, f"{prefix}{field}.") if is_block(value) else text(f"{prefix}{field}", value)
+            for field, value in zip(part._fields, part, strict=True)
+        )
+        return f"{name}({', '.join(arguments)})"
+
+    body = call(block, "")
+    return written(f"def {signature}: return {body}", namespace, signature.partition("(")[0])
+
+
+def written(text: str, namespace: dict[str, Any], name: str) -> Callable[..., Any]:
+    """The function of that name in a text made from field names alone."""
+    exec(text, namespace)
+    function: Callable[..., Any] = namespace[name]
+    return function

@@ -1,0 +1,145 @@
+"""Compiles kernels to machine code: numba to LLVM, LLVM to an object file.
+
+Everything a kernel calls is inlined into one function that takes numbers and pointers only, allocates
+nothing and touches no Python object, so that its object file can be kept and loaded without numba.
+"""
+
+import re
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from llvmlite import binding
+from numba import njit, types
+from numba.core import compiler
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler_lock import global_compiler_lock
+from numba.core.errors import NumbaError
+from numba.core.registry import cpu_target
+
+from hydroservo.engine import arithmetic  # noqa: F401 - teaches numba the arithmetic on states
+from hydroservo.engine.jit import CONTRACT, INLINE, reason
+from hydroservo.engine.native import CompileError, MachineCode
+
+__all__ = ["DOUBLES", "FLOAT", "INTEGER", "INTEGERS", "inlined", "machine_code"]
+
+FLOAT = types.float64
+INTEGER = types.int64
+DOUBLES = types.CPointer(FLOAT)
+INTEGERS = types.CPointer(INTEGER)
+
+OPTIONS = {
+    "nopython": True,
+    "no_cpython_wrapper": True,
+    "no_cfunc_wrapper": True,
+    "error_model": "numpy",
+    "_nrt": False,
+}
+PROVIDED = {"memcpy", "memset", "memmove"}  # what LLVM itself may call, in every C library
+
+LABEL = re.compile(r"^([\w.$\"-]+):")
+TARGET = re.compile(r"label %([\w.$\"-]+)")
+
+
+class PartLibrary(JITCodeLibrary):
+    """The LLVM module of a function to be inlined: left as it is, for the kernel is optimised whole."""
+
+    _final_module: Any
+
+    def _optimize_final_module(self) -> None:
+        pass
+
+    def _finalize_final_module(self) -> None:
+        self._finalized = True
+
+
+class KernelLibrary(PartLibrary):
+    """The LLVM module of a kernel."""
+
+    def _optimize_final_module(self) -> None:
+        self._final_module = binding.parse_assembly(interleaved(str(self._final_module)))
+        JITCodeLibrary._optimize_final_module(self)
+
+    def object_code(self) -> bytes:
+        code: bytes = self._codegen._tm.emit_object(self._final_module)
+        return code
+
+    def foreign(self) -> Iterator[str]:
+        """The functions that the module calls and does not hold."""
+        for function in self._final_module.functions:
+            if function.is_declaration and not function.name.startswith("llvm."):
+                yield function.name
+
+
+def interleaved(module: str) -> str:
+    """The text of a module that asks for four vectors at a time in each loop that is vectorised.
+
+    While one waits the others go on: a batch of the paper's law takes a third less time.
+    """
+    lines: list[str] = []
+    loops: list[str] = []
+    seen: set[str] = set()
+    first = 1 + max((int(number) for number in re.findall(r"^!(\d+) =", module, re.MULTILINE)), default=0)
+    for line in module.splitlines():
+        label = LABEL.match(line)
+        seen = set() if line.startswith("define") else seen | ({label[1]} if label else set())
+        backward = line.startswith("  br ") and seen.intersection(TARGET.findall(line))
+        node = first + 1 + len(loops)
+        lines.append(f"{line}, !llvm.loop !{node}" if backward else line)
+        loops += [f"!{node} = distinct !{{!{node}, !{first}}}"] if backward else []
+    wish = f'!{first} = !{{!"llvm.loop.interleave.count", i32 4}}'
+    return "\n".join([*lines, wish, *loops, ""])
+
+
+def inlined(function: Callable[..., Any]) -> Callable[..., Any]:
+    """A function that kernels call without a call."""
+    dispatcher: Callable[..., Any] = njit(**INLINE)(function)
+    return dispatcher
+
+
+def machine_code(
+    function: Callable[..., Any], arguments: tuple[types.Type, ...], strict: bool
+) -> MachineCode:
+    """The object code of a kernel that returns a whole number.
+
+    Raises:
+        CompileError: it cannot be compiled.
+    """
+    with global_compiler_lock:
+        try:
+            name, library = lowered(function, arguments, strict)
+        except NumbaError as error:
+            raise CompileError(reason(error)) from error
+        foreign = set(library.foreign()) - PROVIDED
+        missing = sorted(name for name in foreign if binding.address_of_symbol(name) is None)
+        if missing:
+            raise CompileError(f"it calls {', '.join(missing)}")
+        return MachineCode(name, library.object_code(), portable=not foreign)
+
+
+def lowered(
+    function: Callable[..., Any], arguments: tuple[types.Type, ...], strict: bool
+) -> tuple[str, KernelLibrary]:
+    """The name of a kernel in its optimised LLVM module."""
+    flags = compiler.Flags()
+    cpu_target.options.parse_as_flags(flags, OPTIONS if strict else OPTIONS | {"fastmath": CONTRACT})
+    flags.no_compile = True
+    typing, target = cpu_target.typing_context, cpu_target.target_context
+    typing.refresh()
+    target.refresh()
+    library = KernelLibrary(target.codegen(), function.__name__)
+    with parts_only(target.codegen()):
+        result = compiler.compile_extra(typing, target, function, arguments, types.int64, flags, {}, library)
+    library.finalize()
+    return result.fndesc.llvm_func_name, library
+
+
+@contextmanager
+def parts_only(codegen: Any) -> Iterator[None]:
+    """Lets numba make parts to be inlined, not functions to be called: half the time to compile a loop."""
+    codegen._library_class = PartLibrary
+    codegen.set_env = lambda *_: None  # of Python functions, where exceptions look for their text
+    try:
+        yield
+    finally:
+        del codegen._library_class, codegen.set_env

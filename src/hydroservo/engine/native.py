@@ -1,0 +1,87 @@
+"""Machine code as something to call: from memory, from the disk cache, or made now."""
+
+import ctypes
+from collections.abc import Callable
+from functools import cache
+from threading import Lock
+from typing import Any, NamedTuple
+
+import numpy as np
+from llvmlite import binding
+
+from hydroservo.engine import disk_cache
+from hydroservo.engine.recipe import Recipe
+
+__all__ = ["CompileError", "MachineCode", "Native", "native"]
+
+
+class CompileError(Exception):
+    """The blocks cannot be compiled, or cannot run compiled."""
+
+
+class MachineCode(NamedTuple):
+    """An object file with one function to call."""
+
+    name: str
+    code: bytes
+    portable: bool  # needs nothing from the process that made it
+
+
+class Native:
+    """A compiled function of arrays and numbers that returns a whole number.
+
+    The calling convention is numba's: where to put the result, where to put an exception, the arguments.
+    """
+
+    def __init__(self, made: MachineCode) -> None:
+        prepare()
+        machine = binding.Target.from_default_triple().create_target_machine()
+        self.engine = binding.create_mcjit_compiler(binding.parse_assembly(""), machine)
+        self.engine.add_object_file(binding.ObjectFileRef.from_data(made.code))
+        self.engine.finalize_object()
+        self.function = ctypes.CFUNCTYPE(ctypes.c_int32)(self.engine.get_function_address(made.name))
+
+    def __call__(self, *arguments: Any) -> int:
+        result, exception = ctypes.c_int64(), ctypes.c_void_p()
+        places = ctypes.byref(result), ctypes.byref(exception)
+        if self.function(*places, *(argument(value) for value in arguments)) != 0:
+            raise CompileError("a block raised an exception while it ran")
+        return result.value
+
+
+def argument(value: Any) -> Any:
+    """A value as C takes it."""
+    if isinstance(value, np.ndarray):
+        return ctypes.c_void_p(value.ctypes.data)
+    return ctypes.c_double(value) if isinstance(value, float) else ctypes.c_int64(value)
+
+
+@cache
+def prepare() -> None:
+    binding.initialize_native_target()
+    binding.initialize_native_asmprinter()
+
+
+READY: dict[Recipe, Native] = {}
+LOCK = Lock()  # two threads that ask for one kernel get one, compiled once
+
+
+def native(recipe: Recipe, make: Callable[[], MachineCode]) -> Native:
+    """The kernel of a recipe: the one of before, the one on disk, or a new one."""
+    with LOCK:
+        if recipe not in READY:
+            READY[recipe] = Native(on_disk(recipe, make))
+        return READY[recipe]
+
+
+def on_disk(recipe: Recipe, make: Callable[[], MachineCode]) -> MachineCode:
+    digest = recipe.digest()
+    if digest is None:
+        return make()
+    kept = disk_cache.read(digest)
+    if kept is not None:
+        return MachineCode(*kept, portable=True)
+    made = make()
+    if made.portable:
+        disk_cache.write(digest, made.name, made.code)
+    return made

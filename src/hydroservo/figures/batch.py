@@ -1,0 +1,279 @@
+"""The picture of many runs: one metric against each number that varied, and how it is spread."""
+
+import math
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from textwrap import fill
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.axis import Axis
+from matplotlib.colors import LinearSegmentedColormap, LogNorm
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import FuncFormatter
+from numpy.typing import NDArray
+
+from hydroservo.figures.ranges import limits
+from hydroservo.figures.style import PALETTE, figure, style
+from hydroservo.readable import SUPERSCRIPT, readable_unit
+from hydroservo.results import atomic_path
+
+__all__ = ["plot_batch", "save_picture"]
+
+Numbers = NDArray[np.float64]
+
+WIDEST = 3  # panels side by side
+DOTS = 2000  # runs; more dots would hide each other, so that runs are counted in cells
+CELLS = (36, 21)  # across and up
+WIDE, MARGIN = 20.0, 1.2  # a metric that spans a larger ratio has a logarithmic axis, with a margin factor
+BINS = 40
+ALIKE = 40  # runs for one point of a running quantile
+FEWEST, MOST = 4, 20  # such points
+QUANTILES = {0.05: "--", 0.5: "-", 0.95: "--"}  # and their lines
+RUN, TREND, LOST = PALETTE[0], PALETTE[1], "#000000"
+COUNTS = LinearSegmentedColormap.from_list("counts", ["#dcebf7", "#6baed6", RUN, "#08306b"])
+LABELS = 60  # characters that all labels below a row of panels may take side by side
+ABOVE = (1.02, 1.06)  # a panel
+OWNERS = {"load": "load: ", "reference": "demand: ", "controller.model": "model: "}  # of like numbers
+MARKS = 200  # runs that diverged; more of them would hide each other, so that a strip shows their share
+GREEK = {"beta": "beta", "delta": "delta", "eps": "varepsilon", "mu": "mu", "phi": "phi", "rho": "rho"}
+NO_BREAK = "\N{NO-BREAK SPACE}"
+SYMBOL = re.compile(r"\b([A-Za-z]+)_(\w+)\b|(?<=\s)([A-Za-z]|rho)(?=\N{NO-BREAK SPACE}|$)")
+METADATA: Mapping[str, dict[str, Any]] = {
+    ".png": {"Software": None},
+    ".svg": {"Date": None},
+    ".pdf": {"CreationDate": None},
+}
+
+
+class Grid(NamedTuple):
+    """A figure's panels, and the axes of the distribution beside them."""
+
+    fig: Figure
+    panels: Sequence[Axes]
+    beside: Axes
+
+
+class Measured(NamedTuple):
+    """A metric of the runs that are shown, in the unit of its axis."""
+
+    meaning: str
+    unit: str
+    values: Numbers
+    kept: NDArray[np.bool_]  # which of all runs these are
+
+
+def plot_batch(table: xr.Dataset, varied: Sequence[str], metric: str) -> Figure:
+    """A metric of many runs against each number that varied, and its distribution.
+
+    Lines show the median and the 5 and 95 % of runs with like values of that number, where there are enough
+    of them. Runs that diverged are marked above the panels and are in nothing else. Many runs are counted in
+    cells.
+
+    Args:
+        table: what ``simulate_batch`` returned.
+        varied: the paths of what varied, columns of the table.
+        metric: the name of a metric.
+    """
+    runs = measured(table, metric)
+    with style():
+        grid = laid_out(len(varied))
+        draw_distribution(grid, runs)
+        for axis, path in zip(grid.panels, varied, strict=True):
+            draw_panel(axis, table[path], runs)
+        for axis in grid.panels:
+            plain_ticks(axis.yaxis)  # last, for each panel sets the common scale anew
+        if counted(runs):
+            count_alike(grid, runs)
+        grid.fig.legend(handles=handles(grid, runs), loc="outside upper center", ncols=4)
+    return grid.fig
+
+
+def measured(table: xr.Dataset, metric: str) -> Measured:
+    kept = ~table["diverged"].values & np.isfinite(table[metric].values)
+    values, about = table[metric].values[kept], table[metric].attrs
+    unit, factor = scale(about["units"], values)
+    return Measured(about["long_name"], unit, factor * values, kept)
+
+
+def laid_out(count: int) -> Grid:
+    """Rows of so many panels, with the distribution beside the first; that alone where nothing is drawn."""
+    if not count:
+        fig = figure(2.4)
+        return Grid(fig, (), fig.subplots())
+    rows = math.ceil(count / WIDEST)
+    across = math.ceil(count / rows)
+    fig = figure(0.6 + 1.9 * rows)
+    spec = fig.add_gridspec(rows, across + 1, width_ratios=[1.0] * across + [0.15 + 0.08 * across])
+    first = fig.add_subplot(spec[0, 0])
+    others = [fig.add_subplot(spec[divmod(i, across)], sharey=first) for i in range(1, count)]
+    return Grid(fig, [first, *others], fig.add_subplot(spec[0, across], sharey=first))
+
+
+def draw_distribution(grid: Grid, runs: Measured) -> None:
+    """How many runs have which value: sideways beside panels, whose common range it sets."""
+    axis, sideways = grid.beside, bool(grid.panels)
+    low, high = extent(runs.values)
+    edges = np.linspace(low, high, BINS + 1)
+    if spans_decades(runs.values):
+        (axis.set_yscale if sideways else axis.set_xscale)("log")
+        edges = np.geomspace(low, high, BINS + 1)
+    orientation: Literal["horizontal", "vertical"] = "horizontal" if sideways else "vertical"
+    axis.hist(runs.values, edges.tolist(), orientation=orientation, color=RUN, alpha=0.6)
+    if runs.values.size:
+        for quantile, line in QUANTILES.items():
+            across = axis.axhline if sideways else axis.axvline
+            across(float(np.quantile(runs.values, quantile)), color=TREND, linestyle=line)
+    (axis.set_ylim if sideways else axis.set_xlim)(low, high)
+    (axis.set_xlabel if sideways else axis.set_ylabel)("runs")
+    if sideways:
+        axis.tick_params(labelleft=False, which="both")
+    else:
+        axis.set_xlabel(labelled(runs.meaning, runs.unit, LABELS))
+        plain_ticks(axis.xaxis)
+
+
+def draw_panel(axis: Axes, column: xr.DataArray, runs: Measured) -> None:
+    """The runs against one of the numbers that varied."""
+    unit, factor = scale(column.attrs["units"], column.values)
+    x = factor * column.values
+    if counted(runs):
+        spacing: Literal["log", "linear"] = "log" if spans_decades(runs.values) else "linear"
+        axis.hexbin(x[runs.kept], runs.values, gridsize=CELLS, yscale=spacing, mincnt=1, cmap=COUNTS, lw=0.1)
+    else:
+        axis.plot(x[runs.kept], runs.values, ".", color=RUN, markersize=3.5, markeredgewidth=0.0, alpha=0.6)
+    draw_trend(axis, x[runs.kept], runs.values)
+    mark_lost(axis, x, ~runs.kept)
+    axis.set_xlim(x.min(), x.max())
+    place = axis.get_subplotspec()
+    across = place.get_gridspec().ncols - 1 if place is not None else 1
+    owner = next((name for path, name in OWNERS.items() if str(column.name).startswith(f"{path}.")), "")
+    axis.set_xlabel(labelled(owner + column.attrs["long_name"], unit, LABELS // across))
+    if place is not None and place.is_first_col():
+        axis.set_ylabel(labelled(runs.meaning, runs.unit, LABELS // 2))
+    else:
+        axis.tick_params(labelleft=False, which="both")
+
+
+def plain_ticks(axis: Axis) -> None:
+    """Write 0.1 on a logarithmic axis, not a power of ten."""
+    if axis.get_scale() == "log":
+        axis.set_major_formatter(FuncFormatter(lambda tick, _: f"{tick:g}"))
+
+
+def draw_trend(axis: Axes, x: Numbers, y: Numbers) -> None:
+    """Quantiles of runs with like x, each moved along their common slope to the middle of them."""
+    points = min(x.size // ALIKE, MOST)
+    if points < FEWEST:
+        return
+    log = spans_decades(y)
+    parts = [(x[part], np.log(y[part]) if log else y[part]) for part in np.array_split(np.argsort(x), points)]
+    middles = [float(near.mean()) for near, _ in parts]
+    level = [values - slope(near, values) * (near - near.mean()) for near, values in parts]
+    for quantile, line in QUANTILES.items():
+        trend = np.array([np.quantile(values, quantile) for values in level])
+        axis.plot(middles, np.exp(trend) if log else trend, line, color=TREND)
+
+
+def slope(x: Numbers, y: Numbers) -> float:
+    """That of the line of least squares."""
+    moved = x - x.mean()
+    return float(moved @ y / (moved @ moved))
+
+
+def mark_lost(axis: Axes, x: Numbers, lost: NDArray[np.bool_]) -> None:
+    """Marks above a panel where runs diverged; of many, a strip that is darker the more of them did."""
+    above = axis.get_xaxis_transform()
+    if not lost.any():
+        return
+    if lost.sum() > MARKS:
+        every, edges = np.histogram(x, CELLS[0])
+        share = np.histogram(x[lost], edges)[0] / np.maximum(every, 1)
+        strip = axis.pcolormesh(edges, ABOVE, share[np.newaxis], cmap="Greys", vmin=0.0, transform=above)
+        strip.set_clip_on(False)
+    else:
+        middles = np.full(lost.sum(), np.mean(ABOVE))
+        (marks,) = axis.plot(x[lost], middles, "|", color=LOST, transform=above, clip_on=False)
+        marks.set(markersize=5, markeredgewidth=0.6)
+
+
+def count_alike(grid: Grid, runs: Measured) -> None:
+    """One scale of counts for all panels."""
+    clouds = [axis.collections[0] for axis in grid.panels]
+    norm = LogNorm(1.0, max(float(np.max(np.asarray(cloud.get_array()))) for cloud in clouds))
+    for cloud in clouds:
+        cloud.set_norm(norm)
+    bar = grid.fig.colorbar(clouds[0], ax=[*grid.panels, grid.beside], aspect=35, pad=0.01)
+    bar.set_label(f"runs in a cell, of {runs.values.size:,}")
+    plain_ticks(bar.ax.yaxis)
+
+
+def handles(grid: Grid, runs: Measured) -> list[Line2D]:
+    """What the legend explains."""
+    shown, lost = runs.values.size, int((~runs.kept).sum())
+    dot = Line2D([], [], marker=".", linestyle="", color=RUN, label=f"{shown:,} runs")
+    lines = [
+        Line2D([], [], color=TREND, label="median"),
+        Line2D([], [], color=TREND, linestyle="--", label="5 % and 95 %"),
+    ]
+    mark = Line2D(
+        [], [], marker="|", linestyle="", color=LOST, label=f"diverged: {lost:,} of {runs.kept.size:,}"
+    )
+    dots = [dot] if grid.panels and not counted(runs) else []
+    return [*dots, *lines, *([mark] if lost else [])]
+
+
+def counted(runs: Measured) -> bool:
+    return runs.values.size > DOTS
+
+
+def spans_decades(values: Numbers) -> bool:
+    return bool(values.size) and 0.0 < WIDE * float(values.min()) < float(values.max())
+
+
+def extent(values: Numbers) -> tuple[float, float]:
+    """A range that holds all runs, with a margin."""
+    if spans_decades(values):
+        return float(values.min()) / MARGIN, float(values.max()) * MARGIN
+    return limits([values], 0.0)
+
+
+def scale(unit: str, values: Numbers) -> tuple[str, float]:
+    """The unit in which SI numbers are neither tiny nor huge, and the factor to it."""
+    largest = float(np.max(np.abs(values), initial=0.0))
+    label, factor = readable_unit(unit, largest)
+    if largest == 0.0 or 1e-2 <= factor * largest < 1e5:
+        return label, factor
+    power = 3 * math.floor(math.log10(factor * largest) / 3.0)
+    return f"10{str(power).translate(SUPERSCRIPT)} {label}".strip(), factor / 10.0**power
+
+
+def labelled(meaning: str, unit: str, width: int) -> str:
+    """The name of an axis, in lines of so many characters, its symbols set as such.
+
+    The unit that some meanings have in them is left out.
+    """
+    unit = f" [{unit}]".replace(" ", NO_BREAK) if unit else ""
+    lines = fill(meaning.partition(" [")[0] + unit, width, break_long_words=False)
+    return SYMBOL.sub(symbol, lines).replace(NO_BREAK, " ")
+
+
+def symbol(found: re.Match[str]) -> str:
+    base, sub = found[1] or found[3], found[2]
+    base = f"\\{GREEK[base]}" if base in GREEK else base
+    return f"${base}_{{{sub}}}$" if sub else f"${base}$"
+
+
+def save_picture(fig: Figure, path: Path) -> Path:
+    """Write a figure in the format that the file's ending names; the same figure always gives the same bytes.
+
+    Raises:
+        HydroservoError: the file cannot be written.
+    """
+    with style(), atomic_path(path) as temporary:
+        fig.savefig(temporary, metadata=METADATA[path.suffix.lower()])
+    return path

@@ -1,0 +1,93 @@
+"""The benchmark runs, its contenders agree, and the pages show what it measured."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+ROOT = Path(__file__).parents[2]
+PEERS = "hydroservo,C scalar,C SIMD,numba by hand"
+pytestmark = pytest.mark.skipif(
+    os.environ.get("NUMBA_DISABLE_JIT", "0") != "0", reason="nothing to measure interpreted"
+)
+
+
+@pytest.fixture(autouse=True)
+def checkout(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(ROOT)
+
+
+def run(*options: str, path: str = os.environ["PATH"]) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-m", "benchmarks", "--quick", "--rounds", "1", *options]
+    surroundings = os.environ | {"PATH": path}
+    return subprocess.run(command, cwd=ROOT, env=surroundings, capture_output=True, text=True, check=True)
+
+
+@pytest.fixture(scope="module")
+def measured(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
+    out = tmp_path_factory.mktemp("benchmarks") / "results.json"
+    run("--jobs", "J1,J2,J3", "--peers", PEERS, "--out", str(out))
+    section: dict[str, Any] = json.loads(out.read_text(encoding="utf-8"))["native"]
+    return section
+
+
+def test_contenders_agree(measured: dict[str, Any]) -> None:
+    from benchmarks.peer import TOLERANCE
+
+    assert [job["name"] for job in measured["jobs"]] == ["J1", "J2", "J3"]
+    for job in measured["jobs"]:
+        assert {entry["name"] for entry in job["entries"]} >= {"hydroservo", "numba by hand"}
+        differences = {entry["name"]: entry["difference"] for entry in job["entries"]}
+        assert {name: d for name, d in differences.items() if not d <= TOLERANCE} == {}
+
+
+def test_tables_hold_every_contender(measured: dict[str, Any]) -> None:
+    from benchmarks.table import job_table, summary
+
+    header, rows = summary(measured)
+    assert len(header) == 1 + len(measured["jobs"])
+    for column, job in enumerate(measured["jobs"], 1):
+        shown = {row[0] for row in rows if row[column]}
+        assert shown == {entry["name"] for entry in job["entries"]}
+        assert len(job_table(job)[1]) == len(job["entries"])
+
+
+def test_missing_peers_are_named() -> None:
+    """Without a compiler on the path there is no C."""
+    done = run("--jobs", "J2", "--peers", "hydroservo,C scalar", path="")
+    assert "Left out: C scalar (there is no gcc)." in done.stdout
+    assert "hydroservo" in done.stdout
+
+
+def test_another_algorithm_gets_no_ratio(measured: dict[str, Any]) -> None:
+    from benchmarks.table import job_table, summary
+
+    job = json.loads(json.dumps(measured["jobs"][1]))
+    job["entries"][-1]["difference"] = 1e-3
+    assert summary({"jobs": [job]})[1][-1][1].endswith("(-)")
+    assert "not the same algorithm" in " ".join(job_table(job)[1][-1])
+
+
+def test_difference_is_relative_and_sees_what_is_not_a_number() -> None:
+    from benchmarks.peer import difference
+
+    one = {"a": np.array([1.0, 0.0]), "b": np.array([5.0])}
+    assert difference(one, {"a": np.array([2.0, 0.0])}) == 0.5
+    assert np.isnan(difference({"a": np.array([np.nan, 0.0])}, one))
+    assert np.isnan(difference(one, {"c": np.array([1.0])}))
+
+
+@pytest.mark.parametrize("page", ["README.md", "docs/benchmarks.md"])
+def test_pages_show_the_results(page: str) -> None:
+    from benchmarks.results import load
+    from benchmarks.table import details, filled, overview
+
+    results = load()
+    text = overview(results) if page == "README.md" else details(results)
+    shown = (ROOT / page).read_text(encoding="utf-8")
+    assert filled(shown, text) == shown

@@ -1,0 +1,297 @@
+"""How fast a machine moves, whether steps follow it, and how many it takes."""
+
+import cmath
+import math
+from collections.abc import Callable
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from hydroservo import Loop, ScenarioError, Simulation, ops, replace, simulate
+from hydroservo.accuracy import (
+    checked_steps,
+    difference,
+    fastest,
+    hardest,
+    machine_paths,
+    rates,
+    settled,
+    warning,
+)
+from hydroservo.block import Field
+from hydroservo.checks import checked
+from hydroservo.controllers import PI
+from hydroservo.errors import ParameterError
+from hydroservo.integrators import RK4, Tsit5
+from hydroservo.loads import Constant, Square
+from hydroservo.loop import AUTO
+from hydroservo.plants import LoadPressurePlant
+from hydroservo.references import Square as SquareDemand
+from hydroservo.scenario import builtin_scenarios, load_scenario, parse_override
+from hydroservo.signals import Demand, Measurement
+from hydroservo.valves import FirstOrderValve
+
+SHORT = Simulation(duration=0.5, period=1e-3, record_period=1e-3)
+LOOP = Loop(simulation=SHORT, controller=PI(0.3, 100.0))
+STIFF = replace(LOOP, {"plant.bulk_modulus": 7e10, "controller.proportional_gain": 0.03})
+SOFT = replace(LOOP, {"plant.bulk_modulus": 7e6, "plant.damping": 2000.0, "controller": PI(0.03, 1.0)})
+UNALIGNED = LOOP._replace(load=Square(100.0, 0.0837))
+
+
+def with_substeps(loop: Loop, substeps: int) -> Loop:
+    changed: Loop = replace(loop, {"simulation.substeps": substeps})
+    return changed
+
+
+def recorded(log: list[int]) -> Callable[[Loop], xr.Dataset]:
+    """Simulates, and writes down with how many substeps."""
+
+    def run(loop: Loop) -> xr.Dataset:
+        log.append(loop.simulation.substeps)
+        return simulate(loop)
+
+    return run
+
+
+def natural_rate(plant: LoadPressurePlant) -> float:
+    """The larger |lambda| of the cylinder with its valve shut, from its matrix's trace and determinant."""
+    stiffness = 4.0 * plant.bulk_modulus / plant.total_volume
+    half_trace = -0.5 * (plant.damping / plant.mass + stiffness * plant.leakage)
+    determinant = stiffness * (plant.leakage * plant.damping + plant.piston_area**2) / plant.mass
+    root = cmath.sqrt(half_trace**2 - determinant)
+    return max(abs(half_trace + root), abs(half_trace - root))
+
+
+@pytest.mark.parametrize("bulk_modulus", [7e6, 7e8, 7e10])
+def test_at_the_start_the_fastest_rate_is_that_of_the_shut_cylinder(bulk_modulus: float) -> None:
+    """An underdamped pair, whose size is the hydraulic natural frequency, or with stiff oil the leakage's."""
+    loop = replace(LOOP, {"plant.bulk_modulus": bulk_modulus})
+    assert fastest(loop) == pytest.approx(natural_rate(loop.plant), rel=1e-6)
+
+
+def test_a_fast_valve_is_the_fastest() -> None:
+    valve = FirstOrderValve(time_constant=1e-5)
+    assert fastest(LOOP._replace(valve=valve)) == pytest.approx(1e5, rel=1e-6)
+
+
+def test_along_a_run_the_rates_are_near_that_of_the_start() -> None:
+    found = rates(LOOP, simulate(with_substeps(LOOP, 10)))
+    assert found.size >= 8
+    assert found == pytest.approx(fastest(LOOP), rel=0.05)
+
+
+def test_an_orifice_near_a_vanishing_drop_shows() -> None:
+    """Held shut against nearly the supply pressure, it is as steep as one over the root of the drop."""
+    loop = LOOP._replace(load=Constant(1960.0))
+    data = simulate(with_substeps(loop, 50))
+    assert fastest(loop, data) > 2.0 * fastest(loop)
+
+
+def test_only_what_is_finite_counts() -> None:
+    data = simulate(with_substeps(LOOP, 10))
+    lost = data.copy(deep=True)
+    for path in machine_paths(LOOP):
+        lost[path].values[250:] = np.nan
+    assert fastest(LOOP, lost) == pytest.approx(fastest(LOOP), rel=0.05)
+    for path in machine_paths(LOOP):
+        lost[path].values[:] = np.nan
+    assert fastest(LOOP, lost) == 0.0
+
+
+@pytest.mark.parametrize("name", list(builtin_scenarios()))
+def test_built_in_scenarios_are_trusted(name: str) -> None:
+    loop = load_scenario(name, {"simulation.duration": "0.1 s"})
+    data = simulate(loop)
+    assert warning(loop, data) == ""
+    assert warning(loop) == ""
+
+
+@pytest.mark.parametrize("loop", [LOOP, STIFF], ids=["ordinary oil", "stiff oil"])
+def test_steps_that_are_too_coarse_say_so(loop: Loop) -> None:
+    data = checked_steps(loop, simulate)
+    said = data.attrs["warning"]
+    assert said == warning(loop, simulate(loop))
+    assert "\n" not in said
+    assert 'RK4 with 1 substep in 0.001 s follows up to 500 1/s; simulation.substeps = "auto" finds' in said
+    assert warning(loop) != ""
+
+
+def test_the_warning_goes_where_the_steps_are_short_enough() -> None:
+    """At h |lambda| = 0.5, for the fastest motion along the run."""
+    data = simulate(with_substeps(LOOP, 10))
+    needed = math.ceil(2e-3 * fastest(LOOP, data))
+    assert warning(with_substeps(LOOP, needed), data) == ""
+    assert warning(with_substeps(LOOP, needed - 1), data) != ""
+    assert "warning" not in checked_steps(with_substeps(LOOP, needed), simulate).attrs
+
+
+def test_tsit5_is_trusted_until_its_shortest_step_is_too_long() -> None:
+    adaptive = replace(STIFF, {"simulation.integrator": Tsit5()})
+    assert warning(adaptive, simulate(adaptive)) == ""
+    assert "shorten simulation.period" in warning(
+        replace(adaptive, {"simulation.integrator.most_steps": 100})
+    )
+
+
+def test_a_false_alarm_is_not_raised_where_steps_are_within_tolerance() -> None:
+    """On a demand that jumps, what is trusted is right to a part in a thousand, and what is not is not."""
+    square = LOOP._replace(reference=SquareDemand(), controller=PI(3.0, 600.0), valve=FirstOrderValve())
+    finest = simulate(with_substeps(square, 200))
+    errors = {n: difference(square, simulate(with_substeps(square, n)), finest) for n in (1, 3)}
+    assert warning(with_substeps(square, 1)) != ""
+    assert warning(with_substeps(square, 3)) == ""
+    assert errors[3] < 1e-3
+    assert errors[1] > 1e-2
+
+
+def test_differences_are_relative_to_each_states_largest_value() -> None:
+    a = simulate(with_substeps(LOOP, 10))
+    b = a.copy(deep=True)
+    assert difference(LOOP, a, b) == 0.0
+    b["plant.load_force"].values[100] += 1e-3 * np.abs(a["plant.load_force"].values).max()
+    assert difference(LOOP, a, b) == pytest.approx(1e-3, rel=1e-2)
+    b["plant.velocity"].values[-1] = math.nan
+    assert difference(LOOP, a, b) == math.inf
+    a["plant.velocity"].values[-1] = math.nan
+    assert difference(LOOP, a, b) == pytest.approx(1e-3, rel=1e-2)
+
+
+@pytest.mark.parametrize("loop", [LOOP, STIFF, SOFT], ids=["ordinary", "stiff", "soft"])
+@pytest.mark.parametrize("tolerance", [1e-6, 1e-9])
+def test_auto_picks_what_step_doubling_confirms(loop: Loop, tolerance: float) -> None:
+    loop = replace(loop, {"simulation.substeps": AUTO, "simulation.tolerance": tolerance})
+    data = checked_steps(loop, simulate)
+    substeps, error = data.attrs["substeps"], data.attrs["step_error"]
+    assert error <= tolerance
+    assert "warning" not in data.attrs
+    assert warning(with_substeps(loop, substeps), data) == ""
+    runs = [simulate(with_substeps(loop, n)) for n in (substeps, 2 * substeps, 8 * substeps)]
+    assert difference(loop, *runs[:2]) == error
+    assert difference(loop, runs[0], runs[2]) < 2.0 * tolerance
+    assert all(np.array_equal(data[path], runs[0][path]) for path in machine_paths(loop))
+
+
+def test_auto_takes_more_for_a_stiffer_machine_and_a_tighter_tolerance() -> None:
+    found = [
+        settled(replace(loop, {"simulation.tolerance": tolerance}), simulate).attrs["substeps"]
+        for loop, tolerance in ((SOFT, 1e-6), (LOOP, 1e-6), (LOOP, 1e-9), (STIFF, 1e-9))
+    ]
+    assert found == sorted(set(found))
+
+
+def test_auto_does_not_repeat_runs() -> None:
+    log: list[int] = []
+    chosen = settled(LOOP, recorded(log)).attrs["substeps"]
+    assert log[-2:] == [chosen, 2 * chosen]
+    assert len(log) == len(set(log)) <= 3
+
+
+def test_a_load_that_jumps_inside_substeps_does_not_settle_and_tsit5_does() -> None:
+    log: list[int] = []
+    lost = settled(UNALIGNED, recorded(log))
+    assert lost.attrs["step_error"] > 1e-5
+    assert lost.attrs["warning"].startswith(
+        f"the steps did not settle: {lost.attrs['substeps']} substeps and"
+    )
+    assert lost.attrs["substeps"] in log[:-1]
+    found = settled(replace(UNALIGNED, {"simulation.integrator": Tsit5()}), simulate)
+    assert found.attrs["substeps"] == 1
+    assert found.attrs["step_error"] < 1e-6
+    assert "warning" not in found.attrs
+
+
+class UserState(NamedTuple):
+    u: Annotated[float, Field("V", "command")]
+
+
+class Relay(NamedTuple):
+    """A law that switches fully at every sample: the explicit sgn at its worst."""
+
+    level: Annotated[float, Field("V", "command", "this test")] = 5.0
+
+    def init(self) -> UserState:
+        return UserState(0.0)
+
+    def step(self, s: UserState, y: Measurement, r: Demand, dt: float) -> UserState:
+        return UserState(self.level * ops.sign(r.value - y.velocity))
+
+
+def test_a_law_that_chatters_does_not_settle_and_says_how_far_it_is() -> None:
+    relay = LOOP._replace(controller=Relay(), simulation=SHORT._replace(duration=2.0))
+    log: list[int] = []
+    data = settled(relay, recorded(log))
+    assert data.attrs["step_error"] > 1e-3
+    assert f"differ by {data.attrs['step_error']:.1e} of" in data.attrs["warning"]
+    assert len(log) < 8
+
+
+def test_a_run_that_diverges_is_given_up_soon() -> None:
+    """A positive feedback that throws the piston away, whatever the steps."""
+    log: list[int] = []
+    data = settled(LOOP._replace(controller=Relay(-5.0)), recorded(log))
+    assert bool(data.diverged)
+    assert len(log) < 8
+
+
+@pytest.mark.parametrize(("first_whole", "calls"), [(2, 3), (1000, 3)])
+def test_lost_runs_are_given_up_soon_unless_a_finer_one_is_whole(first_whole: int, calls: int) -> None:
+    whole = simulate(with_substeps(LOOP, 10))
+    log: list[int] = []
+
+    def run(loop: Loop) -> xr.Dataset:
+        log.append(loop.simulation.substeps)
+        data = whole.copy(deep=True)
+        if len(log) < first_whole:
+            data["plant.velocity"].values[-len(log) :] = math.nan
+        return data
+
+    data = settled(LOOP, run)
+    assert len(log) == calls
+    assert (data.attrs["step_error"] == 0.0) == (first_whole == 2)
+    assert ("warning" in data.attrs) == (first_whole == 1000)
+
+
+def test_the_hardest_of_many_machines() -> None:
+    parameters = {
+        "plant.bulk_modulus": np.array([7e8, 9e9, 8e8, 1e7]),
+        "plant.mass": np.array([6.0, 60.0, 0.06, 6.0]),
+        "simulation.seed": np.array([1.0, 2.0, 3.0, 4.0]),
+    }
+    loop = hardest(LOOP, parameters)
+    assert (loop.plant.bulk_modulus, loop.plant.mass) == (8e8, 0.06)
+    assert repr(loop.simulation.seed) == "3"
+
+
+def test_auto_is_a_word_in_a_scenario_and_a_number_in_python() -> None:
+    loop = load_scenario("paper/sine-pi", dict([parse_override("simulation.substeps=auto")]))
+    assert loop.simulation.substeps == AUTO
+    assert checked(loop).simulation.substeps == AUTO
+    for wrong in (0, -2, "atuo"):
+        with pytest.raises(ScenarioError, match=r'must be a whole number at least 1 .* or "auto"'):
+            load_scenario("paper/sine-pi", {"simulation.substeps": wrong})
+    with pytest.raises(ParameterError, match='or "auto"'):
+        checked(with_substeps(LOOP, 0))
+    with pytest.raises(ScenarioError, match="is not a quantity"):
+        load_scenario("paper/sine-pi", {"plant.mass": "auto"})
+
+
+def test_the_integrator_is_a_nested_table() -> None:
+    changes: dict[str, Any] = dict(
+        map(parse_override, ("simulation.integrator.type=Tsit5", "simulation.integrator.tolerance=1e-9"))
+    )
+    assert load_scenario("paper/sine-pi", changes).simulation.integrator == Tsit5(1e-9)
+    assert load_scenario("paper/sine-pi").simulation.integrator == RK4()
+    with pytest.raises(ScenarioError, match="did you mean Tsit5"):
+        load_scenario("paper/sine-pi", {"simulation.integrator.type": "Tsit"})
+
+
+def test_the_paths_that_steps_are_judged_by() -> None:
+    assert machine_paths(LOOP._replace(valve=FirstOrderValve())) == (
+        "plant.velocity",
+        "plant.load_force",
+        "plant.position",
+        "valve.opening",
+        "controller.u",
+    )
