@@ -1,8 +1,9 @@
 """One loop with many parameters in, one table of metrics out."""
 
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import CancelledError, ThreadPoolExecutor, as_completed
+from functools import partial
 from threading import Event
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -30,11 +31,13 @@ from hydroservo.simulate import (
 if TYPE_CHECKING:
     import xarray as xr
 
-    from hydroservo.engine.lanes import CompiledLanes
+    from hydroservo.engine.cuda import CudaGroup
+    from hydroservo.engine.lanes import Group
 
 __all__ = ["simulate_batch"]
 
 CHUNK = 20_000  # integration steps of a group of lanes between two looks at whether to stop
+CUDA_CHUNK = 2_000  # of a group of threads: a second on a device that is slow with doubles
 
 SEED = "simulation.seed"  # the one whole number that may differ between runs; doubles hold it exactly
 FLAGS = ("stroke_left", "diverged")
@@ -43,10 +46,12 @@ Columns = dict[str, NDArray[np.float64]]
 
 
 class Job(NamedTuple):
-    """What all groups of lanes share."""
+    """What all groups of runs share."""
 
     loop: Loop
-    kernel: "CompiledLanes"
+    begin: "Callable[[Columns], Group | CudaGroup]"
+    size: int  # runs of a group
+    chunk: int
     samples: int
     columns: Columns
     stop: Event
@@ -58,6 +63,7 @@ def simulate_batch(
     *,
     strict: bool = False,
     threads: int | None = None,
+    cuda: bool = False,
     progress: Progress | None = None,
 ) -> "xr.Dataset":
     """Simulate a loop once for each set of parameters, and return the metrics of each run.
@@ -73,6 +79,8 @@ def simulate_batch(
             believes in stays as it is, and runs without a seed of their own meet the same noise.
         strict: True rounds after every operation, so that each run has the bits of its single strict run.
         threads: how many to use; all cores if None.
+        cuda: True computes on a CUDA device, one thread there a run, for which numba-cuda must be installed.
+            Strict runs have the same bits on both; others may differ in the last ones.
         progress: called now and then with the fraction of runs done.
 
     Returns:
@@ -81,7 +89,7 @@ def simulate_batch(
         ``step_error`` as :func:`~hydroservo.simulate` has them, for the run whose machine moves fastest.
 
     Raises:
-        ParameterError: an unknown path, a value out of its range, or arrays of different lengths.
+        ParameterError: an unknown path, a value out of its range, arrays of different lengths, or no device.
         LoopError: a block that does not fit the loop.
     """
     loop = checked(loop)
@@ -91,12 +99,14 @@ def simulate_batch(
     runs = next(iter(columns.values())).size
     samples = laid_out(loop, state, ()).samples
     with compilation(loop):
-        job = Job(loop, kernel(loop, state, samples, tuple(columns), strict), samples, columns, Event())
+        begin, size = kernel(loop, state, samples, tuple(columns), strict, cuda)
+    job = Job(loop, begin, size, CUDA_CHUNK if cuda else CHUNK, samples, columns, Event())
     table = np.empty((len(METRIC_FIELDS), runs))
-    for done, (start, metrics) in enumerate(groups(job, runs, threads), 1):
+    told = progress or (lambda _: None)
+    found = in_turn(job, runs, told) if cuda else side_by_side(job, runs, threads)
+    for done, (start, metrics) in enumerate(found, 1):
         table[:, start : start + metrics.shape[1]] = metrics
-        if progress is not None:
-            progress(min(1.0, done * lanes() / runs))
+        told(min(1.0, done * size / runs))
     return dataset(loop, columns, table).assign_attrs(said)
 
 
@@ -111,16 +121,26 @@ def with_steps(loop: Loop, columns: Columns, strict: bool) -> tuple[Loop, dict[s
     return chosen, {name: found[name] for name in ("substeps", "step_error", "warning") if name in found}
 
 
-def lanes() -> int:
-    from hydroservo.engine.lanes import LANES
+def kernel(
+    loop: Loop, state: Block, samples: int, varied: tuple[str, ...], strict: bool, cuda: bool
+) -> tuple["Callable[[Columns], Group | CudaGroup]", int]:
+    """What begins a group of runs with these parameters, and how many runs it takes."""
+    from hydroservo.engine.kernel import Wanted
 
-    return LANES
+    study, wanted = studied(loop, samples), Wanted((), measured_paths(state), Sample)
+    if cuda:
+        from hydroservo.engine.cuda import MOST, CudaGroup, CudaThreads
+
+        return partial(CudaGroup, CudaThreads(study, wanted, state, varied, strict=strict)), MOST
+    from hydroservo.engine.lanes import LANES, CompiledLanes, Group
+
+    return partial(Group, CompiledLanes(study, wanted, state, varied, strict=strict)), LANES
 
 
-def groups(job: Job, runs: int, threads: int | None) -> Iterator[tuple[int, NDArray[np.float64]]]:
-    """The metrics of each group of lanes, with the number of its first run, as they are done."""
+def side_by_side(job: Job, runs: int, threads: int | None) -> Iterator[tuple[int, NDArray[np.float64]]]:
+    """The metrics of each group of runs, with the number of its first run, as they are done."""
     pool = ThreadPoolExecutor(threads or os.cpu_count())
-    starts = range(0, runs, lanes())
+    starts = range(0, runs, job.size)
     try:
         waiting = {pool.submit(group, job, start): start for start in starts}
         for future in as_completed(waiting):
@@ -131,30 +151,33 @@ def groups(job: Job, runs: int, threads: int | None) -> Iterator[tuple[int, NDAr
         pool.shutdown(cancel_futures=True)
 
 
-def kernel(loop: Loop, state: Block, samples: int, varied: tuple[str, ...], strict: bool) -> "CompiledLanes":
-    from hydroservo.engine.kernel import Wanted
-    from hydroservo.engine.lanes import CompiledLanes
+def in_turn(job: Job, runs: int, progress: Progress) -> Iterator[tuple[int, NDArray[np.float64]]]:
+    """The same, one group after the other, with progress inside each."""
+    for start in range(0, runs, job.size):
 
-    wanted = Wanted((), measured_paths(state), Sample)
-    return CompiledLanes(studied(loop, samples), wanted, state, varied, strict=strict)
+        def told(part: float, start: int = start) -> None:
+            progress((start + part * min(job.size, runs - start)) / runs)
+
+        yield start, group(job, start, told)
 
 
-def group(job: Job, start: int) -> NDArray[np.float64]:
-    """The metrics of the runs from ``start`` on, one group of lanes, shape (metrics, runs)."""
-    from hydroservo.engine.lanes import LANES, Group
-
+def group(job: Job, start: int, progress: Progress | None = None) -> NDArray[np.float64]:
+    """The metrics of the runs from ``start`` on, one group, shape (metrics, runs)."""
     loop, simulation = job.loop, job.loop.simulation
-    parts = {path: values[start : start + LANES] for path, values in job.columns.items()}
-    lanes_of = Group(job.kernel, parts)
-    chunk = max(1, CHUNK // simulation.substeps)
+    parts = {path: values[start : start + job.size] for path, values in job.columns.items()}
+    runs = job.begin(parts)
+    chunk = max(1, job.chunk // simulation.substeps)
     for first in range(0, job.samples, chunk):
         if job.stop.is_set():
             raise CancelledError
-        lanes_of.advance(first, min(first + chunk, job.samples), simulation.period)
+        last = min(first + chunk, job.samples)
+        runs.advance(first, last, simulation.period)
+        if progress is not None:
+            progress(last / job.samples)
     used = next(iter(parts.values())).size
     strokes = parts.get("plant.stroke", np.full(used, loop.plant.stroke))
-    sums = lanes_of.sums.T
-    found = [summary(MetricsState(*sums[i]), strokes[i], not lanes_of.lost[i]) for i in range(used)]
+    sums, lost = runs.sums.T, runs.lost
+    found = [summary(MetricsState(*sums[i]), strokes[i], not lost[i]) for i in range(used)]
     return np.array(found, dtype=np.float64).T
 
 

@@ -75,7 +75,7 @@ class TrackingMetrics(NamedTuple):
     demand without jumps.
     """
 
-    half: float  # half the duration [s]
+    half: float  # number of the sample from which on a run counts as steady
 
     def init(self) -> MetricsState:
         zeros = dict.fromkeys(MetricsState._fields, 0.0)
@@ -84,7 +84,7 @@ class TrackingMetrics(NamedTuple):
     def step(self, s: MetricsState, t: float, v: Sample) -> MetricsState:
         error = v.velocity - v.demand
         size = ops.absolute(error)
-        steady = t >= self.half
+        steady = s.samples >= self.half
         demand_max = ops.maximum(s.demand_max, ops.absolute(v.demand))
         band = SETTLING_BAND * demand_max
         dt = ops.where(s.samples > 0.0, t / ops.maximum(s.samples, 1.0), 0.0)

@@ -54,7 +54,7 @@ def test_each_number_has_a_panel_and_the_distribution_stands_beside_them():
     fig = plot_batch(data, ["plant.mass", "plant.leakage"], "rms_error")
     mass, leakage, beside = fig.axes
     assert mass.get_xlabel() == "moving mass $m$ [kg]"
-    assert mass.get_ylabel() == "rms of the velocity error\n[mm/s]"
+    assert mass.get_ylabel() == "rms of the velocity\nerror [mm/s]"
     assert leakage.get_ylabel() == ""
     np.testing.assert_array_equal(mass.lines[0].get_xdata(), data["plant.mass"])
     np.testing.assert_array_equal(mass.lines[0].get_ydata(), 1e3 * data["rms_error"])

@@ -27,7 +27,7 @@ DT = 2.0**-10  # exact, as are the random trajectories, so that no comparison ha
 
 def measured(rows: Sequence[Sample], dt: float = DT, stroke: float = STROKE, finite: bool = True) -> Metrics:
     """The metrics of samples dt apart."""
-    metrics = TrackingMetrics(0.5 * (len(rows) - 1) * dt)
+    metrics = TrackingMetrics(0.5 * (len(rows) - 1))
     state = metrics.init()
     for k, row in enumerate(rows):
         state = metrics.step(state, k * dt, row)

@@ -12,10 +12,9 @@ from hydroservo._version import __version__
 from hydroservo.cli.batch import batch
 from hydroservo.cli.failures import Commands
 from hydroservo.cli.options import Changes, Json, Plugins, Scenario, Strict, loaded
+from hydroservo.cli.steps import say_steps
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from hydroservo.cli.progress import Report
     from hydroservo.loop import Loop
 
@@ -248,19 +247,6 @@ def prepare(out: Path | None, loops: Sequence["Loop"]) -> None:
     size = sum(map(trace_size, loops))
     if size > LARGE_TRACE:
         typer.echo(f"the recorded trajectory will take {size / 2**20:.0f} MiB of memory", err=True)
-
-
-def say_steps(scenario: str, dataset: "xr.Dataset") -> None:
-    """What there is to say of a run's integration steps, on stderr."""
-    about = dataset.attrs
-    if "substeps" in about:
-        typer.echo(
-            f"{scenario}: {about['substeps']} substeps a sample; twice as many differ by "
-            f"{about['step_error']:.1e} of the machine's largest values",
-            err=True,
-        )
-    if "warning" in about:
-        typer.echo(f"hydroservo: warning: {scenario}: {about['warning']}", err=True)
 
 
 def part(report: "Report", i: int, count: int, what: str) -> Callable[[float], None]:

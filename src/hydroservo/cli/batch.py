@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from hydroservo.cli.options import Changes, Json, Plugins, Scenario
+from hydroservo.cli.options import Changes, Json, Plugins, Scenario, Strict
+from hydroservo.cli.steps import say_steps
 
 if TYPE_CHECKING:
     from hydroservo.cli.progress import Report
@@ -17,7 +18,7 @@ __all__ = ["batch"]
 
 MOST = 10_000_000  # runs; their table alone takes 2 GB
 LARGE_TABLE = 2**28  # bytes; a larger table is announced before the run
-MOST_SEEDS = 2**63
+LARGEST_SEED = 2**63 - 1
 PAUSE = 1.0  # s, before which a rate would be a guess
 
 
@@ -54,7 +55,7 @@ def batch(
         bool, typer.Option("--seeds", help="Give each run random numbers of its own, as for sensor noise.")
     ] = False,
     seed: Annotated[
-        int, typer.Option("--seed", metavar="S", min=0, max=MOST_SEEDS, help="Seed of what --vary draws.")
+        int, typer.Option("--seed", metavar="S", help="Seed of what --vary draws, a whole number from 0 on.")
     ] = 0,
     metric: Annotated[
         str, typer.Option("--metric", metavar="NAME", help="The metric of a picture, and of the worst run.")
@@ -63,9 +64,7 @@ def batch(
         int | None,
         typer.Option("--threads", metavar="N", min=1, show_default="all cores", help="How many to use."),
     ] = None,
-    strict: Annotated[
-        bool, typer.Option("--strict", help="Round after every operation: the same bits everywhere, slower.")
-    ] = False,
+    strict: Strict = False,
     json: Json = False,
 ) -> None:
     """Simulate one scenario many times with varied parameters, and print how its metrics are spread.
@@ -87,9 +86,9 @@ def batch(
     from hydroservo.cli.variations import drawn_runs, variations
     from hydroservo.results import as_json
 
-    check(runs, metric, bool(ranges or seeds))
+    check(runs, seed, metric, bool(ranges or seeds))
     checked_endings(out)
-    origin = Origin(scenario, changes, plugins)
+    origin = Origin(scenario, changes, plugins, strict)
     loop = origin.loop({})
     varied = variations(ranges, loop, origin.nominal())
     drawn = drawn_runs(loop, varied, seed, runs, seeds=seeds)
@@ -100,23 +99,24 @@ def batch(
             loop, drawn.parameters, strict=strict, threads=threads, progress=paced(report, runs)
         )
         seconds = time.monotonic() - start
-        report(1.0, "writing files")
         table = table_of_runs(found, drawn, seed)
+        report(1.0, "writing files")
         write_batch(out, table, [one.path for one in varied], metric)
     summary = batch_summary(scenario, seed, table, drawn.ranges)
+    say_steps(scenario, table)
     if json:
         typer.echo(as_json(summary.as_tables()))
         return
     show_batch(summary, table, seconds)
     run, reason = remarkable_run(table, metric)
-    replay = command(origin, *drawn.of_run(run))
+    replay = command(origin, *drawn.of_run(run), substeps=table.attrs.get("substeps"))
     if replay:
         typer.echo(f"run {run} {reason}; alone: {replay}")
     if out:
         typer.echo(f"written: {', '.join(map(str, out))}")
 
 
-def check(runs: int, metric: str, varies: bool) -> None:
+def check(runs: int, seed: int, metric: str, varies: bool) -> None:
     """Refuse what no batch can be made of.
 
     Raises:
@@ -129,6 +129,8 @@ def check(runs: int, metric: str, varies: bool) -> None:
 
     if not 1 <= runs <= MOST:
         raise ParameterError("--runs", runs, f"must be a whole number from 1 to {MOST}")
+    if not 0 <= seed <= LARGEST_SEED:
+        raise ParameterError("--seed", seed, f"must be a whole number from 0 to {LARGEST_SEED}")
     if not varies:
         raise HydroservoError("nothing varies: give --vary PATH=LOW..HIGH, or --seeds, or both")
     numbers = [name for name in METRIC_FIELDS if name not in FLAGS]

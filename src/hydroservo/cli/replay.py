@@ -26,6 +26,7 @@ class Origin(NamedTuple):
     scenario: str
     changes: Sequence[str]
     plugins: Sequence[Path]
+    strict: bool = False
 
     def loop(self, settings: Settings) -> Loop:
         """The loop, with more changes."""
@@ -38,14 +39,21 @@ class Origin(NamedTuple):
         return self.loop({SCALE: 0.0})
 
 
-def command(origin: Origin, settings: Settings, parameters: Settings) -> str | None:
+def command(
+    origin: Origin, settings: Settings, parameters: Settings, *, substeps: int | None = None
+) -> str | None:
     """The ``hydroservo run`` that replays a run; None if no settings lead to its very loop.
 
     Args:
         origin: where the loop of the batch comes from.
         settings: what the run sets, values or deviations.
         parameters: the numbers of the loop that are its own, in SI units.
+        substeps: how many all runs took, where the scenario leaves that open.
     """
+    if substeps is not None:
+        settings, parameters = (
+            {"simulation.substeps": substeps, **given} for given in (settings, parameters)
+        )
     loop = origin.loop({})
     wanted = scenario_hash(replace(loop, parameters))
     for kept in ({}, alone(loop, settings)):
@@ -99,6 +107,8 @@ def alone(loop: Loop, settings: Settings) -> dict[str, float]:
 
 def typed(origin: Origin, settings: Settings) -> Iterator[str]:
     yield from ("hydroservo", "run", origin.scenario)
+    if origin.strict:
+        yield "--strict"
     kept = (change for change in origin.changes if parse_override(change)[0] not in settings)
     for change in (*kept, *(f"{path}={value!r}" for path, value in settings.items())):
         yield from ("--set", change)

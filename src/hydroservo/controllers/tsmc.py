@@ -75,9 +75,9 @@ class TSMC(NamedTuple):
         xi2 = (
             xi1_rate
             + self.linear_gain_1 * xi1
-            + self.power_gain_1 * ops.signed_power(xi1, self.exponent_1)
             + g1 * o.s2
             + f1_slope * o.s1
+            + self.power_gain_1 * ops.signed_power(xi1, self.exponent_1)
         )
         slope = self.exponent_1 * ops.power(ops.absolute(xi1) + self.least_xi, self.exponent_1 - 1.0)
         signal = ops.where(self.as_printed, ops.signed_power(o.s1, self.exponent_1), o.d1)
@@ -95,5 +95,5 @@ class TSMC(NamedTuple):
             + self.linear_gain_2 * xi2
             + self.power_gain_2 * ops.signed_power(xi2, self.exponent_2)
         )
-        u = self.saturation.apply(-drift / (g1 * m.g2(x2, y.command)))
+        u = self.saturation.apply(-drift * (1.0 / (g1 * m.g2(x2, y.command))))
         return TSMCState(u, xi1, xi2, o, derivative)

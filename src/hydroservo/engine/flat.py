@@ -4,6 +4,8 @@ A kernel sees no Python object, only arrays of doubles. For each type of block t
 is written that makes the block from its numbers, or writes its numbers back.
 """
 
+import ctypes
+import math
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
@@ -32,10 +34,13 @@ Text = Callable[[str, Any], str]
 
 
 class Kind(NamedTuple):
-    """What a leaf of a block is: float, bool, int or an array of so many dimensions."""
+    """What a leaf of a block is: float, int, an array of so many dimensions, True or False.
+
+    A switch is part of the code, for it decides what is computed at all.
+    """
 
     type: type
-    dimensions: int
+    which: int
 
 
 def shape(block: Block) -> Shape:
@@ -44,7 +49,9 @@ def shape(block: Block) -> Shape:
 
 
 def kind(value: Any) -> Kind:
-    return Kind(type(value), value.ndim if isinstance(value, np.ndarray) else 0)
+    if isinstance(value, np.ndarray):
+        return Kind(np.ndarray, value.ndim)
+    return Kind(type(value), int(value) if isinstance(value, bool) else 0)
 
 
 def numbers(block: Block) -> NDArray[np.float64]:
@@ -83,14 +90,15 @@ def stored(block: Block) -> Text:
 
 
 def array_at(address: int, lengths: tuple[int, ...]) -> NDArray[np.float64]:
-    """The array of doubles at an address; compiled code alone reads memory so."""
-    raise NotImplementedError
+    """The array of doubles at an address; whoever gives it keeps that memory alive."""
+    memory = (ctypes.c_double * math.prod(lengths)).from_address(int(address))
+    return np.ctypeslib.as_array(memory).reshape(lengths)
 
 
 def cast(text: str, value: Any) -> str:
     """The text of a double turned into the type of a leaf."""
     if isinstance(value, bool):
-        return f"({text} != 0.0)"
+        return repr(value)
     return f"int({text})" if isinstance(value, int) else text
 
 

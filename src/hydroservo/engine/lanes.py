@@ -17,13 +17,13 @@ from hydroservo.engine.kernel import Study, Wanted
 from hydroservo.engine.native import MachineCode, Native, native
 from hydroservo.engine.recipe import Recipe
 
-__all__ = ["LANES", "CompiledLanes", "Group"]
+__all__ = ["LANES", "CompiledLanes", "Group", "Layout", "laid_out", "loader", "varier"]
 
 LANES = 32  # four vectors of eight: enough to hide latencies, few enough for the states to stay in cache
 
 
 class Layout(NamedTuple):
-    """Where each part stands in the memory of a group, in rows of LANES numbers."""
+    """Where each part stands in the memory of a group, in rows of one number for each lane."""
 
     varied: tuple[str, ...]  # from row 0 on: the varied paths of the system
     states: int
@@ -31,14 +31,19 @@ class Layout(NamedTuple):
     alive: int
 
 
+def laid_out(varied: tuple[str, ...], state: Block, sums: Block) -> Layout:
+    """The layout of runs that differ at these paths."""
+    states = len(varied)
+    first = states + len(list(leaves(state)))
+    return Layout(varied, states, first, first + len(list(leaves(sums))))
+
+
 class CompiledLanes:
     """The kernel of a study whose runs differ in some numbers of the system."""
 
     def __init__(self, study: Study, wanted: Wanted, state: Block, varied: tuple[str, ...], *, strict: bool):
         sums = study.metrics.init()
-        first = len(varied)
-        width = len(list(leaves(state)))
-        self.layout = Layout(varied, first, first + width, first + width + len(list(leaves(sums))))
+        self.layout = laid_out(varied, state, sums)
         recipe = Recipe("lanes", (*map(flat.shape, (study, state, sums)), *wanted, varied), strict)
         self.call = native(recipe, lambda: compiled_lanes(study, wanted, state, sums, self.layout, strict))
         self.study, self.state, self.first_sums = study, state, flat.numbers(sums)
@@ -79,8 +84,8 @@ def compiled_lanes(
 ) -> MachineCode:
     from hydroservo.engine.machine_code import DOUBLES, FLOAT, INTEGER, INTEGERS, inlined, machine_code
 
-    build, lane_of = inlined(flat.builder(study)), inlined(varier(study.system, layout.varied))
-    state_of, sums_of = inlined(loader(state, layout.states)), inlined(loader(sums, layout.sums))
+    build, lane_of = inlined(flat.builder(study)), inlined(varier(study.system, layout.varied, row(0)))
+    state_of, sums_of = inlined(loader(state, row(layout.states))), inlined(loader(sums, row(layout.sums)))
     put_state = inlined(flat.storer(state, row(layout.states)))
     put_sums = inlined(flat.storer(sums, row(layout.sums)))
     put_machine = inlined(flat.storer(study.system.machine(state), row(layout.states)))
@@ -151,21 +156,23 @@ def row(first: int) -> str:
     return f"({first} + {{}}) * {LANES} + lane"
 
 
-def loader(block: Block, first: int) -> Callable[..., Any]:
-    """A function ``load(memory, lane)`` that returns a lane's state."""
+def loader(block: Block, place: str) -> Callable[..., Any]:
+    """A function ``load(memory, lane)`` that returns a lane's state; ``place`` is the index of a number."""
     order = {path: i for i, (path, _) in enumerate(leaves(block))}
-    place = row(first)
     return flat.constructor(
         "load(memory, lane)", block, lambda path, _: f"memory[{place.format(order[path])}]"
     )
 
 
-def varier(block: Block, varied: tuple[str, ...]) -> Callable[..., Any]:
-    """A function ``vary(block, memory, lane)`` that returns the block with a lane's own parameters."""
+def varier(block: Block, varied: tuple[str, ...], place: str) -> Callable[..., Any]:
+    """A function ``vary(block, memory, lane)`` that returns the block with a lane's own parameters.
+
+    ``place`` is the index of a number.
+    """
 
     def text(path: str, value: Any) -> str:
         if path not in varied:
             return f"block.{path}"
-        return flat.cast(f"memory[{row(0).format(varied.index(path))}]", value)
+        return flat.cast(f"memory[{place.format(varied.index(path))}]", value)
 
     return flat.constructor("vary(block, memory, lane)", block, text)

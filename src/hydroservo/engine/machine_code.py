@@ -7,7 +7,7 @@ nothing and touches no Python object, so that its object file can be kept and lo
 import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import Any
+from typing import Any, TypeVar
 
 from llvmlite import binding
 from numba import njit, types
@@ -21,7 +21,7 @@ from hydroservo.engine import arithmetic  # noqa: F401 - teaches numba the arith
 from hydroservo.engine.jit import CONTRACT, INLINE, reason
 from hydroservo.engine.native import CompileError, MachineCode
 
-__all__ = ["DOUBLES", "FLOAT", "INTEGER", "INTEGERS", "inlined", "machine_code"]
+__all__ = ["DOUBLES", "FLOAT", "INTEGER", "INTEGERS", "PartLibrary", "inlined", "lowered", "machine_code"]
 
 FLOAT = types.float64
 INTEGER = types.int64
@@ -51,6 +51,9 @@ class PartLibrary(JITCodeLibrary):
 
     def _finalize_final_module(self) -> None:
         self._finalized = True
+
+
+Library = TypeVar("Library", bound=PartLibrary)
 
 
 class KernelLibrary(PartLibrary):
@@ -106,10 +109,7 @@ def machine_code(
         CompileError: it cannot be compiled.
     """
     with global_compiler_lock:
-        try:
-            name, library = lowered(function, arguments, strict)
-        except NumbaError as error:
-            raise CompileError(reason(error)) from error
+        name, library = lowered(function, arguments, strict, KernelLibrary)
         foreign = set(library.foreign()) - PROVIDED
         missing = sorted(name for name in foreign if binding.address_of_symbol(name) is None)
         if missing:
@@ -118,18 +118,27 @@ def machine_code(
 
 
 def lowered(
-    function: Callable[..., Any], arguments: tuple[types.Type, ...], strict: bool
-) -> tuple[str, KernelLibrary]:
-    """The name of a kernel in its optimised LLVM module."""
+    function: Callable[..., Any], arguments: tuple[types.Type, ...], strict: bool, kind: type[Library]
+) -> tuple[str, Library]:
+    """The name of a kernel in an LLVM module of this kind.
+
+    Raises:
+        CompileError: it cannot be compiled.
+    """
     flags = compiler.Flags()
     cpu_target.options.parse_as_flags(flags, OPTIONS if strict else OPTIONS | {"fastmath": CONTRACT})
     flags.no_compile = True
     typing, target = cpu_target.typing_context, cpu_target.target_context
     typing.refresh()
     target.refresh()
-    library = KernelLibrary(target.codegen(), function.__name__)
-    with parts_only(target.codegen()):
-        result = compiler.compile_extra(typing, target, function, arguments, types.int64, flags, {}, library)
+    library = kind(target.codegen(), function.__name__)
+    try:
+        with parts_only(target.codegen()):
+            result = compiler.compile_extra(
+                typing, target, function, arguments, types.int64, flags, {}, library
+            )
+    except NumbaError as error:
+        raise CompileError(reason(error)) from error
     library.finalize()
     return result.fndesc.llvm_func_name, library
 

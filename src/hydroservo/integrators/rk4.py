@@ -38,8 +38,8 @@ class RK4(NamedTuple):
         k2 = system.deriv(t + 0.5 * h, axpy(x, 0.5 * h, k1), u)
         k3 = system.deriv(t + 0.5 * h, axpy(x, 0.5 * h, k2), u)
         k4 = system.deriv(end, axpy(x, h, k3), u)
-        ends = axpy(axpy(x, h / 6.0, k1), h / 6.0, k4)
-        return axpy(axpy(ends, h / 3.0, k2), h / 3.0, k3)
+        inner = axpy(axpy(axpy(x, h / 6.0, k1), h / 3.0, k2), h / 3.0, k3)
+        return axpy(inner, h / 6.0, k4)
 
     def trusted_rate(self, dt: float, substeps: int) -> float:
         return TRUSTED * substeps / dt

@@ -2,9 +2,12 @@
 
 import math
 
+from hydroservo.ops.basic import absolute
+
 __all__ = ["exponent", "mantissa", "scaled"]
 
 ROOT_HALF = 0.7071067811865476
+BEYOND = 2000.0
 
 
 def exponent(x: float) -> float:
@@ -20,8 +23,8 @@ def mantissa(x: float) -> float:
 
 
 def scaled(x: float, n: float) -> float:
-    """x 2^n, rounded once, for x in [1/2, 2] and whole n in [-2000, 2000]; nan if either is nan."""
-    if n != n:  # noqa: PLR0124 - true of nan alone
-        return n
+    """x 2^n, rounded once, for x in [1/2, 2] and whole n in [-2000, 2000]; of no meaning for other n."""
+    if not absolute(n) <= BEYOND:
+        return math.nan
     half = int(n) // 2
     return x * math.ldexp(1.0, half) * math.ldexp(1.0, int(n) - half)

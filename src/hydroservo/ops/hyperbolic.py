@@ -2,7 +2,7 @@
 
 from hydroservo.ops.basic import absolute, clip, copysign, nearest
 from hydroservo.ops.binary import scaled
-from hydroservo.ops.power import exp2_less_1
+from hydroservo.ops.power import LN_2, exp2_tail
 
 __all__ = ["tanh"]
 
@@ -17,6 +17,7 @@ def tanh(x: float) -> float:
     """
     y = TWO_LOG2_E * clip(absolute(x), 0.0, ONE)
     whole = nearest(y)
+    f = y - whole
     power_of_two = scaled(1.0, whole)
-    growth = power_of_two * exp2_less_1(y - whole) + (power_of_two - 1.0)
+    growth = power_of_two * (f * LN_2 + (f * f) * exp2_tail(f)) + (power_of_two - 1.0)
     return copysign(growth / (growth + 2.0), x)

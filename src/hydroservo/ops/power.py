@@ -5,11 +5,12 @@ import math
 from hydroservo.ops.basic import absolute, clip, copysign, nearest, where
 from hydroservo.ops.binary import exponent, mantissa, scaled
 
-__all__ = ["exp2_less_1", "power", "signed_power"]
+__all__ = ["LN_2", "exp2_tail", "power", "signed_power"]
 
 LEAST_NORMAL = 2.2250738585072014e-308
 SPLITTER = 134217729.0  # 2^27 + 1, Veltkamp: splits a number into halves whose products are exact
-BEYOND = 2000.0  # an exponent of two that overflows or underflows for certain
+LN_2 = 0.6931471805599453
+BEYOND = 1100.0  # an exponent of two that overflows or underflows for certain
 STEEPEST = 1e20  # an exponent that takes every x but 1 there
 
 
@@ -26,11 +27,14 @@ def power(x: float, y: float) -> float:
     normal = where(small, size * 18014398509481984.0, size)  # 2^54
     e = where(small, exponent(normal) - 54.0, exponent(normal))
     log2m = log2_mantissa(mantissa(normal))
-    whole = nearest(clip(p * (e + log2m), -BEYOND, BEYOND))
+    part = p * log2m
+    total = p * e + part
+    whole = nearest(total)
     carry = SPLITTER * p
     high = carry - (carry - p)
-    rest = (high * e - whole) + ((p - high) * e + p * log2m)
-    result = scaled(1.0 + exp2_less_1(clip(rest, -1.0, 1.0)), whole)
+    f = (high * e - whole) + ((p - high) * e + part)
+    result = scaled((1.0 + f * LN_2) + (f * f) * exp2_tail(f), whole)
+    result = where(total > BEYOND, math.inf, where(total < -BEYOND, 0.0, result))
     large = where(y > 0.0, math.inf, where(y < 0.0, 0.0, y + 1.0))
     least = where(y > 0.0, 0.0, where(y < 0.0, math.inf, y + 1.0))
     found = where(x > 0.0, where(x < math.inf, result, large), least)
@@ -53,18 +57,18 @@ def log2_mantissa(m: float) -> float:
     z2 = z * z
     low = (0.9617966939259898 + z * 0.5770780163454704) + z2 * (0.41219858585106456 + z * 0.3205985339264623)
     high = (0.26233440174514827 + z * 0.22091186685788852) + z2 * 0.21367077946267188
-    return s * (2.8853900817779268 + z * (low + z2 * z2 * high))
+    return s * 2.8853900817779268 + (s * z) * (low + z2 * z2 * high)
 
 
-def exp2_less_1(f: float) -> float:
-    """2^f - 1 for |f| <= 1/2, by a minimax polynomial (Remez) of (2^f - 1)/f with an error of 1.3e-17."""
+def exp2_tail(f: float) -> float:
+    """(2^f - 1 - f ln 2)/f^2 for |f| <= 1/2: a minimax polynomial (Remez), 2^f to 1.3e-17."""
     f2 = f * f
     f4 = f2 * f2
-    low = (0.05550410866482166 + f * 0.009618129107606885) + f2 * (
-        0.0013333558146396004 + f * 0.00015403530441741647
+    low = (0.24022650695910097 + f * 0.05550410866482166) + f2 * (
+        0.009618129107606885 + f * 0.0013333558146396004
     )
-    middle = (1.5252733853280778e-05 + f * 1.3215442584937203e-06) + f2 * (
-        1.0178051728089911e-07 + f * 7.07258647985202e-09
+    middle = (0.00015403530441741647 + f * 1.5252733853280778e-05) + f2 * (
+        1.3215442584937203e-06 + f * 1.0178051728089911e-07
     )
-    series = low + f4 * (middle + f4 * 4.456675463639861e-10)
-    return f * (0.6931471805599453 + f * (0.24022650695910097 + f * series))
+    high = 7.07258647985202e-09 + f * 4.456675463639861e-10
+    return low + f4 * (middle + f4 * high)

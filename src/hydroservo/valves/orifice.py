@@ -27,12 +27,13 @@ class Orifice(NamedTuple):
 
     def flow_per_opening(self, drop: float) -> float:
         """Load flow per spool opening at a pressure drop over both edges [m^2/s]."""
-        return (
-            self.discharge_coefficient
-            * self.area_gradient
-            * ops.sqrt(ops.maximum(drop, 0.0) * (1.0 / self.density))
-        )
+        return self.conductance() * ops.sqrt(ops.maximum(drop, 0.0))
+
+    def conductance(self) -> float:
+        """Load flow per spool opening and root of the pressure drop, C_d w/sqrt(rho) [m^2/(s Pa^(1/2))]."""
+        return self.discharge_coefficient * self.area_gradient * ops.sqrt(1.0 / self.density)
 
     def flow(self, opening: float, supply_drop: float, load_pressure: float) -> float:
         """Q_L [m^3/s]."""
-        return opening * self.flow_per_opening(supply_drop - ops.sign(opening) * load_pressure)
+        drop = supply_drop - ops.sign(opening) * load_pressure
+        return opening * self.conductance() * ops.sqrt(ops.maximum(drop, 0.0))

@@ -1,0 +1,125 @@
+"""``python -m benchmarks``: every job, every peer, one table."""
+
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated, TypeVar
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from benchmarks import isa
+from benchmarks.jobs import Job, jobs
+from benchmarks.machine import described
+from benchmarks.measure import measured
+from benchmarks.peer import Peer
+from benchmarks.peers import ALL
+from benchmarks.picture import draw
+from benchmarks.results import RESULTS, load, save
+from benchmarks.scaling import scaling
+from benchmarks.start_up import start_up
+from benchmarks.table import Section, job_table, notes, summary, write
+
+app = typer.Typer(add_completion=False)
+Named = TypeVar("Named", Job, Peer)
+told = Console(stderr=True, highlight=False)
+AVX2_JOBS = "J2,J3"  # the ones that the instruction set matters to
+AVX2_PEERS = "hydroservo,hydroservo strict,C scalar,C SIMD,JAX"
+
+
+@app.callback(invoke_without_command=True)
+def run(
+    context: typer.Context,
+    only_jobs: Annotated[str, typer.Option("--jobs", help="names with commas between; all if empty")] = "",
+    only_peers: Annotated[str, typer.Option("--peers", help="names with commas between; all if empty")] = "",
+    rounds: Annotated[int, typer.Option(min=1, help="how often each contender runs each job")] = 5,
+    instructions: Annotated[
+        str, typer.Option("--isa", help="native or avx2 (a part of the jobs)")
+    ] = "native",
+    quick: Annotated[bool, typer.Option("--quick", help="tiny sizes, to see that all works")] = False,
+    out: Annotated[Path | None, typer.Option(help="where to save; a complete run goes to its place")] = None,
+) -> None:
+    """Run every job against every peer, in interleaved rounds, and save what was measured."""
+    if context.invoked_subcommand is not None:
+        return
+    whole = not (only_jobs or only_peers or quick)
+    if instructions == "avx2":
+        only_jobs, only_peers = only_jobs or AVX2_JOBS, only_peers or AVX2_PEERS
+    elif instructions != "native":
+        raise typer.BadParameter(f"{instructions!r} is none of {', '.join(isa.ISAS)}")
+    offered = jobs(quick)
+    target = out or (RESULTS if whole else None)
+    section: Section = {"machine": described() | {"instructions": isa.used(instructions)}, "jobs": []}
+    for job in picked(offered, only_jobs):
+        section["jobs"].append(done(job, picked(ALL, only_peers), rounds, instructions))
+        keep(target, instructions, section)
+    if whole and instructions == "native":
+        section["scaling"] = scaling(offered[-1], rounds, tell)
+        keep(target, instructions, section)
+        tell("start-up")
+        section["start_up"] = start_up(rounds)
+        keep(target, instructions, section)
+    show(section)
+
+
+def keep(target: Path | None, instructions: str, section: Section) -> None:
+    """Saves what there is so far, so that nothing measured is lost."""
+    if target is not None:
+        save(target, load(target) | {instructions: section})
+
+
+@app.command()
+def table() -> None:
+    """Write the tables and the picture of the last complete run into the README and the documentation."""
+    results = load(RESULTS)
+    write(results)
+    draw(results["native"]["scaling"])
+
+
+def picked(offered: Sequence[Named], names: str) -> list[Named]:
+    """Those of these names; all if there are none."""
+    wanted = [name.strip() for name in names.split(",") if name.strip()]
+    known = [one.name for one in offered]
+    for name in wanted:
+        if name not in known:
+            raise typer.BadParameter(f"{name!r} is none of {', '.join(known)}")
+    return [one for one in offered if not wanted or one.name in wanted]
+
+
+def done(job: Job, chosen: Sequence[Peer], rounds: int, instructions: str) -> Section:
+    """A job with what was measured of it."""
+    entries, missing = measured(job, chosen, rounds, instructions, tell)
+    return {
+        "name": job.name,
+        "title": job.title,
+        "entries": [entry._asdict() for entry in entries],
+        "missing": [one._asdict() for one in missing],
+    }
+
+
+def tell(text: str) -> None:
+    """What is being done, for who waits."""
+    told.print(text)
+
+
+def show(section: Section) -> None:
+    """The tables on the terminal."""
+    console = Console(width=None if sys.stdout.isatty() else 160, highlight=False)
+    tables = [
+        ("", summary(section)),
+        *((f"{job['name']}: {job['title']}", job_table(job)) for job in section["jobs"]),
+    ]
+    for title, (header, rows) in tables:
+        shown = Table(title=title or None, title_justify="left")
+        for i, text in enumerate(header):
+            shown.add_column(text, justify="right" if i else "left")
+        for row in rows:
+            shown.add_row(*(text.replace("**", "") for text in row))
+        console.print(shown)
+    for note in notes(section):
+        console.print(note)
+
+
+if __name__ == "__main__":
+    app()

@@ -1,0 +1,122 @@
+"""The jobs that all contenders do."""
+
+import os
+from functools import cache
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from benchmarks.laws import PLAIN, machine_of, open_loop_rates, start
+from benchmarks.programmed_valve import ProgrammedValve
+from hydroservo import Loop
+from hydroservo.block import value_at
+from hydroservo.controllers import PI
+from hydroservo.scenario import load_scenario
+
+__all__ = ["ACCURACY", "Job", "Result", "end_state", "jobs"]
+
+WITHIN = "1e-6"
+ACCURACY = float(WITHIN)  # of the plant alone at the end, relative
+SCENARIO = "paper/sine-tsmc"
+SPREAD = {  # of the machine over the runs of a batch: the ends of uniform distributions
+    "plant.bulk_modulus": (0.7, 1.3),
+    "plant.mass": (0.7, 1.3),
+    "plant.damping": (0.5, 1.5),
+    "plant.leakage": (0.5, 2.0),
+}
+
+Result = dict[str, NDArray[np.float64]]  # a number for each run, by name
+
+
+class Job(NamedTuple):
+    """Something to compute: one loop, or one with other parameters in each run."""
+
+    name: str
+    title: str
+    loop: Loop
+    varied: dict[str, NDArray[np.float64]]
+    threads: int = 1
+    exact: Result | None = None  # the answer, where it is known; else contenders are held against each other
+
+    @property
+    def plant_only(self) -> bool:
+        """True where nothing is fed back."""
+        return isinstance(self.loop.valve, ProgrammedValve)
+
+    @property
+    def runs(self) -> int:
+        """How many trajectories."""
+        return max((values.size for values in self.varied.values()), default=1)
+
+    @property
+    def period(self) -> float:
+        """Of the samples [s]."""
+        return self.loop.simulation.period
+
+    @property
+    def steps(self) -> int:
+        """Sample periods of a run."""
+        return round(self.loop.simulation.duration / self.period)
+
+    @property
+    def work(self) -> int:
+        """Samples over all runs; both ends of a run are samples."""
+        return self.runs * (self.steps + 1)
+
+    def shortened(self, steps: int, runs: int | None = None) -> "Job":
+        """The first so many steps of the first so many runs."""
+        simulation = self.loop.simulation._replace(duration=min(steps, self.steps) * self.period)
+        varied = {path: values[:runs] for path, values in self.varied.items()}
+        return self._replace(loop=self.loop._replace(simulation=simulation), varied=varied)
+
+
+def jobs(quick: bool = False) -> list[Job]:
+    """All jobs; quick ones take a second in all."""
+    seconds, steps, (runs, run_steps) = (
+        (0.75, 2_000, (40, 500)) if quick else (60.5, 800_000, (1_000, 100_000))
+    )
+    loop = load_scenario(SCENARIO)
+    one = Job("J2", f"one closed loop of {steps:,} steps", loop, {}).shortened(steps)
+    title = f"{runs:,} closed loops of {run_steps:,} steps"
+    many = Job("J3", f"{title}, on one core", loop, draw(loop, runs)).shortened(run_steps)
+    cores = len(os.sched_getaffinity(0))
+    everywhere = many._replace(name="J3 all", title=f"{title}, on {cores} cores", threads=cores)
+    return [plant_alone(loop, seconds), one, many, everywhere]
+
+
+def plant_alone(loop: Loop, seconds: float) -> Job:
+    """The machine under a smooth command, to a given accuracy in as few steps as a contender needs."""
+    simulation = loop.simulation._replace(duration=seconds, period=1e-3)
+    valve = ProgrammedValve(orifice=value_at(loop, "valve.orifice"))
+    loop = loop._replace(valve=valve, controller=PI(), simulation=simulation)
+    return Job("J1", f"plant alone, {seconds:g} s to {WITHIN}", loop, {}, exact=exact(loop))
+
+
+@cache
+def exact(loop: Loop) -> Result:
+    """The state of the plant at the end, by a method of order 8 at a tight tolerance."""
+    from scipy.integrate import solve_ivp
+
+    c = machine_of(loop, {})
+    done = solve_ivp(
+        lambda t, x: open_loop_rates(PLAIN, c, t, x),
+        (0.0, loop.simulation.duration),
+        start(c)[0],
+        method="DOP853",
+        rtol=1e-12,
+        atol=1e-15,
+    )
+    return end_state(done.y[:, -1])
+
+
+def end_state(state: ArrayLike) -> Result:
+    """What the plant's state at the end is compared by."""
+    names = ("velocity", "load_force", "position")
+    return {name: np.atleast_1d(value) for name, value in zip(names, np.asarray(state), strict=True)}
+
+
+def draw(loop: Loop, runs: int) -> dict[str, NDArray[np.float64]]:
+    """The machine's parameters of each run, from the loop's seed."""
+    rng = np.random.default_rng(loop.simulation.seed)
+    return {path: value_at(loop, path) * rng.uniform(*ends, runs) for path, ends in SPREAD.items()}

@@ -1,0 +1,67 @@
+"""hydroservo, through its public functions, with all that a user's call does besides the loop.
+
+No trajectory is asked for, as the peers keep none; all metrics are computed. For the plant alone the valve is
+a user's block that follows a smooth command, and the machine is sampled as seldom as the accuracy allows.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from benchmarks.jobs import Job, Result, end_state
+from benchmarks.peer import STEPS, Prepared, cheapest
+from hydroservo import simulate, simulate_batch
+
+__all__ = ["Ours", "Strict"]
+
+STATES = ("plant.velocity", "plant.load_force", "plant.position")
+
+
+class Ours(NamedTuple):
+    """As it comes: multiplications and additions may be fused."""
+
+    name: str = "hydroservo"
+    strict: bool = False
+
+    def available(self) -> str | None:
+        return None
+
+    def fitted(self, job: Job) -> Job | None:
+        return job
+
+    def prepare(self, job: Job) -> Prepared:
+        if job.plant_only:
+            return self.plant(job)
+        return Prepared(lambda: self.batch(job) if job.varied else self.single(job))
+
+    def single(self, job: Job) -> Result:
+        data = simulate(job.loop, record=(), strict=self.strict)
+        return {
+            str(name): np.atleast_1d(values.to_numpy().astype(float))
+            for name, values in data.data_vars.items()
+        }
+
+    def batch(self, job: Job) -> Result:
+        data = simulate_batch(job.loop, job.varied, threads=job.threads, strict=self.strict)
+        return {
+            str(name): values.to_numpy().astype(float)
+            for name, values in data.data_vars.items()
+            if name not in job.varied
+        }
+
+    def plant(self, job: Job) -> Prepared:
+        steps = cheapest(job.exact, STEPS, lambda n: self.end(job, n))
+        return Prepared(lambda: self.end(job, steps), f"RK4, {steps:,} steps")
+
+    def end(self, job: Job, steps: int) -> Result:
+        duration = job.loop.simulation.duration
+        simulation = job.loop.simulation._replace(period=duration / steps, record_period=duration)
+        data = simulate(job.loop._replace(simulation=simulation), record=STATES, strict=self.strict)
+        return end_state([data[name].to_numpy()[-1] for name in STATES])
+
+
+class Strict(Ours):
+    """Equal to the interpreted loop, bit for bit."""
+
+    def __new__(cls) -> "Strict":
+        return super().__new__(cls, "hydroservo strict", True)

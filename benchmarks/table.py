@@ -1,0 +1,182 @@
+"""The tables that the README, the documentation and the terminal show, made from the file of results."""
+
+from collections.abc import Iterable, Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+from benchmarks.peer import TOLERANCE
+from benchmarks.peers import ALL, YARDSTICK
+from benchmarks.results import Results
+
+__all__ = ["Section", "details", "filled", "job_table", "notes", "overview", "summary", "write"]
+
+ROOT = Path(__file__).parents[1]
+MARKERS = ("<!-- benchmarks: begin -->", "<!-- benchmarks: end -->")
+BASELINE = "C scalar"
+PART = "*"
+
+Section = dict[str, Any]  # the results with one instruction set
+Line = Sequence[str]
+
+
+def write(results: Results) -> None:
+    """Puts the tables where they are shown."""
+    for name, text in (("README.md", overview(results)), ("docs/benchmarks.md", details(results))):
+        page = ROOT / name
+        page.write_text(filled(page.read_text(encoding="utf-8"), text), encoding="utf-8")
+
+
+def filled(page: str, text: str) -> str:
+    """A page with other text between its two markers.
+
+    Raises:
+        ValueError: the page does not have both.
+    """
+    begin, end = MARKERS
+    before, found, rest = page.partition(begin)
+    _, closed, after = rest.partition(end)
+    if not found or not closed:
+        raise ValueError(f"the page has no {begin} ... {end}")
+    return f"{before}{begin}\n{text.strip()}\n{end}{after}"
+
+
+def overview(results: Results) -> str:
+    """What the README shows."""
+    section = results["native"]
+    return "\n\n".join([markdown(*summary(section)), *notes(section), on(section)])
+
+
+def details(results: Results) -> str:
+    """What the documentation shows."""
+    return "\n\n".join(chapter for section in results.values() for chapter in chapters(section))
+
+
+def chapters(section: Section) -> Iterator[str]:
+    machine = section["machine"]
+    yield f"## With {machine['instructions']}"
+    yield markdown(*summary(section))
+    yield from notes(section)
+    for job in section["jobs"]:
+        yield f"### {job['name']}: {job['title']}"
+        yield markdown(*job_table(job))
+    if "start_up" in section:
+        yield "### The first result"
+        yield markdown(*start_up_table(section["start_up"]))
+    yield "### The machine"
+    yield markdown(("", ""), machine.items())
+
+
+def summary(section: Section) -> tuple[Line, list[Line]]:
+    """One row a contender, one column a job: the time, and how many times hydroservo's it is."""
+    jobs = section["jobs"]
+    header = ("", *(f"{job['name']}: {job['title']}" for job in jobs))
+    rows = [(peer.name, *(cell(job, peer.name) for job in jobs)) for peer in ALL]
+    return header, [row for row in rows if any(row[1:])]
+
+
+def cell(job: Section, name: str) -> str:
+    entry = found(job, name)
+    if entry is None:
+        return ""
+    part = PART if entry["share"] < 1.0 else ""
+    return f"{seconds(entry['seconds'])}{part} ({ratio(job, entry, YARDSTICK.name)})"
+
+
+def notes(section: Section) -> Iterator[str]:
+    """What the table leaves unsaid."""
+    yield (
+        f"Median time, and in brackets how many times hydroservo's it is. {PART} A part of the job was run, "
+        "and its time scaled by the number of steps."
+    )
+    missing = {one["name"]: one["reason"] for job in section["jobs"] for one in job["missing"]}
+    if missing:
+        yield "Left out: " + "; ".join(f"{name} ({reason})" for name, reason in missing.items()) + "."
+
+
+def on(section: Section) -> str:
+    """The machine in one line."""
+    machine = section["machine"]
+    return (
+        f"On {machine['processor']}, {machine['cores']} cores, {machine['instructions']}; "
+        f"Python {machine['Python']}, numba {machine['numba']}, gcc {machine['gcc']}; {machine['date']}."
+    )
+
+
+def job_table(job: Section) -> tuple[Line, list[Line]]:
+    """All that was measured of one job."""
+    header = (
+        "",
+        "how",
+        "median",
+        "spread",
+        f"times {YARDSTICK.name}",
+        f"times {BASELINE}",
+        "first result",
+        "memory",
+        "differs by",
+        "part run",
+    )
+    return header, [row(job, entry) for entry in job["entries"]]
+
+
+def row(job: Section, entry: Section) -> Line:
+    spread = (max(entry["rounds"]) - min(entry["rounds"])) / (2.0 * entry["seconds"] * entry["share"])
+    return (
+        entry["name"],
+        entry["how"],
+        seconds(entry["seconds"]),
+        f"±{100.0 * spread:.0f} %",
+        ratio(job, entry, YARDSTICK.name),
+        ratio(job, entry, BASELINE),
+        seconds(entry["first"]),
+        "" if entry["memory"] is None else f"{entry['memory'] / 2**20:.0f} MiB",
+        agreement(entry["difference"]),
+        "all" if entry["share"] == 1.0 else f"{entry['runs']:,} x {entry['steps']:,} steps",
+    )
+
+
+def agreement(difference: float) -> str:
+    """How far a result is from the answer, and whether that is too far."""
+    text = f"{difference:.0e}" if difference else "nothing"
+    return text if difference <= TOLERANCE else f"**{text}: not the same algorithm**"
+
+
+def ratio(job: Section, entry: Section, name: str) -> str:
+    """How many times another contender's time it is; "-" where that is missing or the results disagree."""
+    other = found(job, name)
+    if other is None or not entry["difference"] <= TOLERANCE:
+        return "-"
+    return digits(entry["seconds"] / other["seconds"])
+
+
+def start_up_table(measured: Section) -> tuple[Line, list[Line]]:
+    lines = {"cold": "with an empty cache", "warm": "with a filled cache"}
+    header = ("`hydroservo run paper/sine-tsmc --json` in a fresh process", "median")
+    return header, [(text, seconds(measured[name])) for name, text in lines.items()]
+
+
+def found(job: Section, name: str) -> Section | None:
+    """What a contender did of a job."""
+    return next((entry for entry in job["entries"] if entry["name"] == name), None)
+
+
+def seconds(value: float) -> str:
+    """A time in three digits and a unit that fits."""
+    unit, factor = next(
+        (unit, factor) for unit, factor, least in UNITS if value >= least or unit == UNITS[-1][0]
+    )
+    return f"{digits(factor * value)} {unit}"
+
+
+def digits(value: float) -> str:
+    """Three digits, and no power of ten."""
+    return f"{float(f'{value:.3g}'):,.0f}" if value >= 99.95 else f"{value:#.3g}"
+
+
+UNITS = (("s", 1.0, 1.0), ("ms", 1e3, 1e-3), ("µs", 1e6, 0.0))
+
+
+def markdown(header: Line, rows: Iterable[Line]) -> str:
+    """A table as Markdown; numbers to the right."""
+    cells = [header, ["---", *["---:"] * (len(header) - 1)], *rows]
+    return "\n".join("| " + " | ".join(line) + " |" for line in cells)

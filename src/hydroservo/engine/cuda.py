@@ -1,0 +1,183 @@
+"""Many runs side by side on a CUDA device: one thread a run.
+
+A thread makes the blocks with its own parameters, loads its state from the device's memory, computes samples
+with the text of single runs, and stores its state. That part is PTX of ours, linked into a small numba-cuda
+kernel; numba-cuda does the rest. In its simulator the same text runs in plain Python instead.
+"""
+
+import warnings
+from collections.abc import Callable, Mapping
+from functools import cache, partial
+from typing import Any
+
+import numpy as np
+from numba import config, cuda
+from numpy.typing import NDArray
+
+from hydroservo.block import Block, leaves
+from hydroservo.engine import flat
+from hydroservo.engine.kernel import Study, Wanted, kernel
+from hydroservo.engine.lanes import Layout, laid_out, loader, varier
+from hydroservo.engine.machine_code import DOUBLES, FLOAT, INTEGER, INTEGERS, inlined
+from hydroservo.engine.native import CompileError, MachineCode, on_disk
+from hydroservo.engine.ptx import NAME, RAISED, ptx
+from hydroservo.engine.recipe import Recipe
+from hydroservo.errors import ParameterError
+
+__all__ = ["MOST", "CudaGroup", "CudaThreads"]
+
+MOST = 2**17  # runs at once: several for each thread that the largest devices run, and some 60 MiB of memory
+BLOCK = 64  # threads that share a multiprocessor's registers; a thread of a large law needs all it may have
+LOST, GOING = 0, 1  # a run whose state is no longer finite, and the others; or RAISED
+
+ARGUMENTS = (DOUBLES, INTEGERS, DOUBLES, INTEGER, INTEGER, INTEGER, INTEGER, FLOAT)
+SIGNATURE = "int64(int64, int64, int64, int64, int64, int64, int64, float64)"  # addresses as whole numbers
+
+
+class CudaThreads:
+    """The kernel of a study whose runs differ in some numbers of the system.
+
+    Raises:
+        ParameterError: numba-cuda or a device is missing.
+        CompileError: the blocks cannot be compiled.
+    """
+
+    def __init__(self, study: Study, wanted: Wanted, state: Block, varied: tuple[str, ...], *, strict: bool):
+        check_device()
+        sums = study.metrics.init()
+        self.layout = laid_out(varied, state, sums)
+        text = partial(thread_text, study, wanted, state, sums, self.layout)
+        if config.ENABLE_CUDASIM:
+            self.launch = launcher(text(lambda function: function))
+        else:
+            recipe = Recipe("threads", (*map(flat.shape, (study, state, sums)), *wanted, varied), strict)
+            self.launch = linked(on_disk(recipe, lambda: ptx(text(inlined), ARGUMENTS, strict)))
+        self.first_sums = flat.numbers(sums)
+        self.constants, self.kept = cuda.to_device(flat.numbers(study)), device_arrays(study)
+        self.tables = cuda.to_device(table(self.kept))
+
+
+class CudaGroup:
+    """Runs at their first sample, at most ``MOST``."""
+
+    def __init__(self, threads: CudaThreads, parameters: Mapping[str, NDArray[np.float64]]) -> None:
+        layout = threads.layout
+        self.threads, self.runs = threads, next(iter(parameters.values())).size
+        memory = np.zeros((layout.alive, self.runs))
+        for row, path in enumerate(layout.varied):
+            memory[row] = parameters[path]
+        memory[layout.sums :] = threads.first_sums[:, np.newaxis]
+        self.memory = cuda.to_device(memory.reshape(-1))
+        self.going = cuda.to_device(np.full(self.runs, GOING))
+
+    def advance(self, first: int, last: int, dt: float) -> None:
+        """Samples first to last-1 of every run that still goes on, to their end.
+
+        Raises:
+            CompileError: a block raised an exception.
+        """
+        threads = self.threads
+        places = (place(array) for array in (threads.constants, threads.tables, self.memory))
+        with warnings.catch_warnings():
+            warnings.filterwarnings("ignore", "Grid size")  # few runs leave a device idle; they are welcome
+            threads.launch[-(-self.runs // BLOCK), BLOCK](*places, self.going, first, last, dt)
+        cuda.synchronize()
+        if (self.going.copy_to_host() == RAISED).any():
+            raise CompileError("a block raised an exception while it ran")
+
+    @property
+    def sums(self) -> NDArray[np.float64]:
+        """The metrics' state of each run, shape (numbers, runs)."""
+        rows = slice(self.threads.layout.sums * self.runs, None)
+        found: NDArray[np.float64] = self.memory[rows].copy_to_host().reshape(-1, self.runs)
+        return found
+
+    @property
+    def lost(self) -> NDArray[np.bool_]:
+        """True for each run whose state is no longer finite."""
+        found: NDArray[np.bool_] = self.going.copy_to_host() == LOST
+        return found
+
+
+def thread_text(
+    study: Study,
+    wanted: Wanted,
+    state: Block,
+    sums: Block,
+    layout: Layout,
+    part: Callable[[Callable[..., Any]], Any],
+) -> Callable[..., int]:
+    """The function that a thread calls; ``part`` prepares what it calls itself."""
+    build, own_of = part(flat.builder(study)), part(varier(study.system, layout.varied, row(0)))
+    state_of, sums_of = part(loader(state, row(layout.states))), part(loader(sums, row(layout.sums)))
+    put_state = part(flat.storer(state, row(layout.states)))
+    put_sums = part(flat.storer(sums, row(layout.sums)))
+    read = part(flat.reader(wanted.measured))
+    run = part(kernel(part(flat.recorder(())), read, wanted.sample))
+
+    def advance(constants, tables, memory, runs, thread, first, last, dt):  # type: ignore[no-untyped-def]
+        """Samples first to last-1 of one run; returns whether its state is still finite."""
+        system, integrator, substeps, metrics = build(constants, tables)
+        lane = (runs, thread)
+        own = own_of(system, memory, lane)
+        if first == 0:
+            put_state(memory, lane, own.init())
+        s, m = state_of(memory, lane), sums_of(memory, lane)
+        s, m, finite = run(own, integrator, substeps, metrics, s, m, first, last, dt, 1, memory)
+        put_state(memory, lane, s)
+        put_sums(memory, lane, m)
+        return int(finite)
+
+    return advance
+
+
+def row(first: int) -> str:
+    """The index of a run's number in the i-th row from one on: neighbouring threads read side by side."""
+    return f"({first} + {{}}) * lane[0] + lane[1]"
+
+
+def launcher(advance: Callable[..., int]) -> Any:
+    """The kernel: each thread advances its run."""
+
+    @cuda.jit
+    def launch(constants, tables, memory, going, first, last, dt):  # type: ignore[no-untyped-def]
+        thread = cuda.grid(1)
+        if thread < going.size and going[thread] == GOING:
+            going[thread] = advance(constants, tables, memory, going.size, thread, first, last, dt)
+
+    return launch
+
+
+@cache
+def linked(made: MachineCode) -> Any:
+    """The kernel that calls a function in PTX."""
+    return launcher(cuda.declare_device(NAME, SIGNATURE, link=cuda.PTXSource(made.code), abi="c"))
+
+
+def check_device() -> None:
+    """Raises ParameterError unless there is something to run on."""
+    if not config.ENABLE_CUDASIM and not hasattr(cuda, "PTXSource"):
+        raise ParameterError("cuda", True, "numba-cuda is missing; pip install 'hydroservo[cuda]' brings it")
+    if not cuda.is_available():
+        raise ParameterError("cuda", True, "there is no CUDA device, or no driver for it")
+
+
+def device_arrays(study: Study) -> list[Any]:
+    """The arrays of a study, copied to the device."""
+    return [cuda.to_device(value) for _, value in leaves(study) if isinstance(value, np.ndarray)]
+
+
+def table(arrays: list[Any]) -> NDArray[np.int64]:
+    """Address and lengths of each array on the device, as ``flat.arrays`` has them of those in memory."""
+    found = [number for array in arrays for number in (address(array), *array.shape)]
+    return np.array(found or [0], dtype=np.int64)  # no device keeps arrays of no numbers
+
+
+def address(array: Any) -> int:
+    where = array.ctypes.data if config.ENABLE_CUDASIM else array.__cuda_array_interface__["data"][0]
+    return int(where)
+
+
+def place(array: Any) -> Any:
+    """An array as the kernel takes it: in PTX its address, in Python itself."""
+    return array if config.ENABLE_CUDASIM else address(array)

@@ -1,0 +1,276 @@
+"""A machine for PTX in plain Python: what a CUDA device does with one thread, instruction by instruction.
+
+It knows the instructions that kernels consist of, by their definition in the PTX ISA; numbers are rounded as
+IEEE 754 asks. Registers hold 64 bits; addresses are those of this process.
+"""
+
+import ctypes
+import math
+import operator
+import re
+import struct
+from collections.abc import Callable, Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
+
+__all__ = ["PtxDevice", "PtxFunction"]
+
+WORD = 2**64 - 1
+SIGN = 2**63
+NAN = 0x7FFFFFFFFFFFFFFF
+
+
+def double(bits: int) -> float:
+    value: float = struct.unpack("<d", struct.pack("<Q", bits))[0]
+    return value
+
+
+def bits(value: float) -> int:
+    return NAN if value != value else int(struct.unpack("<Q", struct.pack("<d", value))[0])  # noqa: PLR0124
+
+
+def signed(word: int) -> int:
+    return word - 2**64 if word & SIGN else word
+
+
+def quotient(a: float, b: float) -> float:
+    if b != 0.0:
+        return a / b
+    return math.nan if a == 0.0 or a != a else math.copysign(math.inf, a) * math.copysign(1.0, b)  # noqa: PLR0124
+
+
+def root(a: float) -> float:
+    return math.sqrt(a) if a >= 0.0 else math.nan
+
+
+def extreme(choose: Callable[[float, float], float]) -> Callable[[float, float], float]:
+    """max or min: a number rather than a nan, and +0 above -0."""
+
+    def chosen(a: float, b: float) -> float:
+        if a != a or b != b:  # noqa: PLR0124
+            return b if a != a else a  # noqa: PLR0124
+        if a == b:
+            return choose(a, b, key=lambda x: math.copysign(1.0, x))  # type: ignore[call-arg]
+        return choose(a, b)
+
+    return chosen
+
+
+def toward_zero(a: float) -> int:
+    if a != a:  # noqa: PLR0124
+        return 0
+    return max(-SIGN, min(SIGN - 1, int(a))) if math.isfinite(a) else (SIGN - 1 if a > 0.0 else -SIGN)
+
+
+def down(a: float) -> float:
+    return math.copysign(float(math.floor(a)), a) if math.isfinite(a) else a
+
+
+DOUBLES: dict[str, Callable[..., float]] = {
+    "add.rn": operator.add,
+    "sub.rn": operator.sub,
+    "mul.rn": operator.mul,
+    "div.rn": quotient,
+    "rcp.rn": lambda a: quotient(1.0, a),
+    "sqrt.rn": root,
+    "max": extreme(max),
+    "min": extreme(min),
+    "cvt.rmi.f64": down,
+}
+WORDS: dict[str, Callable[..., int]] = {
+    "mov.b64": lambda a: a,
+    "abs.f64": lambda a: a & ~SIGN,
+    "neg.f64": lambda a: a ^ SIGN,
+    "copysign.f64": lambda a, b: (a & SIGN) | (b & ~SIGN),
+    "and.b64": operator.and_,
+    "or.b64": operator.or_,
+    "xor.b64": operator.xor,
+    "not.b64": operator.invert,
+    "neg.s64": operator.neg,
+    "add.s64": operator.add,
+    "sub.s64": operator.sub,
+    "mul.lo.s64": operator.mul,
+    "mad.lo.s64": lambda a, b, c: a * b + c,
+    "shl.b64": lambda a, b: a << b if b < 64 else 0,
+    "shr.u64": lambda a, b: a >> b,
+    "shr.s64": lambda a, b: signed(a) >> b,
+    "bfe.u64": lambda a, first, count: a >> first & (1 << count) - 1,
+    "max.s64": lambda a, b: max(signed(a), signed(b)),
+    "min.s64": lambda a, b: min(signed(a), signed(b)),
+    "cvt.rn.f64.s64": lambda a: bits(float(signed(a))),
+    "cvt.rn.f64.u64": lambda a: bits(float(a)),
+    "cvt.rzi.s64.f64": lambda a: toward_zero(double(a)),
+}
+COMPARED: dict[str, Callable[[Any, Any], bool]] = {
+    name: getattr(operator, name) for name in ("eq", "ne", "lt", "le", "gt", "ge")
+}
+LOGIC: dict[str, Callable[..., bool]] = {
+    "and.pred": operator.and_,
+    "or.pred": operator.or_,
+    "xor.pred": operator.xor,
+    "not.pred": operator.not_,
+    "mov.pred": lambda a: a,
+}
+
+
+def compared(name: str, kind: str) -> Callable[[int, int], bool]:
+    """The comparison of setp; those ending in u hold for nan too."""
+    if kind != "f64":
+        convert = signed if kind == "s64" else int
+        return lambda a, b: COMPARED[name](convert(a), convert(b))
+
+    def holds(a: int, b: int) -> bool:
+        x, y = double(a), double(b)
+        unordered = x != x or y != y  # noqa: PLR0124
+        if unordered or name in ("num", "nan"):
+            return unordered if name == "nan" else unordered and name.endswith("u")
+        return COMPARED[name.removesuffix("u") if len(name) == 3 else name](x, y)
+
+    return lambda a, b: not compared("nan", kind)(a, b) if name == "num" else holds(a, b)
+
+
+def meaning(name: str) -> Callable[..., Any]:
+    """What an instruction makes of the words it reads.
+
+    Raises:
+        KeyError: it is not known here.
+    """
+    if name.startswith("setp."):
+        return compared(*name.split(".")[1:])
+    if name.startswith("selp."):
+        return lambda a, b, chosen: a if chosen else b
+    if name in LOGIC:
+        return LOGIC[name]
+    if name in WORDS:
+        return lambda *given: WORDS[name](*given) & WORD
+    compute = DOUBLES[name.removesuffix(".f64")]
+    return lambda *given: bits(compute(*map(double, given)))
+
+
+class Step(NamedTuple):
+    """One instruction."""
+
+    name: str
+    guard: str  # a predicate, with ! before it if it must not hold
+    operands: tuple[str, ...]
+    act: Callable[..., Any] | None
+
+
+class PtxFunction:
+    """The function of a PTX text, to be called with whole numbers and floats."""
+
+    def __init__(self, text: str) -> None:
+        self.steps: list[Step] = []
+        self.places: dict[str, int] = {}
+        body = text[text.index("{") + 1 : text.rindex("}")]
+        for line in instructions(body):
+            if line.endswith(":"):
+                self.places[line[:-1]] = len(self.steps)
+            else:
+                self.steps.append(step(line))
+
+    def __call__(self, *given: float) -> int:
+        memory: dict[str, Any] = {}
+        at, returned = 0, 0
+        while True:
+            name, guard, operands, act = self.steps[at]
+            at += 1
+            if guard and memory[guard.lstrip("!")] == guard.startswith("!"):
+                continue
+            if act is not None:
+                memory[operands[0]] = act(*(value(memory, operand) for operand in operands[1:]))
+            elif name == "bra":
+                at = self.places[operands[0]]
+            elif name == "ld.param.b64":
+                number = given[int(operands[1].strip("[]").rpartition("_")[2])]
+                memory[operands[0]] = bits(number) if isinstance(number, float) else number & WORD
+            elif name in ("ld.b64", "ld.u64", "ld.f64"):
+                memory[operands[0]] = cell(memory, operands[1]).value
+            elif name == "st.b64":
+                cell(memory, operands[0]).value = value(memory, operands[1])
+            elif name == "st.param.b64":
+                returned = signed(value(memory, operands[1]))
+            else:
+                return returned
+
+
+def instructions(body: str) -> Iterator[str]:
+    """Labels and instructions, one a line."""
+    for raw in body.splitlines():
+        line = raw.partition("//")[0].strip()
+        if line and not line.startswith("."):
+            yield line
+
+
+def step(line: str) -> Step:
+    found = re.fullmatch(r"(?:@(!?%p\d+)\s+)?(\S+?)(?:\s+(.*))?;", line)
+    assert found, line
+    guard, name, rest = found[1] or "", found[2], found[3] or ""
+    operands = tuple(part.strip() for part in rest.split(",")) if rest else ()
+    own = name in ("bra", "bra.uni", "ret") or name.startswith(("ld.", "st."))
+    return Step(name.removesuffix(".uni"), guard, operands, None if own else meaning(name))
+
+
+def value(memory: dict[str, Any], operand: str) -> Any:
+    if operand.startswith("%"):
+        return memory[operand]
+    return int(operand[2:], 16) if operand.startswith("0d") else int(operand, 0) & WORD
+
+
+def cell(memory: dict[str, Any], operand: str) -> ctypes.c_uint64:
+    """The eight bytes at an address such as [%rd1+8]."""
+    base, _, offset = operand.strip("[]").partition("+")
+    return ctypes.c_uint64.from_address((memory[base] + int(offset or 0)) & WORD)
+
+
+class Memory(np.ndarray):
+    """An array as numba-cuda has it on a device."""
+
+    @property
+    def __cuda_array_interface__(self) -> dict[str, Any]:
+        return dict(self.__array_interface__)
+
+    def copy_to_host(self) -> np.ndarray:
+        return np.array(self)
+
+
+class Launch:
+    """A kernel: its function, called for one thread after the other."""
+
+    def __init__(self, device: "PtxDevice", function: Callable[..., None]) -> None:
+        self.device, self.function = device, function
+
+    def __getitem__(self, grid: tuple[int, int]) -> Callable[..., None]:
+        def launch(*arguments: Any) -> None:
+            for self.device.thread in range(grid[0] * grid[1]):
+                self.function(*arguments)
+
+        return launch
+
+
+class PtxDevice:
+    """What hydroservo uses of numba-cuda, with a device that runs PTX in plain Python."""
+
+    PTXSource = bytes
+    thread = 0
+
+    def is_available(self) -> bool:
+        return True
+
+    def to_device(self, array: np.ndarray) -> Memory:
+        return np.array(array).view(Memory)
+
+    def synchronize(self) -> None:
+        pass
+
+    def grid(self, _dimensions: int) -> int:
+        return self.thread
+
+    def jit(self, function: Callable[..., None]) -> Launch:
+        return Launch(self, function)
+
+    def declare_device(self, name: str, _signature: str, *, link: bytes, abi: str) -> PtxFunction:
+        assert abi == "c"
+        assert f" {name}(" in link.decode()
+        return PtxFunction(link.decode())
