@@ -76,6 +76,7 @@ class TrackingMetrics(NamedTuple):
     """
 
     half: float  # number of the sample from which on a run counts as steady
+    period: float  # [s]
 
     def init(self) -> MetricsState:
         zeros = dict.fromkeys(MetricsState._fields, 0.0)
@@ -87,7 +88,7 @@ class TrackingMetrics(NamedTuple):
         steady = s.samples >= self.half
         demand_max = ops.maximum(s.demand_max, ops.absolute(v.demand))
         band = SETTLING_BAND * demand_max
-        dt = ops.where(s.samples > 0.0, t / ops.maximum(s.samples, 1.0), 0.0)
+        dt = ops.where(s.samples > 0.0, self.period, 0.0)
         jump = v.demand - s.last_demand - 0.5 * dt * (s.last_rate + v.demand_rate)
         kink = 0.5 * dt * ops.absolute(v.demand_rate - s.last_rate)
         jumped = ops.absolute(jump) - kink > band

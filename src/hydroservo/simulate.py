@@ -142,7 +142,7 @@ def studied(loop: Loop, samples: int) -> "Study":
     from hydroservo.engine.kernel import Study
 
     simulation = loop.simulation
-    metrics = TrackingMetrics(0.5 * (samples - 1))
+    metrics = TrackingMetrics(0.5 * (samples - 1), simulation.period)
     return Study(loop, simulation.integrator, simulation.substeps, metrics)
 
 

@@ -27,7 +27,7 @@ DT = 2.0**-10  # exact, as are the random trajectories, so that no comparison ha
 
 def measured(rows: Sequence[Sample], dt: float = DT, stroke: float = STROKE, finite: bool = True) -> Metrics:
     """The metrics of samples dt apart."""
-    metrics = TrackingMetrics(0.5 * (len(rows) - 1))
+    metrics = TrackingMetrics(0.5 * (len(rows) - 1), dt)
     state = metrics.init()
     for k, row in enumerate(rows):
         state = metrics.step(state, k * dt, row)
@@ -168,7 +168,7 @@ def test_a_loop_that_never_settles_reports_all_of_the_time_since_the_jump() -> N
 
 def jumps(at: Callable[[float], Demand], samples: int) -> list[int]:
     """The samples of a demand that the metrics take for jumps."""
-    metrics = TrackingMetrics(0.0)
+    metrics = TrackingMetrics(0.0, DT)
     state, seen = metrics.init(), []
     for k in range(samples):
         t, demand = k * DT, at(k * DT)
@@ -229,7 +229,7 @@ def test_what_the_first_half_lacks_does_not_touch_the_second() -> None:
 
 
 def test_second_half_metrics_are_nan_where_the_run_ended_before_it() -> None:
-    metrics = TrackingMetrics(1.0)
+    metrics = TrackingMetrics(1.0, 1.0)
     state = metrics.step(metrics.init(), 0.0, Sample(1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0))
     m = summary(state, STROKE, False)
     assert m.diverged

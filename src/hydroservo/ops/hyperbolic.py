@@ -1,6 +1,6 @@
 """The hyperbolic tangent."""
 
-from hydroservo.ops.basic import absolute, clip, copysign, nearest
+from hydroservo.ops.basic import absolute, copysign, minimum, nearest
 from hydroservo.ops.binary import scaled
 from hydroservo.ops.power import LN_2, exp2_tail
 
@@ -15,7 +15,7 @@ def tanh(x: float) -> float:
 
     It is g/(g + 2) with g = e^(2|x|) - 1 = 2^n (2^f - 1) + (2^n - 1), n whole and |f| <= 1/2.
     """
-    y = TWO_LOG2_E * clip(absolute(x), 0.0, ONE)
+    y = TWO_LOG2_E * minimum(ONE, absolute(x))
     whole = nearest(y)
     f = y - whole
     power_of_two = scaled(1.0, whole)

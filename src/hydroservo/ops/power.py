@@ -2,7 +2,7 @@
 
 import math
 
-from hydroservo.ops.basic import absolute, clip, copysign, nearest, where
+from hydroservo.ops.basic import absolute, clip, copysign, maximum, nearest, where
 from hydroservo.ops.binary import exponent, mantissa, scaled
 
 __all__ = ["LN_2", "exp2_tail", "power", "signed_power"]
@@ -19,13 +19,12 @@ def power(x: float, y: float) -> float:
 
     With x = 2^e m, m in [sqrt(1/2), sqrt(2)), it is 2^n 2^(y e + y log2 m - n) for the whole n nearest to
     y log2 x; y e - n is formed without rounding. The relative error is below 3e-16 (1 + |y|) wherever the
-    result is a normal number; a subnormal one is off by at most one unit in its last place.
+    result is a normal number; a subnormal one is off by at most one unit in its last place. A subnormal x
+    counts as the least normal number, 2.2e-308.
     """
     p = clip(y, -STEEPEST, STEEPEST)
-    size = absolute(x)
-    small = size < LEAST_NORMAL
-    normal = where(small, size * 18014398509481984.0, size)  # 2^54
-    e = where(small, exponent(normal) - 54.0, exponent(normal))
+    normal = maximum(LEAST_NORMAL, absolute(x))
+    e = exponent(normal)
     log2m = log2_mantissa(mantissa(normal))
     part = p * log2m
     total = p * e + part
