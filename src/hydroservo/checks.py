@@ -1,6 +1,7 @@
 """Parameters are checked and made floats before any compiled code sees them."""
 
 import math
+from functools import cache
 from numbers import Integral, Real
 from typing import Any, get_type_hints
 
@@ -21,7 +22,7 @@ def checked(block: Block, path: str = "") -> Block:
         ParameterError: naming the path, the value and what is allowed.
     """
     fields = declared_fields(block.__class__)
-    kinds = get_type_hints(block.__class__)
+    kinds = declared_kinds(block.__class__)
     values = {}
     for name in block._fields:
         value, here = getattr(block, name), f"{path}.{name}" if path else name
@@ -36,6 +37,12 @@ def checked(block: Block, path: str = "") -> Block:
     return type(block)(**values)
 
 
+@cache
+def declared_kinds(cls: type) -> dict[str, Any]:
+    """The type of each field of a block."""
+    return get_type_hints(cls)
+
+
 def number(value: Any, path: str, field: Field, kind: Any) -> float | int | bool:
     """One number of its declared kind (float, int or bool) and range.
 
@@ -47,16 +54,19 @@ def number(value: Any, path: str, field: Field, kind: Any) -> float | int | bool
             raise ParameterError(path, value, "must be true or false")
         return bool(value)
     whole = kind is int
-    error = ParameterError(path, value, f"must be {allowed(field, whole)}")
-    if isinstance(value, bool) or not isinstance(value, Integral if whole else Real):
-        raise error
-    try:
-        fits = within(float(value), field)
-    except OverflowError:  # an integer beyond the largest float
-        raise error from None
-    if not fits:
-        raise error
+    if not fits(value, field, whole):
+        raise ParameterError(path, value, f"must be {allowed(field, whole)}")
     return int(value) if isinstance(value, Integral) and whole else float(value)
+
+
+def fits(value: Any, field: Field, whole: bool) -> bool:
+    """True for a number of the right kind in a field's range."""
+    if isinstance(value, bool) or not isinstance(value, Integral if whole else Real):
+        return False
+    try:
+        return within(float(value), field)
+    except OverflowError:  # an integer beyond the largest float
+        return False
 
 
 def within(value: float, field: Field) -> bool:

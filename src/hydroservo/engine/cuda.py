@@ -131,9 +131,9 @@ def thread_text(
     return advance
 
 
-def row(first: int) -> str:
+def row(first: int) -> flat.Place:
     """The index of a run's number in the i-th row from one on: neighbouring threads read side by side."""
-    return f"({first} + {{}}) * lane[0] + lane[1]"
+    return lambda i: f"{first + i} * lane[0] + lane[1]"
 
 
 def launcher(advance: Callable[..., int]) -> Any:

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from hydroservo.block import Block, is_block, leaves
 
 __all__ = [
+    "Place",
     "Shape",
     "array_at",
     "arrays",
@@ -31,6 +32,7 @@ __all__ = [
 
 Shape = tuple[Any, ...]
 Text = Callable[[str, Any], str]
+Place = Callable[[int], str]  # the text of an index
 
 
 class Kind(NamedTuple):
@@ -102,9 +104,9 @@ def cast(text: str, value: Any) -> str:
     return f"int({text})" if isinstance(value, int) else text
 
 
-def storer(block: Block, place: str = "{}") -> Callable[..., Any]:
-    """A function ``store(memory, lane, s)`` that writes a state; ``place`` is the index of a number."""
-    lines = [f"    memory[{place.format(i)}] = s.{path}" for i, (path, _) in enumerate(leaves(block))]
+def storer(block: Block, place: Place = str) -> Callable[..., Any]:
+    """A function ``store(memory, lane, s)`` that writes a state; ``place`` gives each index."""
+    lines = [f"    memory[{place(i)}] = s.{path}" for i, (path, _) in enumerate(leaves(block))]
     return written("\n".join(["def store(memory, lane, s):", *lines, "    return None"]), {}, "store")
 
 

@@ -151,28 +151,29 @@ def steps_of(integrator: Block) -> tuple[Callable[..., Any], Callable[..., Any]]
     return (inlined(first_substep), inlined(substep)) if equal else (inlined(all_steps), inlined(no_step))
 
 
-def row(first: int) -> str:
+def row(first: int) -> flat.Place:
     """The index of a lane's number in the i-th row from one on."""
-    return f"({first} + {{}}) * {LANES} + lane"
+    return lambda i: f"{(first + i) * LANES} + lane"
 
 
-def loader(block: Block, place: str) -> Callable[..., Any]:
-    """A function ``load(memory, lane)`` that returns a lane's state; ``place`` is the index of a number."""
+def loader(block: Block, place: flat.Place) -> Callable[..., Any]:
+    """A function ``load(memory, lane)`` that returns a lane's state.
+
+    ``place`` gives the index of the i-th number.
+    """
     order = {path: i for i, (path, _) in enumerate(leaves(block))}
-    return flat.constructor(
-        "load(memory, lane)", block, lambda path, _: f"memory[{place.format(order[path])}]"
-    )
+    return flat.constructor("load(memory, lane)", block, lambda path, _: f"memory[{place(order[path])}]")
 
 
-def varier(block: Block, varied: tuple[str, ...], place: str) -> Callable[..., Any]:
+def varier(block: Block, varied: tuple[str, ...], place: flat.Place) -> Callable[..., Any]:
     """A function ``vary(block, memory, lane)`` that returns the block with a lane's own parameters.
 
-    ``place`` is the index of a number.
+    ``place`` gives the index of the i-th number.
     """
 
     def text(path: str, value: Any) -> str:
         if path not in varied:
             return f"block.{path}"
-        return flat.cast(f"memory[{place.format(varied.index(path))}]", value)
+        return flat.cast(f"memory[{place(varied.index(path))}]", value)
 
     return flat.constructor("vary(block, memory, lane)", block, text)
