@@ -16,6 +16,7 @@ from benchmarks.measure import measured
 from benchmarks.peer import Peer
 from benchmarks.peers import ALL
 from benchmarks.picture import draw
+from benchmarks.profile import profile
 from benchmarks.results import RESULTS, load, save
 from benchmarks.scaling import scaling
 from benchmarks.start_up import start_up
@@ -56,6 +57,9 @@ def run(
         keep(target, instructions, section)
     if whole and instructions == "native":
         section["scaling"] = scaling(offered[-1], rounds, tell)
+        keep(target, instructions, section)
+        tell("where the time goes")
+        section["profile"] = profile(rounds)
         keep(target, instructions, section)
         tell("start-up")
         section["start_up"] = start_up(rounds)

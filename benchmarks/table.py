@@ -7,6 +7,7 @@ from typing import Any
 from benchmarks.peer import TOLERANCE
 from benchmarks.peers import ALL, YARDSTICK
 from benchmarks.results import Results
+from hydroservo.engine.lanes import LANES
 
 __all__ = ["Section", "details", "filled", "job_table", "notes", "overview", "summary", "write"]
 
@@ -59,6 +60,10 @@ def chapters(section: Section) -> Iterator[str]:
     for job in section["jobs"]:
         yield f"### {job['name']}: {job['title']}"
         yield markdown(*job_table(job))
+    if "profile" in section:
+        yield "### Where the time goes"
+        yield markdown(*profile_table(section["profile"]))
+        yield limit(section["profile"])
     if "start_up" in section:
         yield "### The first result"
         yield markdown(*start_up_table(section["start_up"]))
@@ -147,6 +152,30 @@ def ratio(job: Section, entry: Section, name: str) -> str:
     if other is None or not entry["difference"] <= TOLERANCE:
         return "-"
     return digits(entry["seconds"] / other["seconds"])
+
+
+def profile_table(measured: Section) -> tuple[Line, list[Line]]:
+    """What a sample period takes without each part."""
+    header = ("left out", "one run", "runs side by side, each")
+    parts = measured["parts"].items()
+    return header, [(name, f"{one['single']:.0f} ns", f"{one['lanes']:.1f} ns") for name, one in parts]
+
+
+def limit(measured: Section) -> str:
+    """How far runs side by side are from what the processor can do."""
+    costs, operations, whole = (
+        measured["limits"],
+        measured["operations"],
+        measured["parts"]["nothing"]["lanes"],
+    )
+    least = sum(operations.get(kind, 0) * cost for kind, cost in costs.items()) / LANES
+    return (
+        f"A sample period of {LANES} runs side by side takes {operations['multiply_add']:,} multiplications "
+        f"(most with an addition), {operations['divide']} divisions and {operations['root']} roots of whole "
+        f"vectors. Independent ones take {costs['multiply_add']:.2f}, {costs['divide']:.2f} and "
+        f"{costs['root']:.2f} ns on this processor; so these alone would take {least:.1f} ns for each run, "
+        f"and all of it takes {whole:.1f} ns."
+    )
 
 
 def start_up_table(measured: Section) -> tuple[Line, list[Line]]:

@@ -1,0 +1,202 @@
+"""Where the time of a closed loop goes: parts left out one by one, and what the processor can do at best."""
+
+import ctypes
+import json
+import re
+import statistics
+import subprocess
+import sys
+import tempfile
+from collections import Counter
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from benchmarks import isa
+
+__all__ = ["PARTS", "profile"]
+
+SCENARIO, PERIOD = "paper/sine-tsmc", 1e-5
+SAMPLES, LANE_SAMPLES = 100_000, 5_000
+SPREAD = {"plant.bulk_modulus": 0.3, "plant.mass": 0.3, "plant.damping": 0.5, "plant.leakage": 0.5}
+REPEATS = 100_000  # of what the processor is timed with
+
+Section = dict[str, Any]
+
+
+def without_power() -> None:
+    exchange("power", "power", lambda x, y: x * y)
+    exchange("power", "signed_power", lambda x, y: x * y)
+
+
+def without_tanh() -> None:
+    exchange("hyperbolic", "tanh", lambda x: 0.5 * x)
+
+
+def without_root() -> None:
+    exchange("basic", "sqrt", lambda x: 0.5 * x)
+
+
+def without_sine() -> None:
+    exchange("circular", "sin", lambda x: 0.5 * x)
+    exchange("circular", "cos", lambda x: 0.5 * x)
+
+
+def without_metrics() -> None:
+    from hydroservo.metrics import TrackingMetrics
+
+    TrackingMetrics.step = unchanged  # type: ignore[method-assign, assignment]
+
+
+def without_integration() -> None:
+    from hydroservo.integrators import RK4
+
+    RK4.substep = stopped  # type: ignore[method-assign, assignment]
+
+
+def unchanged(_self: Any, s: Any, _t: float, _v: Any) -> Any:
+    return s
+
+
+def stopped(_self: Any, _system: Any, _t: float, x: Any, _u: float, _h: float) -> Any:
+    return x
+
+
+PARTS: dict[str, Callable[[], None]] = {
+    "nothing": lambda: None,
+    "the five powers": without_power,
+    "the two hyperbolic tangents": without_tanh,
+    "the square roots": without_root,
+    "the sines of demand and load": without_sine,
+    "the running metrics": without_metrics,
+    "the Runge-Kutta step": without_integration,
+}
+
+
+def exchange(module: str, name: str, function: Callable[..., Any]) -> None:
+    """Puts a cheap function in the place of one of ops, before anything is compiled."""
+    from hydroservo import ops
+
+    place = sys.modules[f"hydroservo.ops.{module}"]
+    function.__name__, function.__module__ = name, place.__name__
+    setattr(place, name, function)
+    setattr(ops, name, function)
+
+
+def profile(rounds: int) -> Section:
+    """Nanoseconds of a sample period, alone and in lanes, without each part; and the processor's limits."""
+    found: dict[str, list[Section]] = {part: [] for part in PARTS}
+    for _ in range(rounds):
+        for part in PARTS:
+            found[part].append(in_process(part))
+    parts = {
+        part: {kind: statistics.median(one[kind] for one in measured) for kind in ("single", "lanes")}
+        for part, measured in found.items()
+    }
+    return {"parts": parts, "operations": found["nothing"][0]["operations"], "limits": limits(rounds)}
+
+
+def in_process(part: str) -> Section:
+    """What :func:`measured` finds in a process whose kernels are its own."""
+    with tempfile.TemporaryDirectory() as cache:
+        command = [sys.executable, "-m", "benchmarks.profile", part, cache]
+        done = subprocess.run(command, capture_output=True, text=True, check=True)  # noqa: S603 - this file
+    result: Section = json.loads(done.stdout)
+    return result
+
+
+def measured(part: str) -> Section:
+    """Nanoseconds of a sample period without a part, and how many vector operations lanes take."""
+    PARTS[part]()
+    from hydroservo.engine.kernel import CompiledRun, Wanted
+    from hydroservo.engine.lanes import LANES, CompiledLanes, Group
+    from hydroservo.metrics import Sample
+    from hydroservo.scenario import load_scenario
+    from hydroservo.simulate import first_state, measured_paths, studied
+
+    loop = load_scenario(SCENARIO)
+    state = first_state(loop)
+    wanted = Wanted((), measured_paths(state), Sample)
+    operations = counted()
+    run = CompiledRun(studied(loop, SAMPLES), wanted, state, strict=False)
+    lanes = CompiledLanes(studied(loop, LANE_SAMPLES), wanted, state, tuple(SPREAD), strict=False)
+    group = Group(lanes, {path: drawn(loop, path, LANES) for path in SPREAD})
+    single = best(lambda: run.advance(0, SAMPLES, PERIOD, SAMPLES, np.zeros((1, 0))), SAMPLES)
+    side_by_side = best(lambda: group.advance(0, LANE_SAMPLES, PERIOD), LANE_SAMPLES * LANES)
+    return {"single": single, "lanes": side_by_side, "operations": operations[-1]}
+
+
+def drawn(loop: Any, path: str, runs: int) -> Any:
+    from hydroservo.block import value_at
+
+    spread = np.random.default_rng(1).uniform(-SPREAD[path], SPREAD[path], runs)
+    return value_at(loop, path) * (1.0 + spread)
+
+
+def best(call: Callable[[], object], samples: int) -> float:
+    """Nanoseconds a sample, of the quickest of some calls."""
+    from time import perf_counter
+
+    times = []
+    for _ in range(15):
+        began = perf_counter()
+        call()
+        times.append(perf_counter() - began)
+    return 1e9 * min(times) / samples
+
+
+def counted() -> list[dict[str, int]]:
+    """Will hold, for each kernel compiled from now on, the vector operations of its longest block."""
+    from hydroservo.engine.machine_code import KernelLibrary
+
+    found: list[dict[str, int]] = []
+    emit = KernelLibrary.object_code
+
+    def object_code(self: Any) -> bytes:
+        text = str(self._codegen._tm.emit_assembly(self._final_module))
+        register = "zmm" if "zmm" in text else "ymm"
+        blocks = [[line for line in block.splitlines() if register in line] for block in text.split("\n.LBB")]
+        longest: list[str] = max(blocks, key=len)
+        found.append(dict(Counter(map(kind, longest))))
+        return emit(self)
+
+    KernelLibrary.object_code = object_code  # type: ignore[method-assign]
+    return found
+
+
+def kind(instruction: str) -> str:
+    """Which of the processor's limits an instruction counts against."""
+    patterns = {"divide": "vdivpd", "root": "vsqrtpd", "multiply_add": "vf[n]?m|vmulpd", "move": "vmov"}
+    name, *_ = instruction.split()
+    return next((kind for kind, pattern in patterns.items() if re.match(pattern, name)), "other")
+
+
+def limits(rounds: int) -> dict[str, float]:
+    """Nanoseconds of one independent vector operation of each kind."""
+    source = Path(__file__).parent / "c" / "limits.c"
+    with tempfile.TemporaryDirectory() as folder:
+        target = Path(folder) / "limits.so"
+        flags = [*isa.gcc_flags(), f"-DLANES={isa.lanes()}", "-O3", "-shared", "-fPIC"]
+        subprocess.run(["gcc", *flags, "-o", target, source], check=True)  # noqa: S603, S607 - ours, gcc of the path
+        library = ctypes.CDLL(str(target))
+    found = {}
+    for name in ("multiply_add", "divide", "root"):
+        function = getattr(library, name)
+        function.restype, function.argtypes = ctypes.c_double, [ctypes.c_long]
+        found[name] = 1e9 * min(function(REPEATS) for _ in range(5 * rounds))
+    return found
+
+
+def main(arguments: Sequence[str]) -> None:
+    import os
+
+    part, cache = arguments
+    os.environ["HYDROSERVO_CACHE_DIR"] = cache
+    os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
+    print(json.dumps(measured(part)))
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
