@@ -38,6 +38,8 @@ OPTIONS = {
 }
 PROVIDED = {"memcpy", "memset", "memmove"}  # what LLVM itself may call, in every C library
 
+WIDE = 4  # vectors that go together, with the 32 registers of AVX-512
+NARROW = 2  # with fewer registers
 LABEL = re.compile(r"^([\w.$\"-]+):")
 TARGET = re.compile(r"label %([\w.$\"-]+)")
 
@@ -61,7 +63,8 @@ class KernelLibrary(PartLibrary):
     """The LLVM module of a kernel."""
 
     def _optimize_final_module(self) -> None:
-        self._final_module = binding.parse_assembly(interleaved(str(self._final_module)))
+        vectors = WIDE if "+avx512f" in self._codegen._tm_features else NARROW
+        self._final_module = binding.parse_assembly(interleaved(str(self._final_module), vectors))
         JITCodeLibrary._optimize_final_module(self)
 
     def object_code(self) -> bytes:
@@ -75,8 +78,8 @@ class KernelLibrary(PartLibrary):
                 yield function.name
 
 
-def interleaved(module: str) -> str:
-    """The text of a module that asks for four vectors at a time in each loop that is vectorised.
+def interleaved(module: str, vectors: int) -> str:
+    """The text of a module that asks for so many vectors at a time in each loop that is vectorised.
 
     While one waits the others go on: a batch of the paper's law takes a third less time.
     """
@@ -91,7 +94,7 @@ def interleaved(module: str) -> str:
         node = first + 1 + len(loops)
         lines.append(f"{line}, !llvm.loop !{node}" if backward else line)
         loops += [f"!{node} = distinct !{{!{node}, !{first}}}"] if backward else []
-    wish = f'!{first} = !{{!"llvm.loop.interleave.count", i32 4}}'
+    wish = f'!{first} = !{{!"llvm.loop.interleave.count", i32 {vectors}}}'
     return "\n".join([*lines, wish, *loops, ""])
 
 
