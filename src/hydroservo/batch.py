@@ -69,8 +69,8 @@ def simulate_batch(
     """Simulate a loop once for each set of parameters, and return the metrics of each run.
 
     Runs go side by side in vector lanes and on all cores; no trajectory is kept, so memory does not grow with
-    the number of samples. Each run has the bits of its single run, whatever the number of runs and threads.
-    A run that diverges is a result (its ``diverged`` is true) and does not disturb the others.
+    the number of samples. Neither the number of runs nor that of threads changes a bit of a run. One that
+    diverges is a result (its ``diverged`` is true) and does not disturb the others.
 
     Args:
         loop: the loop that all runs start from.
