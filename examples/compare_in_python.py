@@ -17,7 +17,8 @@ def main() -> None:
             loop = replace(machine, {"plant.bulk_modulus": bulk_modulus, "controller": controller})
             data = simulate(loop, record=())
             error, effort = float(data["rms_error"]), float(data["control_total_variation"])
-            print(f"{bulk_modulus / 1e5:8.0f} bar  {name:<10}  {1e3 * error:7.4f} mm/s  {effort:13.2f} V")
+            found = f"{1e3 * error:7.4f} mm/s  {effort:13.2f} V" if not data["diverged"] else "diverged"
+            print(f"{bulk_modulus / 1e5:8.0f} bar  {name:<10}  {found}")
 
 
 if __name__ == "__main__":

@@ -96,7 +96,7 @@ def jacobian(loop: Loop, like: Block, t: float, x: Matrix, u: float, nudges: Mat
 
     try:
         columns = [deriv(x + nudge) - deriv(x - nudge) for nudge in np.diag(nudges)]
-    except ArithmeticError:
+    except (ArithmeticError, ValueError):
         return np.full((x.size, x.size), np.nan)
     return 0.5 * np.stack(columns, axis=1) / nudges[:, np.newaxis]
 

@@ -1,9 +1,11 @@
 """One loop with many parameters in, one table of metrics out."""
 
 import os
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Generator, Mapping
 from concurrent.futures import CancelledError, ThreadPoolExecutor, as_completed
+from contextlib import closing
 from functools import partial
+from numbers import Integral
 from threading import Event
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -69,8 +71,9 @@ def simulate_batch(
     """Simulate a loop once for each set of parameters, and return the metrics of each run.
 
     Runs go side by side in vector lanes and on all cores; no trajectory is kept, so memory does not grow with
-    the number of samples. Neither the number of runs nor that of threads changes a bit of a run. One that
-    diverges is a result (its ``diverged`` is true) and does not disturb the others.
+    the number of samples. Neither the number of runs nor that of threads changes a bit of a run, but for
+    automatic substeps: all runs take those of the one whose machine moves fastest. A run that diverges is a
+    result (its ``diverged`` is true) and does not disturb the others.
 
     Args:
         loop: the loop that all runs start from.
@@ -86,7 +89,8 @@ def simulate_batch(
     Returns:
         Dataset over the dimension ``run``, with the parameters and the metrics as variables, and the
         attributes scenario, hash, version and seed of the loop; ``warning``, ``substeps`` and
-        ``step_error`` as :func:`~hydroservo.simulate` has them, for the run whose machine moves fastest.
+        ``step_error`` as :func:`~hydroservo.simulate` has them, for the run whose machine moves fastest;
+        with a given number of substeps it is judged at its start alone.
 
     Raises:
         ParameterError: an unknown path, a value out of its range, arrays of different lengths, or no device.
@@ -94,19 +98,20 @@ def simulate_batch(
     """
     loop = checked(loop)
     columns = checked_columns(loop, parameters)
-    loop, said = with_steps(loop, columns, strict)
+    workers = checked_threads(threads)
     state = first_state(loop)
+    loop, said = with_steps(loop, columns, strict)
     runs = next(iter(columns.values())).size
     samples = laid_out(loop, state, ()).samples
-    with compilation(loop):
-        begin, size = kernel(loop, state, samples, tuple(columns), strict, cuda)
-    job = Job(loop, begin, size, CUDA_CHUNK if cuda else CHUNK, samples, columns, Event())
     table = np.empty((len(METRIC_FIELDS), runs))
     told = progress or (lambda _: None)
-    found = in_turn(job, runs, told) if cuda else side_by_side(job, runs, threads)
-    for done, (start, metrics) in enumerate(found, 1):
-        table[:, start : start + metrics.shape[1]] = metrics
-        told(min(1.0, done * size / runs))
+    with compilation(loop):
+        begin, size = kernel(loop, state, samples, tuple(columns), strict, cuda)
+        job = Job(loop, begin, size, CUDA_CHUNK if cuda else CHUNK, samples, columns, Event())
+        with closing(in_turn(job, runs, told) if cuda else side_by_side(job, runs, workers)) as found:
+            for done, (start, metrics) in enumerate(found, 1):
+                table[:, start : start + metrics.shape[1]] = metrics
+                told(min(1.0, done * size / runs))
     return dataset(loop, columns, table).assign_attrs(said)
 
 
@@ -137,9 +142,22 @@ def kernel(
     return partial(Group, CompiledLanes(study, wanted, state, varied, strict=strict)), LANES
 
 
-def side_by_side(job: Job, runs: int, threads: int | None) -> Iterator[tuple[int, NDArray[np.float64]]]:
+def checked_threads(threads: int | None) -> int:
+    """How many threads to use: as many as asked for, else one for each core that this process may use.
+
+    Raises:
+        ParameterError: it is not a whole number from 1 on.
+    """
+    if threads is None:
+        return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    if isinstance(threads, bool) or not isinstance(threads, Integral) or threads < 1:
+        raise ParameterError("threads", threads, "must be a whole number from 1 on, or None for all cores")
+    return int(threads)
+
+
+def side_by_side(job: Job, runs: int, threads: int) -> Generator[tuple[int, NDArray[np.float64]]]:
     """The metrics of each group of runs, with the number of its first run, as they are done."""
-    pool = ThreadPoolExecutor(threads or os.cpu_count())
+    pool = ThreadPoolExecutor(threads)
     starts = range(0, runs, job.size)
     try:
         waiting = {pool.submit(group, job, start): start for start in starts}
@@ -151,7 +169,7 @@ def side_by_side(job: Job, runs: int, threads: int | None) -> Iterator[tuple[int
         pool.shutdown(cancel_futures=True)
 
 
-def in_turn(job: Job, runs: int, progress: Progress) -> Iterator[tuple[int, NDArray[np.float64]]]:
+def in_turn(job: Job, runs: int, progress: Progress) -> Generator[tuple[int, NDArray[np.float64]]]:
     """The same, one group after the other, with progress inside each."""
     for start in range(0, runs, job.size):
 
@@ -187,6 +205,8 @@ def checked_columns(loop: Loop, parameters: Mapping[str, ArrayLike]) -> Columns:
     Raises:
         ParameterError: they are not.
     """
+    if not isinstance(parameters, Mapping):
+        raise ParameterError("parameters", type(parameters).__name__, "must map paths to arrays of numbers")
     columns = {path: column(loop, path, values) for path, values in parameters.items()}
     sizes = {path: values.size for path, values in columns.items()}
     if not sizes:
@@ -198,14 +218,14 @@ def checked_columns(loop: Loop, parameters: Mapping[str, ArrayLike]) -> Columns:
 
 def column(loop: Loop, path: str, values: ArrayLike) -> NDArray[np.float64]:
     try:
-        present = value_at(loop, path)
+        present = value_at(loop, str(path))
     except KeyError as error:
         raise ParameterError("parameters", path, error.args[0]) from None
     if path != SEED and (not isinstance(present, float) or path.startswith("simulation.")):
         raise ParameterError("parameters", path, "must be a float outside the simulation block, or its seed")
     try:
         found = np.atleast_1d(np.asarray(values, dtype=np.float64))
-    except (TypeError, ValueError):
+    except (OverflowError, TypeError, ValueError):
         raise ParameterError(path, type(values).__name__, "must be an array of numbers") from None
     if found.ndim != 1 or not found.size:
         raise ParameterError(path, f"shape {found.shape}", "must be an array of shape (runs,)")

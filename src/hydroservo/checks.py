@@ -54,6 +54,8 @@ def number(value: Any, path: str, field: Field, kind: Any) -> float | int | bool
             raise ParameterError(path, value, "must be true or false")
         return bool(value)
     whole = kind is int
+    if field.auto is not None and value == "auto":
+        return field.auto
     if not fits(value, field, whole):
         raise ParameterError(path, value, f"must be {allowed(field, whole)}")
     return int(value) if isinstance(value, Integral) and whole else float(value)

@@ -41,7 +41,13 @@ class Simulation(NamedTuple):
     integrator: Integrator = RK4()
     tolerance: Annotated[
         float,
-        Field("", "of automatic substeps, relative to each state's largest value", CHOSEN, above=0, below=1),
+        Field(
+            "",
+            "of automatic substeps, relative to each state's largest value",
+            CHOSEN,
+            at_least=1e-12,
+            below=1,
+        ),
     ] = 1e-6
 
 

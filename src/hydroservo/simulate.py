@@ -149,13 +149,15 @@ def studied(loop: Loop, samples: int) -> "Study":
 @contextmanager
 def compilation(loop: Loop) -> Iterator[None]:
     """Turns what a compiler says into one line about the loop."""
-    from hydroservo.engine.native import CompileError
+    from hydroservo.engine.native import CompileError, RunError
 
+    law = type(loop.controller).__name__
     try:
         yield
     except CompileError as error:
-        law = type(loop.controller).__name__
         raise LoopError(f"the loop with {law} cannot be compiled: {error}") from error
+    except RunError as error:
+        raise LoopError(f"the loop with {law} stopped: {error}; compiled=False shows it") from error
 
 
 def first_state(loop: Loop) -> Block:
@@ -211,7 +213,7 @@ def laid_out(loop: Loop, state: Block, record: Sequence[str] | None) -> Plan:
     if size > LARGEST_TRACE:
         raise LoopError(
             f"the recorded trajectory would take {size / 2**30:.1f} GiB; "
-            f"raise simulation.record_period (now {simulation.record_period:g} s) or record fewer paths"
+            f"raise simulation.record_period (now {simulation.record_period:g} s)"
         )
     return plan
 

@@ -244,7 +244,7 @@ def test_the_screen_shows_ranges_spreads_verdict_and_a_replay(done, table):
     assert rows["rms_error"][3:11:2] == [f"{1e3 * value:.4g}" for value in spread]
     assert rows["rms_error"][11] == "mm/s"
     assert "No run diverged, and no piston left its stroke." in text
-    assert re.search(r"s, [\d.e+]+ runs per second", text)
+    assert re.search(r"s, [\d.,]+ runs per second", text)
     worst = int(table["steady_rms_error"].argmax())
     line = next(line for line in text.splitlines() if line.startswith("run "))
     start, _, replay = line.partition("; alone: ")

@@ -12,9 +12,6 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 PEERS = "hydroservo,C scalar,C SIMD,numba by hand"
-pytestmark = pytest.mark.skipif(
-    os.environ.get("NUMBA_DISABLE_JIT", "0") != "0", reason="nothing to measure interpreted"
-)
 
 
 @pytest.fixture(autouse=True)

@@ -8,7 +8,6 @@ import json
 import os
 import subprocess
 import sys
-from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -21,7 +20,7 @@ from numba import cuda as numba_cuda
 from hydroservo import Loop, Simulation, batch
 from hydroservo.batch import simulate_batch
 from hydroservo.controllers import PI, TSMC, Backstepping
-from hydroservo.engine import cuda
+from hydroservo.engine import cuda, native
 from hydroservo.integrators import Tsit5
 from hydroservo.loads import Recorded as RecordedLoad
 from hydroservo.loads import Square as SquareLoad
@@ -31,10 +30,6 @@ from hydroservo.sensors import NoisySensors
 from hydroservo.time_series import TimeSeries
 from hydroservo.valves import FirstOrderValve, StaticValve
 from ptx_machine import PtxDevice
-
-pytestmark = pytest.mark.skipif(
-    os.environ.get("NUMBA_DISABLE_JIT", "0") != "0", reason="there is no PTX without a compiler"
-)
 
 TIME = np.linspace(0.0, 2e-3, 6)
 LOOPS = {
@@ -85,10 +80,9 @@ def diverging() -> tuple[Loop, dict[str, Any]]:
 
 
 @pytest.fixture
-def device(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+def device(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(native, "READY", {})
     monkeypatch.setattr(cuda, "cuda", PtxDevice())
-    yield
-    cuda.linked.cache_clear()
 
 
 @pytest.mark.usefixtures("device")

@@ -158,6 +158,25 @@ def test_a_home_that_cannot_be_written(tmp_path: Path) -> None:
     assert ran(tmp_path / "file" / "cache") == (before, True)
 
 
+def test_other_files_in_the_folder_are_left_alone(place: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("HYDROSERVO_CACHE_DIR", str(place))
+    monkeypatch.setattr(disk_cache, "LARGEST", 100)
+    place.mkdir(mode=0o700)
+    (place / "precious").write_bytes(bytes(1000))
+    disk_cache.write("0", "f", bytes(1000))
+    assert [path.name for path in place.iterdir()] == ["precious"]
+
+
+def test_a_cache_that_can_only_be_read_serves(place: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def refused(*_: object) -> None:
+        raise PermissionError
+
+    monkeypatch.setenv("HYDROSERVO_CACHE_DIR", str(place))
+    disk_cache.write("0", "f", b"code")
+    monkeypatch.setattr(os, "utime", refused)
+    assert disk_cache.read("0") == ("f", b"code")
+
+
 @pytest.mark.skipif(not hasattr(os, "getuid"), reason="permissions are those of POSIX")
 def test_code_that_others_could_have_written_is_not_loaded(place: Path) -> None:
     before, _ = ran(place)
@@ -176,8 +195,8 @@ def test_the_files_used_longest_ago_make_room(place: Path, monkeypatch: pytest.M
     monkeypatch.setattr(disk_cache, "LARGEST", 2500)
     for i in range(4):
         disk_cache.write(f"{i}", "f", bytes(1000))
-        os.utime(place / f"{i}", (i, i))
+        os.utime(place / f"{i}.kernel", (i, i))
         disk_cache.read("0")
-    assert sorted(path.name for path in place.iterdir()) == ["0", "3"]
+    assert sorted(path.stem for path in place.iterdir()) == ["0", "3"]
     assert disk_cache.read("3") == ("f", bytes(1000))
     assert disk_cache.read("1") is None

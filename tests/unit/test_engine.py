@@ -14,7 +14,7 @@ from hydroservo import ops
 from hydroservo.block import Block
 from hydroservo.engine.flat import reader, recorder
 from hydroservo.engine.kernel import CompiledRun, InterpretedRun, Study, Wanted
-from hydroservo.engine.native import CompileError
+from hydroservo.engine.native import RunError
 from hydroservo.integrators import RK4
 from hydroservo.states import axpy
 
@@ -220,7 +220,7 @@ def test_an_exception_inside_compiled_code_is_an_error() -> None:
     run = CompiledRun(
         Study(Shouting(), RK4(), 1, Count()), Wanted(("a",), ("a", "b"), Inner), START, strict=True
     )
-    with pytest.raises(CompileError, match="raised an exception"):
+    with pytest.raises(RunError, match="raised an exception"):
         run.advance(0, 1, 0.1, 1, rows(1))
 
 

@@ -92,7 +92,12 @@ def remarkable_run(table: "xr.Dataset", metric: str) -> tuple[int, str]:
 def show_batch(summary: BatchSummary, table: "xr.Dataset", seconds: float) -> None:
     """What varied, how the metrics are spread, and how many runs failed."""
     show(ranges(summary, table), spreads(summary), *verdicts(summary))
-    show(f"{seconds:.3g} s, {summary.runs / seconds:.3g} runs per second")
+    show(f"{seconds:.3g} s, {rate(summary.runs / seconds)} runs per second, compilation included")
+
+
+def rate(value: float) -> str:
+    """Runs per second: three digits, and no power of ten."""
+    return f"{value:,.0f}" if value >= 99.5 else f"{value:.3g}"
 
 
 def ranges(summary: BatchSummary, table: "xr.Dataset") -> Table:
@@ -138,4 +143,4 @@ def verdicts(summary: BatchSummary) -> list[str]:
 
 
 def share(count: int, runs: int) -> str:
-    return f"{count:,} of {runs:,} runs ({100.0 * count / runs:.2g} %)"
+    return f"{count:,} of {runs:,} runs ({100.0 * count / runs:.3g} %)"

@@ -7,7 +7,7 @@ kernel; numba-cuda does the rest. In its simulator the same text runs in plain P
 
 import warnings
 from collections.abc import Callable, Mapping
-from functools import cache, partial
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -19,7 +19,7 @@ from hydroservo.engine import flat
 from hydroservo.engine.kernel import Study, Wanted, kernel
 from hydroservo.engine.lanes import Layout, laid_out, loader, varier
 from hydroservo.engine.machine_code import DOUBLES, FLOAT, INTEGER, INTEGERS, inlined
-from hydroservo.engine.native import CompileError, MachineCode, on_disk
+from hydroservo.engine.native import MachineCode, RunError, native
 from hydroservo.engine.ptx import NAME, RAISED, ptx
 from hydroservo.engine.recipe import Recipe
 from hydroservo.errors import ParameterError
@@ -51,7 +51,7 @@ class CudaThreads:
             self.launch = launcher(text(lambda function: function))
         else:
             recipe = Recipe("threads", (*map(flat.shape, (study, state, sums)), *wanted, varied), strict)
-            self.launch = linked(on_disk(recipe, lambda: ptx(text(inlined), ARGUMENTS, strict)))
+            self.launch = native(recipe, lambda: ptx(text(inlined), ARGUMENTS, strict), linked)
         self.first_sums = flat.numbers(sums)
         self.constants, self.kept = cuda.to_device(flat.numbers(study)), device_arrays(study)
         self.tables = cuda.to_device(table(self.kept))
@@ -74,7 +74,7 @@ class CudaGroup:
         """Samples first to last-1 of every run that still goes on, to their end.
 
         Raises:
-            CompileError: a block raised an exception.
+            RunError: a block raised an exception.
         """
         threads = self.threads
         places = (place(array) for array in (threads.constants, threads.tables, self.memory))
@@ -83,7 +83,7 @@ class CudaGroup:
             threads.launch[-(-self.runs // BLOCK), BLOCK](*places, self.going, first, last, dt)
         cuda.synchronize()
         if (self.going.copy_to_host() == RAISED).any():
-            raise CompileError("a block raised an exception while it ran")
+            raise RunError("a block raised an exception, which compiled code cannot carry")
 
     @property
     def sums(self) -> NDArray[np.float64]:
@@ -148,7 +148,6 @@ def launcher(advance: Callable[..., int]) -> Any:
     return launch
 
 
-@cache
 def linked(made: MachineCode) -> Any:
     """The kernel that calls a function in PTX."""
     return launcher(cuda.declare_device(NAME, SIGNATURE, link=cuda.PTXSource(made.code), abi="c"))

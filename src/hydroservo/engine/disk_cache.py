@@ -16,6 +16,7 @@ from platformdirs import user_cache_path
 __all__ = ["directory", "read", "write"]
 
 LARGEST = 2**28  # bytes kept; the files used longest ago go first
+ENDING = ".kernel"
 CHECK = hashlib.sha256().digest_size
 
 
@@ -27,17 +28,22 @@ def directory() -> Path:
 
 def read(digest: str) -> tuple[str, bytes] | None:
     """The name of a function and its object code, or None."""
-    path = directory() / digest
+    path = file_of(digest)
     try:
         if not private(path.parent):
             return None
         data = path.read_bytes()
-        os.utime(path)
     except OSError:
         return None
+    with contextlib.suppress(OSError):  # a file system that is only read
+        os.utime(path)
     name, found, code = data[CHECK:].partition(b"\0")
     whole = hashlib.sha256(data[CHECK:]).digest() == data[:CHECK]
     return (name.decode(), code) if whole and found else None
+
+
+def file_of(digest: str) -> Path:
+    return directory() / f"{digest}{ENDING}"
 
 
 def write(digest: str, name: str, code: bytes) -> None:
@@ -50,7 +56,7 @@ def write(digest: str, name: str, code: bytes) -> None:
             return
         with tempfile.NamedTemporaryFile(dir=place, prefix="new-", delete=False) as file:
             file.write(hashlib.sha256(content).digest() + content)
-        Path(file.name).replace(place / digest)
+        Path(file.name).replace(file_of(digest))
         make_room(place)
 
 
@@ -64,7 +70,9 @@ def private(place: Path) -> bool:
 
 def make_room(place: Path) -> None:
     """Remove the files used longest ago until the rest is small enough."""
-    files = sorted(((path.stat(), path) for path in place.iterdir()), key=lambda item: item[0].st_mtime)
+    files = sorted(
+        ((path.stat(), path) for path in place.glob(f"*{ENDING}")), key=lambda item: item[0].st_mtime
+    )
     size = sum(found.st_size for found, _ in files)
     for found, path in files:
         if size <= LARGEST:

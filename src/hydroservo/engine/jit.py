@@ -17,6 +17,7 @@ import numpy as np
 from llvmlite import ir
 from numba import njit, types
 from numba.core import cgutils
+from numba.core.errors import NumbaError
 from numba.core.targetconfig import ConfigStack
 from numba.core.typing import signature as typed
 from numba.core.typing.templates import AbstractTemplate, AttributeTemplate, infer_global
@@ -27,7 +28,7 @@ from hydroservo import ops
 from hydroservo.engine import flat
 from hydroservo.ops import basic, binary
 
-__all__ = ["CONTRACT", "INLINE", "reason"]
+__all__ = ["CONTRACT", "INLINE", "method_template", "reason"]
 
 CONTRACT = {"contract"}  # lets LLVM fuse a multiplication with an addition
 INLINE = {"forceinline": True, "error_model": "numpy", "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
@@ -105,7 +106,9 @@ def reason(error: Exception) -> str:
     wrappers = ("Failed in nopython", "- Resolution failure", "None", "File ")
     said = next((line for line in lines if line and not line.startswith(wrappers)), "")
     place = next((line for line in lines if line.startswith("File ")), "").rstrip(":")
-    return f"{said} ({place}); methods call only ops, each other and nested blocks"
+    kind = "" if isinstance(error, NumbaError) else f"{type(error).__name__}: "
+    where = f" ({place})" if place else ""
+    return f"{kind}{said}{where}; methods call only ops, each other and nested blocks, and give every field"
 
 
 @infer_getattr
@@ -129,6 +132,7 @@ def fast_math() -> frozenset[str]:
 
 @cache
 def method_template(method: FunctionType, _flags: frozenset[str]) -> type[AbstractTemplate]:
+    """What numba has to know to call a method, compiled with these fast-math flags."""
     inlined = njit(**INLINE)(method)
 
     class MethodTemplate(AbstractTemplate):

@@ -11,11 +11,10 @@ from contextlib import contextmanager
 from typing import Any, TypeVar
 
 from llvmlite import binding
-from numba import njit, types
+from numba import config, njit, types
 from numba.core import compiler
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler_lock import global_compiler_lock
-from numba.core.errors import NumbaError
 from numba.core.registry import cpu_target
 
 from hydroservo.engine import arithmetic  # noqa: F401 - teaches numba the arithmetic on states
@@ -129,6 +128,8 @@ def lowered(
     Raises:
         CompileError: it cannot be compiled.
     """
+    if config.DISABLE_JIT:
+        raise CompileError("NUMBA_DISABLE_JIT is set; compiled=False runs a loop in plain Python")
     flags = compiler.Flags()
     cpu_target.options.parse_as_flags(flags, OPTIONS if strict else OPTIONS | {"fastmath": CONTRACT})
     flags.no_compile = True
@@ -141,9 +142,9 @@ def lowered(
             result = compiler.compile_extra(
                 typing, target, function, arguments, types.int64, flags, {}, library
             )
-    except NumbaError as error:
+        library.finalize()
+    except Exception as error:  # whatever numba stumbles over, it is about this text
         raise CompileError(reason(error)) from error
-    library.finalize()
     return result.fndesc.llvm_func_name, library
 
 

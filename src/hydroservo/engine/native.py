@@ -10,13 +10,17 @@ import numpy as np
 from llvmlite import binding
 
 from hydroservo.engine import disk_cache
-from hydroservo.engine.recipe import Recipe
+from hydroservo.engine.recipe import Recipe, classes, methods_of
 
-__all__ = ["CompileError", "MachineCode", "Native", "native"]
+__all__ = ["CompileError", "MachineCode", "Native", "RunError", "native"]
 
 
 class CompileError(Exception):
-    """The blocks cannot be compiled, or cannot run compiled."""
+    """The blocks cannot be compiled."""
+
+
+class RunError(Exception):
+    """A block raised an exception while it ran compiled."""
 
 
 class MachineCode(NamedTuple):
@@ -45,7 +49,7 @@ class Native:
         result, exception = ctypes.c_int64(), ctypes.c_void_p()
         places = ctypes.byref(result), ctypes.byref(exception)
         if self.function(*places, *(argument(value) for value in arguments)) != 0:
-            raise CompileError("a block raised an exception while it ran")
+            raise RunError("a block raised an exception, which compiled code cannot carry")
         return result.value
 
 
@@ -62,26 +66,44 @@ def prepare() -> None:
     binding.initialize_native_asmprinter()
 
 
-READY: dict[Recipe, Native] = {}
+READY: dict[Any, Any] = {}
 LOCK = Lock()  # two threads that ask for one kernel get one, compiled once
 
 
-def native(recipe: Recipe, make: Callable[[], MachineCode]) -> Native:
-    """The kernel of a recipe: the one of before, the one on disk, or a new one."""
+def native(
+    recipe: Recipe, make: Callable[[], MachineCode], link: Callable[[MachineCode], Any] = Native
+) -> Any:
+    """The kernel of a recipe: the one of before, the one on disk, or a new one, made callable by ``link``."""
+    key = recipe, recipe.methods()
     with LOCK:
-        if recipe not in READY:
-            READY[recipe] = Native(on_disk(recipe, make))
-        return READY[recipe]
+        if key not in READY:
+            READY[key] = link(on_disk(recipe, make))
+        return READY[key]
 
 
 def on_disk(recipe: Recipe, make: Callable[[], MachineCode]) -> MachineCode:
     digest = recipe.digest()
     if digest is None:
+        forget_exchanged(recipe)
         return make()
     kept = disk_cache.read(digest)
     if kept is not None:
         return MachineCode(*kept, portable=True)
+    forget_exchanged(recipe)
     made = make()
     if made.portable:
         disk_cache.write(digest, made.name, made.code)
     return made
+
+
+SEEN: dict[type, Any] = {}  # the methods of each class when it was last compiled
+
+
+def forget_exchanged(recipe: Recipe) -> None:
+    """Lets nothing compiled before be used again if a class has other methods now."""
+    now = {cls: tuple(methods_of(cls)) for cls in classes(recipe.shapes)}
+    if any(SEEN.get(cls, methods) != methods for cls, methods in now.items()):
+        from hydroservo.engine.jit import method_template
+
+        method_template.cache_clear()
+    SEEN.update(now)

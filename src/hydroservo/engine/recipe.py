@@ -1,31 +1,36 @@
 """What a kernel is made from: equal recipes give equal machine code, and a digest of one names it on disk.
 
-The digest covers all that the code depends on: the shape of the blocks, this package's sources, the text
-of users' own classes with every global that they use, the versions of the compilers and the processor.
+The digest covers all that the code depends on: the shape of the blocks, the loaded code of their classes
+and of every function that it calls, each global that it uses, the engine's own text, the versions of the
+compilers and the processor.
 """
 
 import builtins
+import dis
 import hashlib
 import os
 import sys
-from collections.abc import Iterable, Iterator
+import sysconfig
+from collections.abc import Iterator
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
-from types import CodeType, FunctionType, ModuleType
+from types import BuiltinFunctionType, CodeType, FunctionType, ModuleType
 from typing import Any, NamedTuple
 
 from llvmlite import binding
 
-__all__ = ["Recipe", "UnknownContentError"]
+__all__ = ["Recipe", "UnknownContentError", "classes", "methods_of"]
 
-PACKAGE = "hydroservo"
-PLAIN = (bool, int, float, complex, str, bytes, type(None))
+PLAIN = (bool, int, float, complex, str, bytes, type(None), type(Ellipsis))
 COMPILERS = ("numba", "llvmlite", "numpy")
+ENGINE = Path(__file__).parent
+MADE = {"__new__", "__repr__", "__getnewargs__", "_make", "_replace", "_asdict"}  # by NamedTuple
+LOADS = ("LOAD_ATTR", "LOAD_METHOD")
 
 
 class UnknownContentError(Exception):
-    """Code that depends on something whose content cannot be told."""
+    """Code depends on something whose content cannot be told."""
 
 
 class Recipe(NamedTuple):
@@ -43,23 +48,57 @@ class Recipe(NamedTuple):
             return None
         return hashlib.sha256("\n".join(parts).encode()).hexdigest()
 
+    def methods(self) -> tuple[FunctionType, ...]:
+        """The methods of all classes as they are now; another one makes another kernel."""
+        return tuple(method for cls in classes(self.shapes) for _, method in methods_of(cls))
+
+
+def classes(shapes: Any) -> Iterator[type]:
+    """The classes in nested tuples."""
+    if isinstance(shapes, type):
+        yield shapes
+    elif isinstance(shapes, tuple):
+        for part in shapes:
+            yield from classes(part)
+
+
+def methods_of(cls: type) -> Iterator[tuple[str, FunctionType]]:
+    """The functions that a class defines, but for those that every NamedTuple has."""
+    for name, member in vars(cls).items():
+        if isinstance(member, FunctionType) and name not in MADE:
+            yield name, member
+
+
+def engine_text() -> str:
+    """A digest of the engine's sources, as they are when it is loaded."""
+    found = hashlib.sha256()
+    for path in sorted(ENGINE.glob("*.py")):
+        found.update(path.name.encode() + b"\0" + path.read_bytes() + b"\0")
+    return found.hexdigest()
+
+
+LOADED = engine_text()
+
 
 @cache
 def surroundings() -> str:
-    """This package's sources, the compilers, their settings and the processor."""
-    root = Path(__file__).parent.parent
-    sources = hashlib.sha256()
-    for path in sorted(root.rglob("*.py")):
-        sources.update(str(path.relative_to(root)).encode() + b"\0" + path.read_bytes() + b"\0")
+    """The engine, the compilers, their settings and the processor."""
     settings = sorted(f"{name}={value}" for name, value in os.environ.items() if name.startswith("NUMBA_"))
     processor = (binding.get_host_cpu_name(), binding.get_host_cpu_features().flatten())
     versions = (sys.version, *(version(name) for name in COMPILERS))
-    return repr((sources.hexdigest(), settings, processor, versions))
+    return repr((LOADED, settings, processor, versions))
 
 
+@cache
 def by_others(module: str) -> bool:
-    """True for a module that is Python's, this package's or a compiler's: a version tells its content."""
-    return module.partition(".")[0] in (PACKAGE, *COMPILERS, *sys.stdlib_module_names)
+    """True for a module of Python or of a compiler, whose version tells its content."""
+    top = module.partition(".")[0]
+    if top in COMPILERS or top == "builtins":
+        return True
+    file = getattr(sys.modules.get(top), "__file__", None)
+    if top not in sys.stdlib_module_names or top == "__main__":
+        return False
+    return file is None or Path(file).is_relative_to(sysconfig.get_path("stdlib"))
 
 
 class Content:
@@ -74,71 +113,69 @@ class Content:
         Raises:
             UnknownContentError: the content of something cannot be told.
         """
-        if isinstance(value, PLAIN):
+        if type(value) in PLAIN:
             yield f"{type(value).__name__} {value!r}"
-        elif isinstance(value, tuple | list | frozenset):
-            yield f"{type(value).__name__} of {len(value)}"
+        elif isinstance(value, tuple | frozenset):
+            yield from self.of_type(type(value))
             for item in sorted(value, key=repr) if isinstance(value, frozenset) else value:
                 yield from self.of(item)
         elif isinstance(value, CodeType):
             yield from self.of_code(value)
-        elif isinstance(value, type | FunctionType | ModuleType):
-            yield from self.of_named(value)
+        elif isinstance(value, FunctionType):
+            yield from self.once(value, self.of_function)
+        elif isinstance(value, type):
+            yield from self.of_type(value)
+        elif isinstance(value, BuiltinFunctionType) and by_others(value.__module__ or "builtins"):
+            yield f"{value.__module__}.{value.__qualname__}"
         else:
             raise UnknownContentError(value)
 
-    def of_named(self, value: Any) -> Iterator[str]:
-        """A class, function or module: by name if it is Python's or this package's, else by its text."""
-        home = value.__name__ if isinstance(value, ModuleType) else value.__module__
-        yield f"{home}.{getattr(value, '__qualname__', '')}"
-        if by_others(home) or id(value) in self.met:
-            return
-        self.met.add(id(value))
-        if isinstance(value, FunctionType):
-            yield from self.of_function(value)
-        elif isinstance(value, type):
-            yield from self.of_class(value)
+    def once(self, value: Any, tell: Any) -> Iterator[str]:
+        """The name of something, and its content if it was not told before."""
+        yield f"{value.__module__}.{value.__qualname__}"
+        if not by_others(value.__module__) and id(value) not in self.met:
+            self.met.add(id(value))
+            yield from tell(value)
+
+    def of_type(self, value: type) -> Iterator[str]:
+        if not by_others(value.__module__) and not hasattr(value, "_fields"):
+            raise UnknownContentError(value)
+        yield from self.once(value, self.of_class)
 
     def of_class(self, value: type) -> Iterator[str]:
-        yield from self.of(getattr(value, "_fields", ()))
-        for name, member in vars(value).items():
-            function = getattr(member, "__func__", member)
-            if isinstance(function, FunctionType) and function.__module__ == value.__module__:
-                yield name
-                yield from self.of(function)
+        yield repr(value._fields)  # type: ignore[attr-defined]
+        for name, method in methods_of(value):
+            yield name
+            yield from self.of(method)
 
     def of_function(self, value: FunctionType) -> Iterator[str]:
-        yield from self.of(value.__defaults__)
+        yield from self.of((value.__defaults__, tuple(sorted((value.__kwdefaults__ or {}).items()))))
         yield from self.of_code(value.__code__)
         for cell in value.__closure__ or ():
             yield from self.of(cell.cell_contents)
-        yield from self.of_globals(value.__globals__, value.__code__)
+        for used in globals_of(value.__globals__, value.__code__):
+            yield from self.of(used)
 
     def of_code(self, code: CodeType) -> Iterator[str]:
         yield code.co_code.hex()
+        yield getattr(code, "co_exceptiontable", b"").hex()
         yield from self.of((code.co_consts, code.co_names, code.co_varnames, code.co_freevars))
 
-    def of_globals(self, space: dict[str, Any], code: CodeType) -> Iterator[str]:
-        """The globals that a function uses, and what it uses of modules."""
-        for name in names(code):
-            if name in space:
-                yield name
-                yield from self.of(space[name])
-            elif not hasattr(builtins, name):
-                yield from self.of_attributes(space, name)
 
-    def of_attributes(self, space: dict[str, Any], name: str) -> Iterator[str]:
-        """What a name may be in the modules that are not by others."""
-        for module in space.values():
-            if isinstance(module, ModuleType) and not by_others(module.__name__) and name in vars(module):
-                yield f"{module.__name__}.{name}"
-                yield from self.of(vars(module)[name])
-
-
-def names(code: CodeType) -> Iterable[str]:
-    """The names in a function and in those inside it."""
-    found = dict.fromkeys(code.co_names)
+def globals_of(space: dict[str, Any], code: CodeType) -> Iterator[Any]:
+    """What a function and those inside it take from outside: globals, and what they name in modules."""
+    found: Any = None
+    for step in dis.get_instructions(code):
+        if step.opname == "LOAD_GLOBAL":
+            found = space.get(step.argval, getattr(builtins, step.argval, None))
+            followed = isinstance(found, ModuleType)
+        elif step.opname in LOADS and isinstance(found, ModuleType | type):
+            found = getattr(found, step.argval, None)
+            followed = isinstance(found, ModuleType)
+        else:
+            found, followed = None, True
+        if not followed:
+            yield found
     for constant in code.co_consts:
         if isinstance(constant, CodeType):
-            found |= dict.fromkeys(names(constant))
-    return found
+            yield from globals_of(space, constant)

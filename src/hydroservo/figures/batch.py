@@ -17,6 +17,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter
 from numpy.typing import NDArray
 
+from hydroservo.errors import ParameterError
 from hydroservo.figures.ranges import limits
 from hydroservo.figures.style import PALETTE, figure, style
 from hydroservo.readable import SUPERSCRIPT, readable_unit
@@ -65,6 +66,7 @@ class Measured(NamedTuple):
     unit: str
     values: Numbers
     kept: NDArray[np.bool_]  # which of all runs these are
+    lost: NDArray[np.bool_]  # which diverged; the rest has no such metric
 
 
 def plot_batch(table: xr.Dataset, varied: Sequence[str], metric: str) -> Figure:
@@ -94,10 +96,17 @@ def plot_batch(table: xr.Dataset, varied: Sequence[str], metric: str) -> Figure:
 
 
 def measured(table: xr.Dataset, metric: str) -> Measured:
+    """The values to show, in a unit that fits.
+
+    Raises:
+        ParameterError: there is no such metric.
+    """
+    if metric not in table:
+        raise ParameterError("metric", metric, "is no metric of these runs")
     kept = ~table["diverged"].values & np.isfinite(table[metric].values)
     values, about = table[metric].values[kept], table[metric].attrs
     unit, factor = scale(about["units"], values)
-    return Measured(about["long_name"], unit, factor * values, kept)
+    return Measured(about["long_name"], unit, factor * values, kept, table["diverged"].values)
 
 
 def laid_out(count: int) -> Grid:
@@ -147,7 +156,7 @@ def draw_panel(axis: Axes, column: xr.DataArray, runs: Measured) -> None:
     else:
         axis.plot(x[runs.kept], runs.values, ".", color=RUN, markersize=3.5, markeredgewidth=0.0, alpha=0.6)
     draw_trend(axis, x[runs.kept], runs.values)
-    mark_lost(axis, x, ~runs.kept)
+    mark_lost(axis, x, runs.lost)
     axis.set_xlim(x.min(), x.max())
     place = axis.get_subplotspec()
     across = place.get_gridspec().ncols - 1 if place is not None else 1
@@ -214,7 +223,7 @@ def count_alike(grid: Grid, runs: Measured) -> None:
 
 def handles(grid: Grid, runs: Measured) -> list[Line2D]:
     """What the legend explains."""
-    shown, lost = runs.values.size, int((~runs.kept).sum())
+    shown, lost = runs.values.size, int(runs.lost.sum())
     dot = Line2D([], [], marker=".", linestyle="", color=RUN, label=f"{shown:,} runs")
     lines = [
         Line2D([], [], color=TREND, label="median"),
