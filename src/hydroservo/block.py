@@ -98,6 +98,9 @@ class Integrator(Protocol):
     steps a fixed-step method takes in ``dt``. ``trusted_rate`` is the largest |lambda| [1/s] of the system's
     Jacobian that such steps can be trusted with, and ``substeps_for`` how many of them follow one that moves
     at a ``rate`` [1/s] to a relative ``tolerance``.
+
+    A method that has ``substep(system, t, x, u, h)`` says that ``advance`` is this, ``substeps`` times with
+    h = dt/substeps; many runs side by side then call it directly.
     """
 
     def advance(self, system: Block, t: float, x: Block, u: float, dt: float, substeps: int) -> Block: ...
