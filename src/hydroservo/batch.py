@@ -13,12 +13,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hydroservo.accuracy import hardest, warning
-from hydroservo.block import Block, replace, value_at
+from hydroservo.block import Block, field_at, replace, value_at
 from hydroservo.checks import allowed, checked, number
 from hydroservo.errors import ParameterError
-from hydroservo.field import Field, declared_fields
 from hydroservo.loop import AUTO, Loop
-from hydroservo.metrics import METRIC_FIELDS, MetricsState, Sample, summary
+from hydroservo.metrics import FLAGS, METRIC_FIELDS, MetricsState, Sample, summary
 from hydroservo.provenance import provenance
 from hydroservo.simulate import (
     Progress,
@@ -36,13 +35,12 @@ if TYPE_CHECKING:
     from hydroservo.engine.cuda import CudaGroup
     from hydroservo.engine.lanes import Group
 
-__all__ = ["simulate_batch"]
+__all__ = ["SEED", "simulate_batch"]
 
 CHUNK = 20_000  # integration steps of a group of lanes between two looks at whether to stop
 CUDA_CHUNK = 2_000  # of a group of threads: a second on a device that is slow with doubles
 
 SEED = "simulation.seed"  # the one whole number that may differ between runs; doubles hold it exactly
-FLAGS = ("stroke_left", "diverged")
 
 Columns = dict[str, NDArray[np.float64]]
 
@@ -229,7 +227,7 @@ def column(loop: Loop, path: str, values: ArrayLike) -> NDArray[np.float64]:
         raise ParameterError(path, type(values).__name__, "must be an array of numbers") from None
     if found.ndim != 1 or not found.size:
         raise ParameterError(path, f"shape {found.shape}", "must be an array of shape (runs,)")
-    field = field_of(loop, path)
+    field = field_at(loop, path)
     for worst in (found[~np.isfinite(found)][:1], found.min(keepdims=True), found.max(keepdims=True)):
         for value in worst:
             number(float(value), path, field, float)
@@ -237,11 +235,6 @@ def column(loop: Loop, path: str, values: ArrayLike) -> NDArray[np.float64]:
         wrong = float(found[found % 1.0 != 0.0][0])
         raise ParameterError(path, wrong, f"must be {allowed(field, whole=True)}")
     return found
-
-
-def field_of(loop: Loop, path: str) -> Field:
-    parent, _, name = path.rpartition(".")
-    return declared_fields(value_at(loop, parent).__class__).get(name, Field("", name))
 
 
 def dataset(loop: Loop, columns: Columns, table: NDArray[np.float64]) -> "xr.Dataset":
@@ -254,7 +247,7 @@ def dataset(loop: Loop, columns: Columns, table: NDArray[np.float64]) -> "xr.Dat
             {"units": field.unit, "long_name": field.meaning},
         )
         for path, values in columns.items()
-        if (field := field_of(loop, path))
+        if (field := field_at(loop, path))
     }
     found = {
         name: (

@@ -28,6 +28,7 @@ __all__ = [
     "Sensors",
     "Valve",
     "declared_fields",
+    "field_at",
     "is_block",
     "leaves",
     "replace",
@@ -146,6 +147,18 @@ def value_at(block: Block, path: str) -> Any:
             raise KeyError(f"no {name!r} in path {path!r}; the names there are {names}")
         block = getattr(block, name)
     return block
+
+
+def field_at(block: Block, path: str) -> Field:
+    """The declaration of the number at a dotted path; its name alone where it has none.
+
+    Raises:
+        KeyError: no such path.
+    """
+    parent, _, name = path.rpartition(".")
+    value_at(block, path)
+    holder = value_at(block, parent) if parent else block
+    return declared_fields(holder.__class__).get(name, Field("", name))
 
 
 def replace(block: Block, changes: Mapping[str, Any]) -> Block:

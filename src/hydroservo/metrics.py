@@ -7,6 +7,7 @@ from hydroservo import ops
 from hydroservo.field import Field, declared_fields
 
 __all__ = [
+    "FLAGS",
     "LOST",
     "METRIC_FIELDS",
     "SMALLER_IS_BETTER",
@@ -155,6 +156,7 @@ class Metrics(NamedTuple):
 
 
 METRIC_FIELDS = declared_fields(Metrics)
+FLAGS = ("stroke_left", "diverged")  # the metrics that are true or false
 SMALLER_IS_BETTER = (
     "rms_error",
     "max_error",

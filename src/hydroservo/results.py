@@ -11,14 +11,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hydroservo.errors import HydroservoError
-from hydroservo.metrics import METRIC_FIELDS, SMALLER_IS_BETTER
+from hydroservo.metrics import FLAGS, METRIC_FIELDS, SMALLER_IS_BETTER
 
 if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
 __all__ = [
-    "FLAGS",
     "as_json",
     "atomic_path",
     "best_runs",
@@ -30,7 +29,6 @@ __all__ = [
     "write_text",
 ]
 
-FLAGS = ("stroke_left", "diverged")  # the metrics that are true or false
 
 
 @contextmanager

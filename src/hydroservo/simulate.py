@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from hydroservo.accuracy import checked_steps, machine_paths
-from hydroservo.block import Block, is_block, leaves, value_at
+from hydroservo.block import Block, field_at, is_block, leaves, value_at
 from hydroservo.checks import checked
 from hydroservo.errors import LoopError, ParameterError
-from hydroservo.field import Field, declared_fields
+from hydroservo.field import Field
 from hydroservo.loop import Loop
 from hydroservo.metrics import METRIC_FIELDS, Metrics, MetricsState, Sample, TrackingMetrics, summary
 from hydroservo.provenance import provenance
@@ -207,7 +207,7 @@ def laid_out(loop: Loop, state: Block, record: Sequence[str] | None) -> Plan:
             f"must be a whole number of sample periods of {simulation.period:g} s",
         )
     paths = tuple(record) if record is not None else tuple(path for path, _ in leaves(state))
-    fields = tuple(field_at(state, path) for path in paths)
+    fields = tuple(recordable(state, path) for path in paths)
     plan = Plan(periods + 1, stride, periods // stride + 1, paths, fields)
     size = plan_size(plan)
     if size > LARGEST_TRACE:
@@ -224,21 +224,19 @@ def whole(ratio: float) -> int | None:
     return nearest if abs(ratio - nearest) <= 1e-9 * max(nearest, 1) else None
 
 
-def field_at(state: Block, path: str) -> Field:
+def recordable(state: Block, path: str) -> Field:
     """The declaration of the number at a path of a state.
 
     Raises:
         ParameterError: there is no number at that path.
     """
-    parent, _, name = path.rpartition(".")
     try:
-        holder = value_at(state, parent) if parent else state
-        value = value_at(holder, name)
+        value = value_at(state, path)
     except KeyError as error:
         raise ParameterError("record", path, error.args[0]) from None
     if not isinstance(value, float):
         raise ParameterError("record", path, "not a number but a group; name one number in it")
-    return declared_fields(holder.__class__).get(name, Field("", name))
+    return field_at(state, path)
 
 
 def measured_paths(state: Block) -> tuple[str | None, ...]:

@@ -123,8 +123,7 @@ def check(runs: int, seed: int, metric: str, varies: bool) -> None:
         HydroservoError: in one line, what is wrong and what is allowed.
     """
     from hydroservo.errors import HydroservoError, ParameterError
-    from hydroservo.metrics import METRIC_FIELDS
-    from hydroservo.results import FLAGS
+    from hydroservo.metrics import FLAGS, METRIC_FIELDS
     from hydroservo.scenario.names import one_of
 
     if not 1 <= runs <= MOST:

@@ -8,9 +8,8 @@ from rich.markup import escape
 from rich.table import Table
 
 from hydroservo.cli.tables import as_text, show
-from hydroservo.metrics import METRIC_FIELDS
+from hydroservo.metrics import FLAGS, METRIC_FIELDS
 from hydroservo.readable import common_unit
-from hydroservo.results import FLAGS
 
 if TYPE_CHECKING:
     import xarray as xr

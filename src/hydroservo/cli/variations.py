@@ -8,10 +8,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.block import leaves, value_at
+from hydroservo.batch import SEED
+from hydroservo.block import field_at, leaves, value_at
 from hydroservo.checks import allowed, within
 from hydroservo.errors import ScenarioError, short
-from hydroservo.field import Field, declared_fields
+from hydroservo.field import Field
 from hydroservo.loop import Loop
 from hydroservo.scenario.load import Machine
 from hydroservo.scenario.names import nearest, one_of
@@ -21,7 +22,6 @@ from hydroservo.scenario.quantities import si_value
 __all__ = ["Drawn", "Variation", "drawn_runs", "variations"]
 
 OPTION = "--vary"
-SEED = "simulation.seed"
 MODEL = "controller.model."
 LONGEST = 4096  # characters of one option
 QUANTITY = re.compile(r"[+-]?[0-9.]+(?:[eE][+-]?[0-9]+)?(?:\s*/\s*[0-9]+)?\s*(.*)", re.DOTALL)
@@ -149,12 +149,6 @@ def value_of(text: str, unit: str) -> float:
         return si_value(text, unit)
     except ValueError as error:
         raise ValueError(f"{short(text)} {error}") from None
-
-
-def field_at(loop: Loop, path: str) -> Field:
-    """The declaration of a number of a loop."""
-    parent, _, name = path.rpartition(".")
-    return declared_fields(value_at(loop, parent).__class__).get(name, Field("", name))
 
 
 def drawn_runs(loop: Loop, varied: Sequence[Variation], seed: int, runs: int, *, seeds: bool) -> Drawn:

@@ -8,10 +8,10 @@ from hydroservo.figures.paper import draw_figures
 from hydroservo.figures.report_page import page
 from hydroservo.figures.style import save_figure
 from hydroservo.figures.verdicts import draw_map
-from hydroservo.metrics import METRIC_FIELDS
+from hydroservo.metrics import FLAGS, METRIC_FIELDS
 from hydroservo.papers import tsmc_eha_2021 as paper
 from hydroservo.papers.tsmc_eha_2021.study import Progress, Study
-from hydroservo.results import FLAGS, as_json, metrics_csv, save, write_text
+from hydroservo.results import as_json, metrics_csv, save, write_text
 
 __all__ = ["write_report"]
 

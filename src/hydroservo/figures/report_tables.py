@@ -7,7 +7,7 @@ from typing import Any
 from hydroservo.figures.judgements import worst_case
 from hydroservo.figures.names import DELTAS, NAMES, Trajectories, condition_name, run_name
 from hydroservo.figures.verdicts import colour_class
-from hydroservo.metrics import METRIC_FIELDS
+from hydroservo.metrics import FLAGS, METRIC_FIELDS
 from hydroservo.papers.tsmc_eha_2021.claims import CLAIMS, Claim
 from hydroservo.papers.tsmc_eha_2021.conditions import (
     CONTROLLERS,
@@ -24,7 +24,7 @@ from hydroservo.papers.tsmc_eha_2021.conditions import (
 )
 from hydroservo.papers.tsmc_eha_2021.study import Study
 from hydroservo.readable import column, measured, number, yes_or_no
-from hydroservo.results import FLAGS, best_runs, metrics_of, scenario_of
+from hydroservo.results import best_runs, metrics_of, scenario_of
 
 __all__ = [
     "Table",

@@ -5,7 +5,7 @@ import math
 from hydroservo.ops.basic import floor, sqrt, where
 from hydroservo.ops.binary import exponent, mantissa
 from hydroservo.ops.circular import cos, sin
-from hydroservo.ops.power import log2_mantissa
+from hydroservo.ops.power import LN_2, log2_mantissa
 
 __all__ = ["normal", "uniform"]
 
@@ -16,7 +16,6 @@ ROUNDS = 10
 MULTIPLIERS = 0xD2511F53, 0xCD9E8D57
 KEY_STEPS = 0x9E3779B9, 0xBB67AE85  # the golden ratio and sqrt(3), less 1, times 2^32
 UNIFORM, NORMAL = 0, 1  # the last word of the counter: the two kinds of numbers share no bits
-LN2 = 0.6931471805599453
 
 
 def uniform(seed: float, stream: float, index: float) -> float:
@@ -53,7 +52,7 @@ def normal(seed: float, stream: float, index: float) -> float:
     pair = floor(0.5 * stream)
     a, b, c, d = philox(position(pair, index, NORMAL), low_and_high(seed))
     u = 1.0 - fraction(a, b)
-    radius = sqrt(-2.0 * LN2 * (exponent(u) + log2_mantissa(mantissa(u))))
+    radius = sqrt(-2.0 * LN_2 * (exponent(u) + log2_mantissa(mantissa(u))))
     angle = 2.0 * math.pi * fraction(c, d)
     return radius * where(stream == 2.0 * pair, cos(angle), sin(angle))
 

@@ -1,0 +1,146 @@
+"""``hydroservo batch``: the ranges that --vary takes, and what is drawn from them."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from test_cli import failed
+
+from hydroservo import ScenarioError
+from hydroservo.cli.replay import Origin
+from hydroservo.cli.variations import drawn_runs, variations
+from hydroservo.scenario import load_scenario
+
+NAME = "paper/sine-backstepping"  # whose controller has a model of the machine
+
+
+def drawn(*ranges, changes=(), seed=0, runs=50, seeds=False, name=NAME):
+    origin = Origin(name, changes, ())
+    loop = origin.loop({})
+    return loop, drawn_runs(loop, variations(ranges, loop, origin.nominal()), seed, runs, seeds=seeds)
+
+
+@given(seed=st.integers(0, 2**63 - 1), few=st.integers(1, 20), more=st.integers(20, 60))
+def test_a_run_has_the_same_parameters_whatever_their_number_and_whatever_else_varies(seed, few, more):
+    mass, area = "plant.mass=4..8kg", "plant.piston_area=-10..10%"
+    _, one = drawn(mass, seed=seed, runs=few)
+    _, other = drawn(area, mass, seed=seed, runs=more, seeds=True)
+    for path in one.parameters:
+        np.testing.assert_array_equal(one.parameters[path], other.parameters[path][:few])
+    for path in one.settings:
+        np.testing.assert_array_equal(one.settings[path], other.settings[path][:few])
+
+
+def test_another_seed_and_another_path_draw_other_numbers():
+    _, one = drawn("plant.mass=1..2", "controller.velocity_gain=1..2", runs=1000)
+    _, other = drawn("plant.mass=1..2", seed=1, runs=1000)
+    mass, gain = one.parameters["plant.mass"], one.parameters["controller.velocity_gain"]
+    assert abs(np.corrcoef(mass, gain)[0, 1]) < 0.1
+    assert abs(np.corrcoef(mass, other.parameters["plant.mass"])[0, 1]) < 0.1
+
+
+@pytest.mark.parametrize(
+    ("text", "low", "high"),
+    [
+        ("plant.bulk_modulus=0.5e9 Pa..1.5e9 Pa", 0.5e9, 1.5e9),
+        ("plant.bulk_modulus=0.5..1.5 GPa", 0.5e9, 1.5e9),
+        ("plant.bulk_modulus=5000 bar .. 1.5 GPa", 0.5e9, 1.5e9),
+        ("plant.bulk_modulus=5e8..1.5e9", 0.5e9, 1.5e9),
+        ("plant.bulk_modulus=-30%..+30%", 4.9e8, 9.1e8),
+        ("plant.bulk_modulus = -30 .. 30 %", 4.9e8, 9.1e8),
+        ("plant.bulk_modulus=\N{MINUS SIGN}30..30%", 4.9e8, 9.1e8),
+        ("valve.orifice.discharge_coefficient=1/2..5/7", 0.5, 5 / 7),
+        ("load.offset=-50..50N", -50.0, 50.0),
+        ("load.phase=-.5...5", -0.5, 0.5),
+        ("controller.velocity_gain=1e2..2e2 1/s", 100.0, 200.0),
+    ],
+)
+def test_numbers_are_spread_evenly_over_the_range(text, low, high):
+    _, found = drawn(text, runs=4000)
+    (path,) = found.ranges
+    assert found.ranges[path] == pytest.approx((low, high), rel=1e-12)
+    share = (np.sort(found.parameters[path]) - low) / (high - low)
+    assert np.max(np.abs(share - (np.arange(4000) + 0.5) / 4000)) < 0.03  # Kolmogorov-Smirnov, p below 0.002
+
+
+def test_percentages_of_a_negative_number_span_it():
+    _, found = drawn("load.amplitude=-10..20%", changes=["load.amplitude=-100N"])
+    assert found.ranges["load.amplitude"] == pytest.approx((-120.0, -90.0))
+    assert np.all(
+        (found.parameters["load.amplitude"] > -120.0) & (found.parameters["load.amplitude"] < -90.0)
+    )
+
+
+def test_seeds_count_from_that_of_the_scenario():
+    _, found = drawn(changes=["simulation.seed=7"], runs=3, seeds=True)
+    assert found.settings["simulation.seed"].tolist() == [7, 8, 9]
+    assert found.ranges == {"simulation.seed": (7, 9)}
+
+
+def test_only_the_truth_of_the_machine_varies():
+    loop, found = drawn("plant.mass=4..8kg")
+    assert list(found.parameters) == ["plant.mass"]
+    assert list(found.settings) == ["uncertainty.plant.mass"]
+    assert loop.nominal is loop.controller.model
+
+
+def test_disturbances_are_defined_against_the_model_that_varies():
+    _, found = drawn("controller.model.plant.mass=4..8kg")
+    assert list(found.settings) == ["controller.model.plant.mass"]
+    assert list(found.parameters) == ["controller.model.plant.mass", "nominal.plant.mass"]
+
+
+@pytest.mark.parametrize(
+    ("text", "problem"),
+    [
+        ("plant.mss=1..2", "plant.mss: must be one of plant.mass, plant.damping, "),
+        ("plant.mss=1..2", "; did you mean plant.mass?"),
+        ("plnt.mass=1..2", "plnt.mass: is no number that can vary; did you mean plant.mass?"),
+        ("mass=1..2", "mass: is no number that can vary"),
+        ("nominal.plant.mass=1..2", "is no number that can vary; did you mean "),
+        ("plant=1..2", "plant: is no number that can vary"),
+        ("plant.as_printed=0..1", "plant.as_printed: must be one of plant.mass"),
+        ("simulation.period=1..2", "simulation.period: is no number that can vary"),
+        ("simulation.seed=1..2", "simulation.seed: is varied by --seeds"),
+        ("plant.mass", "'plant.mass' must be of the form PATH=LOW..HIGH"),
+        ("plant.mass=4", "'plant.mass=4' must be of the form PATH=LOW..HIGH"),
+        ("=1..2", "must be of the form PATH=LOW..HIGH"),
+        (
+            "plant.mass=8..4kg",
+            "'8 kg' is more than '4kg', its upper end; it must be a finite number above 0 [kg]",
+        ),
+        ("plant.mass=30%..-30%", "'30%' is more than '-30%', its upper end"),
+        ("plant.mass=4..4", "'4..4' is no range: both its ends are 4"),
+        ("plant.mass=4m..8m", "plant.mass: '4m' does not convert to kg; it must be"),
+        ("plant.mass=4kg..8", "'8' has no unit; write '8 kg'"),
+        ("plant.mass=4..heavy", "'heavy' is not a quantity"),
+        ("plant.mass=..8", "'' is not a quantity"),
+        ("plant.mass=nan..8", "'nan' is not a quantity"),
+        ("plant.mass=0..8kg", "'0..8kg' reaches 0; it must be a finite number above 0 [kg]"),
+        ("plant.mass=-150%..0%", "reaches -3; it must be a finite number above 0 [kg]"),
+        ("plant.mass=-30%..8", "'8' has no % while '-30%' has one"),
+        ("plant.mass=-30%..8kg", "'8kg' has no % while '-30%' has one"),
+        ("load.offset=-30%..30%", "is 0 in the scenario, of which there is no percentage"),
+        ("plant.mass=1..2\n", "plant.mass"),
+        ("plant.mass=1..2 k\ng", "plant.mass: "),
+        ("plant.mass=" + "1" * 5000 + "..2", "must be of the form"),
+    ],
+)
+def test_a_wrong_range_is_one_line_that_names_it(text, problem):
+    if text == "plant.mass=1..2\n":
+        assert drawn(text)[1].ranges == {"plant.mass": (1.0, 2.0)}
+        return
+    message = failed("batch", NAME, "--runs", "2", "--vary", text)
+    assert message.startswith("hydroservo: --vary: ")
+    assert problem in message
+    assert message.rstrip("\n").isprintable()
+
+
+@given(text=st.text(max_size=20) | st.text("0123456789.%-+ kgPa", max_size=12).map("plant.mass={}".format))
+def test_any_range_is_drawn_from_or_refused_in_one_line(text):
+    loop = load_scenario(NAME)
+    try:
+        (found,) = variations([text], loop, loop)
+    except ScenarioError as error:
+        found = str(error)
+    assert found.isprintable() if isinstance(found, str) else 0.0 < found.low < found.high
