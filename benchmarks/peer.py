@@ -16,6 +16,7 @@ __all__ = [
     "TOLERANCES",
     "Peer",
     "Prepared",
+    "at_tolerance",
     "cheapest",
     "difference",
     "fastest",
@@ -75,6 +76,12 @@ def cheapest(exact: Result | None, choices: Iterable[Choice], run: Callable[[Cho
             return found
         found = choice if good else None
     raise ValueError(f"no choice reaches a relative accuracy of {ACCURACY:g}")
+
+
+def at_tolerance(job: Job, method: str, end: Callable[[float], Result]) -> Prepared:
+    """An adaptive method at the loosest relative tolerance that is accurate enough."""
+    tolerance = cheapest(job.exact, TOLERANCES, end)
+    return Prepared(lambda: end(tolerance), f"{method}, rtol {tolerance:g}")
 
 
 def fastest(candidates: Iterable[Callable[[], Prepared]]) -> Prepared:

@@ -89,10 +89,9 @@ def cell(job: Section, name: str) -> str:
 
 def notes(section: Section) -> Iterator[str]:
     """What the table leaves unsaid."""
-    yield (
-        f"Median time, and in brackets how many times hydroservo's it is. {PART} A part of the job was run, "
-        "and its time scaled by the number of steps."
-    )
+    shortened = any(entry["share"] < 1.0 for job in section["jobs"] for entry in job["entries"])
+    scaled = f" {PART} A part of the job was run, and its time scaled by the number of steps."
+    yield f"Median time, and in brackets how many times hydroservo's it is.{scaled if shortened else ''}"
     missing = {one["name"]: one["reason"] for job in section["jobs"] for one in job["missing"]}
     if missing:
         yield "Left out: " + "; ".join(f"{name} ({reason})" for name, reason in missing.items()) + "."
@@ -130,7 +129,7 @@ def row(job: Section, entry: Section) -> Line:
         entry["name"],
         entry["how"],
         seconds(entry["seconds"]),
-        f"±{100.0 * spread:.0f} %",
+        f"±{100.0 * spread:.0f} %" if len(entry["rounds"]) > 2 else "",
         ratio(job, entry, YARDSTICK.name),
         ratio(job, entry, BASELINE),
         seconds(entry["first"]),

@@ -13,7 +13,7 @@ import numpy as np
 from benchmarks.isa import gcc_flags
 from benchmarks.jobs import Job, Result, end_state
 from benchmarks.laws import Machine, Maths, closed_loop_step, law_of, machine_of, open_loop_rates, rk4, start
-from benchmarks.peer import STEPS, TOLERANCES, Prepared, cheapest, fastest, missing
+from benchmarks.peer import STEPS, Prepared, at_tolerance, cheapest, fastest, missing
 
 __all__ = ["CasADi"]
 
@@ -117,8 +117,7 @@ def tolerant(job: Job) -> Prepared:
             functions[rtol] = cvodes(job, rtol)
         return end_state(np.asarray(functions[rtol](x0=start(machine_of(job.loop, {}))[0])["xf"])[:, 0])
 
-    tolerance = cheapest(job.exact, TOLERANCES, end)
-    return Prepared(lambda: end(tolerance), f"CVODES, rtol {tolerance:g}")
+    return at_tolerance(job, "CVODES", end)
 
 
 def cvodes(job: Job, rtol: float) -> Any:

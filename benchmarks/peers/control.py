@@ -13,7 +13,7 @@ import numpy as np
 
 from benchmarks.jobs import Job, Result, end_state
 from benchmarks.laws import PLAIN, Machine, closed_loop_step, law_of, machine_of, open_loop_rates, start
-from benchmarks.peer import TOLERANCES, Prepared, cheapest, fastest, missing
+from benchmarks.peer import Prepared, at_tolerance, fastest, missing
 from benchmarks.peers.scipy import METHODS, run_of
 
 __all__ = ["PythonControl"]
@@ -41,8 +41,7 @@ class PythonControl(NamedTuple):
 
 
 def tolerant(job: Job, method: str) -> Prepared:
-    tolerance = cheapest(job.exact, TOLERANCES, lambda rtol: plant_end(job, method, rtol))
-    return Prepared(lambda: plant_end(job, method, tolerance), f"{method}, rtol {tolerance:g}")
+    return at_tolerance(job, method, lambda rtol: plant_end(job, method, rtol))
 
 
 def plant_end(job: Job, method: str, rtol: float) -> Result:

@@ -24,7 +24,7 @@ from benchmarks.laws import (
     valve,
     wave,
 )
-from benchmarks.peer import TOLERANCES, Prepared, cheapest, fastest, missing
+from benchmarks.peer import Prepared, at_tolerance, fastest, missing
 from benchmarks.peers.jax import batched, maths, over_samples
 
 __all__ = ["Diffrax"]
@@ -50,9 +50,7 @@ class Diffrax(NamedTuple):
 
 
 def tolerant(job: Job, solver: str) -> Prepared:
-    end = plant_end(job, solver)
-    tolerance = cheapest(job.exact, TOLERANCES, end)
-    return Prepared(lambda: end(tolerance), f"{solver}, rtol {tolerance:g}")
+    return at_tolerance(job, solver, plant_end(job, solver))
 
 
 def plant_end(job: Job, solver: str) -> Any:

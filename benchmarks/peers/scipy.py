@@ -26,7 +26,7 @@ from benchmarks.laws import (
     valve,
     wave,
 )
-from benchmarks.peer import TOLERANCES, Prepared, cheapest, fastest, missing
+from benchmarks.peer import Prepared, at_tolerance, fastest, missing
 
 __all__ = ["METHODS", "SciPy", "run_of"]
 
@@ -55,8 +55,7 @@ class SciPy(NamedTuple):
 
 def tolerant(job: Job, method: str) -> Prepared:
     c = machine_of(job.loop, {})
-    tolerance = cheapest(job.exact, TOLERANCES, lambda rtol: plant_end(job, c, method, rtol))
-    return Prepared(lambda: plant_end(job, c, method, tolerance), f"{method}, rtol {tolerance:g}")
+    return at_tolerance(job, method, lambda rtol: plant_end(job, c, method, rtol))
 
 
 def plant_end(job: Job, c: Machine, method: str, rtol: float) -> Result:

@@ -30,7 +30,6 @@ __all__ = [
 ]
 
 
-
 @contextmanager
 def atomic_path(path: Path) -> Iterator[Path]:
     """A temporary path beside ``path``, of the same ending, that takes its place once written without error.

@@ -8,7 +8,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.batch import SEED
 from hydroservo.block import field_at, leaves, value_at
 from hydroservo.checks import allowed, within
 from hydroservo.errors import ScenarioError, short
@@ -18,6 +17,7 @@ from hydroservo.scenario.load import Machine
 from hydroservo.scenario.names import nearest, one_of
 from hydroservo.scenario.overrides import PATH
 from hydroservo.scenario.quantities import si_value
+from hydroservo.varied import SEED
 
 __all__ = ["Drawn", "Variation", "drawn_runs", "variations"]
 

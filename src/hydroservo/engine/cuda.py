@@ -26,7 +26,7 @@ from hydroservo.errors import ParameterError
 
 __all__ = ["MOST", "CudaGroup", "CudaThreads"]
 
-MOST = 2**17  # runs at once: several for each thread that the largest devices run, and some 60 MiB of memory
+MOST = 2**17  # runs at once: several for each thread that the largest devices run, and little of their memory
 BLOCK = 64  # threads that share a multiprocessor's registers; a thread of a large law needs all it may have
 LOST, GOING = 0, 1  # a run whose state is no longer finite, and the others; or RAISED
 

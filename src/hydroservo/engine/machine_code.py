@@ -80,7 +80,7 @@ class KernelLibrary(PartLibrary):
 def interleaved(module: str, vectors: int) -> str:
     """The text of a module that asks for so many vectors at a time in each loop that is vectorised.
 
-    While one waits the others go on: a batch of the paper's law takes a third less time.
+    While one waits for its operations to end, the others go on.
     """
     lines: list[str] = []
     loops: list[str] = []
@@ -150,7 +150,7 @@ def lowered(
 
 @contextmanager
 def uncollected() -> Iterator[None]:
-    """No garbage collection, which takes a sixth of the time to compile and finds nothing."""
+    """No garbage collection: a compiler keeps nearly all that it makes, and searching that takes time."""
     enabled = gc.isenabled()
     gc.disable()
     try:
@@ -162,7 +162,7 @@ def uncollected() -> Iterator[None]:
 
 @contextmanager
 def parts_only(codegen: Any) -> Iterator[None]:
-    """Lets numba make parts to be inlined, not functions to be called: half the time to compile a loop."""
+    """Lets numba make parts to be inlined, not functions, which it would optimise one by one."""
     codegen._library_class = PartLibrary
     codegen.set_env = lambda *_: None  # of Python functions, where exceptions look for their text
     try:
