@@ -41,6 +41,3 @@ class ProgrammedValve(NamedTuple):
     def opening(self, s: ProgrammedValveState, u: float) -> float:
         command = self.amplitude * ops.sin(2.0 * math.pi * self.frequency * s.time)
         return ops.clip(self.gain * command, -self.max_opening, self.max_opening)
-
-    def flow(self, opening: float, supply_drop: float, load_pressure: float) -> float:
-        return self.orifice.flow(opening, supply_drop, load_pressure)

@@ -2,12 +2,14 @@
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hydroservo.block import Block, is_block, leaves, replace, value_at
+from hydroservo.errors import ParameterError
 from hydroservo.loop import AUTO, Loop
 
 if TYPE_CHECKING:
@@ -28,6 +30,7 @@ COMMAND = "controller.u"
 INSTANTS = 8  # of a run at which the machine is linearised, spread evenly
 NUDGE = 1e-6  # of a state's largest value, for its finite difference
 PEAK = 10.0  # times the median rate: what is faster than that at some instants is left to doubling
+MOST_PARTS = 100  # of a sample period, for a delayed command
 DOUBLINGS = 8  # of the first number of substeps
 
 Matrix = NDArray[np.float64]
@@ -91,7 +94,7 @@ def jacobian(loop: Loop, like: Block, t: float, x: Matrix, u: float, nudges: Mat
     """d(rates)/d(states), each row and column in units of its state's nudge [1/s]; nan where it has none."""
 
     def deriv(states: Matrix) -> Matrix:
-        found = loop.deriv(t, filled(like, iter(states.tolist())), u)
+        found = loop.deriv(t, filled(like, iter(states.tolist())), loop.hold.steady(u))
         return np.array([value for _, value in leaves(found)])
 
     try:
@@ -140,8 +143,13 @@ def checked_steps(loop: Loop, run: Run) -> "xr.Dataset":
         The run. Where substeps were chosen it has the attributes of :func:`settled`; where its steps are not
         to be trusted, an attribute ``warning`` says why in one line.
     """
-    if loop.simulation.substeps == AUTO:
+    simulation, parts = loop.simulation, command_parts(loop)
+    if simulation.substeps == AUTO:
         return settled(loop, run)
+    if simulation.substeps % parts and hasattr(simulation.integrator, "substep"):
+        raise ParameterError(
+            "simulation.substeps", simulation.substeps, f"must be a multiple of {parts}, for the hold's delay"
+        )
     data = run(loop)
     said = warning(loop, data)
     return data.assign_attrs(warning=said) if said else data
@@ -189,7 +197,26 @@ def needed(loop: Loop, found: NDArray[np.float64]) -> int:
     """How many substeps a machine of these rates takes."""
     simulation = loop.simulation
     rate = min(float(found.max()), PEAK * float(np.median(found))) if found.size else 0.0
-    return int(simulation.integrator.substeps_for(rate, simulation.period, simulation.tolerance))
+    substeps = int(simulation.integrator.substeps_for(rate, simulation.period, simulation.tolerance))
+    parts = command_parts(loop)
+    return -(-substeps // parts) * parts
+
+
+def command_parts(loop: Loop) -> int:
+    """How many equal parts a sample period must have for a delayed command to come between two of them.
+
+    Raises:
+        ParameterError: the delay is longer than a period, or no k/n of it with n up to 100.
+    """
+    delay, period = getattr(loop.hold, "delay", 0.0), loop.simulation.period
+    share = Fraction(delay / period).limit_denominator(MOST_PARTS)
+    if delay > (1.0 + 1e-9) * period:
+        raise ParameterError("hold.delay", delay, f"must be at most the sample period of {period:g} s")
+    if abs(share - delay / period) > 1e-9:
+        raise ParameterError(
+            "hold.delay", delay, f"must be k/n of the period of {period:g} s, n to {MOST_PARTS}"
+        )
+    return share.denominator
 
 
 def with_substeps(loop: Loop, substeps: int) -> Loop:

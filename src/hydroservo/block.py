@@ -13,19 +13,27 @@ from collections.abc import Iterator, Mapping
 from typing import Any, Protocol
 
 from hydroservo.field import Field, declared_fields
-from hydroservo.signals import Correction, Demand, Draws, Measurement
+from hydroservo.signals import Correction, Demand, Draws, MachineOutputs, Measurement, PortFlows, Pressures
 
 __all__ = [
     "Block",
     "Controller",
     "Differentiator",
+    "EndStops",
     "Field",
+    "Friction",
+    "Hold",
     "Integrator",
     "Load",
+    "Mechanism",
+    "MeteringEdges",
     "Observer",
+    "Oil",
+    "Plant",
     "Realisation",
     "Reference",
     "Sensors",
+    "Supply",
     "Valve",
     "declared_fields",
     "field_at",
@@ -83,28 +91,136 @@ class Load(Protocol):
     def next_jump(self, t: float) -> float: ...
 
 
+class MeteringEdges(Protocol):
+    """What a spool opens.
+
+    ``flow`` is the load flow [m^3/s] to a cylinder described by its load pressure, ``port_flows`` are the
+    flows to one with two chambers, ``simplified`` is the Orifice that a design model takes the edges for.
+    """
+
+    def flow(self, opening: float, supply_drop: float, load_pressure: float) -> float: ...
+    def port_flows(
+        self, opening: float, line: Pressures, pressure_a: float, pressure_b: float
+    ) -> PortFlows: ...
+    def simplified(self) -> Block: ...
+
+
 class Valve(Protocol):
-    """A servo valve: spool dynamics driven by the command, and the load flow it passes."""
+    """A servo valve: a spool driven by the command, and the metering edges that its opening [m] uncovers.
+
+    ``gain`` [m/V] is what a design model knows of the spool.
+    """
+
+    @property
+    def gain(self) -> float: ...
+    @property
+    def orifice(self) -> MeteringEdges: ...
 
     def init(self) -> Block: ...
     def deriv(self, s: Block, u: float) -> Block: ...
     def opening(self, s: Block, u: float) -> float: ...
-    def flow(self, opening: float, supply_drop: float, load_pressure: float) -> float: ...
+
+
+class Supply(Protocol):
+    """Where the pressure comes from, when a flow [m^3/s] is drawn at the valve's port P.
+
+    ``simplified`` is the IdealSupply that a design model takes it for.
+    """
+
+    def init(self) -> Block: ...
+    def deriv(self, s: Block, drawn: float) -> Block: ...
+    def pressures(self, s: Block) -> Pressures: ...
+    def simplified(self) -> Block: ...
+
+
+class Oil(Protocol):
+    """The compressed oil: its effective bulk modulus [Pa] at a gauge pressure [Pa]."""
+
+    def bulk_modulus(self, pressure: float) -> float: ...
+
+
+class Friction(Protocol):
+    """What resists the piston's motion; positive against a positive velocity.
+
+    ``net`` is the sum of all other forces on the moving parts [N] and ``mass`` their inertia [kg], from which
+    a friction that sticks knows what holds them. ``simplified`` is the viscous coefficient [N s/m] that a
+    design model takes it for.
+    """
+
+    def init(self) -> Block: ...
+    def deriv(self, s: Block, velocity: float) -> Block: ...
+    def force(self, s: Block, velocity: float, net: float, mass: float) -> float: ...
+    def simplified(self) -> float: ...
+
+
+class EndStops(Protocol):
+    """The force of the ends of the stroke on the piston [N], positive where it pushes outwards."""
+
+    def force(self, position: float, velocity: float, stroke: float) -> float: ...
+
+
+class Mechanism(Protocol):
+    """What the rod moves: inertia(x) dv/dt = (sum of the forces on the rod) - resistance(x, v).
+
+    The inertia [kg] may depend on the position; the resistance [N] is that of gravity, springs and a changing
+    inertia, positive against a positive velocity.
+    """
+
+    def inertia(self, position: float) -> float: ...
+    def resistance(self, position: float, velocity: float) -> float: ...
+
+
+class Plant(Protocol):
+    """A cylinder and what it moves, from the valve's flows and an external force on the rod [N].
+
+    ``flows`` asks the valve's edges for what the cylinder takes. ``load_force`` is that of the oil on the
+    piston, and linear in the state, so that it also gives its rate from the state's. States have ``velocity``
+    [m/s] and ``position`` [m], plants have ``stroke`` [m]. ``simplified`` is the LoadPressurePlant that a
+    design model takes it for.
+    """
+
+    @property
+    def stroke(self) -> float: ...
+
+    def init(self) -> Block: ...
+    def flows(self, s: Block, edges: MeteringEdges, opening: float, line: Pressures) -> PortFlows: ...
+    def deriv(self, s: Block, flows: PortFlows, force: float) -> Block: ...
+    def load_force(self, s: Block) -> float: ...
+    def outputs(self, s: Block, line: Pressures) -> MachineOutputs: ...
+    def simplified(self) -> Block: ...
+
+
+class Hold(Protocol):
+    """How a command is held between samples.
+
+    ``step`` comes at a sample, before the controller, with the command that it replaces; ``held`` is what
+    integrators carry to the machine, ``at`` its value at an instant and ``next_jump`` the first instant after
+    it at which it jumps. ``applied`` is the mean command over the period just ended, and ``steady`` what is
+    held of a command that never changes.
+    """
+
+    def init(self) -> Block: ...
+    def step(self, s: Block, u: float, t: float) -> Block: ...
+    def held(self, s: Block, u: float) -> Any: ...
+    def steady(self, u: float) -> Any: ...
+    def at(self, held: Any, t: float) -> float: ...
+    def next_jump(self, held: Any, t: float) -> float: ...
+    def applied(self, s: Block, u: float, dt: float) -> float: ...
 
 
 class Integrator(Protocol):
-    """Carries a system's continuous state ``x`` from one sample to the next, under a held command ``u``.
+    """Carries a system's continuous state ``x`` from one sample to the next, under what is held of a command.
 
-    The system has ``deriv(t, x, u)``, and ``next_jump(t)`` as a load has. ``substeps`` is how many equal
-    steps a fixed-step method takes in ``dt``. ``trusted_rate`` is the largest |lambda| [1/s] of the system's
-    Jacobian that such steps can be trusted with, and ``substeps_for`` how many of them follow one that moves
-    at a ``rate`` [1/s] to a relative ``tolerance``.
+    The system has ``deriv(t, x, u)`` and ``next_jump(t, u)``, which is as a load's. ``substeps`` is how many
+    equal steps a fixed-step method takes in ``dt``. ``trusted_rate`` is the largest |lambda| [1/s] of the
+    system's Jacobian that such steps can be trusted with, and ``substeps_for`` how many of them follow one
+    that moves at a ``rate`` [1/s] to a relative ``tolerance``.
 
     A method that has ``substep(system, t, x, u, h)`` says that ``advance`` is this, ``substeps`` times with
     h = dt/substeps; many runs side by side then call it directly.
     """
 
-    def advance(self, system: Block, t: float, x: Block, u: float, dt: float, substeps: int) -> Block: ...
+    def advance(self, system: Block, t: float, x: Block, u: Any, dt: float, substeps: int) -> Block: ...
     def trusted_rate(self, dt: float, substeps: int) -> float: ...
     def substeps_for(self, rate: float, dt: float, tolerance: float) -> int: ...
 
@@ -116,8 +232,8 @@ class Sensors(Protocol):
     """
 
     def init(self) -> Block: ...
-    def step(self, s: Block, plant: Block, draws: Draws, dt: float) -> Block: ...
-    def measure(self, s: Block, plant: Block, command: float) -> Measurement: ...
+    def step(self, s: Block, machine: MachineOutputs, draws: Draws, dt: float) -> Block: ...
+    def measure(self, s: Block, machine: MachineOutputs, command: float) -> Measurement: ...
 
 
 def is_block(value: object) -> bool:

@@ -1,10 +1,23 @@
 """Wires blocks into a closed loop: a sampled controller around a continuous machine."""
 
-from typing import Annotated, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 from hydroservo import ops
-from hydroservo.block import Block, Controller, Field, Integrator, Load, Reference, Sensors, Valve
+from hydroservo.block import (
+    Block,
+    Controller,
+    Field,
+    Hold,
+    Integrator,
+    Load,
+    Plant,
+    Reference,
+    Sensors,
+    Supply,
+    Valve,
+)
 from hydroservo.controllers.pi import PI
+from hydroservo.holds.zero_order import ZeroOrderHold
 from hydroservo.integrators.rk4 import RK4
 from hydroservo.loads.sine import Sine as SineLoad
 from hydroservo.plants.design_model import DesignModel
@@ -56,6 +69,7 @@ class MachineState(NamedTuple):
 
     plant: Block
     valve: Block
+    supply: Block
 
 
 class Lumped(NamedTuple):
@@ -76,8 +90,10 @@ class LoopState(NamedTuple):
 
     plant: Block
     valve: Block
+    supply: Block
     sensors: Block
     controller: Block
+    hold: Block
     reference: Block
     load: External
     disturbance: Lumped
@@ -91,21 +107,24 @@ class Loop(NamedTuple):
     """
 
     simulation: Simulation = Simulation()
-    plant: LoadPressurePlant = LoadPressurePlant()
+    plant: Plant = LoadPressurePlant()
     valve: Valve = StaticValve()
-    supply: IdealSupply = IdealSupply()
+    supply: Supply = IdealSupply()
     load: Load = SineLoad()
     sensors: Sensors = IdealSensors()
     reference: Reference = SineReference()
     controller: Controller = PI()
+    hold: Hold = ZeroOrderHold()
     nominal: DesignModel = DesignModel()
 
     def init(self) -> LoopState:
         return LoopState(
             self.plant.init(),
             self.valve.init(),
+            self.supply.init(),
             self.sensors.init(),
             self.controller.init(),
+            self.hold.init(),
             Demand(0.0, 0.0, 0.0),
             External(0.0),
             Lumped(0.0, 0.0),
@@ -114,49 +133,58 @@ class Loop(NamedTuple):
     def sample(self, s: LoopState, t: float, dt: float) -> LoopState:
         """What happens at a sampling instant: measure, run the controller, hold its command."""
         r = self.reference.at(t)
-        sensors = self.sensors.step(s.sensors, s.plant, self.draws(t, dt), dt)
-        y = self.sensors.measure(sensors, s.plant, s.controller.u)
+        seen = self.plant.outputs(s.plant, self.supply.pressures(s.supply))
+        sensors = self.sensors.step(s.sensors, seen, self.draws(t, dt), dt)
+        y = self.sensors.measure(sensors, seen, self.hold.applied(s.hold, s.controller.u, dt))
+        hold = self.hold.step(s.hold, s.controller.u, t)
         controller = self.controller.step(s.controller, y, r, dt)
-        disturbance = self.lumped(t, MachineState(s.plant, s.valve), controller.u)
+        disturbance = self.lumped(t, self.machine(s), self.hold.held(hold, controller.u))
         load = External(self.load.force(t))
-        return LoopState(s.plant, s.valve, sensors, controller, r, load, disturbance)
+        return LoopState(s.plant, s.valve, s.supply, sensors, controller, hold, r, load, disturbance)
 
     def draws(self, t: float, dt: float) -> Draws:
         """Where the sensors draw their random numbers."""
         return Draws(float(self.simulation.seed), 0.0, ops.nearest(t / dt))
 
-    def lumped(self, t: float, x: MachineState, u: float) -> Lumped:
+    def lumped(self, t: float, x: MachineState, held: Any) -> Lumped:
         """d_L1 and d_L2 of eq. (6): the machine's true rates less those of the nominal model."""
-        m = self.nominal
-        x1, x2 = x.plant.velocity, x.plant.load_force
-        rate = self.deriv(t, x, u).plant
+        m, u = self.nominal, self.hold.at(held, t)
+        x1, x2 = x.plant.velocity, self.plant.load_force(x.plant)
+        rate = self.deriv(t, x, held).plant
         return Lumped(
-            rate.velocity - (m.f1(x1) + m.g1() * x2), rate.load_force - (m.f2(x1, x2) + m.g2(x2, u) * u)
+            rate.velocity - (m.f1(x1) + m.g1() * x2),
+            self.plant.load_force(rate) - (m.f2(x1, x2) + m.g2(x2, u) * u),
         )
 
-    def deriv(self, t: float, x: MachineState, u: float) -> MachineState:
+    def deriv(self, t: float, x: MachineState, held: Any) -> MachineState:
         """Rates of the machine under a held command."""
-        opening = self.valve.opening(x.valve, u)
-        flow = self.valve.flow(opening, self.supply.drop(), self.plant.load_pressure(x.plant))
-        return MachineState(self.plant.deriv(x.plant, flow, self.load.force(t)), self.valve.deriv(x.valve, u))
+        u = self.hold.at(held, t)
+        line = self.supply.pressures(x.supply)
+        flows = self.plant.flows(x.plant, self.valve.orifice, self.valve.opening(x.valve, u), line)
+        return MachineState(
+            self.plant.deriv(x.plant, flows, self.load.force(t)),
+            self.valve.deriv(x.valve, u),
+            self.supply.deriv(x.supply, flows.supply),
+        )
 
-    def next_jump(self, t: float) -> float:
+    def next_jump(self, t: float, held: Any) -> float:
         """The first instant after ``t`` at which what drives the machine between samples jumps [s]."""
-        return self.load.next_jump(t)
+        return ops.minimum(self.load.next_jump(t), self.hold.next_jump(held, t))
 
     def machine(self, s: LoopState) -> MachineState:
         """The part of the state that is integrated."""
-        return MachineState(s.plant, s.valve)
+        return MachineState(s.plant, s.valve, s.supply)
 
-    def command(self, s: LoopState) -> float:
-        """The held command [V]."""
-        u: float = s.controller.u
-        return u
+    def held(self, s: LoopState) -> Any:
+        """What is held of the command until the next sample."""
+        return self.hold.held(s.hold, s.controller.u)
 
     def finite(self, x: MachineState) -> bool:
-        """False once the velocity or the load force is no longer a finite number."""
-        return ops.isfinite(x.plant.velocity) and ops.isfinite(x.plant.load_force)
+        """False once the velocity or the force of the oil is no longer a finite number."""
+        return ops.isfinite(x.plant.velocity) and ops.isfinite(self.plant.load_force(x.plant))
 
     def moved(self, s: LoopState, x: MachineState) -> LoopState:
         """The state with its machine part exchanged."""
-        return LoopState(x.plant, x.valve, s.sensors, s.controller, s.reference, s.load, s.disturbance)
+        return LoopState(
+            x.plant, x.valve, x.supply, s.sensors, s.controller, s.hold, s.reference, s.load, s.disturbance
+        )

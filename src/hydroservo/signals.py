@@ -4,7 +4,15 @@ from typing import Annotated, NamedTuple
 
 from hydroservo.field import Field
 
-__all__ = ["Correction", "Demand", "Draws", "Measurement"]
+__all__ = [
+    "Correction",
+    "Demand",
+    "Draws",
+    "MachineOutputs",
+    "Measurement",
+    "PortFlows",
+    "Pressures",
+]
 
 
 class Demand(NamedTuple):
@@ -21,7 +29,35 @@ class Measurement(NamedTuple):
     velocity: Annotated[float, Field("m/s", "x1, piston velocity")]
     load_force: Annotated[float, Field("N", "x2 = A_p p_L")]
     position: Annotated[float, Field("m", "piston position from the stroke's lower end")]
-    command: Annotated[float, Field("V", "u that was applied over the period just ended")]
+    command: Annotated[float, Field("V", "mean of u as applied over the period just ended")]
+    pressure_a: Annotated[float, Field("Pa", "pressure in chamber A")]
+    pressure_b: Annotated[float, Field("Pa", "pressure in chamber B")]
+
+
+class MachineOutputs(NamedTuple):
+    """What of the machine sensors can see."""
+
+    velocity: Annotated[float, Field("m/s", "piston velocity")]
+    load_force: Annotated[float, Field("N", "force of both chambers on the piston")]
+    position: Annotated[float, Field("m", "piston position from the stroke's lower end")]
+    pressure_a: Annotated[float, Field("Pa", "pressure in chamber A")]
+    pressure_b: Annotated[float, Field("Pa", "pressure in chamber B")]
+
+
+class Pressures(NamedTuple):
+    """What a supply holds ready at the valve; gauge, as all pressures."""
+
+    supply: Annotated[float, Field("Pa", "pressure at port P")]
+    tank: Annotated[float, Field("Pa", "pressure at port T, of the return line")]
+
+
+class PortFlows(NamedTuple):
+    """What passes the four ports of a valve."""
+
+    a: Annotated[float, Field("m^3/s", "out of port A, into chamber A")]
+    b: Annotated[float, Field("m^3/s", "into port B, out of chamber B")]
+    supply: Annotated[float, Field("m^3/s", "into port P")]
+    tank: Annotated[float, Field("m^3/s", "out of port T")]
 
 
 class Correction(NamedTuple):

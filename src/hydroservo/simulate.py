@@ -15,6 +15,7 @@ from hydroservo.field import Field
 from hydroservo.loop import Loop
 from hydroservo.metrics import METRIC_FIELDS, Metrics, MetricsState, Sample, TrackingMetrics, summary
 from hydroservo.provenance import provenance
+from hydroservo.sensors.missing import Lacking, MissingSignalError
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -168,7 +169,12 @@ def first_state(loop: Loop) -> Block:
     """
     try:
         state = loop.init()
-        after = loop.sample(state, 0.0, loop.simulation.period)
+        after = lacking(loop).sample(state, 0.0, loop.simulation.period)
+    except MissingSignalError as error:
+        raise LoopError(
+            f"{type(loop.controller).__name__} needs the {error}, which {type(loop.sensors).__name__} lacks; "
+            "add a sensor for it, or take a law that does without"
+        ) from None
     except (ArithmeticError, AttributeError, LookupError, NameError, TypeError, ValueError) as error:
         raise LoopError(f"{type(loop.controller).__name__} does not fit this loop: {error}") from error
     for (path, before), (path_after, value) in zip(parts(state), parts(after), strict=False):
@@ -180,6 +186,12 @@ def first_state(loop: Loop) -> Block:
         if not is_block(before) and not (type(before) is float and isinstance(value, float)):
             raise LoopError(f"state {path} must be a float (1.0, not 1) in init and after each step")
     return state
+
+
+def lacking(loop: Loop) -> Loop:
+    """The loop with sensors that raise :class:`MissingSignalError` once a signal they lack is used."""
+    missing = getattr(loop.sensors, "missing", None)
+    return loop if missing is None else loop._replace(sensors=Lacking(loop.sensors, missing()))
 
 
 def parts(state: Block, path: str = "") -> Iterator[tuple[str, Any]]:

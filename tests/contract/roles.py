@@ -7,27 +7,42 @@ from types import FunctionType
 from typing import Any, Protocol
 
 from hydroservo.block import (
-    Block,
     Controller,
     Differentiator,
+    EndStops,
+    Friction,
+    Hold,
     Load,
+    Mechanism,
+    MeteringEdges,
     Observer,
+    Oil,
+    Plant,
     Realisation,
     Reference,
     Sensors,
+    Supply,
     Valve,
 )
 
-PACKAGES = ("controllers", "observers", "references", "loads", "valves", "supplies", "sensors", "plants")
+PACKAGES = (
+    "controllers",
+    "observers",
+    "references",
+    "holds",
+    "loads",
+    "mechanics",
+    "oils",
+    "valves",
+    "supplies",
+    "sensors",
+    "plants",
+)
+PLAIN = {"simplified"}  # methods that only Python calls
 
 
 class Limiter(Protocol):
     def apply(self, u: float) -> float: ...
-
-
-class MeteringEdges(Protocol):
-    def flow_per_opening(self, drop: float) -> float: ...
-    def flow(self, opening: float, supply_drop: float, load_pressure: float) -> float: ...
 
 
 class Model(Protocol):
@@ -38,26 +53,19 @@ class Model(Protocol):
     def g2(self, load_force: float, command: float) -> float: ...
 
 
-class Plant(Protocol):
-    def init(self) -> Block: ...
-    def deriv(self, s: Block, load_flow: float, force: float) -> Block: ...
-    def load_pressure(self, s: Block) -> float: ...
-    def free_force_rate(self, velocity: float, load_force: float) -> float: ...
-    def flow_gain(self) -> float: ...
-
-
-class Supply(Protocol):
-    def drop(self) -> float: ...
-
-
 ROLES: tuple[type, ...] = (
     Controller,
     Differentiator,
+    EndStops,
+    Friction,
+    Hold,
     Limiter,
     Load,
+    Mechanism,
     MeteringEdges,
     Model,
     Observer,
+    Oil,
     Plant,
     Realisation,
     Reference,
@@ -70,7 +78,9 @@ ROLES: tuple[type, ...] = (
 def methods(cls: type) -> Mapping[str, tuple[str, ...]]:
     """The public methods of a block class or role, with the names of their arguments."""
     found = {name: f for name, f in vars(cls).items() if isinstance(f, FunctionType) and name[0] != "_"}
-    return {name: tuple(inspect.signature(f).parameters)[1:] for name, f in found.items()}
+    return {
+        name: tuple(inspect.signature(f).parameters)[1:] for name, f in found.items() if name not in PLAIN
+    }
 
 
 def role_of(cls: type) -> type:

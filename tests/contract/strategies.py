@@ -12,9 +12,11 @@ from roles import ROLES, playing
 from hydroservo.block import Block, Realisation, is_block, leaves, replace
 from hydroservo.checks import checked, within
 from hydroservo.field import Field, declared_fields
-from hydroservo.plants import DesignModel, LoadPressureState
-from hydroservo.signals import Demand, Draws, Measurement
+from hydroservo.holds import HeldTwice
+from hydroservo.plants import DesignModel
+from hydroservo.signals import Demand, Draws, MachineOutputs, Measurement, PortFlows, Pressures
 from hydroservo.time_series import TimeSeries
+from hydroservo.valves import Orifice
 
 
 class Range(NamedTuple):
@@ -102,9 +104,16 @@ SCALES = {
     "eps": 10.0,
     "force": 100.0,
     "k": 1000.0,
-    "load_flow": 1e-5,
     "load_force": 100.0,
+    "drawn": 1e-5,
     "load_pressure": 1e6,
+    "mass": 10.0,
+    "net": 100.0,
+    "position": 0.03,
+    "pressure": 1e6,
+    "stroke": 0.08,
+    "pressure_a": 1e6,
+    "pressure_b": 1e6,
     "model_rate": 10.0,
     "opening": 1e-4,
     "supply_drop": 4e6,
@@ -113,12 +122,20 @@ SCALES = {
     "value": 1.0,
     "velocity": 0.03,
 }
-NEVER_NEGATIVE = {"D", "dt", "eps", "k", "t"}
+NEVER_NEGATIVE = {"D", "dt", "eps", "k", "mass", "stroke", "t"}
 MADE: dict[str, Callable[[Range], SearchStrategy[Block]]] = {
     "draws": lambda _: st.builds(Draws, whole_below(2**53), whole_below(2**16), whole_below(2**53)),
+    "held": lambda _: st.builds(HeldTwice, around(1.0, 1.0), around(1.0, 1.0), positive(1.0, 1.0)),
     "model": lambda spread: block_of(DesignModel, spread),
+    "edges": lambda spread: block_of(Orifice, spread),
 }
-RECORDS = {"y": Measurement, "r": Demand, "plant": LoadPressureState}
+RECORDS = {
+    "y": Measurement,
+    "r": Demand,
+    "machine": MachineOutputs,
+    "line": Pressures,
+    "flows": PortFlows,
+}
 
 
 @cache

@@ -17,6 +17,7 @@ from hydroservo.integrators import RK4, Tsit5
 from hydroservo.loads import Sine
 from hydroservo.loop import MachineState
 from hydroservo.plants import LoadPressureState
+from hydroservo.supplies import IdealSupplyState
 from hydroservo.valves import FirstOrderValve, FirstOrderValveState
 
 
@@ -58,7 +59,7 @@ class Smooth(NamedTuple):
             u * (1.0 + 2.0 * t) * x.second * x.second,
         )
 
-    def next_jump(self, t: float) -> float:
+    def next_jump(self, t: float, u: float) -> float:
         return math.inf
 
     def exact(self, t: float, u: float) -> Pair:
@@ -78,7 +79,7 @@ class Monomial(NamedTuple):
             rate *= t
         return Pair(rate, u)
 
-    def next_jump(self, t: float) -> float:
+    def next_jump(self, t: float, u: float) -> float:
         return math.inf
 
 
@@ -112,11 +113,13 @@ def test_order_on_a_smooth_system(step: Step, order: int, count: int) -> None:
 def order_on_the_machine(step: Step, count: int) -> float:
     """Under a sine load, against DOP853."""
     loop = Loop(valve=FirstOrderValve(), load=Sine(100.0, 50.0, 0.3))
-    x = MachineState(LoadPressureState(0.01, 20.0, 0.04), FirstOrderValveState(1e-5))
+    x = MachineState(LoadPressureState(0.01, 20.0, 0.04), FirstOrderValveState(1e-5), IdealSupplyState())
     u, end = 0.05, 0.02
 
     def rates(t: float, y: np.ndarray) -> list[float]:
-        state = MachineState(LoadPressureState(*y[:3].tolist()), FirstOrderValveState(float(y[3])))
+        state = MachineState(
+            LoadPressureState(*y[:3].tolist()), FirstOrderValveState(float(y[3])), IdealSupplyState()
+        )
         return [rate for _, rate in leaves(loop.deriv(t, state, u))]
 
     start = [number for _, number in leaves(x)]

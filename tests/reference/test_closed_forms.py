@@ -11,6 +11,8 @@ from hydroservo.controllers import PI
 from hydroservo.loads import Constant
 from hydroservo.loop import MachineState
 from hydroservo.plants import LoadPressurePlant, LoadPressureState
+from hydroservo.signals import PortFlows
+from hydroservo.supplies import IdealSupplyState
 from hydroservo.valves import Orifice, StaticValveState
 
 # Nominal values and uncertainties: Sec. 4 of doi:10.1007/s42401-021-00087-w
@@ -24,6 +26,7 @@ UPWARD = {
     "plant.bulk_modulus": 1.1 * BULK,
     "plant.damping": 1.2 * DAMPING,
 }
+CLOSED = PortFlows(0.0, 0.0, 0.0, 0.0)
 STIFFNESS = 4.0 * BULK * AREA**2 / VOLUME  # [N/m]
 
 
@@ -31,7 +34,7 @@ def jacobian(plant: LoadPressurePlant) -> np.ndarray:
     """d(rates)/d(velocity, load force) of a free plant, by central differences; the plant is linear."""
 
     def rates(velocity: float, force: float) -> np.ndarray:
-        return np.array(plant.deriv(LoadPressureState(velocity, force, 0.0), 0.0, 0.0)[:2])
+        return np.array(plant.deriv(LoadPressureState(velocity, force, 0.0), CLOSED, 0.0)[:2])
 
     by_velocity = (rates(1e-2, 0.0) - rates(-1e-2, 0.0)) / 2e-2
     by_force = (rates(0.0, 10.0) - rates(0.0, -10.0)) / 20.0
@@ -56,7 +59,7 @@ def test_steady_velocity_gain_near_rest() -> None:
 
     def rates(x: np.ndarray) -> list[float]:
         plant = LoadPressureState(*(x * u).tolist(), 0.0)
-        rate = loop.deriv(0.0, MachineState(plant, StaticValveState()), u).plant
+        rate = loop.deriv(0.0, MachineState(plant, StaticValveState(), IdealSupplyState()), u).plant
         return [rate.velocity, rate.load_force]
 
     gain = fsolve(rates, [1.0, 1.0], xtol=1e-12)[0]

@@ -56,9 +56,9 @@ def after(block: Block, y: Measurement, r: Demand) -> Any:
 
 def test_pi_by_hand() -> None:
     block, r = PI(2.0, 30.0), Demand(0.5, 0.0, 0.0)
-    first = block.step(block.init(), Measurement(0.1, 0.0, 0.0, 0.0), r, 0.01)
+    first = block.step(block.init(), Measurement(0.1, 0.0, 0.0, 0.0, 0.0, 0.0), r, 0.01)
     assert first == pytest.approx(PIState(2.0 * 0.4 + 0.12, 0.12, 2.0 * 0.4 + 0.12))
-    second = block.step(first, Measurement(0.6, 0.0, 0.0, first.u), r, 0.01)
+    second = block.step(first, Measurement(0.6, 0.0, 0.0, first.u, 0.0, 0.0), r, 0.01)
     assert second.integral == pytest.approx(0.12 - 0.03)
     assert second.u == pytest.approx(-0.2 + 0.09)
 
@@ -71,7 +71,7 @@ def test_pi_winds_up_without_anti_windup_and_not_with_it() -> None:
         s, u = block.init(), 0.0
         for k in range(3000):
             velocity = 0.0 if k < 1000 else 2.0
-            s = block.step(s, Measurement(velocity, 0.0, 0.0, u), r, 1e-3)
+            s = block.step(s, Measurement(velocity, 0.0, 0.0, u, 0.0, 0.0), r, 1e-3)
             u = s.u
             if k >= 1000 and s.u < block.saturation.limit:
                 return k - 1000

@@ -69,13 +69,13 @@ class Decay(NamedTuple):
     def machine(self, s: Inner) -> Inner:
         return s
 
-    def command(self, s: Inner) -> float:
+    def held(self, s: Inner) -> float:
         return 0.0
 
     def deriv(self, t: float, x: Inner, u: float) -> Inner:
         return Inner(u - x.a, 0.0)
 
-    def next_jump(self, t: float) -> float:
+    def next_jump(self, t: float, u: float) -> float:
         return math.inf
 
     def moved(self, s: Inner, x: Inner) -> Inner:

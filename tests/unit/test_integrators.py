@@ -20,10 +20,11 @@ from hydroservo.loads import Square, Step
 from hydroservo.loop import MachineState
 from hydroservo.plants import LoadPressureState
 from hydroservo.states import axpy, misses, scaled
+from hydroservo.supplies import IdealSupplyState
 from hydroservo.valves import FirstOrderValve, FirstOrderValveState
 
 LOOP = Loop(valve=FirstOrderValve(), load=Step(0.0, 100.0, 0.0123456))
-START = MachineState(LoadPressureState(0.01, 20.0, 0.04), FirstOrderValveState(1e-5))
+START = MachineState(LoadPressureState(0.01, 20.0, 0.04), FirstOrderValveState(1e-5), IdealSupplyState())
 U, END = 0.05, 0.02
 
 
@@ -38,7 +39,7 @@ def flat(x: Block) -> np.ndarray:
 
 def state(numbers: np.ndarray) -> MachineState:
     *plant, valve = numbers.tolist()
-    return MachineState(LoadPressureState(*plant), FirstOrderValveState(valve))
+    return MachineState(LoadPressureState(*plant), FirstOrderValveState(valve), IdealSupplyState())
 
 
 def by_dop853(loop: Block, x: Block, u: float, *ends: float) -> np.ndarray:
@@ -136,7 +137,9 @@ def test_compiled_equals_interpreted(
 ) -> None:
     loop = LOOP._replace(load=Square(1e3 * numbers[0], period, 100.0))
     loop = replace(loop, {"plant.bulk_modulus": 7e8 * 10.0**scale})
-    x = MachineState(LoadPressureState(*numbers[1:4]), FirstOrderValveState(1e-3 * numbers[4]))
+    x = MachineState(
+        LoadPressureState(*numbers[1:4]), FirstOrderValveState(1e-3 * numbers[4]), IdealSupplyState()
+    )
     integrator = cls(1e-6, 50) if cls is Tsit5 else cls()
     arguments = (integrator, loop, 0.37, x, 2.0 * numbers[0], 1e-3, substeps)
     found, expected = advance(cls)(*arguments), vars(cls)["advance"](*arguments)
@@ -159,7 +162,7 @@ class Counted(NamedTuple):
         self.asked.append(t)
         return One(self.law(t, x.value))
 
-    def next_jump(self, t: float) -> float:
+    def next_jump(self, t: float, u: float) -> float:
         return (math.floor(t / self.period) + 1.0) * self.period if self.period < math.inf else math.inf
 
 

@@ -5,6 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hydroservo.plants import DesignModel, LoadPressurePlant, LoadPressureState
+from hydroservo.signals import PortFlows
 from hydroservo.supplies import IdealSupply
 from hydroservo.valves import StaticValve, StaticValveState
 
@@ -15,7 +16,7 @@ flows = st.floats(-1e-3, 1e-3)
 
 def test_rates_are_equations_3_to_5() -> None:
     plant = LoadPressurePlant(2.0, 10.0, 1e-3, 1e-4, 1e9, 1e-11)
-    rate = plant.deriv(LoadPressureState(0.1, 50.0, 0.02), 2e-4, 30.0)
+    rate = plant.deriv(LoadPressureState(0.1, 50.0, 0.02), PortFlows(2e-4, 2e-4, 2e-4, 2e-4), 30.0)
     assert rate.velocity == pytest.approx((50.0 - 10.0 * 0.1 - 30.0) / 2.0)
     assert rate.load_force == pytest.approx(4e9 / 1e-4 * (1e-3 * 2e-4 - 1e-6 * 0.1 - 1e-11 * 50.0))
     assert rate.position == 0.1
@@ -28,7 +29,7 @@ def test_energy(v: float, x2: float, flow: float, load: float) -> None:
     Kinetic m v^2/2 and, in the oil, V_t p_L^2/(8 beta_e).
     """
     plant = LoadPressurePlant()
-    rate = plant.deriv(LoadPressureState(v, x2, 0.0), flow, load)
+    rate = plant.deriv(LoadPressureState(v, x2, 0.0), PortFlows(flow, flow, flow, flow), load)
     pressure = x2 / plant.piston_area
     pressure_rate = rate.load_force / plant.piston_area
     stored = plant.mass * v * rate.velocity
@@ -61,8 +62,8 @@ def test_the_nominal_model_is_the_machine_without_load(
     supply, plant, valve = IdealSupply(40e5, return_pressure), LoadPressurePlant(), StaticValve()
     model = DesignModel(plant, valve.orifice, supply, valve.gain)
     state = LoadPressureState(v, x2, 0.0)
-    flow = valve.flow(valve.opening(StaticValveState(), u), supply.drop(), plant.load_pressure(state))
-    rate = plant.deriv(state, flow, 0.0)
+    opening, line = valve.opening(StaticValveState(), u), supply.pressures(supply.init())
+    rate = plant.deriv(state, plant.flows(state, valve.orifice, opening, line), 0.0)
     assert model.f1(v) + model.g1() * x2 == pytest.approx(rate.velocity, abs=1e-9)
     assert model.f2(v, x2) + model.g2(x2, u) * u == pytest.approx(rate.load_force, rel=1e-12, abs=1e-6)
 

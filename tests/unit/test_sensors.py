@@ -6,11 +6,10 @@ import xarray as xr
 
 from hydroservo import Loop, Simulation, ops, replace, simulate
 from hydroservo.controllers import PI
-from hydroservo.plants import LoadPressureState
 from hydroservo.sensors import IdealSensors, IdealSensorsState, NoisySensors, NoisySensorsState
-from hydroservo.signals import Draws
+from hydroservo.signals import Draws, MachineOutputs
 
-PLANT = LoadPressureState(0.1, 20.0, 0.03)
+MACHINE = MachineOutputs(0.1, 20.0, 0.03, 2e6, 1e6)
 DRAWS = Draws(3.0, 0.0, 17.0)
 LOOP = Loop(Simulation(0.2, 1e-4, record_period=1e-4, seed=5), sensors=NoisySensors())
 
@@ -22,22 +21,22 @@ def noise(result: xr.Dataset, name: str) -> np.ndarray:
 
 
 def test_ideal_sensors_see_the_state_and_the_command_as_they_are() -> None:
-    s = IdealSensors().step(IdealSensorsState(), PLANT, DRAWS, 1e-5)
-    assert IdealSensors().measure(s, PLANT, 4.0) == (0.1, 20.0, 0.03, 4.0)
+    s = IdealSensors().step(IdealSensorsState(), MACHINE, DRAWS, 1e-5)
+    assert IdealSensors().measure(s, MACHINE, 4.0) == (0.1, 20.0, 0.03, 4.0, 2e6, 1e6)
 
 
 def test_noise_is_added_to_velocity_and_load_force_alone() -> None:
     sensors = NoisySensors(1e-3, 2.0)
-    y = sensors.measure(sensors.step(sensors.init(), PLANT, DRAWS, 1e-5), PLANT, 4.0)
+    y = sensors.measure(sensors.step(sensors.init(), MACHINE, DRAWS, 1e-5), MACHINE, 4.0)
     assert y.velocity == 0.1 + 1e-3 * ops.normal(3.0, 0.0, 17.0)
     assert y.load_force == 20.0 + 2.0 * ops.normal(3.0, 1.0, 17.0)
-    assert (y.position, y.command) == (0.03, 4.0)
+    assert (y.position, y.command, y.pressure_a, y.pressure_b) == (0.03, 4.0, 2e6, 1e6)
 
 
 def test_noise_does_not_depend_on_what_was_before() -> None:
     sensors = NoisySensors()
-    fresh = sensors.step(sensors.init(), PLANT, DRAWS, 1e-5)
-    assert sensors.step(NoisySensorsState(7.0, -7.0), PLANT, DRAWS, 1e-5) == fresh
+    fresh = sensors.step(sensors.init(), MACHINE, DRAWS, 1e-5)
+    assert sensors.step(NoisySensorsState(7.0, -7.0), MACHINE, DRAWS, 1e-5) == fresh
 
 
 @pytest.fixture(scope="module")

@@ -103,7 +103,7 @@ def test_the_first_row_is_the_start() -> None:
     ("record", "says"),
     [
         ("plant.speed", "no 'speed' in path 'plant.speed'; the names there are velocity, load_force, pos"),
-        ("motor.speed", "no 'motor' in path 'motor.speed'; the names there are plant, valve, sensors, "),
+        ("motor.speed", "no 'motor' in path 'motor.speed'; the names there are plant, valve, supply, "),
         ("plant", "not a number but a group; name one number in it"),
         ("plant.velocity.x", "no 'x' in path 'plant.velocity.x'; the names there are none: it is a number"),
         ("", "no '' in path ''; the names there are plant"),

@@ -14,6 +14,7 @@ from hydroservo.controllers.tsmc import TSMC
 from hydroservo.errors import ParameterError
 from hydroservo.observers.tsm import TSMObserver
 from hydroservo.plants.load_pressure import LoadPressurePlant, LoadPressureState
+from hydroservo.signals import PortFlows
 from hydroservo.supplies.ideal import IdealSupply
 from hydroservo.theory import (
     condition_17,
@@ -318,8 +319,8 @@ def state_matrix(
     def rate(x: NDArray[np.float64]) -> list[float]:
         velocity, load_force, opening, integral = small * x
         s = LoadPressureState(velocity, load_force, 0.0)
-        flow = valve.flow(opening, supply.drop(), plant.load_pressure(s))
-        moving = plant.deriv(s, flow, 0.0)
+        flow = valve.orifice.flow(opening, supply.drop(), plant.load_pressure(s))
+        moving = plant.deriv(s, PortFlows(flow, flow, 0.0, 0.0), 0.0)
         spool = valve.deriv(FirstOrderValveState(opening), -kp * velocity - integral)
         return [moving.velocity, moving.load_force, spool.opening, ki * velocity]
 

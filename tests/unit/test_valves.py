@@ -46,8 +46,3 @@ def test_a_lagging_spool_starts_closed_and_follows_the_command_it_had() -> None:
     assert valve.opening(FirstOrderValveState(1e-3), -10.0) == 1e-3
     assert valve.deriv(valve.init(), 1.0).opening == pytest.approx(5e-4 / 0.01)
     assert valve.deriv(FirstOrderValveState(5e-4), 1.0).opening == 0.0
-
-
-@pytest.mark.parametrize("valve", [StaticValve(), FirstOrderValve()])
-def test_each_valve_passes_what_its_orifice_passes(valve: StaticValve | FirstOrderValve) -> None:
-    assert valve.flow(1e-3, 4e6, 5e5) == valve.orifice.flow(1e-3, 4e6, 5e5)

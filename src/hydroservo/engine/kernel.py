@@ -124,7 +124,7 @@ def kernel(
             if k % stride == 0:
                 record(out, row, s)
                 row += 1
-            x = integrator.advance(system, t, system.machine(s), system.command(s), dt, substeps)
+            x = integrator.advance(system, t, system.machine(s), system.held(s), dt, substeps)
             s = system.moved(s, x)
             if not system.finite(x):
                 return s, m, False

@@ -113,13 +113,13 @@ def compiled_lanes(
                 own = lane_of(system, memory, lane)
                 s = own.sample(state_of(memory, lane), t, dt)
                 put_sums(memory, lane, metrics.step(sums_of(memory, lane), t, sample(*read(s))))
-                x = begin(integrator, own, t, own.machine(s), own.command(s), dt, substeps)
+                x = begin(integrator, own, t, own.machine(s), own.held(s), dt, substeps)
                 put_state(memory, lane, own.moved(s, x))
             for i in range(1, substeps):
                 for lane in range(LANES):
                     own = lane_of(system, memory, lane)
                     s = state_of(memory, lane)
-                    x = go_on(integrator, own, t, own.machine(s), own.command(s), dt, substeps, i)
+                    x = go_on(integrator, own, t, own.machine(s), own.held(s), dt, substeps, i)
                     put_machine(memory, lane, x)
             lost = 0
             for lane in range(LANES):

@@ -1,7 +1,7 @@
 """The classical Runge-Kutta method."""
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from hydroservo import ops
 from hydroservo.block import Block
@@ -25,14 +25,14 @@ class RK4(NamedTuple):
     Fails to keep its order where the load jumps inside a substep; a jump at its end does no harm.
     """
 
-    def advance(self, system: Block, t: float, x: Block, u: float, dt: float, substeps: int) -> Block:
+    def advance(self, system: Block, t: float, x: Block, u: Any, dt: float, substeps: int) -> Block:
         h = dt / substeps
         for i in range(substeps):
             x = self.substep(system, t + i * h, x, u, h)
         return x
 
-    def substep(self, system: Block, t: float, x: Block, u: float, h: float) -> Block:
-        jump = system.next_jump(t)
+    def substep(self, system: Block, t: float, x: Block, u: Any, h: float) -> Block:
+        jump = system.next_jump(t, u)
         end = ops.where(jump > AT_END * (t + h), ops.minimum(t + h, BEFORE * jump), t + h)
         k1 = system.deriv(t, x, u)
         k2 = system.deriv(t + 0.5 * h, axpy(x, 0.5 * h, k1), u)

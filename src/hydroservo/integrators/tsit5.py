@@ -1,7 +1,7 @@
 """An adaptive Runge-Kutta pair of order 5(4)."""
 
 import math
-from typing import Annotated, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 from hydroservo import ops
 from hydroservo.block import Block, Field
@@ -40,11 +40,11 @@ class Tsit5(NamedTuple):
         int, Field("", "steps of least length in a sample period", CHOSEN, at_least=1, at_most=1e5)
     ] = 1000
 
-    def advance(self, system: Block, t: float, x: Block, u: float, dt: float, substeps: int) -> Block:
+    def advance(self, system: Block, t: float, x: Block, u: Any, dt: float, substeps: int) -> Block:
         shortest = dt / self.most_steps
         h, gone, jumps = dt / substeps, 0.0, 0
         while gone < dt:
-            jump = ops.where(jumps < self.most_steps, system.next_jump(t + gone), math.inf)
+            jump = ops.where(jumps < self.most_steps, system.next_jump(t + gone, u), math.inf)
             stop = ops.minimum(jump - t, dt)
             left = stop - gone
             size = ops.where(2.0 * h < left, h, ops.where(h < left, 0.5 * left, left))
@@ -70,7 +70,7 @@ class Tsit5(NamedTuple):
         return x
 
     def step(
-        self, system: Block, t: float, x: Block, u: float, h: float, last: float
+        self, system: Block, t: float, x: Block, u: Any, h: float, last: float
     ) -> tuple[Block, Block, Block]:
         """The state one step later, its error, and the rates at the start.
 

@@ -3,7 +3,8 @@
 from typing import Annotated, NamedTuple
 
 from hydroservo import ops
-from hydroservo.block import Field
+from hydroservo.block import Field, MeteringEdges
+from hydroservo.signals import MachineOutputs, PortFlows, Pressures
 from hydroservo.sources import CHOSEN, TSMC_EHA_2021
 
 __all__ = ["LoadPressurePlant", "LoadPressureState"]
@@ -55,12 +56,27 @@ class LoadPressurePlant(NamedTuple):
     def init(self) -> LoadPressureState:
         return LoadPressureState(0.0, 0.0, self.start_position)
 
-    def deriv(self, s: LoadPressureState, load_flow: float, force: float) -> LoadPressureState:
+    def flows(self, s: LoadPressureState, edges: MeteringEdges, opening: float, line: Pressures) -> PortFlows:
+        """What the valve passes: the load flow at both ports [m^3/s]."""
+        load = edges.flow(opening, line.supply - line.tank, self.load_pressure(s))
+        through = ops.absolute(load)
+        return PortFlows(load, load, supply=through, tank=through)
+
+    def deriv(self, s: LoadPressureState, flows: PortFlows, force: float) -> LoadPressureState:
         return LoadPressureState(
             velocity=(s.load_force - self.damping * s.velocity - force) * (1.0 / self.mass),
-            load_force=self.free_force_rate(s.velocity, s.load_force) + self.flow_gain() * load_flow,
+            load_force=self.free_force_rate(s.velocity, s.load_force) + self.flow_gain() * flows.a,
             position=s.velocity,
         )
+
+    def load_force(self, s: LoadPressureState) -> float:
+        """x2 [N]; of a state's rate, its rate."""
+        return s.load_force
+
+    def outputs(self, s: LoadPressureState, line: Pressures) -> MachineOutputs:
+        """What sensors can see; the chambers' pressures lie about the mean of the supply's and the tank's."""
+        mean, half = 0.5 * (line.supply + line.tank), 0.5 * self.load_pressure(s)
+        return MachineOutputs(s.velocity, s.load_force, s.position, mean + half, mean - half)
 
     def load_pressure(self, s: LoadPressureState) -> float:
         """p_L [Pa]."""
@@ -75,3 +91,7 @@ class LoadPressurePlant(NamedTuple):
     def flow_gain(self) -> float:
         """dx2/dt per load flow, 4 beta_e A_p/V_t [N/m^3]."""
         return 4.0 * self.bulk_modulus * self.piston_area / self.total_volume
+
+    def simplified(self) -> "LoadPressurePlant":
+        """What a design model takes it for: itself."""
+        return self

@@ -15,7 +15,6 @@ from hydroservo.scenario.plugins import load_plugin
 from hydroservo.scenario.registry import names_in_role
 from hydroservo.scenario.tables import Table, parsed
 from hydroservo.scenario.uncertainty import perturbed
-from hydroservo.valves.orifice import Orifice
 
 __all__ = ["load_scenario"]
 
@@ -94,7 +93,7 @@ def nominal_model(machine: Machine, valve: Table) -> DesignModel:
         ScenarioError: the valve does not say what a controller needs to know of it.
     """
     orifice, gain = (getattr(machine.valve, name, None) for name in ("orifice", "gain"))
-    if not (isinstance(orifice, Orifice) and isinstance(gain, float)):
+    if not (orifice is not None and hasattr(orifice, "simplified") and isinstance(gain, float)):
         name = type(machine.valve).__name__
-        raise valve.error(f"{name} must have the fields gain (a float) and orifice (an Orifice)")
-    return DesignModel(machine.plant, orifice, machine.supply, gain)
+        raise valve.error(f"{name} must have the fields gain (a float) and orifice (an Orifice, say)")
+    return DesignModel(machine.plant.simplified(), orifice.simplified(), machine.supply.simplified(), gain)

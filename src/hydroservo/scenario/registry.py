@@ -6,9 +6,12 @@ from types import FunctionType
 
 from hydroservo import (
     controllers,
+    holds,
     integrators,
     loads,
+    mechanics,
     observers,
+    oils,
     plants,
     references,
     sensors,
@@ -21,7 +24,20 @@ from hydroservo.scenario.tables import Entry
 
 __all__ = ["class_in_role", "misfit", "names_in_role"]
 
-PACKAGES = (controllers, integrators, loads, observers, plants, references, sensors, supplies, valves)
+PACKAGES = (
+    controllers,
+    holds,
+    integrators,
+    loads,
+    mechanics,
+    observers,
+    oils,
+    plants,
+    references,
+    sensors,
+    supplies,
+    valves,
+)
 
 
 def class_in_role(role: type, entry: Entry) -> type:

@@ -2,8 +2,7 @@
 
 from typing import NamedTuple
 
-from hydroservo.plants.load_pressure import LoadPressureState
-from hydroservo.signals import Draws, Measurement
+from hydroservo.signals import Draws, MachineOutputs, Measurement
 
 __all__ = ["IdealSensors", "IdealSensorsState"]
 
@@ -23,9 +22,16 @@ class IdealSensors(NamedTuple):
         return IdealSensorsState()
 
     def step(
-        self, s: IdealSensorsState, plant: LoadPressureState, draws: Draws, dt: float
+        self, s: IdealSensorsState, machine: MachineOutputs, draws: Draws, dt: float
     ) -> IdealSensorsState:
         return s
 
-    def measure(self, s: IdealSensorsState, plant: LoadPressureState, command: float) -> Measurement:
-        return Measurement(plant.velocity, plant.load_force, plant.position, command)
+    def measure(self, s: IdealSensorsState, machine: MachineOutputs, command: float) -> Measurement:
+        return Measurement(
+            machine.velocity,
+            machine.load_force,
+            machine.position,
+            command,
+            machine.pressure_a,
+            machine.pressure_b,
+        )

@@ -4,8 +4,7 @@ from typing import Annotated, NamedTuple
 
 from hydroservo import ops
 from hydroservo.block import Field
-from hydroservo.plants.load_pressure import LoadPressureState
-from hydroservo.signals import Draws, Measurement
+from hydroservo.signals import Draws, MachineOutputs, Measurement
 from hydroservo.sources import CHOSEN
 
 __all__ = ["NoisySensors", "NoisySensorsState"]
@@ -36,13 +35,16 @@ class NoisySensors(NamedTuple):
         return NoisySensorsState(0.0, 0.0)
 
     def step(
-        self, s: NoisySensorsState, plant: LoadPressureState, draws: Draws, dt: float
+        self, s: NoisySensorsState, machine: MachineOutputs, draws: Draws, dt: float
     ) -> NoisySensorsState:
         first = ops.normal(draws.seed, draws.stream, draws.sample)
         second = ops.normal(draws.seed, draws.stream + 1.0, draws.sample)
         return NoisySensorsState(
-            plant.velocity + self.velocity_noise * first, plant.load_force + self.load_force_noise * second
+            machine.velocity + self.velocity_noise * first,
+            machine.load_force + self.load_force_noise * second,
         )
 
-    def measure(self, s: NoisySensorsState, plant: LoadPressureState, command: float) -> Measurement:
-        return Measurement(s.velocity, s.load_force, plant.position, command)
+    def measure(self, s: NoisySensorsState, machine: MachineOutputs, command: float) -> Measurement:
+        return Measurement(
+            s.velocity, s.load_force, machine.position, command, machine.pressure_a, machine.pressure_b
+        )

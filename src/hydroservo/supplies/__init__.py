@@ -1,7 +1,8 @@
 """Where the pressure comes from."""
 
-from hydroservo.supplies.ideal import IdealSupply
+from hydroservo.supplies.ideal import IdealSupply, IdealSupplyState
 
 __all__ = [
     "IdealSupply",
+    "IdealSupplyState",
 ]

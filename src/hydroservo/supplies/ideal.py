@@ -3,9 +3,14 @@
 from typing import Annotated, NamedTuple
 
 from hydroservo.block import Field
+from hydroservo.signals import Pressures
 from hydroservo.sources import TSMC_EHA_2021
 
-__all__ = ["IdealSupply"]
+__all__ = ["IdealSupply", "IdealSupplyState"]
+
+
+class IdealSupplyState(NamedTuple):
+    """An ideal supply remembers nothing."""
 
 
 class IdealSupply(NamedTuple):
@@ -14,7 +19,7 @@ class IdealSupply(NamedTuple):
     The print lists p_r = 2 bar and uses p_s alone: pressures here are relative to the return line.
 
     Source: Sec. 4 of doi:10.1007/s42401-021-00087-w.
-    Fails where the pump's flow limit, the relief valve or the line volume matters.
+    Fails where the pump's flow limit, the relief valve or the line volume matters; see PumpSupply.
     """
 
     supply_pressure: Annotated[float, Field("Pa", "supply pressure p_s", TSMC_EHA_2021, above=0)] = 40e5
@@ -22,6 +27,19 @@ class IdealSupply(NamedTuple):
         0.0
     )
 
+    def init(self) -> IdealSupplyState:
+        return IdealSupplyState()
+
+    def deriv(self, s: IdealSupplyState, drawn: float) -> IdealSupplyState:
+        return s
+
+    def pressures(self, s: IdealSupplyState) -> Pressures:
+        return Pressures(self.supply_pressure, self.return_pressure)
+
     def drop(self) -> float:
         """p_s - p_r [Pa], what the valve's two metering edges share with the load."""
         return self.supply_pressure - self.return_pressure
+
+    def simplified(self) -> "IdealSupply":
+        """What a design model takes it for: itself."""
+        return self

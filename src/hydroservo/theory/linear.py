@@ -72,7 +72,7 @@ def proportional_gain_limit(
     leakage_rate = -plant.free_force_rate(0.0, 1.0)
     c1 = friction_rate + leakage_rate
     c0 = natural_frequency(plant) ** 2 + friction_rate * leakage_rate
-    flow_gain = valve.gain * valve.orifice.flow_per_opening(supply.drop())
+    flow_gain: float = valve.gain * valve.orifice.simplified().flow_per_opening(supply.drop())
     gain = plant.flow_gain() * flow_gain / plant.mass
     lag = valve.time_constant
     a4, a3, a2, a0 = lag, 1.0 + lag * c1, c1 + lag * c0, gain * integral_gain

@@ -3,7 +3,7 @@
 from typing import Annotated, NamedTuple
 
 from hydroservo import ops
-from hydroservo.block import Field
+from hydroservo.block import Field, MeteringEdges
 from hydroservo.sources import TSMC_EHA_2021
 from hydroservo.valves.orifice import Orifice
 
@@ -28,7 +28,7 @@ class FirstOrderValve(NamedTuple):
     gain: Annotated[float, Field("m/V", "servo valve gain K_sv", TSMC_EHA_2021, above=0)] = 5e-4
     time_constant: Annotated[float, Field("s", "spool time constant T_sv", TSMC_EHA_2021, above=0)] = 0.01
     max_opening: Annotated[float, Field("m", "spool limit x_max", TSMC_EHA_2021, above=0)] = 5e-3
-    orifice: Orifice = Orifice()
+    orifice: MeteringEdges = Orifice()
 
     def init(self) -> FirstOrderValveState:
         return FirstOrderValveState(0.0)
@@ -39,6 +39,3 @@ class FirstOrderValve(NamedTuple):
 
     def opening(self, s: FirstOrderValveState, u: float) -> float:
         return s.opening
-
-    def flow(self, opening: float, supply_drop: float, load_pressure: float) -> float:
-        return self.orifice.flow(opening, supply_drop, load_pressure)

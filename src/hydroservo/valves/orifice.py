@@ -1,22 +1,28 @@
 """The square-root law of a pair of metering edges."""
 
+import math
 from typing import Annotated, NamedTuple
 
 from hydroservo import ops
 from hydroservo.block import Field
+from hydroservo.signals import PortFlows, Pressures
 from hydroservo.sources import TSMC_EHA_2021
 
 __all__ = ["Orifice"]
 
+ROOT_2 = math.sqrt(2.0)
+
 
 class Orifice(NamedTuple):
-    """Turbulent flow through two equal metering edges in series.
+    """Turbulent flow through sharp metering edges, matched, symmetric and critically lapped.
 
-    Q_L = C_d w x_v sqrt((p_s - p_r - sgn(x_v) p_L)/rho)
+    Through two of them in series with a load, Q_L = C_d w x_v sqrt((p_s - p_r - sgn(x_v) p_L)/rho), and
+    nothing where the load pressure exceeds the supply's. Through each of the four that are open, from a
+    pressure p_1 to p_2, Q = C_d w |x_v| sgn(p_1 - p_2) sqrt(2 |p_1 - p_2|/rho), which also flows back.
 
     Source: eq. (2) of doi:10.1007/s42401-021-00087-w; Merritt, Hydraulic Control Systems, 1967, ch. 5.
-    No flow where the load pressure exceeds the supply's (the real one would flow back).
-    Fails at small drops, where the flow is laminar: its slope in p_L is infinite at a vanishing drop.
+    Fails at small drops, where the flow is laminar (its slope at a vanishing drop is infinite), and near
+    the spool's centre, where real edges leak or overlap; see FourEdges.
     """
 
     discharge_coefficient: Annotated[
@@ -37,3 +43,21 @@ class Orifice(NamedTuple):
         """Q_L [m^3/s]."""
         drop = supply_drop - ops.sign(opening) * load_pressure
         return opening * self.conductance() * ops.sqrt(ops.maximum(drop, 0.0))
+
+    def port_flows(self, opening: float, line: Pressures, pressure_a: float, pressure_b: float) -> PortFlows:
+        """The flows through the four edges [m^3/s]."""
+        into_a = ops.where(opening > 0.0, line.supply, line.tank) - pressure_a
+        out_of_b = pressure_b - ops.where(opening > 0.0, line.tank, line.supply)
+        size = ROOT_2 * self.conductance() * ops.absolute(opening)
+        a = size * ops.copysign(ops.sqrt(ops.absolute(into_a)), into_a)
+        b = size * ops.copysign(ops.sqrt(ops.absolute(out_of_b)), out_of_b)
+        return PortFlows(
+            a,
+            b,
+            supply=ops.where(opening > 0.0, a, -b),
+            tank=ops.where(opening > 0.0, b, -a),
+        )
+
+    def simplified(self) -> "Orifice":
+        """What a design model takes it for: itself."""
+        return self

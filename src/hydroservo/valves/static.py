@@ -3,7 +3,7 @@
 from typing import Annotated, NamedTuple
 
 from hydroservo import ops
-from hydroservo.block import Field
+from hydroservo.block import Field, MeteringEdges
 from hydroservo.sources import TSMC_EHA_2021
 from hydroservo.valves.orifice import Orifice
 
@@ -23,7 +23,7 @@ class StaticValve(NamedTuple):
 
     gain: Annotated[float, Field("m/V", "servo valve gain K_sv", TSMC_EHA_2021, above=0)] = 5e-4
     max_opening: Annotated[float, Field("m", "spool limit x_max", TSMC_EHA_2021, above=0)] = 5e-3
-    orifice: Orifice = Orifice()
+    orifice: MeteringEdges = Orifice()
 
     def init(self) -> StaticValveState:
         return StaticValveState()
@@ -33,6 +33,3 @@ class StaticValve(NamedTuple):
 
     def opening(self, s: StaticValveState, u: float) -> float:
         return ops.clip(self.gain * u, -self.max_opening, self.max_opening)
-
-    def flow(self, opening: float, supply_drop: float, load_pressure: float) -> float:
-        return self.orifice.flow(opening, supply_drop, load_pressure)

@@ -1,0 +1,3 @@
+"""How compressible the oil is."""
+
+__all__: list[str] = []
