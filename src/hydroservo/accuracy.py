@@ -1,16 +1,17 @@
 """Whether the steps of a run are short enough: from the machine's fastest motion, and by halving them."""
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.block import Block, is_block, leaves, replace, value_at
+from hydroservo.block import Block, leaves, replace, value_at
 from hydroservo.errors import ParameterError
 from hydroservo.loop import AUTO, Loop
+from hydroservo.states import filled
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -20,6 +21,7 @@ __all__ = [
     "difference",
     "fastest",
     "hardest",
+    "judged_by_rate",
     "machine_paths",
     "rates",
     "settled",
@@ -30,6 +32,7 @@ COMMAND = "controller.u"
 INSTANTS = 8  # of a run at which the machine is linearised, spread evenly
 NUDGE = 1e-6  # of a state's largest value, for its finite difference
 PEAK = 10.0  # times the median rate: what is faster than that at some instants is left to doubling
+TRUSTED = 1e-3  # largest relative difference to a run with steps half as long
 MOST_PARTS = 100  # of a sample period, for a delayed command
 DOUBLINGS = 8  # of the first number of substeps
 
@@ -104,15 +107,11 @@ def jacobian(loop: Loop, like: Block, t: float, x: Matrix, u: float, nudges: Mat
     return 0.5 * np.stack(columns, axis=1) / nudges[:, np.newaxis]
 
 
-def filled(like: Block, values: Iterator[float]) -> Block:
-    """A state of the same type with other numbers."""
-    return type(like)(*(filled(part, values) if is_block(part) else next(values) for part in like))
-
-
 def warning(loop: Loop, data: "xr.Dataset | None" = None) -> str:
     """Why a run's steps are too coarse to be trusted, in one line; empty if they are not.
 
-    They are if the machine somewhere moves faster than the integrator's ``trusted_rate``.
+    They are if the machine somewhere moves faster than the integrator's ``trusted_rate``; one that has no
+    such rate never says so.
 
     Args:
         loop: the loop, its substeps a number.
@@ -141,7 +140,8 @@ def checked_steps(loop: Loop, run: Run) -> "xr.Dataset":
 
     Returns:
         The run. Where substeps were chosen it has the attributes of :func:`settled`; where its steps are not
-        to be trusted, an attribute ``warning`` says why in one line.
+        to be trusted, an attribute ``warning`` says why in one line: by the machine's fastest motion, or, for
+        an integrator to which that says nothing, by a second run with steps half as long.
     """
     simulation, parts = loop.simulation, command_parts(loop)
     if simulation.substeps == AUTO:
@@ -151,8 +151,27 @@ def checked_steps(loop: Loop, run: Run) -> "xr.Dataset":
             "simulation.substeps", simulation.substeps, f"must be a multiple of {parts}, for the hold's delay"
         )
     data = run(loop)
-    said = warning(loop, data)
+    said = warning(loop, data) if judged_by_rate(loop) else unhalved(loop, data, run)
     return data.assign_attrs(warning=said) if said else data
+
+
+def judged_by_rate(loop: Loop) -> bool:
+    """True where the machine's fastest motion says whether the steps are short enough."""
+    simulation = loop.simulation
+    return math.isfinite(simulation.integrator.trusted_rate(simulation.period, simulation.substeps))
+
+
+def unhalved(loop: Loop, data: "xr.Dataset", run: Run) -> str:
+    """Why a run's steps are too coarse to be trusted, from one with steps half as long; empty if not."""
+    substeps = loop.simulation.substeps
+    error = difference(loop, data, run(with_substeps(loop, 2 * substeps)))
+    if error <= TRUSTED:
+        return ""
+    return (
+        f"the steps are too coarse to be trusted: {substeps} substep{'s' * (substeps != 1)} in a sample "
+        f"period and twice as many differ by {error:.1e} of the machine's largest values; "
+        'simulation.substeps = "auto" finds how many'
+    )
 
 
 def settled(loop: Loop, run: Run) -> "xr.Dataset":

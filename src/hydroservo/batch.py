@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hydroservo.accuracy import hardest, warning
+from hydroservo.accuracy import hardest, judged_by_rate, warning
 from hydroservo.block import Block, field_at, replace
 from hydroservo.checks import checked
 from hydroservo.errors import ParameterError
@@ -114,7 +114,9 @@ def with_steps(loop: Loop, columns: Columns, strict: bool) -> tuple[Loop, dict[s
     """The loop with a number of substeps, and what is to be said of it: as the hardest of the runs has it."""
     worst = hardest(loop, columns)
     if loop.simulation.substeps != AUTO:
-        said = warning(worst)
+        said = (
+            warning(worst) if judged_by_rate(worst) else simulate(worst, record=()).attrs.get("warning", "")
+        )
         return loop, {"warning": said} if said else {}
     found = simulate(worst, record=(), strict=strict).attrs
     chosen: Loop = replace(loop, {"simulation.substeps": found["substeps"]})

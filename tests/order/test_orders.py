@@ -13,7 +13,7 @@ import hydroservo.engine.arithmetic  # noqa: F401 - lets compiled code add state
 from compiling import compiled
 from hydroservo import Loop
 from hydroservo.block import Block, leaves
-from hydroservo.integrators import RK4, Tsit5
+from hydroservo.integrators import RK4, Rosenbrock, Tsit5
 from hydroservo.loads import Sine
 from hydroservo.loop import MachineState
 from hydroservo.plants import LoadPressureState
@@ -30,6 +30,10 @@ def rk4_step(system: Block, t: float, x: Block, u: float, h: float) -> Block:
     return compiled_method(RK4, "substep")(RK4(), system, t, x, u, h)
 
 
+def rosenbrock_step(system: Block, t: float, x: Block, u: float, h: float) -> Block:
+    return compiled_method(Rosenbrock, "substep")(Rosenbrock(), system, t, x, u, h)
+
+
 def tsit5_step(system: Block, t: float, x: Block, u: float, h: float) -> Block:
     return tsit5_step_and_error(system, t, x, u, h)[0]
 
@@ -39,7 +43,11 @@ def tsit5_step_and_error(system: Block, t: float, x: Block, u: float, h: float) 
     return found
 
 
-INTEGRATORS = [pytest.param(rk4_step, 4, id="RK4"), pytest.param(tsit5_step, 5, id="Tsit5")]
+INTEGRATORS = [
+    pytest.param(rk4_step, 4, id="RK4"),
+    pytest.param(rosenbrock_step, 3, id="Rosenbrock"),
+    pytest.param(tsit5_step, 5, id="Tsit5"),
+]
 Step = Callable[[Block, float, Block, float, float], Block]
 
 
@@ -132,6 +140,11 @@ def test_order_of_rk4_on_the_machine(count: int) -> None:
     assert order_on_the_machine(rk4_step, count) == pytest.approx(4.0, abs=0.1)
 
 
+@pytest.mark.parametrize("count", [200, 400])
+def test_order_of_rosenbrock_on_the_machine(count: int) -> None:
+    assert order_on_the_machine(rosenbrock_step, count) == pytest.approx(3.0, abs=0.1)
+
+
 def test_order_of_tsit5_on_the_machine() -> None:
     """It comes down to 5; where the steps are so short that no term of order 6 is left, only rounding is."""
     coarse, fine = (order_on_the_machine(tsit5_step, count) for count in (100, 200))
@@ -157,6 +170,27 @@ def test_substeps_end_on_the_sample() -> None:
     )
     assert three.first == pytest.approx(one.first, rel=1e-14)
     assert three.second == pytest.approx(one.second, rel=1e-14)
+
+
+class Stiff(NamedTuple):
+    """x follows cos t with a lag of 1/rate."""
+
+    rate: float
+
+    def deriv(self, t: float, x: Pair, u: float) -> Pair:
+        return Pair(-self.rate * (x.first - math.cos(t)), -self.rate * x.second)
+
+    def next_jump(self, t: float, u: float) -> float:
+        return math.inf
+
+
+@pytest.mark.parametrize("rate", [1e4, 1e7, 1e10])
+def test_rosenbrock_follows_a_stiff_motion_with_long_steps(rate: float) -> None:
+    """The exact solution, less what has died out: (cos t + sin t/rate)/(1 + 1/rate^2)."""
+    reached = equal_steps(rosenbrock_step, Stiff(rate), 0.0, Pair(1.0, 1.0), 0.0, 2.0, 100)
+    exact = (math.cos(2.0) + math.sin(2.0) / rate) / (1.0 + rate**-2)
+    assert reached.first == pytest.approx(exact, abs=0.02**2 / 10.0)
+    assert abs(reached.second) < 1e-12
 
 
 @pytest.mark.parametrize("h", [0.2, 0.1, 0.05])

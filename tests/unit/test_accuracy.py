@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from hydroservo import Loop, ScenarioError, Simulation, ops, replace, simulate
+from hydroservo import Loop, ScenarioError, Simulation, ops, replace, simulate, simulate_batch
 from hydroservo.accuracy import (
     checked_steps,
     difference,
@@ -24,7 +24,7 @@ from hydroservo.block import Field
 from hydroservo.checks import checked
 from hydroservo.controllers import PI
 from hydroservo.errors import ParameterError
-from hydroservo.integrators import RK4, Tsit5
+from hydroservo.integrators import RK4, Rosenbrock, Tsit5
 from hydroservo.loads import Constant, Square
 from hydroservo.loop import AUTO
 from hydroservo.plants import LoadPressurePlant
@@ -295,3 +295,14 @@ def test_the_paths_that_steps_are_judged_by() -> None:
         "valve.opening",
         "controller.u",
     )
+
+
+@pytest.mark.parametrize(("substeps", "trusted"), [(1, False), (32, True)])
+def test_steps_that_no_rate_can_judge_are_halved(substeps: int, trusted: bool) -> None:
+    loop = Loop(
+        Simulation(0.05, 1e-3, substeps, integrator=Rosenbrock()), valve=FirstOrderValve(), controller=PI(4.0)
+    )
+    said = simulate(loop, record=[]).attrs.get("warning", "")
+    assert ("twice as many differ by" not in said) == trusted
+    batch = simulate_batch(loop, {"plant.mass": np.array([5.0, 6.0])})
+    assert ("twice as many differ by" not in batch.attrs.get("warning", "")) == trusted

@@ -209,7 +209,7 @@ class Shouting(NamedTuple):
             raise ValueError("no")
         return s
 
-    machine, command, moved = Decay.machine, Decay.command, Decay.moved
+    machine, held, moved = Decay.machine, Decay.held, Decay.moved
     deriv, next_jump = Decay.deriv, Decay.next_jump
 
     def finite(self, x: Inner) -> bool:

@@ -15,11 +15,11 @@ import hydroservo.engine.arithmetic  # noqa: F401 - lets compiled code add state
 from compiling import compiled
 from hydroservo import Loop, integrators, ops, replace
 from hydroservo.block import Block, Integrator, declared_fields, leaves
-from hydroservo.integrators import RK4, Tsit5
+from hydroservo.integrators import RK4, Rosenbrock, Tsit5
 from hydroservo.loads import Square, Step
 from hydroservo.loop import MachineState
 from hydroservo.plants import LoadPressureState
-from hydroservo.states import axpy, misses, scaled
+from hydroservo.states import axpy, factored, misses, scaled, solved
 from hydroservo.supplies import IdealSupplyState
 from hydroservo.valves import FirstOrderValve, FirstOrderValveState
 
@@ -126,7 +126,7 @@ SIZES = st.floats(-1.0, 1.0)
 
 @settings(max_examples=40)
 @given(
-    cls=st.sampled_from([RK4, Tsit5]),
+    cls=st.sampled_from([RK4, Rosenbrock, Tsit5]),
     numbers=st.tuples(SIZES, SIZES, SIZES, SIZES, SIZES),
     period=st.floats(1e-4, 1.0),
     scale=st.floats(-4.0, 1.0),
@@ -236,6 +236,21 @@ def test_arithmetic_on_nested_states() -> None:
     assert scaled(0.5, k) == Nested(One(5.0), 10.0)
 
 
+def test_the_linear_system_of_a_machine_is_solved() -> None:
+    """Against numpy, with the Jacobian from central differences."""
+    h, x = 1e-3, START
+    f = LOOP.deriv(0.0, x, U)
+    numbers = flat(x)
+    nudges = 1e-6 * (np.abs(numbers) + 1e-6)
+    columns = [
+        (flat(LOOP.deriv(0.0, state(numbers + d), U)) - flat(LOOP.deriv(0.0, state(numbers - d), U))) / 2.0
+        for d in np.diag(nudges)
+    ]
+    matrix = np.eye(numbers.size) / h - np.stack(columns, axis=1) / nudges
+    found = flat(solved(factored(LOOP, 0.0, x, U, f, h), f))
+    assert found == pytest.approx(np.linalg.solve(matrix, flat(f)), rel=1e-5)
+
+
 def test_errors_are_relative_to_size_and_to_what_a_rate_adds() -> None:
     zero, one = Nested(One(0.0), 0.0), Nested(One(1e-3), 1e3)
     off = Nested(One(3e-9), 4e-3)
@@ -261,6 +276,7 @@ def test_how_fast_a_motion_each_one_follows() -> None:
     """A half in h |lambda|; and (h |lambda|)^4/120 is the tolerance."""
     assert RK4().trusted_rate(1e-3, 4) == pytest.approx(2000.0)
     assert Tsit5(1e-6, 100).trusted_rate(1e-3, 1) == pytest.approx(5e4)
+    assert Rosenbrock().trusted_rate(1e-3, 4) == math.inf
     assert RK4().substeps_for(1000.0, 1e-3, 1e-6) == 10  # 1/(120e-6)^(1/4) = 9.55
     assert RK4().substeps_for(0.0, 1e-3, 1e-6) == 1
     assert RK4().substeps_for(math.inf, 1e-3, 1e-6) == 10**6
