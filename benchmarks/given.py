@@ -50,7 +50,7 @@ LAW = {
     "delta2": "controller.power_gain_2",
     "a1": "controller.exponent_1",
     "a2": "controller.exponent_2",
-    "least_xi": "controller.least_xi",
+    "least_xi": "controller.reaching.least_surface",
     "limit": "controller.saturation.limit",
     "kd1": "controller.observer.linear_gain_1",
     "kd2": "controller.observer.linear_gain_2",

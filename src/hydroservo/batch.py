@@ -14,7 +14,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from hydroservo.accuracy import hardest, judged_by_rate, warning
 from hydroservo.block import Block, field_at, replace
-from hydroservo.checks import checked
 from hydroservo.errors import ParameterError
 from hydroservo.loop import AUTO, Loop
 from hydroservo.metrics import FLAGS, METRIC_FIELDS, MetricsState, Sample, summary
@@ -25,10 +24,11 @@ from hydroservo.simulate import (
     first_state,
     laid_out,
     measured_paths,
+    ready,
     simulate,
     studied,
 )
-from hydroservo.varied import SEED, Columns, checked_columns
+from hydroservo.varied import SEED, Columns, checked_columns, designs
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -91,7 +91,7 @@ def simulate_batch(
         ParameterError: an unknown path, a value out of its range, arrays of different lengths, or no device.
         LoopError: a block that does not fit the loop.
     """
-    loop = checked(loop)
+    loop = ready(loop)
     columns = checked_columns(loop, parameters)
     workers = checked_threads(threads)
     state = first_state(loop)
@@ -101,8 +101,9 @@ def simulate_batch(
     table = np.empty((len(METRIC_FIELDS), runs))
     told = progress or (lambda _: None)
     with compilation(loop):
-        begin, size = kernel(loop, state, samples, tuple(columns), strict, cuda)
-        job = Job(loop, begin, size, CUDA_CHUNK if cuda else CHUNK, samples, columns, Event())
+        varied = columns | designs(loop, columns)
+        begin, size = kernel(loop, state, samples, tuple(varied), strict, cuda)
+        job = Job(loop, begin, size, CUDA_CHUNK if cuda else CHUNK, samples, varied, Event())
         with closing(in_turn(job, runs, told) if cuda else side_by_side(job, runs, workers)) as found:
             for done, (start, metrics) in enumerate(found, 1):
                 table[:, start : start + metrics.shape[1]] = metrics

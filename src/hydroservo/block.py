@@ -13,7 +13,16 @@ from collections.abc import Iterator, Mapping
 from typing import Any, Protocol
 
 from hydroservo.field import Field, declared_fields
-from hydroservo.signals import Correction, Demand, Draws, MachineOutputs, Measurement, PortFlows, Pressures
+from hydroservo.signals import (
+    Correction,
+    Demand,
+    Draws,
+    MachineOutputs,
+    Measurement,
+    PortFlows,
+    Pressures,
+    Pull,
+)
 
 __all__ = [
     "Block",
@@ -30,12 +39,14 @@ __all__ = [
     "Observer",
     "Oil",
     "Plant",
+    "Reaching",
     "Realisation",
     "Reference",
     "Sensors",
     "Supply",
     "Valve",
     "declared_fields",
+    "designed",
     "field_at",
     "is_block",
     "leaves",
@@ -54,7 +65,11 @@ class Controller(Protocol):
 
 
 class Observer(Protocol):
-    """A sampled disturbance observer; its state holds the estimates ``d1`` [m/s^2] and ``d2`` [N/s]."""
+    """A sampled disturbance observer.
+
+    Its state holds the estimates ``d1`` [m/s^2] and ``d2`` [N/s], the surfaces ``s1`` [m/s] and ``s2`` [N],
+    and the ``velocity`` [m/s] and ``load_force`` [N] that a law is to take.
+    """
 
     def init(self) -> Block: ...
     def step(self, s: Block, model: Block, y: Measurement, dt: float) -> Block: ...
@@ -65,6 +80,16 @@ class Realisation(Protocol):
 
     def velocity(self, s: float, k: float, D: float, eps: float, a: float, dt: float) -> Correction: ...
     def force(self, s: float, k: float, D: float, eps: float, a: float, dt: float) -> Correction: ...
+
+
+class Reaching(Protocol):
+    """How a law draws its two surfaces to 0 in discrete time: the rate k s + eps |s|^a sgn(s), and its slope.
+
+    The slope is the rate's derivative by s [1/s]; the second surface needs none.
+    """
+
+    def first(self, s: float, k: float, eps: float, a: float, dt: float) -> Pull: ...
+    def second(self, s: float, k: float, eps: float, a: float, dt: float) -> float: ...
 
 
 class Differentiator(Protocol):
@@ -234,6 +259,25 @@ class Sensors(Protocol):
     def init(self) -> Block: ...
     def step(self, s: Block, machine: MachineOutputs, draws: Draws, dt: float) -> Block: ...
     def measure(self, s: Block, machine: MachineOutputs, command: float) -> Measurement: ...
+
+
+def designed(block: Block, period: float, model: Block) -> Block:
+    """A controller with what is computed before a run, in each block that has ``designed(model, period)``.
+
+    Args:
+        block: the controller or a block in it.
+        period: the sample period [s].
+        model: the design model of the block around it; a block's own ``model`` goes before.
+
+    Raises:
+        ParameterError: a block's parameters allow no design.
+    """
+    model = getattr(block, "model", model)
+    nested = {
+        name: designed(value, period, model) for name, value in block._asdict().items() if is_block(value)
+    }
+    block = block._replace(**nested)
+    return block.designed(model, period) if hasattr(block, "designed") else block
 
 
 def is_block(value: object) -> bool:

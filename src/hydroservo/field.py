@@ -20,6 +20,7 @@ class Field:
         at_least: inclusive lower bound, in ``unit``.
         below: exclusive upper bound, in ``unit``.
         at_most: inclusive upper bound, in ``unit``.
+        derived: computed from other parameters before a run, and not to be given.
         auto: the number that asks for the value to be found, "auto" in a scenario; it need be in no range.
     """
 
@@ -30,6 +31,7 @@ class Field:
     at_least: float | None = None
     below: float | None = None
     at_most: float | None = None
+    derived: bool = False
     auto: int | None = None
 
 

@@ -12,6 +12,7 @@ __all__ = [
     "Measurement",
     "PortFlows",
     "Pressures",
+    "Pull",
 ]
 
 
@@ -65,6 +66,13 @@ class Correction(NamedTuple):
 
     surface: float  # s_i as the realisation takes it, in the unit of x_i
     estimate: float  # of the lumped disturbance, in the unit of x_i per second
+
+
+class Pull(NamedTuple):
+    """How a law draws a surface to 0."""
+
+    rate: float  # in the unit of the surface per second, of its sign
+    slope: float  # [1/s] derivative of the rate by the surface
 
 
 class Draws(NamedTuple):

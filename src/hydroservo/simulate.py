@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from hydroservo.accuracy import checked_steps, machine_paths
-from hydroservo.block import Block, field_at, is_block, leaves, value_at
+from hydroservo.block import Block, designed, field_at, is_block, leaves, value_at
 from hydroservo.checks import checked
 from hydroservo.errors import LoopError, ParameterError
 from hydroservo.field import Field
@@ -85,7 +85,7 @@ def simulate(
         ParameterError: a parameter out of range, times that do not divide, an unknown path in ``record``.
         LoopError: a block that does not fit the loop, or a trace too large to hold.
     """
-    loop = checked(loop)
+    loop = ready(loop)
     state = first_state(loop)
     wanted = tuple(record) if record is not None else tuple(path for path, _ in leaves(state))
     plan = laid_out(loop, state, tuple(dict.fromkeys((*wanted, *machine_paths(loop)))))
@@ -98,6 +98,16 @@ def simulate(
 
     data = checked_steps(loop, one)
     return data.drop_vars([path for path in plan.paths if path not in wanted])
+
+
+def ready(loop: Loop) -> Loop:
+    """The loop with its parameters checked and its controller designed.
+
+    Raises:
+        ParameterError: a parameter is out of range, or allows no design.
+    """
+    loop = checked(loop)
+    return loop._replace(controller=designed(loop.controller, loop.simulation.period, loop.nominal))
 
 
 def trace_size(loop: Loop, record: Sequence[str] | None = None) -> int:

@@ -18,6 +18,7 @@ from hydroservo.block import (
     Observer,
     Oil,
     Plant,
+    Reaching,
     Realisation,
     Reference,
     Sensors,
@@ -38,7 +39,7 @@ PACKAGES = (
     "sensors",
     "plants",
 )
-PLAIN = {"simplified"}  # methods that only Python calls
+PLAIN = {"designed", "simplified"}  # methods that only Python calls
 
 
 class Limiter(Protocol):
@@ -67,6 +68,7 @@ ROLES: tuple[type, ...] = (
     Observer,
     Oil,
     Plant,
+    Reaching,
     Realisation,
     Reference,
     Sensors,

@@ -15,6 +15,7 @@ from hydroservo.integrators import RK4
 from hydroservo.loads import Sine as SineLoad
 from hydroservo.loop import MachineState
 from hydroservo.references import Sine
+from hydroservo.supplies import IdealSupplyState
 from hydroservo.valves import FirstOrderValve, StaticValve
 
 DURATION, PERIOD, SUBSTEPS = 1.0, 1e-3, 50
@@ -55,7 +56,9 @@ def by_dop853(loop: Loop, commands: np.ndarray) -> np.ndarray:
     absolute = [1e-15 * SIZES[path] for path in paths]
 
     def rates(t: float, y: np.ndarray, u: float) -> list[float]:
-        return flat(loop.deriv(t, MachineState(plant(*y[:3].tolist()), valve(*y[3:].tolist())), u))
+        return flat(
+            loop.deriv(t, MachineState(plant(*y[:3].tolist()), valve(*y[3:].tolist()), IdealSupplyState()), u)
+        )
 
     states = [np.array(flat(x))]
     for k, u in enumerate(commands):

@@ -193,8 +193,8 @@ def test_implicit_leaves_the_surface_where_the_gain_is_short() -> None:
 def test_implicit_step_solves_its_equation(
     s: float, linear: float, power: float, reach: float, exponent: float
 ) -> None:
-    found = Implicit().solve(s, 1.0 + linear, power, reach, exponent)
-    assert Implicit().solve(-s, 1.0 + linear, power, reach, exponent) == -found
+    found = Implicit().velocity(s, linear, reach, power, exponent, 1.0).surface
+    assert Implicit().velocity(-s, linear, reach, power, exponent, 1.0).surface == -found
     if s <= reach:
         assert found == 0.0
         return

@@ -3,13 +3,14 @@
 from typing import Annotated, NamedTuple
 
 from hydroservo import ops
-from hydroservo.block import Block, Differentiator, Field, Observer
+from hydroservo.block import Block, Differentiator, Field, Observer, Reaching
+from hydroservo.controllers.explicit_reaching import ExplicitReaching
 from hydroservo.controllers.saturation import Saturation
 from hydroservo.observers.filtered_derivative import FilteredDerivative
 from hydroservo.observers.tsm import TSMObserver
 from hydroservo.plants.design_model import DesignModel
 from hydroservo.signals import Demand, Measurement
-from hydroservo.sources import CHOSEN, TSMC_EHA_2021
+from hydroservo.sources import TSMC_EHA_2021
 
 __all__ = ["TSMC", "TSMCState"]
 
@@ -35,9 +36,10 @@ class TSMC(NamedTuple):
         u      = -1/(g1 g2) [ -b/m (f1 + g1 x2 + d1) + g1 (f2 + d2) + dd1/dt - d3y_d/dt3
                               + mu1 dxi1 + delta1 d(xi1^a1)/dt + mu2 xi2 + delta2 xi2^a2 ]
 
-    d(xi1^a1)/dt = a1 (|xi1| + least_xi)^(a1-1) dxi1 (singular in the print at xi1 = 0), and dd1/dt comes
-    from a nested derivative block. ``as_printed`` follows eq. (22) to the letter: d1 undifferentiated, the
-    second derivative of y_d for the third, and d(s1^a1)/dt for d(xi1^a1)/dt.
+    d(xi1^a1)/dt = a1 |xi1|^(a1-1) dxi1 is singular in the print at xi1 = 0; how the pulls on xi1 and xi2 are
+    realised in discrete time is the nested ``reaching``. dd1/dt comes from a nested derivative block. x1 and
+    x2 are as the observer hands them on. ``as_printed`` follows eq. (22) to the letter: d1 undifferentiated,
+    the second derivative of y_d for the third, and d(s1^a1)/dt for d(xi1^a1)/dt.
 
     Source: eqs. (19)-(22) of doi:10.1007/s42401-021-00087-w.
     Fails where sgn is explicit (the derivative of a switching estimate reaches u, which chatters), where
@@ -58,7 +60,7 @@ class TSMC(NamedTuple):
     observer: Observer = TSMObserver()
     derivative: Differentiator = FilteredDerivative()
     saturation: Saturation = Saturation()
-    least_xi: Annotated[float, Field("m/s", "keeps |xi1|^(a1-1) finite in u", CHOSEN, above=0)] = 1e-4
+    reaching: Reaching = ExplicitReaching()
     as_printed: bool = False
 
     def init(self) -> TSMCState:
@@ -66,34 +68,30 @@ class TSMC(NamedTuple):
 
     def step(self, s: TSMCState, y: Measurement, r: Demand, dt: float) -> TSMCState:
         m = self.model
-        x1, x2 = y.velocity, y.load_force
-        g1, f1_slope = m.g1(), m.f1_slope()
         o = self.observer.step(s.observer, m, y, dt)
+        x1, x2 = o.velocity, o.load_force
+        g1, f1_slope = m.g1(), m.f1_slope()
         xi1 = x1 - r.value + o.s1
         acceleration = m.f1(x1) + g1 * x2 + o.d1
         xi1_rate = acceleration - r.rate
-        xi2 = (
-            xi1_rate
-            + self.linear_gain_1 * xi1
-            + g1 * o.s2
-            + f1_slope * o.s1
-            + self.power_gain_1 * ops.signed_power(xi1, self.exponent_1)
-        )
-        slope = self.exponent_1 * ops.power(ops.absolute(xi1) + self.least_xi, self.exponent_1 - 1.0)
+        pull = self.reaching.first(xi1, self.linear_gain_1, self.power_gain_1, self.exponent_1, dt)
+        xi2 = xi1_rate + pull.rate + g1 * o.s2 + f1_slope * o.s1
         signal = ops.where(self.as_printed, ops.signed_power(o.s1, self.exponent_1), o.d1)
         derivative = self.derivative.step(s.derivative, signal, 0.0, dt)
         estimate_rate = ops.where(self.as_printed, o.d1, derivative.rate)
         demand_term = ops.where(self.as_printed, r.rate, r.jerk)
-        power_rate = ops.where(self.as_printed, derivative.rate, slope * xi1_rate)
+        pull_rate = ops.where(
+            self.as_printed,
+            self.linear_gain_1 * xi1_rate + self.power_gain_1 * derivative.rate,
+            pull.slope * xi1_rate,
+        )
         drift = (
             f1_slope * acceleration
             + g1 * (m.f2(x1, x2) + o.d2)
             + estimate_rate
             - demand_term
-            + self.linear_gain_1 * xi1_rate
-            + self.power_gain_1 * power_rate
-            + self.linear_gain_2 * xi2
-            + self.power_gain_2 * ops.signed_power(xi2, self.exponent_2)
+            + pull_rate
+            + self.reaching.second(xi2, self.linear_gain_2, self.power_gain_2, self.exponent_2, dt)
         )
         u = self.saturation.apply(-drift * (1.0 / (g1 * m.g2(x2, y.command))))
         return TSMCState(u, xi1, xi2, o, derivative)

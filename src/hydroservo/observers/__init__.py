@@ -4,6 +4,7 @@ from hydroservo.observers.boundary_layer import BoundaryLayer
 from hydroservo.observers.explicit import Explicit
 from hydroservo.observers.filtered_derivative import FilteredDerivative, FilteredDerivativeState
 from hydroservo.observers.implicit import Implicit
+from hydroservo.observers.kalman import KalmanObserver, KalmanObserverState
 from hydroservo.observers.model_derivative import ModelDerivative, ModelDerivativeState
 from hydroservo.observers.tsm import TSMObserver, TSMObserverState
 
@@ -13,6 +14,8 @@ __all__ = [
     "FilteredDerivative",
     "FilteredDerivativeState",
     "Implicit",
+    "KalmanObserver",
+    "KalmanObserverState",
     "ModelDerivative",
     "ModelDerivativeState",
     "TSMObserver",

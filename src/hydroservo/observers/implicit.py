@@ -7,8 +7,6 @@ from hydroservo.signals import Correction
 
 __all__ = ["Implicit"]
 
-NEWTON_STEPS = 6  # reach rounding for 0.1 <= a < 1, whatever the other numbers
-
 
 class Implicit(NamedTuple):
     """The reaching law evaluated at the surface of the next instant, with xi in Sgn(s_hat).
@@ -18,8 +16,7 @@ class Implicit(NamedTuple):
         s_hat + dt (k s_hat + eps |s_hat|^a sgn(s_hat) + D xi) = s
 
     If |s| <= dt D then s_hat = 0 and the surface is reached. Otherwise |s_hat| = sigma solves
-    (1 + dt k) sigma + dt eps sigma^a = |s| - dt D. With w = sigma^a the left side is convex and rising in w,
-    so Newton's method from the right falls monotonically onto the one root. d_hat = (s_hat - s)/dt:
+    (1 + dt k) sigma + dt eps sigma^a = |s| - dt D, which has one root. d_hat = (s_hat - s)/dt:
     while sliding, the true disturbance averaged over the last period, without chatter.
 
     Source: Acary, Brogliato, Orlov, IEEE Trans. Automatic Control 57(5), 2012 (the set-valued step);
@@ -29,18 +26,9 @@ class Implicit(NamedTuple):
     """
 
     def velocity(self, s: float, k: float, D: float, eps: float, a: float, dt: float) -> Correction:
-        surface = self.solve(s, 1.0 + dt * k, dt * eps, dt * D, a)
+        sigma = ops.power_root(ops.absolute(s) - dt * D, 1.0 + dt * k, dt * eps, a)
+        surface = ops.copysign(sigma, s)
         return Correction(surface, (surface - s) * (1.0 / dt))
 
     def force(self, s: float, k: float, D: float, eps: float, a: float, dt: float) -> Correction:
         return self.velocity(s, k, D, eps, a, dt)
-
-    def solve(self, s: float, linear: float, power: float, reach: float, a: float) -> float:
-        excess = ops.maximum(ops.absolute(s) - reach, 0.0)
-        rhs = ops.where(excess > 0.0, excess, 1.0)
-        w = ops.power(rhs / linear, a)
-        for _ in range(NEWTON_STEPS):
-            sigma = ops.power(w, 1.0 / a)
-            w = w * ((1.0 - a) * linear * sigma + a * rhs) / (linear * sigma + a * power * w)
-        sigma = ops.minimum(ops.power(w, 1.0 / a), rhs)
-        return ops.where(excess > 0.0, ops.copysign(sigma, s), 0.0)

@@ -20,6 +20,8 @@ class TSMObserverState(NamedTuple):
     s2: Annotated[float, Field("N", "observer surface s2 = v2 - x2")]
     d1: Annotated[float, Field("m/s^2", "estimate of the lumped disturbance d_L1")]
     d2: Annotated[float, Field("N/s", "estimate of the lumped disturbance d_L2")]
+    velocity: Annotated[float, Field("m/s", "measured velocity, which the law takes")]
+    load_force: Annotated[float, Field("N", "measured load force, which the law takes")]
     v1: Annotated[float, Field("m/s", "velocity predicted for the next sample")]
     v2: Annotated[float, Field("N", "load force predicted for the next sample, without the command")]
     g2: Annotated[float, Field("N/(s V)", "input gain g2 of this period")]
@@ -56,7 +58,7 @@ class TSMObserver(NamedTuple):
     realisation: Realisation = BoundaryLayer()
 
     def init(self) -> TSMObserverState:
-        return TSMObserverState(0.0, 0.0, 0.0, 0.0, math.nan, math.nan, 0.0)
+        return TSMObserverState(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, math.nan, math.nan, 0.0)
 
     def step(self, s: TSMObserverState, model: DesignModel, y: Measurement, dt: float) -> TSMObserverState:
         predicted = s.v2 + dt * s.g2 * y.command
@@ -74,6 +76,8 @@ class TSMObserver(NamedTuple):
             s2=c2.surface,
             d1=c1.estimate,
             d2=c2.estimate,
+            velocity=y.velocity,
+            load_force=y.load_force,
             v1=v1 + dt * (c1.estimate + model_acceleration),
             v2=v2 + dt * (c2.estimate + model.f2(y.velocity, y.load_force)),
             g2=model.g2(y.load_force, y.command),

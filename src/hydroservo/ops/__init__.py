@@ -25,7 +25,7 @@ from hydroservo.ops.basic import (
 )
 from hydroservo.ops.circular import cos, sin
 from hydroservo.ops.hyperbolic import tanh
-from hydroservo.ops.power import power, signed_power
+from hydroservo.ops.power import power, power_root, signed_power
 from hydroservo.ops.random import normal, uniform
 
 __all__ = [
@@ -41,6 +41,7 @@ __all__ = [
     "nearest",
     "normal",
     "power",
+    "power_root",
     "reached",
     "sign",
     "signed_power",

@@ -2,15 +2,16 @@
 
 import math
 
-from hydroservo.ops.basic import absolute, clip, copysign, maximum, nearest, where
+from hydroservo.ops.basic import absolute, clip, copysign, maximum, minimum, nearest, where
 from hydroservo.ops.binary import exponent, mantissa, scaled
 
-__all__ = ["LN_2", "exp2_tail", "power", "signed_power"]
+__all__ = ["LN_2", "exp2_tail", "power", "power_root", "signed_power"]
 
 LEAST_NORMAL = 2.2250738585072014e-308
 SPLITTER = 134217729.0  # 2^27 + 1, Veltkamp: splits a number into halves whose products are exact
 LN_2 = 0.6931471805599453
 BEYOND = 1100.0  # an exponent of two that overflows or underflows for certain
+NEWTON_STEPS = 6  # of power_root
 STEEPEST = 1e20  # an exponent that takes every x but 1 there
 
 
@@ -71,3 +72,17 @@ def exp2_tail(f: float) -> float:
     )
     high = 7.07258647985202e-09 + f * 4.456675463639861e-10
     return low + f4 * (middle + f4 * high)
+
+
+def power_root(rhs: float, linear: float, factor: float, a: float) -> float:
+    """The one sigma >= 0 with linear sigma + factor sigma^a = rhs, for 0.1 <= a < 1; 0 unless rhs > 0.
+
+    With w = sigma^a the left side is convex and rising in w, so Newton's method from the right falls
+    monotonically onto the root; six steps reach rounding, whatever the numbers.
+    """
+    right = where(rhs > 0.0, rhs, 1.0)
+    w = power(right / linear, a)
+    for _ in range(NEWTON_STEPS):
+        sigma = power(w, 1.0 / a)
+        w = w * ((1.0 - a) * linear * sigma + a * right) / (linear * sigma + a * factor * w)
+    return where(rhs > 0.0, minimum(power(w, 1.0 / a), right), 0.0)

@@ -72,6 +72,8 @@ def member(cls: type, name: str, default: Any, table: Table, nominal: DesignMode
         return recorded(table.table(name), field)
     if is_role(hint) or is_block_class(hint) or is_block_class(type(default)):
         return block(hint, default, table.table(name), nominal)
+    if table.has(name) and field.derived:
+        raise table.entry(name).error("is computed before a run; leave it out")
     if table.has(name):
         return number_from(table.entry(name), field, hint)
     if default is None:

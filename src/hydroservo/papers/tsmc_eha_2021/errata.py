@@ -91,7 +91,7 @@ ERRATA = (
         "the derivative of xi1^(p1/q1), singular at xi1 = 0",
         "regularised",
         "its exponent p1/q1 - 1 is negative",
-        "(|xi1| + controller.least_xi)^(p1/q1 - 1)",
+        "(|xi1| + controller.reaching.least_surface)^(p1/q1 - 1)",
     ),
     Erratum(
         "(22)",

@@ -1,0 +1,31 @@
+"""A law's pull on its surfaces, taken at the sample."""
+
+from typing import Annotated, NamedTuple
+
+from hydroservo import ops
+from hydroservo.block import Field
+from hydroservo.signals import Pull
+from hydroservo.sources import CHOSEN
+
+__all__ = ["ExplicitReaching"]
+
+
+class ExplicitReaching(NamedTuple):
+    """k s + eps |s|^a sgn(s) at the measured surface (forward Euler).
+
+    Its slope k + a eps |s|^(a-1), singular at s = 0, is taken at |s| + ``least_surface``.
+
+    Source: eqs. (21)-(22) of doi:10.1007/s42401-021-00087-w.
+    Fails where k times the sample period nears 1, and chatters within about (eps dt)^(1/(1-a)) of s = 0.
+    """
+
+    least_surface: Annotated[
+        float, Field("m/s", "keeps |xi1|^(a1-1) finite in the slope", CHOSEN, above=0)
+    ] = 1e-4
+
+    def first(self, s: float, k: float, eps: float, a: float, dt: float) -> Pull:
+        slope = a * ops.power(ops.absolute(s) + self.least_surface, a - 1.0)
+        return Pull(k * s + eps * ops.signed_power(s, a), k + eps * slope)
+
+    def second(self, s: float, k: float, eps: float, a: float, dt: float) -> float:
+        return k * s + eps * ops.signed_power(s, a)

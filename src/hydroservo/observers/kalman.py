@@ -1,0 +1,177 @@
+"""A steady-state Kalman filter for both states and both lumped disturbances."""
+
+import math
+from typing import Annotated, Any, NamedTuple
+
+from hydroservo import ops
+from hydroservo.block import Field
+from hydroservo.errors import ParameterError
+from hydroservo.plants.design_model import DesignModel
+from hydroservo.signals import Measurement
+from hydroservo.sources import CHOSEN
+
+__all__ = ["KalmanObserver", "KalmanObserverState"]
+
+COMPUTED = "a Riccati equation"
+
+
+class KalmanObserverState(NamedTuple):
+    """Estimates at this sample. The surfaces s1 and s2, which a law expects of an observer, are 0."""
+
+    s1: Annotated[float, Field("m/s", "0: no observer surface s1")]
+    s2: Annotated[float, Field("N", "0: no observer surface s2")]
+    d1: Annotated[float, Field("m/s^2", "estimate of the lumped disturbance d_L1")]
+    d2: Annotated[float, Field("N/s", "estimate of the lumped disturbance d_L2")]
+    velocity: Annotated[float, Field("m/s", "estimated velocity, which the law takes")]
+    load_force: Annotated[float, Field("N", "estimated load force, which the law takes")]
+
+
+class Motion(NamedTuple):
+    """The two states of the nominal model, or their rates."""
+
+    velocity: float
+    load_force: float
+
+
+class KalmanObserver(NamedTuple):
+    """Estimates of velocity, load force and both lumped disturbances from noisy measurements.
+
+    With x = [x1, x2, d_L1, d_L2], the disturbances random walks of intensity q_i, and white measurement noise
+    of rms r_i per sample::
+
+        prediction  dx1/dt = f1 + g1 x2 + d1,  dx2/dt = f2 + g2 u + d2 over the period just ended
+        correction  x := x + L [y1 - x1, y2 - x2]
+
+    L is the steady-state gain for the nominal model linearised at rest, computed before a run from q_i, r_i,
+    the model and the sample period. The prediction is the nonlinear model under the mean command applied, in
+    one Runge-Kutta step. The filter starts at the first measurement, and anew after a sample that was not a
+    number. The law takes the estimates in place of the measurements.
+
+    Source: Franklin, Powell, Workman, Digital Control of Dynamic Systems, 1998, sec. 9.4 (the gain) and
+    sec. 8.5 (disturbances as states).
+    Fails where noise is not white, as after quantisation that is coarse against the motion, and lags behind a
+    disturbance that jumps by about the filter's own time, which q_i/r_i sets.
+    """
+
+    disturbance_1: Annotated[
+        float, Field("m/s^(5/2)", "intensity q1 of d_L1's random walk [m/s^2 per root s]", CHOSEN, above=0)
+    ] = 100.0
+    disturbance_2: Annotated[
+        float, Field("N/s^(3/2)", "intensity q2 of d_L2's random walk [N/s per root s]", CHOSEN, above=0)
+    ] = 1e6
+    velocity_noise: Annotated[float, Field("m/s", "rms r1 of the velocity's noise", CHOSEN, above=0)] = 5e-4
+    load_force_noise: Annotated[float, Field("N", "rms r2 of the load force's noise", CHOSEN, above=0)] = 5.0
+    gain_11: Annotated[float, Field("", "gain of y1 on x1", COMPUTED, derived=True)] = 0.0
+    gain_12: Annotated[float, Field("m/(s N)", "gain of y2 on x1", COMPUTED, derived=True)] = 0.0
+    gain_21: Annotated[float, Field("N s/m", "gain of y1 on x2", COMPUTED, derived=True)] = 0.0
+    gain_22: Annotated[float, Field("", "gain of y2 on x2", COMPUTED, derived=True)] = 0.0
+    gain_31: Annotated[float, Field("1/s", "gain of y1 on d1", COMPUTED, derived=True)] = 0.0
+    gain_32: Annotated[float, Field("m/(s^2 N)", "gain of y2 on d1", COMPUTED, derived=True)] = 0.0
+    gain_41: Annotated[float, Field("N/m", "gain of y1 on d2", COMPUTED, derived=True)] = 0.0
+    gain_42: Annotated[float, Field("1/s", "gain of y2 on d2", COMPUTED, derived=True)] = 0.0
+
+    def init(self) -> KalmanObserverState:
+        return KalmanObserverState(0.0, 0.0, 0.0, 0.0, math.nan, math.nan)
+
+    def step(
+        self, s: KalmanObserverState, model: DesignModel, y: Measurement, dt: float
+    ) -> KalmanObserverState:
+        ahead = self.predicted(s, model, y.command, dt)
+        lost = ops.isnan(ahead.velocity) or ops.isnan(ahead.load_force)
+        miss1 = ops.where(lost, 0.0, y.velocity - ahead.velocity)
+        miss2 = ops.where(lost, 0.0, y.load_force - ahead.load_force)
+        return KalmanObserverState(
+            s1=0.0,
+            s2=0.0,
+            d1=ops.where(lost, 0.0, s.d1 + self.gain_31 * miss1 + self.gain_32 * miss2),
+            d2=ops.where(lost, 0.0, s.d2 + self.gain_41 * miss1 + self.gain_42 * miss2),
+            velocity=ops.where(
+                lost, y.velocity, ahead.velocity + self.gain_11 * miss1 + self.gain_12 * miss2
+            ),
+            load_force=ops.where(
+                lost, y.load_force, ahead.load_force + self.gain_21 * miss1 + self.gain_22 * miss2
+            ),
+        )
+
+    def predicted(self, s: KalmanObserverState, model: DesignModel, u: float, dt: float) -> Motion:
+        """Where the nominal model goes in one period from the last estimate (classical Runge-Kutta)."""
+        drive = s.d2 + model.g2(s.load_force, u) * u
+        k1 = self.rates(model, s, drive, s.velocity, s.load_force)
+        half = 0.5 * dt
+        k2 = self.rates(model, s, drive, s.velocity + half * k1.velocity, s.load_force + half * k1.load_force)
+        k3 = self.rates(model, s, drive, s.velocity + half * k2.velocity, s.load_force + half * k2.load_force)
+        k4 = self.rates(model, s, drive, s.velocity + dt * k3.velocity, s.load_force + dt * k3.load_force)
+        sixth = dt / 6.0
+        return Motion(
+            s.velocity + sixth * (k1.velocity + 2.0 * (k2.velocity + k3.velocity) + k4.velocity),
+            s.load_force + sixth * (k1.load_force + 2.0 * (k2.load_force + k3.load_force) + k4.load_force),
+        )
+
+    def rates(self, model: DesignModel, s: KalmanObserverState, drive: float, x1: float, x2: float) -> Motion:
+        return Motion(model.f1(x1) + model.g1() * x2 + s.d1, model.f2(x1, x2) + drive)
+
+    def designed(self, model: DesignModel, period: float) -> "KalmanObserver":
+        """The filter with its steady-state gains for a model and a sample period [s].
+
+        Raises:
+            ParameterError: there is no steady state, or it is out of the reach of floating-point numbers.
+        """
+        gain = steady_gain(self, model, period)
+        if not (abs(gain) < math.inf).all():
+            noises = (self.disturbance_1, self.disturbance_2, self.velocity_noise, self.load_force_noise)
+            raise ParameterError("KalmanObserver", noises, "has no steady state at this sample period")
+        names = ("gain_11", "gain_12", "gain_21", "gain_22", "gain_31", "gain_32", "gain_41", "gain_42")
+        return self._replace(**dict(zip(names, gain.ravel().tolist(), strict=True)))
+
+
+def steady_gain(observer: KalmanObserver, model: DesignModel, period: float) -> Any:
+    """L of shape (4, 2), from the discrete algebraic Riccati equation; nan where there is none.
+
+    States are scaled by what their noise makes of them in a period, so that metres per second and newtons
+    per second go together.
+    """
+    import numpy as np
+    from scipy.linalg import solve_discrete_are
+
+    noise = np.array([observer.velocity_noise, observer.load_force_noise])
+    walk = np.array([observer.disturbance_1, observer.disturbance_2]) * math.sqrt(period)
+    scale = np.concatenate([noise, walk])
+    seen = np.eye(2, 4)
+    with np.errstate(all="ignore"):
+        try:
+            transition, added = sampled(rates_of(model) * scale / scale[:, np.newaxis], period)
+            spread = solve_discrete_are(transition.T, seen.T, added, np.eye(2))
+            gain = spread @ seen.T @ np.linalg.inv(seen @ spread @ seen.T + np.eye(2))
+        except (np.linalg.LinAlgError, ValueError):
+            return np.full((4, 2), np.nan)
+    return gain * scale[:, np.newaxis] / noise
+
+
+def rates_of(model: DesignModel) -> Any:
+    """d/dt of [x1, x2, d_L1, d_L2] at rest, as a matrix."""
+    import numpy as np
+
+    rates = np.zeros((4, 4))
+    rates[0] = [model.f1(1.0), model.g1(), 1.0, 0.0]
+    rates[1] = [model.f2(1.0, 0.0), model.f2(0.0, 1.0), 0.0, 1.0]
+    return rates
+
+
+def sampled(rates: Any, period: float) -> tuple[Any, Any]:
+    """The transition over a period, and the covariance that unit walks of both disturbances add in it.
+
+    Both come from one matrix exponential: Van Loan, IEEE Trans. Automatic Control 23(3), 1978.
+
+    Raises:
+        ValueError: the rates are not finite.
+    """
+    import numpy as np
+    from scipy.linalg import expm
+
+    intensity = np.diag([0.0, 0.0, 1.0, 1.0]) / period
+    both = expm(np.block([[-rates, intensity], [np.zeros((4, 4)), rates.T]]) * np.float64(period))
+    transition = both[4:, 4:].T
+    added = transition @ both[:4, 4:]
+    if not np.isfinite(added).all():
+        raise ValueError("rates beyond floating-point numbers")
+    return transition, 0.5 * (added + added.T)
