@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from hypothesis.strategies import SearchStrategy
 from roles import ROLES, playing
 
-from hydroservo.block import Block, Realisation, is_block, leaves, replace
+from hydroservo.block import Block, Reaching, Realisation, is_block, leaves, replace
 from hydroservo.checks import checked, within
 from hydroservo.field import Field, declared_fields
 from hydroservo.holds import HeldTwice
@@ -150,9 +150,9 @@ def argument(role: type, name: str, ordinary: bool) -> SearchStrategy[Any]:
         return MADE[name](spread)
     if name in RECORDS:
         return state(RECORDS[name](*(1.0 for _ in RECORDS[name]._fields)), ordinary)
-    if role is Realisation and name == "s":
+    if role in (Reaching, Realisation) and name == "s":
         return signal(1e-3, ordinary)
-    if role is Realisation and name == "a":
+    if role in (Reaching, Realisation) and name == "a":
         return st.floats(0.2, 0.8) if ordinary else st.floats(0.01, 0.99)
     if name not in SCALES:
         raise LookupError(f"{role.__name__} has an argument {name!r} that the contract does not know")

@@ -84,5 +84,5 @@ def power_root(rhs: float, linear: float, factor: float, a: float) -> float:
     w = power(right / linear, a)
     for _ in range(NEWTON_STEPS):
         sigma = power(w, 1.0 / a)
-        w = w * ((1.0 - a) * linear * sigma + a * right) / (linear * sigma + a * factor * w)
+        w = w * ((1.0 - a) * linear * sigma + a * right) / (linear * sigma + a * factor * w + LEAST_NORMAL)
     return where(rhs > 0.0, minimum(power(w, 1.0 / a), right), 0.0)
