@@ -16,6 +16,7 @@ from hydroservo.field import Field, declared_fields
 from hydroservo.signals import Correction, Demand, Draws, MachineOutputs, Measurement, PortFlows, Pressures
 
 __all__ = [
+    "Accumulator",
     "Block",
     "Controller",
     "Differentiator",
@@ -131,6 +132,12 @@ class Supply(Protocol):
     def deriv(self, s: Block, drawn: float) -> Block: ...
     def pressures(self, s: Block) -> Pressures: ...
     def simplified(self) -> Block: ...
+
+
+class Accumulator(Protocol):
+    """What a supply line stores besides its oil: volume per pressure [m^3/Pa] at a gauge pressure [Pa]."""
+
+    def compliance(self, pressure: float) -> float: ...
 
 
 class Oil(Protocol):
