@@ -25,7 +25,7 @@ class NoAccumulator(NamedTuple):
 class GasAccumulator(NamedTuple):
     """A bladder filled with gas, which the oil compresses above the precharge pressure.
 
-    With absolute pressures, precharge p_0, gas volume V_0 at it and polytropic exponent n, p V^n = p_0 V_0^n::
+    With absolute pressures, V_0 the gas volume at the precharge p_0, and p V^n = p_0 V_0^n::
 
         dV_oil/dp = V_0/(n p) (p_0/p)^(1/n)    for p > p_0, else 0
 

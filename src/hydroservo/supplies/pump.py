@@ -36,7 +36,7 @@ class PumpSupply(NamedTuple):
     motor has no integral action, so the load D (p - p_r) costs it the speed D (p - p_r)/(K + B). All starts
     steady with the valve shut, at the pressure where the relief valve takes what the pump delivers.
 
-    Source: Merritt, Hydraulic Control Systems, 1967, chs. 3 (continuity, bulk modulus) and 4 (pumps).
+    Source: Merritt, Hydraulic Control Systems, 1967 (pumps, continuity of a compressed volume).
     Fails where the flow pulsates with the pump's pistons, where the line is long enough for waves, and where
     the pump cannot suck: its losses are proportional to pressure and speed here.
     """

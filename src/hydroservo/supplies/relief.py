@@ -14,7 +14,7 @@ class ReliefValve(NamedTuple):
 
     A datasheet's override dp at a flow Q gives the gradient G = Q/dp.
 
-    Source: Merritt, Hydraulic Control Systems, 1967, ch. 9 (steady state of a relief valve).
+    Source: Merritt, Hydraulic Control Systems, 1967 (pressure control valves in steady state).
     Fails where its spring and mass chatter, and where it reseats below the pressure at which it opened.
     """
 
