@@ -15,6 +15,7 @@ RESPONSE = {
     "valve.frequency_90": "120 Hz",
     "valve.frequency_3db": "100 Hz",
 }
+RATED = {"type": "Orifice.rated", "rated_flow": 1e-3, "rated_drop": 70e5, "rated_opening": 1e-3}
 LITRE_PER_MINUTE = 1e-3 / 60.0
 
 
@@ -64,14 +65,12 @@ def test_arguments_may_be_blocks_from_constructors_too(tmp_path: Path) -> None:
 
 
 def test_a_block_inside_a_default_block_may_come_from_a_constructor() -> None:
-    rated = {"type": "Orifice.rated", "rated_flow": 1e-3, "rated_drop": 70e5, "rated_opening": 1e-3}
-    valve = load_scenario("paper/sine-pi", {**NOMINAL, "valve.orifice": rated}).valve
+    valve = load_scenario("paper/sine-pi", {**NOMINAL, "valve.orifice": RATED}).valve
     assert valve.orifice == Orifice.rated(1e-3, 70e5, 1e-3)
 
 
 def test_a_block_of_one_class_may_come_from_its_constructor() -> None:
-    rated = {"type": "Orifice.rated", "rated_flow": 1e-3, "rated_drop": 70e5, "rated_opening": 1e-3}
-    loop = load_scenario("paper/sine-tsmc", {"controller.model.orifice": rated})
+    loop = load_scenario("paper/sine-tsmc", {"controller.model.orifice": RATED})
     assert loop.controller.model.orifice == Orifice.rated(1e-3, 70e5, 1e-3)
     message = refused({"controller.type": "TSMC", "controller.model.orifice.type": "Orifice.rate"})
     assert "controller.model.orifice.type: 'Orifice.rate' must be Orifice or Orifice.rated" in message
@@ -101,6 +100,9 @@ def test_another_type_keeps_only_the_keys_that_it_has_too(tmp_path: Path) -> Non
         ({"valve.frequency_90": 0}, "valve.frequency_90: 0 must be a finite number above 0 [Hz]"),
         ({"valve.frequency_90": "1 m"}, "valve.frequency_90: '1 m' does not convert to Hz"),
         ({"valve.frequency_3db": "160 kHz"}, "valve: frequency_3db = 160000.0: must be below 1.55 times"),
+        ({"valve.frequency_90": 1e308}, "valve: natural_frequency = inf: must be a finite number above 0"),
+        ({"valve.orifice": {**RATED, "rated_opening": 1e-320, "rated_drop": 1e-320}}, "valve.orifice: "),
+        ({"valve.orifice": {**RATED, "rated_flow": 1e308}}, "valve.orifice: area_gradient = inf: must be"),
         ({"valve.type": "SecondOrderValve.from_responses"}, "; did you mean SecondOrderValve.from_response?"),
         ({"valve.type": "SecondOrderValve.init"}, "'SecondOrderValve.init' must be one of FirstOrderValve, "),
         ({"valve.type": "SecondOrderValve._make"}, "'SecondOrderValve._make' must be one of FirstOrderValve"),

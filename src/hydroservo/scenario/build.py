@@ -6,7 +6,7 @@ from functools import cache
 from typing import Any, get_args, get_type_hints
 
 from hydroservo.block import Block
-from hydroservo.checks import allowed, number
+from hydroservo.checks import allowed, checked, number
 from hydroservo.errors import ParameterError
 from hydroservo.field import Field, declared_fields
 from hydroservo.plants.design_model import DesignModel
@@ -46,8 +46,8 @@ def block(hint: Any, default: Block | None, table: Table, nominal: DesignModel |
             raise table.entry(name).unknown(name, base)
     values = {name: member(maker, name, value, table, nominal) for name, value in base.items()}
     try:
-        return maker(**values)
-    except ParameterError as error:  # of a constructor whose arguments do not fit each other
+        return checked(maker(**values))
+    except (ParameterError, ArithmeticError) as error:  # a constructor's arguments do not fit each other
         raise table.error(str(error)) from None
 
 

@@ -93,18 +93,9 @@ class FourEdges(NamedTuple):
     ) -> "FourEdges":
         """The edges that pass a datasheet's rated flow and null leakage.
 
-        Args:
-            rated_flow: flow out of port A without load [m^3/s].
-            rated_drop: pressure drop over both edges together [Pa]; 70 bar for servo valves, 10 bar for
-                proportional ones.
-            rated_opening: spool position at the rated flow [m].
-            null_leakage: flow from P to T with the spool at 0 and A and B blocked [m^3/s].
-            supply_pressure: the drop from P to T at which it leaks that [Pa].
-            lap: overlap of each edge [m], underlap if negative.
-            transition_drop: drop over an edge below which the flow is laminar [Pa].
-            area_ratio_b: area of the edges of port B over that of port A's.
-            discharge_coefficient: C_d.
-            density: of the oil [kg/m^3].
+        Rated drops are over both edges together, usually 70 bar for servo valves and 10 bar for proportional
+        ones. The rated flow is that out of port A without load, the null leakage that from P to T with the
+        spool at 0 and the ports blocked. Area gradient and clearance are found so that both come out.
 
         Raises:
             ParameterError: the spool does not open at its rated position, or no clearance leaks that much.
@@ -123,9 +114,7 @@ class FourEdges(NamedTuple):
         clearance = rising_root(share, null_leakage / rated_flow, rated_opening + abs(lap))
         if clearance is None:
             least, most = (rated_flow * share(c) for c in (0.0, rated_opening + abs(lap)))
-            allowed = (
-                f"must be at least {least:.3g} and below {most:.3g} [m^3/s] with this lap and rated flow"
-            )
+            allowed = f"must be from {least:.3g} to {most:.3g} [m^3/s] with this lap and rated flow"
             raise ParameterError("null_leakage", null_leakage, allowed)
         edges = of_unit_gradient(clearance)
         return edges._replace(area_gradient=rated_flow / edges.flow(rated_opening, rated_drop, 0.0))

@@ -46,13 +46,8 @@ class Orifice(NamedTuple):
     ) -> "Orifice":
         """The edges that pass a datasheet's rated flow.
 
-        Args:
-            rated_flow: load flow without load [m^3/s].
-            rated_drop: pressure drop over both edges together [Pa]; 70 bar for servo valves, 10 bar for
-                proportional ones.
-            rated_opening: spool position at the rated flow [m].
-            discharge_coefficient: C_d.
-            density: of the oil [kg/m^3].
+        Rated drops are over both edges together, usually 70 bar for servo valves and 10 bar for proportional
+        ones.
         """
         edges = cls(discharge_coefficient, 1.0, density)
         return edges._replace(area_gradient=rated_flow / edges.flow(rated_opening, rated_drop, 0.0))

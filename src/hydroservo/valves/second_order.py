@@ -73,33 +73,17 @@ class SecondOrderValve(NamedTuple):
         The lag is 90 degrees at wn, so wn = 2 pi f_90; with r = f_3dB/f_90, the amplitude is 1/sqrt(2) at
         f_3dB for zeta^2 = (2 - (1 - r^2)^2)/(4 r^2).
 
-        Args:
-            frequency_90: frequency of -90 degrees [Hz].
-            frequency_3db: frequency of -3 dB [Hz].
-            gain: servo valve gain [m/V].
-            max_opening: spool limit [m].
-            slew_limit: largest speed of the spool [m/s].
-            hysteresis: full width, as an opening [m].
-            orifice: the metering edges.
-
         Raises:
             ParameterError: no second-order spool has these two frequencies.
         """
         ratio = frequency_3db / frequency_90
         beyond = 1.0 - ratio * ratio
-        damping_squared = (2.0 - beyond * beyond) / (4.0 * ratio * ratio) if ratio > 0.0 else math.inf
-        if not 0.0 < damping_squared < math.inf:
+        left = 2.0 - beyond * beyond
+        if not (ratio > 0.0 and left > 0.0):
             allowed = "must be below 1.55 times frequency_90: no damping gives a second-order spool more"
             raise ParameterError("frequency_3db", frequency_3db, allowed)
-        return cls(
-            gain,
-            2.0 * math.pi * frequency_90,
-            math.sqrt(damping_squared),
-            max_opening,
-            slew_limit,
-            hysteresis,
-            orifice,
-        )
+        wn, damping_ratio = 2.0 * math.pi * frequency_90, 0.5 * math.sqrt(left) / ratio
+        return cls(gain, wn, damping_ratio, max_opening, slew_limit, hysteresis, orifice)
 
     def init(self) -> SecondOrderValveState:
         return SecondOrderValveState(0.0, 0.0)
