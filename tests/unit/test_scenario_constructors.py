@@ -138,6 +138,10 @@ class Fixed(NamedTuple):
     def walking(cls, stride: Annotated[float, Field("m", "stride", above=0)], rate: float = 2) -> "Fixed":
         return cls(stride * rate)
 
+    @classmethod
+    def undeclared(cls, stride) -> "Fixed":
+        return cls(stride)
+
     def at(self, t):
         return Demand(self.value, 0.0, 0.0)
 """)
@@ -146,3 +150,5 @@ class Fixed(NamedTuple):
         "paper/sine-pi", {"reference.type": "Fixed.walking", "reference.stride": "70 cm"}
     ).reference
     assert reference.value == pytest.approx(1.4)
+    message = refused({"reference.type": "Fixed.undeclared", "reference.stride": 1})
+    assert "reference.stride: 1 cannot be a block's parameter" in message

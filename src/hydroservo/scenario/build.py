@@ -78,7 +78,7 @@ def defaults(maker: Maker) -> dict[str, Any]:
 
 def member(maker: Maker, name: str, default: Any, table: Table, nominal: DesignModel | None) -> Any:
     """The value of one argument: a block, a recorded signal or a number."""
-    hint = hints(maker)[name]
+    hint = hints(maker).get(name)
     field = declared_fields(maker).get(name, NO_FIELD)
     if hint is TimeSeries:
         return recorded(table.table(name), field)

@@ -26,9 +26,7 @@ from hydroservo.scenario.tables import Entry
 
 __all__ = ["Maker", "maker_in_role", "makers", "misfit", "names_in_role"]
 
-Maker = Callable[
-    ..., Any
-]  # of a block: a class, or a classmethod of one whose arguments are declared as fields
+Maker = Callable[..., Any]  # a block's class, or a classmethod of it whose arguments are declared as fields
 
 PACKAGES = (
     controllers,
