@@ -5,7 +5,7 @@ Docstrings write an absolute value as it is read, ``|s|``; reStructuredText woul
 
 import inspect
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -34,12 +34,9 @@ CODE_OR_BAR = re.compile(r"``.*?``|\|")
 
 def rows(maker: Callable[..., Any]) -> Iterator[Row]:
     """One row for each field of a block or state class, or argument of a constructor, in declared order."""
-    fields = declared_fields(maker)
-    for name, argument in inspect.signature(maker).parameters.items():
-        default, field = (
-            argument.default if argument.default is not argument.empty else None,
-            fields.get(name),
-        )
+    fields, known = declared_fields(maker), defaults(maker)
+    for name in inspect.signature(maker).parameters:
+        default, field = known.get(name), fields.get(name)
         if is_block(default):
             yield Row(name, type(default).__name__, "", "", f"nested block, a {role(maker, name)}", "")
         elif name == "as_printed":
@@ -48,6 +45,14 @@ def rows(maker: Callable[..., Any]) -> Iterator[Row]:
             yield Row(name, written(default), "", "", "nested", "")
         else:
             yield Row(name, written(default), field.unit, bounds(field), field.meaning, field.source)
+
+
+def defaults(maker: Callable[..., Any]) -> Mapping[str, Any]:
+    """The defaults of fields or arguments; autodoc has replaced those in a signature by their text."""
+    if is_record(maker):
+        return maker._field_defaults  # type: ignore[attr-defined, no-any-return]
+    names, values = [*inspect.signature(maker).parameters], maker.__defaults__ or ()  # type: ignore[attr-defined]
+    return dict(zip(names[len(names) - len(values) :], values, strict=True))
 
 
 def role(maker: Callable[..., Any], name: str) -> str:
@@ -74,7 +79,7 @@ def table(maker: Callable[..., Any]) -> list[str]:
     found = list(rows(maker))
     if not found:
         return []
-    state = is_record(maker) and not maker._field_defaults  # type: ignore[attr-defined]
+    state = is_record(maker) and not defaults(maker)
     lines = [tuple(getattr(row, name) for name in STATE) for row in found] if state else found
     header = STATE if state else PARAMETERS
     body = [cell for line in (header, *lines) for cell in listed(line)]

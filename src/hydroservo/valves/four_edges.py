@@ -31,7 +31,7 @@ TransitionDrop = Annotated[
 AreaRatioB = Annotated[
     float, Field("", "area of the edges of port B over that of port A's", "symmetric", above=0)
 ]
-NullLeakage = Annotated[float, Field("m^3/s", "flow from P to T at null, ports blocked", "none", at_least=0)]
+NullLeakage = Annotated[float, Field("m^3/s", "flow from P to T at null, ports blocked", CHOSEN, at_least=0)]
 NullPressure = Annotated[
     float, Field("Pa", "drop from P to T at which the null leakage is given", TSMC_EHA_2021, above=0)
 ]
