@@ -6,6 +6,7 @@ import pytest
 
 from hydroservo import ScenarioError
 from hydroservo.scenario import load_plugin, load_scenario, plugins
+from hydroservo.supplies import GasAccumulator
 from hydroservo.valves import FirstOrderValve, FourEdges, Orifice, SecondOrderValve
 
 NOMINAL = {"uncertainty.scale": 0}
@@ -152,3 +153,18 @@ class Fixed(NamedTuple):
     assert reference.value == pytest.approx(1.4)
     message = refused({"reference.type": "Fixed.undeclared", "reference.stride": 1})
     assert "reference.stride: 1 cannot be a block's parameter" in message
+
+
+def test_a_pump_as_its_datasheet_has_it() -> None:
+    changes = {
+        "supply.type": "PumpSupply",
+        "supply.displacement": "2 cm^3/rev",
+        "supply.demanded_speed": "1500 rpm",
+        "supply.relief.gradient": "1.5 L/min/bar",
+        "supply.accumulator.type": "GasAccumulator",
+        "supply.accumulator.precharge": "28 bar",
+    }
+    supply = load_scenario("paper/sine-pi", {**NOMINAL, **changes}).supply
+    assert supply.displacement * supply.demanded_speed == pytest.approx(3.0 * LITRE_PER_MINUTE, rel=1e-14)
+    assert supply.relief.gradient == pytest.approx(1.5 * LITRE_PER_MINUTE / 1e5, rel=1e-14)
+    assert supply.accumulator == GasAccumulator(precharge=28e5)
