@@ -1,10 +1,11 @@
-"""Adds to each documented block and state the table of its declared numbers and nested blocks.
+"""Adds to each documented block, constructor and state the table of its declared numbers and nested blocks.
 
 Docstrings write an absolute value as it is read, ``|s|``; reStructuredText would take it for a substitution.
 """
 
+import inspect
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -31,13 +32,13 @@ STATE = ("name", "unit", "meaning")
 CODE_OR_BAR = re.compile(r"``.*?``|\|")
 
 
-def rows(cls: type) -> Iterator[Row]:
-    """One row for each field of a block or state class, in declared order."""
-    fields, defaults = declared_fields(cls), cls._field_defaults  # type: ignore[attr-defined]
-    for name in cls._fields:  # type: ignore[attr-defined]
-        default, field = defaults.get(name), fields.get(name)
+def rows(maker: Callable[..., Any]) -> Iterator[Row]:
+    """One row for each field of a block or state class, or argument of a constructor, in declared order."""
+    fields, known = declared_fields(maker), defaults(maker)
+    for name in inspect.signature(maker).parameters:
+        default, field = known.get(name), fields.get(name)
         if is_block(default):
-            yield Row(name, type(default).__name__, "", "", f"nested block, a {role(cls, name)}", "")
+            yield Row(name, type(default).__name__, "", "", f"nested block, a {role(maker, name)}", "")
         elif name == "as_printed":
             yield Row(name, "false", "", "true or false", "the print to the letter", "")
         elif field is None:
@@ -46,8 +47,16 @@ def rows(cls: type) -> Iterator[Row]:
             yield Row(name, written(default), field.unit, bounds(field), field.meaning, field.source)
 
 
-def role(cls: type, name: str) -> str:
-    hint = cls.__annotations__[name]
+def defaults(maker: Callable[..., Any]) -> Mapping[str, Any]:
+    """The defaults of fields or arguments; autodoc has replaced those in a signature by their text."""
+    if is_record(maker):
+        return maker._field_defaults  # type: ignore[attr-defined, no-any-return]
+    names, values = [*inspect.signature(maker).parameters], maker.__defaults__ or ()  # type: ignore[attr-defined]
+    return dict(zip(names[len(names) - len(values) :], values, strict=True))
+
+
+def role(maker: Callable[..., Any], name: str) -> str:
+    hint = maker.__annotations__[name]
     return str(getattr(hint, "__name__", hint))
 
 
@@ -65,12 +74,12 @@ def bounds(field: Field) -> str:
     return ", ".join(found if field.auto is None else [*found, 'or "auto"'])
 
 
-def table(cls: type) -> list[str]:
-    """The rows of a class as a reStructuredText list-table; nothing for a class without fields."""
-    found = list(rows(cls))
+def table(maker: Callable[..., Any]) -> list[str]:
+    """The rows of a class or constructor as a reStructuredText list-table; nothing where there are none."""
+    found = list(rows(maker))
     if not found:
         return []
-    state = not cls._field_defaults  # type: ignore[attr-defined]
+    state = is_record(maker) and not defaults(maker)
     lines = [tuple(getattr(row, name) for name in STATE) for row in found] if state else found
     header = STATE if state else PARAMETERS
     body = [cell for line in (header, *lines) for cell in listed(line)]
@@ -90,6 +99,11 @@ def linked(text: str) -> str:
 
 def is_record(thing: Any) -> bool:
     return isinstance(thing, type) and issubclass(thing, tuple) and hasattr(thing, "_fields")
+
+
+def is_constructor(thing: Any) -> bool:
+    """True for a classmethod whose arguments are declared as a block's fields."""
+    return inspect.ismethod(thing) and is_record(thing.__self__) and bool(declared_fields(thing))
 
 
 def escaped(lines: list[str]) -> Iterator[str]:
@@ -112,7 +126,7 @@ def escaped(lines: list[str]) -> Iterator[str]:
 
 def complete(app: Sphinx, what: str, name: str, thing: Any, options: Any, lines: list[str]) -> None:
     lines[:] = escaped(lines)
-    if is_record(thing):
+    if is_record(thing) or is_constructor(thing):
         lines += table(thing)
 
 
@@ -120,7 +134,8 @@ def drop_signature(
     app: Sphinx, what: str, name: str, thing: Any, options: Any, signature: str, returns: str
 ) -> tuple[str, str] | None:
     """The table says what a block takes, and nobody calls a role."""
-    return ("", "") if is_record(thing) or getattr(thing, "_is_protocol", False) else None
+    told = is_record(thing) or is_constructor(thing) or getattr(thing, "_is_protocol", False)
+    return ("", "") if told else None
 
 
 def skip_fields(app: Sphinx, what: str, name: str, thing: Any, skip: bool, options: Any) -> bool | None:

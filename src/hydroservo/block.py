@@ -25,6 +25,7 @@ from hydroservo.signals import (
 )
 
 __all__ = [
+    "Accumulator",
     "Block",
     "Controller",
     "Differentiator",
@@ -156,6 +157,12 @@ class Supply(Protocol):
     def deriv(self, s: Block, drawn: float) -> Block: ...
     def pressures(self, s: Block) -> Pressures: ...
     def simplified(self) -> Block: ...
+
+
+class Accumulator(Protocol):
+    """What a supply line stores besides its oil: volume per pressure [m^3/Pa] at a gauge pressure [Pa]."""
+
+    def compliance(self, pressure: float) -> float: ...
 
 
 class Oil(Protocol):

@@ -7,6 +7,7 @@ from types import FunctionType
 from typing import Any, Protocol
 
 from hydroservo.block import (
+    Accumulator,
     Controller,
     Differentiator,
     EndStops,
@@ -54,7 +55,12 @@ class Model(Protocol):
     def g2(self, load_force: float, command: float) -> float: ...
 
 
+class Relief(Protocol):
+    def flow(self, pressure: float) -> float: ...
+
+
 ROLES: tuple[type, ...] = (
+    Accumulator,
     Controller,
     Differentiator,
     EndStops,
@@ -71,6 +77,7 @@ ROLES: tuple[type, ...] = (
     Reaching,
     Realisation,
     Reference,
+    Relief,
     Sensors,
     Supply,
     Valve,

@@ -1,10 +1,12 @@
 """Blocks from tables."""
 
+import inspect
+from collections.abc import Hashable
 from functools import cache
 from typing import Any, get_args, get_type_hints
 
 from hydroservo.block import Block
-from hydroservo.checks import allowed, number
+from hydroservo.checks import allowed, checked, number
 from hydroservo.errors import ParameterError
 from hydroservo.field import Field, declared_fields
 from hydroservo.plants.design_model import DesignModel
@@ -12,7 +14,7 @@ from hydroservo.scenario.names import one_of
 from hydroservo.scenario.plugins import is_block_class
 from hydroservo.scenario.quantities import si_value
 from hydroservo.scenario.recordings import recorded
-from hydroservo.scenario.registry import class_in_role, names_in_role
+from hydroservo.scenario.registry import Maker, maker_in_role, makers, names_in_role
 from hydroservo.scenario.tables import Entry, Table
 from hydroservo.time_series import TimeSeries
 
@@ -36,38 +38,48 @@ def block(hint: Any, default: Block | None, table: Table, nominal: DesignModel |
     """
     if hint is DesignModel and nominal is not None:
         default = nominal
-    cls = block_class(hint, default, table)
-    table = table.retyped(type(default).__name__, cls._fields)
+    maker = maker_of(hint, default, table)
+    base = default._asdict() if default is not None and type(default) is maker else defaults(maker)
+    table = table.retyped(type(default).__name__, base)
     for name in table.names():
-        if name not in (*cls._fields, "type"):
-            raise table.entry(name).unknown(name, cls._fields)
-    base = default._asdict() if default is not None and type(default) is cls else cls._field_defaults
-    return cls(**{name: member(cls, name, base.get(name), table, nominal) for name in cls._fields})
+        if name not in (*base, "type"):
+            raise table.entry(name).unknown(name, base)
+    values = {name: member(maker, name, value, table, nominal) for name, value in base.items()}
+    try:
+        return checked(maker(**values))
+    except (ParameterError, ArithmeticError) as error:  # a constructor's arguments do not fit each other
+        raise table.error(str(error)) from None
 
 
-def block_class(hint: Any, default: Block | None, table: Table) -> Any:
-    """The class that a table's ``type`` names; without one, that of the default."""
+def maker_of(hint: Any, default: Block | None, table: Table) -> Maker:
+    """The class or constructor that a table's ``type`` names; without one, the class of the default."""
     if not table.has("type"):
         if default is not None:
             return type(default)
         raise table.error(f"a type is needed; it {one_of('', type_names(hint))}")
     entry = table.entry("type")
     if is_role(hint):
-        return class_in_role(hint, entry)
-    cls = hint if is_block_class(hint) else type(default)
-    if entry.value != cls.__name__:
-        raise entry.error(f"must be {cls.__name__}")
-    return cls
+        return maker_in_role(hint, entry)
+    found = makers(hint if is_block_class(hint) else type(default))
+    if not isinstance(entry.value, str) or entry.value not in found:
+        raise entry.error(f"must be {' or '.join(found)}")
+    return found[entry.value]
 
 
 def type_names(hint: Any) -> list[str]:
     return names_in_role(hint) if is_role(hint) else [getattr(hint, "__name__", str(hint))]
 
 
-def member(cls: type, name: str, default: Any, table: Table, nominal: DesignModel | None) -> Any:
-    """The value of one field: a block, a recorded signal or a number."""
-    hint = hints(cls)[name]
-    field = declared_fields(cls).get(name, NO_FIELD)
+def defaults(maker: Maker) -> dict[str, Any]:
+    """The default of each argument, in order; None where there is none."""
+    parameters = inspect.signature(maker).parameters
+    return {name: None if p.default is p.empty else p.default for name, p in parameters.items()}
+
+
+def member(maker: Maker, name: str, default: Any, table: Table, nominal: DesignModel | None) -> Any:
+    """The value of one argument: a block, a recorded signal or a number."""
+    hint = hints(maker).get(name)
+    field = declared_fields(maker).get(name, NO_FIELD)
     if hint is TimeSeries:
         return recorded(table.table(name), field)
     if is_role(hint) or is_block_class(hint) or is_block_class(type(default)):
@@ -112,9 +124,9 @@ def is_role(hint: Any) -> bool:
 
 
 @cache
-def hints(cls: type) -> dict[str, Any]:
-    """The type of each field, without its Field."""
-    found = get_type_hints(cls, include_extras=True)
+def hints(maker: Hashable) -> dict[str, Any]:
+    """The type of each argument, without its Field."""
+    found = get_type_hints(maker, include_extras=True)
     return {
         name: get_args(hint)[0] if hasattr(hint, "__metadata__") else hint for name, hint in found.items()
     }

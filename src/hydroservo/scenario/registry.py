@@ -1,8 +1,10 @@
 """Which block classes a scenario may name, and in which role."""
 
 import inspect
+from collections.abc import Callable
 from functools import cache
 from types import FunctionType
+from typing import Any
 
 from hydroservo import (
     controllers,
@@ -22,7 +24,9 @@ from hydroservo.scenario.names import one_of
 from hydroservo.scenario.plugins import is_block_class, plugin_classes
 from hydroservo.scenario.tables import Entry
 
-__all__ = ["class_in_role", "misfit", "names_in_role"]
+__all__ = ["Maker", "maker_in_role", "makers", "misfit", "names_in_role"]
+
+Maker = Callable[..., Any]  # a block's class, or a classmethod of it whose arguments are declared as fields
 
 PACKAGES = (
     controllers,
@@ -40,28 +44,36 @@ PACKAGES = (
 )
 
 
-def class_in_role(role: type, entry: Entry) -> type:
-    """The class that a ``type`` names, among those that have the methods of a role.
+def makers(cls: type) -> dict[str, Maker]:
+    """What makes blocks of a class, by the name that ``type`` gives it: the class, and its constructors."""
+    constructors = (
+        name for name, value in vars(cls).items() if isinstance(value, classmethod) and name[0] != "_"
+    )
+    return {cls.__name__: cls} | {f"{cls.__name__}.{name}": getattr(cls, name) for name in constructors}
+
+
+def maker_in_role(role: type, entry: Entry) -> Maker:
+    """What a ``type`` names, among what makes blocks that have the methods of a role.
 
     Raises:
         ScenarioError: there is none, or more than one.
     """
-    named = [cls for cls in known_classes() if cls.__name__ == entry.value]
+    wanted = entry.value if isinstance(entry.value, str) else ""
+    named = [cls for cls in known_classes() if wanted in makers(cls)]
     fitting = [cls for cls in named if misfit(cls, role) is None]
     if len(fitting) > 1:
         places = " and ".join(cls.__module__ for cls in fitting)
         raise entry.error(f"names two classes, of {places}; rename that of the plugin")
     if fitting:
-        return fitting[0]
+        return makers(fitting[0])[wanted]
     if named:
         raise entry.error(f"cannot be a {role.__name__}: {misfit(named[0], role)}")
-    wrong = entry.value if isinstance(entry.value, str) else ""
-    raise entry.error(one_of(wrong, names_in_role(role)))
+    raise entry.error(one_of(wanted, names_in_role(role)))
 
 
 def names_in_role(role: type) -> list[str]:
     """The names that ``type`` may have in a role."""
-    return sorted({cls.__name__ for cls in known_classes() if misfit(cls, role) is None})
+    return sorted({name for cls in known_classes() if misfit(cls, role) is None for name in makers(cls)})
 
 
 def misfit(cls: type, role: type) -> str | None:

@@ -24,7 +24,7 @@ POWER_SIGN = re.compile(r"\s*(?:\^|\*\*)\s*")
 DIVISION = re.compile(r"/(?![0-9])")  # not that of an exponent
 PRODUCT = re.compile(r"\s*[*·]\s*|\s+")
 SUPERSCRIPTS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")
-PINT_NAMES = {"%": "percent", "°": "degree", "°C": "degC", "°F": "degF"}
+PINT_NAMES = {"%": "percent", "rev": "revolution", "°": "degree", "°C": "degC", "°F": "degF"}
 
 
 @lru_cache(maxsize=1024)

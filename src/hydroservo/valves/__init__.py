@@ -1,13 +1,18 @@
 """Servo valves and their metering edges."""
 
 from hydroservo.valves.first_order import FirstOrderValve, FirstOrderValveState
+from hydroservo.valves.four_edges import FourEdges
 from hydroservo.valves.orifice import Orifice
+from hydroservo.valves.second_order import SecondOrderValve, SecondOrderValveState
 from hydroservo.valves.static import StaticValve, StaticValveState
 
 __all__ = [
     "FirstOrderValve",
     "FirstOrderValveState",
+    "FourEdges",
     "Orifice",
+    "SecondOrderValve",
+    "SecondOrderValveState",
     "StaticValve",
     "StaticValveState",
 ]

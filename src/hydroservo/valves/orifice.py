@@ -6,11 +6,17 @@ from typing import Annotated, NamedTuple
 from hydroservo import ops
 from hydroservo.block import Field
 from hydroservo.signals import PortFlows, Pressures
-from hydroservo.sources import TSMC_EHA_2021
+from hydroservo.sources import DATASHEET, TSMC_EHA_2021
 
 __all__ = ["Orifice"]
 
 ROOT_2 = math.sqrt(2.0)
+
+DischargeCoefficient = Annotated[float, Field("", "discharge coefficient C_d", TSMC_EHA_2021, above=0)]
+Density = Annotated[float, Field("kg/m^3", "oil density rho", TSMC_EHA_2021, above=0)]
+RatedFlow = Annotated[float, Field("m^3/s", "flow at the rated point, without load", DATASHEET, above=0)]
+RatedDrop = Annotated[float, Field("Pa", "rated pressure drop over both edges", DATASHEET, above=0)]
+RatedOpening = Annotated[float, Field("m", "spool position at the rated flow", DATASHEET, above=0)]
 
 
 class Orifice(NamedTuple):
@@ -25,11 +31,26 @@ class Orifice(NamedTuple):
     the spool's centre, where real edges leak or overlap; see FourEdges.
     """
 
-    discharge_coefficient: Annotated[
-        float, Field("", "discharge coefficient C_d", TSMC_EHA_2021, above=0)
-    ] = 0.62
+    discharge_coefficient: DischargeCoefficient = 0.62
     area_gradient: Annotated[float, Field("m", "area gradient w", TSMC_EHA_2021, above=0)] = 0.024
-    density: Annotated[float, Field("kg/m^3", "oil density rho", TSMC_EHA_2021, above=0)] = 850.0
+    density: Density = 850.0
+
+    @classmethod
+    def rated(
+        cls,
+        rated_flow: RatedFlow,
+        rated_drop: RatedDrop,
+        rated_opening: RatedOpening,
+        discharge_coefficient: DischargeCoefficient = 0.62,
+        density: Density = 850.0,
+    ) -> "Orifice":
+        """The edges that pass a datasheet's rated flow.
+
+        Rated drops are over both edges together, usually 70 bar for servo valves and 10 bar for proportional
+        ones.
+        """
+        edges = cls(discharge_coefficient, 1.0, density)
+        return edges._replace(area_gradient=rated_flow / edges.flow(rated_opening, rated_drop, 0.0))
 
     def flow_per_opening(self, drop: float) -> float:
         """Load flow per spool opening at a pressure drop over both edges [m^2/s]."""

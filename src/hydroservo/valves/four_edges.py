@@ -1,0 +1,156 @@
+"""Four metering edges with lap, clearance and a laminar transition."""
+
+import math
+from collections.abc import Callable
+from typing import Annotated, NamedTuple
+
+from hydroservo import ops
+from hydroservo.block import Field
+from hydroservo.errors import ParameterError
+from hydroservo.signals import PortFlows, Pressures
+from hydroservo.sources import CHOSEN, TSMC_EHA_2021
+from hydroservo.valves.orifice import (
+    Density,
+    DischargeCoefficient,
+    Orifice,
+    RatedDrop,
+    RatedFlow,
+    RatedOpening,
+)
+
+__all__ = ["FourEdges"]
+
+ROOT_2 = math.sqrt(2.0)
+LEAST_SQUARE = 1e-60  # [Pa^2] keeps 0/0 away where the transition drop is 0
+
+AreaGradient = Annotated[float, Field("m", "area gradient w of port A's edges", TSMC_EHA_2021, above=0)]
+Lap = Annotated[float, Field("m", "overlap of each edge, underlap if negative", "critical lap")]
+TransitionDrop = Annotated[
+    float, Field("Pa", "drop over an edge below which the flow is laminar", CHOSEN, at_least=0)
+]
+AreaRatioB = Annotated[
+    float, Field("", "area of the edges of port B over that of port A's", "symmetric", above=0)
+]
+NullLeakage = Annotated[float, Field("m^3/s", "flow from P to T at null, ports blocked", CHOSEN, at_least=0)]
+NullPressure = Annotated[
+    float, Field("Pa", "drop from P to T at which the null leakage is given", TSMC_EHA_2021, above=0)
+]
+
+
+def rising_root(function: Callable[[float], float], value: float, most: float) -> float | None:
+    """Where a rising function has a value, in [0, most]; None if nowhere."""
+    from scipy.optimize import brentq
+
+    if not function(0.0) <= value <= function(most):
+        return None
+    return float(brentq(lambda x: function(x) - value, 0.0, most, xtol=1e-24, rtol=1e-15))
+
+
+class FourEdges(NamedTuple):
+    """The edges P-A, A-T, P-B and B-T of a spool, each of which may flow either way.
+
+    A spool at x opens P-A and B-T by e(x) and A-T and P-B by e(-x), and each passes Q under a drop d::
+
+        e(x) = (z + sqrt(z^2 + 4 c^2))/2             z = x - lap, clearance c
+        Q    = C_d w e sqrt(2/rho) d/(d^2 + d_t^2)^(1/4)
+
+    For d far above the transition drop d_t that is the square-root law, far below it is laminar, with a
+    finite slope. An edge that is open by far opens by z, a closed one leaks as one open by c^2/|z| would, and
+    at z = 0 it is open by c. Port B's edges may have another area gradient, for a single rod.
+
+    To a symmetric load, with p_A = (p_s + p_t + p_L)/2 and p_B = (p_s + p_t - p_L)/2, P-A and B-T have the
+    drop (p_s - p_t - p_L)/2 and the others (p_s - p_t + p_L)/2: the same load flow passes both ports.
+
+    Source: Merritt, Hydraulic Control Systems, 1967, ch. 5 (four-way spool valve); the two transitions are
+    chosen here.
+    Fails where the discharge coefficient changes with the opening, and for what a closed edge leaks under
+    other drops than its clearance was found at: that leakage is laminar, so proportional to the drop.
+    """
+
+    discharge_coefficient: DischargeCoefficient = 0.62
+    area_gradient: AreaGradient = 0.024
+    density: Density = 850.0
+    lap: Lap = 0.0
+    clearance: Annotated[
+        float, Field("m", "opening of an edge that is just closed, from leakage", CHOSEN, at_least=0)
+    ] = 1e-6
+    transition_drop: TransitionDrop = 1e5
+    area_ratio_b: AreaRatioB = 1.0
+
+    @classmethod
+    def rated(
+        cls,
+        rated_flow: RatedFlow,
+        rated_drop: RatedDrop,
+        rated_opening: RatedOpening,
+        null_leakage: NullLeakage = 0.0,
+        supply_pressure: NullPressure = 40e5,
+        lap: Lap = 0.0,
+        transition_drop: TransitionDrop = 1e5,
+        area_ratio_b: AreaRatioB = 1.0,
+        discharge_coefficient: DischargeCoefficient = 0.62,
+        density: Density = 850.0,
+    ) -> "FourEdges":
+        """The edges that pass a datasheet's rated flow and null leakage.
+
+        Rated drops are over both edges together, usually 70 bar for servo valves and 10 bar for proportional
+        ones. The rated flow is that out of port A without load, the null leakage that from P to T with the
+        spool at 0 and the ports blocked. Area gradient and clearance are found so that both come out.
+
+        Raises:
+            ParameterError: the spool does not open at its rated position, or no clearance leaks that much.
+        """
+        if not rated_opening > lap:
+            raise ParameterError("rated_opening", rated_opening, f"must be above the lap, {lap:g} [m]")
+
+        def of_unit_gradient(clearance: float) -> "FourEdges":
+            return cls(discharge_coefficient, 1.0, density, lap, clearance, transition_drop, area_ratio_b)
+
+        def share(clearance: float) -> float:
+            edges, half = of_unit_gradient(clearance), 0.5 * supply_pressure
+            leakage = edges.port_flows(0.0, Pressures(supply_pressure, 0.0), half, half).supply
+            return leakage / edges.flow(rated_opening, rated_drop, 0.0)
+
+        clearance = rising_root(share, null_leakage / rated_flow, rated_opening + abs(lap))
+        if clearance is None:
+            least, most = (rated_flow * share(c) for c in (0.0, rated_opening + abs(lap)))
+            allowed = f"must be from {least:.3g} to {most:.3g} [m^3/s] with this lap and rated flow"
+            raise ParameterError("null_leakage", null_leakage, allowed)
+        edges = of_unit_gradient(clearance)
+        return edges._replace(area_gradient=rated_flow / edges.flow(rated_opening, rated_drop, 0.0))
+
+    def flow(self, opening: float, supply_drop: float, load_pressure: float) -> float:
+        """Q_L [m^3/s] to a symmetric load through port A's edges."""
+        forwards = self.uncovered(opening) * self.root(0.5 * (supply_drop - load_pressure))
+        backwards = self.uncovered(-opening) * self.root(0.5 * (supply_drop + load_pressure))
+        return self.conductance() * (forwards - backwards)
+
+    def port_flows(self, opening: float, line: Pressures, pressure_a: float, pressure_b: float) -> PortFlows:
+        """The flows through the four edges [m^3/s]."""
+        forwards = self.conductance() * self.uncovered(opening)
+        backwards = self.conductance() * self.uncovered(-opening)
+        supply_a = forwards * self.root(line.supply - pressure_a)
+        a_tank = backwards * self.root(pressure_a - line.tank)
+        supply_b = self.area_ratio_b * backwards * self.root(line.supply - pressure_b)
+        b_tank = self.area_ratio_b * forwards * self.root(pressure_b - line.tank)
+        return PortFlows(
+            supply_a - a_tank, b_tank - supply_b, supply=supply_a + supply_b, tank=a_tank + b_tank
+        )
+
+    def uncovered(self, opening: float) -> float:
+        """The opening of the edges P-A and B-T [m]; of the other two, that at -opening."""
+        z = opening - self.lap
+        return 0.5 * (z + ops.sqrt(z * z + 4.0 * self.clearance * self.clearance))
+
+    def root(self, drop: float) -> float:
+        """The drop's root [Pa^(1/2)] with its sign, linear below the transition drop."""
+        square = drop * drop + self.transition_drop * self.transition_drop
+        return drop / ops.sqrt(ops.sqrt(ops.maximum(square, LEAST_SQUARE)))
+
+    def conductance(self) -> float:
+        """Flow through an edge per opening and root of its drop, C_d w sqrt(2/rho) [m^2/(s Pa^(1/2))]."""
+        return ROOT_2 * self.discharge_coefficient * self.area_gradient * ops.sqrt(1.0 / self.density)
+
+    def simplified(self) -> Orifice:
+        """What a design model takes them for: critically lapped edges of the same size."""
+        return Orifice(self.discharge_coefficient, self.area_gradient, self.density)

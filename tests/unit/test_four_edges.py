@@ -1,0 +1,131 @@
+"""Four metering edges at points where the answer is plain; what holds everywhere is in the properties."""
+
+import math
+
+import pytest
+
+from hydroservo import ParameterError
+from hydroservo.signals import Pressures
+from hydroservo.valves import FourEdges, Orifice
+
+LITRE_PER_MINUTE = 1e-3 / 60.0
+IDEAL = FourEdges(lap=0.0, clearance=0.0, transition_drop=0.0)
+SERVO = {"rated_flow": 40.0 * LITRE_PER_MINUTE, "rated_drop": 70e5, "rated_opening": 5e-4}
+PROPORTIONAL = {"rated_flow": 100.0 * LITRE_PER_MINUTE, "rated_drop": 10e5, "rated_opening": 3e-3}
+
+
+def null_leakage(edges: FourEdges, supply: float) -> float:
+    """With A and B blocked, where symmetric edges leave half the supply's pressure in both."""
+    flows = edges.port_flows(0.0, Pressures(supply, 0.0), 0.5 * supply, 0.5 * supply)
+    assert flows.a == flows.b == 0.0
+    return flows.supply
+
+
+@pytest.mark.parametrize("opening", [-5e-3, -1e-5, 0.0, 2e-6, 3e-3])
+@pytest.mark.parametrize("load", [-39e5, -1e5, 0.0, 2e5, 40e5])
+def test_ideal_edges_are_the_square_root_law(opening: float, load: float) -> None:
+    assert IDEAL.flow(opening, 40e5, load) == pytest.approx(Orifice().flow(opening, 40e5, load), rel=1e-14)
+    line, ports = Pressures(41e5, 2e5), (21.5e5 + 0.5 * load, 21.5e5 - 0.5 * load)
+    wanted = Orifice().port_flows(opening, line, *ports)
+    assert IDEAL.port_flows(opening, line, *ports) == pytest.approx(wanted, rel=1e-14)
+
+
+def test_the_defaults_are_the_paper_s_size() -> None:
+    assert FourEdges().simplified() == Orifice()
+    assert FourEdges().lap == 0.0
+
+
+def test_no_drop_no_flow() -> None:
+    for edges in (IDEAL, FourEdges()):
+        assert edges.port_flows(1e-3, Pressures(3e5, 3e5), 3e5, 3e5) == (0.0, 0.0, 0.0, 0.0)
+
+
+@pytest.mark.parametrize("datasheet", [SERVO, PROPORTIONAL], ids=["servo", "proportional"])
+@pytest.mark.parametrize("lap", [-2e-5, 0.0, 1e-4])
+@pytest.mark.parametrize("leakage", [0.3, 1.0])
+def test_a_datasheet_s_rated_flow_and_null_leakage_come_out(
+    datasheet: dict[str, float], lap: float, leakage: float
+) -> None:
+    leaked = leakage * LITRE_PER_MINUTE
+    if lap < 0.0:
+        leaked += null_leakage(FourEdges.rated(**datasheet)._replace(lap=lap), 140e5)
+    edges = FourEdges.rated(**datasheet, lap=lap, null_leakage=leaked, supply_pressure=140e5)
+    flow = edges.flow(datasheet["rated_opening"], datasheet["rated_drop"], 0.0)
+    assert flow == pytest.approx(datasheet["rated_flow"], rel=1e-14)
+    assert null_leakage(edges, 140e5) == pytest.approx(leaked, rel=1e-10)
+    through_a = edges.port_flows(
+        datasheet["rated_opening"],
+        Pressures(datasheet["rated_drop"], 0.0),
+        0.5 * datasheet["rated_drop"],
+        0.5 * datasheet["rated_drop"],
+    ).a
+    assert through_a == pytest.approx(datasheet["rated_flow"], rel=1e-14)
+
+
+@pytest.mark.parametrize("datasheet", [SERVO, PROPORTIONAL], ids=["servo", "proportional"])
+def test_the_square_root_law_passes_its_rated_flow(datasheet: dict[str, float]) -> None:
+    edges = Orifice.rated(**datasheet)
+    flow = edges.flow(datasheet["rated_opening"], datasheet["rated_drop"], 0.0)
+    assert flow == pytest.approx(datasheet["rated_flow"], rel=1e-15)
+    area = edges.area_gradient * datasheet["rated_opening"]
+    through_one_edge = 0.62 * area * math.sqrt(2.0 * 0.5 * datasheet["rated_drop"] / 850.0)
+    assert through_one_edge == pytest.approx(datasheet["rated_flow"], rel=1e-14)
+
+
+def test_leakage_of_the_edges_of_a_single_rod() -> None:
+    edges = FourEdges.rated(**SERVO, null_leakage=1e-5, supply_pressure=210e5, area_ratio_b=0.5)
+    assert null_leakage(edges, 210e5) == pytest.approx(1e-5, rel=1e-10)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "key"),
+    [
+        ({"lap": 5e-4}, "rated_opening"),
+        ({"lap": -1e-4, "null_leakage": 1e-7}, "null_leakage"),
+        ({"null_leakage": 1.0}, "null_leakage"),
+    ],
+)
+def test_a_datasheet_that_no_edges_have(arguments: dict[str, float], key: str) -> None:
+    with pytest.raises(ParameterError, match=f"{key} = "):
+        FourEdges.rated(**SERVO, **arguments)
+
+
+@pytest.mark.parametrize("lap", [5e-5, 2e-4])
+def test_overlap_is_half_the_dead_band(lap: float) -> None:
+    """Within it an edge without clearance passes nothing, beyond it what a shorter opening would."""
+    edges = IDEAL._replace(lap=lap)
+    for side in (-1.0, 1.0):
+        assert edges.flow(side * 0.999 * lap, 40e5, 0.0) == 0.0
+        beyond = edges.flow(side * (lap + 1e-4), 40e5, 5e5)
+        assert beyond == pytest.approx(IDEAL.flow(side * 1e-4, 40e5, 5e5), rel=1e-11)
+
+
+def test_a_small_drop_is_laminar() -> None:
+    """Half the drop, half the flow; and the slope at no drop is K/sqrt(d_t)."""
+    edges = FourEdges(clearance=0.0, transition_drop=2e5)
+    line = Pressures(1e3, 0.0)
+    whole = edges.port_flows(1e-3, line, 0.0, 0.0).a
+    assert edges.port_flows(1e-3, line, 500.0, 0.0).a == pytest.approx(0.5 * whole, rel=1e-5)
+    slope = 0.62 * 0.024 * 1e-3 * math.sqrt(2.0 / 850.0) / math.sqrt(2e5)
+    assert whole / 1e3 == pytest.approx(slope, rel=1e-5)
+
+
+def test_a_large_drop_is_turbulent() -> None:
+    smooth, sharp = FourEdges(clearance=0.0), IDEAL
+    ratio = smooth.flow(1e-3, 100e5, 0.0) / sharp.flow(1e-3, 100e5, 0.0)
+    assert 1.0 - 0.26 * (1.0 / 50.0) ** 2 < ratio < 1.0
+
+
+def test_port_b_may_have_smaller_edges() -> None:
+    full, half = FourEdges(), FourEdges(area_ratio_b=0.5)
+    ports = Pressures(40e5, 2e5), 20e5, 10e5
+    assert half.port_flows(1e-3, *ports).a == full.port_flows(1e-3, *ports).a
+    assert half.port_flows(1e-3, *ports).b == pytest.approx(0.5 * full.port_flows(1e-3, *ports).b, rel=1e-15)
+
+
+@pytest.mark.parametrize("opening", [-1e-3, 1e-3])
+def test_each_edge_lets_oil_back(opening: float) -> None:
+    flows = FourEdges(clearance=0.0).port_flows(opening, Pressures(40e5, 2e5), 60e5, 1e5)
+    assert (flows.a < 0.0) == (opening > 0.0 or flows.tank > 0.0)
+    assert (flows.supply < 0.0) == (opening > 0.0)
+    assert (flows.tank < 0.0) == (opening > 0.0)

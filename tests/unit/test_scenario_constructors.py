@@ -1,0 +1,170 @@
+"""A ``type`` may name a constructor: a classmethod whose arguments are declared as a block's fields."""
+
+from pathlib import Path
+
+import pytest
+
+from hydroservo import ScenarioError
+from hydroservo.scenario import load_plugin, load_scenario, plugins
+from hydroservo.supplies import GasAccumulator
+from hydroservo.valves import FirstOrderValve, FourEdges, Orifice, SecondOrderValve
+
+NOMINAL = {"uncertainty.scale": 0}
+RESPONSE = {
+    **NOMINAL,
+    "valve.type": "SecondOrderValve.from_response",
+    "valve.frequency_90": "120 Hz",
+    "valve.frequency_3db": "100 Hz",
+}
+RATED = {"type": "Orifice.rated", "rated_flow": 1e-3, "rated_drop": 70e5, "rated_opening": 1e-3}
+LITRE_PER_MINUTE = 1e-3 / 60.0
+
+
+def text(*lines: str) -> str:
+    return "\n".join(['[controller]\ntype = "PI"', *lines])
+
+
+def loaded(folder: Path, *lines: str, **changes: object) -> object:
+    path = folder / "my.toml"
+    path.write_text(text(*lines), encoding="utf-8")
+    return load_scenario(path, {name.replace("__", "."): value for name, value in changes.items()}).valve
+
+
+def refused(changes: dict[str, object]) -> str:
+    with pytest.raises(ScenarioError) as caught:
+        load_scenario("paper/sine-pi", changes)
+    message = str(caught.value)
+    assert message.isprintable()
+    return message
+
+
+def test_arguments_have_units_and_defaults() -> None:
+    valve = load_scenario("paper/sine-pi", {**RESPONSE, "valve.slew_limit": "300 mm/s"}).valve
+    assert valve == SecondOrderValve.from_response(120.0, 100.0, slew_limit=0.3)
+
+
+def test_arguments_may_be_blocks_from_constructors_too(tmp_path: Path) -> None:
+    valve = loaded(
+        tmp_path,
+        "[valve]",
+        'type = "SecondOrderValve.from_response"',
+        'frequency_90 = "120 Hz"',
+        "frequency_3db = 100",
+        "[valve.orifice]",
+        'type = "FourEdges.rated"',
+        'rated_flow = "40 L/min"',
+        'rated_drop = "70 bar"',
+        'rated_opening = "0.5 mm"',
+        'null_leakage = "1 L/min"',
+        'supply_pressure = "210 bar"',
+    )
+    edges = FourEdges.rated(
+        40 * LITRE_PER_MINUTE, 70e5, 5e-4, null_leakage=LITRE_PER_MINUTE, supply_pressure=210e5
+    )
+    assert valve.orifice == pytest.approx(edges, rel=1e-14)
+    assert valve == SecondOrderValve.from_response(120.0, 100.0, orifice=valve.orifice)
+
+
+def test_a_block_inside_a_default_block_may_come_from_a_constructor() -> None:
+    valve = load_scenario("paper/sine-pi", {**NOMINAL, "valve.orifice": RATED}).valve
+    assert valve.orifice == Orifice.rated(1e-3, 70e5, 1e-3)
+
+
+def test_a_block_of_one_class_may_come_from_its_constructor() -> None:
+    loop = load_scenario("paper/sine-tsmc", {"controller.model.orifice": RATED})
+    assert loop.controller.model.orifice == Orifice.rated(1e-3, 70e5, 1e-3)
+    message = refused({"controller.type": "TSMC", "controller.model.orifice.type": "Orifice.rate"})
+    assert "controller.model.orifice.type: 'Orifice.rate' must be Orifice or Orifice.rated" in message
+
+
+def test_another_type_keeps_only_the_keys_that_it_has_too(tmp_path: Path) -> None:
+    lines = (
+        "[valve]",
+        'type = "SecondOrderValve.from_response"',
+        "frequency_90 = 120",
+        "frequency_3db = 100",
+        "gain = 4e-4",
+    )
+    assert loaded(tmp_path, *lines, valve__type="FirstOrderValve") == FirstOrderValve(gain=4e-4)
+    assert loaded(tmp_path, *lines, valve__type="SecondOrderValve") == SecondOrderValve(gain=4e-4)
+    assert loaded(tmp_path, *lines, valve__gain=3e-4).gain == 3e-4
+
+
+@pytest.mark.parametrize(
+    ("changes", "problem"),
+    [
+        (
+            {"valve.frequency_9": 1},
+            "valve.frequency_9: unknown key (value 1); it must be one of frequency_90, frequency_3db, gain, ",
+        ),
+        ({"valve.natural_frequency": 1}, "valve.natural_frequency: unknown key (value 1)"),
+        ({"valve.frequency_90": 0}, "valve.frequency_90: 0 must be a finite number above 0 [Hz]"),
+        ({"valve.frequency_90": "1 m"}, "valve.frequency_90: '1 m' does not convert to Hz"),
+        ({"valve.frequency_3db": "160 kHz"}, "valve: frequency_3db = 160000.0: must be below 1.55 times"),
+        ({"valve.frequency_90": 1e308}, "valve: natural_frequency = inf: must be a finite number above 0"),
+        ({"valve.orifice": {**RATED, "rated_opening": 1e-320, "rated_drop": 1e-320}}, "valve.orifice: "),
+        ({"valve.orifice": {**RATED, "rated_flow": 1e308}}, "valve.orifice: area_gradient = inf: must be"),
+        ({"valve.type": "SecondOrderValve.from_responses"}, "; did you mean SecondOrderValve.from_response?"),
+        ({"valve.type": "SecondOrderValve.init"}, "'SecondOrderValve.init' must be one of FirstOrderValve, "),
+        ({"valve.type": "SecondOrderValve._make"}, "'SecondOrderValve._make' must be one of FirstOrderValve"),
+        ({"valve.type": "SecondOrderValve."}, "'SecondOrderValve.' must be one of FirstOrderValve"),
+        ({"controller.type": "SecondOrderValve.from_response"}, "cannot be a Controller: it has no method"),
+    ],
+)
+def test_errors_are_those_of_a_block(changes: dict[str, object], problem: str) -> None:
+    assert problem in refused({**RESPONSE, **changes})
+
+
+@pytest.mark.parametrize("missing", ["valve.frequency_90", "valve.frequency_3db"])
+def test_what_has_no_default_must_be_given(missing: str) -> None:
+    given = {key: value for key, value in RESPONSE.items() if key != missing}
+    assert refused(given).endswith(
+        f"valve: {missing.removeprefix('valve.')} is missing; it must be a finite number above 0 [Hz]"
+    )
+
+
+def test_a_plugin_s_constructor(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(plugins, "loaded", {})
+    plugin = tmp_path / "mine.py"
+    plugin.write_text("""
+from typing import Annotated, NamedTuple
+from hydroservo.block import Field
+from hydroservo.references import Sine
+from hydroservo.signals import Demand
+
+class Fixed(NamedTuple):
+    value: Annotated[float, Field("m/s", "value")] = 0.0
+
+    @classmethod
+    def walking(cls, stride: Annotated[float, Field("m", "stride", above=0)], rate: float = 2) -> "Fixed":
+        return cls(stride * rate)
+
+    @classmethod
+    def undeclared(cls, stride) -> "Fixed":
+        return cls(stride)
+
+    def at(self, t):
+        return Demand(self.value, 0.0, 0.0)
+""")
+    load_plugin(plugin)
+    reference = load_scenario(
+        "paper/sine-pi", {"reference.type": "Fixed.walking", "reference.stride": "70 cm"}
+    ).reference
+    assert reference.value == pytest.approx(1.4)
+    message = refused({"reference.type": "Fixed.undeclared", "reference.stride": 1})
+    assert "reference.stride: 1 cannot be a block's parameter" in message
+
+
+def test_a_pump_as_its_datasheet_has_it() -> None:
+    changes = {
+        "supply.type": "PumpSupply",
+        "supply.displacement": "2 cm^3/rev",
+        "supply.demanded_speed": "1500 rpm",
+        "supply.relief.gradient": "1.5 L/min/bar",
+        "supply.accumulator.type": "GasAccumulator",
+        "supply.accumulator.precharge": "28 bar",
+    }
+    supply = load_scenario("paper/sine-pi", {**NOMINAL, **changes}).supply
+    assert supply.displacement * supply.demanded_speed == pytest.approx(3.0 * LITRE_PER_MINUTE, rel=1e-14)
+    assert supply.relief.gradient == pytest.approx(1.5 * LITRE_PER_MINUTE / 1e5, rel=1e-14)
+    assert supply.accumulator == GasAccumulator(precharge=28e5)
