@@ -15,7 +15,7 @@ from hydroservo.loop import Loop
 from hydroservo.metrics import FLAGS, METRIC_FIELDS
 from hydroservo.varied import SEED
 
-__all__ = ["Aim", "Tuned", "tune"]
+__all__ = ["Aim", "Tuned", "measured", "tune"]
 
 Numbers = NDArray[np.float64]
 Progress = Callable[[float, float], None]  # called with the fraction done and the best cost so far
@@ -161,8 +161,14 @@ def mean_log(aim: Aim, metrics: Sequence[Any]) -> Any:
 
 
 def measured(aim: Aim, parameters: Mapping[str, Numbers], threads: int | None) -> list[Numbers]:
-    """The metric of each candidate in each loop, mean over the seeds."""
-    count = next(iter(parameters.values())).size
+    """The metric of each candidate in each loop, mean over the seeds.
+
+    Args:
+        aim: what is measured.
+        parameters: values of shape (candidates,) by path; none for the loops as they are.
+        threads: how many to use; all cores if None.
+    """
+    count = next((values.size for values in parameters.values()), 1)
     found = []
     for loop in aim.loops:
         columns: dict[str, Any] = {path: np.repeat(values, aim.seeds) for path, values in parameters.items()}

@@ -13,6 +13,7 @@ from hydroservo.cli.batch import batch
 from hydroservo.cli.failures import Commands
 from hydroservo.cli.options import Changes, Json, Plugins, Scenario, Strict, loaded
 from hydroservo.cli.steps import say_steps
+from hydroservo.cli.tune import tune
 
 if TYPE_CHECKING:
     from hydroservo.cli.progress import Report
@@ -176,6 +177,7 @@ def compare(
 
 
 app.command()(batch)
+app.command()(tune)
 
 
 @app.command()
