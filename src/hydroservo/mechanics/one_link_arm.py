@@ -27,8 +27,8 @@ class OneLinkArm(NamedTuple):
     Source: the cosine rule and Lagrange's equation for the coordinate x; the manipulator is the application
     of doi:10.1007/s42401-021-00087-w, its dimensions are chosen here.
     Fails near the dead points, where hinge, base and pin lie on a line and the lever vanishes: sin q is
-    held at 0.02 or more, which keeps numbers finite and is not the arm any more. The turning of the
-    cylinder about its own base is neglected.
+    held at 0.02 or more and l within its limits, which keeps numbers finite and is not the arm any more.
+    The turning of the cylinder about its own base is neglected.
     """
 
     base_distance: Annotated[
@@ -69,8 +69,9 @@ class OneLinkArm(NamedTuple):
         return half_slope * velocity * velocity + self.gravity_torque(cosine, sine) / lever
 
     def length(self, position: float) -> float:
-        """l, kept above a thousandth of l_0 [m]."""
-        return ops.maximum(self.closed_length + position, 1e-3 * self.closed_length)
+        """l, within what the triangle allows [m]."""
+        longest = self.base_distance + self.pin_distance
+        return ops.clip(self.closed_length + position, 1e-3 * self.closed_length, longest)
 
     def cosine(self, length: float) -> float:
         """cos q."""

@@ -9,7 +9,7 @@ from hydroservo.sources import CHOSEN
 __all__ = ["AeratedOil"]
 
 ATMOSPHERE = 101325.0  # [Pa] absolute, where gauge pressures are 0
-LEAST = 1.0  # [Pa] absolute: below it the oil is as soft as there
+LEAST = 1e-3  # [Pa] absolute: below it the oil is as soft as there
 
 
 class AeratedOil(NamedTuple):
@@ -31,11 +31,11 @@ class AeratedOil(NamedTuple):
     volume law is chosen here: it costs no exponential, and its bulk modulus rises with pressure as that
     of real oils does, but less.
     Fails where air dissolves or comes out of solution, at the vapour's pressure, which it ignores, and
-    below 1 Pa absolute, where beta_e stays what it is there.
+    below 1 mPa absolute, where beta_e stays what it is there.
     """
 
     liquid_bulk_modulus: Annotated[
-        float, Field("Pa", "bulk modulus beta_l of the liquid at atmospheric pressure", CHOSEN, above=0)
+        float, Field("Pa", "bulk modulus beta_l of the liquid at atmospheric pressure", CHOSEN, at_least=1e6)
     ] = 1.4e9
     air_content: Annotated[
         float, Field("", "volume share of free air at atmospheric pressure", CHOSEN, above=0, below=1)
