@@ -184,6 +184,14 @@ def test_natural_frequency(area_a: float, area_b: float, share: float) -> None:
     assert np.abs(eigenvalues.real).max() < 1e-6 * expected
 
 
+@pytest.mark.parametrize("x", [0.0, 0.02, 0.039])
+def test_exchanged_chambers_mirror_the_motion(x: float) -> None:
+    plant = Cylinder(external_leakage=1e-12, oil=AeratedOil())
+    there = rates_of(plant, np.array([0.1, x, 3e6, 1e6]), PortFlows(3e-5, 1e-5, 0.0, 0.0), 50.0)
+    back = rates_of(plant, np.array([-0.1, 0.078 - x, 1e6, 3e6]), PortFlows(-1e-5, -3e-5, 0.0, 0.0), -50.0)
+    assert back == pytest.approx([-there[0], -there[1], there[3], there[2]], rel=1e-12)
+
+
 def responses(amplitude: float) -> tuple[np.ndarray, np.ndarray]:
     """Velocities of the load-pressure form and of the two chambers, to one sine of the opening.
 
