@@ -13,13 +13,13 @@ LEAST_SINE = 0.02  # of the hinge's angle: one degree off a dead point
 
 
 class OneLinkArm(NamedTuple):
-    """A one-link manipulator: hinge, cylinder base and rod pin form a triangle with sides a, b and l.
+    """A one-link manipulator: hinge, cylinder base and rod pin form a triangle with sides l_b, l_p and l.
 
     The cylinder's length l = l_0 + x sets the angle q at the hinge, and with it the lever r::
 
-        cos q = (a^2 + b^2 - l^2)/(2 a b),   r = dl/dq = a b sin(q)/l
-        M(x) = m_p + J/r^2,                  J = J_arm + m_tip L^2
-        M dv/dt = F - (1/2) dM/dx v^2 - G/r, G = g (m_arm s + m_tip L) cos(q - q_0)
+        cos q = (l_b^2 + l_p^2 - l^2)/(2 l_b l_p),  r = dl/dq = l_b l_p sin(q)/l
+        M(x) = m_p + J/r^2,                         J = J_arm + m_tip l_r^2
+        M dv/dt = F - (1/2) dM/dx v^2 - G/r,        G = g (m_arm l_s + m_tip l_r) cos(q - q_0)
 
     q_0 is the angle q at which the link, through hinge, centre of gravity and tip, is level; a growing q
     raises it.
@@ -32,10 +32,10 @@ class OneLinkArm(NamedTuple):
     """
 
     base_distance: Annotated[
-        float, Field("m", "distance a from the hinge to the cylinder's base", CHOSEN, above=0)
+        float, Field("m", "distance l_b from the hinge to the cylinder's base", CHOSEN, above=0)
     ] = 0.30
     pin_distance: Annotated[
-        float, Field("m", "distance b from the hinge to the rod's pin", CHOSEN, above=0)
+        float, Field("m", "distance l_p from the hinge to the rod's pin", CHOSEN, above=0)
     ] = 0.08
     closed_length: Annotated[
         float, Field("m", "distance l_0 from base to pin at position 0", CHOSEN, above=0)
@@ -48,10 +48,10 @@ class OneLinkArm(NamedTuple):
     ] = 0.25
     arm_mass: Annotated[float, Field("kg", "mass m_arm of the link", CHOSEN, at_least=0)] = 2.0
     centre_distance: Annotated[
-        float, Field("m", "distance s from the hinge to the link's centre of gravity", CHOSEN)
+        float, Field("m", "distance l_s from the hinge to the link's centre of gravity", CHOSEN)
     ] = 0.30
     payload: Annotated[float, Field("kg", "mass m_tip at the tip", CHOSEN, at_least=0)] = 3.0
-    reach: Annotated[float, Field("m", "distance L from the hinge to the tip", CHOSEN, at_least=0)] = 0.60
+    reach: Annotated[float, Field("m", "distance l_r from the hinge to the tip", CHOSEN, at_least=0)] = 0.60
     moving_mass: Annotated[float, Field("kg", "mass m_p of piston and rod", CHOSEN, above=0)] = 1.0
 
     def inertia(self, position: float) -> float:

@@ -12,7 +12,7 @@ __all__ = ["Stops"]
 class Stops(NamedTuple):
     """A contact with a spring and a damping that grows with the penetration, at both ends.
 
-    F = k d (1 + c d'), not below 0, where d is how far the piston is beyond the end
+    F = k_c d (1 + c d'), not below 0, where d is how far the piston is beyond the end
 
     The force starts and ends at 0, with no jump at impact. A free mass that arrives with the speed v_i
     leaves with v_o, where c v_i - ln(1 + c v_i) = -c v_o - ln(1 - c v_o): for small c v_i the restitution
@@ -22,7 +22,7 @@ class Stops(NamedTuple):
     Fails where a cushion meters the oil out before contact.
     """
 
-    stiffness: Annotated[float, Field("N/m", "contact stiffness k", CHOSEN, above=0)] = 1e8
+    stiffness: Annotated[float, Field("N/m", "contact stiffness k_c", CHOSEN, above=0)] = 1e8
     dissipation: Annotated[float, Field("s/m", "contact dissipation c", CHOSEN, at_least=0)] = 5.0
 
     def force(self, position: float, velocity: float, stroke: float) -> float:

@@ -16,21 +16,22 @@ class StribeckState(NamedTuple):
 class Stribeck(NamedTuple):
     """Coulomb friction with stiction, Stribeck's fall of it and viscous friction.
 
-    With N the sum of all other forces on the mass m::
+    With F_net the sum of all other forces on the mass m::
 
-        F = b v + clip(N - b v + m v/tau, -F_max, F_max)
+        F = b v + clip(F_net - b v + m v/tau_s, -F_max, F_max)
         F_max = F_c + (F_s - F_c)/(1 + (v/v_s)^2)
 
-    The clipped force is the one that would bring the mass to rest within tau, as far as dry friction
-    reaches: the set-valued law F_max Sgn(v) evaluated at v + tau dv/dt, its resolvent with step tau. So a
-    mass at rest stays there, without creep, until |N| exceeds the breakaway force F_s; any steady sliding
-    meets the full F_max; and what stops decays as e^(-t/tau). It adds a rate 1/tau to the machine, which
+    The clipped force is the one that would bring the mass to rest within tau_s, as far as dry friction
+    reaches: the set-valued law F_max Sgn(v) evaluated at v + tau_s dv/dt, its resolvent with step tau_s. So a
+    mass at rest stays there, without creep, until |F_net| exceeds the breakaway force F_s; any steady sliding
+    meets the full F_max; and what stops decays as e^(-t/tau_s). It adds a rate 1/tau_s to the machine, which
     the integration steps must follow.
 
     Source: Hess and Soom, Journal of Tribology 112(1), 1990 (the fall with velocity); Acary and Brogliato,
     Numerical Methods for Nonsmooth Dynamical Systems, 2008 (the implicit form of the set-valued law).
-    Fails below a velocity change of tau (|N| + F_max)/m: where N reverses a motion, dry friction acts up
-    to tau early and may then give back some of the energy it took, at most tau^2 F_max |N|/m a reversal.
+    Fails below a velocity change of tau_s (|F_net| + F_max)/m: where F_net reverses a motion, dry friction acts up
+    to tau_s early and may then give back some of the energy it took, of the order of tau_s^2 F_max |F_net|/m
+    a reversal.
     It has no presliding displacement; see LuGre.
     """
 
@@ -40,7 +41,7 @@ class Stribeck(NamedTuple):
     viscous: Annotated[float, Field("N s/m", "viscous damping coefficient b", TSMC_EHA_2021, at_least=0)] = (
         50.0
     )
-    stop_time: Annotated[float, Field("s", "time tau in which it stops", CHOSEN, above=0)] = 1e-4
+    stop_time: Annotated[float, Field("s", "time tau_s in which it stops", CHOSEN, above=0)] = 1e-4
 
     def init(self) -> StribeckState:
         return StribeckState()

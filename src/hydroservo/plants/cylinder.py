@@ -31,7 +31,7 @@ class CylinderState(NamedTuple):
 class Cylinder(NamedTuple):
     """A cylinder of one or two rods with its two chambers, which moves a mechanism of inertia M.
 
-    With V_A = V_0A + A_A x and V_B = V_0B + A_B (L - x) and the valve's flows Q_A into A, Q_B out of B::
+    With V_A = V_0A + A_A x and V_B = V_0B + A_B (L_max - x) and the valve's flows Q_A into A, Q_B out of B::
 
         M(x) dv/dt = A_A p_A - A_B p_B - F_L - resistance + stops - friction
         dp_A/dt = beta_e(p_A)/V_A (Q_A - A_A v - C_i (p_A - p_B) - C_e max(p_A, 0))
