@@ -29,10 +29,9 @@ class Stribeck(NamedTuple):
 
     Source: Hess and Soom, Journal of Tribology 112(1), 1990 (the fall with velocity); Acary and Brogliato,
     Numerical Methods for Nonsmooth Dynamical Systems, 2008 (the implicit form of the set-valued law).
-    Fails below a velocity change of tau_s (|F_net| + F_max)/m: where F_net reverses a motion, dry friction acts up
-    to tau_s early and may then give back some of the energy it took, of the order of tau_s^2 F_max |F_net|/m
-    a reversal.
-    It has no presliding displacement; see LuGre.
+    Fails below a velocity change of tau_s (|F_net| + F_max)/m: where F_net reverses a motion, dry friction
+    acts up to tau_s early and may then give back some of the energy it took, of the order of
+    tau_s^2 F_max |F_net|/m a reversal. It has no presliding displacement; see LuGre.
     """
 
     coulomb: Annotated[float, Field("N", "Coulomb friction F_c", CHOSEN, at_least=0)] = 40.0
