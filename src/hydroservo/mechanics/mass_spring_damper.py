@@ -11,7 +11,7 @@ __all__ = ["MassSpringDamper"]
 class MassSpringDamper(NamedTuple):
     """m dv/dt = the sum of the forces on the rod - k_s (x - x_0) - b_s v.
 
-    Source: Merritt, Hydraulic Control Systems, 1967, sec. 6-6 (a cylinder with a spring load).
+    Source: Merritt, Hydraulic Control Systems, 1967, ch. 6 (a cylinder with a spring load).
     Fails where the rod between piston and mass bends: the two are one here.
     """
 

@@ -27,7 +27,7 @@ class AeratedOil(NamedTuple):
     approaches absolute zero and never passes it, and the void closes after exactly the volume that opened
     it. That is this model's cavitation.
 
-    Source: Merritt, Hydraulic Control Systems, 1967, sec. 2-2 (liquid and gas in series); the liquid's
+    Source: Merritt, Hydraulic Control Systems, 1967, ch. 2 (liquid and gas in series); the liquid's
     volume law is chosen here: it costs no exponential, and its bulk modulus rises with pressure as that
     of real oils does, but less.
     Fails where air dissolves or comes out of solution, at the vapour's pressure, which it ignores, and

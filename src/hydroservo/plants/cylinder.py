@@ -41,7 +41,7 @@ class Cylinder(NamedTuple):
     The defaults are the paper's machine with its chambers told apart.
 
     Source: Merritt, Hydraulic Control Systems, 1967, ch. 6; Jelali and Kroll, Hydraulic Servo-systems,
-    2003, sec. 4.3; the numbers: Sec. 4 of doi:10.1007/s42401-021-00087-w.
+    2003, ch. 4; the numbers: Sec. 4 of doi:10.1007/s42401-021-00087-w.
     Fails where the oil's own inertia in the lines matters. A piston beyond the end of its stroke by more
     than the dead volume holds (without stops) leaves a chamber with a hundredth of it.
     """
