@@ -35,7 +35,10 @@ WRONG_TEXT = {
         '[controller]\ntype = "Sine"\n',
         "cannot be a Controller: it has no method init(",
     ),
-    "type of a class of its own": (PI + '[plant]\ntype = "Plant"\n', "must be LoadPressurePlant"),
+    "type of a class of its own": (
+        PI + '[controller.saturation]\ntype = "Limit"\n',
+        "must be Saturation",
+    ),
     "type is a number": ("[controller]\ntype = 3\n", "controller.type: 3 must be one of"),
     "type is a huge number": (f"[controller]\ntype = 0x{'f' * 5000}\n", "must be one of"),
     "title": (PI + "[title]\n", "title: {} must be a string"),

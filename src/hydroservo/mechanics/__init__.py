@@ -1,3 +1,24 @@
 """What the piston moves and what resists it: mechanisms, frictions and end stops, one a file."""
 
-__all__: list[str] = []
+from hydroservo.mechanics.lugre import LuGre, LuGreState
+from hydroservo.mechanics.mass import Mass
+from hydroservo.mechanics.mass_spring_damper import MassSpringDamper
+from hydroservo.mechanics.no_stops import NoStops
+from hydroservo.mechanics.one_link_arm import OneLinkArm
+from hydroservo.mechanics.stops import Stops
+from hydroservo.mechanics.stribeck import Stribeck, StribeckState
+from hydroservo.mechanics.viscous import Viscous, ViscousState
+
+__all__ = [
+    "LuGre",
+    "LuGreState",
+    "Mass",
+    "MassSpringDamper",
+    "NoStops",
+    "OneLinkArm",
+    "Stops",
+    "Stribeck",
+    "StribeckState",
+    "Viscous",
+    "ViscousState",
+]

@@ -1,3 +1,6 @@
 """How compressible the oil is."""
 
-__all__: list[str] = []
+from hydroservo.oils.aerated import AeratedOil
+from hydroservo.oils.constant import ConstantOil
+
+__all__ = ["AeratedOil", "ConstantOil"]

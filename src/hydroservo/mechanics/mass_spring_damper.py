@@ -1,0 +1,27 @@
+"""A mass between the rod and a spring."""
+
+from typing import Annotated, NamedTuple
+
+from hydroservo.block import Field
+from hydroservo.sources import CHOSEN, TSMC_EHA_2021
+
+__all__ = ["MassSpringDamper"]
+
+
+class MassSpringDamper(NamedTuple):
+    """m dv/dt = the sum of the forces on the rod - k_s (x - x_0) - b_s v.
+
+    Source: Merritt, Hydraulic Control Systems, 1967, ch. 6 (a cylinder with a spring load).
+    Fails where the rod between piston and mass bends: the two are one here.
+    """
+
+    mass: Annotated[float, Field("kg", "moving mass m", TSMC_EHA_2021, above=0)] = 6.0
+    stiffness: Annotated[float, Field("N/m", "spring stiffness k_s", CHOSEN, at_least=0)] = 1e4
+    rest_position: Annotated[float, Field("m", "position x_0 where the spring is at rest", CHOSEN)] = 0.039
+    damping: Annotated[float, Field("N s/m", "damping b_s of the load", CHOSEN, at_least=0)] = 0.0
+
+    def inertia(self, position: float) -> float:
+        return self.mass
+
+    def resistance(self, position: float, velocity: float) -> float:
+        return self.stiffness * (position - self.rest_position) + self.damping * velocity

@@ -1,0 +1,36 @@
+"""Friction in proportion to velocity."""
+
+from typing import Annotated, NamedTuple
+
+from hydroservo.block import Field
+from hydroservo.sources import TSMC_EHA_2021
+
+__all__ = ["Viscous", "ViscousState"]
+
+
+class ViscousState(NamedTuple):
+    """Viscous friction remembers nothing."""
+
+
+class Viscous(NamedTuple):
+    """F = b v.
+
+    Source: eq. (3) of doi:10.1007/s42401-021-00087-w.
+    Fails near rest, where seals stick; see Stribeck and LuGre.
+    """
+
+    coefficient: Annotated[
+        float, Field("N s/m", "viscous damping coefficient b", TSMC_EHA_2021, at_least=0)
+    ] = 50.0
+
+    def init(self) -> ViscousState:
+        return ViscousState()
+
+    def deriv(self, s: ViscousState, velocity: float) -> ViscousState:
+        return s
+
+    def force(self, s: ViscousState, velocity: float, net: float, mass: float) -> float:
+        return self.coefficient * velocity
+
+    def simplified(self) -> float:
+        return self.coefficient

@@ -1,0 +1,195 @@
+"""The cylinder with two chambers."""
+
+import math
+from typing import Annotated, NamedTuple
+
+from hydroservo import ops
+from hydroservo.block import Block, EndStops, Field, Friction, Mechanism, MeteringEdges, Oil
+from hydroservo.errors import ParameterError
+from hydroservo.mechanics.mass import Mass
+from hydroservo.mechanics.stops import Stops
+from hydroservo.mechanics.viscous import Viscous
+from hydroservo.oils.constant import ConstantOil
+from hydroservo.plants.load_pressure import LoadPressurePlant
+from hydroservo.signals import MachineOutputs, PortFlows, Pressures
+from hydroservo.sources import CHOSEN, TSMC_EHA_2021
+
+__all__ = ["Cylinder", "CylinderState"]
+
+LEAST_VOLUME = 0.01  # of a chamber's dead volume
+
+
+class CylinderState(NamedTuple):
+    """Motion, both chambers' pressures and what the friction remembers."""
+
+    velocity: Annotated[float, Field("m/s", "piston velocity x1")]
+    position: Annotated[float, Field("m", "piston position from the lower end of the stroke")]
+    pressure_a: Annotated[float, Field("Pa", "pressure p_A in chamber A")]
+    pressure_b: Annotated[float, Field("Pa", "pressure p_B in chamber B")]
+    friction: Block
+
+
+class Cylinder(NamedTuple):
+    """A cylinder of one or two rods with its two chambers, which moves a mechanism of inertia M.
+
+    With V_A = V_0A + A_A x and V_B = V_0B + A_B (L_max - x) and the valve's flows Q_A into A, Q_B out of B::
+
+        M(x) dv/dt = A_A p_A - A_B p_B - F_L - resistance + stops - friction
+        dp_A/dt = beta_e(p_A)/V_A (Q_A - A_A v - C_i (p_A - p_B) - C_e max(p_A, 0))
+        dp_B/dt = beta_e(p_B)/V_B (A_B v - Q_B + C_i (p_A - p_B) - C_e max(p_B, 0))
+
+    Oil that leaks to the outside does not come back: a chamber below atmospheric pressure draws in no air.
+    The defaults are the paper's machine with its chambers told apart.
+
+    Source: Merritt, Hydraulic Control Systems, 1967, ch. 6; Jelali and Kroll, Hydraulic Servo-systems,
+    2003, ch. 4; the numbers: Sec. 4 of doi:10.1007/s42401-021-00087-w.
+    Fails where the oil's own inertia in the lines matters. A piston beyond the end of its stroke by more
+    than the dead volume holds (without stops) leaves a chamber with a hundredth of it.
+    """
+
+    area_a: Annotated[float, Field("m^2", "piston area A_A of chamber A", TSMC_EHA_2021, above=0)] = 4.91e-4
+    area_b: Annotated[float, Field("m^2", "piston area A_B of chamber B", TSMC_EHA_2021, above=0)] = 4.91e-4
+    stroke: Annotated[float, Field("m", "stroke L_max", TSMC_EHA_2021, above=0)] = 0.078
+    dead_volume_a: Annotated[
+        float,
+        Field("m^3", "dead volume V_0A of chamber A and its line", "so that V_t is the paper's", above=0),
+    ] = 2.4551e-5
+    dead_volume_b: Annotated[
+        float,
+        Field("m^3", "dead volume V_0B of chamber B and its line", "so that V_t is the paper's", above=0),
+    ] = 2.4551e-5
+    internal_leakage: Annotated[
+        float, Field("m^3/(s Pa)", "leakage coefficient C_i past the piston", TSMC_EHA_2021, at_least=0)
+    ] = 2.5e-11
+    external_leakage: Annotated[
+        float, Field("m^3/(s Pa)", "leakage coefficient C_e of each chamber", CHOSEN, at_least=0)
+    ] = 0.0
+    start_position: Annotated[float, Field("m", "piston position at the start", CHOSEN, at_least=0)] = 0.039
+    start_pressure_a: Annotated[
+        float, Field("Pa", "pressure in chamber A at the start", "half the paper's supply", above=-101325)
+    ] = 20e5
+    start_pressure_b: Annotated[
+        float, Field("Pa", "pressure in chamber B at the start", "half the paper's supply", above=-101325)
+    ] = 20e5
+    oil: Oil = ConstantOil()
+    friction: Friction = Viscous()
+    stops: EndStops = Stops()
+    mechanism: Mechanism = Mass()
+
+    @classmethod
+    def from_diameters(
+        cls,
+        bore: Annotated[float, Field("m", "bore of the barrel", above=0)],
+        rod: Annotated[float, Field("m", "diameter of the rod", above=0)],
+        stroke: Annotated[float, Field("m", "stroke L_max", above=0)],
+        rods: Annotated[int, Field("", "number of rods", at_least=1, at_most=2)] = 1,
+        line_volume_a: Annotated[float, Field("m^3", "volume of the line to A", above=0)] = 2e-5,
+        line_volume_b: Annotated[float, Field("m^3", "volume of the line to B", above=0)] = 2e-5,
+    ) -> "Cylinder":
+        """A cylinder from what a catalogue lists of it, started at mid-stroke.
+
+        A_A = pi bore^2/4 for one rod, which comes out of chamber B; else, as A_B = pi (bore^2 - rod^2)/4.
+
+        Args:
+            bore: inner diameter of the barrel [m].
+            rod: diameter of the rod [m], below the bore.
+            stroke: stroke [m].
+            rods: 1 or 2.
+            line_volume_a: what chamber A holds at position 0, with its line up to the valve [m^3].
+            line_volume_b: what chamber B holds at full stroke, with its line [m^3].
+
+        Raises:
+            ParameterError: the rod is not thinner than the bore.
+
+        Source: geometry.
+        """
+        if not rod < bore:
+            raise ParameterError("rod", rod, f"must be below the bore, {bore:g} [m]")
+        annulus = 0.25 * math.pi * (bore * bore - rod * rod)
+        return cls(
+            area_a=annulus if rods == 2 else 0.25 * math.pi * bore * bore,
+            area_b=annulus,
+            stroke=stroke,
+            dead_volume_a=line_volume_a,
+            dead_volume_b=line_volume_b,
+            start_position=0.5 * stroke,
+        )
+
+    def init(self) -> CylinderState:
+        return CylinderState(
+            0.0, self.start_position, self.start_pressure_a, self.start_pressure_b, self.friction.init()
+        )
+
+    def flows(self, s: CylinderState, edges: MeteringEdges, opening: float, line: Pressures) -> PortFlows:
+        """What the valve passes at its two ports [m^3/s]."""
+        return edges.port_flows(opening, line, s.pressure_a, s.pressure_b)
+
+    def deriv(self, s: CylinderState, flows: PortFlows, force: float) -> CylinderState:
+        inertia = self.mechanism.inertia(s.position)
+        net = (
+            self.load_force(s)
+            - force
+            - self.mechanism.resistance(s.position, s.velocity)
+            + self.stops.force(s.position, s.velocity, self.stroke)
+        )
+        friction = self.friction.force(s.friction, s.velocity, net, inertia)
+        past_piston = self.internal_leakage * (s.pressure_a - s.pressure_b)
+        into_a = flows.a - past_piston - self.outside(s.pressure_a)
+        into_b = past_piston - flows.b - self.outside(s.pressure_b)
+        return CylinderState(
+            velocity=(net - friction) * (1.0 / inertia),
+            position=s.velocity,
+            pressure_a=self.stiffness_a(s) * (into_a - self.area_a * s.velocity),
+            pressure_b=self.stiffness_b(s) * (into_b + self.area_b * s.velocity),
+            friction=self.friction.deriv(s.friction, s.velocity),
+        )
+
+    def load_force(self, s: CylinderState) -> float:
+        """A_A p_A - A_B p_B [N]; of a state's rate, its rate."""
+        return self.area_a * s.pressure_a - self.area_b * s.pressure_b
+
+    def outputs(self, s: CylinderState, line: Pressures) -> MachineOutputs:
+        """What sensors can see."""
+        return MachineOutputs(s.velocity, self.load_force(s), s.position, s.pressure_a, s.pressure_b)
+
+    def volume_a(self, position: float) -> float:
+        """V_A, kept above a hundredth of the dead volume [m^3]."""
+        return ops.maximum(self.dead_volume_a + self.area_a * position, LEAST_VOLUME * self.dead_volume_a)
+
+    def volume_b(self, position: float) -> float:
+        """V_B, kept above a hundredth of the dead volume [m^3]."""
+        left = self.stroke - position
+        return ops.maximum(self.dead_volume_b + self.area_b * left, LEAST_VOLUME * self.dead_volume_b)
+
+    def stiffness_a(self, s: CylinderState) -> float:
+        """Rise of p_A per oil that comes in, beta_e/V_A [Pa/m^3]."""
+        return self.oil.bulk_modulus(s.pressure_a) / self.volume_a(s.position)
+
+    def stiffness_b(self, s: CylinderState) -> float:
+        """Rise of p_B per oil that comes in, beta_e/V_B [Pa/m^3]."""
+        return self.oil.bulk_modulus(s.pressure_b) / self.volume_b(s.position)
+
+    def outside(self, pressure: float) -> float:
+        """What leaks out of a chamber to the outside [m^3/s]."""
+        return self.external_leakage * ops.maximum(pressure, 0.0)
+
+    def simplified(self) -> LoadPressurePlant:
+        """The double-rod cylinder that a design model takes it for, about the start.
+
+        Its area A is the mean of the two, its bulk modulus that at the mean of the start pressures, its
+        leakage C_i + C_e/2. Its V_t is such that the oil's stiffness is the same, so that the natural
+        frequency is: 4 A^2/V_t = A_A^2/V_A + A_B^2/V_B. For equal areas at mid-stroke V_t is V_A + V_B.
+        """
+        area = 0.5 * (self.area_a + self.area_b)
+        spring_a = self.area_a**2 / self.volume_a(self.start_position)
+        spring_b = self.area_b**2 / self.volume_b(self.start_position)
+        return LoadPressurePlant(
+            mass=self.mechanism.inertia(self.start_position),
+            damping=self.friction.simplified(),
+            piston_area=area,
+            total_volume=4.0 * area**2 / (spring_a + spring_b),
+            bulk_modulus=self.oil.bulk_modulus(0.5 * (self.start_pressure_a + self.start_pressure_b)),
+            leakage=self.internal_leakage + 0.5 * self.external_leakage,
+            stroke=self.stroke,
+            start_position=self.start_position,
+        )

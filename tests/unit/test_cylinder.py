@@ -1,0 +1,169 @@
+"""The cylinder with two chambers against its equations."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hydroservo import Loop, Simulation, simulate
+from hydroservo.controllers import PI
+from hydroservo.mechanics import LuGre, Mass, NoStops, OneLinkArm, Stops, Stribeck, StribeckState, Viscous
+from hydroservo.oils import AeratedOil, ConstantOil
+from hydroservo.plants import Cylinder, CylinderState, LoadPressurePlant
+from hydroservo.scenario import load_scenario
+from hydroservo.signals import PortFlows, Pressures
+from hydroservo.valves import Orifice
+
+DIFFERENTIAL = Cylinder(
+    area_a=2e-3,
+    area_b=1e-3,
+    stroke=0.5,
+    dead_volume_a=1e-4,
+    dead_volume_b=2e-4,
+    internal_leakage=1e-12,
+    external_leakage=2e-12,
+    start_position=0.1,
+    oil=ConstantOil(1e9),
+    friction=Viscous(100.0),
+    mechanism=Mass(20.0),
+)
+
+
+def test_rates() -> None:
+    state = CylinderState(0.1, 0.3, 5e6, 3e6, DIFFERENTIAL.friction.init())
+    rate = DIFFERENTIAL.deriv(state, PortFlows(3e-4, 2e-4, 0.0, 0.0), 500.0)
+    assert rate.velocity == pytest.approx((2e-3 * 5e6 - 1e-3 * 3e6 - 500.0 - 10.0) / 20.0)
+    assert rate.position == 0.1
+    into_a = 3e-4 - 2e-3 * 0.1 - 1e-12 * 2e6 - 2e-12 * 5e6
+    into_b = 1e-3 * 0.1 - 2e-4 + 1e-12 * 2e6 - 2e-12 * 3e6
+    assert rate.pressure_a == pytest.approx(1e9 / (1e-4 + 2e-3 * 0.3) * into_a)
+    assert rate.pressure_b == pytest.approx(1e9 / (2e-4 + 1e-3 * 0.2) * into_b)
+
+
+def test_nothing_leaks_in_from_outside() -> None:
+    leaky = DIFFERENTIAL._replace(internal_leakage=0.0)
+    state = CylinderState(0.0, 0.3, -5e4, -5e4, leaky.friction.init())
+    rate = leaky.deriv(state, PortFlows(0.0, 0.0, 0.0, 0.0), 0.0)
+    assert rate.pressure_a == rate.pressure_b == 0.0
+
+
+def test_friction_sees_all_other_forces() -> None:
+    """A stuck piston is held against the pressures, the load and the mechanism together."""
+    stuck = DIFFERENTIAL._replace(friction=Stribeck(40.0, 60.0), mechanism=OneLinkArm(), stops=NoStops())
+    weight = OneLinkArm().resistance(0.05, 0.0)
+    state = CylinderState(0.0, 0.05, 1e6, 1e6, StribeckState())
+    for excess, moves in ((0.0, False), (59.0, False), (-59.0, False), (61.0, True), (-61.0, True)):
+        rate = stuck.deriv(state, PortFlows(0.0, 0.0, 0.0, 0.0), 1e3 - weight + excess)
+        assert (abs(rate.velocity) > 1e-10) is moves
+
+
+def test_stops_push_it_back() -> None:
+    state = CylinderState(0.0, -1e-5, 1e6, 2e6, DIFFERENTIAL.friction.init())
+    rate = DIFFERENTIAL._replace(stops=Stops(1e8, 5.0)).deriv(state, PortFlows(0.0, 0.0, 0.0, 0.0), 0.0)
+    assert rate.velocity == pytest.approx(1e8 * 1e-5 / 20.0)
+
+
+@given(x=st.floats(-10.0, 10.0))
+def test_volumes_stay_positive(x: float) -> None:
+    cylinder = Cylinder(stops=NoStops())
+    assert cylinder.volume_a(x) >= 0.01 * cylinder.dead_volume_a
+    assert cylinder.volume_b(x) >= 0.01 * cylinder.dead_volume_b
+
+
+def test_it_takes_the_port_flows_of_the_edges() -> None:
+    state = CylinderState(0.1, 0.3, 2.5e6, 1.5e6, DIFFERENTIAL.friction.init())
+    line = Pressures(40e5, 1e5)
+    assert DIFFERENTIAL.flows(state, Orifice(), 1e-4, line) == Orifice().port_flows(1e-4, line, 2.5e6, 1.5e6)
+    seen = DIFFERENTIAL.outputs(state, line)
+    assert seen == (0.1, 2e-3 * 2.5e6 - 1e-3 * 1.5e6, 0.3, 2.5e6, 1.5e6)
+
+
+def test_the_defaults_are_the_paper_s_machine() -> None:
+    cylinder, plant = Cylinder(), LoadPressurePlant()
+    simple = cylinder.simplified()
+    for name in LoadPressurePlant._fields:
+        assert getattr(simple, name) == pytest.approx(getattr(plant, name), rel=1e-12), name
+    assert cylinder.volume_a(0.039) == pytest.approx(0.5 * plant.total_volume)
+    assert cylinder.volume_b(0.039) == pytest.approx(0.5 * plant.total_volume)
+    assert cylinder.load_force(cylinder.init()) == 0.0
+
+
+def test_simplified_keeps_the_natural_frequency() -> None:
+    arm = OneLinkArm()
+    simple = DIFFERENTIAL._replace(mechanism=arm, oil=AeratedOil()).simplified()
+    spring = 4e-6 / (1e-4 + 2e-3 * 0.1) + 1e-6 / (2e-4 + 1e-3 * 0.4)
+    assert 4.0 * simple.piston_area**2 / simple.total_volume == pytest.approx(spring)
+    assert simple.piston_area == pytest.approx(1.5e-3)
+    assert simple.mass == arm.inertia(0.1)
+    assert simple.bulk_modulus == AeratedOil().bulk_modulus(20e5)
+    assert simple.leakage == pytest.approx(2e-12)
+    assert simple.damping == 100.0
+
+
+def test_from_diameters() -> None:
+    single = Cylinder.from_diameters(0.05, 0.03, 0.4)
+    assert single.area_a == pytest.approx(math.pi * 0.025**2)
+    assert single.area_b == pytest.approx(math.pi * (0.025**2 - 0.015**2))
+    assert (single.stroke, single.start_position) == (0.4, 0.2)
+    double = Cylinder.from_diameters(0.05, 0.03, 0.4, rods=2, line_volume_a=1e-5, line_volume_b=3e-5)
+    assert double.area_a == double.area_b == single.area_b
+    assert (double.dead_volume_a, double.dead_volume_b) == (1e-5, 3e-5)
+
+
+SHORT = Simulation(0.02, 1e-4, 5, 1e-3)
+FULL = Cylinder(oil=AeratedOil(), friction=LuGre(), mechanism=OneLinkArm())
+STICKING = Cylinder(friction=Stribeck(), mechanism=OneLinkArm())
+
+
+@pytest.mark.parametrize("plant", [Cylinder(), FULL, STICKING], ids=["plain", "full", "sticking"])
+def test_compiled_and_interpreted_runs_are_the_same(plant: Cylinder) -> None:
+    loop = Loop(simulation=SHORT, plant=plant, controller=PI(0.3, 50.0))
+    run = simulate(loop, strict=True)
+    assert run.identical(simulate(loop, compiled=False))
+    assert np.isfinite(run["plant.pressure_a"]).all()
+    assert run["plant.velocity"].std() > 0.0
+
+
+def test_it_follows_the_demand_as_the_load_pressure_form_does() -> None:
+    """Near mid-stroke, where the chambers are alike."""
+    paper, here = (
+        simulate(Loop(simulation=Simulation(0.1, 1e-4, 5, 1e-3), plant=plant, controller=PI(0.3, 50.0)))
+        for plant in (LoadPressurePlant(), Cylinder())
+    )
+    largest = abs(paper["plant.velocity"]).max()
+    assert abs(paper["plant.velocity"] - here["plant.velocity"]).max() < 1e-4 * largest
+
+
+SCENARIO = """
+[plant]
+type = "Cylinder"
+area_b = "3 cm^2"
+[plant.oil]
+type = "AeratedOil"
+air_content = 0.01
+[plant.friction]
+type = "LuGre"
+[plant.stops]
+type = "NoStops"
+[plant.mechanism]
+type = "OneLinkArm"
+level_angle = "80 deg"
+[controller]
+type = "PI"
+"""
+
+
+def test_a_scenario_names_its_parts(tmp_path: Path) -> None:
+    file = tmp_path / "arm.toml"
+    file.write_text(SCENARIO, encoding="utf-8")
+    loop = load_scenario(file)
+    assert isinstance(loop.plant, Cylinder)
+    assert loop.plant.oil == AeratedOil(air_content=0.01)
+    assert loop.plant.friction == LuGre()
+    assert loop.plant.stops == NoStops()
+    assert loop.plant.mechanism == OneLinkArm(level_angle=pytest.approx(math.radians(80.0)))
+    assert loop.plant.area_b == pytest.approx(3e-4)
+    assert loop.nominal.plant == loop.plant.simplified()

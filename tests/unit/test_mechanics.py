@@ -1,0 +1,161 @@
+"""Frictions, end stops and mechanisms against their equations."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hydroservo.block import Block
+from hydroservo.mechanics import (
+    LuGre,
+    LuGreState,
+    Mass,
+    MassSpringDamper,
+    NoStops,
+    OneLinkArm,
+    Stops,
+    Stribeck,
+    Viscous,
+)
+
+velocities = st.floats(-1.0, 1.0)
+forces = st.floats(-1e4, 1e4)
+ARM = OneLinkArm(level_angle=1.2)
+
+
+def hinge_angle(arm: OneLinkArm, x: float) -> float:
+    """The angle opposite to the cylinder in the triangle."""
+    a, b, length = arm.base_distance, arm.pin_distance, arm.closed_length + x
+    return math.acos((a * a + b * b - length * length) / (2.0 * a * b))
+
+
+def test_viscous() -> None:
+    friction = Viscous(30.0)
+    assert friction.force(friction.init(), 0.2, 1e3, 5.0) == 6.0
+    assert friction.simplified() == 30.0
+
+
+class TestStribeck:
+    friction = Stribeck(40.0, 60.0, 5e-3, 50.0, 1e-4)
+
+    def force(self, velocity: float, net: float, mass: float = 6.0) -> float:
+        return self.friction.force(self.friction.init(), velocity, net, mass)
+
+    @given(net=st.floats(-60.0, 60.0))
+    def test_at_rest_it_balances_what_it_can_hold(self, net: float) -> None:
+        assert self.force(0.0, net) == net
+
+    @given(net=st.floats(60.0, 1e4))
+    def test_at_rest_it_gives_way_beyond_the_breakaway_force(self, net: float) -> None:
+        assert self.force(0.0, net) == 60.0
+        assert self.force(0.0, -net) == -60.0
+
+    @given(v=st.floats(1e-6, 1.0))
+    def test_steady_sliding_meets_the_stribeck_curve(self, v: float) -> None:
+        """The force that keeps a velocity, F(v, N = F), is that of Hess and Soom."""
+        curve = 50.0 * v + 40.0 + 20.0 / (1.0 + (v / 5e-3) ** 2)
+        assert self.force(v, curve) == pytest.approx(curve, rel=1e-12)
+        assert self.force(-v, -curve) == pytest.approx(-curve, rel=1e-12)
+
+    @given(v=st.floats(-1e-5, 1e-5), net=st.floats(-50.0, 50.0))
+    def test_a_slow_mass_is_stopped_in_the_stop_time(self, v: float, net: float) -> None:
+        rate = (net - self.force(v, net)) / 6.0
+        assert rate == pytest.approx(-v / 1e-4, rel=1e-9, abs=1e-13)
+
+    def test_simplified(self) -> None:
+        assert self.friction.simplified() == 50.0
+
+
+class TestLuGre:
+    friction = LuGre(1e6, 80.0, 50.0, 40.0, 60.0, 5e-3)
+
+    def test_equations(self) -> None:
+        v, z = 4e-3, 3e-5
+        g = 40.0 + 20.0 * math.exp(-((4.0 / 5.0) ** 2))
+        bending = v - 1e6 * v / g * z
+        state = LuGreState(z)
+        assert self.friction.deriv(state, v).deflection == pytest.approx(bending, rel=1e-13)
+        expected = 1e6 * z + 80.0 * bending + 50.0 * v
+        assert self.friction.force(state, v, 1e3, 6.0) == pytest.approx(expected, rel=1e-13)
+
+    def test_it_starts_unbent(self) -> None:
+        assert self.friction.init() == LuGreState(0.0)
+        assert self.friction.simplified() == 50.0
+
+
+class TestStops:
+    stops = Stops(1e8, 5.0)
+
+    @given(x=st.floats(0.0, 0.08), v=velocities)
+    def test_inside_the_stroke_there_is_no_force(self, x: float, v: float) -> None:
+        assert self.stops.force(x, v, 0.08) == 0.0
+
+    def test_beyond_the_ends(self) -> None:
+        assert self.stops.force(-1e-4, -0.1, 0.08) == pytest.approx(1e8 * 1e-4 * 1.5)
+        assert self.stops.force(0.08 + 1e-4, 0.1, 0.08) == pytest.approx(-1e8 * 1e-4 * 1.5, rel=1e-9)
+
+    @given(depth=st.floats(0.0, 1e-3), v=velocities)
+    def test_they_push_and_never_pull(self, depth: float, v: float) -> None:
+        assert self.stops.force(-depth, v, 0.08) >= 0.0
+        assert self.stops.force(0.08 + depth, v, 0.08) <= 0.0
+
+    def test_no_stops(self) -> None:
+        assert NoStops().force(-1.0, 2.0, 0.08) == 0.0
+
+
+def test_mass() -> None:
+    assert Mass(4.0).inertia(0.02) == 4.0
+    assert Mass(4.0).resistance(0.02, 0.1) == 0.0
+
+
+def test_mass_spring_damper() -> None:
+    load = MassSpringDamper(4.0, 1e4, 0.03, 20.0)
+    assert load.inertia(0.1) == 4.0
+    assert load.resistance(0.05, 0.1) == pytest.approx(1e4 * 0.02 + 20.0 * 0.1)
+
+
+class TestOneLinkArm:
+    positions = np.linspace(0.0, 0.078, 7).tolist()
+
+    @pytest.mark.parametrize("x", positions)
+    def test_inertia(self, x: float) -> None:
+        """dq/dx by a difference of the angle itself."""
+        h = 1e-6
+        turning = (hinge_angle(ARM, x + h) - hinge_angle(ARM, x - h)) / (2.0 * h)
+        expected = 1.0 + (0.25 + 3.0 * 0.36) * turning**2
+        assert ARM.inertia(x) == pytest.approx(expected, rel=1e-8)
+
+    @pytest.mark.parametrize("x", positions)
+    def test_a_changing_inertia_resists(self, x: float) -> None:
+        """(1/2) dM/dx v^2, by a difference of M."""
+        h, v = 1e-6, 0.3
+        slope = (ARM.inertia(x + h) - ARM.inertia(x - h)) / (2.0 * h)
+        found = ARM.resistance(x, v) - ARM.resistance(x, 0.0)
+        assert found == pytest.approx(0.5 * slope * v * v, rel=1e-6, abs=1e-6)
+
+    @pytest.mark.parametrize("x", positions)
+    def test_it_holds_the_weight(self, x: float) -> None:
+        """Statics: moments about the hinge, in the plane with the level link along the first axis."""
+        arm = ARM
+        q = hinge_angle(arm, x)
+        link = np.array([math.cos(q - arm.level_angle), math.sin(q - arm.level_angle)])
+        base = np.array([math.cos(-arm.level_angle), math.sin(-arm.level_angle)]) * arm.base_distance
+        pin = arm.pin_distance * link
+        along = (pin - base) / np.linalg.norm(pin - base)
+        lever = float(pin[0] * along[1] - pin[1] * along[0])
+        weight = 9.80665 * (arm.arm_mass * arm.centre_distance + arm.payload * arm.reach) * float(link[0])
+        assert arm.resistance(x, 0.0) == pytest.approx(weight / lever, rel=1e-11)
+
+    @pytest.mark.parametrize("x", [-0.0515, 0.1085, -1.0, 1.0])
+    def test_dead_points_leave_it_finite(self, x: float) -> None:
+        assert math.isfinite(ARM.inertia(x))
+        assert math.isfinite(ARM.resistance(x, 0.1))
+
+
+@pytest.mark.parametrize("friction", [Viscous(), Stribeck(), LuGre()])
+@given(v=velocities, net=forces)
+def test_friction_is_odd(friction: Block, v: float, net: float) -> None:
+    there = friction.force(friction.init(), v, net, 6.0)
+    assert friction.force(friction.init(), -v, -net, 6.0) == -there
