@@ -4,7 +4,7 @@ import inspect
 from collections.abc import Mapping
 from importlib import import_module
 from types import FunctionType
-from typing import Any, Protocol
+from typing import Any, Protocol, get_type_hints
 
 from hydroservo.block import (
     Controller,
@@ -18,11 +18,14 @@ from hydroservo.block import (
     Observer,
     Oil,
     Plant,
+    PositionSensor,
+    PressureSensor,
     Realisation,
     Reference,
     Sensors,
     Supply,
     Valve,
+    VelocityEstimator,
 )
 
 PACKAGES = (
@@ -39,6 +42,7 @@ PACKAGES = (
     "plants",
 )
 PLAIN = {"simplified"}  # methods that only Python calls
+NOTHING = ("NoPosition", "NoPressure")  # blocks whose answer, nan, is that there is none
 
 
 class Limiter(Protocol):
@@ -67,11 +71,14 @@ ROLES: tuple[type, ...] = (
     Observer,
     Oil,
     Plant,
+    PositionSensor,
+    PressureSensor,
     Realisation,
     Reference,
     Sensors,
     Supply,
     Valve,
+    VelocityEstimator,
 )
 
 
@@ -117,3 +124,8 @@ def identifier(cls: type) -> str:
 def playing(role: Any) -> list[type]:
     """The block classes of a role."""
     return [cls for cls in blocks() if role_of(cls) is role]
+
+
+def wraps(cls: type) -> bool:
+    """True for a block that nests another of its own role."""
+    return role_of(cls) in get_type_hints(cls).values()
