@@ -21,9 +21,10 @@ class Difference(NamedTuple):
     """The backward difference of the measured position: v_k = (x_k - x_(k-1))/h, and 0 at the first sample.
 
     It is the mean velocity over the last period, so it lags by h/2. A position rounded to counts q adds an
-    error within +-q/h, of rms q/(sqrt(6) h) where the motion meets all parts of a count alike.
+    error within +-q/h: at a constant speed of n + f counts a period one of rms q sqrt(f (1 - f))/h, and
+    q/(sqrt(6) h) over all speeds, as if the two roundings were independent.
 
-    Source: a definition; the rms is that of the difference of two independent errors of rms q/sqrt(12).
+    Source: a definition; Widrow and Kollar, Quantization Noise, 2008, ch. 1.
     Fails at short periods: at 10 kHz a count of 1 um is 10 mm/s.
     """
 
