@@ -18,7 +18,7 @@ class DifferenceState(NamedTuple):
 
 
 class Difference(NamedTuple):
-    """The backward difference of the measured position: v_k = (x_k - x_(k-1))/h, and 0 at the first sample.
+    """The backward difference of the measured position: v_k = (y_k - y_(k-1))/h, and 0 at the first sample.
 
     It is the mean velocity over the last period, so it lags by h/2. A position rounded to counts q adds an
     error within +-q/h: at a constant speed of n + f counts a period one of rms q sqrt(f (1 - f))/h, and

@@ -14,7 +14,7 @@ __all__ = ["Encoder"]
 class Encoder(NamedTuple):
     """Position in whole counts of an incremental or absolute scale, the nearest one.
 
-    x_m = q nearest(x/q)
+    y_m = q nearest(y/q)
 
     The error lies within +-q/2, the scale's zero being in the middle of a count; in motion that meets all
     parts of a count alike it has mean 0 and rms q/sqrt(12).

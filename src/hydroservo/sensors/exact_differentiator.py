@@ -16,29 +16,29 @@ LEVANT = "Levant, Automatica 34(3), 1998"
 class ExactDifferentiatorState(NamedTuple):
     """The two states of the differentiator."""
 
-    value: Annotated[float, Field("m/s", "estimated piston velocity z_2")]
-    position: Annotated[float, Field("m", "smoothed position z_1")]
+    value: Annotated[float, Field("m/s", "estimated piston velocity")]
+    position: Annotated[float, Field("m", "smoothed position")]
 
 
 class ExactDifferentiator(NamedTuple):
     """First-order robust exact differentiator (super-twisting), the sign solved for in each step.
 
-    With e = z_1 - x and L a bound of the acceleration::
+    With y the measured position, eta = y_hat - y and L a bound of the acceleration::
 
-        dz_1/dt = z_2 - lambda_1 sqrt(L) sqrt|e| sgn(e)
-        dz_2/dt = -lambda_2 L sgn(e)
+        dy_hat/dt = v_hat - lambda_1 sqrt(L) sqrt|eta| sgn(eta)
+        dv_hat/dt = -lambda_2 L sgn(eta)
 
-    by backward Euler with xi in Sgn(e): with the measured x and b = z_1 + h z_2 - x, the new e solves
-    e + h lambda_1 sqrt(L) sqrt|e| sgn(e) + h^2 lambda_2 L xi = b. If |b| <= h^2 lambda_2 L then e = 0 and
-    xi = b/(h^2 lambda_2 L); otherwise xi = sgn(b) and sqrt|e| is the positive root of a quadratic. Then
-    z_1 = x + e and z_2 falls by h lambda_2 L xi. So sgn causes no chatter, and a ramp is met to rounding
-    after a finite time; an acceleration within +-L shifts z_2 by at most h L/2. It starts at rest at the
-    first position.
+    by backward Euler with xi in Sgn(eta): with b = y_hat + h v_hat - y, the new eta solves
+    eta + h lambda_1 sqrt(L) sqrt|eta| sgn(eta) + h^2 lambda_2 L xi = b. If |b| <= h^2 lambda_2 L then eta = 0
+    and xi = b/(h^2 lambda_2 L); otherwise xi = sgn(b) and sqrt|eta| is the positive root of a quadratic. Then
+    y_hat = y + eta, and v_hat falls by h lambda_2 L xi. So sgn causes no chatter, and a ramp is met to
+    rounding after a finite time; an acceleration within +-L shifts v_hat by at most h L/2. It starts at rest
+    at the first position.
 
     Source: Levant, Automatica 34(3), 1998; backward Euler: Mojallizadeh, Brogliato, Acary, Int. J. Robust and
     Nonlinear Control 31(16), 2021.
-    Fails to smooth anything where L is so large that the position's errors stay within h^2 lambda_2 L: z_2 is
-    then the backward difference. Where the acceleration exceeds L, z_2 falls behind.
+    Fails to smooth anything where L is so large that the position's errors stay within h^2 lambda_2 L: v_hat
+    is then the backward difference. Where the acceleration exceeds L, v_hat falls behind.
     """
 
     lipschitz: Annotated[float, Field("m/s^2", "bound L of the acceleration", CHOSEN, above=0)] = 1.0

@@ -21,7 +21,7 @@ class FilteredDifferenceState(NamedTuple):
 class FilteredDifference(NamedTuple):
     """The backward difference through a first-order low-pass, discretised by backward Euler.
 
-    v_k = v_(k-1) + h/(tau + h) ((x_k - x_(k-1))/h - v_(k-1)), and 0 at the first sample
+    v_k = v_(k-1) + h/(tau + h) ((y_k - y_(k-1))/h - v_(k-1)), and 0 at the first sample
 
     It lags by tau + h/2. A position with errors of rms r, independent from sample to sample, gives one of
     rms r sqrt(2/((tau + h)(2 tau + h))).

@@ -25,9 +25,9 @@ class PressureTransducer(NamedTuple):
 
         f_k = f_(k-1) + h/(tau + h) (p_k - f_(k-1))               starting at the first pressure
         r_k = f_k + (offset + noise n_k) R                        clipped to the range
-        y_k = range_low + q nearest((r_k - range_low)/q)          q = R/2^bits
+        value = range_low + q nearest((r_k - range_low)/q)        q = R/2^bits
 
-    The highest code of the converter reads range_high - q. With 0 bits there is none, and y_k = r_k.
+    The highest code of the converter reads range_high - q. With 0 bits there is none, and the value is r_k.
 
     Source: the entries of any transducer's data sheet; backward Euler for the lag; rounding as in Widrow and
     Kollar, Quantization Noise, 2008, ch. 1.
