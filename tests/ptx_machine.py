@@ -98,6 +98,7 @@ WORDS: dict[str, Callable[..., int]] = {
     "bfe.u64": lambda a, first, count: a >> first & (1 << count) - 1,
     "max.s64": lambda a, b: max(signed(a), signed(b)),
     "min.s64": lambda a, b: min(signed(a), signed(b)),
+    "cvt.u32.u64": lambda a: a & 0xFFFFFFFF,
     "cvt.rn.f64.s64": lambda a: bits(float(signed(a))),
     "cvt.rn.f64.u64": lambda a: bits(float(a)),
     "cvt.rzi.s64.f64": lambda a: toward_zero(double(a)),

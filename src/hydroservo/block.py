@@ -40,12 +40,15 @@ __all__ = [
     "Observer",
     "Oil",
     "Plant",
+    "PositionSensor",
+    "PressureSensor",
     "Reaching",
     "Realisation",
     "Reference",
     "Sensors",
     "Supply",
     "Valve",
+    "VelocityEstimator",
     "declared_fields",
     "designed",
     "field_at",
@@ -260,12 +263,37 @@ class Integrator(Protocol):
 class Sensors(Protocol):
     """What the controller sees of the machine: a sampled state (noise, filters), and the measurement from it.
 
-    ``step`` comes first at a sample; ``measure`` then sees its new state.
+    ``step`` comes first at a sample; ``measure`` then sees its new state. Sensors that leave fields of the
+    measurement unmeasured, as nan, have a method ``missing()`` that names them.
     """
 
     def init(self) -> Block: ...
     def step(self, s: Block, machine: MachineOutputs, draws: Draws, dt: float) -> Block: ...
     def measure(self, s: Block, machine: MachineOutputs, command: float) -> Measurement: ...
+
+
+class PositionSensor(Protocol):
+    """A sensor of the piston's position [m]; its state holds the reading ``value``, nan if it has none."""
+
+    def init(self) -> Block: ...
+    def step(self, s: Block, position: float, draws: Draws, dt: float) -> Block: ...
+
+
+class VelocityEstimator(Protocol):
+    """The piston's velocity [m/s]; its state holds it as ``value``.
+
+    It is estimated from the ``position`` as measured, or measured at the machine itself.
+    """
+
+    def init(self) -> Block: ...
+    def step(self, s: Block, machine: MachineOutputs, position: float, draws: Draws, dt: float) -> Block: ...
+
+
+class PressureSensor(Protocol):
+    """A sensor of a chamber's pressure [Pa]; its state holds the reading ``value``, nan if it has none."""
+
+    def init(self) -> Block: ...
+    def step(self, s: Block, pressure: float, draws: Draws, dt: float) -> Block: ...
 
 
 def designed(block: Block, period: float, model: Block) -> Block:

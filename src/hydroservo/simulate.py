@@ -15,7 +15,7 @@ from hydroservo.field import Field
 from hydroservo.loop import Loop
 from hydroservo.metrics import METRIC_FIELDS, Metrics, MetricsState, Sample, TrackingMetrics, summary
 from hydroservo.provenance import provenance
-from hydroservo.sensors.missing import Lacking, MissingSignalError
+from hydroservo.sensors.missing import Lacking, MissingSignalError, Unmeasured, missing_signals
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -162,7 +162,7 @@ def compilation(loop: Loop) -> Iterator[None]:
     """Turns what a compiler says into one line about the loop."""
     from hydroservo.engine.native import CompileError, RunError
 
-    law = type(loop.controller).__name__
+    law = named(loop.controller, "controller")
     try:
         yield
     except CompileError as error:
@@ -177,31 +177,37 @@ def first_state(loop: Loop) -> Block:
     Raises:
         LoopError: a block reads a signal that is not there, or returns something else than its state's type.
     """
+    law = named(loop.controller, "controller")
     try:
         state = loop.init()
         after = lacking(loop).sample(state, 0.0, loop.simulation.period)
     except MissingSignalError as error:
         raise LoopError(
-            f"{type(loop.controller).__name__} needs the {error}, which {type(loop.sensors).__name__} lacks; "
+            f"{law} needs {error}, which {named(loop.sensors, 'sensors')} does not measure; "
             "add a sensor for it, or take a law that does without"
         ) from None
     except (ArithmeticError, AttributeError, LookupError, NameError, TypeError, ValueError) as error:
-        raise LoopError(f"{type(loop.controller).__name__} does not fit this loop: {error}") from error
+        raise LoopError(f"{law} does not fit this loop: {error}") from error
     for (path, before), (path_after, value) in zip(parts(state), parts(after), strict=False):
         if path != path_after or (is_block(before) and type(before) is not type(value)):
             raise LoopError(
                 f"state {path} is a {type(before).__name__}, and {path_after} a {type(value).__name__} after "
                 "one step; a step returns its state's type"
             )
-        if not is_block(before) and not (type(before) is float and isinstance(value, float)):
+        if not is_block(before) and not (type(before) is float and isinstance(value, (float, Unmeasured))):
             raise LoopError(f"state {path} must be a float (1.0, not 1) in init and after each step")
     return state
 
 
 def lacking(loop: Loop) -> Loop:
     """The loop with sensors that raise :class:`MissingSignalError` once a signal they lack is used."""
-    missing = getattr(loop.sensors, "missing", None)
-    return loop if missing is None else loop._replace(sensors=Lacking(loop.sensors, missing()))
+    return loop._replace(sensors=Lacking(loop.sensors, missing_signals(loop.sensors)))
+
+
+def named(block: Block, inner: str) -> str:
+    """What a block is called in a message: "TSMC in DAC" if the field ``inner`` holds what it wraps."""
+    name = type(block).__name__
+    return f"{named(getattr(block, inner), inner)} in {name}" if hasattr(block, inner) else name
 
 
 def parts(state: Block, path: str = "") -> Iterator[tuple[str, Any]]:

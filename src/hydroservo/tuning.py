@@ -15,7 +15,7 @@ from hydroservo.loop import Loop
 from hydroservo.metrics import FLAGS, METRIC_FIELDS
 from hydroservo.varied import SEED
 
-__all__ = ["Aim", "Tuned", "measured", "tune"]
+__all__ = ["LOST", "Aim", "Tuned", "measured", "tune"]
 
 Numbers = NDArray[np.float64]
 Progress = Callable[[float, float], None]  # called with the fraction done and the best cost so far

@@ -4,7 +4,7 @@ import inspect
 from collections.abc import Mapping
 from importlib import import_module
 from types import FunctionType
-from typing import Any, Protocol
+from typing import Any, Protocol, get_type_hints
 
 from hydroservo.block import (
     Accumulator,
@@ -19,12 +19,15 @@ from hydroservo.block import (
     Observer,
     Oil,
     Plant,
+    PositionSensor,
+    PressureSensor,
     Reaching,
     Realisation,
     Reference,
     Sensors,
     Supply,
     Valve,
+    VelocityEstimator,
 )
 
 PACKAGES = (
@@ -40,7 +43,8 @@ PACKAGES = (
     "sensors",
     "plants",
 )
-PLAIN = {"designed", "simplified"}  # methods that only Python calls
+PLAIN = {"designed", "missing", "simplified"}  # methods that only Python calls
+NOTHING = ("NoPosition", "NoPressure")  # blocks whose answer, nan, is that there is none
 
 
 class Limiter(Protocol):
@@ -75,12 +79,15 @@ ROLES: tuple[type, ...] = (
     Oil,
     Plant,
     Reaching,
+    PositionSensor,
+    PressureSensor,
     Realisation,
     Reference,
     Relief,
     Sensors,
     Supply,
     Valve,
+    VelocityEstimator,
 )
 
 
@@ -126,3 +133,8 @@ def identifier(cls: type) -> str:
 def playing(role: Any) -> list[type]:
     """The block classes of a role."""
     return [cls for cls in blocks() if role_of(cls) is role]
+
+
+def wraps(cls: type) -> bool:
+    """True for a block that nests another of its own role."""
+    return role_of(cls) in get_type_hints(cls).values()

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple, get_type_hints
 import numpy as np
 from hypothesis import strategies as st
 from hypothesis.strategies import SearchStrategy
-from roles import ROLES, playing
+from roles import NOTHING, ROLES, playing, wraps
 
 from hydroservo.block import Block, Reaching, Realisation, is_block, leaves, replace
 from hydroservo.checks import checked, within
@@ -54,12 +54,18 @@ def wired(cls: type, spread: Range) -> SearchStrategy[Block]:
     """Blocks of a class, each nested block of any type that plays its role."""
     hints = get_type_hints(cls)
     inner = {
-        name: st.one_of([wired(choice, spread) for choice in playing(hints[name])])
+        name: st.one_of([wired(choice, spread) for choice in choices(cls, hints[name])])
         for name in cls._fields
         if hints[name] in ROLES
     }
     exchanged = st.fixed_dictionaries(inner)
     return st.builds(replace, block_of(cls, spread), exchanged)
+
+
+def choices(cls: type, role: type) -> list[type]:
+    """What may be nested in a block: a wrapper wraps no other here, and every signal is measured."""
+    found = playing(role)
+    return [one for one in found if one.__name__ not in NOTHING and not (wraps(one) and cls in found)]
 
 
 def number(default: Any, field: Field, spread: Range) -> SearchStrategy[Any]:

@@ -19,14 +19,15 @@ from numba import cuda as numba_cuda
 
 from hydroservo import Loop, Simulation, batch
 from hydroservo.batch import simulate_batch
-from hydroservo.controllers import PI, TSMC, Backstepping
+from hydroservo.controllers import DAC, PI, TSMC, AntiWindup, Backstepping, RateLimit
 from hydroservo.engine import cuda, native
+from hydroservo.holds import DelayedHold
 from hydroservo.integrators import Tsit5
 from hydroservo.loads import Recorded as RecordedLoad
 from hydroservo.loads import Square as SquareLoad
 from hydroservo.observers import Explicit, Implicit, ModelDerivative, TSMObserver
 from hydroservo.references import Chirp, Multisine, Recorded, Square
-from hydroservo.sensors import NoisySensors
+from hydroservo.sensors import DelayedSensors, Dropout, ExactDifferentiator, NoisySensors, RigSensors
 from hydroservo.time_series import TimeSeries
 from hydroservo.valves import FirstOrderValve, StaticValve
 from ptx_machine import PtxDevice
@@ -51,6 +52,12 @@ LOOPS = {
         sensors=NoisySensors(),
         reference=Square(),
         controller=PI(),
+    ),
+    "rig": Loop(
+        Simulation(1e-3, 1e-4, 2),
+        sensors=Dropout(0.3, DelayedSensors(RigSensors(velocity=ExactDifferentiator()))),
+        controller=AntiWindup(DAC(RateLimit(PI()))),
+        hold=DelayedHold(5e-5),
     ),
     "tsit5": Loop(
         Simulation(6e-4, 1e-4, integrator=Tsit5(1e-6)),

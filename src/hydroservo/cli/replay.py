@@ -11,7 +11,7 @@ from hydroservo.errors import ScenarioError
 from hydroservo.loop import Loop
 from hydroservo.provenance import scenario_hash
 from hydroservo.scenario import load_scenario, parse_override
-from hydroservo.scenario.load import Machine
+from hydroservo.scenario.load import Machine, model_path
 
 __all__ = ["Origin", "command"]
 
@@ -96,11 +96,12 @@ def deviation(value: float, nominal: float) -> float:
 def alone(loop: Loop, settings: Settings) -> dict[str, float]:
     """What keeps a controller's model, and uncertainty, from following what is set of the machine."""
     known = dict(leaves(loop))
+    model = model_path(loop.controller)
     found = {}
     for path in settings:
         if path.partition(".")[0] in Machine._fields:
             found[f"uncertainty.{path}"] = 0.0
-            believed = f"controller.model.{path}"
+            believed = f"{model}.{path}"
             found |= {believed: known[believed]} if believed in known else {}
     return found
 

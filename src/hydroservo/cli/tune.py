@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 __all__ = ["tune"]
 
 MOST_CANDIDATES = 10_000_000
-MOST_SEEDS = 100_000
+MOST_SEEDS = 10_000
 
 
 def tune(

@@ -14,11 +14,12 @@ from hydroservo.cli.tables import as_text, show
 from hydroservo.metrics import METRIC_FIELDS
 from hydroservo.readable import common_unit
 from hydroservo.results import atomic_path
-from hydroservo.tuning import Aim, Tuned, measured
+from hydroservo.tuning import LOST, Aim, Tuned, measured
 
 __all__ = ["as_tables", "show_tuned", "write_values"]
 
 WIDTH = 100  # characters a line of a comment
+BEYOND = 1e-4 * LOST  # any metric of runs that were not lost, were there ten thousand seeds
 
 
 def as_tables(scenarios: Sequence[str], command: str, aim: Aim, found: Tuned) -> dict[str, Any]:
@@ -87,5 +88,5 @@ def metrics(scenarios: Sequence[str], aim: Aim, found: Tuned) -> Table:
 
 
 def result(metric: float, factor: float) -> str:
-    """A metric as text; no mean counts where a run was lost."""
-    return "diverged" if metric >= LOST / MOST_SEEDS else as_text(metric, factor)
+    """A metric as text; a mean in which one run was lost says nothing."""
+    return "diverged" if metric > BEYOND else as_text(metric, factor)

@@ -13,7 +13,7 @@ from hydroservo.checks import allowed, within
 from hydroservo.errors import ScenarioError, short
 from hydroservo.field import Field
 from hydroservo.loop import Loop
-from hydroservo.scenario.load import Machine
+from hydroservo.scenario.load import Machine, model_path
 from hydroservo.scenario.names import nearest, one_of
 from hydroservo.scenario.overrides import PATH
 from hydroservo.scenario.quantities import si_value
@@ -22,7 +22,6 @@ from hydroservo.varied import SEED
 __all__ = ["Drawn", "Variation", "drawn_runs", "variations"]
 
 OPTION = "--vary"
-MODEL = "controller.model."
 LONGEST = 4096  # characters of one option
 QUANTITY = re.compile(r"[+-]?[0-9.]+(?:[eE][+-]?[0-9]+)?(?:\s*/\s*[0-9]+)?\s*(.*)", re.DOTALL)
 
@@ -180,10 +179,10 @@ def drawn_runs(loop: Loop, varied: Sequence[Variation], seed: int, runs: int, *,
 
 def moved(loop: Loop, path: str) -> list[str]:
     """What changes with a number: where a controller has a model, disturbances are defined against that."""
-    believed = getattr(loop.controller, "model", None) is loop.nominal
-    if not path.startswith(MODEL) or not believed:
+    model = model_path(loop.controller)
+    if model is None or not path.startswith(f"{model}.") or value_at(loop, model) is not loop.nominal:
         return [path]
-    return [path, f"nominal.{path.removeprefix(MODEL)}"]
+    return [path, f"nominal.{path.removeprefix(f'{model}.')}"]
 
 
 def drawn(one: Variation, seed: int, runs: int) -> Numbers:

@@ -39,7 +39,7 @@ RUN, TREND, LOST = PALETTE[0], PALETTE[1], "#000000"
 COUNTS = LinearSegmentedColormap.from_list("counts", ["#dcebf7", "#6baed6", RUN, "#08306b"])
 LABELS = 60  # characters that all labels below a row of panels may take side by side
 ABOVE = (1.02, 1.06)  # a panel
-OWNERS = {"load": "load: ", "reference": "demand: ", "controller.model": "model: "}  # of like numbers
+OWNERS = {"load": "load: ", "reference": "demand: ", "model": "model: "}  # of like numbers
 MARKS = 200  # runs that diverged; more of them would hide each other, so that a strip shows their share
 GREEK = {"beta": "beta", "delta": "delta", "eps": "varepsilon", "mu": "mu", "phi": "phi", "rho": "rho"}
 NO_BREAK = "\N{NO-BREAK SPACE}"
@@ -160,7 +160,8 @@ def draw_panel(axis: Axes, column: xr.DataArray, runs: Measured) -> None:
     axis.set_xlim(x.min(), x.max())
     place = axis.get_subplotspec()
     across = place.get_gridspec().ncols - 1 if place is not None else 1
-    owner = next((name for path, name in OWNERS.items() if str(column.name).startswith(f"{path}.")), "")
+    parts = str(column.name).split(".")
+    owner = next((name for part, name in OWNERS.items() if part in parts[:-1]), "")
     axis.set_xlabel(labelled(owner + column.attrs["long_name"], unit, LABELS // across))
     if place is not None and place.is_first_col():
         axis.set_ylabel(labelled(runs.meaning, runs.unit, LABELS // 2))

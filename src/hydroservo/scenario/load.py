@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from hydroservo.block import Block
+from hydroservo.block import Block, value_at
 from hydroservo.loop import Loop
 from hydroservo.plants.design_model import DesignModel
 from hydroservo.scenario.build import block, hints
@@ -16,7 +16,7 @@ from hydroservo.scenario.registry import names_in_role
 from hydroservo.scenario.tables import Table, parsed
 from hydroservo.scenario.uncertainty import perturbed
 
-__all__ = ["load_scenario"]
+__all__ = ["load_scenario", "model_path"]
 
 DIGITAL = tuple(name for name in Loop._fields if name not in ("plant", "valve", "supply", "load", "nominal"))
 
@@ -60,10 +60,21 @@ def assembled(scenario: Table) -> Loop:
     machine = Machine(**{name: part(scenario, name, None) for name in Machine._fields})
     nominal = nominal_model(machine, scenario.table("valve"))
     digital = {name: part(scenario, name, nominal) for name in DIGITAL}
-    model = getattr(digital["controller"], "model", None)
-    believed = model if isinstance(model, DesignModel) else nominal
     true_machine = perturbed(machine, scenario.table("uncertainty"))
-    return Loop(**true_machine._asdict(), **digital, nominal=believed)
+    loop = Loop(**true_machine._asdict(), **digital, nominal=nominal)
+    model = model_path(loop.controller)
+    return loop if model is None else loop._replace(nominal=value_at(loop, model))
+
+
+def model_path(controller: Block, path: str = "controller") -> str | None:
+    """Where a controller's own model is, such as ``controller.model``; None if it has none.
+
+    In wrappers it is that of the outermost law that has one: ``controller.controller.model``.
+    """
+    if isinstance(getattr(controller, "model", None), DesignModel):
+        return f"{path}.model"
+    inner = getattr(controller, "controller", None)
+    return None if inner is None else model_path(inner, f"{path}.controller")
 
 
 def part(scenario: Table, name: str, nominal: DesignModel | None) -> Any:

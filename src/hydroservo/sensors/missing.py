@@ -1,36 +1,50 @@
 """Signals that nothing measures: using one is an error, passing it on is not."""
 
-from typing import Any
+from typing import Any, NoReturn
 
 from hydroservo.block import Block, Sensors
 from hydroservo.field import declared_fields
 from hydroservo.signals import Draws, MachineOutputs, Measurement
 
-__all__ = ["Lacking", "MissingSignalError", "Unmeasured"]
+__all__ = ["Lacking", "MissingSignalError", "Unmeasured", "missing_signals"]
 
 
 class MissingSignalError(Exception):
-    """A law computes with a signal that nothing measures; the message is what the signal means."""
+    """A law computes with a signal that nothing measures; the message is its name and what it means."""
 
 
-class Unmeasured(float):
-    """A number that is not there: it raises :class:`MissingSignalError` in any calculation or comparison."""
+class Unmeasured:
+    """A number that is not there: it raises :class:`MissingSignalError` in any calculation or comparison.
 
-    meaning: str
+    It is no float, since C's functions take a float's value without asking. Whether it is there may be asked
+    (``ops.isnan``, ``ops.isfinite``); the answer is that of the nan which stands for it in compiled code.
+    """
 
-    def __new__(cls, meaning: str) -> "Unmeasured":
-        self = super().__new__(cls, "nan")
-        self.meaning = meaning
-        return self
+    def __init__(self, name: str) -> None:
+        self.name = name
 
-    def used(self, *_: object) -> Any:
-        raise MissingSignalError(self.meaning)
+    def __repr__(self) -> str:
+        return f"Unmeasured({self.name!r})"
 
-    __add__ = __radd__ = __sub__ = __rsub__ = __mul__ = __rmul__ = used
-    __truediv__ = __rtruediv__ = __pow__ = __rpow__ = used
-    __neg__ = __pos__ = __abs__ = __float__ = __bool__ = used
-    __lt__ = __le__ = __gt__ = __ge__ = __eq__ = __ne__ = used
-    __hash__ = float.__hash__
+    def used(self, *_: object) -> NoReturn:
+        raise MissingSignalError(f"{self.name} ({declared_fields(Measurement)[self.name].meaning})")
+
+    def __sub__(self, other: object) -> float:
+        return float("nan") if other is self else self.used()
+
+    def __eq__(self, other: object) -> bool:
+        return False if other is self else self.used()
+
+    def __ne__(self, other: object) -> bool:
+        return True if other is self else self.used()
+
+    __add__ = __radd__ = __rsub__ = __mul__ = __rmul__ = __matmul__ = __rmatmul__ = used
+    __truediv__ = __rtruediv__ = __floordiv__ = __rfloordiv__ = __mod__ = __rmod__ = used
+    __divmod__ = __rdivmod__ = __pow__ = __rpow__ = __neg__ = __pos__ = __abs__ = used
+    __bool__ = __float__ = __int__ = __index__ = __complex__ = __round__ = used
+    __trunc__ = __floor__ = __ceil__ = __array__ = __format__ = used
+    __lt__ = __le__ = __gt__ = __ge__ = used
+    __hash__ = object.__hash__
 
 
 class Lacking:
@@ -42,9 +56,8 @@ class Lacking:
     """
 
     def __init__(self, sensors: Sensors, names: tuple[str, ...]) -> None:
-        fields = declared_fields(Measurement)
         self.sensors = sensors
-        self.unmeasured = {name: Unmeasured(fields[name].meaning) for name in names}
+        self.unmeasured: dict[str, Any] = {name: Unmeasured(name) for name in names}
 
     def init(self) -> Block:
         return self.sensors.init()
@@ -54,3 +67,9 @@ class Lacking:
 
     def measure(self, s: Block, machine: MachineOutputs, command: float) -> Measurement:
         return self.sensors.measure(s, machine, command)._replace(**self.unmeasured)
+
+
+def missing_signals(sensors: Sensors) -> tuple[str, ...]:
+    """The fields of :class:`~hydroservo.signals.Measurement` that sensors say they do not measure."""
+    found: tuple[str, ...] = getattr(sensors, "missing", tuple)()
+    return found

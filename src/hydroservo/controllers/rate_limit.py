@@ -1,0 +1,39 @@
+"""A law whose command moves no faster than a limit."""
+
+from typing import Annotated, NamedTuple
+
+from hydroservo import ops
+from hydroservo.block import Block, Controller, Field
+from hydroservo.controllers.pi import PI
+from hydroservo.signals import Demand, Measurement
+from hydroservo.sources import CHOSEN
+
+__all__ = ["RateLimit", "RateLimitState"]
+
+
+class RateLimitState(NamedTuple):
+    """What is put out, and the nested law's state."""
+
+    u: Annotated[float, Field("V", "command")]
+    controller: Block
+
+
+class RateLimit(NamedTuple):
+    """The command of a nested law, with steps from sample to sample within +-rate h; from 0 at the start.
+
+    u_k = u_(k-1) + clip(u_law - u_(k-1), -rate h, rate h)
+
+    Source: a definition.
+    Fails to leave a fast loop stable: a command that is limited in rate lags, the more the larger it is.
+    """
+
+    controller: Controller = PI()
+    rate: Annotated[float, Field("V/s", "largest rate of the command", CHOSEN, above=0)] = 1000.0
+
+    def init(self) -> RateLimitState:
+        return RateLimitState(0.0, self.controller.init())
+
+    def step(self, s: RateLimitState, y: Measurement, r: Demand, dt: float) -> RateLimitState:
+        controller = self.controller.step(s.controller, y, r, dt)
+        most = self.rate * dt
+        return RateLimitState(s.u + ops.clip(controller.u - s.u, -most, most), controller)

@@ -1,0 +1,32 @@
+"""A position sensor that counts."""
+
+from typing import Annotated, NamedTuple
+
+from hydroservo import ops
+from hydroservo.block import Field
+from hydroservo.sensors.ideal_position import PositionReading
+from hydroservo.signals import Draws
+from hydroservo.sources import CHOSEN
+
+__all__ = ["Encoder"]
+
+
+class Encoder(NamedTuple):
+    """Position in whole counts of an incremental or absolute scale, the nearest one.
+
+    y_m = q nearest(y/q)
+
+    The error lies within +-q/2, the scale's zero being in the middle of a count; in motion that meets all
+    parts of a count alike it has mean 0 and rms q/sqrt(12).
+
+    Source: Widrow and Kollar, Quantization Noise, 2008, ch. 1.
+    Fails at rest and at low speed, where the error is no noise: it is constant, or a sawtooth.
+    """
+
+    resolution: Annotated[float, Field("m", "length q of a count", CHOSEN, above=0)] = 1e-6
+
+    def init(self) -> PositionReading:
+        return PositionReading(0.0)
+
+    def step(self, s: PositionReading, position: float, draws: Draws, dt: float) -> PositionReading:
+        return PositionReading(self.resolution * ops.nearest(position / self.resolution))

@@ -1,0 +1,28 @@
+"""A position sensor without error."""
+
+from typing import Annotated, NamedTuple
+
+from hydroservo.block import Field
+from hydroservo.signals import Draws
+
+__all__ = ["IdealPosition", "PositionReading"]
+
+
+class PositionReading(NamedTuple):
+    """What a position sensor reads."""
+
+    value: Annotated[float, Field("m", "measured piston position")]
+
+
+class IdealPosition(NamedTuple):
+    """The position itself.
+
+    Source: a definition.
+    Fails on every real rig, whose sensors have a resolution; see Encoder.
+    """
+
+    def init(self) -> PositionReading:
+        return PositionReading(0.0)
+
+    def step(self, s: PositionReading, position: float, draws: Draws, dt: float) -> PositionReading:
+        return PositionReading(position)

@@ -1,0 +1,77 @@
+"""The sensors of a rig, put together from single ones."""
+
+from typing import Annotated, NamedTuple
+
+from hydroservo.block import Block, Field, PositionSensor, PressureSensor, VelocityEstimator
+from hydroservo.sensors.difference import Difference
+from hydroservo.sensors.encoder import Encoder
+from hydroservo.sensors.pressure_transducer import PressureTransducer
+from hydroservo.signals import Draws, MachineOutputs, Measurement
+from hydroservo.sources import TSMC_EHA_2021
+
+__all__ = ["RigSensors", "RigSensorsState"]
+
+SHARE = 16.0  # streams of random numbers for each sensor
+REST = MachineOutputs(0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+class RigSensorsState(NamedTuple):
+    """The states of the sensors; each holds its reading as ``value``."""
+
+    position: Block
+    velocity: Block
+    pressure_a: Block
+    pressure_b: Block
+
+
+class RigSensors(NamedTuple):
+    """A position sensor, a velocity from it or from a sensor of its own, and a pressure sensor each chamber.
+
+    The load force is not measured: it is area_a p_a - area_b p_b, with the areas that the controller's side
+    knows. A sensor whose reading is nan measures nothing (NoPosition, NoPressure), and what is computed from
+    it is missing too.
+
+    Source: a definition.
+    Fails where sensors are read at different instants.
+    """
+
+    position: PositionSensor = Encoder()
+    velocity: VelocityEstimator = Difference()
+    pressure_a: PressureSensor = PressureTransducer()
+    pressure_b: PressureSensor = PressureTransducer()
+    area_a: Annotated[float, Field("m^2", "piston area at chamber A as known", TSMC_EHA_2021, above=0)] = (
+        4.91e-4
+    )
+    area_b: Annotated[float, Field("m^2", "piston area at chamber B as known", TSMC_EHA_2021, above=0)] = (
+        4.91e-4
+    )
+
+    def init(self) -> RigSensorsState:
+        return RigSensorsState(
+            self.position.init(), self.velocity.init(), self.pressure_a.init(), self.pressure_b.init()
+        )
+
+    def step(self, s: RigSensorsState, machine: MachineOutputs, draws: Draws, dt: float) -> RigSensorsState:
+        position = self.position.step(s.position, machine.position, draws, dt)
+        return RigSensorsState(
+            position,
+            self.velocity.step(s.velocity, machine, position.value, self.share(draws, 1.0), dt),
+            self.pressure_a.step(s.pressure_a, machine.pressure_a, self.share(draws, 2.0), dt),
+            self.pressure_b.step(s.pressure_b, machine.pressure_b, self.share(draws, 3.0), dt),
+        )
+
+    def share(self, draws: Draws, number: float) -> Draws:
+        """Where one of the sensors draws its random numbers."""
+        return Draws(draws.seed, draws.stream + SHARE * number, draws.sample)
+
+    def measure(self, s: RigSensorsState, machine: MachineOutputs, command: float) -> Measurement:
+        a, b = s.pressure_a.value, s.pressure_b.value
+        return Measurement(
+            s.velocity.value, self.area_a * a - self.area_b * b, s.position.value, command, a, b
+        )
+
+    def missing(self) -> tuple[str, ...]:
+        """The fields of a measurement that are not measured: those that are nan when the machine rests."""
+        s = self.step(self.init(), REST, Draws(0.0, 0.0, 0.0), 1.0)
+        y = self.measure(s, REST, 0.0)
+        return tuple(name for name, value in zip(y._fields, y, strict=True) if value != value)  # noqa: PLR0124
