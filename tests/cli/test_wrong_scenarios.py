@@ -25,7 +25,7 @@ WRONG_TEXT = {
     "unknown key, nearest": (PI + "[plant]\nmas = 6\n", "; did you mean mass?"),
     "unknown table": (PI + "[plnt]\nmass = 6\n", "plnt: unknown key (value {'mass': 6})"),
     "nominal": (PI + "[nominal.plant]\nmass = 6\n", "nominal: unknown key"),
-    "misspelt type": ('[controller]\ntype = "TMSC"\n', "controller.type: 'TMSC' must be one of Backstepping"),
+    "misspelt type": ('[controller]\ntype = "TMSC"\n', "controller.type: 'TMSC' must be one of AntiWindup"),
     "misspelt type, nearest": ('[controller]\ntype = "tsmc"\n', "did you mean TSMC?"),
     "type of another role": (
         '[controller]\ntype = "TSMObserver"\n',

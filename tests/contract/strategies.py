@@ -78,7 +78,7 @@ def number(default: Any, field: Field, spread: Range) -> SearchStrategy[Any]:
     if low is not None and high is not None:
         inset = spread.margin * (high - low)
         return st.floats(low + inset, high - inset).filter(lambda x: within(x, field))
-    near = around if low is None else positive
+    near = negative if high == 0.0 else around if low is None else positive
     some = near(default or 1.0, spread.decades).filter(lambda x: within(x, field))
     return st.one_of(some, st.just(0.0)) if within(0.0, field) else some
 
@@ -88,10 +88,15 @@ def positive(scale: float, decades: float) -> SearchStrategy[float]:
     return st.floats(-decades, decades).map(lambda power: abs(scale) * 10.0**power)
 
 
+def negative(scale: float, decades: float) -> SearchStrategy[float]:
+    """The same below zero."""
+    return positive(scale, decades).map(lambda x: -x)
+
+
 def around(scale: float, decades: float) -> SearchStrategy[float]:
     """Both signs of a scale, some powers of ten up and down, and 0."""
     size = positive(scale, decades)
-    return st.one_of(size, size.map(lambda x: -x), st.just(0.0))
+    return st.one_of(size, negative(scale, decades), st.just(0.0))
 
 
 @st.composite
