@@ -17,7 +17,7 @@ from matplotlib.figure import Figure
 from hydroservo.figures.style import figure, style
 from hydroservo.readable import readable_unit
 
-__all__ = ["Image", "curves", "examples", "metrics_table", "table", "terminal"]
+__all__ = ["Image", "curves", "examples", "metrics_table", "sweeps", "table", "terminal"]
 
 
 def svg(fig: Figure) -> str:
@@ -91,4 +91,29 @@ def curves(
                 axis.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=len(lines), borderpad=0.1)
         axes[-1].set_xlabel(xlabel)
         fig.align_ylabels(axes)
+    return fig
+
+
+def sweeps(
+    columns: Mapping[str, Mapping[str, Mapping[str, np.ndarray]]], x: np.ndarray, xlabel: str
+) -> Figure:
+    """Columns of panels over one logarithmic axis: by a column's title, a panel's label and a line's name.
+
+    What is not finite is left out.
+    """
+    rows = max(len(panels) for panels in columns.values())
+    with style():
+        fig = figure(height=0.6 + 1.7 * rows)
+        grid = fig.subplots(rows, len(columns), sharex=True, sharey="row", squeeze=False)
+        for axes, (title, panels) in zip(grid.T, columns.items(), strict=True):
+            for axis, (label, lines) in zip(axes, panels.items(), strict=True):
+                for marker, (name, y) in zip("osD^", lines.items(), strict=False):
+                    axis.loglog(x, y, marker=marker, markersize=3.5, label=name)
+                if axes is grid.T[0]:
+                    axis.set_ylabel(label)
+            axes[0].set_title(title, loc="left")
+            axes[0].legend(loc="best")
+            axes[-1].set_xlabel(xlabel)
+        grid[0, 0].margins(x=0.03)
+        fig.align_ylabels(grid[:, 0])
     return fig
