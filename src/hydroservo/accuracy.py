@@ -35,6 +35,7 @@ PEAK = 10.0  # times the median rate: what is faster than that at some instants 
 TRUSTED = 1e-3  # largest relative difference to a run with steps half as long
 MOST_PARTS = 100  # of a sample period, for a delayed command
 DOUBLINGS = 8  # of the first number of substeps
+STALLS = 2  # doublings in a row that did not halve the difference: nothing settles any more
 
 Matrix = NDArray[np.float64]
 Run = Callable[[Loop], "xr.Dataset"]
@@ -181,8 +182,8 @@ def settled(loop: Loop, run: Run) -> "xr.Dataset":
     says how many substeps the integrator takes to meet ``simulation.tolerance``. The run with twice as many
     then says how much they miss, as :func:`difference` has it, and substeps are doubled until that is within
     the tolerance. What does not settle (a law that switches at every sample amplifies rounding; a load jumps
-    inside substeps) is given up once the difference is no longer halved, or after eight doublings; the run
-    that missed least is returned.
+    inside substeps) is given up once the difference was not halved twice in a row, or after eight doublings;
+    the run that missed least is returned.
 
     Args:
         loop: the loop; its substeps are ignored.
@@ -198,14 +199,14 @@ def settled(loop: Loop, run: Run) -> "xr.Dataset":
     more = needed(loop, rates(loop, data))
     if more > substeps:
         substeps, data = more, run(with_substeps(loop, more))
-    least, chosen, best = math.inf, substeps, data
-    for doubling in range(DOUBLINGS):
+    least, chosen, best, stalls = math.inf, substeps, data, -1
+    for _ in range(DOUBLINGS):
         finer = run(with_substeps(loop, 2 * substeps))
         error = difference(loop, data, finer)
-        halved = error < 0.5 * least or doubling == 0
+        stalls = 0 if error < 0.5 * least else stalls + 1
         if error < least:
             least, chosen, best = error, substeps, data
-        if least <= tolerance or not halved:
+        if least <= tolerance or stalls == STALLS:
             break
         substeps, data = 2 * substeps, finer
     said = {} if least <= tolerance else {"warning": unsettled(least, chosen, tolerance)}

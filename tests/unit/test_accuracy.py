@@ -235,7 +235,7 @@ def test_a_run_that_diverges_is_given_up_soon() -> None:
     assert len(log) < 8
 
 
-@pytest.mark.parametrize(("first_whole", "calls"), [(2, 3), (1000, 3)])
+@pytest.mark.parametrize(("first_whole", "calls"), [(2, 3), (1000, 4)])
 def test_lost_runs_are_given_up_soon_unless_a_finer_one_is_whole(first_whole: int, calls: int) -> None:
     whole = simulate(with_substeps(LOOP, 10))
     log: list[int] = []

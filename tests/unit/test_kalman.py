@@ -9,14 +9,15 @@ from scipy.linalg import expm
 from hydroservo import Loop, ScenarioError, Simulation, replace, simulate, simulate_batch
 from hydroservo.controllers import TSMC, ValveInversion
 from hydroservo.errors import ParameterError
-from hydroservo.observers import KalmanObserver
+from hydroservo.observers import KalmanObserver, PositionKalmanObserver
 from hydroservo.plants import DesignModel
 from hydroservo.scenario import load_scenario
-from hydroservo.sensors import NoisySensors
+from hydroservo.sensors import Difference, NoisySensors, PressureTransducer, RigSensors
 from hydroservo.signals import Measurement
 from hydroservo.valves import FirstOrderValve
 
 PERIOD = 1e-3
+IDEAL_PRESSURE = PressureTransducer(0.0, 60e5, 0.0, 0.0, 0)
 MODEL = DesignModel()
 FILTER = KalmanObserver(10.0, 1e5, 5e-4, 5.0)
 LAW = TSMC(200.0, 300.0, 1.0, 1.0, observer=FILTER)
@@ -98,3 +99,34 @@ def test_gains_are_not_to_be_given() -> None:
 def test_parameters_without_a_steady_state_are_refused() -> None:
     with pytest.raises(ParameterError, match="no steady state"):
         FILTER._replace(disturbance_1=1e300, velocity_noise=1e-300).designed(MODEL, PERIOD)
+
+
+def test_a_position_is_as_good_as_its_derivative_without_noise() -> None:
+    """Constant disturbances on a machine that is the model, which moves at a constant speed."""
+    observer = PositionKalmanObserver(10.0, 1e5, 1e-7, 1.0).designed(MODEL, PERIOD)
+    speed, force = 0.03, 40.0
+    d1 = -(MODEL.f1(speed) + MODEL.g1() * force)
+    d2 = -MODEL.f2(speed, force)
+    s = observer.init()
+    for k in range(3000):
+        y = Measurement(math.nan, force, speed * k * PERIOD, 0.0, 0.0, 0.0)
+        s = observer.step(s, MODEL, y, PERIOD)
+    assert (s.velocity, s.load_force, s.d1, s.d2) == pytest.approx((speed, force, d1, d2), rel=1e-3)
+
+
+def test_a_position_filter_beats_differences_of_an_encoder() -> None:
+    sensors = RigSensors(velocity=Difference(), pressure_a=IDEAL_PRESSURE, pressure_b=IDEAL_PRESSURE)
+    law = LAW._replace(observer=PositionKalmanObserver(2.0, 1e4, 3e-7, 2.0))
+    run = simulate(LOOP._replace(sensors=sensors, controller=ValveInversion(law)))
+    differenced, found = run["sensors.velocity.value"], run[f"{PATH}.velocity"]
+    rms = [float(((one - run["plant.velocity"])[50:] ** 2).mean()) ** 0.5 for one in (differenced, found)]
+    assert rms[1] < 0.7 * rms[0]
+
+
+def test_a_lost_position_starts_the_filter_again() -> None:
+    observer = PositionKalmanObserver().designed(MODEL, PERIOD)
+    y = Measurement(0.0, 50.0, 0.01, 0.0, 0.0, 0.0)
+    s = observer.step(observer.init(), MODEL, y, PERIOD)
+    assert (s.position, s.load_force, s.velocity, s.d1) == (0.01, 50.0, 0.0, 0.0)
+    again = observer.step(observer.step(s, MODEL, y._replace(position=math.nan), PERIOD), MODEL, y, PERIOD)
+    assert (again.position, again.load_force) == (0.01, 50.0)

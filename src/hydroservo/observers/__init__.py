@@ -6,6 +6,7 @@ from hydroservo.observers.filtered_derivative import FilteredDerivative, Filtere
 from hydroservo.observers.implicit import Implicit
 from hydroservo.observers.kalman import KalmanObserver, KalmanObserverState
 from hydroservo.observers.model_derivative import ModelDerivative, ModelDerivativeState
+from hydroservo.observers.position_kalman import PositionKalmanObserver, PositionKalmanObserverState
 from hydroservo.observers.tsm import TSMObserver, TSMObserverState
 
 __all__ = [
@@ -18,6 +19,8 @@ __all__ = [
     "KalmanObserverState",
     "ModelDerivative",
     "ModelDerivativeState",
+    "PositionKalmanObserver",
+    "PositionKalmanObserverState",
     "TSMObserver",
     "TSMObserverState",
 ]

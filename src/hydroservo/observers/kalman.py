@@ -1,11 +1,11 @@
 """A steady-state Kalman filter for both states and both lumped disturbances."""
 
 import math
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
 from hydroservo import ops
 from hydroservo.block import Field
-from hydroservo.errors import ParameterError
+from hydroservo.observers.kalman_gain import rates_of, steady_gain
 from hydroservo.plants.design_model import DesignModel
 from hydroservo.signals import Measurement
 from hydroservo.sources import CHOSEN
@@ -116,62 +116,8 @@ class KalmanObserver(NamedTuple):
         Raises:
             ParameterError: there is no steady state, or it is out of the reach of floating-point numbers.
         """
-        gain = steady_gain(self, model, period)
-        if not (abs(gain) < math.inf).all():
-            noises = (self.disturbance_1, self.disturbance_2, self.velocity_noise, self.load_force_noise)
-            raise ParameterError("KalmanObserver", noises, "has no steady state at this sample period")
+        noise = (self.velocity_noise, self.load_force_noise)
+        walks = (self.disturbance_1, self.disturbance_2)
+        gain = steady_gain(rates_of(model), (0, 1), noise, noise, walks, period)
         names = ("gain_11", "gain_12", "gain_21", "gain_22", "gain_31", "gain_32", "gain_41", "gain_42")
         return self._replace(**dict(zip(names, gain.ravel().tolist(), strict=True)))
-
-
-def steady_gain(observer: KalmanObserver, model: DesignModel, period: float) -> Any:
-    """L of shape (4, 2), from the discrete algebraic Riccati equation; nan where there is none.
-
-    States are scaled by what their noise makes of them in a period, so that metres per second and newtons
-    per second go together.
-    """
-    import numpy as np
-    from scipy.linalg import solve_discrete_are
-
-    noise = np.array([observer.velocity_noise, observer.load_force_noise])
-    walk = np.array([observer.disturbance_1, observer.disturbance_2]) * math.sqrt(period)
-    scale = np.concatenate([noise, walk])
-    seen = np.eye(2, 4)
-    with np.errstate(all="ignore"):
-        try:
-            transition, added = sampled(rates_of(model) * scale / scale[:, np.newaxis], period)
-            spread = solve_discrete_are(transition.T, seen.T, added, np.eye(2))
-            gain = spread @ seen.T @ np.linalg.inv(seen @ spread @ seen.T + np.eye(2))
-        except (np.linalg.LinAlgError, ValueError):
-            return np.full((4, 2), np.nan)
-    return gain * scale[:, np.newaxis] / noise
-
-
-def rates_of(model: DesignModel) -> Any:
-    """d/dt of [x1, x2, d_L1, d_L2] at rest, as a matrix."""
-    import numpy as np
-
-    rates = np.zeros((4, 4))
-    rates[0] = [model.f1(1.0), model.g1(), 1.0, 0.0]
-    rates[1] = [model.f2(1.0, 0.0), model.f2(0.0, 1.0), 0.0, 1.0]
-    return rates
-
-
-def sampled(rates: Any, period: float) -> tuple[Any, Any]:
-    """The transition over a period, and the covariance that unit walks of both disturbances add in it.
-
-    Both come from one matrix exponential: Van Loan, IEEE Trans. Automatic Control 23(3), 1978.
-
-    Raises:
-        ValueError: the rates are not finite.
-    """
-    import numpy as np
-    from scipy.linalg import expm
-
-    intensity = np.diag([0.0, 0.0, 1.0, 1.0]) / period
-    both = expm(np.block([[-rates, intensity], [np.zeros((4, 4)), rates.T]]) * np.float64(period))
-    transition = both[4:, 4:].T
-    added = transition @ both[:4, 4:]
-    if not np.isfinite(added).all():
-        raise ValueError("rates beyond floating-point numbers")
-    return transition, 0.5 * (added + added.T)

@@ -1,0 +1,133 @@
+"""A steady-state Kalman filter that measures position."""
+
+import math
+from typing import Annotated, NamedTuple
+
+import numpy as np
+
+from hydroservo import ops
+from hydroservo.block import Field
+from hydroservo.observers.kalman_gain import rates_of, steady_gain
+from hydroservo.plants.design_model import DesignModel
+from hydroservo.signals import Measurement
+from hydroservo.sources import CHOSEN
+
+__all__ = ["PositionKalmanObserver", "PositionKalmanObserverState"]
+
+COMPUTED = "a Riccati equation"
+
+
+class PositionKalmanObserverState(NamedTuple):
+    """Estimates at this sample. The surfaces s1 and s2, which a law expects of an observer, are 0."""
+
+    s1: Annotated[float, Field("m/s", "0: no observer surface s1")]
+    s2: Annotated[float, Field("N", "0: no observer surface s2")]
+    d1: Annotated[float, Field("m/s^2", "estimate of the lumped disturbance d_L1")]
+    d2: Annotated[float, Field("N/s", "estimate of the lumped disturbance d_L2")]
+    velocity: Annotated[float, Field("m/s", "estimated velocity, which the law takes")]
+    load_force: Annotated[float, Field("N", "estimated load force, which the law takes")]
+    position: Annotated[float, Field("m", "estimated position")]
+
+
+class Travel(NamedTuple):
+    """Position and the two states of the nominal model, or their rates."""
+
+    position: float
+    velocity: float
+    load_force: float
+
+
+class PositionKalmanObserver(NamedTuple):
+    """As KalmanObserver, with the measured position y in place of the velocity.
+
+    With x = [y, x1, x2, d_L1, d_L2], the disturbances random walks of intensity q_i, and white measurement
+    noise of rms r_i per sample::
+
+        prediction  dy/dt = x1, dx1/dt = f1 + g1 x2 + d1, dx2/dt = f2 + g2 u + d2 over the period just ended
+        correction  x := x + L [y_measured - y, x2_measured - x2]
+
+    So an encoder's counts are filtered once, by what the machine can do, and not differenced before: the
+    noise of a difference is neither white nor without delay. An encoder of resolution q has about r_1 =
+    q/sqrt(12). Start, restart and gain are as KalmanObserver's.
+
+    Source: as KalmanObserver.
+    Fails where the counts stand still for many samples, so that their error is no noise any more.
+    """
+
+    disturbance_1: Annotated[
+        float, Field("m/s^(5/2)", "intensity q1 of d_L1's random walk [m/s^2 per root s]", CHOSEN, above=0)
+    ] = 100.0
+    disturbance_2: Annotated[
+        float, Field("N/s^(3/2)", "intensity q2 of d_L2's random walk [N/s per root s]", CHOSEN, above=0)
+    ] = 1e6
+    position_noise: Annotated[float, Field("m", "rms r1 of the position's noise", CHOSEN, above=0)] = 3e-7
+    load_force_noise: Annotated[float, Field("N", "rms r2 of the load force's noise", CHOSEN, above=0)] = 5.0
+    gain_11: Annotated[float, Field("", "gain of y on position", COMPUTED, derived=True)] = 0.0
+    gain_12: Annotated[float, Field("m/N", "gain of x2 on position", COMPUTED, derived=True)] = 0.0
+    gain_21: Annotated[float, Field("1/s", "gain of y on x1", COMPUTED, derived=True)] = 0.0
+    gain_22: Annotated[float, Field("m/(s N)", "gain of x2 on x1", COMPUTED, derived=True)] = 0.0
+    gain_31: Annotated[float, Field("N/m", "gain of y on x2", COMPUTED, derived=True)] = 0.0
+    gain_32: Annotated[float, Field("", "gain of x2 on x2", COMPUTED, derived=True)] = 0.0
+    gain_41: Annotated[float, Field("1/s^2", "gain of y on d1", COMPUTED, derived=True)] = 0.0
+    gain_42: Annotated[float, Field("m/(s^2 N)", "gain of x2 on d1", COMPUTED, derived=True)] = 0.0
+    gain_51: Annotated[float, Field("N/(m s)", "gain of y on d2", COMPUTED, derived=True)] = 0.0
+    gain_52: Annotated[float, Field("1/s", "gain of x2 on d2", COMPUTED, derived=True)] = 0.0
+
+    def init(self) -> PositionKalmanObserverState:
+        return PositionKalmanObserverState(0.0, 0.0, 0.0, 0.0, 0.0, math.nan, math.nan)
+
+    def step(
+        self, s: PositionKalmanObserverState, model: DesignModel, y: Measurement, dt: float
+    ) -> PositionKalmanObserverState:
+        ahead = self.predicted(s, model, y.command, dt)
+        lost = ops.isnan(ahead.position) or ops.isnan(ahead.load_force) or ops.isnan(ahead.velocity)
+        miss1 = ops.where(lost, 0.0, y.position - ahead.position)
+        miss2 = ops.where(lost, 0.0, y.load_force - ahead.load_force)
+        return PositionKalmanObserverState(
+            s1=0.0,
+            s2=0.0,
+            d1=ops.where(lost, 0.0, s.d1 + self.gain_41 * miss1 + self.gain_42 * miss2),
+            d2=ops.where(lost, 0.0, s.d2 + self.gain_51 * miss1 + self.gain_52 * miss2),
+            velocity=ops.where(lost, 0.0, ahead.velocity + self.gain_21 * miss1 + self.gain_22 * miss2),
+            load_force=ops.where(
+                lost, y.load_force, ahead.load_force + self.gain_31 * miss1 + self.gain_32 * miss2
+            ),
+            position=ops.where(
+                lost, y.position, ahead.position + self.gain_11 * miss1 + self.gain_12 * miss2
+            ),
+        )
+
+    def predicted(self, s: PositionKalmanObserverState, model: DesignModel, u: float, dt: float) -> Travel:
+        """Where the nominal model goes in one period from the last estimate (classical Runge-Kutta)."""
+        drive = s.d2 + model.g2(s.load_force, u) * u
+        half, sixth = 0.5 * dt, dt / 6.0
+        k1 = self.rates(model, s, drive, s.velocity, s.load_force)
+        k2 = self.rates(model, s, drive, s.velocity + half * k1.velocity, s.load_force + half * k1.load_force)
+        k3 = self.rates(model, s, drive, s.velocity + half * k2.velocity, s.load_force + half * k2.load_force)
+        k4 = self.rates(model, s, drive, s.velocity + dt * k3.velocity, s.load_force + dt * k3.load_force)
+        return Travel(
+            s.position + sixth * (k1.position + 2.0 * (k2.position + k3.position) + k4.position),
+            s.velocity + sixth * (k1.velocity + 2.0 * (k2.velocity + k3.velocity) + k4.velocity),
+            s.load_force + sixth * (k1.load_force + 2.0 * (k2.load_force + k3.load_force) + k4.load_force),
+        )
+
+    def rates(
+        self, model: DesignModel, s: PositionKalmanObserverState, drive: float, x1: float, x2: float
+    ) -> Travel:
+        return Travel(x1, model.f1(x1) + model.g1() * x2 + s.d1, model.f2(x1, x2) + drive)
+
+    def designed(self, model: DesignModel, period: float) -> "PositionKalmanObserver":
+        """The filter with its steady-state gains for a model and a sample period [s].
+
+        Raises:
+            ParameterError: there is no steady state, or it is out of the reach of floating-point numbers.
+        """
+        rates = np.zeros((5, 5))
+        rates[0, 1] = 1.0
+        rates[1:, 1:] = rates_of(model)
+        noise = (self.position_noise, self.load_force_noise)
+        walks = (self.disturbance_1, self.disturbance_2)
+        sizes = (noise[0], noise[0] / period, noise[1])
+        gain = steady_gain(rates, (0, 2), sizes, noise, walks, period)
+        names = [f"gain_{state}{measured}" for state in range(1, 6) for measured in (1, 2)]
+        return self._replace(**dict(zip(names, gain.ravel().tolist(), strict=True)))
