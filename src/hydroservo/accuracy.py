@@ -101,11 +101,12 @@ def jacobian(loop: Loop, like: Block, t: float, x: Matrix, u: float, nudges: Mat
         found = loop.deriv(t, filled(like, iter(states.tolist())), loop.hold.steady(u))
         return np.array([value for _, value in leaves(found)])
 
-    try:
-        columns = [deriv(x + nudge) - deriv(x - nudge) for nudge in np.diag(nudges)]
-    except (ArithmeticError, ValueError):
-        return np.full((x.size, x.size), np.nan)
-    return 0.5 * np.stack(columns, axis=1) / nudges[:, np.newaxis]
+    with np.errstate(over="ignore", invalid="ignore"):  # what is not finite is left out afterwards
+        try:
+            columns = [deriv(x + nudge) - deriv(x - nudge) for nudge in np.diag(nudges)]
+        except (ArithmeticError, ValueError):
+            return np.full((x.size, x.size), np.nan)
+        return np.asarray(0.5 * np.stack(columns, axis=1) / nudges[:, np.newaxis])
 
 
 def warning(loop: Loop, data: "xr.Dataset | None" = None) -> str:

@@ -4,7 +4,7 @@ from typing import get_type_hints
 
 import numpy as np
 import xarray as xr
-from hypothesis import given, settings
+from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 from roles import ROLES
 from strategies import ORDINARY, wired
@@ -27,7 +27,7 @@ def signs(result: xr.Dataset) -> list[np.ndarray]:
     return [np.signbit(one.values) & (one.values == one.values) for one in result.data_vars.values()]
 
 
-@settings(max_examples=12)
+@settings(max_examples=8, phases=[Phase.explicit, Phase.reuse, Phase.generate])  # each compiles a loop
 @given(loop=wired(Loop, ORDINARY), simulation=SIMULATIONS)
 def test_compiled_equals_interpreted(loop: Loop, simulation: Simulation) -> None:
     loop = replace(loop, {"simulation": simulation})
