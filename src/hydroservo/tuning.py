@@ -94,7 +94,7 @@ def tune(
 
     Raises:
         ParameterError: an unknown path, a metric that a loop does not have, a range that is none or leaves
-            the parameter's own.
+            the parameter's own, or no candidate allows a controller.
         HydroservoError: with every candidate some run diverged.
 
     Source: Storn, Price, Journal of Global Optimization 11, 1997, doi:10.1023/A:1008202821328.
