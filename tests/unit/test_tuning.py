@@ -153,7 +153,7 @@ def test_values_at_an_end_are_said_to_be_there() -> None:
     low, high = (tune(Aim([SINE], [1.0]), {GAIN: ends}, candidates=256) for ends in ((0.3, 1.0), (6.0, 8.0)))
     assert list(low.edges) == list(high.edges) == [GAIN]
     assert (low.parameters[GAIN], high.parameters[GAIN]) == pytest.approx((1.0, 6.0), rel=0.02)
-    one = tune(Aim([SINE], [1.0]), {GAIN: (0.3, 30.0), INTEGRAL: (1.0, 20.0)}, candidates=256)
+    one = tune(Aim([SINE], [1.0]), {GAIN: (0.3, 30.0), INTEGRAL: (1.0, 20.0)}, candidates=1024)
     assert list(one.edges) == [INTEGRAL]
 
 
