@@ -66,7 +66,7 @@ class Tuned(NamedTuple):
     cost: float
     runs: int
     edges: Sequence[str]
-    tables: Sequence["xr.Dataset"]
+    tables: Sequence[Any]  # datasets of xarray, which is heavy to import
 
 
 def tune(

@@ -123,6 +123,7 @@ def test_the_screen_shows_values_metrics_and_a_replay(done, said):
     for one in said["scenarios"]:
         expected = [f"{one['weight']:g}", "diverged", f"{1e3 * one['after']:.4g}", "-"]
         assert rows[one["scenario"]] == expected
+    assert rows["geometric mean"] == ["", "diverged", f"{1e3 * said['geometric_mean']:.4g}", "-"]
     assert "384 closed loops were simulated." in text
     assert text.splitlines()[-1] == f"written: {file}"
 
@@ -146,6 +147,13 @@ def test_the_replay_of_several_scenarios_compares_them(done, said):
     runs = json.loads(succeeded(*words[1:], "--json"))["runs"]
     expected = [again(name, said["parameters"], seeds=1) for name in NAMES]
     assert [run["metrics"]["rms_error"] for run in runs] == pytest.approx(expected, rel=1e-9)
+
+
+def test_a_metric_that_is_0_can_be_shown():
+    calm = ("--set", f"{GAIN}=1", "--vary", f"{GAIN}=1..2", "--metric", "overshoot")
+    rows = rows_of(succeeded("tune", *NAMES, *SHORT, *calm, *FEW))  # a sine has no jump
+    assert rows[NAMES[0]] == ["1", "0", "0", "-"]
+    assert rows["geometric mean"][1:] == ["0", "0", "-"]
 
 
 def test_a_value_at_an_end_is_said():

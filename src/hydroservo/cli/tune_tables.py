@@ -80,7 +80,15 @@ def metrics(scenarios: Sequence[str], aim: Aim, found: Tuned) -> Table:
         shown.add_column(name, justify="right", no_wrap=True)
     for scenario, weight, *pair in zip(scenarios, aim.weights, found.before, found.after, strict=True):
         shown.add_row(escape(scenario), f"{weight:g}", *(result(one, factor) for one in pair), change(*pair))
+    if len(scenarios) > 1:
+        both = [geometric_mean(aim.weights, one) for one in (found.before, found.after)]
+        shown.add_row("geometric mean", "", *(result(one, factor) for one in both), change(*both))
     return shown
+
+
+def geometric_mean(weights: Sequence[float], metrics: Sequence[float]) -> float:
+    pairs = zip(weights, metrics, strict=True)
+    return float(math.prod(metric ** (weight / sum(weights)) for weight, metric in pairs))
 
 
 def result(metric: float, factor: float) -> str:
