@@ -63,6 +63,13 @@ def rows_of(text):
     return {row[0].strip(): [cell.strip() for cell in row[1:]] for row in (line.split("│") for line in lines)}
 
 
+def replay_in(text, start="with these values: "):
+    """The words of the command that replays what was found."""
+    (line,) = (line for line in text.splitlines() if line.startswith("with these values"))
+    assert line.startswith(start)
+    return shlex.split(line.removeprefix(start))
+
+
 def test_json_is_one_object_whose_metrics_can_be_had_again(said):
     assert list(said) == [
         *("command", "version", "parameters", "metric", "scenarios", "geometric_mean", "runs", "edges")
@@ -133,16 +140,14 @@ def test_the_replay_runs_and_gives_the_metric_shown():
     _, before, after, change = rows_of(text)[NAMES[0]]
     assert float(before) == pytest.approx(1e3 * again(NAMES[0], {GAIN: 2.0}, seeds=1), rel=1e-3)
     assert change == f"{100.0 * (float(after) / float(before) - 1.0):+.3g} %"
-    replay = next(line for line in text.splitlines() if line.startswith("with these values: "))
-    words = shlex.split(replay.removeprefix("with these values: "))
+    words = replay_in(text)
     assert words[:3] == ["hydroservo", "run", NAMES[0]]
     metrics = json.loads(succeeded(*words[1:], "--json"))["metrics"]
     assert f"{1e3 * metrics['rms_error']:.4g}" == after
 
 
 def test_the_replay_of_several_scenarios_compares_them(done, said):
-    replay = next(line for line in done[0].splitlines() if line.startswith("with these values: "))
-    words = shlex.split(replay.removeprefix("with these values: "))
+    words = replay_in(done[0], "with these values and the first seed: ")
     assert words[:4] == ["hydroservo", "compare", *NAMES]
     runs = json.loads(succeeded(*words[1:], "--json"))["runs"]
     expected = [again(name, said["parameters"], seeds=1) for name in NAMES]
@@ -183,8 +188,7 @@ def test_a_users_own_controller_can_be_searched(tmp_path):
     (tmp_path / "my.toml").write_text('[controller]\ntype = "Fixed"\n')
     args = ("tune", tmp_path / "my.toml", *SHORT[:6], "--plugin", tmp_path / "fixed.py", "--candidates", "64")
     text = succeeded(*args, "--vary", "controller.command=0..20 mV")
-    replay = next(line for line in text.splitlines() if line.startswith("with these values: "))
-    words = shlex.split(replay.removeprefix("with these values: "))
+    words = replay_in(text)
     after = rows_of(text)[str(tmp_path / "my.toml")][2]
     metrics = json.loads(succeeded(*words[1:], "--json"))["metrics"]
     assert f"{1e3 * metrics['rms_error']:.4g}" == after

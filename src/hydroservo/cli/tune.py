@@ -130,7 +130,8 @@ def tune(
         typer.echo(as_json(as_tables(scenarios, command, aim, found)))
         return
     show_tuned(scenarios, aim, wanted, found)
-    typer.echo(f"with these values: {replay(scenarios, changes, plugins, found.parameters)}")
+    one = " and the first seed" if seeds > 1 else ""
+    typer.echo(f"with these values{one}: {replay(scenarios, changes, plugins, found.parameters)}")
     if out is not None:
         typer.echo(f"written: {out}")
 
