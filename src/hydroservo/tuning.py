@@ -2,26 +2,33 @@
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hydroservo.batch import simulate_batch
-from hydroservo.block import field_at
+from hydroservo.block import field_at, value_at
 from hydroservo.checks import within
-from hydroservo.errors import ParameterError
+from hydroservo.errors import HydroservoError, ParameterError
 from hydroservo.loop import Loop
-from hydroservo.metrics import FLAGS, METRIC_FIELDS
-from hydroservo.varied import SEED
+from hydroservo.metrics import SMALLER_IS_BETTER
+from hydroservo.varied import SEED, designs
 
-__all__ = ["LOST", "Aim", "Tuned", "measured", "tune"]
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["Aim", "Progress", "Tuned", "tune"]
 
 Numbers = NDArray[np.float64]
-Progress = Callable[[float, float], None]  # called with the fraction done and the best cost so far
+Columns = Mapping[str, Numbers]
+Progress = Callable[[float, float], None]  # called with the fraction done and the best geometric mean so far
 
-LOST = 1e6  # counts as the metric of a run that diverged, in the metric's unit
-CANDIDATES = 64  # of a generation: two groups of lanes
+LOST = 1e30  # counts as the metric of a run that diverged: beyond that of any other, in whatever unit
+SAFE = 1e20  # a mean over seeds is below this unless it counts a lost run
+CANDIDATES = 64  # of a generation: whole groups of lanes
+PENALTY = 400.0  # on the cost of a lost run: more than metrics between 1/LOST and LOST can differ by
+DIGITS = 5  # of what is found; a rig's gains have no more
 
 
 class Aim(NamedTuple):
@@ -30,7 +37,7 @@ class Aim(NamedTuple):
     Attributes:
         loops: the loops, all with the same controller.
         weights: of each loop's metric in the geometric mean.
-        metric: name of the metric.
+        metric: name of a metric that is the better the smaller it is.
         seeds: how many seeds each candidate is simulated with, from the loop's own on.
     """
 
@@ -44,18 +51,22 @@ class Tuned(NamedTuple):
     """What a search found.
 
     Attributes:
-        parameters: the best values by path, in SI units.
-        metrics: the metric of each loop with them, mean over the seeds.
+        parameters: the best values by path, in SI units, rounded to five digits.
+        before: the metric of each loop with its own values, mean over the seeds; inf where a run diverged.
+        after: the same with the best values.
         cost: the weighted geometric mean of these.
-        runs: how many closed loops were simulated.
+        runs: how many closed loops the search simulated.
         edges: the paths whose best value lies within a hundredth of an end of its range.
+        tables: the runs of each loop with the best values, one for each seed, as simulate_batch returns them.
     """
 
     parameters: Mapping[str, float]
-    metrics: Sequence[float]
+    before: Sequence[float]
+    after: Sequence[float]
     cost: float
     runs: int
     edges: Sequence[str]
+    tables: Sequence[Any]  # datasets of xarray, which is heavy to import
 
 
 def tune(
@@ -70,56 +81,79 @@ def tune(
     """Search the parameters of a loop that make a metric smallest.
 
     Differential evolution (best/1/bin, 64 candidates a generation) in the logarithm of each parameter whose
-    range does not touch 0, in the parameter itself otherwise. The same seed gives the same result on any
-    number of threads. Runs that diverge count as a metric of 1e6.
+    range does not hold 0, in the parameter itself otherwise. The same seed gives the same result on any
+    number of threads. A run that diverges is worse than any that does not.
 
     Args:
         aim: what is to be small.
         ranges: the lowest and highest value of each parameter, by its path, in SI units.
-        candidates: how many sets of parameters are tried; a multiple of 64 is taken.
+        candidates: how many sets of parameters are tried; rounded up to a multiple of 64.
         seed: of the search.
         threads: how many to use; all cores if None.
         progress: called after each generation.
 
     Raises:
-        ParameterError: an unknown path or metric, a range that is none or leaves the parameter's own.
+        ParameterError: an unknown path, a metric that a loop does not have, a range that is none or leaves
+            the parameter's own, or no candidate allows a controller.
+        HydroservoError: with every candidate some run diverged.
 
     Source: Storn, Price, Journal of Global Optimization 11, 1997, doi:10.1023/A:1008202821328.
     Fails to promise the best there is: another seed may find a better one.
     """
-    from scipy.optimize import differential_evolution
-    from scipy.stats import qmc
-
     check(aim, ranges)
+    own = [{path: value_at(loop, path) for path in ranges} for loop in aim.loops]
+    _, before = at_points(aim, own, threads)
     space = Space(ranges)
-    generations = max(1, math.ceil(candidates / CANDIDATES) - 1)
-    done = 0
+    generations = max(1, math.ceil(candidates / CANDIDATES))
+    done, best = 0, math.inf
 
-    def cost(units: Numbers) -> Any:
-        nonlocal done
-        found = mean_log(aim, measured(aim, space.values(units.T), threads))
-        done += 1
+    def generation(units: Numbers) -> Any:
+        nonlocal done, best
+        values = space.values(units.T)
+        found = costs(aim, [metric_of(aim, i, values, threads) for i in range(len(aim.loops))])
+        done, best = done + 1, min(best, found.min())
         if progress is not None:
-            progress(min(1.0, done / (generations + 1)), math.exp(found.min()))
+            progress(done / generations, geometric_mean(best))
         return found
 
-    first = qmc.LatinHypercube(len(ranges), rng=np.random.default_rng(seed)).random(CANDIDATES)
-    best = differential_evolution(
-        cost,
-        [(0.0, 1.0)] * len(ranges),
-        init=first,
-        maxiter=generations,
-        tol=0.0,
-        polish=False,
-        updating="deferred",
-        vectorized=True,
-        rng=np.random.default_rng([seed, 1]),
+    point = minimum(generation, len(ranges), generations, seed)
+    parameters = space.rounded(point)
+    tables, after = at_points(aim, [parameters] * len(aim.loops), threads)
+    if math.inf in after:
+        tried = f"each of {done * CANDIDATES:,} candidates"
+        raise HydroservoError(f"nothing found: with {tried} some run diverged; try other ranges")
+    return Tuned(
+        parameters,
+        before,
+        after,
+        cost=geometric_mean(costs(aim, after)),
+        runs=done * CANDIDATES * aim.seeds * len(aim.loops),
+        edges=[path for path, unit in zip(ranges, point, strict=True) if not 0.01 < unit < 0.99],
+        tables=tables,
     )
-    parameters = {path: float(value[0]) for path, value in space.values(best.x[np.newaxis]).items()}
-    metrics = [float(one[0]) for one in measured(aim, space.values(best.x[np.newaxis]), threads)]
-    edges = [path for path, unit in zip(ranges, best.x, strict=True) if not 0.01 < unit < 0.99]
-    runs = done * CANDIDATES * aim.seeds * len(aim.loops)
-    return Tuned(parameters, metrics, math.exp(mean_log(aim, metrics)), runs, edges)
+
+
+def check(aim: Aim, ranges: Mapping[str, tuple[float, float]]) -> None:
+    if aim.metric not in SMALLER_IS_BETTER:
+        raise ParameterError("metric", aim.metric, f"must be one of {', '.join(SMALLER_IS_BETTER)}")
+    if not aim.loops:
+        raise ParameterError("loops", list(aim.loops), "must be at least one")
+    if len(aim.weights) != len(aim.loops) or not all(0.0 < weight < math.inf for weight in aim.weights):
+        raise ParameterError("weights", list(aim.weights), "must be a finite number above 0 for each loop")
+    if aim.seeds < 1:
+        raise ParameterError("seeds", aim.seeds, "must be a whole number from 1 on")
+    if not ranges:
+        raise ParameterError("ranges", "{}", "must name at least one parameter")
+    for path, (low, high) in ranges.items():
+        for loop in aim.loops:
+            try:
+                present, field = value_at(loop, path), field_at(loop, path)
+            except KeyError as error:
+                raise ParameterError("ranges", path, error.args[0]) from None
+            if not isinstance(present, float):
+                raise ParameterError("ranges", path, "must be the path of a float")
+            if not (low < high and within(low, field) and within(high, field)):
+                raise ParameterError(path, (low, high), "must be a range of allowed values, low before high")
 
 
 class Space(NamedTuple):
@@ -135,46 +169,102 @@ class Space(NamedTuple):
             found[path] = np.clip(between, low, high)
         return found
 
-
-def check(aim: Aim, ranges: Mapping[str, tuple[float, float]]) -> None:
-    numbers = [name for name in METRIC_FIELDS if name not in FLAGS]
-    if aim.metric not in numbers:
-        raise ParameterError("metric", aim.metric, f"must be one of {', '.join(numbers)}")
-    if len(aim.weights) != len(aim.loops) or not all(weight > 0.0 for weight in aim.weights):
-        raise ParameterError("weights", list(aim.weights), f"must be {len(aim.loops)} numbers above 0")
-    if not ranges:
-        raise ParameterError("ranges", "{}", "must name at least one parameter")
-    for path, (low, high) in ranges.items():
-        for loop in aim.loops:
-            try:
-                field = field_at(loop, path)
-            except KeyError as error:
-                raise ParameterError("ranges", path, error.args[0]) from None
-            if not (low < high and within(low, field) and within(high, field)):
-                raise ParameterError(path, (low, high), "must be a range of allowed values, low before high")
+    def rounded(self, unit: Numbers) -> dict[str, float]:
+        """Parameters by path for one point of shape (paths,), with few digits."""
+        found = {}
+        for path, (value,) in self.values(unit[np.newaxis]).items():
+            low, high = self.ranges[path]
+            found[path] = min(max(float(f"{value:.{DIGITS}g}"), low), high)
+        return found
 
 
-def mean_log(aim: Aim, metrics: Sequence[Any]) -> Any:
-    """The logarithm of the weighted geometric mean of the loops' metrics."""
-    total = sum(weight * np.log(metric) for weight, metric in zip(aim.weights, metrics, strict=True))
-    return total / sum(aim.weights)
+def minimum(cost: Callable[[Numbers], Any], dimensions: int, generations: int, seed: int) -> Numbers:
+    """The point of the unit cube at which a function of points of shape (dimensions, points) is smallest."""
+    from scipy.optimize import differential_evolution
+    from scipy.stats import qmc
+
+    first = qmc.LatinHypercube(dimensions, rng=np.random.default_rng(seed)).random(CANDIDATES)
+    found = differential_evolution(
+        cost,
+        [(0.0, 1.0)] * dimensions,
+        init=first,
+        maxiter=generations - 1,
+        tol=0.0,
+        atol=-1.0,  # never ends early: every law gets as many candidates
+        polish=False,
+        updating="deferred",
+        vectorized=True,
+        rng=np.random.default_rng([seed, 1]),
+    )
+    return np.asarray(found.x)
 
 
-def measured(aim: Aim, parameters: Mapping[str, Numbers], threads: int | None) -> list[Numbers]:
-    """The metric of each candidate in each loop, mean over the seeds.
+def at_points(
+    aim: Aim, points: Sequence[Mapping[str, float]], threads: int | None
+) -> tuple[list["xr.Dataset"], list[float]]:
+    """The runs of each loop with parameters of its own, and its metric; inf where a run diverged."""
+    columns = [{path: np.array([value]) for path, value in point.items()} for point in points]
+    tables = [simulated(aim, i, one, threads) for i, one in enumerate(columns)]
+    metrics = [means(aim, i, table).item() for i, table in enumerate(tables)]
+    return tables, [one if one < SAFE else math.inf for one in metrics]
 
-    Args:
-        aim: what is measured.
-        parameters: values of shape (candidates,) by path; none for the loops as they are.
-        threads: how many to use; all cores if None.
+
+def metric_of(aim: Aim, i: int, candidates: Columns, threads: int | None) -> Numbers:
+    """The metric of each candidate in loop i; of one that allows no controller, that of a lost run."""
+    try:
+        return means(aim, i, simulated(aim, i, candidates, threads))
+    except ParameterError:
+        count = next(iter(candidates.values())).size
+        possible = np.array([has_design(aim.loops[i], candidates, k) for k in range(count)])
+        if possible.all():
+            raise
+        found = np.full(count, LOST)
+        if possible.any():
+            kept = {path: values[possible] for path, values in candidates.items()}
+            found[possible] = metric_of(aim, i, kept, threads)
+        return found
+
+
+def has_design(loop: Loop, candidates: Columns, k: int) -> bool:
+    """Whether a controller can be computed for candidate k."""
+    try:
+        designs(loop, {path: values[k : k + 1] for path, values in candidates.items()})
+    except ParameterError:
+        return False
+    return True
+
+
+def simulated(aim: Aim, i: int, candidates: Columns, threads: int | None) -> "xr.Dataset":
+    """The runs of loop i: of the first candidate with each seed, of the second, and so on."""
+    loop = aim.loops[i]
+    count = next(iter(candidates.values())).size
+    columns: dict[str, Any] = {path: np.repeat(values, aim.seeds) for path, values in candidates.items()}
+    columns[SEED] = np.tile(loop.simulation.seed + np.arange(aim.seeds), count)
+    return simulate_batch(loop, columns, threads=threads)
+
+
+def means(aim: Aim, i: int, runs: "xr.Dataset") -> Numbers:
+    """The metric of each candidate, mean over the seeds.
+
+    Raises:
+        ParameterError: loop i does not have the metric.
     """
-    count = next((values.size for values in parameters.values()), 1)
-    found = []
-    for loop in aim.loops:
-        columns: dict[str, Any] = {path: np.repeat(values, aim.seeds) for path, values in parameters.items()}
-        columns[SEED] = np.tile(loop.simulation.seed + np.arange(aim.seeds), count)
-        runs = simulate_batch(loop, columns, threads=threads)
-        values = runs[aim.metric].values.astype(np.float64)
-        lost = runs["diverged"].values | ~np.isfinite(values)
-        found.append(np.where(lost, LOST, np.minimum(values, LOST)).reshape(count, aim.seeds).mean(axis=1))
+    values = runs[aim.metric].values
+    lost = runs["diverged"].values | np.isinf(values)
+    if np.isnan(values[~lost]).any():
+        which = f"loop {i + 1} of {len(aim.loops)}"
+        raise ParameterError("metric", aim.metric, f"must be one that every loop has; it is nan in {which}")
+    found: Numbers = np.where(lost, LOST, values).reshape(-1, aim.seeds).mean(axis=1)
     return found
+
+
+def costs(aim: Aim, metrics: Sequence[Any]) -> Any:
+    """What is made small: the logarithm of the loops' geometric mean, and a penalty where a run was lost."""
+    bounded = [np.clip(metric, 1.0 / LOST, LOST) for metric in metrics]
+    total = sum(weight * np.log(one) for weight, one in zip(aim.weights, bounded, strict=True))
+    return total / sum(aim.weights) + np.where(np.max(metrics, axis=0) < SAFE, 0.0, PENALTY)
+
+
+def geometric_mean(cost: float) -> float:
+    """The geometric mean that a cost stands for; inf where a run was lost."""
+    return math.exp(cost) if cost < 0.5 * PENALTY else math.inf

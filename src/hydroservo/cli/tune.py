@@ -8,18 +8,25 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from hydroservo.cli.options import Changes, Json, Plugins, loaded
+from hydroservo.cli.steps import say_steps
 
 if TYPE_CHECKING:
     from hydroservo.cli.progress import Report
-    from hydroservo.tuning import Aim, Progress
+    from hydroservo.loop import Loop
+    from hydroservo.tuning import Progress
 
 __all__ = ["tune"]
 
+VARY = "--vary"
 MOST_CANDIDATES = 10_000_000
 MOST_SEEDS = 10_000
+LARGEST_SEED = 2**63 - 1
+CHOSEN = ("controller", "sensors", "hold")  # what a search may set; the rest is given
+NO_MATTER = ("out", "threads", "json")  # options that change nothing of what is found
 
 
 def tune(
+    context: typer.Context,
     scenarios: Annotated[
         list[str],
         typer.Argument(metavar="SCENARIO", help="Scenario files (TOML) or names of built-in ones."),
@@ -29,12 +36,13 @@ def tune(
     ranges: Annotated[
         list[str],
         typer.Option(
-            "--vary",
+            VARY,
             metavar="PATH=LOW..HIGH",
             default_factory=list,
             show_default=False,
-            help="Search a number of the scenario between two values, such as 0.1..30 V s/m; evenly in its "
-            "logarithm if neither is 0. May be given again.",
+            help="Search a number of the controller, the sensors or the hold between two values, such as "
+            "0.1..30 V s/m, or relative to that of the first scenario, such as -50%..+100%; evenly in its "
+            "logarithm if the range does not hold 0. May be given again.",
         ),
     ],
     metric: Annotated[
@@ -50,12 +58,24 @@ def tune(
         ),
     ] = "",
     seeds: Annotated[
-        int, typer.Option("--seeds", metavar="N", help="Seeds over which each scenario's metric is averaged.")
+        int,
+        typer.Option(
+            "--seeds",
+            metavar="N",
+            help="Seeds over which each scenario's metric is averaged, from its own on.",
+        ),
     ] = 1,
     candidates: Annotated[
-        int, typer.Option("--candidates", metavar="N", help="How many sets of values to try.")
+        int,
+        typer.Option(
+            "--candidates",
+            metavar="N",
+            help="How many sets of values to try; rounded up to a multiple of 64.",
+        ),
     ] = 4096,
-    seed: Annotated[int, typer.Option("--seed", metavar="S", help="Seed of the search.")] = 0,
+    seed: Annotated[
+        int, typer.Option("--seed", metavar="S", help="Seed of the search, a whole number from 0 on.")
+    ] = 0,
     out: Annotated[
         Path | None,
         typer.Option(
@@ -74,60 +94,70 @@ def tune(
     """Search the numbers of one or more scenarios that make a metric smallest.
 
     Several scenarios are tuned together, for one set of values that serves all: what is made small is the
-    geometric mean of their metrics. A run that diverges counts as very large. The same seed finds the same
-    values again; another one may find better ones.
+    geometric mean of their metrics. A run that diverges is worse than any that does not. The same seed finds
+    the same values again; another one may find better ones.
 
     Examples:
 
-    - `hydroservo tune paper/sine-pi --vary controller.proportional_gain=0.3..300 --vary
-      controller.integral_gain=1..10000 --set valve.type=FirstOrderValve --set "simulation.period=100 us"`
-    - `hydroservo tune rig/1khz-pi-sine rig/1khz-pi-square --weights 1,7 --vary
-      controller.proportional_gain=0.3..30 --vary controller.integral_gain=10..5000 --out gains.toml`
+    - `hydroservo tune rig/1khz-pi-sine --vary controller.proportional_gain=0.3..30 --vary
+      controller.integral_gain=10..5000`
+    - `hydroservo tune rig/1khz-pi-sine rig/1khz-pi-square --weights 1,8 --vary
+      "controller.proportional_gain=0.3..30 V s/m" --vary "controller.integral_gain=10..5000 V/m" --out
+      gains.toml`
+    - `hydroservo tune rig/noisy-1khz-pi-sine --seeds 20 --metric max_error --vary
+      controller.proportional_gain=-50%..+100%`
     """
     from hydroservo.cli.progress import progress_bar
-    from hydroservo.cli.replay import Origin
     from hydroservo.cli.tune_tables import as_tables, show_tuned, write_values
-    from hydroservo.cli.variations import variations
     from hydroservo.results import as_json
     from hydroservo.tuning import Aim, tune
 
-    within("--candidates", candidates, MOST_CANDIDATES)
-    within("--seeds", seeds, MOST_SEEDS)
-    within("--seed", seed, 2**63 - 1, least=0)
+    check(metric, candidates, seeds, seed, ranges)
     loops = [loaded(scenario, changes, plugins) for scenario in scenarios]
     aim = Aim(loops, checked_weights(weights, len(loops)), metric, seeds)
-    nominal = Origin(scenarios[0], changes, plugins).nominal()
-    wanted = {one.path: (one.low, one.high) for one in variations(ranges, loops[0], nominal)}
-    if not wanted:
-        raise_nothing()
+    wanted = searched(ranges, scenarios, loops)
     if out is not None:
         out.parent.mkdir(parents=True, exist_ok=True)
     with progress_bar("preparing") as report:
-        found = tune(
-            aim, wanted, candidates=candidates, seed=seed, threads=threads, progress=told(report, aim)
-        )
-    command = shlex.join(typed(scenarios, changes, plugins, ranges, metric, weights, seeds, candidates, seed))
+        progress = told(report, metric, candidates)
+        found = tune(aim, wanted, candidates=candidates, seed=seed, threads=threads, progress=progress)
+    for scenario, table in zip(scenarios, found.tables, strict=True):
+        say_steps(scenario, table)
+    command = typed(context)
     if out is not None:
         write_values(out, command, found)
     if json:
         typer.echo(as_json(as_tables(scenarios, command, aim, found)))
         return
     show_tuned(scenarios, aim, wanted, found)
+    one = " and the first seed" if seeds > 1 else ""
+    typer.echo(f"with these values{one}: {replay(scenarios, changes, plugins, found.parameters)}")
     if out is not None:
         typer.echo(f"written: {out}")
 
 
-def within(option: str, value: int, most: int, least: int = 1) -> None:
-    from hydroservo.errors import ParameterError
+def check(metric: str, candidates: int, seeds: int, seed: int, ranges: Sequence[str]) -> None:
+    """Refuse what nothing can be searched with.
 
-    if not least <= value <= most:
-        raise ParameterError(option, value, f"must be a whole number from {least} to {most}")
+    Raises:
+        HydroservoError: in one line, what is wrong and what is allowed.
+    """
+    from hydroservo.errors import HydroservoError, ParameterError
+    from hydroservo.metrics import SMALLER_IS_BETTER
+    from hydroservo.scenario.names import one_of
 
-
-def raise_nothing() -> None:
-    from hydroservo.errors import HydroservoError
-
-    raise HydroservoError("nothing to search: give --vary PATH=LOW..HIGH")
+    limits = (
+        ("--candidates", candidates, 1, MOST_CANDIDATES),
+        ("--seeds", seeds, 1, MOST_SEEDS),
+        ("--seed", seed, 0, LARGEST_SEED),
+    )
+    for option, value, least, most in limits:
+        if not least <= value <= most:
+            raise ParameterError(option, value, f"must be a whole number from {least} to {most}")
+    if metric not in SMALLER_IS_BETTER:
+        raise ParameterError("--metric", metric, one_of(metric, SMALLER_IS_BETTER))
+    if not ranges:
+        raise HydroservoError(f"nothing to search: give {VARY} PATH=LOW..HIGH")
 
 
 def checked_weights(text: str, count: int) -> Sequence[float]:
@@ -145,44 +175,76 @@ def checked_weights(text: str, count: int) -> Sequence[float]:
     except ValueError:
         weights = []
     if len(weights) != count or not all(0.0 < weight < float("inf") for weight in weights):
-        raise ParameterError("--weights", text, f"must be {count} numbers above 0, with commas between them")
+        wanted = "must be a number above 0 for each scenario, with commas between them"
+        raise ParameterError("--weights", text, f"{wanted}; there are {count}" if count > 1 else wanted)
     return weights
 
 
-def told(report: "Report", aim: "Aim") -> "Progress":
-    """Shows the best that was found so far."""
+def searched(
+    ranges: Sequence[str], scenarios: Sequence[str], loops: "Sequence[Loop]"
+) -> dict[str, tuple[float, float]]:
+    """What --vary asks for, in SI units by path.
+
+    Raises:
+        ScenarioError: in one line, the path, the value and what is allowed.
+    """
+    from hydroservo.block import leaves
+    from hydroservo.cli.variations import variations
+    from hydroservo.errors import ScenarioError
+
+    wanted = {one.path: (one.low, one.high) for one in variations(ranges, loops[0], loops[0])}
+    for path in wanted:
+        if path.partition(".")[0] not in CHOSEN:
+            problem = f"must be in the {', '.join(CHOSEN[:-1])} or {CHOSEN[-1]}, which a search may choose"
+            raise ScenarioError(VARY, path, problem)
+        for scenario, loop in zip(scenarios, loops, strict=True):
+            if path not in dict(leaves(loop)):
+                raise ScenarioError(VARY, path, f"is no number of {scenario}")
+    return wanted
+
+
+def told(report: "Report", metric: str, candidates: int) -> "Progress":
+    """Reports how many candidates are done, and the best so far."""
     from hydroservo.metrics import METRIC_FIELDS
     from hydroservo.readable import quantity
 
     def progress(fraction: float, best: float) -> None:
-        report(fraction, f"best so far {quantity(best, METRIC_FIELDS[aim.metric].unit)}")
+        text = quantity(best, METRIC_FIELDS[metric].unit) if best < float("inf") else "diverged"
+        report(fraction, f"{round(fraction * candidates):,} of {candidates:,} candidates, best {text}")
 
     return progress
 
 
-def typed(
+def typed(context: typer.Context) -> list[str]:
+    """The command that finds the same values again: its start, then each option, quoted for a shell."""
+    parts = [["hydroservo", "tune"]]
+    for parameter in context.command.params:
+        name = str(parameter.name)
+        source = context.get_parameter_source(name)
+        if name in NO_MATTER or source is None or source.name != "COMMANDLINE":
+            continue
+        value = context.params[name]
+        values = [str(one) for one in (value if isinstance(value, list) else [value])]
+        if parameter.param_type_name == "argument":
+            parts[0] += values
+        else:
+            parts += [[parameter.opts[0], one] for one in values]
+    return [shlex.join(part) for part in parts]
+
+
+def replay(
     scenarios: Sequence[str],
     changes: Sequence[str],
     plugins: Sequence[Path],
-    ranges: Sequence[str],
-    metric: str,
-    weights: str,
-    seeds: int,
-    candidates: int,
-    seed: int,
-) -> Sequence[str]:
-    """The command that finds the same values again, word by word."""
-    options: Mapping[str, object] = {
-        "--metric": metric,
-        "--weights": weights,
-        "--seeds": seeds,
-        "--candidates": candidates,
-        "--seed": seed,
-    }
-    defaults = {"--metric": "rms_error", "--weights": "", "--seeds": 1, "--candidates": 4096, "--seed": 0}
-    words = ["hydroservo", "tune", *scenarios]
-    for option, values in (("--set", changes), ("--plugin", plugins), ("--vary", ranges)):
-        words += [word for value in values for word in (option, str(value))]
-    for option, value in options.items():
-        words += [option, str(value)] if value != defaults[option] else []
-    return words
+    parameters: Mapping[str, float],
+) -> str:
+    """The command that simulates the scenarios with the values found."""
+    from hydroservo.scenario import parse_override
+
+    kept = [change for change in changes if parse_override(change)[0] not in parameters]
+    words = ["hydroservo", "run" if len(scenarios) == 1 else "compare", *scenarios]
+    for change in (*kept, *(f"{path}={value!r}" for path, value in parameters.items())):
+        words += ["--set", change]
+    for plugin in plugins:
+        words += ["--plugin", str(plugin)]
+    return shlex.join(words)

@@ -1,6 +1,6 @@
 """What a search found: on the terminal, as JSON and as TOML."""
 
-import textwrap
+import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -9,45 +9,42 @@ import tomli_w
 from rich.markup import escape
 from rich.table import Table
 
+from hydroservo._version import __version__
 from hydroservo.block import field_at
 from hydroservo.cli.tables import as_text, show
 from hydroservo.metrics import METRIC_FIELDS
 from hydroservo.readable import common_unit
-from hydroservo.results import atomic_path
-from hydroservo.tuning import LOST, Aim, Tuned, measured
+from hydroservo.results import write_text
+from hydroservo.scenario.overrides import nested
+from hydroservo.tuning import Aim, Tuned
 
 __all__ = ["as_tables", "show_tuned", "write_values"]
 
-WIDTH = 100  # characters a line of a comment
-BEYOND = 1e-4 * LOST  # any metric of runs that were not lost, were there ten thousand seeds
 
-
-def as_tables(scenarios: Sequence[str], command: str, aim: Aim, found: Tuned) -> dict[str, Any]:
+def as_tables(scenarios: Sequence[str], command: Sequence[str], aim: Aim, found: Tuned) -> dict[str, Any]:
     """The result as nested tables, in SI units."""
+    rows = zip(scenarios, aim.weights, found.before, found.after, strict=True)
     return {
-        "command": command,
+        "command": " ".join(command),
+        "version": __version__,
         "parameters": dict(found.parameters),
         "metric": aim.metric,
-        "scenarios": dict(zip(scenarios, found.metrics, strict=True)),
-        "cost": found.cost,
+        "scenarios": [
+            {"scenario": scenario, "weight": weight, "before": before, "after": after}
+            for scenario, weight, before, after in rows
+        ],
+        "geometric_mean": found.cost,
         "runs": found.runs,
         "edges": list(found.edges),
     }
 
 
-def write_values(file: Path, command: str, found: Tuned) -> None:
+def write_values(file: Path, command: Sequence[str], found: Tuned) -> None:
     """The values as TOML tables, under the command that found them."""
-    table: dict[str, Any] = {}
-    for path, value in found.parameters.items():
-        *parents, name = path.split(".")
-        inner = table
-        for parent in parents:
-            inner = inner.setdefault(parent, {})
-        inner[name] = float(f"{value:.6g}")
-    lines = textwrap.wrap(command, WIDTH, break_long_words=False, break_on_hyphens=False)
-    comment = "".join(f"# {line}\n" for line in lines)
-    with atomic_path(file) as temporary:
-        temporary.write_text(f"# SI units. Found by:\n{comment}\n{tomli_w.dumps(table)}", encoding="utf-8")
+    text = " \\\n    ".join(command)
+    comment = "".join(f"# {line}\n" for line in text.splitlines())
+    tables = tomli_w.dumps(nested(found.parameters))
+    write_text(file, f"# In SI units, found by hydroservo {__version__} with\n{comment}\n{tables}")
 
 
 def show_tuned(
@@ -55,7 +52,7 @@ def show_tuned(
 ) -> None:
     """The values found with their ranges, and the metric of each scenario before and after."""
     show(values(aim, ranges, found), metrics(scenarios, aim, found))
-    show(f"{found.runs:,} closed loops were simulated")
+    show(f"{found.runs:,} closed loops were simulated.")
     if found.edges:
         paths = ", ".join(map(escape, found.edges))
         show(f"[bold yellow]AT THE EDGE[/] of its range, so a wider one may hold better: {paths}")
@@ -69,24 +66,35 @@ def values(aim: Aim, ranges: Mapping[str, tuple[float, float]], found: Tuned) ->
     shown.add_column("unit", no_wrap=True)
     for path, best in found.parameters.items():
         unit = field_at(aim.loops[0], path).unit
-        shown.add_row(escape(path), *(as_text(one, 1.0) for one in (best, *ranges[path])), unit)
+        shown.add_row(escape(path), *(f"{one:.5g}" for one in (best, *ranges[path])), unit)
     return shown
 
 
 def metrics(scenarios: Sequence[str], aim: Aim, found: Tuned) -> Table:
-    before = [float(one[0]) for one in measured(aim, {}, None)]
-    unit, factor = common_unit(found.metrics, METRIC_FIELDS[aim.metric].unit)
+    unit, factor = common_unit(found.after, METRIC_FIELDS[aim.metric].unit)
     means = f", mean over {aim.seeds} seeds" if aim.seeds > 1 else ""
-    shown = Table(title=f"{aim.metric} [{unit}]{means}".replace("[", r"\["), title_justify="left")
+    heading = escape(f"{aim.metric} [{unit}]{means}")
+    shown = Table(title=heading, title_justify="left")
     shown.add_column("scenario", overflow="fold")
-    for name in ("weight", "before", "after"):
+    for name in ("weight", "before", "after", "change"):
         shown.add_column(name, justify="right", no_wrap=True)
-    rows = zip(scenarios, aim.weights, before, found.metrics, strict=True)
-    for scenario, weight, *pair in rows:
-        shown.add_row(escape(scenario), f"{weight:g}", *(result(one, factor) for one in pair))
+    for scenario, weight, *pair in zip(scenarios, aim.weights, found.before, found.after, strict=True):
+        shown.add_row(escape(scenario), f"{weight:g}", *(result(one, factor) for one in pair), change(*pair))
+    if len(scenarios) > 1:
+        both = [geometric_mean(aim.weights, one) for one in (found.before, found.after)]
+        shown.add_row("geometric mean", "", *(result(one, factor) for one in both), change(*both))
     return shown
 
 
+def geometric_mean(weights: Sequence[float], metrics: Sequence[float]) -> float:
+    pairs = zip(weights, metrics, strict=True)
+    return float(math.prod(metric ** (weight / sum(weights)) for weight, metric in pairs))
+
+
 def result(metric: float, factor: float) -> str:
-    """A metric as text; a mean in which one run was lost says nothing."""
-    return "diverged" if metric > BEYOND else as_text(metric, factor)
+    return "diverged" if metric == math.inf else as_text(metric, factor)
+
+
+def change(before: float, after: float) -> str:
+    """How much larger a metric became, in per cent."""
+    return f"{100.0 * (after / before - 1.0):+.3g} %" if 0.0 < before < math.inf else "-"
