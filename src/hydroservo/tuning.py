@@ -28,23 +28,29 @@ LOST = 1e30  # counts as the metric of a run that diverged: beyond that of any o
 SAFE = 1e20  # a mean over seeds is below this unless it counts a lost run
 CANDIDATES = 64  # of a generation: whole groups of lanes
 PENALTY = 400.0  # on the cost of a lost run: more than metrics between 1/LOST and LOST can differ by
+CALMEST = 1e-6  # [V] a command that varies less is not worth more
 DIGITS = 5  # of what is found; a rig's gains have no more
 
 
 class Aim(NamedTuple):
     """What is to be small: the weighted geometric mean of a metric over loops, each its mean over seeds.
 
+    With an ``effort`` e > 0 the metric of each loop is multiplied by its control_total_variation^e, so that a
+    calmer command is worth something: with e = 0.1, one a tenth as lively is worth a fifth of the metric.
+
     Attributes:
         loops: the loops, all with the same controller.
         weights: of each loop's metric in the geometric mean.
         metric: name of a metric that is the better the smaller it is.
         seeds: how many seeds each candidate is simulated with, from the loop's own on.
+        effort: exponent e of the command's total variation, at least 0.
     """
 
     loops: Sequence[Loop]
     weights: Sequence[float]
     metric: str = "rms_error"
     seeds: int = 1
+    effort: float = 0.0
 
 
 class Tuned(NamedTuple):
@@ -54,7 +60,7 @@ class Tuned(NamedTuple):
         parameters: the best values by path, in SI units, rounded to five digits.
         before: the metric of each loop with its own values, mean over the seeds; inf where a run diverged.
         after: the same with the best values.
-        cost: the weighted geometric mean of these.
+        cost: the weighted geometric mean of the metrics after, without effort.
         runs: how many closed loops the search simulated.
         edges: the paths whose best value lies within a hundredth of an end of its range.
         tables: the runs of each loop with the best values, one for each seed, as simulate_batch returns them.
@@ -110,7 +116,7 @@ def tune(
     def generation(units: Numbers) -> Any:
         nonlocal done, best
         values = space.values(units.T)
-        found = costs(aim, [metric_of(aim, i, values, threads) for i in range(len(aim.loops))])
+        found = costs(aim, [objective(aim, i, values, threads) for i in range(len(aim.loops))])
         done, best = done + 1, min(best, found.min())
         if progress is not None:
             progress(done / generations, geometric_mean(best))
@@ -142,6 +148,8 @@ def check(aim: Aim, ranges: Mapping[str, tuple[float, float]]) -> None:
         raise ParameterError("weights", list(aim.weights), "must be a finite number above 0 for each loop")
     if aim.seeds < 1:
         raise ParameterError("seeds", aim.seeds, "must be a whole number from 1 on")
+    if not 0.0 <= aim.effort < math.inf:
+        raise ParameterError("effort", aim.effort, "must be a finite number from 0 on")
     if not ranges:
         raise ParameterError("ranges", "{}", "must name at least one parameter")
     for path, (low, high) in ranges.items():
@@ -209,10 +217,11 @@ def at_points(
     return tables, [one if one < SAFE else math.inf for one in metrics]
 
 
-def metric_of(aim: Aim, i: int, candidates: Columns, threads: int | None) -> Numbers:
-    """The metric of each candidate in loop i; of one that allows no controller, that of a lost run."""
+def objective(aim: Aim, i: int, candidates: Columns, threads: int | None) -> Numbers:
+    """What loop i makes of each candidate; of one that allows no controller, that of a lost run."""
     try:
-        return means(aim, i, simulated(aim, i, candidates, threads))
+        runs = simulated(aim, i, candidates, threads)
+        return means(aim, i, runs) * activity(aim, runs)
     except ParameterError:
         count = next(iter(candidates.values())).size
         possible = np.array([has_design(aim.loops[i], candidates, k) for k in range(count)])
@@ -221,7 +230,7 @@ def metric_of(aim: Aim, i: int, candidates: Columns, threads: int | None) -> Num
         found = np.full(count, LOST)
         if possible.any():
             kept = {path: values[possible] for path, values in candidates.items()}
-            found[possible] = metric_of(aim, i, kept, threads)
+            found[possible] = objective(aim, i, kept, threads)
         return found
 
 
@@ -256,6 +265,14 @@ def means(aim: Aim, i: int, runs: "xr.Dataset") -> Numbers:
         raise ParameterError("metric", aim.metric, f"must be one that every loop has; it is nan in {which}")
     found: Numbers = np.where(lost, LOST, values).reshape(-1, aim.seeds).mean(axis=1)
     return found
+
+
+def activity(aim: Aim, runs: "xr.Dataset") -> Numbers:
+    """The factor that the command's total variation, mean over the seeds, is on a candidate's metric."""
+    variation = runs["control_total_variation"].values.reshape(-1, aim.seeds).mean(axis=1)
+    known = np.where(np.isfinite(variation), variation, 1.0)
+    factor: Numbers = np.maximum(known, CALMEST) ** aim.effort
+    return factor
 
 
 def costs(aim: Aim, metrics: Sequence[Any]) -> Any:

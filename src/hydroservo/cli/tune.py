@@ -1,5 +1,6 @@
 """The command that searches gains."""
 
+import math
 import shlex
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -65,6 +66,25 @@ def tune(
             help="Seeds over which each scenario's metric is averaged, from its own on.",
         ),
     ] = 1,
+    effort: Annotated[
+        float,
+        typer.Option(
+            "--effort",
+            metavar="E",
+            help="Multiply each metric by the E-th power of the command's total variation: with 0.1, one "
+            "a tenth as lively is worth a fifth of the metric.",
+        ),
+    ] = 0.0,
+    scales: Annotated[
+        str,
+        typer.Option(
+            "--scales",
+            metavar="S,S,...",
+            show_default="that of each",
+            help="Take each scenario at several scales of its uncertainty, such as -1,0,1, for values that "
+            "serve all these machines.",
+        ),
+    ] = "",
     candidates: Annotated[
         int,
         typer.Option(
@@ -113,8 +133,12 @@ def tune(
     from hydroservo.tuning import Aim, tune
 
     check(metric, candidates, seeds, seed, ranges)
-    loops = [loaded(scenario, changes, plugins) for scenario in scenarios]
-    aim = Aim(loops, checked_weights(weights, len(loops)), metric, seeds)
+    factors = checked_scales(scales)
+    loops = [machine(scenario, changes, plugins, scale) for scenario in scenarios for scale in factors]
+    each = [weight for weight in checked_weights(weights, len(scenarios)) for _ in factors]
+    aim = Aim(loops, each, metric, seeds, effort)
+    names = scenarios
+    scenarios = [named(name, scale) for name in names for scale in factors]
     wanted = searched(ranges, scenarios, loops)
     if out is not None:
         out.parent.mkdir(parents=True, exist_ok=True)
@@ -131,7 +155,7 @@ def tune(
         return
     show_tuned(scenarios, aim, wanted, found)
     one = " and the first seed" if seeds > 1 else ""
-    typer.echo(f"with these values{one}: {replay(scenarios, changes, plugins, found.parameters)}")
+    typer.echo(f"with these values{one}: {replay(names, changes, plugins, found.parameters)}")
     if out is not None:
         typer.echo(f"written: {out}")
 
@@ -170,14 +194,42 @@ def checked_weights(text: str, count: int) -> Sequence[float]:
 
     if not text:
         return [1.0] * count
-    try:
-        weights = [float(part) for part in text.split(",")]
-    except ValueError:
-        weights = []
+    weights = numbers(text)
     if len(weights) != count or not all(0.0 < weight < float("inf") for weight in weights):
         wanted = "must be a number above 0 for each scenario, with commas between them"
         raise ParameterError("--weights", text, f"{wanted}; there are {count}" if count > 1 else wanted)
     return weights
+
+
+def numbers(text: str) -> list[float]:
+    """Numbers with commas between them; one that is none for a text that is not that."""
+    try:
+        return [float(part) for part in text.split(",")] if text else []
+    except ValueError:
+        return [math.nan]
+
+
+def checked_scales(text: str) -> Sequence[float | None]:
+    """The scales of uncertainty; None for that of a scenario itself.
+
+    Raises:
+        ParameterError: the text is not that.
+    """
+    from hydroservo.errors import ParameterError
+
+    scales = numbers(text)
+    if not all(map(math.isfinite, scales)) or len(set(scales)) < len(scales):
+        raise ParameterError("--scales", text, "must be different numbers with commas between them")
+    return scales or [None]
+
+
+def machine(scenario: str, changes: Sequence[str], plugins: Sequence[Path], scale: float | None) -> "Loop":
+    """A scenario's loop at a scale of its uncertainty; at its own if that is None."""
+    return loaded(scenario, [*changes, *([] if scale is None else [f"uncertainty.scale={scale!r}"])], plugins)
+
+
+def named(scenario: str, scale: float | None) -> str:
+    return scenario if scale is None else f"{scenario}, scale {scale:g}"
 
 
 def searched(
