@@ -212,6 +212,9 @@ def test_a_users_own_controller_can_be_searched(tmp_path):
         ((*VARIED, "--weights", "1,2"), "--weights = '1,2': must be a number above 0 for each scenario"),
         ((*VARIED, "--weights", "-1"), "--weights = '-1': must be a number above 0"),
         ((*VARIED, "--weights", "heavy"), "--weights = 'heavy': must be a number above 0"),
+        ((*VARIED, "--scales", "1,one"), "--scales = '1,one': must be different numbers"),
+        ((*VARIED, "--scales", "1,1"), "--scales = '1,1': must be different numbers"),
+        ((*VARIED, "--effort", "-1"), "effort = -1.0: must be a finite number from 0 on"),
         ((*VARIED, "--weights", "nan"), "--weights = 'nan': must be a number above 0"),
         ((*VARIED, "--vary", f"{GAIN}=1..2"), f"--vary: {GAIN}: is given twice"),
         (("--vary", f"{GAIN}=2..1"), f"--vary: {GAIN}: '2' is more than '1', its upper end"),
@@ -323,3 +326,17 @@ def test_tune_waits_with_heavy_libraries_until_they_are_used():
     code = f"import sys, hydroservo.cli.tune; print(*sorted({heavy} & set(sys.modules)))"
     done = subprocess.run([HYDROSERVO[0], "-c", code], text=True, capture_output=True, check=True)
     assert done.stdout.split() in ([], ["rich"])  # which typer may load
+
+
+def test_scales_take_each_scenario_with_several_machines():
+    """Scenario by scenario, each weight for all its machines."""
+    two = ("--scales=-1,1", "--weights", "1,2")
+    said = json.loads(succeeded("tune", *NAMES, *SHORT, *VARIED, *two, *FEW, "--json"))
+    rows = said["scenarios"]
+    assert [row["scenario"] for row in rows] == [
+        f"{name}, scale {scale}" for name in NAMES for scale in (-1, 1)
+    ]
+    assert [row["weight"] for row in rows] == [1.0, 1.0, 2.0, 2.0]
+    for row, name, scale in zip(rows, np.repeat(NAMES, 2), (-1.0, 1.0) * 2, strict=True):
+        changes = said["parameters"] | {"uncertainty.scale": scale}
+        assert row["after"] == pytest.approx(again(name, changes, seeds=1), rel=1e-9)

@@ -277,3 +277,20 @@ def test_every_metric_that_is_better_small_can_be_an_aim() -> None:
     for metric in set(SMALLER_IS_BETTER) - has_observer:
         found = tune(Aim([SINE], [1.0], metric), {GAIN: (1.0, 2.0)}, candidates=64)
         assert found.after[0] == pytest.approx(metric_of(SINE, dict(found.parameters), 1, metric), rel=1e-9)
+
+
+def test_effort_makes_the_command_calmer_and_is_not_in_the_metric() -> None:
+    """What is small is error times variation^effort, as a grid finds it too."""
+    grid = np.geomspace(0.3, 10.0, 400)
+    runs = simulate_batch(SINE, {GAIN: grid})
+    product = runs["rms_error"].values * runs["control_total_variation"].values ** 0.5
+    found = tune(Aim([SINE], [1.0], effort=0.5), {GAIN: (0.3, 10.0)}, candidates=256)
+    assert found.parameters[GAIN] == pytest.approx(grid[product.argmin()], rel=0.03)
+    assert found.after == pytest.approx([metric_of(SINE, dict(found.parameters))], rel=1e-9)
+    assert found.parameters[GAIN] < 0.8 * grid[runs["rms_error"].values.argmin()]
+
+
+@pytest.mark.parametrize("effort", [-0.1, math.inf, math.nan])
+def test_an_effort_that_is_none_is_refused(effort: float) -> None:
+    with pytest.raises(ParameterError, match=r"effort.*must be a finite number from 0 on"):
+        tune(Aim([SINE], [1.0], effort=effort), WIDE)
