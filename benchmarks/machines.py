@@ -35,7 +35,10 @@ INTEGRATORS: dict[str, tuple[Integrator, int]] = {  # and substeps of a sample p
 SECONDS, BATCH_SECONDS, BATCH = 4.0, 0.5, 16 * LANES
 QUICK = 0.1  # of both times
 
+KINDS = ("single", "batch")
+
 Section = dict[str, Any]
+Key = tuple[str, str, str]  # machine, integrator, kind
 
 
 def loops() -> dict[str, Loop]:
@@ -85,9 +88,9 @@ def machines(
         (name, how, kind): job(name, loop, how, kind, size)
         for name, loop in chosen.items()
         for how in INTEGRATORS
-        for kind in ("single", "batch")
+        for kind in KINDS
     }
-    times: dict[tuple[str, str, str], list[float]] = {key: [] for key in jobs}
+    times: dict[Key, list[float]] = {key: [] for key in jobs}
     worker, order, keys = Worker("hydroservo", 1, "native"), np.random.default_rng(0), list(jobs)
     try:
         for i in range(rounds):
@@ -96,21 +99,21 @@ def machines(
                 times[keys[at]].append(seconds(worker, jobs[keys[at]]))
     finally:
         worker.close()
-    rows = [
-        {
-            "name": name,
-            "states": sum(1 for _ in leaves(loop.machine(loop.init()))),
-            "seconds": {
-                how: {
-                    kind: median(times[name, how, kind]) / simulated(jobs[name, how, kind])
-                    for kind in ("single", "batch")
-                }
-                for how in INTEGRATORS
-            },
-        }
-        for name, loop in chosen.items()
-    ]
+    rows = [row(name, loop, times, jobs) for name, loop in chosen.items()]
     return {"machine": described() | {"instructions": isa.used("native")}, "rows": rows}
+
+
+def row(name: str, loop: Loop, times: dict[Key, list[float]], jobs: dict[Key, Job]) -> Section:
+    """A machine with its seconds per simulated second, by integrator and kind."""
+
+    def found(how: str, kind: str) -> float:
+        return median(times[name, how, kind]) / simulated(jobs[name, how, kind])
+
+    return {
+        "name": name,
+        "states": sum(1 for _ in leaves(loop.machine(loop.init()))),
+        "seconds": {how: {kind: found(how, kind) for kind in KINDS} for how in INTEGRATORS},
+    }
 
 
 def job(name: str, loop: Loop, how: str, kind: str, size: float) -> Job:
