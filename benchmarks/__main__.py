@@ -12,6 +12,8 @@ from rich.table import Table
 from benchmarks import isa
 from benchmarks.jobs import Job, jobs
 from benchmarks.machine import described
+from benchmarks.machines import loops
+from benchmarks.machines import machines as machine_times
 from benchmarks.measure import measured
 from benchmarks.peer import Peer
 from benchmarks.peers import ALL
@@ -20,7 +22,7 @@ from benchmarks.profile import profile
 from benchmarks.results import RESULTS, load, save
 from benchmarks.scaling import scaling
 from benchmarks.start_up import start_up
-from benchmarks.table import Section, job_table, notes, summary, write
+from benchmarks.table import Line, Section, job_table, machines_table, notes, summary, write
 
 app = typer.Typer(add_completion=False)
 Named = TypeVar("Named", Job, Peer)
@@ -64,13 +66,35 @@ def run(
         tell("start-up")
         section["start_up"] = start_up(rounds)
         keep(target, instructions, section)
-    show(section)
+        section["machines"] = machine_times(loops(), rounds, tell)
+        keep(target, instructions, section)
+    show(tables(section))
+    for note in notes(section):
+        terminal().print(note)
 
 
 def keep(target: Path | None, instructions: str, section: Section) -> None:
     """Saves what there is so far, so that nothing measured is lost."""
     if target is not None:
         save(target, load(target) | {instructions: section})
+
+
+@app.command()
+def machines(
+    only: Annotated[str, typer.Option(help="names with commas between; all if empty")] = "",
+    rounds: Annotated[int, typer.Option(min=1, help="how often each machine runs")] = 5,
+    quick: Annotated[bool, typer.Option("--quick", help="tiny sizes, to see that all works")] = False,
+    out: Annotated[Path | None, typer.Option(help="where to save; a complete run goes to its place")] = None,
+) -> None:
+    """Time per simulated second for each machine, alone and side by side, and save it with the rest."""
+    offered = loops()
+    chosen = {name: offered[name] for name in named(only, list(offered))}
+    measured = machine_times(chosen, rounds, tell, quick)
+    target = out or (None if quick or only else RESULTS)
+    if target is not None:
+        results = load(target)
+        save(target, results | {"native": results.get("native", {}) | {"machines": measured}})
+    show([("", machines_table(measured))])
 
 
 @app.command()
@@ -83,12 +107,17 @@ def table() -> None:
 
 def picked(offered: Sequence[Named], names: str) -> list[Named]:
     """Those of these names; all if there are none."""
+    wanted = named(names, [one.name for one in offered])
+    return [one for one in offered if one.name in wanted]
+
+
+def named(names: str, known: Sequence[str]) -> Sequence[str]:
+    """The names that a text with commas has; all if it has none."""
     wanted = [name.strip() for name in names.split(",") if name.strip()]
-    known = [one.name for one in offered]
     for name in wanted:
         if name not in known:
             raise typer.BadParameter(f"{name!r} is none of {', '.join(known)}")
-    return [one for one in offered if not wanted or one.name in wanted]
+    return wanted or known
 
 
 def done(job: Job, chosen: Sequence[Peer], rounds: int, instructions: str) -> Section:
@@ -107,22 +136,27 @@ def tell(text: str) -> None:
     told.print(text)
 
 
-def show(section: Section) -> None:
-    """The tables on the terminal."""
-    console = Console(width=None if sys.stdout.isatty() else 160, highlight=False)
-    tables = [
-        ("", summary(section)),
-        *((f"{job['name']}: {job['title']}", job_table(job)) for job in section["jobs"]),
-    ]
+def tables(section: Section) -> list[tuple[str, tuple[Line, list[Line]]]]:
+    """What was measured, by title."""
+    jobs = [(f"{job['name']}: {job['title']}", job_table(job)) for job in section["jobs"]]
+    machines = [("", machines_table(section["machines"]))] if "machines" in section else []
+    return [("", summary(section)), *jobs, *machines]
+
+
+def show(tables: Sequence[tuple[str, tuple[Line, list[Line]]]]) -> None:
+    """Tables on the terminal."""
     for title, (header, rows) in tables:
         shown = Table(title=title or None, title_justify="left")
         for i, text in enumerate(header):
             shown.add_column(text, justify="right" if i else "left")
         for row in rows:
             shown.add_row(*(text.replace("**", "") for text in row))
-        console.print(shown)
-    for note in notes(section):
-        console.print(note)
+        terminal().print(shown)
+
+
+def terminal() -> Console:
+    """Where results go; wide enough for the tables where nobody sees it."""
+    return Console(width=None if sys.stdout.isatty() else 160, highlight=False)
 
 
 if __name__ == "__main__":

@@ -9,7 +9,18 @@ from benchmarks.peers import ALL, YARDSTICK
 from benchmarks.results import Results
 from hydroservo.engine.lanes import LANES
 
-__all__ = ["Section", "details", "filled", "job_table", "notes", "overview", "summary", "write"]
+__all__ = [
+    "Line",
+    "Section",
+    "details",
+    "filled",
+    "job_table",
+    "machines_table",
+    "notes",
+    "overview",
+    "summary",
+    "write",
+]
 
 ROOT = Path(__file__).parents[1]
 MARKERS = ("<!-- benchmarks: begin -->", "<!-- benchmarks: end -->")
@@ -67,6 +78,10 @@ def chapters(section: Section) -> Iterator[str]:
     if "start_up" in section:
         yield "### The first result"
         yield markdown(*start_up_table(section["start_up"]))
+    if "machines" in section:
+        yield "### Each machine"
+        yield markdown(*machines_table(section["machines"]))
+        yield on(section["machines"])
     yield "### The machine"
     yield markdown(("", ""), machine.items())
 
@@ -175,6 +190,23 @@ def limit(measured: Section) -> str:
         f"{costs['root']:.2f} ns on this processor; so these alone would take {least:.1f} ns for each run, "
         f"and all of it takes {whole:.1f} ns."
     )
+
+
+def machines_table(measured: Section) -> tuple[Line, list[Line]]:
+    """What a simulated second of each machine takes alone, and how many of them a second gives in a batch."""
+    rows = measured["rows"]
+    ways = list(rows[0]["seconds"])
+    columns = [(f"{way}: alone, for 1 s", f"{way}: side by side, in 1 s") for way in ways]
+    header = ("", "states", *(name for pair in columns for name in pair))
+    return header, [
+        (row["name"], str(row["states"]), *(text for way in ways for text in costs(row["seconds"][way])))
+        for row in rows
+    ]
+
+
+def costs(measured: Section) -> tuple[str, str]:
+    """Time per simulated second of one run, and simulated seconds per second of many."""
+    return seconds(measured["single"]), f"{digits(1.0 / measured['batch'])} s"
 
 
 def start_up_table(measured: Section) -> tuple[Line, list[Line]]:

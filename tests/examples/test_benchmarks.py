@@ -79,6 +79,40 @@ def test_difference_is_relative_and_sees_what_is_not_a_number() -> None:
     assert np.isnan(difference(one, {"c": np.array([1.0])}))
 
 
+def test_each_machine_is_measured_and_shown(tmp_path: Path) -> None:
+    from benchmarks.machines import INTEGRATORS
+    from benchmarks.table import chapters, machines_table
+
+    out, wanted = tmp_path / "results.json", ["the paper's plant", "two chambers instead"]
+    options = ["--only", ",".join(wanted), "--quick", "--rounds", "1", "--out", str(out)]
+    done = subprocess.run(
+        [sys.executable, "-m", "benchmarks", "machines", *options],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert wanted[1] in done.stdout
+    section = json.loads(out.read_text(encoding="utf-8"))["native"]
+    header, rows = machines_table(section["machines"])
+    assert len(header) == 2 + 2 * len(INTEGRATORS)
+    assert [row[0] for row in rows] == wanted
+    assert all(len(row) == len(header) and all(row) for row in rows)
+    whole = {"machine": {"instructions": "some"}, "jobs": []} | section
+    assert any(wanted[1] in chapter for chapter in chapters(whole))
+
+
+def test_the_machines_grow() -> None:
+    from benchmarks.machines import loops
+
+    from hydroservo.block import leaves
+    from hydroservo.simulate import ready
+
+    states = [len(list(leaves(ready(loop).machine(loop.init())))) for loop in loops().values()]
+    assert states == sorted(states)
+    assert states[0] < states[-1]
+
+
 @pytest.mark.parametrize("page", ["README.md", "docs/benchmarks.md"])
 def test_pages_show_the_results(page: str) -> None:
     from benchmarks.results import load
