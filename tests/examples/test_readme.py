@@ -25,7 +25,7 @@ def test_links_lead_somewhere() -> None:
 
 def test_no_number_is_typed() -> None:
     """Measured numbers belong in what a command makes."""
-    generated = r"<!-- benchmarks: begin -->.*?<!-- benchmarks: end -->"
+    generated = r"<!-- (?:benchmarks|rig): begin -->.*?<!-- (?:benchmarks|rig): end -->"
     text = re.sub(rf"{generated}|```.*?```|\(https?:[^)]*\)|`[^`]*`", "", README, flags=re.DOTALL)
     text = (
         text.replace("doi:10.1007/s42401-021-00087-w", "")

@@ -29,6 +29,7 @@ ARGUMENTS = {
     "nearest": "n",
     "normal": "wsw",
     "power": "xx",
+    "power_root": "xlfe",
     "reached": "xx",
     "sign": "x",
     "signed_power": "xx",
@@ -41,6 +42,9 @@ ARGUMENTS = {
 }
 VALUES = {
     "b": st.booleans(),
+    "e": st.floats(0.1, 0.99),
+    "f": st.floats(0.0, 1e9),
+    "l": st.floats(1.0, 1e9),
     "n": st.floats(-(2.0**50), 2.0**50),
     "p": st.floats(1e-9, 1e9),
     "s": st.integers(0, 2**32 - 1).map(float),
@@ -67,7 +71,7 @@ def same(a: Any, b: Any) -> bool:
 @cache
 def compiled_op(name: str) -> Callable[..., Any]:
     """An op called from compiled code, as blocks call it."""
-    names = ", ".join("abc"[: len(ARGUMENTS[name])])
+    names = ", ".join("abcd"[: len(ARGUMENTS[name])])
     namespace: dict[str, Any] = {"ops": ops}
     exec(f"def call({names}): return ops.{name}({names})", namespace)
     return compiled(namespace["call"])

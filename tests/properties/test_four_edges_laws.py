@@ -12,7 +12,7 @@ pressures = st.floats(-1e5, 5e7)
 lines = st.builds(Pressures, supply=pressures, tank=st.floats(-1e5, 1e6))
 edges_of_any_lap = st.builds(
     lambda lap, clearance, drop: FourEdges(lap=lap, clearance=clearance, transition_drop=drop),
-    st.floats(-1e-3, 1e-3),
+    st.one_of(st.just(0.0), st.floats(1e-9, 1e-3), st.floats(-1e-3, -1e-9)),
     st.one_of(st.just(0.0), st.floats(1e-7, 1e-4)),
     st.one_of(st.just(0.0), st.floats(1e2, 1e6)),
 )

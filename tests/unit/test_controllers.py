@@ -28,6 +28,8 @@ class Estimates(NamedTuple):
     s2: float
     d1: float
     d2: float
+    velocity: float
+    load_force: float
 
 
 class Told(NamedTuple):
@@ -39,10 +41,10 @@ class Told(NamedTuple):
     d2: float
 
     def init(self) -> Estimates:
-        return Estimates(0.0, 0.0, 0.0, 0.0)
+        return Estimates(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
     def step(self, s: Estimates, model: DesignModel, y: Measurement, dt: float) -> Estimates:
-        return Estimates(self.s1, self.s2, self.d1, self.d2)
+        return Estimates(self.s1, self.s2, self.d1, self.d2, y.velocity, y.load_force)
 
 
 observers = st.builds(

@@ -62,8 +62,12 @@ def test_uncertainty_is_the_machine_s_alone(scale: float) -> None:
 
 def test_builtin_names_and_text() -> None:
     names = builtin_scenarios()
+    loops = ("1khz", "10khz", "noisy-1khz", "noisy-10khz", "encoder")
     assert set(names) == {
-        f"paper/{d}-{c}" for d in ("sine", "square") for c in ("pi", "backstepping", "tsmc")
+        *(f"paper/{d}-{c}" for d in ("sine", "square") for c in ("pi", "backstepping", "tsmc")),
+        *(f"rig/{loop}-{c}-{d}" for loop in loops for c in ("pi", "tsmc") for d in ("sine", "square")),
+        "rig/excavator-link",
+        "rig/excavator-link-pi",
     }
     assert all(title for title in names.values())
     assert 'mass = "6 kg"' in scenario_source("paper/sine-pi")

@@ -65,10 +65,10 @@ class KalmanObserver(NamedTuple):
     gain_12: Annotated[float, Field("m/(s N)", "gain of y2 on x1", COMPUTED, derived=True)] = 0.0
     gain_21: Annotated[float, Field("N s/m", "gain of y1 on x2", COMPUTED, derived=True)] = 0.0
     gain_22: Annotated[float, Field("", "gain of y2 on x2", COMPUTED, derived=True)] = 0.0
-    gain_31: Annotated[float, Field("1/s", "gain of y1 on d1", COMPUTED, derived=True)] = 0.0
-    gain_32: Annotated[float, Field("m/(s^2 N)", "gain of y2 on d1", COMPUTED, derived=True)] = 0.0
-    gain_41: Annotated[float, Field("N/m", "gain of y1 on d2", COMPUTED, derived=True)] = 0.0
-    gain_42: Annotated[float, Field("1/s", "gain of y2 on d2", COMPUTED, derived=True)] = 0.0
+    gain_31: Annotated[float, Field("1/s", "gain of y1 on d_L1", COMPUTED, derived=True)] = 0.0
+    gain_32: Annotated[float, Field("m/(s^2 N)", "gain of y2 on d_L1", COMPUTED, derived=True)] = 0.0
+    gain_41: Annotated[float, Field("N/m", "gain of y1 on d_L2", COMPUTED, derived=True)] = 0.0
+    gain_42: Annotated[float, Field("1/s", "gain of y2 on d_L2", COMPUTED, derived=True)] = 0.0
 
     def init(self) -> KalmanObserverState:
         return KalmanObserverState(0.0, 0.0, 0.0, 0.0, math.nan, math.nan)

@@ -68,10 +68,10 @@ class PositionKalmanObserver(NamedTuple):
     gain_22: Annotated[float, Field("m/(s N)", "gain of x2 on x1", COMPUTED, derived=True)] = 0.0
     gain_31: Annotated[float, Field("N/m", "gain of y on x2", COMPUTED, derived=True)] = 0.0
     gain_32: Annotated[float, Field("", "gain of x2 on x2", COMPUTED, derived=True)] = 0.0
-    gain_41: Annotated[float, Field("1/s^2", "gain of y on d1", COMPUTED, derived=True)] = 0.0
-    gain_42: Annotated[float, Field("m/(s^2 N)", "gain of x2 on d1", COMPUTED, derived=True)] = 0.0
-    gain_51: Annotated[float, Field("N/(m s)", "gain of y on d2", COMPUTED, derived=True)] = 0.0
-    gain_52: Annotated[float, Field("1/s", "gain of x2 on d2", COMPUTED, derived=True)] = 0.0
+    gain_41: Annotated[float, Field("1/s^2", "gain of y on d_L1", COMPUTED, derived=True)] = 0.0
+    gain_42: Annotated[float, Field("m/(s^2 N)", "gain of x2 on d_L1", COMPUTED, derived=True)] = 0.0
+    gain_51: Annotated[float, Field("N/(m s)", "gain of y on d_L2", COMPUTED, derived=True)] = 0.0
+    gain_52: Annotated[float, Field("1/s", "gain of x2 on d_L2", COMPUTED, derived=True)] = 0.0
 
     def init(self) -> PositionKalmanObserverState:
         return PositionKalmanObserverState(0.0, 0.0, 0.0, 0.0, 0.0, math.nan, math.nan)
