@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 __all__ = [
+    "check_substeps",
     "checked_steps",
     "difference",
     "fastest",
@@ -145,13 +146,8 @@ def checked_steps(loop: Loop, run: Run) -> "xr.Dataset":
         to be trusted, an attribute ``warning`` says why in one line: by the machine's fastest motion, or, for
         an integrator to which that says nothing, by a second run with steps half as long.
     """
-    simulation, parts = loop.simulation, command_parts(loop)
-    if simulation.substeps == AUTO:
+    if loop.simulation.substeps == AUTO:
         return settled(loop, run)
-    if simulation.substeps % parts and hasattr(simulation.integrator, "substep"):
-        raise ParameterError(
-            "simulation.substeps", simulation.substeps, f"must be a multiple of {parts}, for the hold's delay"
-        )
     data = run(loop)
     said = warning(loop, data) if judged_by_rate(loop) else unhalved(loop, data, run)
     return data.assign_attrs(warning=said) if said else data
@@ -226,18 +222,33 @@ def needed(loop: Loop, found: NDArray[np.float64]) -> int:
 def command_parts(loop: Loop) -> int:
     """How many equal parts a sample period must have for a delayed command to come between two of them.
 
+    1 for an integrator that chooses its steps, which ends one where the command comes.
+
     Raises:
         ParameterError: the delay is longer than a period, or no k/n of it with n up to 100.
     """
     delay, period = getattr(loop.hold, "delay", 0.0), loop.simulation.period
-    share = Fraction(delay / period).limit_denominator(MOST_PARTS)
     if delay > (1.0 + 1e-9) * period:
         raise ParameterError("hold.delay", delay, f"must be at most the sample period of {period:g} s")
+    if not hasattr(loop.simulation.integrator, "substep"):
+        return 1
+    share = Fraction(delay / period).limit_denominator(MOST_PARTS)
     if abs(share - delay / period) > 1e-9:
-        raise ParameterError(
-            "hold.delay", delay, f"must be k/n of the period of {period:g} s, n to {MOST_PARTS}"
-        )
+        wanted = f"must be k/n of the period of {period:g} s, n to {MOST_PARTS}"
+        raise ParameterError("hold.delay", delay, wanted)
     return share.denominator
+
+
+def check_substeps(loop: Loop) -> None:
+    """Refuse substeps that do not end where a delayed command comes.
+
+    Raises:
+        ParameterError: they do not, or the delay is none that they could end on.
+    """
+    substeps, parts = loop.simulation.substeps, command_parts(loop)
+    if substeps != AUTO and substeps % parts:
+        wanted = f"must be a multiple of {parts}, for the hold's delay"
+        raise ParameterError("simulation.substeps", substeps, wanted)
 
 
 def with_substeps(loop: Loop, substeps: int) -> Loop:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from hydroservo.accuracy import checked_steps, machine_paths
+from hydroservo.accuracy import check_substeps, checked_steps, machine_paths
 from hydroservo.block import Block, designed, field_at, is_block, leaves, value_at
 from hydroservo.checks import checked
 from hydroservo.errors import LoopError, ParameterError
@@ -104,9 +104,10 @@ def ready(loop: Loop) -> Loop:
     """The loop with its parameters checked and its controller designed.
 
     Raises:
-        ParameterError: a parameter is out of range, or allows no design.
+        ParameterError: a parameter is out of range, allows no design, or does not go with another.
     """
     loop = checked(loop)
+    check_substeps(loop)
     return loop._replace(controller=designed(loop.controller, loop.simulation.period, loop.nominal))
 
 

@@ -40,8 +40,9 @@ def column(loop: Loop, path: str, values: ArrayLike) -> NDArray[np.float64]:
         present = value_at(loop, str(path))
     except KeyError as error:
         raise ParameterError("parameters", path, error.args[0]) from None
-    if path != SEED and (not isinstance(present, float) or path.startswith("simulation.")):
-        raise ParameterError("parameters", path, "must be a float outside the simulation block, or its seed")
+    if path != SEED and (not isinstance(present, float) or path.startswith(("simulation.", "hold."))):
+        wanted = "must be a float outside the simulation and hold blocks, or the seed"
+        raise ParameterError("parameters", path, wanted)
     try:
         found = np.atleast_1d(np.asarray(values, dtype=np.float64))
     except (OverflowError, TypeError, ValueError):

@@ -221,7 +221,7 @@ def test_a_users_own_controller_can_be_searched(tmp_path):
         (("--vary", f"{GAIN}=0.1..2 mm"), f"--vary: {GAIN}: '0.1 mm' does not convert to V s/m"),
         (("--vary", f"{GAIN}=-1..2"), "reaches -1; it must be a finite number at least 0 [V s/m]"),
         (("--vary", "controller.gain=1..2"), "--vary: controller.gain: must be one of"),
-        (("--vary", "plant.mass=4..8 kg"), "--vary: plant.mass: must be in the controller, sensors or hold"),
+        (("--vary", "plant.mass=4..8 kg"), "--vary: plant.mass: must be in the controller or sensors"),
         (("--vary", "simulation.seed=1..2"), "--vary: simulation.seed: "),
         (
             ("paper/sine-tsmc", "--vary", f"{GAIN}=1..2"),

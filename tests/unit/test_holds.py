@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hydroservo import Field, Loop, ParameterError, Simulation, ops, replace, simulate
+from hydroservo import Field, Loop, ParameterError, Simulation, ops, replace, simulate, simulate_batch
 from hydroservo.accuracy import command_parts, difference
 from hydroservo.block import Block
 from hydroservo.controllers import PI
@@ -163,3 +163,21 @@ def test_the_adaptive_method_needs_no_such_substeps() -> None:
     odd = replace(LOOP, {"simulation.substeps": 7, "simulation.integrator": Tsit5(1e-10)})
     even = replace(LOOP, {"simulation.substeps": 64, "simulation.integrator": RK4()})
     assert difference(LOOP, simulate(odd), simulate(even)) < 1e-7
+
+
+def test_the_adaptive_method_takes_any_delay_up_to_a_period() -> None:
+    loop = replace(LOOP, {"simulation.integrator": Tsit5(), "hold.delay": 0.314159e-3})
+    assert command_parts(loop) == 1
+    with pytest.raises(ParameterError, match=r"hold\.delay.*at most the sample period"):
+        command_parts(replace(loop, {"hold.delay": 1.1e-3}))
+
+
+def test_a_batch_refuses_what_a_run_refuses() -> None:
+    masses = {"plant.mass": np.array([5.0, 6.0])}
+    for changes in ({"simulation.substeps": 3}, {"hold.delay": 2e-3}):
+        wrong = replace(LOOP, changes)
+        for run in (simulate, lambda loop: simulate_batch(loop, masses)):
+            with pytest.raises(ParameterError, match=r"hold"):
+                run(wrong)
+    with pytest.raises(ParameterError, match=r"hold\.delay"):
+        simulate_batch(LOOP, {"hold.delay": np.array([1e-4, 5e-4])})

@@ -5,9 +5,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hydroservo.plants import DesignModel, LoadPressurePlant, LoadPressureState
-from hydroservo.signals import PortFlows
+from hydroservo.signals import PortFlows, Pressures
 from hydroservo.supplies import IdealSupply
-from hydroservo.valves import StaticValve, StaticValveState
+from hydroservo.valves import FourEdges, StaticValve, StaticValveState
 
 velocities = st.floats(-1.0, 1.0)
 forces = st.floats(-1500.0, 1500.0)
@@ -80,3 +80,17 @@ def test_the_input_gain_has_a_floor() -> None:
 
 def test_the_input_gain_of_no_command_ignores_the_load() -> None:
     assert DesignModel().g2(500.0, 0.0) == DesignModel().g2(0.0, 1.0)
+
+
+@pytest.mark.parametrize("load_force", [0.0, 300.0, 2500.0])
+def test_the_supply_gives_what_the_edges_let_through(load_force: float) -> None:
+    """Null leakage is drawn though no load flow is, and what flows back from the load is given back."""
+    plant, edges, line = LoadPressurePlant(), FourEdges(clearance=1e-5), Pressures(40e5, 2e5)
+    state = LoadPressureState(0.0, load_force, 0.04)
+    mean, half = 21e5, 0.5 * plant.load_pressure(state)
+    for opening in (0.0, 1e-4, -1e-4):
+        flows = plant.flows(state, edges, opening, line)
+        ports = edges.port_flows(opening, line, mean + half, mean - half)
+        assert flows.a == pytest.approx(ports.a, rel=1e-9)
+        assert (flows.supply, flows.tank) == (ports.supply, ports.tank)
+    assert plant.flows(state, edges, 0.0, line).supply != 0.0

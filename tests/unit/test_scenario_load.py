@@ -12,7 +12,7 @@ from hydroservo.controllers import PI, TSMC, Backstepping, Saturation
 from hydroservo.loads import Constant
 from hydroservo.loads import Sine as SineLoad
 from hydroservo.observers import Implicit, ModelDerivative, TSMObserver
-from hydroservo.plants import DesignModel
+from hydroservo.plants import Cylinder, DesignModel
 from hydroservo.references import Sine as SineReference
 from hydroservo.references import Square
 from hydroservo.scenario import builtin_scenarios, load_scenario, parse_override, scenario_source
@@ -224,3 +224,12 @@ def test_the_import_is_light() -> None:
     heavy = "{'pint', 'pydantic', 'pandas', 'xarray', 'numba'}"
     code = f"import sys, hydroservo.scenario; sys.exit(bool({heavy} & set(sys.modules)))"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+def test_another_type_drops_the_uncertainty_that_it_does_not_have() -> None:
+    loop = load_scenario("paper/sine-pi", {"plant.type": "Cylinder"})
+    assert type(loop.plant) is Cylinder
+    assert loop.valve.orifice.density == pytest.approx(1.15 * 850.0)
+    assert loop.plant.friction.coefficient == Cylinder().friction.coefficient
+    with pytest.raises(ScenarioError, match=r"uncertainty\.plant\.damping"):
+        load_scenario("paper/sine-pi", {"plant.type": "Cylinder", "uncertainty.plant.damping": "20 %"})

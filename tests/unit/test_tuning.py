@@ -258,7 +258,7 @@ def test_a_metric_that_a_loop_does_not_have_is_refused() -> None:
         (Aim([SINE], [1.0]), {"controller.gain": (1.0, 2.0)}, "no 'gain' in path 'controller.gain'"),
         (Aim([SINE], [1.0]), {"controller": (1.0, 2.0)}, "must be the path of a float"),
         (Aim([SINE], [1.0]), {"simulation.seed": (1.0, 2.0)}, "must be the path of a float"),
-        (Aim([SINE], [1.0]), {"simulation.period": (1e-3, 2e-3)}, "outside the simulation block"),
+        (Aim([SINE], [1.0]), {"simulation.period": (1e-3, 2e-3)}, "outside the simulation and hold blocks"),
         (Aim([SINE], [1.0]), {GAIN: (2.0, 1.0)}, r"controller.proportional_gain = \(2.0, 1.0\): must be a"),
         (Aim([SINE], [1.0]), {GAIN: (1.0, 1.0)}, "must be a range of allowed values, low before high"),
         (Aim([SINE], [1.0]), {GAIN: (-1.0, 1.0)}, "must be a range of allowed values"),

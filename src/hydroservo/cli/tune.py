@@ -22,7 +22,7 @@ VARY = "--vary"
 MOST_CANDIDATES = 10_000_000
 MOST_SEEDS = 10_000
 LARGEST_SEED = 2**63 - 1
-CHOSEN = ("controller", "sensors", "hold")  # what a search may set; the rest is given
+SEARCHED = ("controller", "sensors")  # what a search may set; the rest is given
 NO_MATTER = ("out", "threads", "json")  # options that change nothing of what is found
 
 
@@ -41,7 +41,7 @@ def tune(
             metavar="PATH=LOW..HIGH",
             default_factory=list,
             show_default=False,
-            help="Search a number of the controller, the sensors or the hold between two values, such as "
+            help="Search a number of the controller or the sensors between two values, such as "
             "0.1..30 V s/m, or relative to that of the first scenario, such as -50%..+100%; evenly in its "
             "logarithm if the range does not hold 0. May be given again.",
         ),
@@ -246,8 +246,8 @@ def searched(
 
     wanted = {one.path: (one.low, one.high) for one in variations(ranges, loops[0], loops[0])}
     for path in wanted:
-        if path.partition(".")[0] not in CHOSEN:
-            problem = f"must be in the {', '.join(CHOSEN[:-1])} or {CHOSEN[-1]}, which a search may choose"
+        if path.partition(".")[0] not in SEARCHED:
+            problem = f"must be in the {' or '.join(SEARCHED)}, which a search may choose"
             raise ScenarioError(VARY, path, problem)
         for scenario, loop in zip(scenarios, loops, strict=True):
             if path not in dict(leaves(loop)):

@@ -110,7 +110,7 @@ def check_path(path: str, loop: Loop) -> None:
 
 def varies(path: str) -> bool:
     """False for what is common to all runs, and for what a scenario has no table for."""
-    return not path.startswith(("simulation.", "nominal."))
+    return not path.startswith(("simulation.", "hold.", "nominal."))
 
 
 def both_ends(low: str, high: str, field: Field, nominal: float) -> tuple[float, float]:

@@ -40,7 +40,8 @@ class AntiWindup(NamedTuple):
 
     Source: Hanus, Kinnaert, Henrotte, Automatica 23(6), 1987.
     Fails for a law without a direct gain from the demand's value to u, and where the sign or size of that
-    gain changes much. What a delay leaves of the last command in u_applied counts as a limit too. It takes
+    gain changes much, and inside a ValveInversion, which tells its law of openings and not of commands: it
+    belongs around that. What a delay leaves of the last command in u_applied counts as a limit too. It takes
     the law's time twice.
     """
 

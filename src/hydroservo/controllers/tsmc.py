@@ -54,8 +54,12 @@ class TSMC(NamedTuple):
     power_gain_2: Annotated[
         float, Field("m^(4/9)/s^(17/9)", "gain delta_2 [(m/s^2)^(1-a2)/s]", TSMC_EHA_2021, at_least=0)
     ] = 1.0
-    exponent_1: Annotated[float, Field("", "exponent a1 = p_1/q_1", TSMC_EHA_2021, above=0, below=1)] = 5 / 7
-    exponent_2: Annotated[float, Field("", "exponent a2 = p_2/q_2", TSMC_EHA_2021, above=0, below=1)] = 5 / 9
+    exponent_1: Annotated[float, Field("", "exponent a1 = p_1/q_1", TSMC_EHA_2021, at_least=0.1, below=1)] = (
+        5 / 7
+    )
+    exponent_2: Annotated[float, Field("", "exponent a2 = p_2/q_2", TSMC_EHA_2021, at_least=0.1, below=1)] = (
+        5 / 9
+    )
     model: DesignModel = DesignModel()
     observer: Observer = TSMObserver()
     derivative: Differentiator = FilteredDerivative()

@@ -75,7 +75,9 @@ def exp2_tail(f: float) -> float:
 
 
 def power_root(rhs: float, linear: float, factor: float, a: float) -> float:
-    """The one sigma >= 0 with linear sigma + factor sigma^a = rhs, for 0.1 <= a < 1; 0 unless rhs > 0.
+    """The one sigma >= 0 with linear sigma + factor sigma^a = rhs; 0 unless rhs > 0.
+
+    It takes linear > 0, factor >= 0 and 0.1 <= a < 1.
 
     With w = sigma^a the left side is convex and rising in w, so Newton's method from the right falls
     monotonically onto the root; six steps reach rounding, whatever the numbers.
@@ -85,4 +87,4 @@ def power_root(rhs: float, linear: float, factor: float, a: float) -> float:
     for _ in range(NEWTON_STEPS):
         sigma = power(w, 1.0 / a)
         w = w * ((1.0 - a) * linear * sigma + a * right) / (linear * sigma + a * factor * w + LEAST_NORMAL)
-    return where(rhs > 0.0, minimum(power(w, 1.0 / a), right), 0.0)
+    return where(rhs > 0.0, minimum(power(w, 1.0 / a), right / linear), 0.0)

@@ -57,10 +57,12 @@ class LoadPressurePlant(NamedTuple):
         return LoadPressureState(0.0, 0.0, self.start_position)
 
     def flows(self, s: LoadPressureState, edges: MeteringEdges, opening: float, line: Pressures) -> PortFlows:
-        """What the valve passes: the load flow at both ports [m^3/s]."""
+        """What the valve passes: the load flow at both ports, and what the line gives and takes [m^3/s]."""
+        half = 0.5 * self.load_pressure(s)
+        mean = 0.5 * (line.supply + line.tank)
         load = edges.flow(opening, line.supply - line.tank, self.load_pressure(s))
-        through = ops.absolute(load)
-        return PortFlows(load, load, supply=through, tank=through)
+        ports = edges.port_flows(opening, line, mean + half, mean - half)
+        return PortFlows(load, load, supply=ports.supply, tank=ports.tank)
 
     def deriv(self, s: LoadPressureState, flows: PortFlows, force: float) -> LoadPressureState:
         return LoadPressureState(

@@ -1,6 +1,7 @@
 """A loop from a scenario."""
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -43,7 +44,8 @@ def load_scenario(
     Args:
         source: the path of a TOML file, or the name of a built-in scenario such as ``paper/sine-tsmc``.
         changes: values by dotted path, such as ``{"plant.mass": "7 kg"}``, that override those of the file;
-            another ``type`` for a table drops what the file gives in it and the new type does not have.
+            another ``type`` for a table drops what the file gives in it, and of its uncertainty, and the new
+            type does not have.
         plugins: Python files whose NamedTuple classes ``type`` may name; they are executed.
 
     Raises:
@@ -60,10 +62,20 @@ def assembled(scenario: Table) -> Loop:
     machine = Machine(**{name: part(scenario, name, None) for name in Machine._fields})
     nominal = nominal_model(machine, scenario.table("valve"))
     digital = {name: part(scenario, name, nominal) for name in DIGITAL}
-    true_machine = perturbed(machine, scenario.table("uncertainty"))
+    true_machine = perturbed(machine, scenario.table("uncertainty"), partial(retyped, scenario))
     loop = Loop(**true_machine._asdict(), **digital, nominal=nominal)
     model = model_path(loop.controller)
     return loop if model is None else loop._replace(nominal=value_at(loop, model))
+
+
+def retyped(scenario: Table, path: str) -> bool:
+    """Whether a change gives a block along a path another type, as in ``{"plant.type": "Cylinder"}``."""
+    table = scenario
+    for name in path.split(".")[:-1]:
+        table = table.table(name)
+        if "type" in table.changes:
+            return True
+    return False
 
 
 def model_path(controller: Block, path: str = "controller") -> str | None:

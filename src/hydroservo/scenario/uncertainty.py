@@ -1,6 +1,6 @@
 """The machine's parameters moved away from their nominal values."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 from hydroservo.block import Block, leaves, replace, value_at
 from hydroservo.checks import allowed, within
@@ -15,12 +15,14 @@ RELATIVE = Field("", "relative deviation of a parameter")
 UNDECLARED = Field("", "a number without a declaration")
 
 
-def perturbed(machine: Block, table: Table) -> Block:
+def perturbed(machine: Block, table: Table, retyped: Callable[[str], bool]) -> Block:
     """A machine whose named parameters are multiplied by 1 + scale times their relative deviation.
 
     Args:
         machine: the blocks of the machine, as one block.
         table: ``scale`` (1 if not given), and a deviation for each path of a parameter.
+        retyped: says of a path whether a block along it has another type than in the file. What the file
+            gives of one that is then no parameter any more does not count.
 
     Raises:
         ScenarioError: a path of no parameter, or a deviation that is no number or leads out of range.
@@ -29,6 +31,8 @@ def perturbed(machine: Block, table: Table) -> Block:
     known = [path for path, value in leaves(machine) if isinstance(value, float)]
     changes = {}
     for path, entry in entries(table, ""):
+        if path not in known and entry.origin is table.origin and retyped(path):
+            continue
         if path not in known:
             raise entry.unknown(path, known)
         relative = number_from(entry, RELATIVE, float)

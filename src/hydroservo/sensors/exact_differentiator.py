@@ -52,7 +52,7 @@ class ExactDifferentiator(NamedTuple):
         self, s: ExactDifferentiatorState, machine: MachineOutputs, position: float, draws: Draws, dt: float
     ) -> ExactDifferentiatorState:
         lost = ops.isnan(s.position)  # at the start, and after a sample that was not a number
-        velocity = ops.where(lost, 0.0, s.value)
+        velocity = ops.where(lost, 0.0 * position, s.value)  # nan where there is no position
         b = ops.where(lost, 0.0, s.position + dt * s.value - position)
         largest = dt * self.gain_2 * self.lipschitz
         reach = dt * largest
