@@ -4,11 +4,12 @@ from typing import Annotated, NamedTuple
 
 from hydroservo import ops
 from hydroservo.block import Accumulator, Field
+from hydroservo.constants import ATMOSPHERE
 from hydroservo.errors import ParameterError
 from hydroservo.signals import Pressures
 from hydroservo.sources import CHOSEN, DATASHEET, TSMC_EHA_2021
-from hydroservo.supplies.accumulator import ATMOSPHERE, NoAccumulator
 from hydroservo.supplies.ideal import IdealSupply
+from hydroservo.supplies.no_accumulator import NoAccumulator
 from hydroservo.supplies.relief import ReliefValve
 
 __all__ = ["PumpSupply", "PumpSupplyState"]
@@ -30,7 +31,7 @@ ReturnPressure = Annotated[float, Field("Pa", "return pressure p_r", TSMC_EHA_20
 Volume = Annotated[float, Field("m^3", "oil between pump and valve", CHOSEN, above=0)]
 BulkModulus = Annotated[float, Field("Pa", "bulk modulus of oil and line", TSMC_EHA_2021, above=0)]
 FreeAir = Annotated[
-    float, Field("", "free air at 1 bar absolute, as a share of the volume", CHOSEN, above=0, below=1)
+    float, Field("", "free air at atmospheric pressure, as a share of the volume", CHOSEN, above=0, below=1)
 ]
 
 
@@ -44,14 +45,14 @@ class PumpSupplyState(NamedTuple):
 class PumpSupply(NamedTuple):
     """A fixed-displacement pump turned by a speed-controlled motor, feeding a line with a relief valve.
 
-    With the shaft's speed w, the line's pressure p, its absolute value p_abs = p + 1 bar, the return pressure
-    p_r, the pump's displacement D and the flow Q drawn by the servo valve::
+    With the shaft's speed w, the line's pressure p, its absolute value p_abs = p + p_0 with p_0 = 101325 Pa,
+    the return pressure p_r, the pump's displacement D and the flow Q drawn by the servo valve::
 
         J dw/dt = T - D (p - p_r) - B w      T = K (w_ref - w) within +-T_max
         C dp/dt = D w - L (p - p_r) - Q_relief(p) - Q
-        C       = V (1/beta_e + a 1 bar/p_abs^2) + C_accumulator(p)
+        C       = V (1/beta_e + a p_0/p_abs^2) + C_accumulator(p)
 
-    The free air a is what keeps p above -1 bar however much is drawn: the line then fills with it. The
+    The free air a is what keeps p above -p_0 however much is drawn: the line then fills with it. The
     motor has no integral action, so the load D (p - p_r) costs it the speed D (p - p_r)/(K + B). All starts
     steady with the valve shut, at the pressure where the relief valve takes what the pump delivers.
 
