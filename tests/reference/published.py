@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
+from hydroservo.constants import ATMOSPHERE, GRAVITY
 from hydroservo.mechanics import Mass, NoStops, OneLinkArm, Viscous, ViscousState
-from hydroservo.mechanics.one_link_arm import GRAVITY
 from hydroservo.oils import AeratedOil, ConstantOil
 from hydroservo.plants import Cylinder, CylinderState
 from hydroservo.signals import PortFlows, Pressures
@@ -247,19 +247,22 @@ def valve_and_cylinder() -> list[Compared]:
 
 
 def accumulator() -> list[Compared]:
-    """A litre of oil of 1 GPa and a litre of gas at 100 bar take in 95.49 cm^3; n = 1.2."""
-    gas = GasAccumulator(precharge=1e7 - 1e5, gas_volume=1e-3, exponent=1.2)
+    """A litre of oil of 1 GPa and a litre of gas at 100 bar take in 95.49 cm^3 from 1 bar on; n = 1.2.
+
+    Their pressures are absolute.
+    """
+    gas = GasAccumulator(precharge=1e7 - ATMOSPHERE, gas_volume=1e-3, exponent=1.2)
     supply = PumpSupply(volume=1e-3, bulk_modulus=1e9, free_air=1e-12, accumulator=gas)
     done = solve_ivp(
         lambda _, p: 1.0 / np.array([supply.line_compliance(float(p[0]))]),
         (0.0, 9.54925e-5),
-        [0.0],
+        [1e5 - ATMOSPHERE],
         "LSODA",
         rtol=1e-9,
         atol=1e-3,
         max_step=1e-7,
     )
-    absolute = float(done.y[0, -1]) + 1e5
+    absolute = float(done.y[0, -1]) + ATMOSPHERE
     oil = 9.54925e-5 - 1e-3 * (absolute - 1e5) / 1e9
     return [
         Compared("pressure of the gas", "Pa", 1.11171e7, absolute, 5e-5),

@@ -97,8 +97,14 @@ def test_gains_are_not_to_be_given() -> None:
 
 
 def test_parameters_without_a_steady_state_are_refused() -> None:
-    with pytest.raises(ParameterError, match="no steady state"):
+    with pytest.raises(ParameterError) as caught:
         FILTER._replace(disturbance_1=1e300, velocity_noise=1e-300).designed(MODEL, PERIOD)
+    message = str(caught.value)
+    assert message.startswith("KalmanObserver.disturbance_1 = 1e+300: with disturbance_2 = 100000, ")
+    assert "velocity_noise = 1e-300, load_force_noise = 5 and a sample period of 0.001 s" in message
+    assert message.isprintable()
+    with pytest.raises(ParameterError, match=r"^PositionKalmanObserver\.disturbance_1 = .*position_noise = "):
+        PositionKalmanObserver(disturbance_1=1e300, position_noise=1e-300).designed(MODEL, PERIOD)
 
 
 def test_a_position_is_as_good_as_its_derivative_without_noise() -> None:

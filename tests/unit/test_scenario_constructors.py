@@ -6,7 +6,7 @@ import pytest
 
 from hydroservo import ScenarioError
 from hydroservo.scenario import load_plugin, load_scenario, plugins
-from hydroservo.supplies import GasAccumulator
+from hydroservo.supplies import GasAccumulator, ReliefValve
 from hydroservo.valves import FirstOrderValve, FourEdges, Orifice, SecondOrderValve
 
 NOMINAL = {"uncertainty.scale": 0}
@@ -153,6 +153,36 @@ class Fixed(NamedTuple):
     assert reference.value == pytest.approx(1.4)
     message = refused({"reference.type": "Fixed.undeclared", "reference.stride": 1})
     assert "reference.stride: 1 cannot be a block's parameter" in message
+
+
+def test_a_pump_and_its_relief_valve_from_constructors() -> None:
+    changes = {
+        "supply.type": "PumpSupply.from_datasheet",
+        "supply.displacement": "2 cm^3/rev",
+        "supply.rated_speed": "1500 rpm",
+        "supply.volumetric_efficiency": 0.92,
+        "supply.rated_pressure": "60 bar",
+        "supply.max_torque": "4 N m",
+        "supply.relief.type": "ReliefValve.from_override",
+        "supply.relief.cracking_pressure": "63 bar",
+        "supply.relief.override": "4 bar",
+        "supply.relief.flow": "3 L/min",
+        "supply.accumulator.type": "GasAccumulator",
+        "valve.type": "FirstOrderValve.from_corner",
+        "valve.corner_frequency": "40 Hz",
+    }
+    loop = load_scenario("paper/sine-pi", {**NOMINAL, **changes})
+    leaked = loop.supply.leakage * 60e5
+    assert leaked == pytest.approx(0.08 * 3.0 * LITRE_PER_MINUTE, rel=1e-12)
+    assert loop.supply.relief == pytest.approx(ReliefValve(63e5, 0.75 * LITRE_PER_MINUTE / 1e5), rel=1e-14)
+    assert loop.supply.accumulator == GasAccumulator()
+    assert loop.valve == FirstOrderValve.from_corner(40.0)
+    assert loop.nominal.supply.supply_pressure == 63e5
+
+
+def test_a_pump_that_gives_no_pressure_is_the_supply_s_fault() -> None:
+    message = refused({"supply.type": "PumpSupply", "supply.demanded_speed": 0})
+    assert "supply: pressure = 0.0: must be above return_pressure, 0 [Pa]" in message
 
 
 def test_a_pump_as_its_datasheet_has_it() -> None:

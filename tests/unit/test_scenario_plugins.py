@@ -140,3 +140,32 @@ def test_plugins_that_are_no_python_files(tmp_path: Path) -> None:
     ]:
         with pytest.raises(ScenarioError, match=problem):
             load_plugin(tmp_path / name)
+
+
+def test_a_valve_that_a_controller_cannot_know_is_refused(tmp_path: Path) -> None:
+    plugin = written(
+        tmp_path,
+        "Bare",
+        """
+from typing import Annotated, NamedTuple
+from hydroservo.block import Field
+from hydroservo.valves import StaticValveState
+
+class Bare(NamedTuple):
+    gain: Annotated[float, Field("m/V", "gain", above=0)] = 5e-4
+
+    def init(self):
+        return StaticValveState()
+
+    def deriv(self, s, u):
+        return s
+
+    def opening(self, s, u):
+        return self.gain * u
+""",
+    )
+    with pytest.raises(ScenarioError) as caught:
+        load_scenario("paper/sine-pi", {"valve": {"type": "Bare"}}, [plugin])
+    message = str(caught.value)
+    assert "Bare" in message
+    assert "a field gain (a float) and a field orifice, metering edges with simplified()" in message

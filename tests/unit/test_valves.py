@@ -4,6 +4,7 @@ import math
 
 import pytest
 
+from hydroservo import ParameterError
 from hydroservo.valves import FirstOrderValve, FirstOrderValveState, Orifice, StaticValve, StaticValveState
 
 REST = StaticValveState()
@@ -46,3 +47,20 @@ def test_a_lagging_spool_starts_closed_and_follows_the_command_it_had() -> None:
     assert valve.opening(FirstOrderValveState(1e-3), -10.0) == 1e-3
     assert valve.deriv(valve.init(), 1.0).opening == pytest.approx(5e-4 / 0.01)
     assert valve.deriv(FirstOrderValveState(5e-4), 1.0).opening == 0.0
+
+
+def test_a_lagging_spool_from_its_corner() -> None:
+    """The transfer function of its right side at the corner: amplitude 1/sqrt(2), 45 degrees late."""
+    valve = FirstOrderValve.from_corner(40.0, gain=2e-4, max_opening=1e-3, orifice=Orifice(0.7))
+    of_opening = valve.deriv(FirstOrderValveState(1e-6), 0.0).opening / 1e-6
+    of_command = valve.deriv(FirstOrderValveState(0.0), 1e-3).opening / 1e-3
+    response = of_command / (2j * math.pi * 40.0 - of_opening) / 2e-4
+    assert abs(response) == pytest.approx(math.sqrt(0.5), rel=1e-12)
+    assert math.degrees(math.atan2(response.imag, response.real)) == pytest.approx(-45.0, rel=1e-12)
+    assert (valve.max_opening, valve.orifice) == (1e-3, Orifice(0.7))
+
+
+@pytest.mark.parametrize("corner", [0.0, -10.0, math.nan])
+def test_a_corner_is_a_frequency(corner: float) -> None:
+    with pytest.raises(ParameterError, match=r"corner_frequency = .*must be above 0"):
+        FirstOrderValve.from_corner(corner)

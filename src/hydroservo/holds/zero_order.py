@@ -13,7 +13,7 @@ class ZeroOrderHoldState(NamedTuple):
 class ZeroOrderHold(NamedTuple):
     """u(t) = u_k for t_k <= t < t_(k+1): the controller takes no time.
 
-    Source: Astrom and Wittenmark, Computer-Controlled Systems, 1997, sec. 1.2.
+    Source: Astrom and Wittenmark, Computer-Controlled Systems, 1997, sec. 2.3.
     Fails on a real computer, whose command comes some time after its sample; see DelayedHold.
     """
 

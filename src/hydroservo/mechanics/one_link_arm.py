@@ -4,11 +4,11 @@ from typing import Annotated, NamedTuple
 
 from hydroservo import ops
 from hydroservo.block import Field
+from hydroservo.constants import GRAVITY
 from hydroservo.sources import CHOSEN
 
 __all__ = ["OneLinkArm"]
 
-GRAVITY = 9.80665  # [m/s^2] standard gravity
 LEAST_SINE = 0.02  # of the hinge's angle: one degree off a dead point
 
 

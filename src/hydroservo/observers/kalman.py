@@ -116,8 +116,7 @@ class KalmanObserver(NamedTuple):
         Raises:
             ParameterError: there is no steady state, or it is out of the reach of floating-point numbers.
         """
-        noise = (self.velocity_noise, self.load_force_noise)
-        walks = (self.disturbance_1, self.disturbance_2)
-        gain = steady_gain(rates_of(model), (0, 1), noise, noise, walks, period)
+        sizes = (self.velocity_noise, self.load_force_noise)
+        gain = steady_gain(self, rates_of(model), (0, 1), sizes, period)
         names = ("gain_11", "gain_12", "gain_21", "gain_22", "gain_31", "gain_32", "gain_41", "gain_42")
         return self._replace(**dict(zip(names, gain.ravel().tolist(), strict=True)))

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from hydroservo.block import Block
 from hydroservo.errors import ParameterError
 from hydroservo.plants.design_model import DesignModel
 
@@ -23,21 +24,16 @@ def rates_of(model: DesignModel) -> Matrix:
 
 
 def steady_gain(
-    rates: Matrix,
-    seen: Sequence[int],
-    sizes: Sequence[float],
-    noise: Sequence[float],
-    walks: Sequence[float],
-    period: float,
+    observer: Block, rates: Matrix, seen: Sequence[int], sizes: Sequence[float], period: float
 ) -> Matrix:
     """The gain L with which measurements correct the states, from the discrete algebraic Riccati equation.
 
     Args:
+        observer: the filter; its first four fields are q1 and q2, the intensity of each walk per root second,
+            and r1 and r2, the rms of each measurement's noise per sample.
         rates: d/dt of the n states, the last two of which walk at random.
         seen: numbers of the two states that are measured.
         sizes: what the first n - 2 states are scaled by, so that SI numbers of any size go together.
-        noise: rms of each measurement's noise per sample.
-        walks: intensity of each walk, per root second.
         period: sample period [s].
 
     Returns:
@@ -48,11 +44,12 @@ def steady_gain(
     """
     from scipy.linalg import solve_discrete_are
 
+    walks, noise = np.array(observer[:2]), np.array(observer[2:4])
     size = len(rates)
-    scale = np.concatenate([sizes, np.multiply(walks, math.sqrt(period))])
+    scale = np.concatenate([sizes, walks * math.sqrt(period)])
     with np.errstate(all="ignore"):
         try:
-            measured = np.eye(size)[list(seen)] * scale / np.array(noise)[:, np.newaxis]
+            measured = np.eye(size)[list(seen)] * scale / noise[:, np.newaxis]
             transition, added = sampled(rates * scale / scale[:, np.newaxis], period)
             spread = solve_discrete_are(transition.T, measured.T, added, np.eye(2))
             gain: Matrix = spread @ measured.T @ np.linalg.inv(measured @ spread @ measured.T + np.eye(2))
@@ -60,8 +57,20 @@ def steady_gain(
         except (np.linalg.LinAlgError, ValueError):
             gain = np.full((size, 2), np.nan)
     if not np.isfinite(gain).all():
-        raise ParameterError("observer", (*noise, *walks), "has no steady state at this sample period")
+        raise unreachable(observer, period)
     return gain
+
+
+def unreachable(observer: Block, period: float) -> ParameterError:
+    """What to say where no gain is found."""
+    first, *others = observer._fields[:4]
+    beside = ", ".join(f"{name} = {getattr(observer, name):g}" for name in others)
+    return ParameterError(
+        f"{type(observer).__name__}.{first}",
+        getattr(observer, first),
+        f"with {beside} and a sample period of {period:g} s no gain is found: "
+        "disturbance over noise is out of the reach of floating-point numbers",
+    )
 
 
 def sampled(rates: Matrix, period: float) -> tuple[Matrix, Matrix]:

@@ -125,9 +125,7 @@ class PositionKalmanObserver(NamedTuple):
         rates = np.zeros((5, 5))
         rates[0, 1] = 1.0
         rates[1:, 1:] = rates_of(model)
-        noise = (self.position_noise, self.load_force_noise)
-        walks = (self.disturbance_1, self.disturbance_2)
-        sizes = (noise[0], noise[0] / period, noise[1])
-        gain = steady_gain(rates, (0, 2), sizes, noise, walks, period)
+        sizes = (self.position_noise, self.position_noise / period, self.load_force_noise)
+        gain = steady_gain(self, rates, (0, 2), sizes, period)
         names = [f"gain_{state}{measured}" for state in range(1, 6) for measured in (1, 2)]
         return self._replace(**dict(zip(names, gain.ravel().tolist(), strict=True)))

@@ -4,11 +4,11 @@ from typing import Annotated, NamedTuple
 
 from hydroservo import ops
 from hydroservo.block import Field
+from hydroservo.constants import ATMOSPHERE
 from hydroservo.sources import CHOSEN
 
 __all__ = ["AeratedOil"]
 
-ATMOSPHERE = 101325.0  # [Pa] absolute, where gauge pressures are 0
 LEAST = 1e-3  # [Pa] absolute: below it the oil is as soft as there
 
 

@@ -5,6 +5,7 @@ from typing import Annotated, NamedTuple
 
 from hydroservo import ops
 from hydroservo.block import Block, EndStops, Field, Friction, Mechanism, MeteringEdges, Oil
+from hydroservo.constants import ATMOSPHERE
 from hydroservo.errors import ParameterError
 from hydroservo.mechanics.mass import Mass
 from hydroservo.mechanics.stops import Stops
@@ -66,10 +67,10 @@ class Cylinder(NamedTuple):
     ] = 0.0
     start_position: Annotated[float, Field("m", "piston position at the start", CHOSEN, at_least=0)] = 0.039
     start_pressure_a: Annotated[
-        float, Field("Pa", "pressure in chamber A at the start", "half the paper's supply", above=-101325)
+        float, Field("Pa", "pressure in chamber A at the start", "half the paper's supply", above=-ATMOSPHERE)
     ] = 20e5
     start_pressure_b: Annotated[
-        float, Field("Pa", "pressure in chamber B at the start", "half the paper's supply", above=-101325)
+        float, Field("Pa", "pressure in chamber B at the start", "half the paper's supply", above=-ATMOSPHERE)
     ] = 20e5
     oil: Oil = ConstantOil()
     friction: Friction = Viscous()

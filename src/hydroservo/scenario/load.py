@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from hydroservo.block import Block, value_at
+from hydroservo.errors import ParameterError
 from hydroservo.loop import Loop
 from hydroservo.plants.design_model import DesignModel
 from hydroservo.scenario.build import block, hints
@@ -60,7 +61,7 @@ def load_scenario(
 def assembled(scenario: Table) -> Loop:
     check_tables(scenario)
     machine = Machine(**{name: part(scenario, name, None) for name in Machine._fields})
-    nominal = nominal_model(machine, scenario.table("valve"))
+    nominal = nominal_model(machine, scenario)
     digital = {name: part(scenario, name, nominal) for name in DIGITAL}
     true_machine = perturbed(machine, scenario.table("uncertainty"), partial(retyped, scenario))
     loop = Loop(**true_machine._asdict(), **digital, nominal=nominal)
@@ -109,14 +110,20 @@ def check_tables(scenario: Table) -> None:
         raise controller.error(f"a [controller] table with a type is needed; it {one_of('', names)}")
 
 
-def nominal_model(machine: Machine, valve: Table) -> DesignModel:
+def nominal_model(machine: Machine, scenario: Table) -> DesignModel:
     """What a controller believes about a machine unless told otherwise: its parameters before uncertainty.
 
     Raises:
-        ScenarioError: the valve does not say what a controller needs to know of it.
+        ScenarioError: the valve does not say what a controller needs to know of it, or the supply has no
+            pressure to give.
     """
     orifice, gain = (getattr(machine.valve, name, None) for name in ("orifice", "gain"))
     if not (orifice is not None and hasattr(orifice, "simplified") and isinstance(gain, float)):
         name = type(machine.valve).__name__
-        raise valve.error(f"{name} must have the fields gain (a float) and orifice (an Orifice, say)")
-    return DesignModel(machine.plant.simplified(), orifice.simplified(), machine.supply.simplified(), gain)
+        needed = "a field gain (a float) and a field orifice, metering edges with simplified()"
+        raise scenario.table("valve").error(f"{name} must have {needed}, for the controller's model of it")
+    try:
+        supply = machine.supply.simplified()
+    except ParameterError as error:
+        raise scenario.table("supply").error(str(error)) from None
+    return DesignModel(machine.plant.simplified(), orifice.simplified(), supply, gain)

@@ -4,15 +4,35 @@ from typing import Annotated, NamedTuple
 
 from hydroservo import ops
 from hydroservo.block import Accumulator, Field
+from hydroservo.constants import ATMOSPHERE
+from hydroservo.errors import ParameterError
 from hydroservo.signals import Pressures
-from hydroservo.sources import CHOSEN, TSMC_EHA_2021
-from hydroservo.supplies.accumulator import ATMOSPHERE, NoAccumulator
+from hydroservo.sources import CHOSEN, DATASHEET, TSMC_EHA_2021
 from hydroservo.supplies.ideal import IdealSupply
+from hydroservo.supplies.no_accumulator import NoAccumulator
 from hydroservo.supplies.relief import ReliefValve
 
 __all__ = ["PumpSupply", "PumpSupplyState"]
 
 LEAST_PRESSURE = 1.0  # [Pa] absolute, at which the air is thought to grow no more
+RELIEF, NONE = ReliefValve(), NoAccumulator()
+
+Displacement = Annotated[float, Field("m^3/rad", "displacement of the pump", CHOSEN, above=0)]
+RatedSpeed = Annotated[float, Field("rad/s", "speed at the rated point", DATASHEET, above=0)]
+RatedPressure = Annotated[float, Field("Pa", "pressure rise over the pump when rated", DATASHEET, above=0)]
+VolumetricEfficiency = Annotated[
+    float, Field("", "volumetric efficiency at the rated point", DATASHEET, above=0, at_most=1)
+]
+SpeedGain = Annotated[float, Field("N m s/rad", "gain of the speed control", CHOSEN, above=0)]
+MaxTorque = Annotated[float, Field("N m", "largest torque of the motor", CHOSEN, above=0)]
+Inertia = Annotated[float, Field("kg m^2", "inertia of motor and pump", CHOSEN, above=0)]
+ViscousFriction = Annotated[float, Field("N m s/rad", "viscous friction of both", CHOSEN, at_least=0)]
+ReturnPressure = Annotated[float, Field("Pa", "return pressure p_r", TSMC_EHA_2021, at_least=0)]
+Volume = Annotated[float, Field("m^3", "oil between pump and valve", CHOSEN, above=0)]
+BulkModulus = Annotated[float, Field("Pa", "bulk modulus of oil and line", TSMC_EHA_2021, above=0)]
+FreeAir = Annotated[
+    float, Field("", "free air at atmospheric pressure, as a share of the volume", CHOSEN, above=0, below=1)
+]
 
 
 class PumpSupplyState(NamedTuple):
@@ -25,14 +45,14 @@ class PumpSupplyState(NamedTuple):
 class PumpSupply(NamedTuple):
     """A fixed-displacement pump turned by a speed-controlled motor, feeding a line with a relief valve.
 
-    With the shaft's speed w, the line's pressure p, its absolute value p_abs = p + 1 bar, the return pressure
-    p_r, the pump's displacement D and the flow Q drawn by the servo valve::
+    With the shaft's speed w, the line's pressure p, its absolute value p_abs = p + p_0 with p_0 = 101325 Pa,
+    the return pressure p_r, the pump's displacement D and the flow Q drawn by the servo valve::
 
         J dw/dt = T - D (p - p_r) - B w      T = K (w_ref - w) within +-T_max
         C dp/dt = D w - L (p - p_r) - Q_relief(p) - Q
-        C       = V (1/beta_e + a 1 bar/p_abs^2) + C_accumulator(p)
+        C       = V (1/beta_e + a p_0/p_abs^2) + C_accumulator(p)
 
-    The free air a is what keeps p above -1 bar however much is drawn: the line then fills with it. The
+    The free air a is what keeps p above -p_0 however much is drawn: the line then fills with it. The
     motor has no integral action, so the load D (p - p_r) costs it the speed D (p - p_r)/(K + B). All starts
     steady with the valve shut, at the pressure where the relief valve takes what the pump delivers.
 
@@ -41,21 +61,71 @@ class PumpSupply(NamedTuple):
     the pump cannot suck: its losses are proportional to pressure and speed here.
     """
 
-    displacement: Annotated[float, Field("m^3/rad", "displacement of the pump", CHOSEN, above=0)] = 3.2e-7
+    displacement: Displacement = 3.2e-7
     demanded_speed: Annotated[float, Field("rad/s", "demanded speed", CHOSEN, at_least=0)] = 157.0
-    speed_gain: Annotated[float, Field("N m s/rad", "gain of the speed control", CHOSEN, above=0)] = 1.0
-    max_torque: Annotated[float, Field("N m", "largest torque of the motor", CHOSEN, above=0)] = 5.0
-    inertia: Annotated[float, Field("kg m^2", "inertia of motor and pump", CHOSEN, above=0)] = 2e-3
-    viscous: Annotated[float, Field("N m s/rad", "viscous friction of both", CHOSEN, at_least=0)] = 1e-3
+    speed_gain: SpeedGain = 1.0
+    max_torque: MaxTorque = 5.0
+    inertia: Inertia = 2e-3
+    viscous: ViscousFriction = 1e-3
     leakage: Annotated[float, Field("m^3/(s Pa)", "leakage of the pump", CHOSEN, at_least=0)] = 7e-13
-    return_pressure: Annotated[float, Field("Pa", "return pressure p_r", TSMC_EHA_2021, at_least=0)] = 2e5
-    volume: Annotated[float, Field("m^3", "oil between pump and valve", CHOSEN, above=0)] = 2e-4
-    bulk_modulus: Annotated[float, Field("Pa", "bulk modulus of oil and line", TSMC_EHA_2021, above=0)] = 7e8
-    free_air: Annotated[
-        float, Field("", "free air at 1 bar absolute, as a share of the volume", CHOSEN, above=0, below=1)
-    ] = 5e-3
-    relief: ReliefValve = ReliefValve()
-    accumulator: Accumulator = NoAccumulator()
+    return_pressure: ReturnPressure = 2e5
+    volume: Volume = 2e-4
+    bulk_modulus: BulkModulus = 7e8
+    free_air: FreeAir = 5e-3
+    relief: ReliefValve = RELIEF
+    accumulator: Accumulator = NONE
+
+    @classmethod
+    def from_datasheet(
+        cls,
+        displacement: Displacement,
+        rated_speed: RatedSpeed,
+        volumetric_efficiency: VolumetricEfficiency,
+        rated_pressure: RatedPressure,
+        max_torque: MaxTorque,
+        speed_gain: SpeedGain = 1.0,
+        inertia: Inertia = 2e-3,
+        viscous: ViscousFriction = 1e-3,
+        return_pressure: ReturnPressure = 2e5,
+        volume: Volume = 2e-4,
+        bulk_modulus: BulkModulus = 7e8,
+        free_air: FreeAir = 5e-3,
+        relief: ReliefValve = RELIEF,
+        accumulator: Accumulator = NONE,
+    ) -> "PumpSupply":
+        """The supply whose pump delivers eta D w_n at its rated speed w_n, p_n above the return pressure.
+
+        The rest leaks, L = (1 - eta) D w_n/p_n. The motor is asked for the speed by which its load slows it
+        down, too: w_ref = w_n + (D p_n + B w_n)/K.
+
+        Raises:
+            ParameterError: a rated value is not above 0, the efficiency is above 1, or the motor's largest
+                torque does not hold the rated point.
+        """
+        for name, value in (("rated_speed", rated_speed), ("rated_pressure", rated_pressure)):
+            if not value > 0.0:
+                raise ParameterError(name, value, "must be above 0")
+        if not 0.0 < volumetric_efficiency <= 1.0:
+            raise ParameterError("volumetric_efficiency", volumetric_efficiency, "must be in (0, 1]")
+        torque = displacement * rated_pressure + viscous * rated_speed
+        if not torque <= max_torque:
+            allowed = f"must be at least {torque:.4g} [N m], which the rated speed and pressure take"
+            raise ParameterError("max_torque", max_torque, allowed)
+        return cls(
+            displacement=displacement,
+            demanded_speed=rated_speed + torque / speed_gain,
+            speed_gain=speed_gain,
+            max_torque=max_torque,
+            inertia=inertia,
+            viscous=viscous,
+            leakage=(1.0 - volumetric_efficiency) * displacement * rated_speed / rated_pressure,
+            return_pressure=return_pressure,
+            volume=volume,
+            bulk_modulus=bulk_modulus,
+            free_air=free_air,
+            relief=relief,
+            accumulator=accumulator,
+        )
 
     def init(self) -> PumpSupplyState:
         pressure = self.idle_pressure()
@@ -102,5 +172,18 @@ class PumpSupply(NamedTuple):
         return Pressures(s.pressure, self.return_pressure)
 
     def simplified(self) -> IdealSupply:
-        """What a design model takes it for: the cracking pressure of its relief valve, whatever the flow."""
-        return IdealSupply(self.relief.cracking_pressure, self.return_pressure)
+        """What a design model takes it for: one pressure, whatever the flow.
+
+        It is the relief valve's cracking pressure, or what the motor holds with the valve shut if less.
+
+        Raises:
+            ParameterError: that is not above the return pressure.
+        """
+        pressure = ops.minimum(self.relief.cracking_pressure, self.idle_pressure())
+        if not pressure > self.return_pressure:
+            allowed = (
+                f"must be above return_pressure, {self.return_pressure:g} [Pa]: "
+                "raise relief.cracking_pressure, demanded_speed or max_torque"
+            )
+            raise ParameterError("pressure", pressure, allowed)
+        return IdealSupply(pressure, self.return_pressure)

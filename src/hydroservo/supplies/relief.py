@@ -4,26 +4,42 @@ from typing import Annotated, NamedTuple
 
 from hydroservo import ops
 from hydroservo.block import Field
-from hydroservo.sources import CHOSEN, TSMC_EHA_2021
+from hydroservo.errors import ParameterError
+from hydroservo.sources import CHOSEN, DATASHEET, TSMC_EHA_2021
 
 __all__ = ["ReliefValve"]
+
+CrackingPressure = Annotated[float, Field("Pa", "pressure at which it opens", TSMC_EHA_2021, above=0)]
+Override = Annotated[float, Field("Pa", "pressure beyond cracking at a flow", DATASHEET, above=0)]
+OverrideFlow = Annotated[float, Field("m^3/s", "flow at the override", DATASHEET, above=0)]
 
 
 class ReliefValve(NamedTuple):
     """Q = G max(p - p_c, 0): shut up to the cracking pressure p_c, then in proportion; it shuts as it opened.
 
-    A datasheet's override dp at a flow Q gives the gradient G = Q/dp.
-
     Source: Merritt, Hydraulic Control Systems, 1967 (pressure control valves in steady state).
     Fails where its spring and mass chatter, and where it reseats below the pressure at which it opened.
     """
 
-    cracking_pressure: Annotated[float, Field("Pa", "pressure at which it opens", TSMC_EHA_2021, above=0)] = (
-        40e5
-    )
+    cracking_pressure: CrackingPressure = 40e5
     gradient: Annotated[float, Field("m^3/(s Pa)", "flow per pressure beyond cracking", CHOSEN, above=0)] = (
         2.5e-10
     )
+
+    @classmethod
+    def from_override(
+        cls, cracking_pressure: CrackingPressure, override: Override, flow: OverrideFlow
+    ) -> "ReliefValve":
+        """The valve that passes a flow Q at an override dp, as its datasheet shows: G = Q/dp.
+
+        Raises:
+            ParameterError: the override or the flow is not above 0.
+        """
+        if not override > 0.0:
+            raise ParameterError("override", override, "must be above 0 [Pa]")
+        if not flow > 0.0:
+            raise ParameterError("flow", flow, "must be above 0 [m^3/s]")
+        return cls(cracking_pressure, flow / override)
 
     def flow(self, pressure: float) -> float:
         """To the tank [m^3/s]."""

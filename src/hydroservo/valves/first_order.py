@@ -1,13 +1,21 @@
 """A servo valve with a first-order spool."""
 
+import math
 from typing import Annotated, NamedTuple
 
 from hydroservo import ops
 from hydroservo.block import Field, MeteringEdges
-from hydroservo.sources import TSMC_EHA_2021
+from hydroservo.errors import ParameterError
+from hydroservo.sources import DATASHEET, TSMC_EHA_2021
 from hydroservo.valves.orifice import Orifice
 
 __all__ = ["FirstOrderValve", "FirstOrderValveState"]
+
+EDGES = Orifice()
+
+Gain = Annotated[float, Field("m/V", "servo valve gain K_sv", TSMC_EHA_2021, above=0)]
+MaxOpening = Annotated[float, Field("m", "spool limit x_max", TSMC_EHA_2021, above=0)]
+CornerFrequency = Annotated[float, Field("Hz", "frequency of -3 dB and -45 degrees", DATASHEET, above=0)]
 
 
 class FirstOrderValveState(NamedTuple):
@@ -25,10 +33,27 @@ class FirstOrderValve(NamedTuple):
     Fails near the valve's bandwidth, where a real spool is of second order and slew limited.
     """
 
-    gain: Annotated[float, Field("m/V", "servo valve gain K_sv", TSMC_EHA_2021, above=0)] = 5e-4
+    gain: Gain = 5e-4
     time_constant: Annotated[float, Field("s", "spool time constant T_sv", TSMC_EHA_2021, above=0)] = 0.01
-    max_opening: Annotated[float, Field("m", "spool limit x_max", TSMC_EHA_2021, above=0)] = 5e-3
-    orifice: MeteringEdges = Orifice()
+    max_opening: MaxOpening = 5e-3
+    orifice: MeteringEdges = EDGES
+
+    @classmethod
+    def from_corner(
+        cls,
+        corner_frequency: CornerFrequency,
+        gain: Gain = 5e-4,
+        max_opening: MaxOpening = 5e-3,
+        orifice: MeteringEdges = EDGES,
+    ) -> "FirstOrderValve":
+        """The valve whose lag is 45 degrees, and amplitude 1/sqrt(2), at a frequency f: T_sv = 1/(2 pi f).
+
+        Raises:
+            ParameterError: the frequency is not above 0.
+        """
+        if not corner_frequency > 0.0:
+            raise ParameterError("corner_frequency", corner_frequency, "must be above 0 [Hz]")
+        return cls(gain, 1.0 / (2.0 * math.pi * corner_frequency), max_opening, orifice)
 
     def init(self) -> FirstOrderValveState:
         return FirstOrderValveState(0.0)

@@ -1,25 +1,13 @@
-"""What stores oil under pressure beside a pump: nothing, or a gas."""
+"""A gas that stores oil under pressure."""
 
 from typing import Annotated, NamedTuple
 
 from hydroservo import ops
 from hydroservo.block import Field
+from hydroservo.constants import ATMOSPHERE
 from hydroservo.sources import CHOSEN
 
-__all__ = ["ATMOSPHERE", "GasAccumulator", "NoAccumulator"]
-
-ATMOSPHERE = 1e5  # [Pa] absolute, at a gauge pressure of 0
-
-
-class NoAccumulator(NamedTuple):
-    """No accumulator: its compliance is 0.
-
-    Source: a definition.
-    Fails never.
-    """
-
-    def compliance(self, pressure: float) -> float:
-        return 0.0
+__all__ = ["GasAccumulator"]
 
 
 class GasAccumulator(NamedTuple):

@@ -1,0 +1,16 @@
+"""Nothing that stores oil under pressure."""
+
+from typing import NamedTuple
+
+__all__ = ["NoAccumulator"]
+
+
+class NoAccumulator(NamedTuple):
+    """No accumulator: its compliance is 0.
+
+    Source: a definition.
+    Fails never.
+    """
+
+    def compliance(self, pressure: float) -> float:
+        return 0.0
