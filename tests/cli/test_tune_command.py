@@ -214,6 +214,7 @@ def test_a_users_own_controller_can_be_searched(tmp_path):
         ((*VARIED, "--weights", "heavy"), "--weights = 'heavy': must be a number above 0"),
         ((*VARIED, "--scales", "1,one"), "--scales = '1,one': must be different numbers"),
         ((*VARIED, "--scales", "1,1"), "--scales = '1,1': must be different numbers"),
+        ((*VARIED, "--effort", "nan"), "effort = nan: must be a finite number from 0 on"),
         ((*VARIED, "--effort", "-1"), "effort = -1.0: must be a finite number from 0 on"),
         ((*VARIED, "--weights", "nan"), "--weights = 'nan': must be a number above 0"),
         ((*VARIED, "--vary", f"{GAIN}=1..2"), f"--vary: {GAIN}: is given twice"),
@@ -340,3 +341,10 @@ def test_scales_take_each_scenario_with_several_machines():
     for row, name, scale in zip(rows, np.repeat(NAMES, 2), (-1.0, 1.0) * 2, strict=True):
         changes = said["parameters"] | {"uncertainty.scale": scale}
         assert row["after"] == pytest.approx(again(name, changes, seeds=1), rel=1e-9)
+
+
+def test_scales_of_no_uncertainty_are_refused(tmp_path):
+    own = tmp_path / "own.toml"
+    own.write_text('[controller]\ntype = "PI"\n')
+    vary = ("--vary", f"{GAIN}=0.3..30")
+    assert "--scales = '-1,1': changes nothing" in failed("tune", own, *vary, "--scales=-1,1", *FEW)

@@ -68,7 +68,7 @@ def drawn_run(
 
 @every_block
 class TestContract:
-    @settings(max_examples=25)
+    @settings(max_examples=15)
     @given(data=st.data())
     def test_compiled_equals_interpreted(self, cls: type, data: st.DataObject) -> None:
         for name in methods(role_of(cls)):
@@ -76,7 +76,7 @@ class TestContract:
             interpreted = run(interpreted_method(cls, name), block, name, inputs)
             assert bits_of(run(compiled_method(cls, name), block, name, inputs)) == bits_of(interpreted)
 
-    @settings(max_examples=10)
+    @settings(max_examples=6)
     @given(data=st.data())
     def test_same_inputs_give_the_same_bits_and_leave_them_alone(
         self, cls: type, data: st.DataObject
@@ -89,7 +89,7 @@ class TestContract:
                 assert bits_of(run(method, block, name, inputs)) == first
             assert (bits(block), [bits_of(row) for row in inputs]) == before
 
-    @settings(max_examples=25)
+    @settings(max_examples=15)
     @given(data=st.data())
     def test_ordinary_inputs_give_finite_outputs(self, cls: type, data: st.DataObject) -> None:
         for name in sorted(methods(role_of(cls)).keys() - {"init", "next_jump"}):  # there may be no jump
@@ -98,7 +98,7 @@ class TestContract:
                 there = cls.__name__ not in NOTHING
                 assert all(math.isfinite(number) == there for number in numbers(result)), result
 
-    @settings(max_examples=10)
+    @settings(max_examples=6)
     @given(data=st.data())
     def test_a_step_keeps_the_type_of_its_state(self, cls: type, data: st.DataObject) -> None:
         for name in sorted(methods(role_of(cls)).keys() & {"step", "deriv"}):
@@ -108,7 +108,7 @@ class TestContract:
                     assert kinds(result) == kinds(block.init())
 
     @given(data=st.data())
-    @settings(max_examples=10)
+    @settings(max_examples=6)
     def test_pickles(self, cls: type, data: st.DataObject) -> None:
         block = data.draw(block_of(cls, WIDE))
         assert bits(pickle.loads(pickle.dumps(block))) == bits(block)  # noqa: S301

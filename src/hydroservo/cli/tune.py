@@ -135,6 +135,7 @@ def tune(
     check(metric, candidates, seeds, seed, ranges)
     factors = checked_scales(scales)
     loops = [machine(scenario, changes, plugins, scale) for scenario in scenarios for scale in factors]
+    check_scales(scales, loops, len(factors))
     each = [weight for weight in checked_weights(weights, len(scenarios)) for _ in factors]
     aim = Aim(loops, each, metric, seeds, effort)
     names = scenarios
@@ -221,6 +222,20 @@ def checked_scales(text: str) -> Sequence[float | None]:
     if not all(map(math.isfinite, scales)) or len(set(scales)) < len(scales):
         raise ParameterError("--scales", text, "must be different numbers with commas between them")
     return scales or [None]
+
+
+def check_scales(text: str, loops: "Sequence[Loop]", count: int) -> None:
+    """Refuse scales that make no difference.
+
+    Raises:
+        ParameterError: a scenario is the same machine at each of them.
+    """
+    from hydroservo.errors import ParameterError
+    from hydroservo.provenance import scenario_hash
+
+    for start in range(0, len(loops), count):
+        if len({scenario_hash(loop) for loop in loops[start : start + count]}) < count:
+            raise ParameterError("--scales", text, "changes nothing in a scenario without [uncertainty]")
 
 
 def machine(scenario: str, changes: Sequence[str], plugins: Sequence[Path], scale: float | None) -> "Loop":

@@ -17,6 +17,7 @@ from hydroservo.sources import CHOSEN, TSMC_EHA_2021
 
 __all__ = ["Cylinder", "CylinderState"]
 
+OIL, FRICTION, STOPS, MASS = ConstantOil(), Viscous(), Stops(), Mass()
 LEAST_VOLUME = 0.01  # of a chamber's dead volume
 
 
@@ -86,6 +87,13 @@ class Cylinder(NamedTuple):
         rods: Annotated[int, Field("", "number of rods", at_least=1, at_most=2)] = 1,
         line_volume_a: Annotated[float, Field("m^3", "volume of the line to A", above=0)] = 2e-5,
         line_volume_b: Annotated[float, Field("m^3", "volume of the line to B", above=0)] = 2e-5,
+        internal_leakage: Annotated[
+            float, Field("m^3/(s Pa)", "leakage coefficient C_i past the piston", at_least=0)
+        ] = 0.0,
+        oil: Oil = OIL,
+        friction: Friction = FRICTION,
+        stops: EndStops = STOPS,
+        mechanism: Mechanism = MASS,
     ) -> "Cylinder":
         """A cylinder from what a catalogue lists of it, started at mid-stroke.
 
@@ -98,6 +106,11 @@ class Cylinder(NamedTuple):
             rods: 1 or 2.
             line_volume_a: what chamber A holds at position 0, with its line up to the valve [m^3].
             line_volume_b: what chamber B holds at full stroke, with its line [m^3].
+            internal_leakage: leakage past the piston [m^3/(s Pa)]; a sealed one has none.
+            oil: its compressibility.
+            friction: of the piston.
+            stops: at both ends.
+            mechanism: what the rod moves.
 
         Raises:
             ParameterError: the rod is not thinner than the bore.
@@ -113,7 +126,12 @@ class Cylinder(NamedTuple):
             stroke=stroke,
             dead_volume_a=line_volume_a,
             dead_volume_b=line_volume_b,
+            internal_leakage=internal_leakage,
             start_position=0.5 * stroke,
+            oil=oil,
+            friction=friction,
+            stops=stops,
+            mechanism=mechanism,
         )
 
     def init(self) -> CylinderState:

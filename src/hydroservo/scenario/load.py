@@ -63,10 +63,21 @@ def assembled(scenario: Table) -> Loop:
     machine = Machine(**{name: part(scenario, name, None) for name in Machine._fields})
     nominal = nominal_model(machine, scenario)
     digital = {name: part(scenario, name, nominal) for name in DIGITAL}
+    digital["sensors"] = informed(digital["sensors"], scenario.table("sensors"), machine.plant)
     true_machine = perturbed(machine, scenario.table("uncertainty"), partial(retyped, scenario))
     loop = Loop(**true_machine._asdict(), **digital, nominal=nominal)
     model = model_path(loop.controller)
     return loop if model is None else loop._replace(nominal=value_at(loop, model))
+
+
+def informed(sensors: Block, table: Table, plant: Block) -> Block:
+    """Sensors that know the cylinder's areas, where a scenario does not give them others."""
+    if hasattr(sensors, "sensors"):  # around others
+        return sensors._replace(sensors=informed(sensors.sensors, table.table("sensors"), plant))
+    area = getattr(plant, "piston_area", None)
+    known = {name: getattr(plant, name, area) for name in ("area_a", "area_b")}
+    missing = {name: area for name, area in known.items() if name in sensors._fields and not table.has(name)}
+    return sensors._replace(**{name: area for name, area in missing.items() if area is not None})
 
 
 def retyped(scenario: Table, path: str) -> bool:

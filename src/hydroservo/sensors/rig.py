@@ -28,8 +28,8 @@ class RigSensors(NamedTuple):
     """A position sensor, a velocity from it or from a sensor of its own, and a pressure sensor each chamber.
 
     The load force is not measured: it is area_a p_a - area_b p_b, with the areas that the controller's side
-    knows. A sensor whose reading is nan measures nothing (NoPosition, NoPressure), and what is computed from
-    it is missing too.
+    knows; in a scenario those of its cylinder, unless it gives others. A sensor whose reading is nan measures
+    nothing (NoPosition, NoPressure), and what is computed from it is missing too.
 
     Source: a definition.
     Fails where sensors are read at different instants.
