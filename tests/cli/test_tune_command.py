@@ -189,7 +189,7 @@ def test_a_users_own_controller_can_be_searched(tmp_path):
     args = ("tune", tmp_path / "my.toml", *SHORT[:6], "--plugin", tmp_path / "fixed.py", "--candidates", "64")
     text = succeeded(*args, "--vary", "controller.command=0..20 mV")
     words = replay_in(text)
-    after = rows_of(text)[str(tmp_path / "my.toml")][2]
+    (after,) = (cells[2] for cells in rows_of(text).values() if cells[:1] == ["1"])  # a long path is folded
     metrics = json.loads(succeeded(*words[1:], "--json"))["metrics"]
     assert f"{1e3 * metrics['rms_error']:.4g}" == after
 
