@@ -35,7 +35,6 @@ nitpick_ignore_regex = [
     # Names of other libraries, whose inventories a build without a network cannot read.
     ("py:.*", r"(xr|xarray|pd|pandas|np|numpy|matplotlib|collections|pathlib|typing)\..*"),
     ("py:.*", r".*Annotated\[.*"),
-    ("py:class", r"hydroservo\.observers\.(kalman\.Motion|position_kalman\.Travel)"),  # used inside alone
     ("py:.*", r"(Path|Callable|Sequence|Mapping|Iterator|NDArray|ArrayLike|Figure|Any|optional)"),
 ]
 

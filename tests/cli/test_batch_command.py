@@ -3,8 +3,6 @@
 import json
 import re
 import shlex
-import signal
-import subprocess
 import time
 
 import numpy as np
@@ -14,7 +12,7 @@ import pytest
 import xarray as xr
 from scipy.io import loadmat
 from test_cli import failed, hydroservo_, succeeded
-from test_cli_process import HYDROSERVO, needs_posix, on_terminal
+from test_cli_process import heavy_libraries_of, leaves_nothing, needs_posix, on_terminal
 
 import hydroservo
 from hydroservo import simulate
@@ -246,30 +244,8 @@ def test_progress_is_shown_on_a_terminal_and_not_on_stdout():
 def test_ctrl_c_leaves_nothing_half_written(tmp_path):
     out = tmp_path / "out"
     args = ("batch", NAME, *SHORT, *VARIED, "--seeds", "--runs", "200000", "--out", str(out / "runs.csv"))
-    running = subprocess.Popen(
-        [*HYDROSERVO, *args, "--set", "simulation.duration=8"],
-        text=True,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-    )
-    with running:
-        deadline = time.monotonic() + 60.0
-        while not out.exists() and time.monotonic() < deadline:
-            time.sleep(0.05)
-        time.sleep(2.0)
-        running.send_signal(signal.SIGINT)
-        try:
-            stdout, stderr = running.communicate(timeout=60)
-        finally:
-            running.kill()
-    assert running.returncode == 130
-    assert stdout == ""
-    assert stderr == "hydroservo: interrupted; nothing was left half-written\n"
-    assert list(out.iterdir()) == []
+    leaves_nothing(out, *args, "--set", "simulation.duration=8")
 
 
 def test_batch_waits_with_heavy_libraries_until_they_are_used():
-    heavy = "{'matplotlib', 'xarray', 'pandas', 'numba', 'scipy', 'pint', 'rich'}"
-    code = f"import sys, hydroservo.cli.batch; print(*sorted({heavy} & set(sys.modules)))"
-    done = subprocess.run([HYDROSERVO[0], "-c", code], text=True, capture_output=True, check=True)
-    assert done.stdout.split() in ([], ["rich"])  # which typer may load
+    assert heavy_libraries_of("hydroservo.cli.batch") == []

@@ -73,6 +73,15 @@ def interrupted(*args, until):
     return running.returncode, stdout, stderr
 
 
+def leaves_nothing(out, *args):
+    """A command that writes to a folder, interrupted once it is there: one line, and nothing in it."""
+    status, stdout, stderr = interrupted(*args, until=out.exists)
+    assert status == 130
+    assert stdout == ""
+    assert stderr == "hydroservo: interrupted; nothing was left half-written\n"
+    assert list(out.iterdir()) == []
+
+
 @needs_posix
 @pytest.mark.parametrize(
     "args",
@@ -85,11 +94,7 @@ def interrupted(*args, until):
 )
 def test_ctrl_c_leaves_nothing_half_written(tmp_path, args):
     out = tmp_path / "out"
-    status, stdout, stderr = interrupted(*args, "--out", str(out), until=out.exists)
-    assert status == 130
-    assert stdout == ""
-    assert stderr == "hydroservo: interrupted; nothing was left half-written\n"
-    assert list(out.iterdir()) == []
+    leaves_nothing(out, *args, "--out", str(out))
 
 
 @needs_posix
@@ -153,3 +158,11 @@ def test_a_scenario_on_a_terminal_has_colours_and_the_same_text():
     assert "\x1b[" in shown
     plain = process("scenarios", "show", "paper/sine-tsmc").stdout
     assert re.sub(r"\x1b\[[\d;]*m", "", shown) == plain
+
+
+def heavy_libraries_of(module):
+    """Which libraries that take long to import a module has loaded; rich may be typer's."""
+    heavy = "{'matplotlib', 'xarray', 'pandas', 'numba', 'scipy', 'pint'}"
+    code = f"import sys, {module}; print(*sorted({heavy} & set(sys.modules)))"
+    done = subprocess.run([HYDROSERVO[0], "-c", code], text=True, capture_output=True, check=True)
+    return done.stdout.split()

@@ -5,22 +5,10 @@ from pathlib import Path
 
 import pytest
 
-from hydroservo import (
-    controllers,
-    loads,
-    mechanics,
-    observers,
-    oils,
-    plants,
-    references,
-    sensors,
-    supplies,
-    valves,
-)
 from hydroservo.block import declared_fields
+from hydroservo.scenario.registry import PACKAGES
 
 PAGE = Path(__file__).parents[2] / "docs" / "nomenclature.md"
-PACKAGES = (controllers, loads, mechanics, observers, oils, plants, references, sensors, supplies, valves)
 # K_sv, beta_e, d_L1, mu_1; and x1, xi1, f2, a1, written without the underscore in code
 SYMBOL = re.compile(r"\b(?:[A-Za-z]+_[A-Za-z]*\d?|(?:xi|zeta|[adfgksvxz])[12])\b")
 

@@ -5,12 +5,11 @@ from typing import Any, NamedTuple
 
 from hydroservo import ops
 from hydroservo.block import Block
+from hydroservo.integrators.jumps import AT_END, BEFORE
 from hydroservo.states import axpy
 
 __all__ = ["RK4"]
 
-BEFORE = 1.0 - 2.0**-50  # a few units in the last place before a jump
-AT_END = 1.0 - 2e-9  # a jump this close to the end of a step counts as there, as loads count it
 TRUSTED = 0.5  # largest h |lambda|
 SUBSTEPS = 10**6  # at most
 

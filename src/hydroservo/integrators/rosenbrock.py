@@ -5,13 +5,12 @@ from typing import Any, NamedTuple
 
 from hydroservo import ops
 from hydroservo.block import Block
+from hydroservo.integrators.jumps import AT_END, BEFORE
 from hydroservo.states import axpy, factored, solved
 
 __all__ = ["Rosenbrock"]
 
 GAMMA = 0.435866521508459
-BEFORE = 1.0 - 2.0**-50  # a few units in the last place before a jump
-AT_END = 1.0 - 2e-9  # a jump this close to the end of a step counts as there, as loads count it
 
 
 class Rosenbrock(NamedTuple):

@@ -5,13 +5,12 @@ from typing import Annotated, Any, NamedTuple
 
 from hydroservo import ops
 from hydroservo.block import Block, Field
+from hydroservo.integrators.jumps import AFTER, BEFORE
 from hydroservo.sources import CHOSEN
 from hydroservo.states import axpy, misses, scaled
 
 __all__ = ["Tsit5"]
 
-BEFORE = 1.0 - 2.0**-50  # a few units in the last place before a jump
-AFTER = 1.0 + 2.0**-50
 TRUSTED = 0.5  # largest h |lambda| of the shortest step
 SAFETY, LEAST_FACTOR, LARGEST_FACTOR = 0.9, 0.2, 5.0  # of one step's length over the last
 

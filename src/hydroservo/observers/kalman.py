@@ -26,13 +26,6 @@ class KalmanObserverState(NamedTuple):
     load_force: Annotated[float, Field("N", "estimated load force, which the law takes")]
 
 
-class Motion(NamedTuple):
-    """The two states of the nominal model, or their rates."""
-
-    velocity: float
-    load_force: float
-
-
 class KalmanObserver(NamedTuple):
     """Estimates of velocity, load force and both lumped disturbances from noisy measurements.
 
@@ -76,7 +69,7 @@ class KalmanObserver(NamedTuple):
     def step(
         self, s: KalmanObserverState, model: DesignModel, y: Measurement, dt: float
     ) -> KalmanObserverState:
-        ahead = self.predicted(s, model, y.command, dt)
+        ahead = model.ahead(s.velocity, s.load_force, y.command, s.d1, s.d2, dt)
         lost = ops.isnan(ahead.velocity) or ops.isnan(ahead.load_force)
         miss1 = ops.where(lost, 0.0, y.velocity - ahead.velocity)
         miss2 = ops.where(lost, 0.0, y.load_force - ahead.load_force)
@@ -92,23 +85,6 @@ class KalmanObserver(NamedTuple):
                 lost, y.load_force, ahead.load_force + self.gain_21 * miss1 + self.gain_22 * miss2
             ),
         )
-
-    def predicted(self, s: KalmanObserverState, model: DesignModel, u: float, dt: float) -> Motion:
-        """Where the nominal model goes in one period from the last estimate (classical Runge-Kutta)."""
-        drive = s.d2 + model.g2(s.load_force, u) * u
-        k1 = self.rates(model, s, drive, s.velocity, s.load_force)
-        half = 0.5 * dt
-        k2 = self.rates(model, s, drive, s.velocity + half * k1.velocity, s.load_force + half * k1.load_force)
-        k3 = self.rates(model, s, drive, s.velocity + half * k2.velocity, s.load_force + half * k2.load_force)
-        k4 = self.rates(model, s, drive, s.velocity + dt * k3.velocity, s.load_force + dt * k3.load_force)
-        sixth = dt / 6.0
-        return Motion(
-            s.velocity + sixth * (k1.velocity + 2.0 * (k2.velocity + k3.velocity) + k4.velocity),
-            s.load_force + sixth * (k1.load_force + 2.0 * (k2.load_force + k3.load_force) + k4.load_force),
-        )
-
-    def rates(self, model: DesignModel, s: KalmanObserverState, drive: float, x1: float, x2: float) -> Motion:
-        return Motion(model.f1(x1) + model.g1() * x2 + s.d1, model.f2(x1, x2) + drive)
 
     def designed(self, model: DesignModel, period: float) -> "KalmanObserver":
         """The filter with its steady-state gains for a model and a sample period [s].

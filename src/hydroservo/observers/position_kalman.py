@@ -29,14 +29,6 @@ class PositionKalmanObserverState(NamedTuple):
     position: Annotated[float, Field("m", "estimated position")]
 
 
-class Travel(NamedTuple):
-    """Position and the two states of the nominal model, or their rates."""
-
-    position: float
-    velocity: float
-    load_force: float
-
-
 class PositionKalmanObserver(NamedTuple):
     """As KalmanObserver, with the measured position y in place of the velocity.
 
@@ -79,9 +71,10 @@ class PositionKalmanObserver(NamedTuple):
     def step(
         self, s: PositionKalmanObserverState, model: DesignModel, y: Measurement, dt: float
     ) -> PositionKalmanObserverState:
-        ahead = self.predicted(s, model, y.command, dt)
-        lost = ops.isnan(ahead.position) or ops.isnan(ahead.load_force) or ops.isnan(ahead.velocity)
-        miss1 = ops.where(lost, 0.0, y.position - ahead.position)
+        ahead = model.ahead(s.velocity, s.load_force, y.command, s.d1, s.d2, dt)
+        position = s.position + ahead.travel
+        lost = ops.isnan(position) or ops.isnan(ahead.load_force) or ops.isnan(ahead.velocity)
+        miss1 = ops.where(lost, 0.0, y.position - position)
         miss2 = ops.where(lost, 0.0, y.load_force - ahead.load_force)
         return PositionKalmanObserverState(
             s1=0.0,
@@ -92,29 +85,8 @@ class PositionKalmanObserver(NamedTuple):
             load_force=ops.where(
                 lost, y.load_force, ahead.load_force + self.gain_31 * miss1 + self.gain_32 * miss2
             ),
-            position=ops.where(
-                lost, y.position, ahead.position + self.gain_11 * miss1 + self.gain_12 * miss2
-            ),
+            position=ops.where(lost, y.position, position + self.gain_11 * miss1 + self.gain_12 * miss2),
         )
-
-    def predicted(self, s: PositionKalmanObserverState, model: DesignModel, u: float, dt: float) -> Travel:
-        """Where the nominal model goes in one period from the last estimate (classical Runge-Kutta)."""
-        drive = s.d2 + model.g2(s.load_force, u) * u
-        half, sixth = 0.5 * dt, dt / 6.0
-        k1 = self.rates(model, s, drive, s.velocity, s.load_force)
-        k2 = self.rates(model, s, drive, s.velocity + half * k1.velocity, s.load_force + half * k1.load_force)
-        k3 = self.rates(model, s, drive, s.velocity + half * k2.velocity, s.load_force + half * k2.load_force)
-        k4 = self.rates(model, s, drive, s.velocity + dt * k3.velocity, s.load_force + dt * k3.load_force)
-        return Travel(
-            s.position + sixth * (k1.position + 2.0 * (k2.position + k3.position) + k4.position),
-            s.velocity + sixth * (k1.velocity + 2.0 * (k2.velocity + k3.velocity) + k4.velocity),
-            s.load_force + sixth * (k1.load_force + 2.0 * (k2.load_force + k3.load_force) + k4.load_force),
-        )
-
-    def rates(
-        self, model: DesignModel, s: PositionKalmanObserverState, drive: float, x1: float, x2: float
-    ) -> Travel:
-        return Travel(x1, model.f1(x1) + model.g1() * x2 + s.d1, model.f2(x1, x2) + drive)
 
     def designed(self, model: DesignModel, period: float) -> "PositionKalmanObserver":
         """The filter with its steady-state gains for a model and a sample period [s].

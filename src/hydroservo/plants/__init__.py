@@ -1,7 +1,7 @@
 """Actuators: cylinders and the mass they move."""
 
 from hydroservo.plants.cylinder import Cylinder, CylinderState
-from hydroservo.plants.design_model import DesignModel
+from hydroservo.plants.design_model import DesignModel, NominalMotion
 from hydroservo.plants.load_pressure import LoadPressurePlant, LoadPressureState
 
 __all__ = [
@@ -10,4 +10,5 @@ __all__ = [
     "DesignModel",
     "LoadPressurePlant",
     "LoadPressureState",
+    "NominalMotion",
 ]

@@ -9,7 +9,15 @@ from hydroservo.sources import TSMC_EHA_2021
 from hydroservo.supplies.ideal import IdealSupply
 from hydroservo.valves.orifice import Orifice
 
-__all__ = ["DesignModel"]
+__all__ = ["DesignModel", "NominalMotion"]
+
+
+class NominalMotion(NamedTuple):
+    """How the nominal model moves: where it is after some time, or its rates."""
+
+    velocity: Annotated[float, Field("m/s", "velocity x1")]
+    load_force: Annotated[float, Field("N", "load force x2")]
+    travel: Annotated[float, Field("m", "way gone since the start")]
 
 
 class DesignModel(NamedTuple):
@@ -51,3 +59,24 @@ class DesignModel(NamedTuple):
         drop = self.supply.drop() - ops.sign(command) * load_force * (1.0 / self.plant.piston_area)
         per_opening = self.orifice.flow_per_opening(ops.maximum(drop, self.least_drop))
         return self.plant.flow_gain() * per_opening * self.valve_gain
+
+    def ahead(
+        self, velocity: float, load_force: float, u: float, d1: float, d2: float, dt: float
+    ) -> NominalMotion:
+        """Where it is after ``dt`` [s] under a held command and disturbances (classical Runge-Kutta)."""
+        drive = d2 + self.g2(load_force, u) * u
+        half, sixth = 0.5 * dt, dt / 6.0
+        k1 = self.rates(velocity, load_force, d1, drive)
+        k2 = self.rates(velocity + half * k1.velocity, load_force + half * k1.load_force, d1, drive)
+        k3 = self.rates(velocity + half * k2.velocity, load_force + half * k2.load_force, d1, drive)
+        k4 = self.rates(velocity + dt * k3.velocity, load_force + dt * k3.load_force, d1, drive)
+        return NominalMotion(
+            velocity + sixth * (k1.velocity + 2.0 * (k2.velocity + k3.velocity) + k4.velocity),
+            load_force + sixth * (k1.load_force + 2.0 * (k2.load_force + k3.load_force) + k4.load_force),
+            sixth * (k1.travel + 2.0 * (k2.travel + k3.travel) + k4.travel),
+        )
+
+    def rates(self, velocity: float, load_force: float, d1: float, drive: float) -> NominalMotion:
+        """d/dt of both states, with d2 + g2 u given, and of the way."""
+        acceleration = self.f1(velocity) + self.g1() * load_force + d1
+        return NominalMotion(acceleration, self.f2(velocity, load_force) + drive, velocity)
