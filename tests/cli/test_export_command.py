@@ -3,6 +3,8 @@
 import json
 import shutil
 import subprocess
+import sys
+from types import SimpleNamespace
 
 import pytest
 from test_cli import PLUGIN, failed, succeeded
@@ -116,5 +118,38 @@ def test_a_stranger_is_not_replaced(tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["README.md"]
 
 
-def test_an_fmu_ends_in_fmu(tmp_path):
+@pytest.fixture
+def written(monkeypatch):
+    """What the writer of FMUs is called with, which writes nothing but its title."""
+    calls = []
+
+    def write_fmu(exported, path, version, stop_time):
+        calls.append((exported, path, version, stop_time))
+        path.write_text(exported.title)
+
+    monkeypatch.setitem(sys.modules, "hydroservo.export.fmu", SimpleNamespace(write_fmu=write_fmu))
+    return calls
+
+
+def test_an_fmu(written, tmp_path):
+    out = tmp_path / "law.fmu"
+    said = succeeded("export", "fmu", "paper/sine-pi", *SHORT, "--out", out)
+    ((exported, path, version, stop_time),) = written
+    assert (exported.prefix, path, version, stop_time) == ("sine_pi", out, 2, 0.02)
+    assert said.splitlines() == [
+        "PI of scenario paper/sine-pi: 3 inputs, 3 states, 5 parameters, FMI 2, steps of 1e-05 s",
+        f"written: {out}, 0 KiB",
+        f"next: fmpy validate {out}",
+    ]
+
+
+@pytest.mark.parametrize("unit", ["machine", "loop"])
+def test_an_fmu_of_the_machine_in_json(written, tmp_path, unit):
+    options = ("--unit", unit, "--fmi", "3", "--json", "--out", tmp_path / "m.fmu")
+    said = json.loads(succeeded("export", "fmu", "paper/sine-pi", *SHORT, *options))
+    assert (said["unit"], said["fmi"], said["file"]) == (unit, "3", str(tmp_path / "m.fmu"))
+    assert written[0][2] == 3
+
+
+def test_an_fmu_ends_in_fmu(written, tmp_path):
     assert "must be .fmu" in failed("export", "fmu", "paper/sine-pi", "--out", tmp_path / "law.zip")

@@ -283,7 +283,7 @@ def test_vectors_hold_the_command_that_was_applied():
     }
     loop = load_scenario("paper/sine-pi", changes)
     command = Signal("measurement.command", "command", "V", "applied", 0.0)
-    arguments = (toy().arguments[0]._replace(signals=(command,)),)
+    arguments = (toy().arguments[0]._replace(signals=(command,)), toy().arguments[1])
     found = made_vectors(loop, Part.CONTROLLER, toy()._replace(arguments=arguments)).inputs[:, 0]
     data = simulate(loop._replace(simulation=loop.simulation._replace(record_period=1e-5)), strict=True)
     u = data["controller.u"].values
