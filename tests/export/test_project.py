@@ -6,7 +6,6 @@ import subprocess
 
 import numpy as np
 import pytest
-from hydroservo.export.units import Part
 from toy import toy
 
 from hydroservo.errors import HydroservoError, ParameterError
@@ -14,6 +13,7 @@ from hydroservo.export.deviation import measured_deviation
 from hydroservo.export.exported import Signal
 from hydroservo.export.prefix import checked_prefix, default_prefix
 from hydroservo.export.project import c_project, memory, write_c_project
+from hydroservo.export.units import Part
 from hydroservo.export.vectors import HUGE, made_vectors
 from hydroservo.scenario import load_scenario
 from hydroservo.simulate import simulate
