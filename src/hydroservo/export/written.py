@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any, NamedTuple
 
 from hydroservo import states
+from hydroservo.export import parts
 from hydroservo.export.names import identifier
 from hydroservo.export.terms import BOOL, REAL, Function, Known, Matrix, Record, Type
 from hydroservo.export.translate import Translator
@@ -362,8 +363,23 @@ def factored(translator: Translator, arguments: Sequence[Type]) -> Function:
     return made
 
 
-def joined(lines: Iterable[str], depth: int = 4) -> str:
-    return ("\n" + " " * depth).join(lines)
+def infinite(translator: Translator, arguments: Sequence[Type]) -> Function:
+    """``parts.infinite`` for records of one type."""
+    (record,) = arguments
+    assert isinstance(record, Record)
+    name = translator.unique(f"infinite_{record.name}")
+
+    def text(writer: Writer) -> str:
+        checks = [f"(isinf(s->{place}) != 0)" for place in writer.leaves(record)]
+        head = f"static bool {name}(const {writer.type(record)} *s) {{"
+        said = "/* True if any number is infinite. */"
+        return "\n".join([said, head, f"    return {joined(checks, 8, ' ||')};", "}", ""])
+
+    return Function(name, [("s", record)], returns=BOOL, written=text, whole=(record,))
+
+
+def joined(lines: Iterable[str], depth: int = 4, between: str = "") -> str:
+    return f"{between}\n{' ' * depth}".join(lines)
 
 
 def has_numbers(kind: Type) -> bool:
@@ -447,4 +463,5 @@ WRITTEN: dict[Any, Callable[[Translator, Sequence[Type]], Function]] = {
     states.misses: misses,
     states.factored: factored,
     states.solved: solved,
+    parts.infinite: infinite,
 }
