@@ -43,8 +43,8 @@ def compiled(unit: Exported, board: Board, folder: Path, flags: Sequence[str] = 
         ToolError: with the compiler's words.
     """
     target = folder / f"{unit.prefix}.o"
-    common = [COMPILER, *FLAGS, *WARNINGS, "-O2", *board.flags, *flags]
-    output([*common, "-c", write_unit(unit, folder), "-o", target])
+    source = write_unit(unit, folder)
+    output([COMPILER, *FLAGS, *WARNINGS, "-O2", *board.flags, *flags, "-c", source, "-o", target])
     return target
 
 
@@ -55,9 +55,9 @@ def image(board: Board, sources: Sequence[Path], folder: Path) -> Path:
         ToolError: with the compiler's or the linker's words.
     """
     target = folder / f"{board.machine}.elf"
-    common = [COMPILER, *FLAGS, "-O2", *board.flags, "-I", folder]
-    linked = ["--specs=rdimon.specs", "-nostartfiles", "-T", FOLDER / "target.ld"]
-    output([*common, *linked, FOLDER / "startup.c", *sources, "-lm", "-o", target])
+    flags = [*FLAGS, "-O2", *board.flags, "--specs=rdimon.specs", "-nostartfiles"]
+    script = f"-Wl,--script={FOLDER / 'target.ld'}"
+    output([COMPILER, *flags, "-I", folder, script, FOLDER / "startup.c", *sources, "-lm", "-o", target])
     return target
 
 

@@ -3,9 +3,8 @@
 import re
 from pathlib import Path
 
-from numpy.typing import NDArray
-
 from benchmarks.targets.host import program
+from benchmarks.targets.sources import Rows
 from benchmarks.targets.tools import ToolError
 from hydroservo.export.exported import Exported
 
@@ -14,7 +13,7 @@ __all__ = ["instructions"]
 TOTAL = re.compile(r"^summary: (\d+)$", re.MULTILINE)
 
 
-def instructions(unit: Exported, inputs: NDArray, folder: Path) -> int:
+def instructions(unit: Exported, inputs: Rows, folder: Path) -> int:
     """Of a step and all that it calls, mean over these inputs, gcc -O2; the same for the same compiler.
 
     Raises:

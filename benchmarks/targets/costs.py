@@ -4,10 +4,8 @@ import re
 from pathlib import Path
 from typing import NamedTuple
 
-from numpy.typing import NDArray
-
 from benchmarks.targets.boards import COMPILER, Board, compiled, image, ran
-from benchmarks.targets.sources import write_measure
+from benchmarks.targets.sources import Rows, write_measure
 from benchmarks.targets.stack import OPTIONS, deepest
 from benchmarks.targets.tools import FLAGS, ToolError, output
 from hydroservo.export.exported import Exported
@@ -58,7 +56,7 @@ class Costs(NamedTuple):
     instructions: int
 
 
-def costs(unit: Exported, board: Board, inputs: NDArray, folder: Path) -> Costs:
+def costs(unit: Exported, board: Board, inputs: Rows, folder: Path) -> Costs:
     """Measures a unit with -O2.
 
     Raises:
@@ -78,7 +76,7 @@ def costs(unit: Exported, board: Board, inputs: NDArray, folder: Path) -> Costs:
     )
 
 
-def measured(unit: Exported, board: Board, inputs: NDArray, built: Path) -> tuple[int, int]:
+def measured(unit: Exported, board: Board, inputs: Rows, built: Path) -> tuple[int, int]:
     """Bytes of stack, and instructions of a step, on the emulated board."""
     folder = built.parent
     done = ran(board, image(board, [built, write_measure(unit, inputs, folder)], folder), TIMED)

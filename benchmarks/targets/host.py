@@ -6,9 +6,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from benchmarks.targets.sources import width, write_program, write_unit
+from benchmarks.targets.sources import Rows, width, write_program, write_unit
 from benchmarks.targets.tools import FLAGS, WARNINGS, output
 from hydroservo.export.exported import Exported
 
@@ -21,7 +20,7 @@ class Library(NamedTuple):
     unit: Exported
     loaded: ctypes.CDLL
 
-    def run(self, inputs: NDArray, parameters: Mapping[str, float] | None = None) -> NDArray:
+    def run(self, inputs: Rows, parameters: Mapping[str, float] | None = None) -> Rows:
         """The states after each step; a row for each of the inputs, a column for each of the unit's states.
 
         Args:
@@ -31,13 +30,15 @@ class Library(NamedTuple):
         Raises:
             AssertionError: a command that step returned is not the state's, bit for bit.
         """
-        return self.states(inputs, parameters)[1:]
+        states: Rows = self.states(inputs, parameters)[1:]
+        return states
 
-    def start(self, parameters: Mapping[str, float] | None = None) -> NDArray:
+    def start(self, parameters: Mapping[str, float] | None = None) -> Rows:
         """The states after init."""
-        return self.states(np.empty((0, width(self.unit))), parameters)[0]
+        states: Rows = self.states(np.empty((0, width(self.unit))), parameters)[0]
+        return states
 
-    def states(self, inputs: NDArray, parameters: Mapping[str, float] | None) -> NDArray:
+    def states(self, inputs: Rows, parameters: Mapping[str, float] | None) -> Rows:
         rows, given = reals(self.unit, inputs), values(self.unit, parameters)
         states = np.empty((len(rows) + 1, len(self.unit.states)), rows.dtype)
         call = getattr(self.loaded, f"{self.unit.prefix}_rows")
@@ -55,10 +56,10 @@ class Program(NamedTuple):
 
     def run(
         self,
-        inputs: NDArray,
+        inputs: Rows,
         parameters: Mapping[str, float] | None = None,
         under: Sequence[str | Path] = (),
-    ) -> NDArray:
+    ) -> Rows:
         """As that of a library, in a process of its own, which another tool may watch.
 
         Raises:
@@ -72,7 +73,8 @@ class Program(NamedTuple):
             given.tofile(folder / "parameters.bin")
             command.append(folder / "parameters.bin")
         output(command)
-        return np.fromfile(folder / "states.bin", rows.dtype).reshape(-1, len(self.unit.states))[1:]
+        states: Rows = np.fromfile(folder / "states.bin", rows.dtype)
+        return states.reshape(-1, len(self.unit.states))[1:]
 
 
 def library(unit: Exported, folder: Path, compiler: str = "gcc", flags: Sequence[str] = ("-O2",)) -> Library:
@@ -108,14 +110,15 @@ def compiled(unit: Exported, folder: Path, compiler: str, flags: Sequence[str]) 
     return target
 
 
-def reals(unit: Exported, inputs: NDArray) -> NDArray:
-    rows = np.ascontiguousarray(inputs, np.float32 if unit.real == "float" else np.float64)
+def reals(unit: Exported, inputs: Rows) -> Rows:
+    with np.errstate(over="ignore"):  # a number too large for a float is an infinity
+        rows: Rows = np.ascontiguousarray(inputs, np.float32 if unit.real == "float" else np.float64)
     if rows.ndim != 2 or rows.shape[1] != width(unit):
         raise ValueError(f"inputs of shape {rows.shape}; a step is given {width(unit)} numbers")
     return rows
 
 
-def values(unit: Exported, parameters: Mapping[str, float] | None) -> NDArray | None:
+def values(unit: Exported, parameters: Mapping[str, float] | None) -> Rows | None:
     """All parameters in their order; nothing where they are the unit's own."""
     if parameters is None:
         return None
@@ -126,5 +129,5 @@ def values(unit: Exported, parameters: Mapping[str, float] | None) -> NDArray | 
     return np.array(numbers, np.float32 if unit.real == "float" else np.float64)
 
 
-def address(array: NDArray | None) -> ctypes.c_void_p | None:
+def address(array: Rows | None) -> ctypes.c_void_p | None:
     return None if array is None else array.ctypes.data_as(ctypes.c_void_p)

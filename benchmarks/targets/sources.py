@@ -1,14 +1,16 @@
 """C around an exported unit: over rows of inputs on this machine, and to be measured on a board."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 from numpy.typing import NDArray
 
 from hydroservo.export.exported import Exported
 
-__all__ = ["FOLDER", "width", "write_measure", "write_program", "write_unit"]
+__all__ = ["FOLDER", "Rows", "width", "write_measure", "write_program", "write_unit"]
 
+Rows = NDArray[Any]  # of doubles or of floats
 FOLDER = Path(__file__).parent / "c"
 
 
@@ -33,7 +35,7 @@ def write_program(unit: Exported, folder: Path) -> tuple[Path, Path]:
     return written("rows.c", folder, values), written("program.c", folder, values)
 
 
-def write_measure(unit: Exported, inputs: NDArray, folder: Path) -> Path:
+def write_measure(unit: Exported, inputs: Rows, folder: Path) -> Path:
     """Writes a main that steps through these inputs; they are finite, and written into it bit for bit."""
     prefix = unit.prefix
     init, step = calls(unit, f"&{prefix}_defaults", "&rows[i].")
@@ -70,7 +72,7 @@ def row_text(unit: Exported, row: Sequence[float]) -> str:
     return ", ".join(records)
 
 
-def written(name: str, folder: Path, values: dict[str, object]) -> Path:
+def written(name: str, folder: Path, values: Mapping[str, object]) -> Path:
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
     environment = Environment(  # noqa: S701 - it writes C

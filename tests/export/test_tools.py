@@ -6,27 +6,20 @@ import numpy as np
 import pytest
 from benchmarks.targets.callgrind import instructions
 from benchmarks.targets.host import compiled, library, program
-from benchmarks.targets.sources import width
+from benchmarks.targets.sources import Rows
 from benchmarks.targets.symbols import foreign, undefined
 from benchmarks.targets.tools import ToolError
 from cppcheck import Finding, findings, unaccepted
 from needs import needs
-from numpy.typing import NDArray
 from sanitizers import watched
 from toy import toy
-from variants import changed, idling, inlined, single, without_arguments
+from variants import changed, each_unit, idling, inlined, inputs, single
 
 from hydroservo.export.exported import Exported
 
 COMPILERS = ("gcc", "clang")
-UNITS = {"double": toy, "single": single, "inlined": inlined, "without arguments": without_arguments}
 
-each_unit = pytest.mark.parametrize("unit", [make() for make in UNITS.values()], ids=UNITS)
 each_compiler = pytest.mark.parametrize("compiler", COMPILERS)
-
-
-def inputs(unit: Exported, rows: int = 1000) -> NDArray[np.float64]:
-    return np.random.default_rng(0).normal(0.0, 0.05, (rows, width(unit)))
 
 
 @each_unit
@@ -40,7 +33,7 @@ def test_both_compilers_give_the_same_bits_at_every_level(unit: Exported, tmp_pa
     assert len(set(found)) == 1
 
 
-def law(rows: NDArray, gain: float, start: float = 0.0) -> NDArray:
+def law(rows: Rows, gain: float, start: float = 0.0) -> Rows:
     """The toy's law in Python."""
     states, integral = [], start
     for velocity, demand in rows.tolist():

@@ -2,11 +2,15 @@
 
 import re
 
+import numpy as np
+import pytest
+from benchmarks.targets.sources import width
+from numpy.typing import NDArray
 from toy import toy
 
 from hydroservo.export.exported import Exported
 
-__all__ = ["changed", "idling", "inlined", "single", "without_arguments"]
+__all__ = ["changed", "each_unit", "idling", "inlined", "inputs", "single", "without_arguments"]
 
 GIVEN = ", const toy_parameters *parameters"
 NUMBER = re.compile(r"\b(\d+\.\d+|\d+e-\d+)\b")
@@ -57,3 +61,12 @@ def idling(instructions: int) -> Exported:
     """The toy with a step that does nothing for some instructions first."""
     idle = f'    __asm__ volatile(".rept {instructions}\\n nop\\n .endr");\n'
     return changed(toy(), "    const double error", f"{idle}    const double error")
+
+
+UNITS = {"double": toy, "single": single, "inlined": inlined, "without arguments": without_arguments}
+each_unit = pytest.mark.parametrize("unit", [make() for make in UNITS.values()], ids=UNITS)
+
+
+def inputs(unit: Exported, rows: int = 200) -> NDArray[np.float64]:
+    """Rows of numbers as small as velocities are, the same each time."""
+    return np.random.default_rng(0).normal(0.0, 0.05, (rows, width(unit)))
