@@ -20,30 +20,34 @@ class Library(NamedTuple):
     unit: Exported
     loaded: ctypes.CDLL
 
-    def run(self, inputs: Rows, parameters: Mapping[str, float] | None = None) -> Rows:
+    def run(
+        self, inputs: Rows, parameters: Mapping[str, float] | None = None, restart: int | None = None
+    ) -> Rows:
         """The states after each step; a row for each of the inputs, a column for each of the unit's states.
 
         Args:
             inputs: a row a step, a column for each signal of each of the unit's arguments.
             parameters: values by path, in place of the unit's own.
+            restart: rows after which it begins anew, with init.
 
         Raises:
             AssertionError: a command that step returned is not the state's, bit for bit.
         """
-        states: Rows = self.states(inputs, parameters)[1:]
+        states: Rows = self.states(inputs, parameters, restart)[1:]
         return states
 
     def start(self, parameters: Mapping[str, float] | None = None) -> Rows:
         """The states after init."""
-        states: Rows = self.states(np.empty((0, width(self.unit))), parameters)[0]
+        states: Rows = self.states(np.empty((0, width(self.unit))), parameters, None)[0]
         return states
 
-    def states(self, inputs: Rows, parameters: Mapping[str, float] | None) -> Rows:
+    def states(self, inputs: Rows, parameters: Mapping[str, float] | None, restart: int | None) -> Rows:
         rows, given = reals(self.unit, inputs), values(self.unit, parameters)
         states = np.empty((len(rows) + 1, len(self.unit.states)), rows.dtype)
         call = getattr(self.loaded, f"{self.unit.prefix}_rows")
         call.restype = ctypes.c_long
-        wrong = call(address(given), address(rows), ctypes.c_long(len(rows)), address(states))
+        counts = ctypes.c_long(len(rows)), ctypes.c_long(restart or len(rows) + 1)
+        wrong = call(address(given), address(rows), *counts, address(states))
         assert wrong == 0, f"{wrong} commands are not those of the state"  # noqa: S101 - documented
         return states
 
@@ -58,6 +62,7 @@ class Program(NamedTuple):
         self,
         inputs: Rows,
         parameters: Mapping[str, float] | None = None,
+        restart: int | None = None,
         under: Sequence[str | Path] = (),
     ) -> Rows:
         """As that of a library, in a process of its own, which another tool may watch.
@@ -68,7 +73,8 @@ class Program(NamedTuple):
         folder = self.path.parent
         rows, given = reals(self.unit, inputs), values(self.unit, parameters)
         rows.tofile(folder / "inputs.bin")
-        command = [*under, self.path, folder / "inputs.bin", str(len(rows)), folder / "states.bin"]
+        counts = [str(len(rows)), str(restart or len(rows) + 1)]
+        command = [*under, self.path, folder / "inputs.bin", *counts, folder / "states.bin"]
         if given is not None:
             given.tofile(folder / "parameters.bin")
             command.append(folder / "parameters.bin")

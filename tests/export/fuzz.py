@@ -14,7 +14,7 @@ SPECIAL = (
     *(1e308, -1e308, 1e38, -1e38, 1e19, -1e19),
     *(5e-324, -5e-324, 2.2e-308, 1e-40, 0.0, -0.0),
 )
-BLOCK = 100  # rows: half of them with such inputs, half without any
+BLOCK = 100  # rows from one start to the next: half of them with such inputs, half without any
 
 
 class Verdict(NamedTuple):
@@ -46,7 +46,7 @@ def verdict(program: Program, normal: Rows, limit: float, seed: int = 0) -> Verd
         ToolError: a sanitizer stopped the program.
     """
     places = [signal.place for signal in program.unit.states]
-    command = program.run(fuzzed(normal, seed))[:, places.index("u")]
+    command = program.run(fuzzed(normal, seed), restart=BLOCK)[:, places.index("u")]
     last = command[BLOCK - 1 :: BLOCK]
     return Verdict(
         int(np.sum(np.abs(command) > limit)), int(np.sum(np.isnan(command))), int(np.sum(np.isnan(last)))

@@ -51,6 +51,8 @@ def test_states_follow_each_row(tmp_path: Path) -> None:
     assert built.run(rows).tobytes() == law(rows, 100.0).tobytes()
     assert built.run(rows, {"controller.proportional_gain": 3.0}).tobytes() == law(rows, 3.0).tobytes()
     assert built.start().tolist() == [0.0, 0.0, 0.0]
+    anew = np.concatenate([law(rows[:150], 100.0), law(rows[150:], 100.0)])
+    assert built.run(rows, restart=150).tobytes() == anew.tobytes()
 
 
 @each_unit
