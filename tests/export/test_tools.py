@@ -190,3 +190,12 @@ def test_callgrind_counts_the_instructions_of_a_step(tmp_path: Path) -> None:
     assert instructions(idling(2000), inputs(toy(), 100), tmp_path) == fewer + 1000
     with pytest.raises(ToolError, match="did not see toy_step"):
         instructions(toy(), inputs(toy(), 0), tmp_path)
+
+
+def test_a_missing_tool_skips_or_fails(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("HYDROSERVO_TOOLS", raising=False)
+    with pytest.raises(pytest.skip.Exception, match="missing: no-such-tool"):
+        needs("gcc", "no-such-tool")
+    monkeypatch.setenv("HYDROSERVO_TOOLS", "all")
+    with pytest.raises(pytest.fail.Exception, match="missing: no-such-tool"):
+        needs("gcc", "no-such-tool")
