@@ -63,7 +63,7 @@ def texts(
     constants = "".join(f"#define {name} {value}\n" for name, value in writer.constants.items())
     return Texts(
         header_text(
-            prefix, about, [writer.record(one) for one in shown], heads(unit, writer, inlined), inlined
+            prefix, about, [writer.record(one) for one in shown], declarations(unit, writer, inlined), inlined
         ),
         "\n".join(
             part
