@@ -41,7 +41,7 @@ class Body:
     ) -> None:
         module = origin.__module__.rpartition(".")[2]
         prefix = snake(owner.__name__) if owner else ("ops" if is_op(origin) else module)
-        name = translator.unique(f"{prefix}_{identifier(origin.__name__)}")
+        name = translator.function_name(f"{prefix}_{identifier(origin.__name__)}")
         self.translator, self.scope = translator, Scope(origin, name, owner)
         self.expressions = Expressions(translator, self.scope)
         self.returned: list[tuple[Type, ast.AST]] = []
@@ -82,6 +82,8 @@ class Body:
                 self.assigns([target], self.expressions.expression(changed), node)
             case ast.If():
                 return self.branches(node)
+            case ast.Expr(value=value):
+                raise self.scope.error(f"{ast.unparse(value)!r} does nothing to a state", node)
             case ast.While(orelse=[]):
                 self.repeats(node)
             case ast.For(target=ast.Name(id=name), orelse=[]):
@@ -113,7 +115,9 @@ class Body:
                 case ast.Name(id=name):
                     self.assign(name, value, node)
                 case ast.Tuple(elts=names):
-                    items = [self.held(item) for item in self.items(value, len(names), node)]
+                    items = self.items(value, len(names), node)
+                    if any(isinstance(one, ast.Name) and one.id in self.scope.changing for one in names):
+                        items = [self.held(item) for item in items]
                     for part, item in zip(names, items, strict=True):
                         self.assigns([part], item, node)
                 case _:

@@ -1,19 +1,29 @@
 """What can be exported: a controller, a machine, or the whole loop, each as one block that is stepped."""
 
+import math
 from typing import Annotated, NamedTuple
 
-from hydroservo.block import Block, Controller, Field
+from hydroservo import ops
+from hydroservo.block import Block, Controller, Field, leaves
 from hydroservo.loop import External, Loop, MachineState
 from hydroservo.signals import Demand, Measurement
 from hydroservo.sources import CHOSEN
 
-__all__ = ["ControllerUnit", "LoopUnit", "MachineUnit"]
+__all__ = ["Command", "ControllerUnit", "LoopUnit", "MachineUnit", "infinite"]
 
 PERIOD = Field("s", "sample period", CHOSEN, above=0)
 
 
 class ControllerUnit(NamedTuple):
-    """A controller and the sample period that it was designed for."""
+    """A controller and the sample period that it was designed for.
+
+    A sample whose command is not a number, or that leaves an infinite number in the controller's state, is
+    answered with the first state: its command goes out, 0 V for all laws here, and the controller begins anew
+    at the next sample. As long as that does not happen this is the controller alone.
+
+    Source: chosen here: a valve at 0 V is closed, and a law that begins anew is known to work.
+    Fails to notice what is wrong and yet finite: a law believes any number.
+    """
 
     controller: Controller
     period: Annotated[float, PERIOD]
@@ -24,7 +34,14 @@ class ControllerUnit(NamedTuple):
 
     def step(self, state: Block, measurement: Measurement, demand: Demand) -> Block:
         """One sample; what goes out is the new state's u."""
-        return self.controller.step(state, measurement, demand, self.period)
+        after = self.controller.step(state, measurement, demand, self.period)
+        lost = ops.isnan(after.u) or infinite(after)
+        return ops.where(lost, self.controller.init(), after)
+
+
+def infinite(state: Block) -> bool:
+    """True if any number of a state is infinite; nan may mean there that nothing is known yet."""
+    return any(abs(value) == math.inf for _, value in leaves(state))
 
 
 class Command(NamedTuple):

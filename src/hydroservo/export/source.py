@@ -7,7 +7,7 @@ from hydroservo.block import Block, declared_fields
 from hydroservo.export.names import identifier
 from hydroservo.export.needed import Needed
 from hydroservo.export.terms import Function, Matrix, Record, Table
-from hydroservo.export.wrap import comment
+from hydroservo.export.wrap import comment, wrapped
 from hydroservo.export.write import Writer
 
 __all__ = ["Unit", "texts"]
@@ -63,7 +63,7 @@ def texts(
     constants = "".join(f"#define {name} {value}\n" for name, value in writer.constants.items())
     return Texts(
         header_text(
-            prefix, about, [writer.record(one) for one in shown], heads(unit, writer, inlined), inlined
+            prefix, about, [writer.record(one) for one in shown], declarations(unit, writer, inlined), inlined
         ),
         "\n".join(
             part
@@ -81,6 +81,10 @@ def texts(
         ),
     )
 
+
+INIT = "The state before the first sample; also what brings a unit back to its start."
+STEP = "One sample: the state becomes the next one."
+COMMAND = "One sample: the state becomes the next one; returns the command [V], which is also state->u."
 
 PREAMBLE = """\
 #include "{prefix}.h"
@@ -115,11 +119,18 @@ def header_text(
             "",
             *records,
             *([] if inlined else [f"extern const {prefix}_parameters {prefix}_defaults;", ""]),
-            *(f"{one};\n" for one in declared),
+            *declared,
             "#endif",
             "",
         ]
     )
+
+
+def declarations(unit: Unit, writer: Writer, inlined: bool) -> list[str]:
+    """The declarations of ``init`` and ``step``, each below what it does."""
+    said = (INIT, COMMAND if unit.command else STEP)
+    pairs = zip(said, heads(unit, writer, inlined), strict=True)
+    return [f"{comment(text)}{wrapped(head, 0)};\n" for text, head in pairs]
 
 
 def heads(unit: Unit, writer: Writer, inlined: bool) -> tuple[str, str]:

@@ -6,6 +6,7 @@ __all__ = ["WIDTH", "comment", "wrapped"]
 
 WIDTH = 110
 BREAKS = re.compile(r"(?<=, )|(?= [-+*/?:] )|(?= && )|(?= \|\| )|(?<= = )")
+MARKUP = re.compile(r"``|(?<=:):$|:\w+:(?=`)|`~?", re.MULTILINE)
 
 
 def wrapped(line: str, depth: int) -> str:
@@ -24,15 +25,16 @@ def best_break(line: str, pad: str) -> int | None:
     opened, best = 0, None
     places = {match.start() for match in BREAKS.finditer(line)}
     for i, letter in enumerate(line[: WIDTH + 1]):
-        if i in places and line[:i].strip() and i > len(pad) and (best is None or opened <= best[0]):
-            best = (opened, i)
+        depth = opened + line[:i].endswith(" = ")  # as far out as the arguments of a call behind it
+        if i in places and line[:i].strip() and i > len(pad) and (best is None or depth <= best[0]):
+            best = (depth, i)
         opened += (letter in "([{") - (letter in ")]}")
     return None if best is None else best[1]
 
 
 def comment(text: str) -> str:
-    """A comment of one or more lines."""
-    plain = text.replace("*/", "* /").replace("/*", "/ *").rstrip()
+    """A comment of one or more lines, from a text that may be marked up as docstrings are."""
+    plain = MARKUP.sub("", text).replace("*/", "* /").replace("/*", "/ *").rstrip()
     lines = plain.split("\n")
     if len(lines) == 1 and len(plain) + 6 <= WIDTH:
         return f"/* {plain} */\n"

@@ -2,7 +2,7 @@
 
 import inspect
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -39,7 +39,7 @@ from hydroservo.export.terms import (
     While,
     Whole,
 )
-from hydroservo.export.wrap import comment, wrapped
+from hydroservo.export.wrap import WIDTH, comment, wrapped
 from hydroservo.field import Field, declared_fields
 
 __all__ = ["Writer"]
@@ -111,7 +111,7 @@ class Writer:
         taken = self.needed.takes(function)
         self.begin(function)
         head = wrapped(f"static {self.type(function.returns)} {function.name}({self.signature(taken)})", 0)
-        body = self.statements(function.body, function, 1, self.returned)
+        body = self.statements(function.body, function, 1, "return ")
         declared = self.declarations(function)
         return "\n".join([*self.said(function), f"{head} {{", *declared, *body, "}", ""])
 
@@ -126,7 +126,7 @@ class Writer:
         """A function that is called from outside; its value goes to ``*state``."""
         self.begin(function)
         self.renamed, self.pointers = renamed, self.pointers | own
-        body = self.statements(function.body, function, 1, lambda text: [f"*state = {text};"])
+        body = self.statements(function.body, function, 1, "*state = ")
         return "\n".join([f"{wrapped(head, 0)} {{", *self.declarations(function), *body, *last, "}", ""])
 
     def begin(self, function: Function) -> None:
@@ -148,11 +148,8 @@ class Writer:
         text = (inspect.getdoc(function.origin) or "").partition("\n\n")[0] if function.origin else ""
         return [comment(text).rstrip()] if text else []
 
-    def returned(self, text: str) -> list[str]:
-        return [f"return {text};"]
-
     def statements(
-        self, body: Sequence[Statement], function: Function, depth: int, returned: Callable[[str], list[str]]
+        self, body: Sequence[Statement], function: Function, depth: int, returned: str
     ) -> list[str]:
         lines: list[str] = []
         for one in body:
@@ -160,9 +157,7 @@ class Writer:
                 lines += self.statement(one, function, depth, returned)
         return lines
 
-    def statement(
-        self, one: Statement, function: Function, depth: int, returned: Callable[[str], list[str]]
-    ) -> list[str]:
+    def statement(self, one: Statement, function: Function, depth: int, returned: str) -> list[str]:
         def inner(body: Sequence[Statement]) -> list[str]:
             return self.statements(body, function, depth + 1, returned)
 
@@ -171,9 +166,9 @@ class Writer:
             case Let(name=name, value=value):
                 return [wrapped(f"{pad}{self.let(name, value)};", depth)]
             case Assign(name=name, value=value):
-                return [wrapped(f"{pad}{name} = {self.value(value)};", depth)]
+                return self.lines(f"{pad}{name} = ", value, depth)
             case Return(value=value):
-                return [wrapped(f"{pad}{line}", depth) for line in returned(self.value(value))]
+                return self.lines(f"{pad}{returned}", value, depth)
             case If(condition=condition, body=body, otherwise=otherwise):
                 lines = [wrapped(f"{pad}if ({self.value(condition)}) {{", depth), *inner(body)]
                 rest = inner(otherwise)
@@ -184,6 +179,20 @@ class Writer:
                 number = self.value(count) if isinstance(count, Expression) else str(count.value)
                 head = f"{pad}for (int32_t {name} = 0; {name} < {number}; {name}++) {{"
                 return [head, *inner(body), f"{pad}}}"]
+
+    def lines(self, head: str, value: Expression, depth: int) -> list[str]:
+        """A statement; a record that takes more than a line gets one for each field."""
+        line = f"{head}{self.value(value)};"
+        if len(line) <= WIDTH or not isinstance(value, Make):
+            return [wrapped(line, depth)]
+        assert isinstance(value.type, Record)
+        pad = "    " * (depth + 1)
+        fields = [f"{pad}{part}," for part in self.fields(value.type, value.values)]
+        return [
+            f"{head}({self.type(value.type)}){{",
+            *(wrapped(one, depth + 1) for one in fields),
+            f"{pad[4:]}}};",
+        ]
 
     def let(self, name: str, value: Expression) -> str:
         """A local that never changes; of a record that stays where it is, only its address."""
@@ -242,10 +251,10 @@ class Writer:
         return text if binds > level or (binds == level == UNARY and text[0] == "*") else f"({text})"
 
     def operation(self, sign: str, a: Expression, b: Expression) -> tuple[str, int]:
-        """Operands with operators of their own stand in brackets, but for the left one of an equal kind."""
+        """Operands with operators of their own stand in brackets, but for the left one of the same."""
         level = LEVELS.get(sign, COMPARED)
         left, binds = self.text(a)
-        chained = binds == level and sign not in ("<", "<=", ">", ">=", "==", "!=")
+        chained = isinstance(a, Operation) and a.operator == sign
         left = left if binds >= UNARY or chained else f"({left})"
         right, binds = self.text(b)
         right = right if binds >= UNARY else f"({right})"
@@ -265,8 +274,10 @@ class Writer:
         return self.address(value) if isinstance(value.type, (Record, Matrix)) else self.value(value)
 
     def made(self, record: Record, values: dict[str, Expression]) -> str:
-        parts = [f".{identifier(name)} = {self.value(values[name])}" for name, _ in self.kept(record)]
-        return f"({self.type(record)}){{{', '.join(parts)}}}"
+        return f"({self.type(record)}){{{', '.join(self.fields(record, values))}}}"
+
+    def fields(self, record: Record, values: dict[str, Expression]) -> list[str]:
+        return [f".{identifier(name)} = {self.value(values[name])}" for name, _ in self.kept(record)]
 
     def place(self, value: Expression) -> str:
         """Where a record or a number of it is."""
@@ -285,10 +296,10 @@ class Writer:
 
     def number(self, value: float) -> tuple[str, int]:
         """A literal that gives the very number."""
-        if math.isnan(value):
-            return "NAN", ATOM
-        if math.isinf(value):
-            return ("INFINITY", ATOM) if value > 0.0 else ("-INFINITY", UNARY)
+        if not math.isfinite(value):
+            name = "NAN" if math.isnan(value) else "INFINITY"  # which C has as floats
+            text = name if self.real == "float" else f"(double){name}"
+            return f"-{text}" if value < 0.0 else text, UNARY
         text = repr(value) if self.real == "double" else single_literal(value)
         return text, UNARY if text[0] == "-" else ATOM
 
