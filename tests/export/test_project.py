@@ -1,321 +1,316 @@
 """The folder of an export in C: it builds without a warning, its replay passes, its README is true."""
 
 import re
-import shutil
 import subprocess
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
-from toy import toy
+from needs import needs
 
 from hydroservo.errors import HydroservoError, ParameterError
 from hydroservo.export.deviation import measured_deviation
-from hydroservo.export.exported import Signal
+from hydroservo.export.exported import Exported, Signal
 from hydroservo.export.prefix import checked_prefix, default_prefix
 from hydroservo.export.project import c_project, memory, write_c_project
-from hydroservo.export.units import Part
-from hydroservo.export.vectors import HUGE, made_vectors
+from hydroservo.export.units import Part, Precision, exported
+from hydroservo.export.vectors import HUGE, Vectors, made_vectors
+from hydroservo.loop import Loop
 from hydroservo.scenario import load_scenario
 from hydroservo.simulate import simulate
 
-FILES = ["toy.h", "toy.c", "toy_vectors.h", "toy_replay.c", "Makefile", "README.md"]
-COMPILERS = ["gcc", "clang"]
-CALL = {"changes": {"simulation.duration": 0.05}}  # s; 5000 samples
+FILES = ["law.h", "law.c", "law_vectors.h", "law_replay.c", "Makefile", "README.md"]
+TITLE = "PI of scenario paper/sine-pi"
+STRICT = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror"]
+
+each_compiler = pytest.mark.parametrize("compiler", ["gcc", "clang"])
 
 
-def needs(*tools):
-    missing = [tool for tool in tools if shutil.which(tool) is None]
-    return pytest.mark.skipif(bool(missing), reason=f"needs {', '.join(missing)}")
+def scenario(**changes: object) -> Loop:
+    """The paper's PI; 5001 samples."""
+    dotted = {name.replace("__", "."): value for name, value in changes.items()}
+    return load_scenario("paper/sine-pi", {"simulation.duration": 0.05} | dotted)
 
 
-compilers = pytest.mark.parametrize(
-    "compiler", [pytest.param(name, marks=needs("make", name)) for name in COMPILERS]
-)
-
-
-def single(exported):
-    """The toy in single precision, as the translator would write it."""
-
-    def text(double):
-        constants = re.sub(r"(?<![\w.])(\d+\.\d+|1e-05)(?![\w.])", r"\1f", double)
-        return constants.replace("double", "float")
-
-    return exported._replace(real="float", header=text(exported.header), source=text(exported.source))
-
-
-def make(folder, *words):
-    return subprocess.run(["make", "-C", folder, *words], capture_output=True, text=True, check=False)
-
-
-def check(folder, compiler):
-    return make(folder, "check", f"CC={compiler}", "CFLAGS=-O2 -Werror")
+def unit(loop: Loop, part: Part = Part.CONTROLLER, **options: Any) -> tuple[Exported, Vectors]:
+    """An export and its test vectors."""
+    made = exported(loop, part, prefix="law", title=TITLE, **options)
+    return made, made_vectors(loop, part, made)
 
 
 @pytest.fixture(scope="module")
-def loop():
-    return load_scenario("paper/sine-pi", **CALL)
+def loop() -> Loop:
+    return scenario()
 
 
 @pytest.fixture(scope="module")
-def vectors(loop):
-    return made_vectors(loop, Part.CONTROLLER, toy())
+def law(loop: Loop) -> tuple[Exported, Vectors]:
+    return unit(loop)
 
 
 @pytest.fixture(scope="module")
-def close_vectors(loop):
-    return made_vectors(loop, Part.CONTROLLER, single(toy()))
+def single(loop: Loop) -> tuple[Exported, Vectors]:
+    return unit(loop, precision=Precision.SINGLE)
 
 
 @pytest.fixture
-def folder(tmp_path, vectors):
-    write_c_project(toy(), vectors, tmp_path)
+def folder(law: tuple[Exported, Vectors], tmp_path: Path) -> Path:
+    write_c_project(*law, tmp_path)
     return tmp_path
 
 
-@compilers
-def test_the_replay_is_bit_for_bit_and_without_a_warning(folder, compiler):
+def make(folder: Path, *words: str) -> "subprocess.CompletedProcess[str]":
+    return subprocess.run(["make", "-C", folder, *words], capture_output=True, text=True, check=False)
+
+
+def check(folder: Path, compiler: str = "gcc") -> "subprocess.CompletedProcess[str]":
+    needs("make", compiler)
+    return make(folder, "check", f"CC={compiler}", "CFLAGS=-O2 -Werror")
+
+
+def passes(folder: Path, line: str, compiler: str = "gcc") -> bool:
     done = check(folder, compiler)
-    assert (done.returncode, done.stderr) == (0, "")
-    assert "\ntoy: 542 of 542 samples bit for bit\n" in done.stdout
+    return (done.returncode, done.stderr) == (0, "") and f"\n{line}\n" in done.stdout
 
 
-@compilers
-@pytest.mark.parametrize(("row", "column", "name"), [(17, 1, "integral"), (499, 2, "unlimited")])
-def test_one_bit_of_one_number_is_found(tmp_path, vectors, compiler, row, column, name):
+# --- the replay
+
+
+@each_compiler
+def test_the_replay_is_bit_for_bit_and_without_a_warning(folder: Path, compiler: str) -> None:
+    assert passes(folder, "law: 542 of 542 samples bit for bit", compiler)
+
+
+@pytest.mark.parametrize("part", [Part.MACHINE, Part.LOOP])
+def test_machines_and_loops_are_replayed_too(loop: Loop, tmp_path: Path, part: Part) -> None:
+    write_c_project(*unit(loop, part), tmp_path)
+    assert "control_interrupt" not in (tmp_path / "README.md").read_text()
+    assert passes(tmp_path, "law: 500 of 500 samples bit for bit")
+
+
+def test_parameters_may_be_inlined(loop: Loop, tmp_path: Path) -> None:
+    write_c_project(*unit(loop, inlined=True), tmp_path)
+    text = (tmp_path / "README.md").read_text()
+    assert "| 24 bytes of state for each instance |" in text
+    assert "law_defaults" not in text
+    assert "| `controller.integral_gain` | 10.0 | V/m | integral gain k_i |" in text
+    assert passes(tmp_path, "law: 542 of 542 samples bit for bit")
+
+
+@each_compiler
+@pytest.mark.parametrize(("row", "column", "name"), [(17, 1, "integral"), (541, 2, "unlimited")])
+def test_one_bit_of_one_number_is_found(
+    law: tuple[Exported, Vectors], tmp_path: Path, compiler: str, row: int, column: int, name: str
+) -> None:
+    made, vectors = law
     true = vectors.expected[row, column]
     wrong = vectors.expected.copy()
     wrong[row, column] = np.nextafter(true, 1.0)
-    write_c_project(toy(), vectors._replace(expected=wrong), tmp_path)
+    write_c_project(made, vectors._replace(expected=wrong), tmp_path)
     done = check(tmp_path, compiler)
     assert done.returncode != 0
-    assert f"toy: sample {row + 1} of 542: controller.{name} [V]\n" in done.stdout
+    assert f"law: sample {row + 1} of 542: controller.{name} [V]\n" in done.stdout
     assert f"= {true:.17g}\n" in done.stdout
     assert f"= {wrong[row, column]:.17g}\n" in done.stdout
     assert "bit for bit" not in done.stdout
 
 
-@needs("make", "gcc")
 @pytest.mark.parametrize(("found", "expected"), [("0.0", "-0x0.0p+0"), ("0.0", "NAN"), ("NAN", "0x0.0p+0")])
-def test_signs_of_zeros_and_nan_count(folder, found, expected):
-    vectors = folder / "toy_vectors.h"
-    vectors.write_text(re.sub(r"(toy_start.* = \{)[^,]*", rf"\g<1>{expected}", vectors.read_text()))
-    source = folder / "toy.c"
-    source.write_text(source.read_text().replace("(toy_state){.u = 0.0", f"(toy_state){{.u = {found}"))
-    done = check(folder, "gcc")
+def test_signs_of_zeros_and_nan_count(folder: Path, found: str, expected: str) -> None:
+    change(folder / "law_vectors.h", r"(law_start.* = \{)[^,]*", rf"\g<1>{expected}")
+    change(folder / "law.c", r"(pi_init.*\n.*\.u = )0\.0", rf"\g<1>{found}")
+    done = check(folder)
     assert done.returncode != 0
-    assert "toy: sample 0 of 542: controller.u [V]\n" in done.stdout
+    assert "law: sample 0 of 542: controller.u [V]\n" in done.stdout
 
 
-@needs("make", "gcc")
-def test_what_step_returns_is_the_states_command(folder):
-    source = folder / "toy.c"
-    source.write_text(source.read_text().replace("return state->u;", "return state->unlimited + 1.0;"))
-    done = check(folder, "gcc")
+def test_what_step_returns_is_the_states_command(folder: Path) -> None:
+    change(folder / "law.c", r"return state->u;", "return state->u + 1.0;")
+    done = check(folder)
     assert done.returncode != 0
-    assert "sample 1: what step returned is not the state's command" in done.stdout
+    assert "law: sample 1: what step returned is not the state's command" in done.stdout
 
 
-@compilers
-def test_single_precision_states_its_deviation(tmp_path, close_vectors, compiler):
-    exported = single(toy())
-    write_c_project(exported, close_vectors, tmp_path)
+def change(file: Path, old: str, new: str) -> None:
+    text, count = re.subn(old, new, file.read_text())
+    assert count == 1
+    file.write_text(text)
+
+
+def test_a_cross_compiler_builds_the_code(folder: Path) -> None:
+    needs("make", "arm-none-eabi-gcc")
+    lines = re.findall(r"^make law\.o CC=(\S+) CFLAGS='(.*)'$", (folder / "README.md").read_text(), re.M)
+    assert len(lines) == 2
+    for compiler, flags in lines:
+        done = make(folder, "law.o", f"CC={compiler}", f"CFLAGS={flags} -Werror")
+        assert (done.returncode, done.stderr) == (0, "")
+        words = [compiler, *flags.split(), *STRICT, "-c", "law_replay.c"]
+        subprocess.run(words, cwd=folder, check=True)
+
+
+# --- single precision
+
+
+@each_compiler
+def test_single_precision_states_its_deviation(
+    single: tuple[Exported, Vectors], tmp_path: Path, compiler: str
+) -> None:
+    needs("make", compiler)
+    write_c_project(*single, tmp_path)
     done = check(tmp_path, compiler)
     assert (done.returncode, done.stderr) == (0, "")
-    said = done.stdout[done.stdout.index("toy: 500 samples") : done.stdout.index("make: Leaving")]
+    said = done.stdout[done.stdout.index("law: 500 samples") : done.stdout.index("make: Leaving")]
     assert said in (tmp_path / "README.md").read_text()
     relative = {line.split()[2]: float(line.split()[1]) for line in said.splitlines()[2:-1]}
-    assert list(relative) == [signal.path for signal in exported.states]
+    assert list(relative) == [signal.path for signal in single[0].states]
     assert all(0.0 < value < 1e-4 for value in relative.values())
-    assert make(tmp_path, "check", "CFLAGS=-DTOY_TOLERANCE=1e-9").returncode != 0
+    beyond = make(tmp_path, "check", "CFLAGS=-DLAW_TOLERANCE=1e-9")
+    assert beyond.returncode != 0
+    assert "law: 0 of 3 numbers within 1e-09 of their largest value" in beyond.stdout
 
 
-def test_without_a_compiler_nothing_is_measured(tmp_path, close_vectors, monkeypatch):
+def test_without_a_compiler_nothing_is_measured(
+    single: tuple[Exported, Vectors], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
     monkeypatch.setenv("PATH", str(tmp_path))
     monkeypatch.setenv("CC", "gcc")
-    text = c_project(single(toy()), close_vectors)["README.md"]
-    assert "It was not measured when this folder was written" in text
+    assert "It was not measured when this folder was written" in c_project(*single)["README.md"]
 
 
-@pytest.mark.parametrize("compiler", ["false", "true", "no-such-compiler"])
-def test_a_compiler_that_does_not_work_is_passed_over(compiler, close_vectors, monkeypatch, tmp_path):
-    texts = c_project(single(toy()), close_vectors)
-    with monkeypatch.context() as changed:
-        changed.setattr("hydroservo.export.deviation.COMPILERS", ())
-        changed.setenv("CC", compiler)
-        assert measured_deviation("toy", texts) is None
+@pytest.mark.parametrize("compiler", ["false", "true", "no-such-compiler", "'"])
+def test_a_compiler_that_does_not_work_is_passed_over(
+    compiler: str, single: tuple[Exported, Vectors], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    needs("gcc")
+    texts = c_project(*single)
+    monkeypatch.setenv("CC", compiler)
+    assert "law: 500 samples" in str(measured_deviation("law", texts))
+    monkeypatch.setattr("hydroservo.export.deviation.COMPILERS", ())
+    assert measured_deviation("law", texts) is None
 
 
-def test_parameters_may_be_inlined(tmp_path, vectors):
-    names = {"proportional_gain": "100.0", "integral_gain": "10.0", "period": "1e-05"}
-    exported = toy()
-    header = re.sub(r"/\* Saturation.*?toy_parameters;", "", exported.header, flags=re.S)
-    header = header.replace("extern const toy_parameters toy_defaults;", "")
-    source = re.sub(r"const toy_parameters toy_defaults.*?};", "", exported.source, flags=re.S)
-    source = re.sub(r"static double saturation_apply.*?}", "", source, flags=re.S)
-    source = source.replace(
-        "saturation_apply(&parameters->saturation, unlimited)", "ops_clip(unlimited, -10.0, 10.0)"
-    )
-    for name, value in names.items():
-        source = source.replace(f"parameters->{name}", value)
-    texts = [
-        text.replace(", const toy_parameters *parameters", "").replace("    (void)parameters;\n", "")
-        for text in (header, source)
-    ]
-    inlined = exported._replace(inlined=True, header=texts[0], source=texts[1])
-    write_c_project(inlined, vectors, tmp_path)
-    text = (tmp_path / "README.md").read_text()
-    assert "24 bytes of state for each instance |" in text
-    assert "toy_defaults" not in text
-    assert "| `integral_gain` | 10.0 | V/m | integral gain k_i |" in text
-    if shutil.which("make") and shutil.which("gcc"):
-        done = check(tmp_path, "gcc")
-        assert (done.returncode, done.stderr) == (0, "")
+# --- the folder
 
 
-def test_a_unit_without_command_or_arguments(tmp_path, vectors):
-    exported = toy()
-    header = exported.header.replace("double toy_step", "void toy_step")
-    source = exported.source.replace("double toy_step", "void toy_step").replace("    return state->u;\n", "")
-    for old in (
-        ", const toy_measurement *measurement,\n                const toy_demand *demand",
-        "demand->value - measurement->velocity",
-    ):
-        header, source = (text.replace(old, "0.5" if "->" in old else "") for text in (header, source))
-    closed = exported._replace(command=False, arguments=(), header=header, source=source)
-    state = np.array([[10.0, 5e-5, 50.00005], [10.0, 1e-4, 50.0001]])
-    write_c_project(closed, vectors._replace(inputs=np.zeros((2, 0)), expected=state), tmp_path)
-    assert "control_interrupt" not in (tmp_path / "README.md").read_text()
-    if shutil.which("make") and shutil.which("gcc"):
-        done = check(tmp_path, "gcc")
-        assert done.stderr == "" or "error" not in done.stderr
-        assert "toy: 2 of 2 samples bit for bit\n" in done.stdout
+def test_the_same_export_gives_the_same_bytes(loop: Loop, folder: Path) -> None:
+    assert {name: (folder / name).read_text() for name in FILES} == c_project(*unit(loop))
 
 
-def test_the_same_export_gives_the_same_bytes(loop, vectors, tmp_path):
-    again = c_project(toy(), made_vectors(loop, Part.CONTROLLER, toy()))
-    write_c_project(toy(), vectors, tmp_path)
-    assert {name: (tmp_path / name).read_text() for name in FILES} == again
-
-
-def test_other_files_stay_and_strangers_are_not_replaced(vectors, tmp_path):
+def test_other_files_stay_and_strangers_are_not_replaced(
+    law: tuple[Exported, Vectors], tmp_path: Path
+) -> None:
     (tmp_path / "main.c").write_text("mine")
-    assert write_c_project(toy(), vectors, tmp_path) == [tmp_path / name for name in FILES]
-    assert write_c_project(toy(), vectors, tmp_path)
+    assert write_c_project(*law, tmp_path) == [tmp_path / name for name in FILES]
+    assert write_c_project(*law, tmp_path)
     assert sorted(path.name for path in tmp_path.iterdir()) == sorted([*FILES, "main.c"])
     assert (tmp_path / "main.c").read_text() == "mine"
     (tmp_path / "Makefile").write_text("all: mine\n")
-    (tmp_path / "toy.c").unlink()
+    (tmp_path / "law.c").unlink()
     with pytest.raises(HydroservoError, match="Makefile: not written by hydroservo"):
-        write_c_project(toy(), vectors, tmp_path)
-    assert not (tmp_path / "toy.c").exists()
+        write_c_project(*law, tmp_path)
+    assert not (tmp_path / "law.c").exists()
 
 
-def test_the_readme_tells_what_is_exported(folder):
-    exported, text = toy(), (folder / "README.md").read_text()
-    assert text.startswith(f"# {exported.title}\n")
-    for fact in (exported.hash, exported.version, "1e-05 s", "24 bytes of state for each instance; 32 bytes"):
+# --- the README
+
+
+def test_the_readme_tells_what_is_exported(law: tuple[Exported, Vectors], folder: Path) -> None:
+    made, text = law[0], (folder / "README.md").read_text()
+    assert text.startswith(f"# {TITLE}\n")
+    assert "| 24 bytes of state for each instance; 40 bytes of parameters" in text
+    for fact in (made.hash, made.version, "| 1e-05 s |", made.scenario):
         assert fact in text
-    for signal in exported.parameters:
-        row = f"| `{signal.place}` | {signal.value!r} | {signal.unit} | {signal.meaning}"
-        assert row in text
-    for signal in (*exported.states, *(one for argument in exported.arguments for one in argument.signals)):
+    for signal in made.parameters:
+        assert f"| `{signal.place}` | {signal.value!r} | {signal.unit} | {signal.meaning}" in text
+    for signal in (*made.states, *(one for argument in made.arguments for one in argument.signals)):
         assert f"| `{signal.place}` | {signal.unit} | {signal.meaning} |" in text
     assert "sample period; set before init |" in text
-    assert exported.scenario in text
-    assert "  \n" not in text
-    assert "\n\n\n" not in text
+    assert not re.search(r" \n|\n\n\n", text)
 
 
-def test_markdown_of_a_meaning_is_escaped(vectors):
+def test_markdown_of_a_meaning_is_escaped(law: tuple[Exported, Vectors]) -> None:
     limit = Signal("controller.limit", "limit", "", "of |s|^a * 2", 1.0)
-    text = c_project(toy()._replace(parameters=(limit,)), vectors)["README.md"]
+    text = c_project(law[0]._replace(parameters=(limit,)), law[1])["README.md"]
     assert r"| `limit` | 1.0 | - | of \|s\|^a \* 2 |" in text
 
 
-@needs("gcc")
-@pytest.mark.parametrize("command", [False, True])
-def test_the_readmes_example_compiles(vectors, tmp_path, command):
-    exported = toy()
-    if command:
-        applied = Signal("measurement.command", "command", "V", "mean of u as applied", 0.0)
-        measurement = exported.arguments[0]._replace(signals=(*exported.arguments[0].signals, applied))
-        header = exported.header.replace("} toy_measurement;", "    double command;\n} toy_measurement;")
-        exported = exported._replace(arguments=(measurement, exported.arguments[1]), header=header)
-        vectors = vectors._replace(inputs=np.zeros((542, 3)))
-    write_c_project(exported, vectors, tmp_path)
-    text = (tmp_path / "README.md").read_text()
-    assert ("measurement.command = applied;" in text) is command
-    (tmp_path / "interrupt.c").write_text(re.findall(r"```c\n(.*?)```", text, re.S)[0])
-    options = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror", "-fsyntax-only"]
-    subprocess.run(["gcc", *options, tmp_path / "interrupt.c"], check=True)
+@pytest.mark.parametrize("reads_command", [True, False])
+@pytest.mark.parametrize("options", [{}, {"inlined": True}, {"precision": Precision.SINGLE}])
+def test_the_readmes_example_compiles(
+    loop: Loop, tmp_path: Path, reads_command: bool, options: dict[str, Any]
+) -> None:
+    needs("gcc")
+    made, vectors = unit(loop, **options)
+    if not reads_command:
+        measurement, demand = made.arguments
+        made = made._replace(arguments=(measurement._replace(signals=measurement.signals[:1]), demand))
+    write_c_project(made, vectors, tmp_path)
+    (example,) = re.findall(r"```c\n(.*?)```", (tmp_path / "README.md").read_text(), re.DOTALL)
+    assert ("measurement.command = applied;" in example) is reads_command
+    (tmp_path / "interrupt.c").write_text(example)
+    subprocess.run(["gcc", *STRICT, "-fsyntax-only", tmp_path / "interrupt.c"], check=True)
 
 
-@needs("make", "arm-none-eabi-gcc")
-def test_a_cross_compiler_builds_the_code(folder):
-    command = re.search(r"^make (toy\.o CC=arm.*m4.*)$", (folder / "README.md").read_text(), re.M)
-    compiler, flags = re.search(r"CC=(\S+) CFLAGS='(.*)'", command[1]).groups()
-    done = make(folder, "toy.o", f"CC={compiler}", f"CFLAGS={flags} -Werror")
-    assert (done.returncode, done.stderr) == (0, "")
-    options = [*flags.split(), "-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror"]
-    replay = subprocess.run(
-        [compiler, *options, "-c", "toy_replay.c"], cwd=folder, capture_output=True, text=True, check=False
-    )
-    assert (replay.returncode, replay.stderr) == (0, "")
+def test_memory_counts_the_numbers(law: tuple[Exported, Vectors], single: tuple[Exported, Vectors]) -> None:
+    assert memory(law[0]) == (24, 40)
+    assert memory(single[0]) == (12, 20)
+    assert memory(law[0]._replace(inlined=True)) == (24, 0)
 
 
-def test_vectors_begin_as_the_simulation_does(loop, vectors):
-    data = simulate(loop._replace(simulation=loop.simulation._replace(record_period=1e-5)), strict=True)
-    for column, signal in enumerate(toy().states):
-        np.testing.assert_array_equal(vectors.expected[:50, column], data[signal.path].values[:50])
-    starts = np.linspace(0, 5001 - 50, 10).round().astype(int)
-    for i, start in enumerate(starts):
-        seen = vectors.inputs[50 * i : 50 * i + 50]
+# --- test vectors
+
+
+def test_vectors_begin_as_the_simulation_does(loop: Loop, law: tuple[Exported, Vectors]) -> None:
+    data = simulate(scenario(simulation__record_period=1e-5), strict=True)
+    for column, signal in enumerate(law[0].states):
+        np.testing.assert_array_equal(law[1].expected[:50, column], data[signal.path].values[:50])
+    for i, start in enumerate(np.linspace(0, 5001 - 50, 10).round().astype(int)):
+        seen = law[1].inputs[50 * i : 50 * i + 50]
         np.testing.assert_array_equal(seen[:, 0], data["plant.velocity"].values[start : start + 50])
-        np.testing.assert_array_equal(seen[:, 1], data["reference.value"].values[start : start + 50])
+        np.testing.assert_array_equal(seen[:, 2], data["reference.value"].values[start : start + 50])
 
 
-def test_vectors_hold_the_command_that_was_applied():
-    changes = {
-        "simulation.duration": 0.02,
-        "hold.type": "DelayedHold",
-        "hold.delay": 5e-6,
-        "simulation.substeps": 2,
-    }
-    loop = load_scenario("paper/sine-pi", changes)
-    command = Signal("measurement.command", "command", "V", "applied", 0.0)
-    arguments = (toy().arguments[0]._replace(signals=(command,)), toy().arguments[1])
-    found = made_vectors(loop, Part.CONTROLLER, toy()._replace(arguments=arguments)).inputs[:, 0]
-    data = simulate(loop._replace(simulation=loop.simulation._replace(record_period=1e-5)), strict=True)
-    u = data["controller.u"].values
-    np.testing.assert_allclose(found[100:150], (0.5 * (u[:-1] + u[1:]))[2 * 217 - 2 :][:50], rtol=1e-12)
+def test_vectors_hold_the_command_that_was_applied() -> None:
+    changes = {"hold__type": "DelayedHold", "hold__delay": 5e-6, "simulation__substeps": 2}
+    u = simulate(scenario(simulation__record_period=1e-5, **changes), strict=True)["controller.u"].values
+    found = unit(scenario(**changes))[1].inputs[100:150, 1]
+    start = round(2 * (5001 - 50) / 9)
+    np.testing.assert_array_equal(found, (0.5 * u[:-1] + 0.5 * u[1:])[start - 2 :][:50])
 
 
-def test_bad_samples_come_last_in_double_alone(vectors, close_vectors):
-    np.testing.assert_array_equal(vectors.inputs[:500], close_vectors.inputs)
-    assert np.isnan(vectors.inputs[500]).tolist() == [True, False]
-    assert np.isfinite(vectors.inputs[501:]).all()
-    assert vectors.inputs[521].tolist() == [HUGE, HUGE]
-    np.testing.assert_array_equal(vectors.inputs[522:], vectors.inputs[480:500])
+def test_a_machine_is_given_the_loops_commands(loop: Loop) -> None:
+    made, vectors = unit(loop, Part.MACHINE)
+    data = simulate(scenario(simulation__record_period=1e-5), strict=True)
+    np.testing.assert_array_equal(vectors.inputs[:50, 0], data["controller.u"].values[:50])
+    velocity = [signal.path for signal in made.states].index("plant.velocity")
+    np.testing.assert_array_equal(vectors.expected[:50, velocity], data["plant.velocity"].values[1:51])
 
 
-def test_a_short_scenario_gives_all_its_samples():
-    loop = load_scenario("paper/sine-pi", {"simulation.duration": 1e-3})
-    assert len(made_vectors(loop, Part.CONTROLLER, toy()).inputs) == 101 + 42
+def test_bad_samples_come_last_in_double_alone(
+    law: tuple[Exported, Vectors], single: tuple[Exported, Vectors]
+) -> None:
+    inputs, expected, _ = law[1]
+    np.testing.assert_array_equal(inputs[:500], single[1].inputs)
+    assert np.isnan(inputs[500]).tolist() == [True, False, False]
+    assert inputs[521].tolist() == [HUGE] * 3
+    assert np.isfinite(inputs[501:]).all()
+    np.testing.assert_array_equal(inputs[522:], inputs[480:500])
+    assert expected[500].tolist() == [signal.value for signal in law[0].states]
+    assert np.isfinite(expected).all()
 
 
-def test_automatic_substeps_are_settled_first():
-    loop = load_scenario("paper/sine-pi", {"simulation.duration": 1e-3, "simulation.substeps": "auto"})
-    assert len(made_vectors(loop, Part.CONTROLLER, toy()).inputs) == 101 + 42
+@pytest.mark.parametrize("substeps", [1, "auto"])
+def test_a_short_scenario_gives_all_its_samples(substeps: object) -> None:
+    short = scenario(simulation__duration=1e-3, simulation__substeps=substeps)
+    assert len(unit(short)[1].inputs) == 101 + 42
 
 
-def test_memory_counts_the_numbers():
-    assert memory(toy()) == (24, 32)
-    assert memory(single(toy())) == (12, 16)
-    assert memory(toy()._replace(inlined=True)) == (24, 0)
+# --- the prefix
 
 
 @pytest.mark.parametrize(
-    ("scenario", "prefix"),
+    ("name", "prefix"),
     [
         ("paper/sine-tsmc", "sine_tsmc"),
         ("rig/1khz-pi-sine", "law_1khz_pi_sine"),
@@ -325,14 +320,16 @@ def test_memory_counts_the_numbers():
         ("-.toml", "law"),
     ],
 )
-def test_the_prefix_comes_from_the_scenarios_name(scenario, prefix):
-    assert default_prefix(scenario) == checked_prefix(prefix) == prefix
+def test_the_prefix_comes_from_the_scenarios_name(name: str, prefix: str) -> None:
+    assert default_prefix(name) == checked_prefix(prefix) == prefix
 
 
 @pytest.mark.parametrize(
     "prefix", ["", "1st", "a-b", "../up", "a b", "é", "_a", "math", "Float", "double", "a\n"]
 )
-def test_a_prefix_that_names_cannot_begin_with(prefix, vectors, tmp_path):
+def test_a_prefix_that_names_cannot_begin_with(
+    prefix: str, law: tuple[Exported, Vectors], tmp_path: Path
+) -> None:
     with pytest.raises(ParameterError, match=r"^prefix = "):
-        write_c_project(toy()._replace(prefix=prefix), vectors, tmp_path / "new")
+        write_c_project(law[0]._replace(prefix=prefix), law[1], tmp_path / "new")
     assert not (tmp_path / "new").exists()

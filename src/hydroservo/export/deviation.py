@@ -2,9 +2,9 @@
 
 import os
 import shlex
-import shutil
 import subprocess
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -35,10 +35,11 @@ def measured_deviation(prefix: str, texts: Mapping[str, str]) -> str | None:
 
 def compilers() -> Iterator[list[str]]:
     """The commands that may compile C here."""
-    for text in filter(None, (os.environ.get("CC"), *COMPILERS)):
-        command = shlex.split(text)
-        if command and shutil.which(command[0]):
-            yield command
+    own = os.environ.get("CC", "")
+    with suppress(ValueError):  # of a quotation that does not end
+        yield from filter(None, [shlex.split(own)])
+    for name in COMPILERS:
+        yield [name]
 
 
 def replayed(compiler: list[str], prefix: str, folder: Path) -> str | None:

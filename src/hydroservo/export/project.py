@@ -22,12 +22,6 @@ TOLERANCE = "0.01"  # of a number's deviation in single precision, relative to i
 OURS = "Written by hydroservo"
 SIZES = {"double": 8, "float": 4}  # bytes
 
-RECOVERY = """\
-Every operation is that of IEEE 754: a NaN or an infinity among the inputs goes through the arithmetic, and no
-step traps as long as the processor's floating-point traps are off. What a state keeps of it may outlast the
-input: a law that has integrated a NaN has it for good. So look at the inputs before a step, or at the state
-after it, and call `init` again where a number of it is not finite."""
-
 
 class Memory(NamedTuple):
     """What an instance of an export takes of a target's memory."""
@@ -43,16 +37,13 @@ def memory(exported: Exported) -> Memory:
     return Memory(size * len(exported.states), parameters)
 
 
-def write_c_project(
-    exported: Exported, vectors: Vectors, folder: Path, *, recovery: str = RECOVERY
-) -> list[Path]:
+def write_c_project(exported: Exported, vectors: Vectors, folder: Path) -> list[Path]:
     """Write an export in C to a folder, and leave other files in it alone.
 
     Args:
         exported: what is exported.
         vectors: its test vectors.
         folder: missing ones are made.
-        recovery: what happens after inputs that are not finite, in Markdown.
 
     Returns:
         The paths of PREFIX.h, PREFIX.c, PREFIX_vectors.h, PREFIX_replay.c, Makefile and README.md.
@@ -64,7 +55,7 @@ def write_c_project(
     checked_prefix(exported.prefix)
     for name in ("Makefile", "README.md"):
         check_ours(folder / name)
-    texts = c_project(exported, vectors, recovery)
+    texts = c_project(exported, vectors)
     return [write_text(folder / name, text) for name, text in texts.items()]
 
 
@@ -82,10 +73,10 @@ def check_ours(path: Path) -> None:
     raise HydroservoError(f"{path}: not written by hydroservo, and not replaced; take another folder")
 
 
-def c_project(exported: Exported, vectors: Vectors, recovery: str = RECOVERY) -> dict[str, str]:
+def c_project(exported: Exported, vectors: Vectors) -> dict[str, str]:
     """The texts of :func:`write_c_project` by file name."""
     p = exported.prefix
-    known = {**names_in_c(exported), **numbers_in_c(exported, vectors), "x": exported, "recovery": recovery}
+    known = {**names_in_c(exported), **numbers_in_c(exported, vectors), "x": exported}
     texts = {
         f"{p}.h": exported.header,
         f"{p}.c": exported.source,
