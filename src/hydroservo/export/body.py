@@ -41,7 +41,7 @@ class Body:
     ) -> None:
         module = origin.__module__.rpartition(".")[2]
         prefix = snake(owner.__name__) if owner else ("ops" if is_op(origin) else module)
-        name = translator.unique(f"{prefix}_{identifier(origin.__name__)}")
+        name = translator.function_name(f"{prefix}_{identifier(origin.__name__)}")
         self.translator, self.scope = translator, Scope(origin, name, owner)
         self.expressions = Expressions(translator, self.scope)
         self.returned: list[tuple[Type, ast.AST]] = []

@@ -10,7 +10,13 @@ KEYWORDS = (
     "long register restrict return short signed sizeof static struct switch typedef union unsigned void "
     "volatile while bool true false asm main errno"
 )
-RESERVED = frozenset(KEYWORDS.split(" "))
+MATHS = (
+    "acos acosh asin asinh atan atan2 atanh cbrt ceil copysign cos cosh erf erfc exp exp2 expm1 fabs "
+    "fdim floor fma fmax fmin fmod frexp hypot ilogb j0 j1 jn ldexp lgamma llrint llround log log10 "
+    "log1p log2 logb lrint lround modf nan nearbyint nextafter pow remainder remquo rint round scalbn "
+    "sin sinh sqrt tan tanh tgamma trunc y0 y1 yn gamma isnan isinf isfinite"
+)
+RESERVED = frozenset(f"{KEYWORDS} {MATHS}".split(" "))
 
 
 def snake(name: str) -> str:

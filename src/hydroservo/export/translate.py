@@ -6,7 +6,6 @@ known while translating (switches, numbers of bits, arrays of records) becomes p
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from types import FunctionType
 from typing import Any
 
 import numpy as np
@@ -26,15 +25,19 @@ class Translator:
     Args:
         written: what makes the function for a Python function that is not translated from its text, such as
             ``ops.sqrt``, by that function; each takes the translator and the types of the arguments.
+        prefix: of public names and of types, which functions must not be given.
     """
 
-    def __init__(self, written: Mapping[Any, Callable[["Translator", Sequence[Type]], Function]]) -> None:
+    def __init__(
+        self, written: Mapping[Any, Callable[["Translator", Sequence[Type]], Function]], prefix: str
+    ) -> None:
         self.written = written
         self.functions: dict[Any, Function] = {}
         self.records: dict[Any, Record] = {}
         self.tables: dict[int, Table] = {}
-        self.names: set[str] = set()
-        self.active: list[FunctionType] = []
+        self.names = {"parameters", "state", "init", "step", "defaults", "fixed"}
+        self.public = f"{prefix}_"
+        self.active: list[Any] = []
 
     def record(self, cls: type | None, fields: Mapping[str, Type], name: str) -> Record:
         """The one record of a class with fields of these types."""
@@ -62,9 +65,9 @@ class Translator:
                 made = self.written[origin](self, arguments)
                 made.origin = origin
             else:
-                if origin in self.active:
+                if key in self.active:
                     raise TranslationError(f"{place(origin)}: {origin.__qualname__} calls itself")
-                self.active.append(origin)
+                self.active.append(key)
                 made = Body(self, origin, arguments, owner).translated()
                 self.active.pop()
             self.functions[key] = made
@@ -73,6 +76,10 @@ class Translator:
     def method(self, record: Record, name: str, arguments: Sequence[Type]) -> Function:
         """The C function of a record's method."""
         return self.function(vars(record.cls)[name], [record, *arguments], record.cls)
+
+    def function_name(self, name: str) -> str:
+        """A name that no other function has, and no public name or type."""
+        return self.unique(f"own_{name}" if name.startswith(self.public) else name)
 
     def unique(self, name: str) -> str:
         """A name that nothing else has."""

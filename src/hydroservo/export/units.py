@@ -77,7 +77,7 @@ def exported(
     if single and part is not Part.CONTROLLER:
         raise LoopError(f"a {part} is exported in double precision only; its time and states need the digits")
     ready_loop = settled(ready(loop)) if part is not Part.CONTROLLER else ready(loop)
-    translator = Translator(WRITTEN)
+    translator = Translator(WRITTEN, prefix)
     unit = translated(translator, unit_of(ready_loop, part), part)
     needed = needed_by(unit, init=True)
     later = needed_by(unit, init=False)
@@ -136,7 +136,6 @@ def unit_of(loop: Loop, part: Part) -> Block:
 
 def translated(translator: Translator, block: Block, part: Part) -> Unit:
     """A unit's functions and records."""
-    translator.names |= {"parameters", "state"}
     record = translator.type_of(block)
     assert isinstance(record, Record)
     arguments = tuple(

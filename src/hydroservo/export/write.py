@@ -296,10 +296,10 @@ class Writer:
 
     def number(self, value: float) -> tuple[str, int]:
         """A literal that gives the very number."""
-        if math.isnan(value):
-            return "NAN", ATOM
-        if math.isinf(value):
-            return ("INFINITY", ATOM) if value > 0.0 else ("-INFINITY", UNARY)
+        if not math.isfinite(value):
+            name = "NAN" if math.isnan(value) else "INFINITY"  # which C has as floats
+            text = name if self.real == "float" else f"(double){name}"
+            return f"-{text}" if value < 0.0 else text, UNARY
         text = repr(value) if self.real == "double" else single_literal(value)
         return text, UNARY if text[0] == "-" else ATOM
 

@@ -1,5 +1,6 @@
 """The functions whose C is written, not translated: bits of numbers, random words, arithmetic on states."""
 
+import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any, NamedTuple
 
@@ -133,7 +134,7 @@ def sqrt_text(writer: Writer) -> str:
     return f"""\
 /* Square root; nan below zero. */
 static {f.real} ops_sqrt({f.real} x) {{
-    return (x >= 0.0{f.suffix}) ? sqrt{f.suffix}(x) : NAN;
+    return (x >= 0.0{f.suffix}) ? sqrt{f.suffix}(x) : {writer.number(math.nan)[0]};
 }}
 """
 
@@ -203,7 +204,7 @@ def drawn(translator: Translator, arguments: Sequence[Type]) -> Function:
     *numbers, kind = arguments
     assert isinstance(kind, Known)
     pair = translator.record(None, {"first": REAL, "second": REAL}, "pair")
-    name = translator.unique("ops_drawn")
+    name = translator.function_name("ops_drawn")
 
     def text(writer: Writer) -> str:
         return DRAWN.format(
@@ -226,7 +227,7 @@ def axpy(translator: Translator, arguments: Sequence[Type]) -> Function:
     """``states.axpy`` for records of one type."""
     record = arguments[0]
     assert isinstance(record, Record)
-    name = translator.unique(f"axpy_{record.name}")
+    name = translator.function_name(f"axpy_{record.name}")
 
     def text(writer: Writer) -> str:
         return numbers_text(writer, record, name, "x + h k", ("x", "h", "k"), "x->{0} + (h * k->{0})")
@@ -238,7 +239,7 @@ def scaled(translator: Translator, arguments: Sequence[Type]) -> Function:
     """``states.scaled`` for records of one type."""
     record = arguments[1]
     assert isinstance(record, Record)
-    name = translator.unique(f"scaled_{record.name}")
+    name = translator.function_name(f"scaled_{record.name}")
 
     def text(writer: Writer) -> str:
         return numbers_text(writer, record, name, "h k", ("h", "k"), "h * k->{0}")
@@ -270,7 +271,7 @@ def misses(translator: Translator, arguments: Sequence[Type]) -> Function:
         for kind in record.fields.values()
         if has_numbers(kind)
     ]
-    name = translator.unique(f"misses_{record.name}")
+    name = translator.function_name(f"misses_{record.name}")
     names = ("error", "x", "y", "rate")
 
     def text(writer: Writer) -> str:
@@ -335,7 +336,7 @@ def factored(translator: Translator, arguments: Sequence[Type]) -> Function:
     size = sum(1 for _ in leaf_places(x))
     nudge = translator.function(states.nudge, [REAL] * 3)
     deriv = translator.method(system, "deriv", [t, x, u])
-    name = translator.unique(f"factored_{x.name}")
+    name = translator.function_name(f"factored_{x.name}")
     matrix = Matrix(size)
     parameters = list(zip(("system", "t", "x", "u", "f", "h"), arguments, strict=True))
 
@@ -367,7 +368,7 @@ def infinite(translator: Translator, arguments: Sequence[Type]) -> Function:
     """``parts.infinite`` for records of one type."""
     (record,) = arguments
     assert isinstance(record, Record)
-    name = translator.unique(f"infinite_{record.name}")
+    name = translator.function_name(f"infinite_{record.name}")
 
     def text(writer: Writer) -> str:
         checks = [f"(isinf(s->{place}) != 0)" for place in writer.leaves(record)]
@@ -423,7 +424,7 @@ def solved(translator: Translator, arguments: Sequence[Type]) -> Function:
     """``states.solved`` for records of one type."""
     matrix, record = arguments
     assert isinstance(record, Record)
-    name = translator.unique(f"solved_{record.name}")
+    name = translator.function_name(f"solved_{record.name}")
 
     def text(writer: Writer) -> str:
         places = list(leaf_places(record))

@@ -7,7 +7,6 @@ from typing import Any, NamedTuple, get_type_hints
 import numpy as np
 from hypothesis import strategies as st
 from hypothesis.strategies import SearchStrategy
-from roles import NOTHING, ROLES, playing, wraps
 
 from hydroservo.block import Block, Reaching, Realisation, is_block, leaves, replace
 from hydroservo.checks import checked, within
@@ -17,6 +16,7 @@ from hydroservo.plants import DesignModel
 from hydroservo.signals import Demand, Draws, MachineOutputs, Measurement, PortFlows, Pressures
 from hydroservo.time_series import TimeSeries
 from hydroservo.valves import Orifice
+from roles import NOTHING, ROLES, playing, wraps
 
 
 class Range(NamedTuple):

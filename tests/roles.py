@@ -2,6 +2,7 @@
 
 import inspect
 from collections.abc import Mapping
+from functools import cache
 from importlib import import_module
 from types import FunctionType
 from typing import Any, Protocol, get_type_hints
@@ -130,6 +131,7 @@ def identifier(cls: type) -> str:
     return f"{cls.__module__.split('.')[1]}.{cls.__name__}"
 
 
+@cache
 def playing(role: Any) -> list[type]:
     """The block classes of a role."""
     return [cls for cls in blocks() if role_of(cls) is role]

@@ -1,0 +1,66 @@
+"""Controllers that between them hold every law, observer and part of the project."""
+
+from collections.abc import Iterator
+
+from hydroservo.block import Block, Controller, Differentiator, Observer, Reaching, Realisation, is_block
+from hydroservo.controllers import (
+    DAC,
+    PI,
+    TSMC,
+    AntiWindup,
+    Backstepping,
+    Delay,
+    ExplicitReaching,
+    ImplicitReaching,
+    RateLimit,
+    Saturation,
+    SmoothReaching,
+    ValveInversion,
+)
+from hydroservo.observers import (
+    BoundaryLayer,
+    Explicit,
+    FilteredDerivative,
+    Implicit,
+    KalmanObserver,
+    ModelDerivative,
+    PositionKalmanObserver,
+    TSMObserver,
+)
+
+__all__ = ["LAWS", "PARTS", "types_in"]
+
+PARTS = (
+    Controller,
+    Observer,
+    Realisation,
+    Reaching,
+    Differentiator,
+)  # roles on the target
+
+LAWS: dict[str, Controller] = {
+    "PI": PI(anti_windup=50.0),
+    "backstepping": Backstepping(derivative=ModelDerivative()),
+    "backstepping, filtered": Backstepping(derivative=FilteredDerivative()),
+    "backstepping as printed": Backstepping(as_printed=True),
+    "TSMC": TSMC(observer=TSMObserver(realisation=BoundaryLayer()), reaching=ExplicitReaching()),
+    "TSMC, explicit": TSMC(observer=TSMObserver(realisation=Explicit()), reaching=SmoothReaching()),
+    "TSMC, implicit": TSMC(observer=TSMObserver(realisation=Implicit()), reaching=ImplicitReaching()),
+    "TSMC as printed": TSMC(as_printed=True),
+    "TSMC, Kalman": TSMC(observer=KalmanObserver()),
+    "TSMC, position Kalman": TSMC(observer=PositionKalmanObserver(), reaching=ImplicitReaching()),
+    "anti-windup": AntiWindup(controller=PI(saturation=Saturation(1000.0))),
+    "DAC": DAC(controller=PI()),
+    "delay": Delay(controller=Delay(controller=PI())),
+    "rate limit": RateLimit(controller=Backstepping()),
+    "valve inversion": ValveInversion(controller=TSMC()),
+    "DAC around rate limit around valve inversion": DAC(RateLimit(ValveInversion(TSMC()))),
+}
+
+
+def types_in(block: Block) -> Iterator[type]:
+    """The class of a block and of all that is in it."""
+    yield type(block)
+    for value in block:
+        if is_block(value):
+            yield from types_in(value)
