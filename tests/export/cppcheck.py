@@ -25,7 +25,10 @@ class Finding(NamedTuple):
 
 
 def findings(unit: Exported, folder: Path) -> list[Finding]:
-    """All that it says of a unit, but that init and step are not called, that math.h is not read, and mistakes."""
+    """All that it says of a unit.
+
+    Left out are that nothing calls init and step, that it does not read math.h, and what it mistakes.
+    """
     suppressed = ["--suppress=missingIncludeSystem"]
     source = write_unit(unit, folder)
     report = folder / "cppcheck.txt"

@@ -20,6 +20,7 @@ from hydroservo.export.units import Part, Precision, exported
 from hydroservo.scenario import load_scenario
 
 COMPILERS = ("gcc", "clang")
+SLOW_ALONE = {"copysign", "copysignf"}  # that gcc calls where it does not optimise at all; exact everywhere
 
 
 class Case(NamedTuple):
@@ -76,7 +77,8 @@ def test_compilers_agree_and_call_nothing_but_roots(case: Case, tmp_path: Path) 
     for compiler in COMPILERS:
         for level in ("-O0", "-O2", "-O3"):
             bits.add(library(unit, tmp_path, compiler, [level]).run(rows_of(unit, 200)).tobytes())
-            assert foreign(undefined(tmp_path / "unit.o")) == set(), f"{compiler} {level}"
+            known = SLOW_ALONE if level == "-O0" else set()
+            assert foreign(undefined(tmp_path / "unit.o")) <= known, f"{compiler} {level}"
     assert len(bits) == 1
 
 

@@ -3,6 +3,7 @@
 __all__ = ["DEVIATIONS"]
 
 DEVIATIONS = {
-    "8.9": "Inlined parameters stand together at the top of the source, also where one function alone reads them.",
-    "19.2": "The bits of a number are read and written through a union, which C99 defines for types of one size.",
+    "8.9": "Inlined parameters stand together at the top of the source, even where one function alone "
+    "reads them.",
+    "19.2": "The bits of a number are read and made through a union of types of one size, as C99 allows.",
 }
