@@ -8,7 +8,7 @@ from pathlib import Path
 
 from hydroservo.errors import HydroservoError, ParameterError
 from hydroservo.export.exported import Exported
-from hydroservo.export.fmu.compile import compiled
+from hydroservo.export.fmu.binary import compiled
 from hydroservo.export.fmu.contents import Files, fmu_files
 from hydroservo.export.fmu.interface import FmiVersion, library_ending, platform_folder
 from hydroservo.results import atomic_path
