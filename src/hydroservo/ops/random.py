@@ -32,8 +32,8 @@ def uniform(seed: float, stream: float, index: float) -> float:
     Source: Philox4x32-10, Salmon, Moraes, Dror, Shaw 2011, doi:10.1145/2063384.2063405.
     Fails where numbers must be secret.
     """
-    a, b, _, _ = philox(position(stream, index, UNIFORM), low_and_high(seed))
-    return fraction(a, b)
+    first, _ = drawn(seed, stream, index, UNIFORM)
+    return first
 
 
 def normal(seed: float, stream: float, index: float) -> float:
@@ -50,11 +50,17 @@ def normal(seed: float, stream: float, index: float) -> float:
     Fails beyond 8.57 standard deviations, since U is at least 2^-53; one number in 1e17 lies there.
     """
     pair = floor(0.5 * stream)
-    a, b, c, d = philox(position(pair, index, NORMAL), low_and_high(seed))
-    u = 1.0 - fraction(a, b)
+    first, second = drawn(seed, pair, index, NORMAL)
+    u = 1.0 - first
     radius = sqrt(-2.0 * LN_2 * (exponent(u) + log2_mantissa(mantissa(u))))
-    angle = 2.0 * math.pi * fraction(c, d)
+    angle = 2.0 * math.pi * second
     return radius * where(stream == 2.0 * pair, cos(angle), sin(angle))
+
+
+def drawn(seed: float, stream: float, index: float, kind: int) -> tuple[float, float]:
+    """Two numbers drawn evenly from [0, 1), from the four words of one draw."""
+    a, b, c, d = philox(position(stream, index, kind), low_and_high(seed))
+    return fraction(a, b), fraction(c, d)
 
 
 def position(stream: float, index: float, kind: int) -> Words:

@@ -1,0 +1,210 @@
+"""Translates the statements of a Python function."""
+
+import ast
+from collections.abc import Sequence
+from types import FunctionType
+from typing import TYPE_CHECKING
+
+from hydroservo.export.expressions import Expressions, is_op
+from hydroservo.export.names import identifier, snake
+from hydroservo.export.scope import Scope, Value
+from hydroservo.export.terms import (
+    INT,
+    Constant,
+    Expression,
+    For,
+    Function,
+    If,
+    Known,
+    Literal,
+    Make,
+    Record,
+    Return,
+    Several,
+    Statement,
+    Type,
+    Variable,
+    While,
+)
+
+if TYPE_CHECKING:
+    from hydroservo.export.translate import Translator
+
+__all__ = ["Body"]
+
+
+class Body:
+    """The translation of one Python function for arguments of given types."""
+
+    def __init__(
+        self, translator: "Translator", origin: FunctionType, arguments: Sequence[Type], owner: type | None
+    ) -> None:
+        module = origin.__module__.rpartition(".")[2]
+        prefix = snake(owner.__name__) if owner else ("ops" if is_op(origin) else module)
+        name = translator.unique(f"{prefix}_{identifier(origin.__name__)}")
+        self.translator, self.scope = translator, Scope(origin, name, owner)
+        self.expressions = Expressions(translator, self.scope)
+        self.returned: list[tuple[Type, ast.AST]] = []
+        tree = self.scope.tree
+        if tree.args.vararg or tree.args.kwarg or tree.args.kwonlyargs:
+            raise self.scope.error("arguments with * cannot be translated to C", tree)
+        for argument, kind in zip(tree.args.args, arguments, strict=True):
+            self.scope.parameter(argument.arg, kind)
+
+    def translated(self) -> Function:
+        tree, error = self.scope.tree, self.scope.error
+        if not self.statements(tree.body):
+            raise error("it can end without a return", tree, "let every path return a value")
+        kinds = {kind for kind, _ in self.returned}
+        if len(kinds) > 1:
+            raise error("its returns have different types", self.returned[-1][1], "return one type")
+        self.scope.function.returns = kinds.pop()
+        return self.scope.function
+
+    def statements(self, nodes: Sequence[ast.stmt]) -> bool:
+        """Translates them in order; True if they always return."""
+        return any(self.statement(node) for node in nodes)  # what stands behind a return is not reached
+
+    def statement(self, node: ast.stmt) -> bool:
+        match node:
+            case ast.Expr(value=ast.Constant()) | ast.Pass():
+                return False
+            case ast.Return(value=ast.expr() as value):
+                self.returns(value, node)
+                return True
+            case ast.Assign(targets=targets, value=value):
+                self.assigns(targets, self.expressions.expression(value), node)
+            case ast.AnnAssign(target=target, value=ast.expr() as value):
+                self.assigns([target], self.expressions.expression(value), node)
+            case ast.AugAssign(target=ast.Name(id=name) as target, op=op, value=value):
+                line = node.lineno
+                changed = ast.BinOp(ast.Name(name, ast.Load(), lineno=line), op, value, lineno=line)
+                self.assigns([target], self.expressions.expression(changed), node)
+            case ast.If():
+                return self.branches(node)
+            case ast.Expr(value=value):
+                raise self.scope.error(f"{ast.unparse(value)!r} does nothing to a state", node)
+            case ast.While(orelse=[]):
+                self.repeats(node)
+            case ast.For(target=ast.Name(id=name), orelse=[]):
+                self.counts(node, name)
+            case _:
+                text = type(node).__name__.lower()
+                raise self.scope.error(f"the statement {text!r} has no equal in C here", node)
+        return False
+
+    def returns(self, value: ast.expr, node: ast.AST) -> None:
+        found = self.expressions.expression(value)
+        if isinstance(found, Several):
+            found = self.gathered(found, node)
+        result = self.expressions.runtime(found, node)
+        self.returned.append((result.type, node))
+        self.scope.block.append(Return(result))
+
+    def gathered(self, several: Several, node: ast.AST) -> Make:
+        """Several values as one record."""
+        pairs = zip(several.names, several.items, strict=True)
+        values = {name: self.expressions.runtime(item, node) for name, item in pairs}
+        kinds = {name: value.type for name, value in values.items()}
+        record = self.translator.record(None, kinds, f"{self.scope.function.name}_values")
+        return Make(record, values)
+
+    def assigns(self, targets: Sequence[ast.expr], value: Value, node: ast.AST) -> None:
+        for target in targets:
+            match target:
+                case ast.Name(id=name):
+                    self.assign(name, value, node)
+                case ast.Tuple(elts=names):
+                    items = self.items(value, len(names), node)
+                    if any(isinstance(one, ast.Name) and one.id in self.scope.changing for one in names):
+                        items = [self.held(item) for item in items]
+                    for part, item in zip(names, items, strict=True):
+                        self.assigns([part], item, node)
+                case _:
+                    problem = "only names can be assigned to: blocks and states are immutable"
+                    raise self.scope.error(problem, node)
+
+    def held(self, value: Value) -> Value:
+        """A value that the assignments beside it cannot change, as in a, b = b, a."""
+        changes = isinstance(value, Expression) and not isinstance(value, (Literal, Constant))
+        return self.scope.let(self.scope.fresh("value"), value) if changes else value
+
+    def items(self, value: Value, count: int, node: ast.AST) -> list[Value]:
+        if isinstance(value, Several):
+            found: list[Value] = list(value.items)
+        elif isinstance(value, Expression) and isinstance(value.type, Record):
+            lasting = self.scope.lasting(value)
+            found = [self.expressions.member(lasting, name) for name in value.type.fields]
+        else:
+            raise self.scope.error("this is not several values", node)
+        if len(found) != count:
+            raise self.scope.error(f"{len(found)} values for {count} names", node, "give each a name")
+        return found
+
+    def assign(self, name: str, value: Value, node: ast.AST) -> None:
+        scope = self.scope
+        if isinstance(value, Several):
+            raise scope.error("several values under one name", node, "give each a name")
+        if name not in scope.changing:
+            scope.environment[name] = scope.let(identifier(name), value)
+            return
+        result = self.expressions.runtime(value, node)
+        own = scope.environment.get(name)
+        if not isinstance(own, Variable):
+            own = scope.environment[name] = scope.declared(identifier(name), result.type)
+        if own.type != result.type:
+            way_out = "keep one type; write 1.0 and not 1 for a float"
+            raise scope.error(f"{name} changes its type", node, way_out)
+        scope.changed(own, result)
+
+    def branches(self, node: ast.If) -> bool:
+        scope = self.scope
+        condition = self.expressions.condition(node.test)
+        if isinstance(condition, Known):
+            return self.statements(node.body if condition.value else node.orelse)
+        certain = set(scope.certain)
+        body, ends = self.inner(node.body)
+        after_body, scope.certain = scope.certain, certain
+        otherwise, other_ends = self.inner(node.orelse)
+        after_other = scope.certain
+        scope.certain = after_other if ends else after_body if other_ends else after_body & after_other
+        scope.block.append(If(condition, body, otherwise))
+        return ends and other_ends
+
+    def repeats(self, node: ast.While) -> None:
+        scope = self.scope
+        before, certain = len(scope.block), set(scope.certain)
+        condition = self.expressions.condition(node.test)
+        if len(scope.block) != before or isinstance(condition, Known):
+            raise scope.error("this condition of a loop has no equal in C here", node, "name its parts")
+        body, _ = self.inner(node.body)
+        scope.certain = certain  # the loop may not run at all
+        scope.block.append(While(condition, body))
+
+    def inner(self, nodes: Sequence[ast.stmt]) -> tuple[list[Statement], bool]:
+        """The statements of a block of their own; names first given in it are gone after it."""
+        scope = self.scope
+        outer, environment = scope.block, dict(scope.environment)
+        scope.block = []
+        ends = self.statements(nodes)
+        body, scope.block = scope.block, outer
+        kept = {name: v for name, v in scope.environment.items() if isinstance(v, Variable) and v.mutable}
+        scope.environment = environment | kept
+        return body, ends
+
+    def counts(self, node: ast.For, name: str) -> None:
+        scope = self.scope
+        match node.iter:
+            case ast.Call(func=ast.Name(id="range"), args=[given], keywords=[]):
+                count = self.expressions.expression(given)
+            case _:
+                raise scope.error("only range(count) can be looped over", node, "count from 0 in steps of 1")
+        if not self.expressions.whole(count):
+            raise scope.error("the count of a loop must be a whole number", node)
+        own = scope.fresh("i") if name == "_" else identifier(name)
+        certain = set(scope.certain)
+        scope.environment[name] = Variable(INT, own)
+        body, _ = self.inner(node.body)
+        scope.certain = certain  # the loop may not run at all
+        scope.environment.pop(name)
+        scope.block.append(For(own, count, body))

@@ -1,0 +1,131 @@
+"""What can be exported: a controller, a machine, or the whole loop, each as one block that is stepped."""
+
+import math
+from typing import Annotated, NamedTuple
+
+from hydroservo import ops
+from hydroservo.block import Block, Controller, Field, leaves
+from hydroservo.loop import External, Loop, MachineState
+from hydroservo.signals import Demand, Measurement
+from hydroservo.sources import CHOSEN
+
+__all__ = ["Command", "ControllerUnit", "LoopUnit", "MachineUnit", "infinite"]
+
+PERIOD = Field("s", "sample period", CHOSEN, above=0)
+
+
+class ControllerUnit(NamedTuple):
+    """A controller and the sample period that it was designed for.
+
+    A sample whose command is not a number, or that leaves an infinite number in the controller's state, is
+    answered with the first state: its command goes out, 0 V for all laws here, and the controller begins anew
+    at the next sample. As long as that does not happen this is the controller alone.
+
+    Source: chosen here: a valve at 0 V is closed, and a law that begins anew is known to work.
+    Fails to notice what is wrong and yet finite: a law believes any number.
+    """
+
+    controller: Controller
+    period: Annotated[float, PERIOD]
+
+    def init(self) -> Block:
+        """The state before the first sample."""
+        return self.controller.init()
+
+    def step(self, state: Block, measurement: Measurement, demand: Demand) -> Block:
+        """One sample; what goes out is the new state's u."""
+        after = self.controller.step(state, measurement, demand, self.period)
+        lost = ops.isnan(after.u) or infinite(after)
+        return ops.where(lost, self.controller.init(), after)
+
+
+def infinite(state: Block) -> bool:
+    """True if any number of a state is infinite; nan may mean there that nothing is known yet."""
+    return any(abs(value) == math.inf for _, value in leaves(state))
+
+
+class Command(NamedTuple):
+    """What a machine is given at a sample."""
+
+    u: Annotated[float, Field("V", "command, held until the next sample as the hold says")]
+
+
+class MachineUnitState(NamedTuple):
+    """A machine at a sample, and what its sensors have measured there."""
+
+    plant: Block
+    valve: Block
+    supply: Block
+    sensors: Block
+    hold: Block
+    measurement: Measurement
+    load: External
+    command: Annotated[float, Field("V", "command given at the sample before")]
+    sample: Annotated[float, Field("", "number of samples since the start")]
+
+
+class MachineUnit(NamedTuple):
+    """A machine (plant, valve, supply, load, hold) and its sensors, from one sample to the next.
+
+    At a sample the controller runs first, on the measurement; the machine then goes on to the next sample
+    under its command, and is measured there.
+    """
+
+    loop: Loop
+    period: Annotated[float, PERIOD]
+
+    def init(self) -> MachineUnitState:
+        """At the start, measured."""
+        m = self.loop
+        machine = MachineState(m.plant.init(), m.valve.init(), m.supply.init())
+        return self.measured(machine, m.sensors.init(), m.hold.init(), 0.0, 0.0)
+
+    def step(self, state: MachineUnitState, command: Command) -> MachineUnitState:
+        """From a sample to the next one."""
+        m = self.loop
+        t = state.sample * self.period
+        hold = m.hold.step(state.hold, state.command, t)
+        machine = MachineState(state.plant, state.valve, state.supply)
+        x = m.simulation.integrator.advance(
+            m, t, machine, m.hold.held(hold, command.u), self.period, m.simulation.substeps
+        )
+        return self.measured(x, state.sensors, hold, command.u, state.sample + 1.0)
+
+    def measured(
+        self, x: MachineState, sensors: Block, hold: Block, u: float, sample: float
+    ) -> MachineUnitState:
+        """A machine's state with what the sensors make of it."""
+        m = self.loop
+        t = sample * self.period
+        seen = m.plant.outputs(x.plant, m.supply.pressures(x.supply))
+        read = m.sensors.step(sensors, seen, m.draws(t, self.period), self.period)
+        y = m.sensors.measure(read, seen, m.hold.applied(hold, u, self.period))
+        load = External(m.load.force(t))
+        return MachineUnitState(x.plant, x.valve, x.supply, read, hold, y, load, u, sample)
+
+
+class LoopUnitState(NamedTuple):
+    """A loop at a sample, whose controller has just run."""
+
+    loop: Block
+    sample: Annotated[float, Field("", "number of samples since the start")]
+
+
+class LoopUnit(NamedTuple):
+    """A whole loop, from one sample to the next."""
+
+    loop: Loop
+    period: Annotated[float, PERIOD]
+
+    def init(self) -> LoopUnitState:
+        """The first sample."""
+        return LoopUnitState(self.loop.sample(self.loop.init(), 0.0, self.period), 0.0)
+
+    def step(self, state: LoopUnitState) -> LoopUnitState:
+        """The machine goes on to the next sample, and the controller runs there."""
+        m, s = self.loop, state.loop
+        integrator, substeps = m.simulation.integrator, m.simulation.substeps
+        t = state.sample * self.period
+        x = integrator.advance(m, t, m.machine(s), m.held(s), self.period, substeps)
+        sample = state.sample + 1.0
+        return LoopUnitState(m.sample(m.moved(s, x), sample * self.period, self.period), sample)

@@ -1,0 +1,133 @@
+"""The names of a function that is being translated, and where its statements go."""
+
+import ast
+import inspect
+import textwrap
+from types import FunctionType
+from typing import Any
+
+from hydroservo.errors import LoopError
+from hydroservo.export.bindings import bound_names, changing_names
+from hydroservo.export.names import identifier
+from hydroservo.export.terms import (
+    Assign,
+    Bound,
+    Call,
+    Expression,
+    Function,
+    Known,
+    Let,
+    Member,
+    Python,
+    Several,
+    Statement,
+    Table,
+    Type,
+    Variable,
+)
+
+__all__ = ["Scope", "TranslationError", "Value", "place"]
+
+Value = Expression | Known | Table | Python | Bound | Several
+
+WAY_OUT = "a law that is exported calls only ops, its own methods and those of nested blocks"
+
+
+class TranslationError(LoopError):
+    """A method that has no equal in C; the message names file, line and the way out."""
+
+
+def place(function: Any, line: int = 0) -> str:
+    """The file of a Python function and a line in it."""
+    code = function.__code__
+    return f"{code.co_filename}, line {line or code.co_firstlineno}"
+
+
+class Scope:
+    """One Python function on its way to C.
+
+    Attributes:
+        origin: the Python function.
+        tree: its syntax tree, with the lines of its file.
+        function: its equal in C, as far as it is translated.
+        changing: the names that get a variable, for their values change.
+        environment: what each name stands for.
+        certain: the changing locals that have a value by now.
+        block: where statements go.
+    """
+
+    def __init__(self, origin: FunctionType, name: str, owner: type | None) -> None:
+        self.origin = origin
+        self.tree = parsed(origin)
+        self.function = Function(name, [], origin=origin, owner=owner)
+        self.changing = changing_names(self.tree)
+        names = {argument.arg for argument in self.tree.args.args}
+        self.taken = names | {identifier(one) for one in bound_names(self.tree)}
+        self.environment: dict[str, Value] = {}
+        self.certain: set[str] = set()
+        self.block: list[Statement] = self.function.body
+
+    def parameter(self, name: str, kind: Type) -> None:
+        """A parameter; one that the function assigns to gets a local of its own."""
+        if isinstance(kind, (Known, Table)):
+            self.environment[name] = kind
+            return
+        given = Variable(kind, identifier(name))
+        self.function.parameters.append((given.name, kind))
+        self.environment[name] = given
+        if name in self.changing:
+            own = self.declared(self.fresh(f"{given.name}_now"), kind)
+            self.environment[name] = own
+            self.changed(own, given)
+
+    def declared(self, name: str, kind: Type) -> Variable:
+        """A local that changes."""
+        self.function.locals[name] = kind
+        return Variable(kind, name, mutable=True)
+
+    def changed(self, local: Variable, value: Expression) -> None:
+        """A new value for a local that changes."""
+        self.certain.add(local.name)
+        self.block.append(Assign(local.name, value))
+
+    def let(self, name: str, value: Value) -> Value:
+        """The value under a name; what is known while translating needs none in C."""
+        if not isinstance(value, Expression):
+            return value
+        self.block.append(Let(name, value))
+        return Variable(value.type, name)
+
+    def lasting(self, value: Expression) -> Expression:
+        """A record that has an address: a value just computed gets a name."""
+        if isinstance(value, (Variable, Member)):
+            return value
+        name = value.function.origin.__name__ if isinstance(value, Call) else "record"
+        named = self.let(self.fresh(identifier(name)), value)
+        assert isinstance(named, Expression)
+        return named
+
+    def fresh(self, name: str) -> str:
+        """A name that the function does not use."""
+        found, number = name, 2
+        while found in self.taken:
+            found, number = f"{name}_{number}", number + 1
+        self.taken.add(found)
+        return found
+
+    def error(self, problem: str, node: ast.AST, way_out: str = WAY_OUT) -> TranslationError:
+        where = place(self.origin, getattr(node, "lineno", 0))
+        return TranslationError(f"{where}, {self.origin.__qualname__}: {problem}; {way_out}")
+
+
+def parsed(origin: FunctionType) -> ast.FunctionDef:
+    """A function's syntax tree, with the lines of its file."""
+    try:
+        lines, first = inspect.getsourcelines(origin)
+    except (OSError, TypeError):
+        raise TranslationError(f"{place(origin)}: the text of {origin.__qualname__} is not there") from None
+    tree = ast.parse(textwrap.dedent("".join(lines)))
+    ast.increment_lineno(tree, max(first, 1) - 1)
+    definition = tree.body[0]
+    if not isinstance(definition, ast.FunctionDef):
+        raise TranslationError(f"{place(origin)}: not a function with a def; {WAY_OUT}")
+    return definition

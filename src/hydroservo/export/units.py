@@ -1,0 +1,205 @@
+"""A scenario's controller, machine or loop, translated."""
+
+from collections.abc import Iterator
+from enum import StrEnum
+from typing import Any
+
+from hydroservo._version import __version__
+from hydroservo.block import Block
+from hydroservo.errors import LoopError, ParameterError
+from hydroservo.export.exported import Argument, Exported, Signal
+from hydroservo.export.names import identifier, is_identifier
+from hydroservo.export.needed import Needed
+from hydroservo.export.parts import Command, ControllerUnit, LoopUnit, MachineUnit
+from hydroservo.export.source import Unit, texts
+from hydroservo.export.terms import REAL, Record
+from hydroservo.export.translate import Translator
+from hydroservo.export.written import WRITTEN
+from hydroservo.field import Field, declared_fields
+from hydroservo.loop import AUTO, Loop
+from hydroservo.provenance import scenario_hash, scenario_text
+from hydroservo.signals import Demand, Measurement
+from hydroservo.simulate import ready, simulate
+
+__all__ = ["Part", "Precision", "exported"]
+
+
+class Part(StrEnum):
+    """What of a loop is exported."""
+
+    CONTROLLER = "controller"
+    MACHINE = "machine"
+    LOOP = "loop"
+
+
+class Precision(StrEnum):
+    """In which floating-point format the C computes."""
+
+    DOUBLE = "double"
+    SINGLE = "single"
+
+
+TAKES = {
+    Part.CONTROLLER: (("measurement", Measurement), ("demand", Demand)),
+    Part.MACHINE: (("command", Command),),
+    Part.LOOP: (),
+}
+PREFIXES = {Part.CONTROLLER: "controller.", Part.MACHINE: "", Part.LOOP: ""}  # of the paths of states
+
+
+def exported(
+    loop: Loop,
+    part: Part,
+    *,
+    prefix: str,
+    title: str,
+    precision: Precision = Precision.DOUBLE,
+    inlined: bool = False,
+) -> Exported:
+    """A part of a loop as C99.
+
+    Args:
+        loop: the loop.
+        part: its controller, its machine with the sensors, or all of it.
+        prefix: of every name with external linkage; a C identifier.
+        title: what it is, for people.
+        precision: double, or single for a controller.
+        inlined: the parameters are constants of the source, not an argument.
+
+    Raises:
+        TranslationError: a block does what has no equal in C.
+        ParameterError: a parameter is out of range, or the prefix is no identifier of C.
+        LoopError: single precision where it cannot be.
+    """
+    if not is_identifier(prefix):
+        raise ParameterError("prefix", prefix, "must be a name that C allows, such as my_controller")
+    single = precision is Precision.SINGLE
+    if single and part is not Part.CONTROLLER:
+        raise LoopError(f"a {part} is exported in double precision only; its time and states need the digits")
+    ready_loop = settled(ready(loop)) if part is not Part.CONTROLLER else ready(loop)
+    translator = Translator(WRITTEN)
+    unit = translated(translator, unit_of(ready_loop, part), part)
+    needed = needed_by(unit, init=True)
+    later = needed_by(unit, init=False)
+    about = ABOUT.format(
+        title=title, hash=scenario_hash(loop), version=__version__, period=ready_loop.simulation.period
+    )
+    real = "float" if single else "double"
+    tables = list(translator.tables.values())
+    header, source = texts(unit, needed, tables, prefix, about, real, inlined)
+    start = unit.block.init()
+    return Exported(
+        prefix=prefix,
+        title=title,
+        scenario=scenario_text(loop),
+        hash=scenario_hash(loop),
+        version=__version__,
+        period=ready_loop.simulation.period,
+        real=real,
+        inlined=inlined,
+        header=header,
+        source=source,
+        parameters=tuple(parameter_signals(unit, needed, later)),
+        arguments=tuple(
+            Argument(name, tuple(argument_signals(name, record, needed))) for name, record in unit.arguments
+        ),
+        states=tuple(state_signals(unit, needed, start, part)),
+        command=unit.command,
+    )
+
+
+ABOUT = """\
+{title}
+
+Written by hydroservo {version} from the scenario with hash {hash}, for a sample period of {period!r} s.
+What is computed here is, operation by operation, what the simulation computes: with IEEE 754 numbers, no
+contraction of a*b + c (-ffp-contract=off) and no -ffast-math, results agree to the last bit.
+SPDX-License-Identifier: BSD-3-Clause"""
+
+
+def settled(loop: Loop) -> Loop:
+    """The loop with automatic substeps turned into the number that a run finds."""
+    if loop.simulation.substeps != AUTO:
+        return loop
+    substeps = int(simulate(loop, record=()).attrs["substeps"])
+    return loop._replace(simulation=loop.simulation._replace(substeps=substeps))
+
+
+def unit_of(loop: Loop, part: Part) -> Block:
+    """The block that is stepped; the seed becomes a number that can be changed."""
+    period = loop.simulation.period
+    if part is Part.CONTROLLER:
+        return ControllerUnit(loop.controller, period)
+    seeded = loop._replace(simulation=loop.simulation._replace(seed=float(loop.simulation.seed)))  # type: ignore[arg-type]
+    return MachineUnit(seeded, period) if part is Part.MACHINE else LoopUnit(seeded, period)
+
+
+def translated(translator: Translator, block: Block, part: Part) -> Unit:
+    """A unit's functions and records."""
+    translator.names |= {"parameters", "state"}
+    record = translator.type_of(block)
+    assert isinstance(record, Record)
+    arguments = tuple(
+        (name, translator.record(cls, dict.fromkeys(cls._fields, REAL), name)) for name, cls in TAKES[part]
+    )
+    init = translator.method(record, "init", [])
+    state = init.returns
+    if not isinstance(state, Record):
+        raise LoopError(f"the {part} has no state to export")
+    step = translator.method(record, "step", [state, *(kind for _, kind in arguments)])
+    if step.returns is not state:
+        raise LoopError(
+            f"a step of the {part} returns another type of state than init; all fields are floats"
+        )
+    record.name, state.name = "parameters", "state"
+    return Unit(block, record, init, step, arguments, part is Part.CONTROLLER)
+
+
+def needed_by(unit: Unit, *, init: bool) -> Needed:
+    """What a unit's functions need: both of them, or ``step`` alone."""
+    functions = [unit.init, unit.step] if init else [unit.step]
+    given = [record for _, record in unit.arguments]
+    state = unit.init.returns
+    assert isinstance(state, Record)
+    return Needed(functions, [state], given, [(unit.parameters, "period")] if init else [])
+
+
+def parameter_signals(unit: Unit, needed: Needed, later: Needed) -> Iterator[Signal]:
+    for place, record, name in numbers(unit.parameters, needed):
+        value = at(unit.block, place)
+        path = "simulation.period" if place == "period" else place.removeprefix("loop.")
+        fixed = not later.has(record, name) or place == "period"
+        yield signal(path, place, record, name, value, fixed)
+
+
+def argument_signals(argument: str, record: Record, needed: Needed) -> Iterator[Signal]:
+    for place, owner, name in numbers(record, needed):
+        path = "controller.u" if owner.cls is Command else f"{argument}.{place}"
+        yield signal(path, place, owner, name, 0.0)
+
+
+def state_signals(unit: Unit, needed: Needed, start: Block, part: Part) -> Iterator[Signal]:
+    for place, record, name in numbers(unit.init.returns, needed):
+        path = PREFIXES[part] + place.removeprefix("loop.")
+        yield signal(path, place, record, name, at(start, place))
+
+
+def signal(path: str, place: str, record: Record, name: str, value: float, fixed: bool = False) -> Signal:
+    field = (declared_fields(record.cls) if record.cls else {}).get(name, Field("", name))
+    in_c = ".".join(map(identifier, place.split(".")))
+    return Signal(path, in_c, field.unit, field.meaning, float(value), fixed)
+
+
+def numbers(record: Any, needed: Needed, place: str = "") -> Iterator[tuple[str, Record, str]]:
+    """Each number of a record that is kept: its place, and the record and name of its field."""
+    for name, kind in record.fields.items():
+        if isinstance(kind, Record):
+            yield from numbers(kind, needed, f"{place}{name}.")
+        elif needed.has(record, name):
+            yield place + name, record, name
+
+
+def at(block: Block, place: str) -> float:
+    for name in place.split("."):
+        block = getattr(block, name)
+    return float(block)
