@@ -12,7 +12,7 @@ from hydroservo.export.exported import Exported, Signal
 __all__ = ["Kind", "Variable", "variables_of"]
 
 NAME = re.compile(r"[A-Za-z_]\w*(\[\d+\])?(\.[A-Za-z_]\w*(\[\d+\])?)*", re.ASCII)  # FMI's structured names
-PERIODS = ("period", "simulation.period")  # the paths of the sample period, which is compiled in
+PERIOD = "period"  # the place of the sample period, which steps are counted in and which is compiled in
 MACHINE = ("plant.", "valve.", "supply.")  # whose states are integrated: they do not come back from nan
 
 
@@ -107,7 +107,7 @@ def variable(signal: Signal, kind: Kind, record: str) -> Variable:
 
 
 def parameter_kind(signal: Signal) -> Kind:
-    if signal.path in PERIODS:
+    if signal.place == PERIOD:
         return Kind.CONSTANT
     return Kind.FIXED if signal.fixed else Kind.TUNABLE
 
