@@ -188,14 +188,12 @@ def test_a_step_from_another_time_is_refused(one: Instance, point: float) -> Non
     assert "1e-05 s" in text
 
 
-def test_time_that_an_importer_adds_up_is_accepted(one: Instance) -> None:
-    one.begin(stop=2.0)
-    point = 0.0
-    for _ in range(20_000):
-        assert one.step(point, 10e-5) == OK
-        point += 10e-5
-    assert point != 2.0
-    assert one.get("time") == [200_000 * 1e-5]
+def test_time_that_an_importer_adds_up_may_drift(one: Instance) -> None:
+    one.begin(stop=6e-5)
+    assert one.step(2e-7, 2e-5 + 9e-9) == OK
+    assert one.step(2e-5 - 2e-7, 3e-5 - 9e-9) == OK
+    assert one.step(5e-5 + 4e-6) == OK
+    assert one.get("time") == [6 * 1e-5]
 
 
 def test_no_step_passes_the_stop_time(one: Instance) -> None:
