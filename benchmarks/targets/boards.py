@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from benchmarks.targets.sources import FOLDER, write_unit
-from benchmarks.targets.tools import FLAGS, WARNINGS, output
+from benchmarks.targets.tools import FLAGS, output, warnings
 from hydroservo.export.exported import Exported
 
 __all__ = ["BOARDS", "Board", "compiled", "image", "ran"]
@@ -44,7 +44,7 @@ def compiled(unit: Exported, board: Board, folder: Path, flags: Sequence[str] = 
     """
     target = folder / f"{unit.prefix}.o"
     source = write_unit(unit, folder)
-    output([COMPILER, *FLAGS, *WARNINGS, "-O2", *board.flags, *flags, "-c", source, "-o", target])
+    output([COMPILER, *FLAGS, *warnings(unit), "-O2", *board.flags, *flags, "-c", source, "-o", target])
     return target
 
 

@@ -12,9 +12,9 @@ from hydroservo.export.exported import Exported
 
 __all__ = ["Costs", "Sections", "costs", "sections"]
 
-# An instruction takes 2^10 ns of the emulator's time, and a tick of the board's timer 40 ns.
-TIMED = ("-icount", "shift=10")
-TICKS = 1024.0 / 40.0  # for each instruction
+# An instruction takes 2^5 ns of the emulator's time, and a tick of the board's timer 40 ns.
+TIMED = ("-icount", "shift=5")
+TICKS = 32.0 / 40.0  # for each instruction
 KEPT = (".text", ".rodata", ".data", ".bss")
 
 

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from benchmarks.targets.sources import Rows, width, write_program, write_unit
-from benchmarks.targets.tools import FLAGS, WARNINGS, output
+from benchmarks.targets.tools import FLAGS, output, warnings
 from hydroservo.export.exported import Exported
 
 __all__ = ["Library", "Program", "library", "program"]
@@ -112,7 +112,7 @@ def program(unit: Exported, folder: Path, compiler: str = "gcc", flags: Sequence
 def compiled(unit: Exported, folder: Path, compiler: str, flags: Sequence[str]) -> Path:
     """The unit alone as an object, every warning an error."""
     target = folder / f"{unit.prefix}.o"
-    output([compiler, *FLAGS, *WARNINGS, *flags, "-c", write_unit(unit, folder), "-o", target])
+    output([compiler, *FLAGS, *warnings(unit), *flags, "-c", write_unit(unit, folder), "-o", target])
     return target
 
 

@@ -75,13 +75,10 @@ def row(one: Measured) -> Line:
 
 
 def board_cells(found: Costs) -> tuple[str, str, str]:
-    """Code alone and with what it takes of libraries, stack likewise, instructions."""
+    """Code alone and with what it takes of libraries, stack, instructions."""
     own, linked = (sections.text + sections.rodata for sections in (found.own, found.linked))
-    return (
-        f"{own:,} ({linked:,}) B",
-        f"{found.stack:,} ({found.touched:,}) B",
-        f"{found.instructions:,}",
-    )
+    stack = max(found.stack, found.touched)
+    return f"{own:,} ({linked:,}) B", bytes_of(stack), f"{found.instructions:,}"
 
 
 def bytes_of(count: int) -> str:

@@ -4,7 +4,9 @@ import subprocess
 from collections.abc import Sequence
 from pathlib import Path
 
-__all__ = ["FLAGS", "WARNINGS", "ToolError", "output"]
+from hydroservo.export.exported import Exported
+
+__all__ = ["FLAGS", "ToolError", "output", "warnings"]
 
 # No fused multiplication and addition: it rounds once where the simulation rounds twice.
 FLAGS = ("-std=c99", "-ffp-contract=off")
@@ -13,12 +15,12 @@ WARNINGS = (
     "-Wextra",
     "-Wpedantic",
     "-Wconversion",
-    "-Wdouble-promotion",
     "-Wmissing-prototypes",
     "-Wshadow",
     "-Wstrict-prototypes",
     "-Werror",
 )
+SINGLE = ("-Wdouble-promotion",)  # an unseen double costs much where the processor has none
 LONGEST = 300.0  # [s] that a tool may take
 
 
@@ -38,3 +40,8 @@ def output(command: Sequence[str | Path]) -> str:
         called = " ".join(str(word) for word in command)
         raise ToolError(f"{called}\nended with {done.returncode}\n{done.stdout}{done.stderr}")
     return done.stdout
+
+
+def warnings(unit: Exported) -> tuple[str, ...]:
+    """The compiler's warnings that a unit must not give, as errors."""
+    return (*WARNINGS, *(SINGLE if unit.real == "float" else ()))

@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 import numpy as np
-from benchmarks.targets.host import Program
+from benchmarks.targets.host import Library, Program
 from benchmarks.targets.sources import Rows
 from numpy.typing import NDArray
 
@@ -39,14 +39,14 @@ def fuzzed(normal: Rows, seed: int, share: float = 0.05) -> NDArray[np.float64]:
     return np.where(replaced, random.choice(SPECIAL, normal.shape), normal)
 
 
-def verdict(program: Program, normal: Rows, limit: float, seed: int = 0) -> Verdict:
+def verdict(unit: Program | Library, normal: Rows, limit: float, seed: int = 0) -> Verdict:
     """What a controller commands after such inputs; its largest command is known to the caller.
 
     Raises:
         ToolError: a sanitizer stopped the program.
     """
-    places = [signal.place for signal in program.unit.states]
-    command = program.run(fuzzed(normal, seed), restart=BLOCK)[:, places.index("u")]
+    places = [signal.place for signal in unit.unit.states]
+    command = unit.run(fuzzed(normal, seed), restart=BLOCK)[:, places.index("u")]
     last = command[BLOCK - 1 :: BLOCK]
     return Verdict(
         int(np.sum(np.abs(command) > limit)), int(np.sum(np.isnan(command))), int(np.sum(np.isnan(last)))

@@ -185,9 +185,8 @@ def replayed(unit: Exported, board: Board, rows: Rows, states: Rows, folder: Pat
 @each_board
 def test_a_board_gives_the_bits_of_this_machine(unit: Exported, board: Board, tmp_path: Path) -> None:
     needs(COMPILER, EMULATOR, "gcc")
-    rooted = changed(
-        unit, "* error + integral;", f"* error + sqrt{'f' if unit.real == 'float' else ''}(integral);"
-    )
+    root = "sqrtf" if unit.real == "float" else "sqrt"
+    rooted = changed(unit, "* error) + integral;", f"* error) + {root}(integral);")
     rows = np.abs(inputs(rooted)) * [-1.0, 1.0]
     rows = rows.astype(np.float32 if unit.real == "float" else np.float64)
     states = library(rooted, tmp_path).run(rows)

@@ -55,7 +55,7 @@ const toy_parameters toy_defaults = {
 };
 
 static double ops_clip(double x, double low, double high) {
-    return x < low ? low : (x > high ? high : x);
+    return (x < low) ? low : ((x > high) ? high : x);
 }
 
 static double saturation_apply(const toy_saturation *self, double u) {
@@ -70,8 +70,8 @@ void toy_init(toy_state *state, const toy_parameters *parameters) {
 double toy_step(toy_state *state, const toy_parameters *parameters, const toy_measurement *measurement,
                 const toy_demand *demand) {
     const double error = demand->value - measurement->velocity;
-    const double integral = state->integral + parameters->period * (parameters->integral_gain * error);
-    const double unlimited = parameters->proportional_gain * error + integral;
+    const double integral = state->integral + (parameters->period * (parameters->integral_gain * error));
+    const double unlimited = (parameters->proportional_gain * error) + integral;
     *state = (toy_state){
         .u = saturation_apply(&parameters->saturation, unlimited),
         .integral = integral,

@@ -141,7 +141,7 @@ def fmu(
     - `hydroservo export fmu my.toml --unit machine --fmi 3 --out machine.fmu`
     """
     from hydroservo.errors import HydroservoError
-    from hydroservo.export.fmu import write_fmu
+    from hydroservo.export.fmu import FmiVersion, write_fmu
     from hydroservo.export.prefix import default_prefix
     from hydroservo.export.units import exported
     from hydroservo.results import as_json
@@ -152,7 +152,8 @@ def fmu(
     about = title(scenario, loop, unit)
     name = default_prefix(scenario)
     found = exported(loop, unit, prefix=name, title=about)
-    write_fmu(found, out, int(standard), loop.simulation.duration)
+    version = FmiVersion(int(standard))
+    write_fmu(found, out, stop_time=loop.simulation.duration, version=version)
     if json:
         typer.echo(as_json({**identity(scenario, unit, found), "fmi": standard, "file": str(out)}))
         return

@@ -74,7 +74,8 @@ def bits_text(writer: Writer) -> str:
     return f"""\
 /* The bits of a number. */
 static {f.bits} ops_bits({f.real} x) {{
-    const union {{ {f.real} number; {f.bits} bits; }} both = {{ .number = x }};
+    union {{ {f.real} number; {f.bits} bits; }} both;
+    both.number = x;
     return both.bits;
 }}
 """
@@ -85,7 +86,8 @@ def number_text(writer: Writer) -> str:
     return f"""\
 /* The number that has these bits. */
 static {f.real} ops_number({f.bits} x) {{
-    const union {{ {f.bits} bits; {f.real} number; }} both = {{ .bits = x }};
+    union {{ {f.bits} bits; {f.real} number; }} both;
+    both.bits = x;
     return both.number;
 }}
 """
@@ -101,7 +103,8 @@ def exponent_text(writer: Writer) -> str:
 /* The whole number e for which x = 2^e m with m in [sqrt(1/2), sqrt(2)); for normal x > 0. */
 static {f.real} ops_exponent({f.real} x) {{
     const {f.bits} moved = ops_bits(x) + ({f.one} - {f.least_mantissa});
-    return ({f.real})((int32_t)(moved >> {f.mantissa}) - {f.bias});
+    const int32_t e = (int32_t)(moved >> {f.mantissa}) - {f.bias};
+    return ({f.real})e;
 }}
 """
 
