@@ -316,6 +316,7 @@ def test_a_short_scenario_gives_all_its_samples(substeps: object) -> None:
         ("rig/1khz-pi-sine", "law_1khz_pi_sine"),
         ("dir/My Law.v2.toml", "my_law_v2"),
         ("math.toml", "law_math"),
+        ("model.toml", "law_model"),
         ("double.toml", "law_double"),
         ("-.toml", "law"),
     ],

@@ -71,7 +71,7 @@ def c(
     ] = False,
     json: Json = False,
 ) -> None:
-    """Write the controller as C99, with test vectors, a program that replays them, a Makefile and a README.
+    """Write C99 with test vectors, a program that replays them, a Makefile and a README.
 
     In double precision the C gives the bits of the strict simulation. Other files in the folder are left
     alone.
@@ -79,7 +79,7 @@ def c(
     Examples:
 
     - `hydroservo export c paper/sine-tsmc --out controller`
-    - `hydroservo export c my.toml --out controller --prefix rig --precision single --inline`
+    - `hydroservo export c rig/encoder-pi-sine --out controller --prefix rig --precision single --inline`
     """
     from hydroservo.cli.progress import progress_bar
     from hydroservo.export.prefix import checked_prefix, default_prefix
@@ -130,7 +130,7 @@ def fmu(
     standard: Annotated[Standard, typer.Option("--fmi", help="Version of the standard.")] = Standard.TWO,
     json: Json = False,
 ) -> None:
-    """Write the controller, the machine or the whole loop as a functional mock-up unit for co-simulation.
+    """Write a functional mock-up unit for co-simulation.
 
     Its communication step is the scenario's sample period. It holds C and a binary for this computer, no
     Python.
@@ -138,16 +138,13 @@ def fmu(
     Examples:
 
     - `hydroservo export fmu paper/sine-tsmc --out controller.fmu`
-    - `hydroservo export fmu my.toml --unit machine --fmi 3 --out machine.fmu`
+    - `hydroservo export fmu rig/encoder-pi-sine --unit machine --fmi 3 --out machine.fmu`
     """
-    from hydroservo.errors import HydroservoError
     from hydroservo.export.fmu import FmiVersion, write_fmu
     from hydroservo.export.prefix import default_prefix
     from hydroservo.export.units import exported
     from hydroservo.results import as_json
 
-    if out.suffix.lower() != ".fmu":
-        raise HydroservoError(f"{out}: the ending must be .fmu")
     loop = loaded(scenario, changes, plugins)
     about = title(scenario, loop, unit)
     name = default_prefix(scenario)

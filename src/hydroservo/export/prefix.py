@@ -4,6 +4,7 @@ import re
 from pathlib import PurePath
 
 from hydroservo.errors import ParameterError
+from hydroservo.export.fmu.write import RESERVED
 from hydroservo.export.names import is_identifier
 
 __all__ = ["checked_prefix", "default_prefix"]
@@ -15,10 +16,11 @@ HEADERS = re.compile(
 
 
 def default_prefix(scenario: str) -> str:
-    """A prefix from a scenario's name or file: ``sine_tsmc`` from ``paper/sine-tsmc``."""
+    """A prefix from a scenario's name or file, of C or of an FMU: ``sine_tsmc`` from ``paper/sine-tsmc``."""
     name = PurePath(scenario).name.removesuffix(".toml")
     word = re.sub(r"[^A-Za-z0-9]+", "_", name).strip("_").lower()
-    return word if usable(word) else f"law_{word}".rstrip("_")
+    fits = usable(word) and not word.startswith(RESERVED)
+    return word if fits else f"law_{word}".rstrip("_")
 
 
 def checked_prefix(prefix: str) -> str:

@@ -1,13 +1,14 @@
 """Test vectors: what an exported unit was given, sample by sample, and the states that it must have after."""
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hydroservo.block import Block
+from hydroservo.errors import LoopError
 from hydroservo.export.exported import Exported
 from hydroservo.export.names import identifier
 from hydroservo.export.parts import Command
@@ -23,7 +24,7 @@ IN_A_ROW = 50  # samples in each stretch
 RECOVERY = 20  # good samples after a bad one
 HUGE = 1e300
 
-Records = tuple[Block, ...]  # the arguments of one step
+Records = Mapping[str, Block]  # the arguments of one step by name
 
 
 class Vectors(NamedTuple):
@@ -48,7 +49,7 @@ class Listener(NamedTuple):
     def init(self) -> None: ...
 
     def step(self, s: Block, y: Measurement, r: Demand, dt: float) -> Block:
-        self.heard.append((y, r))
+        self.heard.append({"measurement": y, "demand": r})
         return s
 
 
@@ -66,7 +67,7 @@ def made_vectors(loop: Loop, part: Part, exported: Exported) -> Vectors:
         exported: the export.
 
     Raises:
-        ParameterError, LoopError: the loop cannot be simulated.
+        ParameterError, LoopError: the loop cannot be simulated, or the part not be run in plain Python.
     """
     loop = settled(ready(loop))
     inputs, made = listened(loop, part)
@@ -85,14 +86,15 @@ def made_vectors(loop: Loop, part: Part, exported: Exported) -> Vectors:
 
 
 def listened(loop: Loop, part: Part) -> tuple[list[Records], str]:
-    """What a part of a loop is given at the samples of all stretches, and where that comes from."""
+    """What a part of a loop is given at the samples of all stretches, and where that comes from, in words."""
     if part is Part.LOOP:
-        return [()] * (STRETCHES * IN_A_ROW), "The first samples of the loop, which has no inputs."
+        return [{}] * (STRETCHES * IN_A_ROW), "The first samples of the loop, which has no inputs."
     period = loop.simulation.period
     listener = Listener([])
     watched = loop._replace(controller=listener) if part is Part.CONTROLLER else loop
     after = [watched.sample(s, t, period) for t, s in closed_loop(loop)]
-    inputs = listener.heard if part is Part.CONTROLLER else [(Command(s.controller.u),) for s in after]
+    commands: list[Records] = [{"command": Command(s.controller.u)} for s in after]
+    inputs = listener.heard if part is Part.CONTROLLER else commands
     return inputs, (
         f"Inputs of the {part} in the closed loop of the scenario: {len(inputs)} samples, in up to "
         f"{STRETCHES} stretches spread evenly over its {loop.simulation.duration:g} s."
@@ -127,18 +129,26 @@ def sampled(samples: int) -> Iterator[int]:
 
 def bad_inputs(good: Sequence[Records]) -> list[Records]:
     """A sample without velocity and one of huge numbers, each before good ones."""
-    measurement, demand = good[-1]
-    blind = (measurement._replace(velocity=math.nan), demand)
-    huge = (Measurement(*[HUGE] * len(measurement)), Demand(*[HUGE] * len(demand)))
+    last = good[-1]
+    blind = {**last, "measurement": last["measurement"]._replace(velocity=math.nan)}
+    huge = {name: type(record)(*[HUGE] * len(record)) for name, record in last.items()}
     after = list(good[-RECOVERY:])
     return [blind, *after, huge, *after]
 
 
 def replayed(unit: Block, inputs: Iterable[Records]) -> list[Block]:
-    """A unit's state after each sample."""
+    """A unit's state after each sample.
+
+    Raises:
+        LoopError: plain Python stops where C goes on, as in a division by zero.
+    """
     states, state = [], unit.init()
     for records in inputs:
-        state = unit.step(state, *records)
+        try:
+            state = unit.step(state, **records)
+        except (ArithmeticError, ValueError) as error:
+            given = ", ".join(map(str, records.values()))
+            raise LoopError(f"no test vectors: Python stopped with {error!r}, given {given}") from error
         states.append(state)
     return states
 
@@ -146,8 +156,8 @@ def replayed(unit: Block, inputs: Iterable[Records]) -> list[Block]:
 def input_row(exported: Exported, records: Records) -> list[float]:
     """What a step reads of its arguments, in the order of their signals."""
     return [
-        number_at(record, signal.place)
-        for argument, record in zip(exported.arguments, records, strict=True)
+        number_at(records[argument.name], signal.place)
+        for argument in exported.arguments
         for signal in argument.signals
     ]
 
