@@ -1,7 +1,6 @@
 import json
 import re
 import shlex
-import shutil
 from pathlib import Path
 
 import pandas as pd
@@ -16,6 +15,7 @@ from hydroservo.cli.tables import verdict
 from hydroservo.metrics import METRIC_FIELDS
 from hydroservo.papers.tsmc_eha_2021 import study as paper_study
 from hydroservo.scenario import builtin_scenarios, load_scenario, parse_override, scenario_source
+from needs import needs
 
 SHORT = ("--set", "simulation.duration=0.02")  # s; 2000 samples
 QUICK = (*SHORT, "--interpreted")
@@ -105,8 +105,8 @@ def test_each_example_of_the_help_runs(example, tmp_path, monkeypatch):
     Path("my_controller.py").write_text(PLUGIN)
     Path("my.toml").write_text('[controller]\ntype = "Fixed"\n')
     args = shlex.split(example.partition(" > ")[0])
-    if args[:2] == ["export", "fmu"] and shutil.which("cc") is None:
-        pytest.skip("missing: cc")
+    if args[:2] == ["export", "fmu"]:
+        needs("cc")
     succeeded(*args, *{"run": QUICK, "compare": SHORT, "batch": SHORT}.get(args[0], ()))
 
 

@@ -1,7 +1,6 @@
 """``hydroservo export``: what is printed and written, and what it says where something is wrong."""
 
 import json
-import shutil
 import subprocess
 
 import pytest
@@ -10,6 +9,7 @@ from test_cli import PLUGIN, failed, succeeded
 import hydroservo
 from hydroservo.provenance import scenario_hash
 from hydroservo.scenario import load_scenario
+from needs import needs
 
 SHORT = ("--set", "simulation.duration=20 ms")
 C = ("export", "c", "paper/sine-pi", *SHORT)
@@ -44,8 +44,8 @@ def test_it_says_what_was_written_and_what_to_do_next(done):
     assert sorted(path.name for path in out.iterdir()) == sorted(names("sine_pi"))
 
 
-@pytest.mark.skipif(not (shutil.which("make") and shutil.which("cc")), reason="needs make and cc")
 def test_the_next_command_passes(done):
+    needs("make", "cc")
     command = done[0].splitlines()[-1].removeprefix("next: ")
     run = subprocess.run(command, shell=True, capture_output=True, text=True, check=False)  # noqa: S602
     assert (run.returncode, run.stderr) == (0, "")
@@ -81,10 +81,10 @@ def test_the_machine_and_the_loop(tmp_path, unit, step):
     said = succeeded(*C, "--out", tmp_path, "--unit", unit)
     assert said.startswith(f"{unit.capitalize()} of scenario paper/sine-pi: ")
     assert step in (tmp_path / "sine_pi.h").read_text()
-    if shutil.which("make") and shutil.which("cc"):
-        run = subprocess.run(["make", "-C", tmp_path, "check"], capture_output=True, text=True, check=False)
-        assert (run.returncode, run.stderr) == (0, "")
-        assert "sine_pi: 500 of 500 samples bit for bit" in run.stdout
+    needs("make", "cc")
+    run = subprocess.run(["make", "-C", tmp_path, "check"], capture_output=True, text=True, check=False)
+    assert (run.returncode, run.stderr) == (0, "")
+    assert "sine_pi: 500 of 500 samples bit for bit" in run.stdout
 
 
 def test_a_file_of_ones_own_with_a_plugin(tmp_path):
@@ -136,8 +136,7 @@ def test_a_stranger_is_not_replaced(tmp_path):
 @pytest.fixture
 def compiler():
     pytest.importorskip("fmpy")
-    if shutil.which("cc") is None:
-        pytest.skip("missing: cc")
+    needs("cc")
 
 
 @pytest.mark.parametrize("standard", [2, 3])

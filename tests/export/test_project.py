@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from needs import needs
+from benchmarks.targets.boards import BOARDS, COMPILER, Board
+from benchmarks.targets.sources import FOLDER as TARGET
 
 from hydroservo.errors import HydroservoError, ParameterError
 from hydroservo.export.deviation import measured_deviation
@@ -19,9 +20,11 @@ from hydroservo.export.vectors import HUGE, Vectors, made_vectors
 from hydroservo.loop import Loop
 from hydroservo.scenario import load_scenario
 from hydroservo.simulate import simulate
+from needs import needs
 
 FILES = ["law.h", "law.c", "law_vectors.h", "law_replay.c", "Makefile", "README.md"]
 TITLE = "PI of scenario paper/sine-pi"
+SEMIHOSTING = "-semihosting-config enable=on,target=native"
 STRICT = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror"]
 
 each_compiler = pytest.mark.parametrize("compiler", ["gcc", "clang"])
@@ -147,6 +150,26 @@ def test_a_cross_compiler_builds_the_code(folder: Path) -> None:
         assert (done.returncode, done.stderr) == (0, "")
         words = [compiler, *flags.split(), *STRICT, "-c", "law_replay.c"]
         subprocess.run(words, cwd=folder, check=True)
+
+
+@pytest.mark.parametrize("board", BOARDS, ids=lambda board: board.name)
+def test_the_replay_runs_on_an_emulated_target(folder: Path, board: Board) -> None:
+    needs("make", COMPILER, "qemu-system-arm")
+    flags = [*board.flags, "--specs=rdimon.specs"]
+    subprocess.run(
+        [COMPILER, *flags, "-O2", "-c", TARGET / "startup.c", "-o", folder / "start.o"], check=True
+    )
+    done = make(
+        folder,
+        "check",
+        f"CC={COMPILER}",
+        f"CFLAGS=-O2 -Werror {' '.join(flags)}",
+        f"LDFLAGS=-nostartfiles -Wl,--script={TARGET / 'target.ld'}",
+        "LDLIBS=start.o -lm",
+        f"RUN=qemu-system-arm -M {board.machine} -nographic {SEMIHOSTING} -kernel",
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "\nlaw: 542 of 542 samples bit for bit\n" in done.stdout
 
 
 # --- single precision

@@ -88,7 +88,7 @@ def made_vectors(loop: Loop, part: Part, exported: Exported) -> Vectors:
 def listened(loop: Loop, part: Part) -> tuple[list[Records], str]:
     """What a part of a loop is given at the samples of all stretches, and where that comes from, in words."""
     if part is Part.LOOP:
-        return [{}] * (STRETCHES * IN_A_ROW), "The first samples of the loop, which has no inputs."
+        return [{}] * (STRETCHES * IN_A_ROW), "They are the first samples of the loop, which has no inputs."
     period = loop.simulation.period
     listener = Listener([])
     watched = loop._replace(controller=listener) if part is Part.CONTROLLER else loop
@@ -96,8 +96,8 @@ def listened(loop: Loop, part: Part) -> tuple[list[Records], str]:
     commands: list[Records] = [{"command": Command(s.controller.u)} for s in after]
     inputs = listener.heard if part is Part.CONTROLLER else commands
     return inputs, (
-        f"Inputs of the {part} in the closed loop of the scenario: {len(inputs)} samples, in up to "
-        f"{STRETCHES} stretches spread evenly over its {loop.simulation.duration:g} s."
+        f"The inputs are those of the {part} in the closed loop of the scenario: {len(inputs)} samples, in "
+        f"up to {STRETCHES} stretches spread evenly over its {loop.simulation.duration:g} s."
     )
 
 
