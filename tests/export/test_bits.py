@@ -87,7 +87,7 @@ def test_a_million_random_steps_of_each_law(name: str, tmp_path: Path) -> None:
     kept = [names.index(signal.path.removeprefix("controller.")) for signal in unit.states]
     expected = steps(loop.controller, rows)
     assert np.isfinite(expected).all()
-    assert len(np.unique(expected[:, 0])) > STEPS // 20  # the command does not rest at its limits
+    assert np.mean(np.abs(expected[:, 0]) < 9.9) > 0.05  # the command does not rest at its limits
     assert same_bits(np.ascontiguousarray(expected[:, kept]), states).all()
 
 

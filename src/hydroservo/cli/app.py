@@ -10,6 +10,7 @@ import typer
 
 from hydroservo._version import __version__
 from hydroservo.cli.batch import batch
+from hydroservo.cli.export import export_app
 from hydroservo.cli.failures import Commands
 from hydroservo.cli.options import Changes, Json, Plugins, Scenario, Strict, loaded
 from hydroservo.cli.steps import say_steps
@@ -34,6 +35,7 @@ app = typer.Typer(
 )
 scenarios_app = typer.Typer(rich_markup_mode="markdown")
 app.add_typer(scenarios_app, name="scenarios")
+app.add_typer(export_app, name="export")
 
 
 class Format(StrEnum):

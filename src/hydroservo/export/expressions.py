@@ -154,7 +154,7 @@ class Expressions:
         if isinstance(base, Expression) and isinstance(base.type, Record):
             if name in base.type.fields:
                 return self.member(self.scope.lasting(base), name)
-            method = vars(base.type.cls).get(name) if base.type.cls else None
+            method = vars(base.type.cls).get(name) if base.type.cls and name[0] != "_" else None
             if isinstance(method, FunctionType):
                 return Bound(base, method)
             raise self.scope.error(f"{base.type.name} has neither a field nor a method {name!r}", node)

@@ -8,7 +8,7 @@ from hydroservo.export.names import identifier
 from hydroservo.export.needed import Needed
 from hydroservo.export.terms import Function, Matrix, Record, Table
 from hydroservo.export.wrap import comment, wrapped
-from hydroservo.export.write import Writer
+from hydroservo.export.write import Ends, Writer
 
 __all__ = ["Unit", "texts"]
 
@@ -130,7 +130,7 @@ def declarations(unit: Unit, writer: Writer, inlined: bool) -> list[str]:
     """The declarations of ``init`` and ``step``, each below what it does."""
     said = (INIT, COMMAND if unit.command else STEP)
     pairs = zip(said, heads(unit, writer, inlined), strict=True)
-    return [f"{comment(text)}{wrapped(head, 0)};\n" for text, head in pairs]
+    return [f"{comment(text)}{wrapped(f'{head};', 0)}\n" for text, head in pairs]
 
 
 def heads(unit: Unit, writer: Writer, inlined: bool) -> tuple[str, str]:
@@ -138,7 +138,8 @@ def heads(unit: Unit, writer: Writer, inlined: bool) -> tuple[str, str]:
     p = writer.prefix
     given = [] if inlined else [f"const {p}_parameters *parameters"]
     state = f"{p}_state *state"
-    arguments = [f"const {writer.type(record)} *{name}" for name, record in unit.arguments]
+    taken = [(name, record) for name, record in unit.arguments if writer.needed.kept(record)]
+    arguments = [f"const {writer.type(record)} *{name}" for name, record in taken]
     result = writer.real if unit.command else "void"
     return (
         f"void {p}_init({', '.join([state, *given])})",
@@ -148,16 +149,16 @@ def heads(unit: Unit, writer: Writer, inlined: bool) -> tuple[str, str]:
 
 def entry_texts(unit: Unit, writer: Writer, inlined: bool) -> list[str]:
     """The definitions of ``init`` and ``step``."""
-    init, step = heads(unit, writer, inlined)
     renamed = {"self": f"{writer.prefix}_fixed" if inlined else "parameters"}
-    pointers = {"self": not inlined}
-    unread = [] if inlined or ("self" in dict(writer.needed.takes(unit.init))) else ["    (void)parameters;"]
-    first = writer.entry(unit.init, init, renamed, pointers, [])
-    if unread:
-        head, _, rest = first.partition("{\n")
-        first = f"{head}{{\n{unread[0]}\n{rest}"
     last = ["    return state->u;"] if unit.command else []
-    return [first, writer.entry(unit.step, step, renamed, pointers, last)]
+    texts = []
+    for function, head, end in zip(
+        (unit.init, unit.step), heads(unit, writer, inlined), ([], last), strict=True
+    ):
+        unread = not inlined and "self" not in dict(writer.needed.takes(function))
+        first = ["    (void)parameters;"] if unread else []
+        texts.append(writer.entry(function, head, renamed, {"self": not inlined}, Ends(first, end)))
+    return texts
 
 
 def nested(record: Any, needed: Needed, found: dict[Record, None]) -> None:

@@ -101,7 +101,9 @@ def exported(
         source=source,
         parameters=tuple(parameter_signals(unit, needed, later)),
         arguments=tuple(
-            Argument(name, tuple(argument_signals(name, record, needed))) for name, record in unit.arguments
+            Argument(name, tuple(argument_signals(name, record, needed)))
+            for name, record in unit.arguments
+            if needed.kept(record)
         ),
         states=tuple(state_signals(unit, needed, start, part)),
         command=unit.command,

@@ -3,6 +3,7 @@
 import inspect
 import math
 from collections.abc import Iterator, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -42,11 +43,18 @@ from hydroservo.export.terms import (
 from hydroservo.export.wrap import WIDTH, comment, wrapped
 from hydroservo.field import Field, declared_fields
 
-__all__ = ["Writer"]
+__all__ = ["Ends", "Writer"]
 
 ATOM, UNARY, PRODUCT, SUM, COMPARED, AND, OR, CHOICE = 8, 7, 6, 5, 4, 3, 2, 1
 LEVELS = {"*": PRODUCT, "/": PRODUCT, "+": SUM, "-": SUM, "&&": AND, "||": OR}
 PLAIN = {INT: "int32_t", BOOL: "bool"}
+
+
+class Ends(NamedTuple):
+    """What a function begins and ends with besides its own statements."""
+
+    first: Sequence[str]
+    last: Sequence[str]
 
 
 class Writer:
@@ -110,10 +118,10 @@ class Writer:
             return str(function.written(self)) if function.written else ""
         taken = self.needed.takes(function)
         self.begin(function)
-        head = wrapped(f"static {self.type(function.returns)} {function.name}({self.signature(taken)})", 0)
+        head = f"static {self.type(function.returns)} {function.name}({self.signature(taken)}) {{"
         body = self.statements(function.body, function, 1, "return ")
         declared = self.declarations(function)
-        return "\n".join([*self.said(function), f"{head} {{", *declared, *body, "}", ""])
+        return "\n".join([*self.said(function), wrapped(head, 0), *declared, *body, "}", ""])
 
     def entry(
         self,
@@ -121,13 +129,14 @@ class Writer:
         head: str,
         renamed: dict[str, str],
         own: dict[str, bool],
-        last: Sequence[str],
+        ends: Ends,
     ) -> str:
         """A function that is called from outside; its value goes to ``*state``."""
         self.begin(function)
         self.renamed, self.pointers = renamed, self.pointers | own
         body = self.statements(function.body, function, 1, "*state = ")
-        return "\n".join([f"{wrapped(head, 0)} {{", *self.declarations(function), *body, *last, "}", ""])
+        lines = [*self.declarations(function), *ends.first, *body, *ends.last]
+        return "\n".join([wrapped(f"{head} {{", 0), *lines, "}", ""])
 
     def begin(self, function: Function) -> None:
         self.renamed, self.changing = {}, set(function.locals)

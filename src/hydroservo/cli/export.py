@@ -1,0 +1,189 @@
+"""The commands that take a scenario to a target."""
+
+import shlex
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from hydroservo.cli.options import Changes, Json, Plugins, Scenario, loaded
+from hydroservo.export.units import Part, Precision
+
+if TYPE_CHECKING:
+    from hydroservo.export.exported import Exported
+    from hydroservo.loop import Loop
+
+__all__ = ["export_app"]
+
+export_app = typer.Typer(
+    no_args_is_help=True,
+    rich_markup_mode="markdown",
+    help="Write a scenario's controller, machine or whole loop as C99 or as an FMU.",
+)
+
+
+class Standard(StrEnum):
+    """Versions of FMI."""
+
+    TWO = "2"
+    THREE = "3"
+
+
+Unit = Annotated[
+    Part,
+    typer.Option(
+        "--unit",
+        help="The controller with its observer and wrappers; the machine from its command to its sensors; or "
+        "both in a closed loop.",
+    ),
+]
+Prefix = Annotated[
+    str | None,
+    typer.Option(
+        "--prefix",
+        metavar="NAME",
+        show_default="the scenario's name",
+        help="What names begin with: a C identifier.",
+    ),
+]
+
+
+@export_app.command("c")
+def c(
+    scenario: Scenario,
+    changes: Changes,
+    plugins: Plugins,
+    out: Annotated[
+        Path,
+        typer.Option(
+            "--out", metavar="DIR", file_okay=False, show_default=False, help="Write the C to this folder."
+        ),
+    ],
+    unit: Unit = Part.CONTROLLER,
+    prefix: Prefix = None,
+    precision: Annotated[
+        Precision, typer.Option("--precision", help="Of all numbers in the C.")
+    ] = Precision.DOUBLE,
+    inline: Annotated[
+        bool,
+        typer.Option("--inline", help="Write the parameters into the source; they are a record otherwise."),
+    ] = False,
+    json: Json = False,
+) -> None:
+    """Write the controller as C99, with test vectors, a program that replays them, a Makefile and a README.
+
+    In double precision the C gives the bits of the strict simulation. Other files in the folder are left
+    alone.
+
+    Examples:
+
+    - `hydroservo export c paper/sine-tsmc --out controller`
+    - `hydroservo export c my.toml --out controller --prefix rig --precision single --inline`
+    """
+    from hydroservo.cli.progress import progress_bar
+    from hydroservo.export.prefix import checked_prefix, default_prefix
+    from hydroservo.export.project import memory, write_c_project
+    from hydroservo.export.units import exported
+    from hydroservo.export.vectors import made_vectors
+    from hydroservo.results import as_json
+
+    name = checked_prefix(default_prefix(scenario) if prefix is None else prefix)
+    loop = loaded(scenario, changes, plugins)
+    with progress_bar("translating") as report:
+        about = title(scenario, loop, unit)
+        found = exported(loop, unit, prefix=name, title=about, precision=precision, inlined=inline)
+        report(0.2, "making test vectors")
+        samples = made_vectors(loop, unit, found)
+        report(0.9, "writing files")
+        files = write_c_project(found, samples, out)
+    sizes = memory(found)
+    if json:
+        typer.echo(
+            as_json({**identity(scenario, unit, found), **sizes._asdict(), "files": list(map(str, files))})
+        )
+        return
+    typer.echo(
+        f"{about}: {sizes.state_bytes} bytes of state, {sizes.parameter_bytes} of parameters, "
+        f"{precision} precision"
+    )
+    typer.echo(f"written to {out}: {', '.join(file.name for file in files)}")
+    typer.echo(f"next: make -C {shlex.quote(str(out))} check")
+
+
+@export_app.command("fmu")
+def fmu(
+    scenario: Scenario,
+    changes: Changes,
+    plugins: Plugins,
+    out: Annotated[
+        Path,
+        typer.Option(
+            "--out",
+            metavar="FILE.fmu",
+            dir_okay=False,
+            show_default=False,
+            help="Write the FMU to this file.",
+        ),
+    ],
+    unit: Unit = Part.CONTROLLER,
+    standard: Annotated[Standard, typer.Option("--fmi", help="Version of the standard.")] = Standard.TWO,
+    json: Json = False,
+) -> None:
+    """Write the controller, the machine or the whole loop as a functional mock-up unit for co-simulation.
+
+    Its communication step is the scenario's sample period. It holds C and a binary for this computer, no
+    Python.
+
+    Examples:
+
+    - `hydroservo export fmu paper/sine-tsmc --out controller.fmu`
+    - `hydroservo export fmu my.toml --unit machine --fmi 3 --out machine.fmu`
+    """
+    from hydroservo.errors import HydroservoError
+    from hydroservo.export.fmu import FmiVersion, write_fmu
+    from hydroservo.export.prefix import default_prefix
+    from hydroservo.export.units import exported
+    from hydroservo.results import as_json
+
+    if out.suffix.lower() != ".fmu":
+        raise HydroservoError(f"{out}: the ending must be .fmu")
+    loop = loaded(scenario, changes, plugins)
+    about = title(scenario, loop, unit)
+    name = default_prefix(scenario)
+    found = exported(loop, unit, prefix=name, title=about)
+    version = FmiVersion(int(standard))
+    write_fmu(found, out, stop_time=loop.simulation.duration, version=version)
+    if json:
+        typer.echo(as_json({**identity(scenario, unit, found), "fmi": standard, "file": str(out)}))
+        return
+    inputs = sum(len(argument.signals) for argument in found.arguments)
+    typer.echo(
+        f"{about}: {inputs} inputs, {len(found.states)} states, {len(found.parameters)} parameters, "
+        f"FMI {standard}, steps of {found.period:g} s"
+    )
+    typer.echo(f"written: {out}, {out.stat().st_size / 1024:.0f} KiB")
+    typer.echo(f"next: fmpy validate {shlex.quote(str(out))}")
+
+
+def title(scenario: str, loop: "Loop", unit: Part) -> str:
+    """What is exported, such as "TSMC of scenario paper/sine-tsmc"."""
+    from hydroservo.scenario import builtin_scenarios
+    from hydroservo.simulate import named
+
+    what = named(loop.controller, "controller") if unit is Part.CONTROLLER else unit.value.capitalize()
+    name = scenario if scenario in builtin_scenarios() else Path(scenario).stem
+    return f"{what} of scenario {' '.join(name.split())}"
+
+
+def identity(scenario: str, unit: Part, exported: "Exported") -> dict[str, object]:
+    """What names an export in JSON."""
+    return {
+        "scenario": scenario,
+        "hash": exported.hash,
+        "version": exported.version,
+        "unit": unit,
+        "prefix": exported.prefix,
+        "precision": "single" if exported.real == "float" else "double",
+        "period": exported.period,
+    }

@@ -1,0 +1,117 @@
+"""The texts in an FMU: description, sources, documentation."""
+
+import hashlib
+import uuid
+from collections.abc import Mapping
+from importlib import metadata, resources
+from pathlib import Path
+from typing import Any
+
+from hydroservo.errors import HydroservoError, one_line
+from hydroservo.export.exported import Exported
+from hydroservo.export.fmu.interface import FmiVersion, Interface, interface_of
+from hydroservo.export.fmu.render import rendered
+from hydroservo.export.fmu.units import base_unit
+from hydroservo.export.fmu.variables import Kind, variables_of
+
+__all__ = ["Files", "fmu_files"]
+
+SHARED = ("instance.c", "instance.h")  # sources of this package in every FMU
+
+Files = dict[str, str]
+"""Texts by their path in the FMU."""
+
+
+def fmu_files(exported: Exported, stop_time: float, version: FmiVersion) -> Files:
+    """All but the binary.
+
+    The token that ties the description to the sources is a digest of both, so that equal exports have equal
+    tokens and others have others.
+
+    Raises:
+        ParameterError: a name cannot be that of a variable.
+        HydroservoError: the package fmpy is missing.
+    """
+    interface = interface_of(version)
+    context = context_of(exported, stop_time, version, interface)
+    plain = model_files(exported, interface, {**context, "token": ""})
+    digest = hashlib.sha256("\0".join(part for one in sorted(plain.items()) for part in one).encode())
+    token = str(uuid.UUID(digest.hexdigest()[:32]))
+    files = model_files(exported, interface, {**context, "token": token})
+    return files | documentation(context) | headers(interface)
+
+
+def context_of(
+    exported: Exported, stop_time: float, version: FmiVersion, interface: Interface
+) -> dict[str, Any]:
+    """What the templates are filled with."""
+    variables = variables_of(exported)
+    known = [one for one in variables if one.kind in (Kind.FIXED, Kind.TUNABLE)]
+    names = (f"{exported.prefix}.c", "model.c", *SHARED, *interface.sources)
+    return {
+        "exported": exported,
+        "version": version,
+        "title": one_line(exported.title),
+        "description": one_line(f"{exported.title}; hash {exported.hash}"),
+        "stop_time": stop_time,
+        "variables": variables,
+        "outputs": [one for one in variables if one.kind is Kind.OUTPUT],
+        "units": {one.unit: base_unit(one.unit) for one in variables if one.unit},
+        "sources": [name for name in names if name.endswith(".c")],
+        "parameters": ", &numbers->parameters" if exported.parameters else "",
+        # Initial outputs come from parameters alone, and a tool that does not know may see an algebraic loop
+        # between two units. One without arguments is in no loop.
+        "depends": " ".join(str(one.reference + interface.first_index) for one in known)
+        if exported.arguments
+        else "",
+        "kinds": " ".join("dependent" for _ in known),
+    }
+
+
+def model_files(exported: Exported, interface: Interface, context: Mapping[str, Any]) -> Files:
+    """The model description and the sources."""
+    folder = resources.files("hydroservo.export.fmu") / "sources"
+    own = (*SHARED, *interface.sources)
+    return {
+        "modelDescription.xml": rendered(interface.description, context),
+        f"sources/{exported.prefix}.h": exported.header,
+        f"sources/{exported.prefix}.c": exported.source,
+        "sources/model.h": rendered("model.h", context),
+        "sources/model.c": rendered("model.c", context),
+        **{path: rendered(template, context) for path, template in interface.texts.items()},
+        **{f"sources/{name}": (folder / name).read_text("utf-8") for name in own},
+    }
+
+
+def documentation(context: Mapping[str, Any]) -> Files:
+    return {
+        "documentation/index.html": rendered("index.html", context),
+        "documentation/scenario.toml": context["exported"].scenario,
+        "documentation/licenses/license.txt": rendered("license.txt", {"own": licence("hydroservo")}),
+        "documentation/licenses/fmpy.txt": licence("fmpy"),
+    }
+
+
+def headers(interface: Interface) -> Files:
+    """FMI's own headers, in a folder of their own: importers that compile the sources use theirs."""
+    folder = Path(str(package("fmpy").locate_file("fmpy/c-code")))
+    return {f"sources/include/{name}": (folder / name).read_text("utf-8") for name in interface.headers}
+
+
+def licence(name: str) -> str:
+    """The licence text that an installed package ships.
+
+    Raises:
+        HydroservoError: the package is missing, or its licence.
+    """
+    for file in package(name).files or ():
+        if file.name in ("LICENSE", "LICENSE.txt"):
+            return file.read_text("utf-8")
+    raise HydroservoError(f"the package {name} came without its licence; install it again")
+
+
+def package(name: str) -> metadata.Distribution:
+    try:
+        return metadata.distribution(name)
+    except metadata.PackageNotFoundError:
+        raise HydroservoError(f"an FMU needs the package {name}: pip install 'hydroservo[fmu]'") from None

@@ -1,0 +1,98 @@
+"""The two versions of FMI, and what differs between them in a file."""
+
+import platform
+import sys
+from collections.abc import Mapping
+from enum import IntEnum
+from typing import NamedTuple
+
+from hydroservo.errors import HydroservoError
+
+__all__ = ["FmiVersion", "Interface", "interface_of", "library_ending", "platform_folder"]
+
+SYSTEMS = {"linux": ("linux", ".so"), "darwin": ("darwin", ".dylib"), "win32": ("windows", ".dll")}
+ARCHITECTURES = {
+    "x86_64": ("x86_64", "64"),
+    "amd64": ("x86_64", "64"),
+    "aarch64": ("aarch64", "64"),
+    "arm64": ("aarch64", "64"),
+    "i386": ("x86", "32"),
+    "i686": ("x86", "32"),
+}
+
+
+class FmiVersion(IntEnum):
+    """Which FMI; tools that read 2.0 are many more than those that read 3.0."""
+
+    FMI2 = 2
+    FMI3 = 3
+
+
+class Interface(NamedTuple):
+    """What one version of FMI needs.
+
+    Attributes:
+        description: template of modelDescription.xml.
+        sources: the files of this package to compile, besides those of every FMU.
+        headers: of FMI.
+        first_index: what ModelStructure counts variables from.
+        texts: templates of more files, by their path in the FMU.
+    """
+
+    description: str
+    sources: tuple[str, ...]
+    headers: tuple[str, ...]
+    first_index: int
+    texts: Mapping[str, str]
+
+
+INTERFACES = {
+    FmiVersion.FMI2: Interface(
+        "modelDescription2.xml",
+        ("fmi2.c",),
+        ("fmi2FunctionTypes.h", "fmi2Functions.h", "fmi2TypesPlatform.h"),
+        1,
+        {},
+    ),
+    FmiVersion.FMI3: Interface(
+        "modelDescription3.xml",
+        ("fmi3.c", "fmi3_unused.c"),
+        ("fmi3FunctionTypes.h", "fmi3Functions.h", "fmi3PlatformTypes.h"),
+        0,
+        {"sources/buildDescription.xml": "buildDescription.xml"},
+    ),
+}
+
+
+def interface_of(version: FmiVersion) -> Interface:
+    """What a version of FMI needs."""
+    return INTERFACES[version]
+
+
+def platform_folder(version: FmiVersion) -> str:
+    """The folder of this machine's binaries in an FMU.
+
+    Raises:
+        HydroservoError: FMI has no name for this machine.
+    """
+    system, _ = system_of_this()
+    machine = platform.machine().lower()
+    if machine not in ARCHITECTURES:
+        raise HydroservoError(f"FMI has no name for the machine {machine!r}; no FMU can be built on it")
+    architecture, bits = ARCHITECTURES[machine]
+    if version is FmiVersion.FMI3:
+        return f"{architecture}-{system}"
+    return f"{'win' if system == 'windows' else system}{bits}"
+
+
+def library_ending() -> str:
+    """The ending of a shared library's name on this machine."""
+    return system_of_this()[1]
+
+
+def system_of_this() -> tuple[str, str]:
+    if sys.platform not in SYSTEMS:
+        raise HydroservoError(
+            f"FMI has no name for the system {sys.platform!r}, so no FMU can be built on it"
+        )
+    return SYSTEMS[sys.platform]

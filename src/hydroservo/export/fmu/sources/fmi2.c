@@ -1,0 +1,288 @@
+/* The functions of FMI 2.0 for co-simulation. */
+#include "fmi2Functions.h"
+#include "instance.h"
+#include <stdlib.h>
+#include <string.h>
+
+typedef struct {
+    instance core; /* first, so that it has the address of the whole */
+    fmi2CallbackLogger logger;
+    fmi2ComponentEnvironment environment;
+    char name[];
+} component;
+
+static void pass_on(const instance *self, status severity, const char *category, const char *message) {
+    const component *whole = (const component *)self;
+    if (whole->logger != NULL) {
+        whole->logger(whole->environment, whole->name, (fmi2Status)severity, category, message);
+    }
+}
+
+/* Why no instance can be made; NULL if one can. */
+static const char *objection(fmi2String name, fmi2Type type, fmi2String guid) {
+    if (name == NULL || name[0] == '\0') {
+        return "the name of an instance must not be empty";
+    }
+    if (type != fmi2CoSimulation) {
+        return "this FMU is for co-simulation alone";
+    }
+    if (guid == NULL || strcmp(guid, MODEL_TOKEN) != 0) {
+        return "the GUID is not that of this FMU";
+    }
+    return NULL;
+}
+
+/* --- about the FMU, and the life of an instance --- */
+
+const char *fmi2GetTypesPlatform(void) {
+    return fmi2TypesPlatform;
+}
+
+const char *fmi2GetVersion(void) {
+    return fmi2Version;
+}
+
+fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean loggingOn, size_t nCategories,
+                               const fmi2String categories[]) {
+    return c == NULL ? fmi2Error : (fmi2Status)instance_log(c, loggingOn != fmi2False, nCategories, categories);
+}
+
+fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2String fmuGUID,
+                              fmi2String fmuResourceLocation, const fmi2CallbackFunctions *functions,
+                              fmi2Boolean visible, fmi2Boolean loggingOn) {
+    (void)fmuResourceLocation; /* there are no resources */
+    (void)visible;             /* nor windows */
+    const char *problem = objection(instanceName, fmuType, fmuGUID);
+    const size_t length = instanceName == NULL ? 0 : strlen(instanceName);
+    component *self = problem == NULL ? calloc(1, sizeof *self + length + 1) : NULL;
+    if (self == NULL) {
+        if (functions != NULL && functions->logger != NULL) {
+            functions->logger(functions->componentEnvironment, length == 0 ? MODEL_IDENTIFIER : instanceName,
+                              fmi2Error, "logStatusError", problem == NULL ? "there is no memory" : problem);
+        }
+        return NULL;
+    }
+    memcpy(self->name, instanceName, length);
+    if (functions != NULL) {
+        self->logger = functions->logger;
+        self->environment = functions->componentEnvironment;
+    }
+    instance_begin(&self->core, pass_on);
+    (void)instance_log(&self->core, loggingOn != fmi2False, 0, NULL);
+    return self;
+}
+
+void fmi2FreeInstance(fmi2Component c) {
+    free(c);
+}
+
+fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean toleranceDefined, fmi2Real tolerance,
+                               fmi2Real startTime, fmi2Boolean stopTimeDefined, fmi2Real stopTime) {
+    (void)toleranceDefined; /* the steps of the integrator are those of the scenario */
+    (void)tolerance;
+    if (c == NULL || instance_expect(c, INSTANTIATED, "fmi2SetupExperiment") != STATUS_OK) {
+        return fmi2Error;
+    }
+    return (fmi2Status)instance_setup(c, startTime, stopTimeDefined != fmi2False, stopTime);
+}
+
+fmi2Status fmi2EnterInitializationMode(fmi2Component c) {
+    if (c == NULL || instance_expect(c, INSTANTIATED, "fmi2EnterInitializationMode") != STATUS_OK) {
+        return fmi2Error;
+    }
+    return (fmi2Status)instance_enter_initialization(c);
+}
+
+fmi2Status fmi2ExitInitializationMode(fmi2Component c) {
+    if (c == NULL || instance_expect(c, INITIALIZATION, "fmi2ExitInitializationMode") != STATUS_OK) {
+        return fmi2Error;
+    }
+    return (fmi2Status)instance_exit_initialization(c);
+}
+
+fmi2Status fmi2Terminate(fmi2Component c) {
+    if (c == NULL || instance_expect(c, STEPPING, "fmi2Terminate") != STATUS_OK) {
+        return fmi2Error;
+    }
+    return (fmi2Status)instance_terminate(c);
+}
+
+fmi2Status fmi2Reset(fmi2Component c) {
+    if (c == NULL) {
+        return fmi2Error;
+    }
+    instance_reset(c);
+    return fmi2OK;
+}
+
+/* --- variables: all are real --- */
+
+fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, fmi2Real value[]) {
+    return c == NULL ? fmi2Error : (fmi2Status)instance_get(c, vr, nvr, value);
+}
+
+fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2Real value[]) {
+    if (c == NULL || instance_expect(c, INSTANTIATED | INITIALIZATION | STEPPING, "fmi2SetReal") != STATUS_OK) {
+        return fmi2Error;
+    }
+    return (fmi2Status)instance_set(c, vr, nvr, value);
+}
+
+static fmi2Status lacking(fmi2Component c, size_t count, const char *type) {
+    return c == NULL ? fmi2Error : (fmi2Status)instance_lacks(c, count, type);
+}
+
+fmi2Status fmi2GetInteger(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, fmi2Integer value[]) {
+    (void)vr;
+    (void)value;
+    return lacking(c, nvr, "Integer");
+}
+
+fmi2Status fmi2GetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, fmi2Boolean value[]) {
+    (void)vr;
+    (void)value;
+    return lacking(c, nvr, "Boolean");
+}
+
+fmi2Status fmi2GetString(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, fmi2String value[]) {
+    (void)vr;
+    (void)value;
+    return lacking(c, nvr, "String");
+}
+
+fmi2Status fmi2SetInteger(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2Integer value[]) {
+    (void)vr;
+    (void)value;
+    return lacking(c, nvr, "Integer");
+}
+
+fmi2Status fmi2SetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2Boolean value[]) {
+    (void)vr;
+    (void)value;
+    return lacking(c, nvr, "Boolean");
+}
+
+fmi2Status fmi2SetString(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2String value[]) {
+    (void)vr;
+    (void)value;
+    return lacking(c, nvr, "String");
+}
+
+/* --- saved states --- */
+
+fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *FMUstate) {
+    return c == NULL ? fmi2Error : (fmi2Status)instance_save(c, FMUstate);
+}
+
+fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate FMUstate) {
+    return c == NULL ? fmi2Error : (fmi2Status)instance_restore(c, FMUstate);
+}
+
+fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *FMUstate) {
+    if (c == NULL) {
+        return fmi2Error;
+    }
+    instance_free_saved(FMUstate);
+    return fmi2OK;
+}
+
+fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate FMUstate, size_t *size) {
+    (void)FMUstate; /* all are of one size */
+    return c == NULL ? fmi2Error : (fmi2Status)instance_saved_size(c, size);
+}
+
+fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate FMUstate, fmi2Byte serializedState[], size_t size) {
+    return c == NULL ? fmi2Error : (fmi2Status)instance_serialize(c, FMUstate, serializedState, size);
+}
+
+fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte serializedState[], size_t size,
+                                   fmi2FMUstate *FMUstate) {
+    return c == NULL ? fmi2Error : (fmi2Status)instance_deserialize(c, serializedState, size, FMUstate);
+}
+
+/* --- steps --- */
+
+fmi2Status fmi2DoStep(fmi2Component c, fmi2Real currentCommunicationPoint, fmi2Real communicationStepSize,
+                      fmi2Boolean noSetFMUStatePriorToCurrentPoint) {
+    (void)noSetFMUStatePriorToCurrentPoint; /* nothing is kept of earlier steps */
+    if (c == NULL || instance_expect(c, STEPPING, "fmi2DoStep") != STATUS_OK) {
+        return fmi2Error;
+    }
+    return (fmi2Status)instance_step(c, currentCommunicationPoint, communicationStepSize);
+}
+
+fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind s, fmi2Real *value) {
+    if (c == NULL || value == NULL) {
+        return fmi2Error;
+    }
+    if (s != fmi2LastSuccessfulTime) {
+        return (fmi2Status)instance_discard(c, "of the real states of a step, only the last time is known");
+    }
+    *value = instance_time(c);
+    return fmi2OK;
+}
+
+fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind s, fmi2Boolean *value) {
+    if (c == NULL || value == NULL) {
+        return fmi2Error;
+    }
+    if (s != fmi2Terminated) {
+        return (fmi2Status)instance_discard(c, "of the logical states of a step, only its termination is known");
+    }
+    *value = fmi2False; /* this FMU never ends a run by itself */
+    return fmi2OK;
+}
+
+/* --- what this FMU does not do: steps that run on their own, interpolation, derivatives --- */
+
+fmi2Status fmi2CancelStep(fmi2Component c) {
+    return c == NULL ? fmi2Error : (fmi2Status)instance_refuse(c, "no step is pending that could be cancelled");
+}
+
+fmi2Status fmi2GetStatus(fmi2Component c, const fmi2StatusKind s, fmi2Status *value) {
+    (void)s;
+    (void)value;
+    return c == NULL ? fmi2Error : (fmi2Status)instance_discard(c, "no step is pending");
+}
+
+fmi2Status fmi2GetIntegerStatus(fmi2Component c, const fmi2StatusKind s, fmi2Integer *value) {
+    (void)s;
+    (void)value;
+    return c == NULL ? fmi2Error : (fmi2Status)instance_discard(c, "a step has no state that is an integer");
+}
+
+fmi2Status fmi2GetStringStatus(fmi2Component c, const fmi2StatusKind s, fmi2String *value) {
+    (void)s;
+    (void)value;
+    return c == NULL ? fmi2Error : (fmi2Status)instance_discard(c, "no step is pending");
+}
+
+fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
+                                       const fmi2Integer order[], const fmi2Real value[]) {
+    (void)vr;
+    (void)nvr;
+    (void)order;
+    (void)value;
+    return c == NULL ? fmi2Error : (fmi2Status)instance_refuse(c, "inputs are held over a step, not interpolated");
+}
+
+fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
+                                        const fmi2Integer order[], fmi2Real value[]) {
+    (void)vr;
+    (void)nvr;
+    (void)order;
+    (void)value;
+    return c == NULL ? fmi2Error : (fmi2Status)instance_refuse(c, "derivatives of outputs are not provided");
+}
+
+fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReference vUnknown_ref[], size_t nUnknown,
+                                        const fmi2ValueReference vKnown_ref[], size_t nKnown,
+                                        const fmi2Real dvKnown[], fmi2Real dvUnknown[]) {
+    (void)vUnknown_ref;
+    (void)nUnknown;
+    (void)vKnown_ref;
+    (void)nKnown;
+    (void)dvKnown;
+    (void)dvUnknown;
+    return c == NULL ? fmi2Error : (fmi2Status)instance_refuse(c, "directional derivatives are not provided");
+}

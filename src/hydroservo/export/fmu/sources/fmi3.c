@@ -1,0 +1,197 @@
+/* The functions of FMI 3.0 for co-simulation; those that this FMU has no use for are in fmi3_unused.c. */
+#include "fmi3Functions.h"
+#include "instance.h"
+#include <stdlib.h>
+#include <string.h>
+
+typedef struct {
+    instance core; /* first, so that it has the address of the whole */
+    fmi3LogMessageCallback log;
+    fmi3InstanceEnvironment environment;
+} component;
+
+static void pass_on(const instance *self, status severity, const char *category, const char *message) {
+    const component *whole = (const component *)self;
+    if (whole->log != NULL) {
+        whole->log(whole->environment, (fmi3Status)severity, category, message);
+    }
+}
+
+/* Why no instance can be made; NULL if one can. */
+static const char *objection(fmi3String name, fmi3String token, fmi3Boolean events, size_t intermediate) {
+    if (name == NULL || name[0] == '\0') {
+        return "the name of an instance must not be empty";
+    }
+    if (token == NULL || strcmp(token, MODEL_TOKEN) != 0) {
+        return "the instantiation token is not that of this FMU";
+    }
+    if (events) {
+        return "this FMU has no event mode";
+    }
+    if (intermediate > 0) {
+        return "this FMU has no intermediate update";
+    }
+    return NULL;
+}
+
+/* --- about the FMU, and the life of an instance --- */
+
+const char *fmi3GetVersion(void) {
+    return fmi3Version;
+}
+
+fmi3Status fmi3SetDebugLogging(fmi3Instance c, fmi3Boolean loggingOn, size_t nCategories,
+                               const fmi3String categories[]) {
+    return c == NULL ? fmi3Error : (fmi3Status)instance_log(c, loggingOn, nCategories, categories);
+}
+
+fmi3Instance fmi3InstantiateCoSimulation(fmi3String instanceName, fmi3String instantiationToken,
+                                         fmi3String resourcePath, fmi3Boolean visible, fmi3Boolean loggingOn,
+                                         fmi3Boolean eventModeUsed, fmi3Boolean earlyReturnAllowed,
+                                         const fmi3ValueReference requiredIntermediateVariables[],
+                                         size_t nRequiredIntermediateVariables,
+                                         fmi3InstanceEnvironment instanceEnvironment,
+                                         fmi3LogMessageCallback logMessage,
+                                         fmi3IntermediateUpdateCallback intermediateUpdate) {
+    (void)resourcePath;       /* there are no resources */
+    (void)visible;            /* nor windows */
+    (void)earlyReturnAllowed; /* no step returns early */
+    (void)requiredIntermediateVariables;
+    (void)intermediateUpdate;
+    const char *problem =
+        objection(instanceName, instantiationToken, eventModeUsed, nRequiredIntermediateVariables);
+    component *self = problem == NULL ? calloc(1, sizeof *self) : NULL;
+    if (self == NULL) {
+        if (logMessage != NULL) {
+            logMessage(instanceEnvironment, fmi3Error, "logStatusError",
+                       problem == NULL ? "there is no memory" : problem);
+        }
+        return NULL;
+    }
+    self->log = logMessage;
+    self->environment = instanceEnvironment;
+    instance_begin(&self->core, pass_on);
+    (void)instance_log(&self->core, loggingOn, 0, NULL);
+    return self;
+}
+
+void fmi3FreeInstance(fmi3Instance c) {
+    free(c);
+}
+
+fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean toleranceDefined, fmi3Float64 tolerance,
+                                       fmi3Float64 startTime, fmi3Boolean stopTimeDefined, fmi3Float64 stopTime) {
+    (void)toleranceDefined; /* the steps of the integrator are those of the scenario */
+    (void)tolerance;
+    if (c == NULL || instance_expect(c, INSTANTIATED, "fmi3EnterInitializationMode") != STATUS_OK ||
+        instance_setup(c, startTime, stopTimeDefined, stopTime) != STATUS_OK) {
+        return fmi3Error;
+    }
+    return (fmi3Status)instance_enter_initialization(c);
+}
+
+fmi3Status fmi3ExitInitializationMode(fmi3Instance c) {
+    if (c == NULL || instance_expect(c, INITIALIZATION, "fmi3ExitInitializationMode") != STATUS_OK) {
+        return fmi3Error;
+    }
+    return (fmi3Status)instance_exit_initialization(c);
+}
+
+fmi3Status fmi3Terminate(fmi3Instance c) {
+    if (c == NULL || instance_expect(c, STEPPING, "fmi3Terminate") != STATUS_OK) {
+        return fmi3Error;
+    }
+    return (fmi3Status)instance_terminate(c);
+}
+
+fmi3Status fmi3Reset(fmi3Instance c) {
+    if (c == NULL) {
+        return fmi3Error;
+    }
+    instance_reset(c);
+    return fmi3OK;
+}
+
+/* --- variables: all are of type Float64, and scalars --- */
+
+static fmi3Status check_count(fmi3Instance c, size_t references, size_t values) {
+    if (c == NULL) {
+        return fmi3Error;
+    }
+    if (references != values) {
+        return (fmi3Status)instance_refuse(c, "%lu value references have %lu values; all variables are scalars",
+                                           (unsigned long)references, (unsigned long)values);
+    }
+    return fmi3OK;
+}
+
+fmi3Status fmi3GetFloat64(fmi3Instance c, const fmi3ValueReference valueReferences[], size_t nValueReferences,
+                          fmi3Float64 values[], size_t nValues) {
+    if (check_count(c, nValueReferences, nValues) != fmi3OK) {
+        return fmi3Error;
+    }
+    return (fmi3Status)instance_get(c, valueReferences, nValueReferences, values);
+}
+
+fmi3Status fmi3SetFloat64(fmi3Instance c, const fmi3ValueReference valueReferences[], size_t nValueReferences,
+                          const fmi3Float64 values[], size_t nValues) {
+    if (check_count(c, nValueReferences, nValues) != fmi3OK ||
+        instance_expect(c, INSTANTIATED | INITIALIZATION | STEPPING, "fmi3SetFloat64") != STATUS_OK) {
+        return fmi3Error;
+    }
+    return (fmi3Status)instance_set(c, valueReferences, nValueReferences, values);
+}
+
+/* --- saved states --- */
+
+fmi3Status fmi3GetFMUState(fmi3Instance c, fmi3FMUState *FMUState) {
+    return c == NULL ? fmi3Error : (fmi3Status)instance_save(c, FMUState);
+}
+
+fmi3Status fmi3SetFMUState(fmi3Instance c, fmi3FMUState FMUState) {
+    return c == NULL ? fmi3Error : (fmi3Status)instance_restore(c, FMUState);
+}
+
+fmi3Status fmi3FreeFMUState(fmi3Instance c, fmi3FMUState *FMUState) {
+    if (c == NULL) {
+        return fmi3Error;
+    }
+    instance_free_saved(FMUState);
+    return fmi3OK;
+}
+
+fmi3Status fmi3SerializedFMUStateSize(fmi3Instance c, fmi3FMUState FMUState, size_t *size) {
+    (void)FMUState; /* all are of one size */
+    return c == NULL ? fmi3Error : (fmi3Status)instance_saved_size(c, size);
+}
+
+fmi3Status fmi3SerializeFMUState(fmi3Instance c, fmi3FMUState FMUState, fmi3Byte serializedState[], size_t size) {
+    return c == NULL ? fmi3Error : (fmi3Status)instance_serialize(c, FMUState, serializedState, size);
+}
+
+fmi3Status fmi3DeserializeFMUState(fmi3Instance c, const fmi3Byte serializedState[], size_t size,
+                                   fmi3FMUState *FMUState) {
+    return c == NULL ? fmi3Error : (fmi3Status)instance_deserialize(c, serializedState, size, FMUState);
+}
+
+/* --- steps --- */
+
+fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 currentCommunicationPoint, fmi3Float64 communicationStepSize,
+                      fmi3Boolean noSetFMUStatePriorToCurrentPoint, fmi3Boolean *eventHandlingNeeded,
+                      fmi3Boolean *terminateSimulation, fmi3Boolean *earlyReturn,
+                      fmi3Float64 *lastSuccessfulTime) {
+    (void)noSetFMUStatePriorToCurrentPoint; /* nothing is kept of earlier steps */
+    if (c == NULL || instance_expect(c, STEPPING, "fmi3DoStep") != STATUS_OK) {
+        return fmi3Error;
+    }
+    if (eventHandlingNeeded == NULL || terminateSimulation == NULL || earlyReturn == NULL ||
+        lastSuccessfulTime == NULL) {
+        return (fmi3Status)instance_refuse(c, "a null pointer stands for where a result of fmi3DoStep goes");
+    }
+    const status reached = instance_step(c, currentCommunicationPoint, communicationStepSize);
+    *eventHandlingNeeded = fmi3False;
+    *terminateSimulation = fmi3False;
+    *earlyReturn = fmi3False;
+    *lastSuccessfulTime = instance_time(c);
+    return (fmi3Status)reached;
+}

@@ -1,0 +1,81 @@
+/* One instance of the model as a co-simulation, for both versions of FMI.
+
+   fmi2.c and fmi3.c translate between this and the functions of their version. Nothing here is global, and
+   nothing but saved states is allocated. */
+#ifndef INSTANCE_H
+#define INSTANCE_H
+
+#include "model.h"
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+/* What a call reports, numbered as in both versions of FMI. */
+typedef enum { STATUS_OK, STATUS_WARNING, STATUS_DISCARD, STATUS_ERROR } status;
+
+/* Where in its life an instance is; one bit each, so that calls can name several. */
+typedef enum {
+    INSTANTIATED = 1,
+    INITIALIZATION = 2,
+    STEPPING = 4,
+    TERMINATED = 8,
+    FAILED = 16 /* after an error, as FMI wants it: only reading, restoring, resetting and freeing go on */
+} phase;
+
+/* All that a saved state holds. */
+typedef struct {
+    char token[40];   /* of the FMU that it belongs to */
+    uint64_t phase;
+    uint64_t samples; /* taken since the start */
+    double start;     /* [s] time of the start */
+    double stop;      /* [s] time that must not be passed */
+    model_numbers numbers;
+} snapshot;
+
+typedef struct instance instance;
+
+/* Hands a message to the importer. It has no character with a meaning to printf. */
+typedef void message_sink(const instance *self, status severity, const char *category, const char *message);
+
+struct instance {
+    snapshot now;
+    message_sink *sink;
+    bool wanted[STATUS_ERROR + 1]; /* messages of which severity */
+};
+
+void instance_begin(instance *self, message_sink *sink);
+status instance_log(instance *self, bool on, size_t count, const char *const categories[]);
+
+/* Logs an error and leaves the instance FAILED; returns STATUS_ERROR. */
+status instance_refuse(instance *self, const char *format, ...);
+
+/* Logs that a request has no answer; returns STATUS_DISCARD. */
+status instance_discard(instance *self, const char *message);
+
+/* Refuses a call that must not come in this phase. */
+status instance_expect(instance *self, unsigned phases, const char *call);
+
+/* Refuses to get or set variables of a type that no variable has. */
+status instance_lacks(instance *self, size_t count, const char *type);
+
+status instance_setup(instance *self, double start, bool stop_defined, double stop);
+status instance_enter_initialization(instance *self);
+status instance_exit_initialization(instance *self);
+status instance_terminate(instance *self);
+void instance_reset(instance *self);
+
+status instance_get(instance *self, const unsigned references[], size_t count, double values[]);
+status instance_set(instance *self, const unsigned references[], size_t count, const double values[]);
+
+/* Takes all samples of a communication step, with the inputs held. */
+status instance_step(instance *self, double point, double size);
+double instance_time(const instance *self);
+
+status instance_save(instance *self, void **saved);
+status instance_restore(instance *self, const void *saved);
+void instance_free_saved(void **saved);
+status instance_saved_size(instance *self, size_t *size);
+status instance_serialize(instance *self, const void *saved, void *bytes, size_t size);
+status instance_deserialize(instance *self, const void *bytes, size_t size, void **saved);
+
+#endif

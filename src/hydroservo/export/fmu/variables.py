@@ -1,0 +1,117 @@
+"""The variables of an FMU: one for each number of an export, flat, with what FMI must know of it."""
+
+import re
+from collections import Counter
+from collections.abc import Iterator
+from enum import Enum
+from typing import NamedTuple
+
+from hydroservo.errors import ParameterError
+from hydroservo.export.exported import Exported, Signal
+
+__all__ = ["Kind", "Variable", "variables_of"]
+
+NAME = re.compile(r"[A-Za-z_]\w*(\[\d+\])?(\.[A-Za-z_]\w*(\[\d+\])?)*", re.ASCII)  # FMI's structured names
+PERIOD = "period"  # the place of the sample period, which steps are counted in and which is compiled in
+MACHINE = ("plant.", "valve.", "supply.")  # whose states are integrated: they do not come back from nan
+
+
+class Kind(Enum):
+    """What may be done with a variable: causality, variability and initial value in FMI's words.
+
+    A member's name, in capitals, is also that of the constant in C.
+    """
+
+    TIME = ("independent", "continuous", "")
+    CONSTANT = ("local", "constant", "exact")
+    FIXED = ("parameter", "fixed", "exact")
+    TUNABLE = ("parameter", "tunable", "exact")
+    INPUT = ("input", "discrete", "")
+    OUTPUT = ("output", "discrete", "calculated")
+    LOCAL = ("local", "discrete", "calculated")
+
+
+class Variable(NamedTuple):
+    """One variable of an FMU.
+
+    Attributes:
+        name: that users see.
+        reference: its value reference, which counts from 0.
+        kind: what may be done with it.
+        place: where it is in C's record of an instance, "" for the time.
+        unit: as declared.
+        meaning: as declared.
+        value: before initialization; for what has a start value.
+        vital: of the integrated machine, so that a run is lost with it.
+    """
+
+    name: str
+    reference: int
+    kind: Kind
+    place: str
+    unit: str
+    meaning: str
+    value: float
+    vital: bool = False
+
+    @property
+    def causality(self) -> str:
+        return str(self.kind.value[0])
+
+    @property
+    def variability(self) -> str:
+        """As the kind says, but that what is integrated is continuous."""
+        return "continuous" if self.vital else str(self.kind.value[1])
+
+    @property
+    def initial(self) -> str:
+        return str(self.kind.value[2])
+
+    @property
+    def has_start(self) -> bool:
+        """True for what is not computed, nor the time."""
+        return self.kind not in (Kind.TIME, Kind.OUTPUT, Kind.LOCAL)
+
+
+def variables_of(exported: Exported) -> tuple[Variable, ...]:
+    """The time, the parameters, the arguments and the states, in this order.
+
+    Raises:
+        ParameterError: a name is there twice, or is none in FMI.
+    """
+    time = Variable("time", 0, Kind.TIME, "", "s", "time", 0.0)
+    found = (time, *(one._replace(reference=i) for i, one in enumerate(numbers(exported), 1)))
+    counts = Counter(one.name for one in found)
+    for name, count in counts.items():
+        if count > 1:
+            raise ParameterError("variable", name, f"is the name of {count} variables of the FMU")
+        if not NAME.fullmatch(name):
+            raise ParameterError("variable", name, "cannot be the name of a variable of an FMU")
+    return found
+
+
+def numbers(exported: Exported) -> Iterator[Variable]:
+    for one in exported.parameters:
+        yield variable(one, parameter_kind(one), "parameters")
+    for argument in exported.arguments:
+        for one in argument.signals:
+            yield variable(one, Kind.INPUT, argument.name)
+    for one in exported.states:
+        yield variable(one, state_kind(exported, one), "state")
+
+
+def variable(signal: Signal, kind: Kind, record: str) -> Variable:
+    place = f"{record}.{signal.place}"
+    vital = kind is Kind.OUTPUT and signal.path.startswith(MACHINE)
+    return Variable(signal.path, 0, kind, place, signal.unit, signal.meaning, signal.value, vital)
+
+
+def parameter_kind(signal: Signal) -> Kind:
+    if signal.place == PERIOD:
+        return Kind.CONSTANT
+    return Kind.FIXED if signal.fixed else Kind.TUNABLE
+
+
+def state_kind(exported: Exported, signal: Signal) -> Kind:
+    """A controller's output is its command; of other units each number of the state is one."""
+    return Kind.LOCAL if exported.command and signal.place != "u" else Kind.OUTPUT

@@ -1,0 +1,87 @@
+"""Writes an export as an FMU: a zip of description, sources, a binary of them, and documentation."""
+
+import math
+import tempfile
+import zipfile
+from collections.abc import Mapping
+from pathlib import Path
+
+from hydroservo.errors import HydroservoError, ParameterError
+from hydroservo.export.exported import Exported
+from hydroservo.export.fmu.binary import compiled
+from hydroservo.export.fmu.contents import Files, fmu_files
+from hydroservo.export.fmu.interface import FmiVersion, library_ending, platform_folder
+from hydroservo.results import atomic_path
+
+__all__ = ["write_fmu"]
+
+RESERVED = ("fmi", "instance", "model")  # what the names of the other sources start with
+EPOCH = (1980, 1, 1, 0, 0, 0)  # of every file in the zip, so that equal content gives equal bytes
+
+
+def write_fmu(
+    exported: Exported, path: Path | str, *, stop_time: float, version: FmiVersion = FmiVersion.FMI2
+) -> Path:
+    """Write an export as an FMU for co-simulation, with a binary for this machine.
+
+    The same export gives the same bytes with the same compiler. The file is written whole or not at all.
+
+    Args:
+        exported: what it holds; in double precision, with its parameters as variables.
+        path: of the file, which ends in ".fmu".
+        stop_time: of the default experiment [s]; a whole number of sample periods.
+        version: of FMI.
+
+    Returns:
+        The path written.
+
+    Raises:
+        ParameterError: the export is in single precision, has its parameters inlined, or a name or the stop
+            time cannot be those of an FMU.
+        HydroservoError: the ending is another, the package fmpy or a C compiler is missing or fails, or the
+            file cannot be written.
+    """
+    path = Path(path)
+    if path.suffix.lower() != ".fmu":
+        raise HydroservoError(f"{path}: the name of an FMU ends in .fmu")
+    check(exported, stop_time)
+    files = fmu_files(exported, stop_time, version)
+    binary = f"{exported.prefix}{library_ending()}"
+    content = {name: text.encode() for name, text in files.items()}
+    content[f"binaries/{platform_folder(version)}/{binary}"] = built(files, binary)
+    with atomic_path(path) as temporary:
+        pack(content, temporary)
+    return path
+
+
+def check(exported: Exported, stop_time: float) -> None:
+    if exported.real != "double":
+        raise ParameterError("precision", exported.real, "an FMU is in double precision")
+    if exported.inlined:
+        raise ParameterError("inlined", True, "an FMU has its parameters as variables; do not inline them")
+    if exported.prefix.casefold().startswith(RESERVED):
+        others = ", ".join(RESERVED)
+        raise ParameterError("prefix", exported.prefix, f"must not start like other files do: {others}")
+    if not 0.0 < stop_time < math.inf:
+        raise ParameterError("stop_time", stop_time, "must be positive and finite")
+
+
+def built(files: Files, library: str) -> bytes:
+    """The binary of the sources."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        for path, text in files.items():
+            (folder / path).parent.mkdir(parents=True, exist_ok=True)
+            (folder / path).write_text(text, encoding="utf-8", newline="\n")
+        sources = folder / "sources"
+        return compiled(sources, sorted(one.name for one in sources.glob("*.c")), library)
+
+
+def pack(content: Mapping[str, bytes], path: Path) -> None:
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name in sorted(content):
+            entry = zipfile.ZipInfo(name, EPOCH)
+            entry.compress_type = zipfile.ZIP_DEFLATED
+            entry.create_system = 3  # Unix, whose permissions follow
+            entry.external_attr = (0o755 if name.startswith("binaries/") else 0o644) << 16
+            archive.writestr(entry, content[name])

@@ -1,0 +1,178 @@
+"""The folder that an export in C is: the code, a replay of test vectors, what builds them, and a README."""
+
+import math
+import re
+import textwrap
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+from hydroservo.errors import HydroservoError
+from hydroservo.export.deviation import measured_deviation
+from hydroservo.export.exported import Exported, Signal
+from hydroservo.export.prefix import checked_prefix
+from hydroservo.export.vectors import Vectors
+from hydroservo.results import write_text
+
+if TYPE_CHECKING:
+    import jinja2
+
+__all__ = ["Memory", "c_project", "memory", "write_c_project"]
+
+TOLERANCE = "0.01"  # of a number's deviation in single precision, relative to its largest value
+OURS = "Written by hydroservo"
+SIZES = {"double": 8, "float": 4}  # bytes
+
+RECOVERY = """\
+Every operation is that of IEEE 754: a NaN or an infinity among the inputs goes through the arithmetic, and no
+step traps as long as the processor's floating-point traps are off. What a state keeps of it may outlast the
+input: a law that has integrated a NaN has it for good. So look at the inputs before a step, or at the state
+after it, and call `init` again where a number of it is not finite."""
+
+
+class Memory(NamedTuple):
+    """What an instance of an export takes of a target's memory."""
+
+    state_bytes: int
+    parameter_bytes: int
+
+
+def memory(exported: Exported) -> Memory:
+    """The sizes of the state and of the parameters, all of whose numbers are of one type."""
+    size = SIZES[exported.real]
+    parameters = 0 if exported.inlined else size * len(exported.parameters)
+    return Memory(size * len(exported.states), parameters)
+
+
+def write_c_project(
+    exported: Exported, vectors: Vectors, folder: Path, *, recovery: str = RECOVERY
+) -> list[Path]:
+    """Write an export in C to a folder, and leave other files in it alone.
+
+    Args:
+        exported: what is exported.
+        vectors: its test vectors.
+        folder: missing ones are made.
+        recovery: what happens after inputs that are not finite, in Markdown.
+
+    Returns:
+        The paths of PREFIX.h, PREFIX.c, PREFIX_vectors.h, PREFIX_replay.c, Makefile and README.md.
+
+    Raises:
+        HydroservoError: a file cannot be written, or a Makefile or README.md of another origin is there.
+        ParameterError: the prefix cannot be one of C names.
+    """
+    checked_prefix(exported.prefix)
+    for name in ("Makefile", "README.md"):
+        check_ours(folder / name)
+    texts = c_project(exported, vectors, recovery)
+    return [write_text(folder / name, text) for name, text in texts.items()]
+
+
+def check_ours(path: Path) -> None:
+    """Refuse to replace a file that is not of an earlier export.
+
+    Raises:
+        HydroservoError: there is such a file.
+    """
+    try:
+        if not path.exists() or OURS in path.read_text(encoding="utf-8", errors="replace"):
+            return
+    except OSError as error:
+        raise HydroservoError(f"{path}: cannot be read: {error.strerror}") from error
+    raise HydroservoError(f"{path}: not written by hydroservo, and not replaced; take another folder")
+
+
+def c_project(exported: Exported, vectors: Vectors, recovery: str = RECOVERY) -> dict[str, str]:
+    """The texts of :func:`write_c_project` by file name."""
+    p = exported.prefix
+    known = {**names_in_c(exported), **numbers_in_c(exported, vectors), "x": exported, "recovery": recovery}
+    texts = {
+        f"{p}.h": exported.header,
+        f"{p}.c": exported.source,
+        f"{p}_vectors.h": rendered("vectors.h.j2", known),
+        f"{p}_replay.c": rendered("replay.c.j2", known),
+        "Makefile": rendered("Makefile.j2", known),
+    }
+    known["deviation"] = measured_deviation(p, texts) if exported.real == "float" else None
+    return texts | {"README.md": rendered("README.md.j2", known)}
+
+
+def names_in_c(exported: Exported) -> dict[str, object]:
+    """How the functions are called, and what the files are made of."""
+    p = exported.prefix
+    parameters = () if exported.inlined else (f"&{p}_defaults",)
+    arguments = [f"&{argument.name}" for argument in exported.arguments]
+    return {
+        "PREFIX": p.upper(),
+        "mark": f"{OURS} {exported.version}",
+        "init": ", ".join(("&state", *parameters)),
+        "step": ", ".join(("&state", *parameters, *arguments)),
+        "reads_command": any(signal.path == "measurement.command" for signal in signals(exported)),
+        "memory": memory(exported),
+        "tolerance": TOLERANCE,
+    }
+
+
+def numbers_in_c(exported: Exported, vectors: Vectors) -> dict[str, object]:
+    """The test vectors, and the places where they go."""
+    return {
+        "read": signals(exported),
+        "places": [f"{one.name}.{signal.place}" for one in exported.arguments for signal in one.signals],
+        "inputs": vectors.inputs.tolist(),
+        "start": [signal.value for signal in exported.states],
+        "expected": vectors.expected.tolist(),
+        "samples": len(vectors.expected),
+        "made": vectors.made,
+    }
+
+
+def signals(exported: Exported) -> list[Signal]:
+    """What ``step`` reads of its arguments, in their order."""
+    return [signal for argument in exported.arguments for signal in argument.signals]
+
+
+def rendered(name: str, known: dict[str, object]) -> str:
+    return environment().get_template(name).render(known)
+
+
+def environment() -> "jinja2.Environment":
+    import jinja2
+
+    found = jinja2.Environment(
+        loader=jinja2.PackageLoader("hydroservo.export"),
+        autoescape=False,  # noqa: S701 - C and Markdown, not HTML
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+    )
+    found.filters |= {
+        "cell": cell,
+        "hex": in_hex,
+        "labelled": labelled,
+        "number": repr,
+        "word": lambda place: re.sub(r"\W+", "_", place).strip("_"),
+        "wrapped": lambda text: textwrap.wrap(text, 100),
+    }
+    return found
+
+
+def in_hex(row: list[float]) -> str:
+    """The numbers of a row as C99 constants that hold every bit."""
+    return ", ".join(hexadecimal(value) for value in row)
+
+
+def hexadecimal(value: float) -> str:
+    if math.isfinite(value):
+        return value.hex()
+    return "NAN" if math.isnan(value) else "INFINITY" if value > 0.0 else "-INFINITY"
+
+
+def labelled(signal: Signal) -> str:
+    """Such as ``controller.u [V]``."""
+    return f"{signal.path} [{signal.unit}]" if signal.unit else signal.path
+
+
+def cell(text: str) -> str:
+    """Text as it stands in a cell of a table in Markdown."""
+    return re.sub(r"([|*<])", r"\\\1", text)

@@ -1,0 +1,155 @@
+"""``hydroservo export``: what is printed and written, and what it says where something is wrong."""
+
+import json
+import shutil
+import subprocess
+import sys
+from types import SimpleNamespace
+
+import pytest
+from test_cli import PLUGIN, failed, succeeded
+
+import hydroservo
+from hydroservo.provenance import scenario_hash
+from hydroservo.scenario import load_scenario
+
+SHORT = ("--set", "simulation.duration=20 ms")
+C = ("export", "c", "paper/sine-pi", *SHORT)
+
+
+def names(prefix):
+    return [f"{prefix}{ending}" for ending in (".h", ".c", "_vectors.h", "_replay.c")] + [
+        "Makefile",
+        "README.md",
+    ]
+
+
+@pytest.fixture(scope="module")
+def done(tmp_path_factory):
+    """An export, what it printed, and where it is."""
+    out = tmp_path_factory.mktemp("export") / "new folder"
+    return succeeded(*C, "--out", out), out
+
+
+def test_it_says_what_was_written_and_what_to_do_next(done):
+    said, out = done
+    assert said.splitlines() == [
+        "PI of scenario paper/sine-pi: 24 bytes of state, 40 of parameters, double precision",
+        f"written to {out}: {', '.join(names('sine_pi'))}",
+        f"next: make -C '{out}' check",
+    ]
+    assert sorted(path.name for path in out.iterdir()) == sorted(names("sine_pi"))
+
+
+@pytest.mark.skipif(not (shutil.which("make") and shutil.which("cc")), reason="needs make and cc")
+def test_the_next_command_passes(done):
+    command = done[0].splitlines()[-1].removeprefix("next: ")
+    run = subprocess.run(command, shell=True, capture_output=True, text=True, check=False)  # noqa: S602
+    assert (run.returncode, run.stderr) == (0, "")
+    assert "sine_pi: 542 of 542 samples bit for bit" in run.stdout
+
+
+def test_json_is_one_object(tmp_path):
+    said = json.loads(succeeded(*C, "--out", tmp_path, "--precision", "single", "--prefix", "rig", "--json"))
+    assert said == {
+        "scenario": "paper/sine-pi",
+        "hash": scenario_hash(load_scenario("paper/sine-pi", {"simulation.duration": 0.02})),
+        "version": hydroservo.__version__,
+        "unit": "controller",
+        "prefix": "rig",
+        "precision": "single",
+        "period": 1e-5,
+        "state_bytes": 12,
+        "parameter_bytes": 20,
+        "files": [str(tmp_path / name) for name in names("rig")],
+    }
+    assert "float rig_step(" in (tmp_path / "rig.h").read_text()
+
+
+def test_parameters_inline(tmp_path):
+    assert ", 0 of parameters," in succeeded(*C, "--out", tmp_path, "--inline")
+    assert "_defaults" not in (tmp_path / "sine_pi.h").read_text()
+
+
+@pytest.mark.parametrize(
+    ("unit", "step"), [("machine", "sine_pi_command *command"), ("loop", "sine_pi_parameters")]
+)
+def test_the_machine_and_the_loop(tmp_path, unit, step):
+    said = succeeded(*C, "--out", tmp_path, "--unit", unit)
+    assert said.startswith(f"{unit.capitalize()} of scenario paper/sine-pi: ")
+    assert step in (tmp_path / "sine_pi.h").read_text()
+    if shutil.which("make") and shutil.which("cc"):
+        run = subprocess.run(["make", "-C", tmp_path, "check"], capture_output=True, text=True, check=False)
+        assert (run.returncode, run.stderr) == (0, "")
+        assert "sine_pi: 500 of 500 samples bit for bit" in run.stdout
+
+
+def test_a_file_of_ones_own_with_a_plugin(tmp_path):
+    (tmp_path / "plugin.py").write_text(PLUGIN)
+    (tmp_path / "My law.toml").write_text('simulation.duration = "1 ms"\ncontroller.type = "Fixed"\n')
+    plugin = ("--plugin", tmp_path / "plugin.py")
+    said = succeeded("export", "c", tmp_path / "My law.toml", *plugin, "--out", tmp_path / "c")
+    assert said.startswith("Fixed of scenario My law: ")
+    assert (tmp_path / "c" / "my_law.c").exists()
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (("--prefix", "a-b"), "prefix = 'a-b': must be"),
+        (("--prefix", "math"), "prefix = 'math': must be"),
+        (("--unit", "loop", "--precision", "single"), "double precision"),
+        (("--set", "plant.mass=0"), "plant.mass"),
+    ],
+)
+def test_what_cannot_be_exported_is_said_in_one_line(tmp_path, options, message):
+    assert message in failed(*C, "--out", tmp_path / "c", *options)
+    assert not (tmp_path / "c").exists()
+
+
+def test_a_folder_that_cannot_be_written(tmp_path):
+    (tmp_path / "file").write_text("")
+    assert "file" in failed(*C, "--out", tmp_path / "file" / "c")
+
+
+def test_a_stranger_is_not_replaced(tmp_path):
+    (tmp_path / "README.md").write_text("# mine")
+    assert "README.md: not written by hydroservo" in failed(*C, "--out", tmp_path)
+    assert [path.name for path in tmp_path.iterdir()] == ["README.md"]
+
+
+@pytest.fixture
+def written(monkeypatch):
+    """What the writer of FMUs is called with, which writes nothing but its title."""
+    calls = []
+
+    def write_fmu(exported, path, version, stop_time):
+        calls.append((exported, path, version, stop_time))
+        path.write_text(exported.title)
+
+    monkeypatch.setitem(sys.modules, "hydroservo.export.fmu", SimpleNamespace(write_fmu=write_fmu))
+    return calls
+
+
+def test_an_fmu(written, tmp_path):
+    out = tmp_path / "law.fmu"
+    said = succeeded("export", "fmu", "paper/sine-pi", *SHORT, "--out", out)
+    ((exported, path, version, stop_time),) = written
+    assert (exported.prefix, path, version, stop_time) == ("sine_pi", out, 2, 0.02)
+    assert said.splitlines() == [
+        "PI of scenario paper/sine-pi: 3 inputs, 3 states, 5 parameters, FMI 2, steps of 1e-05 s",
+        f"written: {out}, 0 KiB",
+        f"next: fmpy validate {out}",
+    ]
+
+
+@pytest.mark.parametrize("unit", ["machine", "loop"])
+def test_an_fmu_of_the_machine_in_json(written, tmp_path, unit):
+    options = ("--unit", unit, "--fmi", "3", "--json", "--out", tmp_path / "m.fmu")
+    said = json.loads(succeeded("export", "fmu", "paper/sine-pi", *SHORT, *options))
+    assert (said["unit"], said["fmi"], said["file"]) == (unit, "3", str(tmp_path / "m.fmu"))
+    assert written[0][2] == 3
+
+
+def test_an_fmu_ends_in_fmu(written, tmp_path):
+    assert "must be .fmu" in failed("export", "fmu", "paper/sine-pi", "--out", tmp_path / "law.zip")

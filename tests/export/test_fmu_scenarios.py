@@ -1,0 +1,118 @@
+"""FMUs of the built-in scenarios: valid descriptions, and runs that equal a strict simulation bit for bit."""
+
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+fmpy = pytest.importorskip("fmpy")
+
+from fmus import Instance  # noqa: E402
+
+from hydroservo import simulate  # noqa: E402
+from hydroservo.export.fmu import FmiVersion, write_fmu  # noqa: E402
+from hydroservo.export.fmu.contents import fmu_files  # noqa: E402
+from hydroservo.export.units import Part, exported  # noqa: E402
+from hydroservo.loop import Loop  # noqa: E402
+from hydroservo.scenario import builtin_scenarios, load_scenario  # noqa: E402
+
+RUN = ("paper/sine-tsmc", "rig/encoder-tsmc-square", "rig/excavator-link")
+SAMPLES = 1000
+MACHINE = ("plant.", "valve.", "supply.", "sensors.")
+
+
+@pytest.mark.parametrize("name", builtin_scenarios())
+def test_descriptions_are_valid(name: str, tmp_path: Path) -> None:
+    loop = load_scenario(name)
+    for part in Part:
+        unit = exported(loop, part, prefix="unit", title=f"{part} of scenario {name}")
+        for version in FmiVersion:
+            text = fmu_files(unit, loop.simulation.duration, version)["modelDescription.xml"]
+            (tmp_path / "modelDescription.xml").write_text(text)
+            # Raises what it finds. FMPy's check of names takes a hundred times as long: other tests do it.
+            description = fmpy.read_model_description(tmp_path, validate=True, validate_model_structure=True)
+            numbers = (
+                sum(len(one.signals) for one in unit.arguments) + len(unit.parameters) + len(unit.states)
+            )
+            assert len(description.modelVariables) == 1 + numbers
+
+
+@cache
+def short(name: str) -> Loop:
+    """A loop of few samples, each of which is recorded."""
+    loop = load_scenario(name)
+    period = loop.simulation.period
+    brief = loop.simulation._replace(duration=SAMPLES * period, record_period=period)
+    return loop._replace(simulation=brief)
+
+
+@cache
+def simulated(name: str) -> xr.Dataset:
+    return simulate(short(name), strict=True)
+
+
+@pytest.fixture(scope="module", params=FmiVersion, ids=lambda version: version.name)
+def version(request: pytest.FixtureRequest) -> FmiVersion:
+    return request.param
+
+
+@pytest.fixture(scope="module", params=RUN)
+def folders(
+    request: pytest.FixtureRequest, version: FmiVersion, tmp_path_factory: pytest.TempPathFactory
+) -> tuple[str, dict[Part, Path]]:
+    """A scenario, and the unpacked FMU of each of its parts."""
+    found = {}
+    for part in Part:
+        folder = tmp_path_factory.mktemp(part)
+        unit = exported(load_scenario(request.param), part, prefix="unit", title=f"{part} of {request.param}")
+        path = write_fmu(unit, folder / "unit.fmu", stop_time=1.0, version=version)
+        found[part] = Path(fmpy.extract(str(path), unzipdir=str(folder / "unpacked")))
+    return request.param, found
+
+
+def table(rows: list[list[float]], names: list[str]) -> dict[str, np.ndarray]:
+    return dict(zip(names, np.array(rows).T, strict=True))
+
+
+def test_a_whole_loop_equals_its_simulation(folders: tuple[str, dict[Part, Path]]) -> None:
+    name, parts = folders
+    data, period = simulated(name), short(name).simulation.period
+    with Instance(parts[Part.LOOP]) as loop:
+        names = [one for one in loop.references if one in data.variables]
+        assert set(names) == {str(one) for one, values in data.variables.items() if values.dims}
+        loop.begin()
+        rows = [loop.get(*names)]
+        for k in range(SAMPLES):
+            assert loop.step(k * period) == 0
+            rows.append(loop.get(*names))
+    for one, values in table(rows, names).items():
+        np.testing.assert_array_equal(values, data[one].values, err_msg=one)
+
+
+def test_a_controller_and_a_machine_make_the_loop(folders: tuple[str, dict[Part, Path]]) -> None:
+    name, parts = folders
+    data, reference = simulated(name), short(name).reference
+    period = short(name).simulation.period
+    with Instance(parts[Part.CONTROLLER]) as controller, Instance(parts[Part.MACHINE]) as machine:
+        given = [one for one in controller.references if one.startswith("measurement.")]
+        wanted = [one for one in controller.references if one.startswith("demand.")]
+        own = [one for one in controller.references if one.startswith("controller.") and one in data]
+        its = [one for one in machine.references if one.startswith(MACHINE) and one in data]
+        controller.begin()
+        machine.begin()
+        laws, machines = [], []
+        for k in range(SAMPLES):
+            machines.append(machine.get(*its))
+            demand = reference.at(k * period)._asdict()
+            controller.set(dict(zip(given, machine.get(*given), strict=True)))
+            controller.set({one: demand[one.removeprefix("demand.")] for one in wanted})
+            assert controller.step(k * period) == 0
+            laws.append(controller.get(*own))
+            machine.set({"controller.u": controller.get("controller.u")[0]})
+            assert machine.step(k * period) == 0
+    assert "controller.u" in own
+    assert any(one.startswith("plant.") for one in its)
+    for one, values in (table(laws, own) | table(machines, its)).items():
+        np.testing.assert_array_equal(values, data[one].values[:SAMPLES], err_msg=one)

@@ -1,0 +1,81 @@
+"""The C sources of FMUs: strict compilers, sanitizers, and what a binary shows and needs."""
+
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+from fmus import mass
+from toy import toy
+
+from hydroservo.export.fmu import FmiVersion
+from hydroservo.export.fmu.binary import FLAGS
+from hydroservo.export.fmu.contents import fmu_files
+
+STRICT = ("-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Wstrict-prototypes", "-Werror")
+SANITIZED = ("-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
+EXCHANGE = "Functions for FMI2 for Model Exchange.*?Functions for FMI2 for Co-Simulation"  # not needed in 2.0
+LIBRARY = re.compile(r"(mem(cpy|set|cmp)|bcmp|str(cmp|len)|calloc|free|sqrt|__\w+_chk|__stack_chk_fail)\b")
+
+
+@pytest.fixture(scope="module", params=FmiVersion, ids=lambda version: version.name)
+def sources(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    """The folder of each export's sources."""
+    pytest.importorskip("fmpy")
+    found = {}
+    for one in (toy(), mass()):
+        folder = tmp_path_factory.mktemp(one.prefix)
+        for name, text in fmu_files(one, 1.0, request.param).items():
+            (folder / name).parent.mkdir(parents=True, exist_ok=True)
+            (folder / name).write_text(text)
+        found[one.prefix] = folder / "sources"
+    return found
+
+
+def tool(name: str) -> str:
+    if shutil.which(name) is None:
+        pytest.skip(f"{name} is not installed")
+    return name
+
+
+def run(folder: Path, *command: str) -> str:
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr[:4000]
+    return done.stdout
+
+
+def c_files(folder: Path) -> list[str]:
+    return sorted(one.name for one in folder.glob("*.c"))
+
+
+@pytest.mark.parametrize("compiler", ["gcc", "clang"])
+@pytest.mark.parametrize("prefix", ["toy", "mass"])
+def test_strict_compilers_find_nothing(sources: dict[str, Path], prefix: str, compiler: str) -> None:
+    # FMI's own headers are not of this project: -isystem.
+    folder = sources[prefix]
+    run(folder, tool(compiler), *FLAGS, *STRICT, "-isystem", "include", *c_files(folder), "-o", "strict.so")
+
+
+def test_a_binary_shows_fmi_alone_and_needs_little(sources: dict[str, Path], tmp_path: Path) -> None:
+    folder = sources["toy"]
+    run(folder, tool("gcc"), *FLAGS, "-Iinclude", *c_files(folder), "-o", "shown.so", "-lm")
+    symbols = [line.split()[-2:] for line in run(folder, tool("nm"), "-D", "shown.so").splitlines()]
+    shown = {name for kind, name in symbols if kind.isupper() and kind not in "UW"}
+    needed = {name for kind, name in symbols if kind == "U"}
+    header = next((folder / "include").glob("fmi?Functions.h")).read_text()
+    header = re.sub(EXCHANGE, "", header, flags=re.DOTALL)
+    declared = set(re.findall(r"^#define (fmi\d[A-Z]\w+) +fmi\dFullName", header, re.MULTILINE))
+    assert shown == declared
+    assert all(LIBRARY.match(name) or "snprintf" in name for name in needed), needed
+
+
+def test_sanitizers_find_nothing(sources: dict[str, Path]) -> None:
+    folder = sources["mass"]
+    version = 2 if (folder / "fmi2.c").exists() else 3
+    shutil.copy(Path(__file__).parent / f"fmi{version}_driver.c", folder / "driver.cc")
+    run(
+        folder, tool("gcc"), "-std=c99", "-O1", *SANITIZED, "-Iinclude", *c_files(folder),
+        "-x", "c", "driver.cc", "-o", "driver", "-lm",
+    )  # fmt: skip
+    assert run(folder, "./driver") == "2 instances, 1000 samples\n"
