@@ -2,24 +2,28 @@
 
 from functools import cache
 from pathlib import Path
+from subprocess import CompletedProcess
 from typing import NamedTuple
 
 import numpy as np
 import pytest
-from benchmarks.targets.boards import BOARDS, COMPILER, Board, compiled
+from benchmarks.targets.boards import BOARDS, COMPILER, Board, compiled, image, ran
 from benchmarks.targets.host import library
 from benchmarks.targets.sources import Rows, width
 from benchmarks.targets.symbols import foreign, undefined
 from cppcheck import findings, unaccepted
 from fuzz import BLOCK, fuzzed, verdict
-from needs import needs
 from sanitizers import watched
 
 from hydroservo.export.exported import Exported
+from hydroservo.export.project import write_c_project
 from hydroservo.export.units import Part, Precision, exported
+from hydroservo.export.vectors import Vectors, made_vectors
 from hydroservo.scenario import load_scenario
+from needs import needs
 
 COMPILERS = ("gcc", "clang")
+EMULATOR = "qemu-system-arm"
 SLOW_ALONE = {"copysign", "copysignf"}  # that gcc calls where it does not optimise at all; exact everywhere
 
 
@@ -46,6 +50,7 @@ CASES = (
     Case("rig/excavator-link", Part.MACHINE),
     Case("rig/excavator-link", Part.LOOP, inlined=True),
 )
+SINGLE = [case for case in CASES if case.precision is Precision.SINGLE]
 CONTROLLERS = [case for case in CASES if case.part is Part.CONTROLLER]
 
 
@@ -54,6 +59,7 @@ def named(case: Case) -> str:
 
 
 each_case = pytest.mark.parametrize("case", CASES, ids=named)
+each_board = pytest.mark.parametrize("board", BOARDS, ids=[board.name for board in BOARDS])
 each_controller = pytest.mark.parametrize("case", CONTROLLERS, ids=named)
 
 
@@ -63,6 +69,11 @@ def unit_of(case: Case) -> Exported:
     return exported(
         loop, case.part, prefix="unit", title=case.scenario, precision=case.precision, inlined=case.inlined
     )
+
+
+@cache
+def vectors_of(case: Case) -> Vectors:
+    return made_vectors(load_scenario(case.scenario), case.part, unit_of(case))
 
 
 def rows_of(unit: Exported, count: int = 1000) -> Rows:
@@ -89,10 +100,55 @@ def test_cppcheck_finds_nothing_but_accepted_deviations(case: Case, tmp_path: Pa
 
 
 @each_case
-@pytest.mark.parametrize("board", BOARDS, ids=[board.name for board in BOARDS])
+@each_board
 def test_boards_call_nothing_but_roots_and_helpers(case: Case, board: Board, tmp_path: Path) -> None:
     needs(COMPILER)
     assert foreign(undefined(compiled(unit_of(case), board, tmp_path), "arm-none-eabi-nm")) == set()
+
+
+def replayed(unit: Exported, vectors: Vectors, board: Board, folder: Path) -> CompletedProcess[str]:
+    """The replay that is exported beside the code, on a board."""
+    write_c_project(unit, vectors, folder)
+    sources = [folder / f"{unit.prefix}.c", folder / f"{unit.prefix}_replay.c"]
+    return ran(board, image(board, sources, folder))
+
+
+@each_board
+@each_case
+def test_boards_pass_the_replay(case: Case, board: Board, tmp_path: Path) -> None:
+    needs(COMPILER, EMULATOR, "gcc")
+    done = replayed(unit_of(case), vectors_of(case), board, tmp_path)
+    assert done.returncode == 0, done.stdout
+    if case.precision is Precision.DOUBLE:
+        count = len(vectors_of(case).expected)
+        assert f"{count} of {count} samples bit for bit" in done.stdout
+
+
+@each_board
+def test_a_board_finds_a_wrong_vector(board: Board, tmp_path: Path) -> None:
+    needs(COMPILER, EMULATOR)
+    case = Case("paper/sine-tsmc")
+    vectors = vectors_of(case)
+    wrong = vectors.expected.copy()
+    wrong[40, 3] = np.nextafter(wrong[40, 3], np.inf)
+    done = replayed(unit_of(case), vectors._replace(expected=wrong), board, tmp_path)
+    assert done.returncode == 1
+    assert "sample 41 of" in done.stdout
+
+
+@each_board
+@pytest.mark.parametrize("case", SINGLE, ids=named)
+def test_boards_give_the_bits_of_this_machine_in_single_precision(
+    case: Case, board: Board, tmp_path: Path
+) -> None:
+    needs(COMPILER, EMULATOR, "gcc")
+    unit, vectors = unit_of(case), vectors_of(case)
+    here = library(unit, tmp_path).run(vectors.inputs)
+    write_c_project(unit, vectors._replace(expected=here.astype(np.float64)), tmp_path)
+    replay = tmp_path / "unit_replay.c"
+    replay.write_text(f"#define UNIT_TOLERANCE 0.0\n{replay.read_text()}")
+    done = ran(board, image(board, [tmp_path / "unit.c", replay], tmp_path))
+    assert done.returncode == 0, done.stdout
 
 
 @pytest.mark.parametrize("compiler", COMPILERS)
