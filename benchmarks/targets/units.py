@@ -1,4 +1,4 @@
-"""The controllers that are measured: every law, and those of the built-in scenarios, each combination once."""
+"""The controllers that are measured: every law, and those of built-in scenarios, each combination once."""
 
 from collections.abc import Iterator
 
