@@ -2,6 +2,7 @@
 
 import io
 import os
+import re
 import shlex
 import shutil
 import subprocess
@@ -17,7 +18,18 @@ from matplotlib.figure import Figure
 from hydroservo.figures.style import figure, style
 from hydroservo.readable import readable_unit
 
-__all__ = ["Image", "curves", "examples", "metrics_table", "sweeps", "table", "terminal"]
+__all__ = [
+    "Image",
+    "curves",
+    "examples",
+    "function_in_c",
+    "metrics_table",
+    "records_in_c",
+    "refused",
+    "sweeps",
+    "table",
+    "terminal",
+]
 
 
 def svg(fig: Figure) -> str:
@@ -35,6 +47,31 @@ get_ipython().display_formatter.formatters["image/svg+xml"].for_type(Figure, svg
 def examples() -> None:
     """Copies the repository's examples into the page's own temporary folder."""
     shutil.copytree(Path(__file__).parents[2] / "examples", ".", dirs_exist_ok=True)
+
+
+def refused(command: str) -> Markdown:
+    """What a reader's terminal shows after a command that is refused."""
+    return terminal(command)
+
+
+def function_in_c(file: str, name: str) -> Markdown:
+    """A function of a written source."""
+    text = Path(file).read_text(encoding="utf-8")
+    found = re.search(rf"^static [^;{{}}]*\b{name}\([^;{{}}]*\{{.*?^\}}", text, re.MULTILINE | re.DOTALL)
+    if found is None:
+        raise LookupError(f"no function {name} in {file}")
+    return Markdown(f"```c\n{found[0]}\n```")  # type: ignore[no-untyped-call]
+
+
+def records_in_c(file: str, *names: str) -> Markdown:
+    """Records of a written header."""
+    text = Path(file).read_text(encoding="utf-8")
+    blocks = text.split("\n\n")
+    ends = [re.compile(rf"^\}} \w+_{name};", re.MULTILINE) for name in names]
+    found = [block for end in ends for block in blocks if end.search(block)]
+    if len(found) != len(names):
+        raise LookupError(f"not all of {names} in {file}")
+    return Markdown("```c\n" + "\n\n".join(found) + "\n```")  # type: ignore[no-untyped-call]
 
 
 def terminal(*commands: str) -> Markdown:
