@@ -9,12 +9,14 @@ import numpy as np
 import pytest
 from benchmarks.targets.boards import BOARDS, COMPILER, Board, compiled, image, ran
 from benchmarks.targets.host import library
+from benchmarks.targets.laws import LAWS
 from benchmarks.targets.sources import Rows, width
 from benchmarks.targets.symbols import foreign, undefined
 from cppcheck import findings, unaccepted
 from fuzz import BLOCK, fuzzed, verdict
 from sanitizers import watched
 
+from hydroservo import Loop
 from hydroservo.export.exported import Exported
 from hydroservo.export.project import write_c_project
 from hydroservo.export.units import Part, Precision, exported
@@ -79,6 +81,11 @@ def vectors_of(case: Case) -> Vectors:
 def rows_of(unit: Exported, count: int = 1000) -> Rows:
     """Ordinary numbers, as small as velocities are."""
     return np.random.default_rng(0).normal(0.0, 0.02, (count, width(unit)))
+
+
+def limit_of(unit: Exported) -> float:
+    """The largest command [V]: of all limits that it goes through the least."""
+    return min(signal.value for signal in unit.parameters if signal.path.endswith("saturation.limit"))
 
 
 @each_case
@@ -167,6 +174,16 @@ def test_nothing_undefined_with_any_input(case: Case, compiler: str, tmp_path: P
 def test_a_controller_commands_within_its_limits_and_recovers(case: Case, seed: int, tmp_path: Path) -> None:
     needs("gcc")
     unit = unit_of(case)
-    limit = max(signal.value for signal in unit.parameters if signal.path.endswith(".limit"))
-    found = verdict(library(unit, tmp_path), rows_of(unit, 100 * BLOCK), limit, seed)
+    found = verdict(library(unit, tmp_path), rows_of(unit, 100 * BLOCK), limit_of(unit), seed)
     assert found == (0, 0, 0)
+
+
+@pytest.mark.parametrize("precision", Precision)
+@pytest.mark.parametrize("name", LAWS)
+def test_each_law_passes_what_scenarios_pass(name: str, precision: Precision, tmp_path: Path) -> None:
+    needs("cppcheck", "gcc", "clang")
+    loop = Loop(controller=LAWS[name])
+    unit = exported(loop, Part.CONTROLLER, prefix="unit", title=name, precision=precision)
+    assert unaccepted(findings(unit, tmp_path)) == []
+    library(unit, tmp_path)
+    assert verdict(watched(unit, tmp_path, "clang"), rows_of(unit), limit_of(unit)) == (0, 0, 0)
