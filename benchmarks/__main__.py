@@ -22,7 +22,11 @@ from benchmarks.profile import profile
 from benchmarks.results import RESULTS, load, save
 from benchmarks.scaling import scaling
 from benchmarks.start_up import start_up
-from benchmarks.table import Line, Section, job_table, machines_table, notes, summary, write
+from benchmarks.table import ROOT, Line, Section, filled, job_table, machines_table, notes, summary, write
+from benchmarks.targets.table import measured as measured_units
+from benchmarks.targets.table import page as target_page
+from benchmarks.targets.table import tables as target_tables
+from benchmarks.targets.units import controllers, units
 
 app = typer.Typer(add_completion=False)
 Named = TypeVar("Named", Job, Peer)
@@ -95,6 +99,19 @@ def machines(
         results = load(target)
         save(target, results | {"native": results.get("native", {}) | {"machines": measured}})
     show([("", machines_table(measured))])
+
+
+@app.command()
+def targets(
+    only: Annotated[str, typer.Option(help="scenarios with commas between; all if empty")] = "",
+) -> None:
+    """Memory, stack and instructions of exported controllers; all of them go into the documentation."""
+    offered = controllers()
+    found = list(measured_units(units({name: offered[name] for name in named(only, list(offered))}), tell))
+    if not only:
+        page = ROOT / "docs" / "target.md"
+        page.write_text(filled(page.read_text(encoding="utf-8"), target_page(found)), encoding="utf-8")
+    show(target_tables(found))
 
 
 @app.command()

@@ -10,6 +10,7 @@ from benchmarks.results import Results
 from hydroservo.engine.lanes import LANES
 
 __all__ = [
+    "ROOT",
     "Line",
     "Section",
     "details",

@@ -50,22 +50,24 @@ def measured(units: Iterable[tuple[str, Exported, Rows]], say: Callable[[str], N
 
 def page(found: list[Measured]) -> str:
     """What the documentation shows."""
-    chapters = [text for title, table in tables(found) for text in (f"### {title}", markdown(*table))]
+    chapters = []
+    for title, (header, rows) in tables(found):
+        chapters += [f"### {title}", markdown(header, ((f"`{name}`", *cells) for name, *cells in rows))]
     return "\n\n".join([*chapters, made_with()])
 
 
 def tables(found: list[Measured]) -> list[tuple[str, tuple[Line, list[Line]]]]:
     """A table for each precision, by title."""
     return [
-        (title, (header(), [row(one) for one in found if one.real == real]))
+        (title, (columns(), [row(one) for one in found if one.real == real]))
         for real, title in PRECISIONS.items()
         if any(one.real == real for one in found)
     ]
 
 
-def header() -> Line:
-    columns = [f"{board.name}: {what}" for board in BOARDS for what in ("code", "stack", "instructions")]
-    return ("", "state", "parameters", *columns, "x86-64: instructions")
+def columns() -> Line:
+    each = [f"{board.name}: {what}" for board in BOARDS for what in ("code", "stack", "instructions")]
+    return ("", "state", "parameters", *each, "x86-64: instructions")
 
 
 def row(one: Measured) -> Line:

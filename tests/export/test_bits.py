@@ -6,8 +6,7 @@ from typing import get_type_hints
 import numpy as np
 import pytest
 from benchmarks.targets.host import library
-from laws import LAWS, PARTS, types_in
-from needs import needs
+from benchmarks.targets.laws import LAWS, PARTS, types_in
 from numpy.typing import NDArray
 
 from compiling import compiled
@@ -20,6 +19,7 @@ from hydroservo.holds import DelayedHold
 from hydroservo.scenario import builtin_scenarios, load_scenario
 from hydroservo.signals import Demand, Measurement
 from hydroservo.simulate import ready
+from needs import needs
 from roles import NOTHING, ROLES, blocks, playing
 from strategies import choices
 

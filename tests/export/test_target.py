@@ -2,20 +2,17 @@
 
 from pathlib import Path
 
-import numpy as np
 import pytest
 from benchmarks.targets.boards import BOARDS, COMPILER, Board, compiled, image, ran
 from benchmarks.targets.costs import Sections, costs, sections
-from benchmarks.targets.host import library
-from benchmarks.targets.sources import Rows
 from benchmarks.targets.stack import deepest
 from benchmarks.targets.symbols import foreign, undefined
 from benchmarks.targets.tools import ToolError, output
-from needs import needs
 from toy import toy
-from variants import changed, each_unit, idling, inputs, single
+from variants import changed, each_unit, idling, inputs
 
 from hydroservo.export.exported import Exported
+from needs import needs
 
 EMULATOR = "qemu-system-arm"
 FAULT = "*(volatile int *)0xFFFFFFF0u = 1;"
@@ -133,66 +130,6 @@ def test_the_deepest_chain_counts(tmp_path: Path) -> None:
     graph.write_text(GRAPH.replace("8 bytes (static)", "8 bytes (dynamic)"))
     with pytest.raises(ValueError, match=r"the stack of a\.c:left is dynamic"):
         deepest(graph, "step")
-
-
-REPLAY = """\
-#include "{prefix}.h"
-#include <stdio.h>
-#include <string.h>
-
-static const {real} inputs[][{width}] = {{ {inputs} }};
-static const {real} states[][{states}] = {{ {expected} }};
-
-int main(void) {{
-    {prefix}_state state;
-    {prefix}_init(&state, &{prefix}_defaults);
-    for (int i = 0; i < {rows}; i++) {{
-        const {prefix}_measurement measurement = {{ inputs[i][0] }};
-        const {prefix}_demand demand = {{ inputs[i][1] }};
-        {prefix}_step(&state, &{prefix}_defaults, &measurement, &demand);
-        if (memcmp(&state, states[i], sizeof state) != 0) {{
-            printf("row %d differs\\n", i);
-            return 1;
-        }}
-    }}
-    return 0;
-}}
-"""
-
-
-def listed(rows: Rows) -> str:
-    return ", ".join(f"{{ {', '.join(number.hex() for number in row)} }}" for row in rows.tolist())
-
-
-def replayed(unit: Exported, board: Board, rows: Rows, states: Rows, folder: Path) -> tuple[int, str]:
-    """Status and words of a board that steps through the rows and compares each state bit for bit."""
-    main = folder / "replay.c"
-    text = REPLAY.format(
-        prefix=unit.prefix,
-        real=unit.real,
-        width=rows.shape[1],
-        states=states.shape[1],
-        inputs=listed(rows),
-        expected=listed(states),
-        rows=len(rows),
-    )
-    main.write_text(text)
-    done = ran(board, image(board, [compiled(unit, board, folder), main], folder))
-    return done.returncode, done.stdout
-
-
-@pytest.mark.parametrize("unit", [toy(), single()], ids=["double", "single"])
-@each_board
-def test_a_board_gives_the_bits_of_this_machine(unit: Exported, board: Board, tmp_path: Path) -> None:
-    needs(COMPILER, EMULATOR, "gcc")
-    root = "sqrtf" if unit.real == "float" else "sqrt"
-    rooted = changed(unit, "* error) + integral;", f"* error) + {root}(integral);")
-    rows = np.abs(inputs(rooted)) * [-1.0, 1.0]
-    rows = rows.astype(np.float32 if unit.real == "float" else np.float64)
-    states = library(rooted, tmp_path).run(rows)
-    assert replayed(rooted, board, rows, states, tmp_path) == (0, "")
-    states[50, 1] = np.nextafter(states[50, 1], states.dtype.type(1.0))
-    assert replayed(rooted, board, rows, states, tmp_path) == (1, "row 50 differs\n")
 
 
 def test_an_image_that_stops_is_an_error(tmp_path: Path) -> None:

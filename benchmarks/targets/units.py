@@ -1,0 +1,37 @@
+"""The controllers that are measured: every law, and those of built-in scenarios, each combination once."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from benchmarks.targets.laws import LAWS, types_in
+from benchmarks.targets.sources import Rows
+from hydroservo import Loop, Simulation
+from hydroservo.export.exported import Exported
+from hydroservo.export.units import Part, Precision, exported
+from hydroservo.export.vectors import made_vectors
+from hydroservo.scenario import builtin_scenarios, load_scenario
+
+__all__ = ["controllers", "units"]
+
+LARGEST = 1e100  # of an input that a loop gives
+PERIOD = 1e-4  # s, of the laws' loops
+
+
+def controllers() -> dict[str, Loop]:
+    """Loops by the names of their laws, then by those of their scenarios."""
+    laws = {name: Loop(Simulation(period=PERIOD), controller=law) for name, law in LAWS.items()}
+    found: dict[tuple[type, ...], tuple[str, Loop]] = {}
+    for name in builtin_scenarios():
+        loop = load_scenario(name)
+        found.setdefault(tuple(types_in(loop.controller)), (name, loop))
+    return laws | dict(found.values())
+
+
+def units(loops: dict[str, Loop]) -> Iterator[tuple[str, Exported, Rows]]:
+    """Controllers in both precisions, with inputs that their loops give them."""
+    for name, loop in loops.items():
+        for precision in Precision:
+            unit = exported(loop, Part.CONTROLLER, prefix="unit", title=name, precision=precision)
+            inputs = made_vectors(loop, Part.CONTROLLER, unit).inputs
+            yield name, unit, inputs[(np.abs(inputs) < LARGEST).all(axis=1)]
