@@ -54,7 +54,9 @@ class Scalar:
     name: str
 
 
-REAL, INT, BOOL = Scalar("real"), Scalar("int"), Scalar("bool")
+REAL = Scalar("real")
+INT = Scalar("int")
+BOOL = Scalar("bool")
 
 
 @dataclass(eq=False)
