@@ -7,8 +7,8 @@ import numpy as np
 from benchmarks.targets.laws import LAWS, types_in
 from benchmarks.targets.sources import Rows
 from hydroservo import Loop, Simulation
-from hydroservo.export.exported import Exported
-from hydroservo.export.units import Part, Precision, exported
+from hydroservo.export.exported import Exported, Part, Precision
+from hydroservo.export.units import exported
 from hydroservo.export.vectors import made_vectors
 from hydroservo.scenario import builtin_scenarios, load_scenario
 

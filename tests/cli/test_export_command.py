@@ -135,7 +135,6 @@ def test_a_stranger_is_not_replaced(tmp_path):
 
 @pytest.fixture
 def compiler():
-    pytest.importorskip("fmpy")
     needs("cc")
 
 

@@ -13,8 +13,9 @@ from compiling import compiled
 from hydroservo import Loop, Simulation, replace, simulate
 from hydroservo.block import Block, Controller, leaves
 from hydroservo.engine import flat
+from hydroservo.export.exported import Part
 from hydroservo.export.parts import Command, ControllerUnit, MachineUnit
-from hydroservo.export.units import Part, exported
+from hydroservo.export.units import exported
 from hydroservo.holds import DelayedHold
 from hydroservo.scenario import builtin_scenarios, load_scenario
 from hydroservo.signals import Demand, Measurement

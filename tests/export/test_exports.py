@@ -17,9 +17,9 @@ from fuzz import BLOCK, fuzzed, verdict
 from sanitizers import watched
 
 from hydroservo import Loop
-from hydroservo.export.exported import Exported
+from hydroservo.export.exported import Exported, Part, Precision
 from hydroservo.export.project import write_c_project
-from hydroservo.export.units import Part, Precision, exported
+from hydroservo.export.units import exported
 from hydroservo.export.vectors import Vectors, made_vectors
 from hydroservo.scenario import load_scenario
 from needs import needs

@@ -7,19 +7,17 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
+import fmpy
 import numpy as np
 import pytest
+from fmpy.validation import validate_fmu
+from fmus import mass
+from toy import toy
 
-fmpy = pytest.importorskip("fmpy")
-
-from fmpy.validation import validate_fmu  # noqa: E402
-from fmus import mass  # noqa: E402
-from toy import toy  # noqa: E402
-
-from hydroservo.errors import HydroservoError  # noqa: E402
-from hydroservo.export.exported import Signal  # noqa: E402
-from hydroservo.export.fmu import FmiVersion, binary, interface, write, write_fmu  # noqa: E402
-from hydroservo.export.fmu.units import base_unit  # noqa: E402
+from hydroservo.errors import HydroservoError
+from hydroservo.export.exported import Signal
+from hydroservo.export.fmu import FmiVersion, binary, interface, write, write_fmu
+from hydroservo.export.fmu.units import base_unit
 
 EXPORTS = {"pi": toy(), "mass": mass()}
 

@@ -5,17 +5,15 @@ from collections.abc import Iterator
 from ctypes import byref
 from pathlib import Path
 
+import fmpy
 import numpy as np
 import pytest
+from fmpy.fmi1 import FMICallException
+from fmus import Instance, mass
+from toy import toy
 
-fmpy = pytest.importorskip("fmpy")
-
-from fmpy.fmi1 import FMICallException  # noqa: E402
-from fmus import Instance, mass  # noqa: E402
-from toy import toy  # noqa: E402
-
-from hydroservo.export.exported import Exported  # noqa: E402
-from hydroservo.export.fmu import FmiVersion, write_fmu  # noqa: E402
+from hydroservo.export.exported import Exported
+from hydroservo.export.fmu import FmiVersion, write_fmu
 
 OK, WARNING = 0, 1
 GAIN, INTEGRAL = "controller.proportional_gain", "controller.integral"
@@ -246,6 +244,19 @@ def test_parameters_are_finite_and_inputs_need_not_be(one: Instance, value: floa
     text = refused(one, "set", {GAIN: value})
     assert text == f"{GAIN} cannot be set to {value:g}: a parameter is a finite number"
     assert one.get(GAIN) == [100.0]
+
+
+@pytest.mark.parametrize("value", [-1.0, -5e-324, 1e300])
+def test_parameters_lie_in_their_ranges(one: Instance, value: float) -> None:
+    text = refused(one, "set", {GAIN: value})
+    assert text == f"{GAIN} cannot be set to {value:.10g}: it lies from 0 to 1000000"
+    assert one.get(GAIN) == [100.0]
+
+
+def test_a_parameter_may_be_at_the_ends_of_its_range(one: Instance) -> None:
+    for value in (0.0, 1e6):
+        one.set({GAIN: value})
+        assert one.get(GAIN) == [value]
 
 
 def test_a_command_that_is_lost_warns_once(one: Instance) -> None:

@@ -3,20 +3,19 @@
 from functools import cache
 from pathlib import Path
 
+import fmpy
 import numpy as np
 import pytest
 import xarray as xr
+from fmus import Instance
 
-fmpy = pytest.importorskip("fmpy")
-
-from fmus import Instance  # noqa: E402
-
-from hydroservo import simulate  # noqa: E402
-from hydroservo.export.fmu import FmiVersion, write_fmu  # noqa: E402
-from hydroservo.export.fmu.contents import fmu_files  # noqa: E402
-from hydroservo.export.units import Part, exported  # noqa: E402
-from hydroservo.loop import Loop  # noqa: E402
-from hydroservo.scenario import builtin_scenarios, load_scenario  # noqa: E402
+from hydroservo import simulate
+from hydroservo.export.exported import Part
+from hydroservo.export.fmu import FmiVersion, write_fmu
+from hydroservo.export.fmu.contents import fmu_files
+from hydroservo.export.units import exported
+from hydroservo.loop import Loop
+from hydroservo.scenario import builtin_scenarios, load_scenario
 
 RUN = ("paper/sine-tsmc", "rig/encoder-tsmc-square", "rig/excavator-link")
 SAMPLES = 1000

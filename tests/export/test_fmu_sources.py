@@ -12,6 +12,7 @@ from toy import toy
 from hydroservo.export.fmu import FmiVersion
 from hydroservo.export.fmu.binary import FLAGS
 from hydroservo.export.fmu.contents import fmu_files
+from needs import needs
 
 STRICT = ("-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Wstrict-prototypes", "-Werror")
 SANITIZED = ("-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
@@ -22,7 +23,6 @@ LIBRARY = re.compile(r"(mem(cpy|set|cmp)|bcmp|str(cmp|len)|calloc|free|sqrt|__\w
 @pytest.fixture(scope="module", params=FmiVersion, ids=lambda version: version.name)
 def sources(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     """The folder of each export's sources."""
-    pytest.importorskip("fmpy")
     found = {}
     for one in (toy(), mass()):
         folder = tmp_path_factory.mktemp(one.prefix)
@@ -34,8 +34,7 @@ def sources(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFac
 
 
 def tool(name: str) -> str:
-    if shutil.which(name) is None:
-        pytest.skip(f"{name} is not installed")
+    needs(name)
     return name
 
 

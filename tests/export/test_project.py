@@ -12,10 +12,10 @@ from benchmarks.targets.sources import FOLDER as TARGET
 
 from hydroservo.errors import HydroservoError, ParameterError
 from hydroservo.export.deviation import measured_deviation
-from hydroservo.export.exported import Exported, Signal
+from hydroservo.export.exported import Exported, Part, Precision, Signal
 from hydroservo.export.prefix import checked_prefix, default_prefix
 from hydroservo.export.project import c_project, memory, write_c_project
-from hydroservo.export.units import Part, Precision, exported
+from hydroservo.export.units import exported
 from hydroservo.export.vectors import HUGE, Vectors, made_vectors
 from hydroservo.loop import Loop
 from hydroservo.scenario import load_scenario

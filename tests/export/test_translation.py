@@ -1,22 +1,23 @@
 """How Python becomes C: what is kept, what is left out, and what is refused with its line."""
 
+import math
 from pathlib import Path
 
 import numpy as np
 import pytest
 from benchmarks.targets.host import library
-from needs import needs
 
 from hydroservo import Loop, Simulation
 from hydroservo.controllers import PI, TSMC, Saturation
 from hydroservo.errors import LoopError, ParameterError
-from hydroservo.export.exported import Exported
+from hydroservo.export.exported import Exported, Part, Precision
 from hydroservo.export.names import identifier, is_identifier, snake
 from hydroservo.export.scope import TranslationError
-from hydroservo.export.units import Part, Precision, exported
+from hydroservo.export.units import exported
 from hydroservo.export.wrap import WIDTH, comment, wrapped
 from hydroservo.scenario import load_plugin, load_scenario
 from hydroservo.signals import Demand, Measurement
+from needs import needs
 
 HEAD = '''\
 """A law of a test."""
@@ -198,10 +199,12 @@ def test_tunable_and_fixed_parameters() -> None:
     fixed = {one.path: one.fixed for one in unit.parameters}
     assert fixed["plant.start_position"]
     assert fixed["simulation.period"]
-    assert not fixed["plant.oil.modulus"] if "plant.oil.modulus" in fixed else True
     assert not fixed["plant.area_a"]
     assert "simulation.seed" in fixed
     assert not any(path.startswith(("controller", "nominal", "reference")) for path in fixed)
+    ranges = {one.path: (one.least, one.most) for one in unit.parameters}
+    assert ranges["simulation.seed"] == (0.0, math.nextafter(2.0**53, 0.0))
+    assert ranges["plant.area_a"] == (math.nextafter(0.0, 1.0), math.inf)
 
 
 def test_parameters_can_be_part_of_the_source(tmp_path: Path) -> None:

@@ -96,7 +96,13 @@ def toy() -> Exported:
         source=SOURCE,
         parameters=(
             Signal(
-                "controller.proportional_gain", "proportional_gain", "V s/m", "proportional gain k_p", 100.0
+                "controller.proportional_gain",
+                "proportional_gain",
+                "V s/m",
+                "proportional gain k_p",
+                100.0,
+                least=0.0,
+                most=1e6,
             ),
             Signal("controller.integral_gain", "integral_gain", "V/m", "integral gain k_i", 10.0),
             Signal("controller.saturation.limit", "saturation.limit", "V", "largest command", 10.0),

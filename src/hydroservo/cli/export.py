@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from hydroservo.cli.options import Changes, Json, Plugins, Scenario, loaded
-from hydroservo.export.units import Part, Precision
+from hydroservo.export.exported import Part, Precision
 
 if TYPE_CHECKING:
     from hydroservo.export.exported import Exported

@@ -1,8 +1,25 @@
 """What is exported: a translated unit, and what its numbers are."""
 
+import math
+from enum import StrEnum
 from typing import NamedTuple
 
-__all__ = ["Argument", "Exported", "Signal"]
+__all__ = ["Argument", "Exported", "Part", "Precision", "Signal"]
+
+
+class Part(StrEnum):
+    """What of a loop is exported."""
+
+    CONTROLLER = "controller"
+    MACHINE = "machine"
+    LOOP = "loop"
+
+
+class Precision(StrEnum):
+    """In which floating-point format the C computes."""
+
+    DOUBLE = "double"
+    SINGLE = "single"
 
 
 class Signal(NamedTuple):
@@ -15,6 +32,8 @@ class Signal(NamedTuple):
         meaning: as declared.
         value: a parameter's value, a state's number at the start, 0 for an argument.
         fixed: read before the first sample alone, so that changing it later has no effect.
+        least: the smallest number that a parameter may be.
+        most: the largest.
     """
 
     path: str
@@ -23,6 +42,8 @@ class Signal(NamedTuple):
     meaning: str
     value: float
     fixed: bool = False
+    least: float = -math.inf
+    most: float = math.inf
 
 
 class Argument(NamedTuple):

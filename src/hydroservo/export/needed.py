@@ -69,9 +69,9 @@ class Needed:
     def keep(self, record: Record) -> None:
         """Keeps all fields of a record and of those in it."""
         for name, kind in record.fields.items():
-            if not isinstance(kind, Record):
+            if kind not in self.given:
                 self.fields.add((record, name))
-            elif kind not in self.given:
+            if isinstance(kind, Record) and kind not in self.given:
                 self.keep(kind)
 
     def kept(self, kind: Type) -> bool:
@@ -80,8 +80,7 @@ class Needed:
 
     def has(self, record: Record, name: str) -> bool:
         """True if a field of a record is kept."""
-        kind = record.fields[name]
-        return self.kept(kind) if isinstance(kind, Record) else (record, name) in self.fields
+        return (record, name) in self.fields and self.kept(record.fields[name])
 
     def takes(self, function: Function) -> list[tuple[str, Type]]:
         """The parameters that a function really has."""
@@ -141,8 +140,7 @@ class Needed:
                 yield name
             case Member(base=base, name=name):
                 assert isinstance(base.type, Record)
-                if not isinstance(value.type, Record):
-                    self.fields.add((base.type, name))
+                self.fields.add((base.type, name))
                 yield from self.names(base)
             case Call(function=function, arguments=arguments):
                 self.visit(function)

@@ -1,13 +1,13 @@
 """A scenario's controller, machine or loop, translated."""
 
+import math
 from collections.abc import Iterator
-from enum import StrEnum
 from typing import Any
 
 from hydroservo._version import __version__
 from hydroservo.block import Block
 from hydroservo.errors import LoopError, ParameterError
-from hydroservo.export.exported import Argument, Exported, Signal
+from hydroservo.export.exported import Argument, Exported, Part, Precision, Signal
 from hydroservo.export.names import identifier, is_identifier
 from hydroservo.export.needed import Needed
 from hydroservo.export.parts import Command, ControllerUnit, LoopUnit, MachineUnit
@@ -21,22 +21,7 @@ from hydroservo.provenance import scenario_hash, scenario_text
 from hydroservo.signals import Demand, Measurement
 from hydroservo.simulate import ready, simulate
 
-__all__ = ["Part", "Precision", "exported"]
-
-
-class Part(StrEnum):
-    """What of a loop is exported."""
-
-    CONTROLLER = "controller"
-    MACHINE = "machine"
-    LOOP = "loop"
-
-
-class Precision(StrEnum):
-    """In which floating-point format the C computes."""
-
-    DOUBLE = "double"
-    SINGLE = "single"
+__all__ = ["exported"]
 
 
 TAKES = {
@@ -167,10 +152,11 @@ def needed_by(unit: Unit, *, init: bool) -> Needed:
 
 def parameter_signals(unit: Unit, needed: Needed, later: Needed) -> Iterator[Signal]:
     for place, record, name in numbers(unit.parameters, needed):
-        value = at(unit.block, place)
         path = "simulation.period" if place == "period" else place.removeprefix("loop.")
         fixed = not later.has(record, name) or place == "period"
-        yield signal(path, place, record, name, value, fixed)
+        found = signal(path, place, record, name, at(unit.block, place))
+        least, most = bounds(declared(record, name))
+        yield found._replace(fixed=fixed, least=least, most=most)
 
 
 def argument_signals(argument: str, record: Record, needed: Needed) -> Iterator[Signal]:
@@ -185,16 +171,32 @@ def state_signals(unit: Unit, needed: Needed, start: Block, part: Part) -> Itera
         yield signal(path, place, record, name, at(start, place))
 
 
-def signal(path: str, place: str, record: Record, name: str, value: float, fixed: bool = False) -> Signal:
-    field = (declared_fields(record.cls) if record.cls else {}).get(name, Field("", name))
+def signal(path: str, place: str, record: Record, name: str, value: float) -> Signal:
+    field = declared(record, name)
     in_c = ".".join(map(identifier, place.split(".")))
-    return Signal(path, in_c, field.unit, field.meaning, float(value), fixed)
+    return Signal(path, in_c, field.unit, field.meaning, float(value))
+
+
+def declared(record: Record, name: str) -> Field:
+    return (declared_fields(record.cls) if record.cls else {}).get(name, Field("", name))
+
+
+def bounds(field: Field) -> tuple[float, float]:
+    """The smallest and the largest number in a field's range."""
+    least = max(one for one in (-math.inf, field.at_least, next_to(field.above, math.inf)) if one is not None)
+    most = min(one for one in (math.inf, field.at_most, next_to(field.below, -math.inf)) if one is not None)
+    return least, most
+
+
+def next_to(bound: float | None, towards: float) -> float | None:
+    """The number beside a bound that is itself excluded."""
+    return None if bound is None else math.nextafter(bound, towards)
 
 
 def numbers(record: Any, needed: Needed, place: str = "") -> Iterator[tuple[str, Record, str]]:
     """Each number of a record that is kept: its place, and the record and name of its field."""
     for name, kind in record.fields.items():
-        if isinstance(kind, Record):
+        if isinstance(kind, Record) and needed.has(record, name):
             yield from numbers(kind, needed, f"{place}{name}.")
         elif needed.has(record, name):
             yield place + name, record, name

@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 
 from hydroservo.block import Block
 from hydroservo.errors import LoopError
-from hydroservo.export.exported import Exported
+from hydroservo.export.exported import Exported, Part
 from hydroservo.export.names import identifier
 from hydroservo.export.parts import Command
-from hydroservo.export.units import Part, settled, unit_of
+from hydroservo.export.units import settled, unit_of
 from hydroservo.loop import Loop, LoopState
 from hydroservo.signals import Demand, Measurement
 from hydroservo.simulate import Mode, compilation, first_state, laid_out, prepared, ready

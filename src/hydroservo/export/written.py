@@ -173,14 +173,22 @@ static bool ops_isfinite({writer.real} x) {{
 """
 
 
+WHOLE_TEXT = """\
+/* A whole number from 0 to 2^64 as one; 0 for all that is none. */
+static uint64_t ops_whole(double x) {
+    return ((x >= 0.0) && (x < 18446744073709551616.0)) ? (uint64_t)x : 0U;
+}
+"""
+WHOLE = Function("ops_whole", list(X), written=lambda _: WHOLE_TEXT)
+
 DRAWN = """\
 /* Two numbers drawn evenly from [0, 1), from the four words of one draw: Philox4x32-10. */
 static {pair} {name}(double seed, double stream, double at) {{
-    const uint64_t sample = (uint64_t)at;
-    const uint64_t run = (uint64_t)seed;
+    const uint64_t sample = ops_whole(at);
+    const uint64_t run = ops_whole(seed);
     uint32_t a = (uint32_t)sample;
     uint32_t b = (uint32_t)(sample >> 32);
-    uint32_t c = (uint32_t)stream;
+    uint32_t c = (uint32_t)ops_whole(stream);
     uint32_t d = {kind}U;
     uint32_t k = (uint32_t)run;
     uint32_t q = (uint32_t)(run >> 32);
@@ -203,7 +211,7 @@ static {pair} {name}(double seed, double stream, double at) {{
 
 
 def drawn(translator: Translator, arguments: Sequence[Type]) -> Function:
-    """``ops.random.drawn`` for one kind of numbers; where a draw is asked for beyond its range it is C's."""
+    """``ops.random.drawn`` for one kind of numbers."""
     *numbers, kind = arguments
     assert isinstance(kind, Known)
     pair = translator.record(None, {"first": REAL, "second": REAL}, "pair")
@@ -223,7 +231,7 @@ def drawn(translator: Translator, arguments: Sequence[Type]) -> Function:
         )
 
     parameters = list(zip(("seed", "stream", "at"), numbers, strict=True))
-    return Function(name, parameters, returns=pair, written=text, whole=(pair,))
+    return Function(name, parameters, returns=pair, written=text, calls=(WHOLE,), whole=(pair,))
 
 
 def axpy(translator: Translator, arguments: Sequence[Type]) -> Function:

@@ -32,7 +32,16 @@ def environment() -> "jinja2.Environment":
     )
     environment.filters["one_line"] = one_line
     environment.filters["xml_double"] = xml_double
+    environment.filters["c_double"] = c_double
+    environment.globals["infinity"] = math.inf
     return environment
+
+
+def c_double(value: float) -> str:
+    """A number as C has it, with all its digits."""
+    if math.isinf(value):
+        return "(double)INFINITY" if value > 0.0 else "-(double)INFINITY"
+    return repr(float(value))
 
 
 def xml_double(value: float) -> str:

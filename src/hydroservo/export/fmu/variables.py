@@ -1,5 +1,6 @@
 """The variables of an FMU: one for each number of an export, flat, with what FMI must know of it."""
 
+import math
 import re
 from collections import Counter
 from collections.abc import Iterator
@@ -43,6 +44,8 @@ class Variable(NamedTuple):
         meaning: as declared.
         value: before initialization; for what has a start value.
         vital: of the integrated machine, so that a run is lost with it.
+        least: the smallest number that a parameter may be.
+        most: the largest.
     """
 
     name: str
@@ -53,6 +56,8 @@ class Variable(NamedTuple):
     meaning: str
     value: float
     vital: bool = False
+    least: float = -math.inf
+    most: float = math.inf
 
     @property
     def causality(self) -> str:
@@ -103,7 +108,8 @@ def numbers(exported: Exported) -> Iterator[Variable]:
 def variable(signal: Signal, kind: Kind, record: str) -> Variable:
     place = f"{record}.{signal.place}"
     vital = kind is Kind.OUTPUT and signal.path.startswith(MACHINE)
-    return Variable(signal.path, 0, kind, place, signal.unit, signal.meaning, signal.value, vital)
+    value, range_ = signal.value, (signal.least, signal.most)
+    return Variable(signal.path, 0, kind, place, signal.unit, signal.meaning, value, vital, *range_)
 
 
 def parameter_kind(signal: Signal) -> Kind:

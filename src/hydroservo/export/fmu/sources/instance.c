@@ -148,6 +148,10 @@ static status check_value(instance *self, const model_variable *variable, double
         return instance_refuse(self, "%s cannot be set to %g: a parameter is a finite number", variable->name,
                                value);
     }
+    if (is_parameter(variable) && !(value >= variable->least && value <= variable->most)) {
+        return instance_refuse(self, "%s cannot be set to %.10g: it lies from %.10g to %.10g", variable->name, value,
+                               variable->least, variable->most);
+    }
     return STATUS_OK;
 }
 
