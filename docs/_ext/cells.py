@@ -67,7 +67,7 @@ def records_in_c(file: str, *names: str) -> Markdown:
     """Records of a written header."""
     text = Path(file).read_text(encoding="utf-8")
     blocks = text.split("\n\n")
-    ends = [re.compile(rf"^\}} \w+_{name};", re.MULTILINE) for name in names]
+    ends = [re.compile(rf"^\}} {Path(file).stem}_{name};", re.MULTILINE) for name in names]
     found = [block for end in ends for block in blocks if end.search(block)]
     if len(found) != len(names):
         raise LookupError(f"not all of {names} in {file}")
