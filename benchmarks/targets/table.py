@@ -15,7 +15,7 @@ from hydroservo.export.exported import Exported
 
 __all__ = ["Measured", "measured", "page", "tables"]
 
-PRECISIONS = {"double": "Double precision", "float": "Single precision"}
+PRECISIONS = {"double": "double precision", "float": "single precision"}
 
 
 class Measured(NamedTuple):
@@ -57,34 +57,43 @@ def page(found: list[Measured]) -> str:
 
 
 def tables(found: list[Measured]) -> list[tuple[str, tuple[Line, list[Line]]]]:
-    """A table for each precision, by title."""
-    return [
-        (title, (columns(), [row(one) for one in found if one.real == real]))
-        for real, title in PRECISIONS.items()
-        if any(one.real == real for one in found)
-    ]
+    """The instructions of a step, and the memory in each precision, by title."""
+    memory = []
+    for real, title in PRECISIONS.items():
+        rows = [memory_row(one) for one in found if one.real == real]
+        memory.append((f"Bytes of memory, {title}", (memory_columns(), rows)))
+    return [("Instructions of a step", (instruction_columns(), instruction_rows(found))), *memory]
 
 
-def columns() -> Line:
-    each = [f"{board.name}: {what}" for board in BOARDS for what in ("code", "stack", "instructions")]
-    return ("", "state", "parameters", *each, "x86-64: instructions")
+def instruction_columns() -> Line:
+    places = [*(board.name for board in BOARDS), "x86-64"]
+    return ("", *(f"{place}, {title}" for title in ("double", "single") for place in places))
 
 
-def row(one: Measured) -> Line:
+def instruction_rows(found: list[Measured]) -> list[Line]:
+    """A row for each name, with both precisions side by side."""
+    rows: dict[str, list[str]] = {}
+    for one in sorted(found, key=lambda one: list(PRECISIONS).index(one.real)):
+        counts = [*(board.instructions for board in one.boards), one.instructions]
+        rows.setdefault(one.name, []).extend(f"{count:,}" for count in counts)
+    return [(name, *cells) for name, cells in rows.items()]
+
+
+def memory_columns() -> Line:
+    each = [f"{board.name}: {what}" for board in BOARDS for what in ("code", "with libraries", "stack")]
+    return ("", "state", "parameters", *each)
+
+
+def memory_row(one: Measured) -> Line:
     first = one.boards[0]
     cells = [text for found in one.boards for text in board_cells(found)]
-    return (one.name, bytes_of(first.state), bytes_of(first.parameters), *cells, f"{one.instructions:,}")
+    return (one.name, f"{first.state:,}", f"{first.parameters:,}", *cells)
 
 
-def board_cells(found: Costs) -> tuple[str, str, str]:
-    """Code alone and with what it takes of libraries, stack, instructions."""
+def board_cells(found: Costs) -> tuple[str, ...]:
+    """Code alone, with what it takes of libraries, and stack."""
     own, linked = (sections.text + sections.rodata for sections in (found.own, found.linked))
-    stack = max(found.stack, found.touched)
-    return f"{own:,} ({linked:,}) B", bytes_of(stack), f"{found.instructions:,}"
-
-
-def bytes_of(count: int) -> str:
-    return f"{count:,} B"
+    return tuple(f"{count:,}" for count in (own, linked, max(found.stack, found.touched)))
 
 
 def made_with() -> str:

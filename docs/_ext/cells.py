@@ -90,7 +90,7 @@ def terminal(*commands: str) -> Markdown:
             stderr=subprocess.STDOUT,
         )
         lines += [f"$ {command}", *(line.rstrip() for line in done.stdout.strip().splitlines())]
-    text = "\n".join(lines)
+    text = "\n".join(lines).replace(f"{Path.cwd()}/", "")
     return Markdown(f"```console\n{text}\n```")  # type: ignore[no-untyped-call]
 
 

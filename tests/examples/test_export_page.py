@@ -34,6 +34,7 @@ class Reader(ModuleType):
         done = self.done(command)
         assert done.returncode == 2
         assert len(done.stderr.strip().splitlines()) == 1
+        assert "; use ops." in done.stderr
 
     def done(self, command: str) -> "subprocess.CompletedProcess[str]":
         self.ran.append(command)

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from benchmarks.targets.boards import BOARDS, COMPILER
 from benchmarks.targets.costs import Costs, Sections
-from benchmarks.targets.table import Measured, columns, made_with, measured, page, tables
+from benchmarks.targets.table import Measured, made_with, measured, page, tables
 from benchmarks.targets.units import controllers, units
 
 from needs import needs
@@ -29,12 +29,14 @@ def test_each_combination_of_blocks_is_there_once() -> None:
 
 
 def test_a_row_has_a_cell_for_each_column() -> None:
-    found = [Measured("one", "double", 90, (COSTS, COSTS)), Measured("two", "float", 80, (COSTS, COSTS))]
-    (_, double), (_, single) = tables(found)
-    cells = ("1,234 (2,345) B", "60 B", "5,678")
-    assert double == (columns(), [("one", "16 B", "24 B", *cells, *cells, "90")])
-    assert [row[0] for row in single[1]] == ["two"]
-    assert len(columns()) == len(double[1][0])
+    found = [Measured("one", real, 90, (COSTS, COSTS)) for real in ("double", "float")]
+    found += [Measured("two", real, 80, (COSTS, COSTS)) for real in ("double", "float")]
+    (_, steps), (_, double), (_, single) = tables(found)
+    cells = ("1,234", "2,345", "60")
+    assert double == single
+    assert double[1][0] == ("one", "16", "24", *cells, *cells)
+    assert steps[1][1] == ("two", *["5,678", "5,678", "80"] * 2)
+    assert all(len(header) == len(row) for header, rows in (steps, double) for row in rows)
 
 
 @pytest.mark.parametrize("name", ["paper/sine-pi", "paper/sine-tsmc"])
@@ -47,6 +49,6 @@ def test_the_page_shows_what_is_measured(name: str) -> None:
     assert [one.real for one in found] == ["double", "float"]
     assert all(len(one.boards) == len(BOARDS) for one in found)
     rows = [line for line in page(found).splitlines() if line.startswith("| `")]
-    assert len(rows) == 2
+    assert len(rows) == 3
     for row in rows:
         assert row in text, "run python -m benchmarks targets"
