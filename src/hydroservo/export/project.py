@@ -37,7 +37,7 @@ def memory(exported: Exported) -> Memory:
     return Memory(size * len(exported.states), parameters)
 
 
-def write_c_project(exported: Exported, vectors: Vectors, folder: Path) -> list[Path]:
+def write_c_project(exported: Exported, vectors: Vectors, folder: Path | str) -> list[Path]:
     """Write an export in C to a folder, and leave other files in it alone.
 
     Args:
@@ -53,10 +53,11 @@ def write_c_project(exported: Exported, vectors: Vectors, folder: Path) -> list[
         ParameterError: the prefix cannot be one of C names.
     """
     checked_prefix(exported.prefix)
+    place = Path(folder)
     for name in ("Makefile", "README.md"):
-        check_ours(folder / name)
+        check_ours(place / name)
     texts = c_project(exported, vectors)
-    return [write_text(folder / name, text) for name, text in texts.items()]
+    return [write_text(place / name, text) for name, text in texts.items()]
 
 
 def check_ours(path: Path) -> None:
