@@ -1,75 +1,14 @@
-"""How Python becomes C: what is kept, what is left out, and what is refused with its line."""
+"""How Python becomes C: what C does, and what is refused with its line."""
 
-import math
 from pathlib import Path
 
-import numpy as np
 import pytest
-from benchmarks.targets.host import library
+from small_laws import FIRST, NAMED, assert_same, law
 
-from hydroservo import Loop, Simulation
-from hydroservo.controllers import PI, TSMC, Saturation
-from hydroservo.errors import LoopError, ParameterError
-from hydroservo.export.exported import Exported, Part, Precision
-from hydroservo.export.names import identifier, is_identifier, snake
+from hydroservo.export.exported import Exported, Part
 from hydroservo.export.scope import TranslationError
 from hydroservo.export.units import exported
-from hydroservo.export.wrap import WIDTH, comment, wrapped
-from hydroservo.scenario import load_plugin, load_scenario
-from hydroservo.signals import Demand, Measurement
 from needs import needs
-
-HEAD = '''\
-"""A law of a test."""
-
-import math
-from typing import Annotated, NamedTuple
-
-from hydroservo import ops
-from hydroservo.block import Field
-from hydroservo.signals import Demand, Measurement
-
-SLOPE = 2.5
-TURNS = 4
-NAMES = ["u"]
-
-
-class LawState(NamedTuple):
-    """A command, and a number beside it."""
-
-    u: Annotated[float, Field("V", "command")]
-    beside: Annotated[float, Field("V", "number beside it")]
-
-
-class Law(NamedTuple):
-    """A law of a test: u = ..."""
-
-    gain: Annotated[float, Field("V s/m", "gain of the law", "this test")] = 3.0
-    unused: Annotated[float, Field("V", "read by nobody", "this test")] = 7.0
-    turns: Annotated[int, Field("", "whole number", "this test", at_least=1, at_most=9)] = 2
-    reverse: bool = False
-
-    def init(self):
-        return LawState(0.0, 0.0)
-
-    def pair(self, a, b):
-        return a + b, a - b
-
-    def step(self, s, y, r, dt):
-'''
-FIRST = HEAD.count("\n") + 1  # the line of the first statement
-NAMED = {"prefix": "law", "title": "a law"}
-Y = Measurement(0.25, 100.0, 0.03, 1.5, 2e6, 1e6)
-R = Demand(0.75, -2.0, 30.0)
-
-
-def law(folder: Path, body: str, **changes: object) -> Loop:
-    """A loop with a law whose step is this text."""
-    lines = "".join(f"        {line}\n" for line in body.splitlines())
-    file = folder / "law.py"
-    file.write_text(HEAD + lines, encoding="utf-8")
-    cls = next(one for one in load_plugin(file) if one.__name__ == "Law")
-    return Loop(Simulation(1.0, 1e-3, record_period=1e-3), controller=cls(**changes))
 
 
 def translated(folder: Path, body: str, **changes: object) -> Exported:
@@ -100,35 +39,47 @@ TRANSLATED = [
     "m = Measurement(y.velocity, 1.0, 2.0, 3.0, 4.0, 5.0)\nreturn LawState(m.velocity, m.command)",
     "u: float = ops.where(self.reverse, -y.velocity, y.velocity)\nreturn LawState(u, 0.0)",
     "return ops.where(y.velocity > 0.0, LawState(1.0, 2.0), s)",
-    "half = float(1 << self.turns) / 2\nreturn LawState(u=half, beside=y.command ** 2)",
+    "half = float(1 << self.turns) / 2\nreturn LawState(u=half, beside=y.command * y.command)",
     "return LawState(ops.power(math.e, y.velocity), ops.floor(-3.5 * r.value))",
     "switch = y.velocity\ndouble = r.value\nreturn LawState(switch - (double - dt), 1e-300 * switch)",
     "x = y.velocity\nx -= 1.0 - (2.0 - x)\nreturn LawState(x / 3.0 * r.rate / (x * 2.0), -(-x))",
+    "x = y.velocity\nx = z = x + 1.0\nreturn LawState(x, z)",
+    "μ = y.velocity\nμ = μ + 1.0\nλ = μ\nλ = λ * 2.0\nΔ = λ\nreturn LawState(μ, Δ)",
+    "switch = y.velocity\nswitch_ = 2.0\nswitch = switch + 1.0\nswitch_ = switch_ + switch\n"
+    "return LawState(switch, switch_)",
+    "return LawState(slope * y.velocity, SLOPE)",
+    "n = self.turns\nu = 0.0\nfor _ in range(n):\n    n = n - 1\n    u += 1.0\nreturn LawState(u, n * 1.0)",
+    "u = 0.0\nfor i in range(9):\n    u += 1.0 * ((i - 5) // 2)\nreturn LawState(u, float(-7 // 2))",
+    "return LawState(self.counted(2), self.counted(self.turns))",
+    "n = 0\nfor k in range(100000):\n    n = n + k\nreturn LawState(1.0 * n, 0.0)",
+    "n = 1\nfor _ in range(40):\n    n = n + n\nreturn LawState(1.0 * n, 0.0)",
+    "u = ops.where(y.velocity > 0.1, 10**-3, 10**-2)\nreturn LawState(u, 1.0)",
+    "k = 2\nif y.velocity > 0.1:\n    k = 1 << 40\nreturn LawState(1.0 * k, 1.0 * (k + True))",
+    "p = LawState(y.velocity, 1.0)\nf = p.total\np = LawState(9.0, 9.0)\nreturn LawState(f(), p.total())",
+    "a = 1.0\nb = 2.0\nc = 3.0\nc, (a, b) = a, (b, c)\nreturn LawState(a * 10.0 + b, c)",
+    "pair = Pair(1.5, y.velocity)\nreturn LawState(pair.left + pair.right, 0.0)",
+    "a, _ = self.pair(1.0, 2.0)\nb, _ = self.pair(a, 3.0)\nreturn LawState(a, b)",
+    "u = 0.0\nfor i in range(3):\n    for j in range(i):\n        u += i + 0.5 * j\nreturn LawState(u, 0.0)",
+    "u = 0.0\nfor i in range(3):\n    u += ops.sqrt(i) + ops.sqrt(y.velocity)\nreturn LawState(u, 0.0)",
+    "NAN = y.velocity\nlaw_state = NAN + 1.0\nINFINITY = 2.0\nint32_t = 3.0\n"
+    "return LawState(law_state + INFINITY, int32_t)",
+    "state = y.velocity\nlaw_step = state\nself_ = 1.0\nreturn LawState(law_step + self_, state)",
+    "law_pair = y.velocity\na, b = self.pair(law_pair, 1.0)\nreturn LawState(a, b)",
+    "e: float\ne = y.velocity\nreturn LawState(e, -0.0 * e)",
+    "return LawState(self._hidden(y.velocity), 0.0 * math.inf)",
+    "u = 0.0\nif not (y.velocity > 0.5 or r.value < 0.0) and (True or y.velocity > 0.0):\n    u = 1.0\n"
+    "return LawState(u, 0.0)",
+    "x = 1.0\nwhile x < 100.0 and not x == 8.0:\n    x = x * 2.0\n    if x > 5.0:\n        x = x + 0.0\n"
+    "return LawState(x, 0.0)",
+    "double = Keyed(1.0, 2.0)\nreturn LawState(double.double, double.int)",
 ]
-
-
-def run(unit: Exported, rows: np.ndarray, folder: Path) -> np.ndarray:
-    """The states after each row, by a library of its own: one that is loaded must not be written again."""
-    own = folder / f"{unit.real}{unit.inlined}"
-    own.mkdir()
-    return library(unit, own).run(rows)
 
 
 @pytest.mark.parametrize("body", TRANSLATED)
 @pytest.mark.parametrize("changes", [{}, {"turns": 3, "reverse": True}], ids=["as given", "changed"])
 def test_c_does_what_python_does(body: str, changes: dict[str, object], tmp_path: Path) -> None:
     needs("gcc")
-    loop = law(tmp_path, body, **changes)
-    unit = exported(loop, Part.CONTROLLER, **NAMED)
-    numbers = dict(zip([f"measurement.{name}" for name in Y._fields], Y, strict=True))
-    numbers |= dict(zip([f"demand.{name}" for name in R._fields], R, strict=True))
-    row = [numbers[signal.path] for argument in unit.arguments for signal in argument.signals]
-    found = library(unit, tmp_path).run(np.array([row, row]))
-    state, expected = loop.controller.init(), []
-    for _ in range(2):
-        state = loop.controller.step(state, Y, R, 1e-3)
-        expected.append([*state])
-    assert found.tolist() == expected
+    assert_same(law(tmp_path, body, **changes), tmp_path)
 
 
 REFUSED = [
@@ -145,8 +96,8 @@ REFUSED = [
     ("if y.velocity > 0.0:\n    return s", 0, "without a return", "every path"),
     ("if y.velocity > 0.0:\n    return y\nreturn s", 2, "different types", "one type"),
     ("u = 1\nu = y.velocity\nreturn LawState(u, 0.0)", 1, "u changes its type", "write 1.0 and not 1"),
-    ("try:\n    return s\nfinally:\n    pass", 0, "'try'", "only ops"),
-    ("return LawState(y.velocity, 0.0)._replace(u=1.0)", 0, "_replace", "only ops"),
+    ("try:\n    return s\nfinally:\n    pass", 0, "'try:'", "only ops"),
+    ("return LawState(y.velocity, 0.0)._replace(u=1.0)", 0, "_replace of LawState", "plain method"),
     ("return LawState(s.v, 0.0)", 0, "neither a field nor a method 'v'", "only ops"),
     ("return LawState(float(len(NAMES)), 0.0)", 0, "NAMES is a list", "floats and blocks"),
     ("return LawState(1.0)", 0, "given no beside", "every field"),
@@ -155,8 +106,45 @@ REFUSED = [
     ("for x in (1.0, 2.0):\n    pass\nreturn s", 0, "only range(count)", "count from 0"),
     ("return (lambda: s)()", 0, "lambda", "only ops"),
     ("f = [y]\nreturn s", 0, "'[y]'", "only ops"),
-    ("return LawState(ops.power(y.velocity), 0.0)", 0, "missing a required argument", "only ops"),
+    ("return LawState(ops.power(y.velocity), 0.0)", 0, "missing a required argument", "mend the call"),
     ("a, b = y\nreturn s", 0, "6 values for 2 names", "give each a name"),
+    ("return LawState(y.velocity ** 2, 0.0)", 0, "a ** b", "write x * x"),
+    ("return LawState(y.velocity // 2.0, 0.0)", 0, "a // b", "use ops.floor(a / b)"),
+    ("return LawState(1.0 * (self.turns or 3), 0.0)", 0, "'self.turns' is a number", "compare it"),
+    ("for i in range(3):\n    i = i + 1\nreturn s", 0, "i counts this loop and is changed", "another name"),
+    (
+        "for i in range(3):\n    for i in range(2):\n        pass\nreturn s",
+        0,
+        "i counts this loop",
+        "another",
+    ),
+    ("return LawState(1.0 * (1 // (self.turns - 2)), 0.0)", 0, "by zero", ""),
+    ("return LawState(y.velocity * 10**400, 0.0)", 0, "more than 64 bits", ""),
+    ("return LawState(y.velocity * (1 << 4000), 0.0)", 0, "more than 64 bits", ""),
+    ("n = 1\nfor _ in range(9):\n    n = n * 3\nreturn LawState(1.0 * n, 0.0)", 2, "may outgrow", "floats"),
+    ("n = 1\nif y.velocity > 0.0:\n    n = 1 << 60\nreturn LawState(1.0 * n, 0.0)", 2, "2^53", "float"),
+    ("return LawState(self.half, 0.0)", 0, "half of Law is no method of its own (property)", "plain method"),
+    (
+        "return LawState(1.0 * (y.velocity > 0.0), 0.0)",
+        0,
+        "a truth value is no number",
+        "ops.where(condition",
+    ),
+    ("return LawState(float('nan'), 0.0)", 0, "'nan'", "use math.nan"),
+    (
+        "return LawState(outside(y.velocity), 0.0)",
+        0,
+        "outside is a function of a module",
+        "method of the block",
+    ),
+    ("return LawState(self.many(1.0, 2.0), 0.0)", 0, "many takes arguments with *", "name each"),
+    ("return (y.velocity, 0.0)", None, "Law.step: it must return the record that init returns", ""),
+    ("return LawState(y.velocity, 1)._asdict()", 0, "_asdict", "plain method"),
+    ("return Twice(1.0, 2.0)", 0, "have one name in C", "rename one"),
+    ("u = y.velocity if r else 0.0\nreturn LawState(u, 0.0)", 0, "'r' is a number", "compare it"),
+    ("x = y.velocity\ndel x\nreturn s", 1, "'del x'", "only ops"),
+    ("assert y.velocity\nreturn s", 0, "'assert y.velocity'", "only ops"),
+    ("if (v := y.velocity) > 0.0:\n    return s\nreturn s", 0, "(v := y.velocity)", "only ops"),
 ]
 
 
@@ -169,124 +157,3 @@ def test_what_has_no_equal_in_c_is_refused(
     assert way_out in message
     if line is not None and "without a return" not in problem:
         assert f"line {FIRST + line}, Law.step" in message
-
-
-def test_what_nobody_reads_is_left_out(tmp_path: Path) -> None:
-    unit = translated(tmp_path, "spare = r.jerk * y.position\nreturn LawState(self.gain * y.velocity, 0.0)")
-    assert [one.path for one in unit.parameters] == ["controller.gain", "simulation.period"]
-    assert [one.path for argument in unit.arguments for one in argument.signals] == ["measurement.velocity"]
-    assert [one.path for one in unit.states] == ["controller.u", "controller.beside"]
-    for name in ("unused", "spare", "jerk", "position"):
-        assert name not in unit.source.partition("*/")[2]
-
-
-def test_names_units_and_sources_are_there() -> None:
-    unit = exported(load_scenario("paper/sine-tsmc"), Part.CONTROLLER, prefix="tsmc", title="the paper's law")
-    for text in (unit.header, unit.source):
-        assert text.startswith("/*\n * the paper's law\n")
-        assert f"scenario with hash {unit.hash}" in text
-        assert f"hydroservo {unit.version}" in text
-        assert max(map(len, text.splitlines())) <= WIDTH
-    assert "double linear_gain_1; /* [1/s] gain mu_1 */" in " ".join(unit.header.split())
-    assert ".linear_gain_1 = 10000.0, /* [1/s] */" in unit.source
-    assert "eqs. (19)-(22) of doi:10.1007/s42401-021-00087-w" in unit.source
-    for name in ("xi1", "acceleration", "xi1_rate", "drift"):
-        assert f"const double {name} = " in " ".join(unit.source.split())
-
-
-def test_tunable_and_fixed_parameters() -> None:
-    unit = exported(load_scenario("rig/excavator-link"), Part.MACHINE, prefix="machine", title="a machine")
-    fixed = {one.path: one.fixed for one in unit.parameters}
-    assert fixed["plant.start_position"]
-    assert fixed["simulation.period"]
-    assert not fixed["plant.area_a"]
-    assert "simulation.seed" in fixed
-    assert not any(path.startswith(("controller", "nominal", "reference")) for path in fixed)
-    ranges = {one.path: (one.least, one.most) for one in unit.parameters}
-    assert ranges["simulation.seed"] == (0.0, math.nextafter(2.0**53, 0.0))
-    assert ranges["plant.area_a"] == (math.nextafter(0.0, 1.0), math.inf)
-
-
-def test_parameters_can_be_part_of_the_source(tmp_path: Path) -> None:
-    needs("gcc")
-    loop = Loop(Simulation(1.0, 1e-3, record_period=1e-3), controller=PI())
-    rows = np.array([[0.1, 1.0, 0.3], [0.2, 0.5, -0.4]])
-    units = [exported(loop, Part.CONTROLLER, **NAMED, inlined=inlined) for inlined in (False, True)]
-    found = [
-        library(unit, tmp_path).run(rows[:, : sum(len(a.signals) for a in unit.arguments)]) for unit in units
-    ]
-    assert np.array_equal(*found)
-    assert "parameters" not in units[1].header
-    assert units[1].inlined
-
-
-def test_single_precision_is_near(tmp_path: Path) -> None:
-    needs("gcc")
-    loop = load_scenario("paper/sine-tsmc")
-    draw = np.random.default_rng(0)
-    units = {p: exported(loop, Part.CONTROLLER, **NAMED, precision=p) for p in Precision}
-    assert "double" not in units[Precision.SINGLE].source.partition("*/")[2].replace("double-", "")
-    names = [one.path for argument in units[Precision.SINGLE].arguments for one in argument.signals]
-    size = {"measurement.velocity": 1e-5, "measurement.load_force": 100.0, "measurement.command": 0.5}
-    rows = draw.normal(size=(50, len(names))) * [size.get(name, 1e-5) for name in names]
-    found = {p: run(unit, rows, tmp_path) for p, unit in units.items()}
-    single, double = found[Precision.SINGLE], found[Precision.DOUBLE]
-    assert single.dtype == np.float32
-    assert np.allclose(single, double, rtol=1e-3, atol=1e-3 * np.nanmax(np.abs(double), axis=0))
-    assert not np.array_equal(single, double)
-
-
-@pytest.mark.parametrize("part", [Part.MACHINE, Part.LOOP])
-def test_single_precision_is_for_controllers(part: Part) -> None:
-    with pytest.raises(LoopError, match="in double precision only"):
-        exported(Loop(), part, **NAMED, precision=Precision.SINGLE)
-
-
-def test_a_number_beyond_single_precision_is_refused() -> None:
-    loop = Loop(Simulation(1.0, 1e-3, record_period=1e-3), controller=PI(saturation=Saturation(1e300)))
-    with pytest.raises(LoopError, match="1e\\+300 is out of the range of single precision"):
-        exported(loop, Part.CONTROLLER, **NAMED, precision=Precision.SINGLE)
-
-
-@pytest.mark.parametrize("prefix", ["", "2law", "a-law", "double", "a law", "größe", "law;"])
-def test_a_prefix_is_a_name_of_c(prefix: str) -> None:
-    assert not is_identifier(prefix)
-    with pytest.raises(ParameterError, match="prefix"):
-        exported(Loop(), Part.CONTROLLER, prefix=prefix, title="")
-
-
-@pytest.mark.parametrize("prefix", ["pi", "tsmc", "ops", "loop", "state", "saturation", "law_init"])
-def test_any_prefix_goes_with_any_block(prefix: str, tmp_path: Path) -> None:
-    needs("gcc")
-    for part in Part:
-        loop = Loop(Simulation(1.0, 1e-3, record_period=1e-3), controller=TSMC())
-        folder = tmp_path / part
-        folder.mkdir()
-        library(exported(loop, part, prefix=prefix, title="a law"), folder)
-
-
-def test_the_same_loop_gives_the_same_text() -> None:
-    loop = load_scenario("rig/encoder-tsmc-sine")
-    first, second = (exported(loop, Part.LOOP, **NAMED) for _ in range(2))
-    assert first == second
-
-
-def test_names() -> None:
-    assert snake("TSMObserverState") == "tsm_observer_state"
-    assert snake("PI") == "pi"
-    assert snake("FilteredDerivative") == "filtered_derivative"
-    assert identifier("switch") == "switch_"
-    assert identifier("xi1") == "xi1"
-
-
-def test_long_lines_are_parted_at_the_outermost_place() -> None:
-    line = "    const double x = " + " + ".join(f"(first_{i} * second_{i})" for i in range(9)) + ";"
-    parted = wrapped(line, 1).splitlines()
-    assert max(map(len, parted)) <= WIDTH
-    assert all(part.count("(") == part.count(")") for part in parted)
-    assert "".join(part.strip() for part in parted).replace(" ", "") == line.replace(" ", "")
-
-
-def test_comments_cannot_end_early() -> None:
-    assert comment("a */ b").count("*/") == 1
-    assert comment("see ``x`` in :func:`~hydroservo.simulate`::") == "/* see x in hydroservo.simulate: */\n"

@@ -5,11 +5,14 @@ from collections.abc import Sequence
 from types import FunctionType
 from typing import TYPE_CHECKING
 
-from hydroservo.export.expressions import Expressions, is_op
+from hydroservo.export.bindings import bound_names
+from hydroservo.export.calls import is_op
+from hydroservo.export.expressions import Expressions
 from hydroservo.export.names import identifier, snake
 from hydroservo.export.scope import Scope, Value
 from hydroservo.export.terms import (
     INT,
+    Bound,
     Constant,
     Expression,
     For,
@@ -42,7 +45,8 @@ class Body:
         module = origin.__module__.rpartition(".")[2]
         prefix = snake(owner.__name__) if owner else ("ops" if is_op(origin) else module)
         name = translator.function_name(f"{prefix}_{identifier(origin.__name__)}")
-        self.translator, self.scope = translator, Scope(origin, name, owner)
+        self.translator = translator
+        self.scope = Scope(origin, name, owner, translator.local_name)
         self.expressions = Expressions(translator, self.scope)
         self.returned: list[tuple[Type, ast.AST]] = []
         tree = self.scope.tree
@@ -74,6 +78,8 @@ class Body:
                 return True
             case ast.Assign(targets=targets, value=value):
                 self.assigns(targets, self.expressions.expression(value), node)
+            case ast.AnnAssign(value=None):
+                return False
             case ast.AnnAssign(target=target, value=ast.expr() as value):
                 self.assigns([target], self.expressions.expression(value), node)
             case ast.AugAssign(target=ast.Name(id=name) as target, op=op, value=value):
@@ -89,7 +95,7 @@ class Body:
             case ast.For(target=ast.Name(id=name), orelse=[]):
                 self.counts(node, name)
             case _:
-                text = type(node).__name__.lower()
+                text = ast.unparse(node).partition("\n")[0]
                 raise self.scope.error(f"the statement {text!r} has no equal in C here", node)
         return False
 
@@ -97,35 +103,43 @@ class Body:
         found = self.expressions.expression(value)
         if isinstance(found, Several):
             found = self.gathered(found, node)
-        result = self.expressions.runtime(found, node)
+        result = self.expressions.arithmetic.runtime(found, node)
         self.returned.append((result.type, node))
         self.scope.block.append(Return(result))
 
     def gathered(self, several: Several, node: ast.AST) -> Make:
         """Several values as one record."""
         pairs = zip(several.names, several.items, strict=True)
-        values = {name: self.expressions.runtime(item, node) for name, item in pairs}
+        values = {name: self.expressions.arithmetic.runtime(item, node) for name, item in pairs}
         kinds = {name: value.type for name, value in values.items()}
         record = self.translator.record(None, kinds, f"{self.scope.function.name}_values")
         return Make(record, values)
 
     def assigns(self, targets: Sequence[ast.expr], value: Value, node: ast.AST) -> None:
+        """Assigns one value to each of some targets, none of which may change it for the next."""
+        several = len(targets) > 1 or isinstance(targets[0], ast.Tuple)
+        if several and self.changing(targets):
+            value = self.held(value)
         for target in targets:
             match target:
                 case ast.Name(id=name):
                     self.assign(name, value, node)
                 case ast.Tuple(elts=names):
-                    items = self.items(value, len(names), node)
-                    if any(isinstance(one, ast.Name) and one.id in self.scope.changing for one in names):
-                        items = [self.held(item) for item in items]
-                    for part, item in zip(names, items, strict=True):
+                    for part, item in zip(names, self.items(value, len(names), node), strict=True):
                         self.assigns([part], item, node)
                 case _:
                     problem = "only names can be assigned to: blocks and states are immutable"
                     raise self.scope.error(problem, node)
 
+    def changing(self, targets: Sequence[ast.expr]) -> bool:
+        """True if one of the names in these targets changes."""
+        names = (node.id for one in targets for node in ast.walk(one) if isinstance(node, ast.Name))
+        return any(name in self.scope.changing for name in names)
+
     def held(self, value: Value) -> Value:
         """A value that the assignments beside it cannot change, as in a, b = b, a."""
+        if isinstance(value, Several):
+            return Several(tuple(self.held(item) for item in value.items), value.names)
         changes = isinstance(value, Expression) and not isinstance(value, (Literal, Constant))
         return self.scope.let(self.scope.fresh("value"), value) if changes else value
 
@@ -145,13 +159,16 @@ class Body:
         scope = self.scope
         if isinstance(value, Several):
             raise scope.error("several values under one name", node, "give each a name")
+        if isinstance(value, Bound):  # of the record as it is now
+            value = Bound(self.expressions.kept(value.owner), value.function)
         if name not in scope.changing:
-            scope.environment[name] = scope.let(identifier(name), value)
+            in_c = scope.fresh("unread") if name == "_" else scope.in_c[name]
+            scope.environment[name] = scope.let(in_c, value)
             return
-        result = self.expressions.runtime(value, node)
+        result = self.expressions.arithmetic.runtime(value, node)
         own = scope.environment.get(name)
-        if not isinstance(own, Variable):
-            own = scope.environment[name] = scope.declared(identifier(name), result.type)
+        if not (isinstance(own, Variable) and own.mutable):
+            own = scope.environment[name] = scope.declared(scope.in_c[name], result.type)
         if own.type != result.type:
             way_out = "keep one type; write 1.0 and not 1 for a float"
             raise scope.error(f"{name} changes its type", node, way_out)
@@ -199,12 +216,21 @@ class Body:
                 count = self.expressions.expression(given)
             case _:
                 raise scope.error("only range(count) can be looped over", node, "count from 0 in steps of 1")
-        if not self.expressions.whole(count):
+        if not self.expressions.arithmetic.whole(count):
             raise scope.error("the count of a loop must be a whole number", node)
-        own = scope.fresh("i") if name == "_" else identifier(name)
-        certain = set(scope.certain)
+        if name != "_" and name in {one for inner in node.body for one in bound_names(inner)}:
+            problem = f"{name} counts this loop and is changed in it"
+            raise scope.error(problem, node, "take another name, or while")
+        count, certain = self.held(count), set(scope.certain)
+        own = scope.fresh("i") if name == "_" else self.counter(name)
         scope.environment[name] = Variable(INT, own)
         body, _ = self.inner(node.body)
         scope.certain = certain  # the loop may not run at all
-        scope.environment.pop(name)
+        scope.environment.pop(name, None)
         scope.block.append(For(own, count, body))
+
+    def counter(self, name: str) -> str:
+        """The name of a loop's own number, which nothing else may have."""
+        if name in self.scope.environment or name in self.scope.changing:
+            return self.scope.fresh(self.scope.in_c[name])
+        return self.scope.in_c[name]

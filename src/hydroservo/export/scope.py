@@ -3,6 +3,7 @@
 import ast
 import inspect
 import textwrap
+from collections.abc import Callable, Set
 from types import FunctionType
 from typing import Any
 
@@ -10,6 +11,8 @@ from hydroservo.errors import LoopError
 from hydroservo.export.bindings import bound_names, changing_names
 from hydroservo.export.names import identifier
 from hydroservo.export.terms import (
+    BOOL,
+    INT,
     Assign,
     Bound,
     Call,
@@ -24,9 +27,12 @@ from hydroservo.export.terms import (
     Table,
     Type,
     Variable,
+    Whole,
 )
 
-__all__ = ["Scope", "TranslationError", "Value", "place"]
+__all__ = ["WAY_OUT", "Scope", "TranslationError", "Value", "place", "whole"]
+
+LARGEST_WHOLE = 2**53  # up to here a float holds every whole number
 
 Value = Expression | Known | Table | Python | Bound | Several
 
@@ -54,31 +60,41 @@ class Scope:
         environment: what each name stands for.
         certain: the changing locals that have a value by now.
         block: where statements go.
+
+    Args:
+        origin: the Python function.
+        name: of its equal in C.
+        owner: the class whose method it is.
+        local_name: finds a free name for a local, from a wish and those that the function has given.
     """
 
-    def __init__(self, origin: FunctionType, name: str, owner: type | None) -> None:
+    def __init__(
+        self, origin: FunctionType, name: str, owner: type | None, local_name: Callable[[str, Set[str]], str]
+    ) -> None:
         self.origin = origin
         self.tree = parsed(origin)
         self.function = Function(name, [], origin=origin, owner=owner)
         self.changing = changing_names(self.tree)
-        names = {argument.arg for argument in self.tree.args.args}
-        self.taken = names | {identifier(one) for one in bound_names(self.tree)}
+        self.local_name = local_name
+        self.taken: set[str] = set()
+        arguments = [argument.arg for argument in self.tree.args.args]
+        wanted = dict.fromkeys([*arguments, *bound_names(self.tree)])
+        self.in_c = {one: self.fresh(identifier(one)) for one in wanted}
         self.environment: dict[str, Value] = {}
         self.certain: set[str] = set()
         self.block: list[Statement] = self.function.body
 
     def parameter(self, name: str, kind: Type) -> None:
         """A parameter; one that the function assigns to gets a local of its own."""
-        if isinstance(kind, (Known, Table)):
-            self.environment[name] = kind
-            return
-        given = Variable(kind, identifier(name))
-        self.function.parameters.append((given.name, kind))
+        given = kind if isinstance(kind, (Known, Table)) else Variable(kind, self.in_c[name])
+        if isinstance(given, Variable):
+            self.function.parameters.append((given.name, given.type))
+        if name in self.changing and not isinstance(given, Table):
+            first = whole(given) if isinstance(given, Known) else given
+            own = self.declared(self.fresh(f"{self.in_c[name]}_now"), first.type)
+            self.changed(own, first)
+            given = own
         self.environment[name] = given
-        if name in self.changing:
-            own = self.declared(self.fresh(f"{given.name}_now"), kind)
-            self.environment[name] = own
-            self.changed(own, given)
 
     def declared(self, name: str, kind: Type) -> Variable:
         """A local that changes."""
@@ -108,15 +124,26 @@ class Scope:
 
     def fresh(self, name: str) -> str:
         """A name that the function does not use."""
-        found, number = name, 2
-        while found in self.taken:
-            found, number = f"{name}_{number}", number + 1
+        found = self.local_name(name, self.taken)
         self.taken.add(found)
         return found
 
     def error(self, problem: str, node: ast.AST, way_out: str = WAY_OUT) -> TranslationError:
         where = place(self.origin, getattr(node, "lineno", 0))
         return TranslationError(f"{where}, {self.origin.__qualname__}: {problem}; {way_out}")
+
+
+def whole(value: Known) -> Whole:
+    """A whole number or truth value in C.
+
+    Raises:
+        TranslationError: it is out of C's range.
+    """
+    if isinstance(value.value, bool):
+        return Whole(BOOL, value.value)
+    if abs(value.value) >= LARGEST_WHOLE:
+        raise TranslationError(f"the whole number {value.value} is beyond 2^53")
+    return Whole(INT, value.value)
 
 
 def parsed(origin: FunctionType) -> ast.FunctionDef:

@@ -1,5 +1,6 @@
 """The header and the source of an exported unit."""
 
+import inspect
 from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
@@ -10,7 +11,7 @@ from hydroservo.export.terms import Function, Matrix, Record, Table
 from hydroservo.export.wrap import comment, wrapped
 from hydroservo.export.write import Ends, Writer
 
-__all__ = ["Unit", "texts"]
+__all__ = ["Form", "Unit", "texts"]
 
 
 class Unit(NamedTuple):
@@ -23,6 +24,8 @@ class Unit(NamedTuple):
         step: makes the next one.
         arguments: name and record of what ``step`` is given besides the state.
         command: ``step`` returns the state's ``u``.
+        records: all that its functions know.
+        tables: all that its functions read.
     """
 
     block: Block
@@ -31,6 +34,28 @@ class Unit(NamedTuple):
     step: Function
     arguments: tuple[tuple[str, Record], ...]
     command: bool
+    records: tuple[Record, ...]
+    tables: tuple[Table, ...]
+
+
+class Form(NamedTuple):
+    """How a unit is written.
+
+    Attributes:
+        prefix: of public names and of types.
+        real: "double" or "float".
+        inlined: the parameters are a constant of the source.
+        about: the comment on top of both files.
+        hash: of the scenario.
+        version: of hydroservo.
+    """
+
+    prefix: str
+    real: str
+    inlined: bool
+    about: str
+    hash: str
+    version: str
 
 
 class Texts(NamedTuple):
@@ -38,48 +63,6 @@ class Texts(NamedTuple):
 
     header: str
     source: str
-
-
-def texts(
-    unit: Unit, needed: Needed, tables: Sequence[Table], prefix: str, about: str, real: str, inlined: bool
-) -> Texts:
-    """Header and source of a unit, with ``about`` as the comment on top of both."""
-    writer = Writer(prefix, real, needed)
-    public = [unit.init.returns, *(record for _, record in unit.arguments)]
-    own = public if inlined else [unit.parameters, *public]
-    shown: dict[Record, None] = {}
-    for record in own:
-        nested(record, needed, shown)
-    functions = [writer.function(one) for one in needed.reached if one not in (unit.init, unit.step)]
-    documented = with_classes([*needed.reached], functions, unit)
-    entries = entry_texts(unit, writer, inlined)
-    rest: dict[Record, None] = {}
-    for record in used_records(unit, needed):
-        nested(record, needed, rest)
-    hidden = [writer.record(record) for record in rest if record not in shown]
-    matrices = {one.returns for one in needed.reached if isinstance(one.returns, Matrix)}
-    hidden += [matrix_text(writer, one) for one in matrices]
-    defaults = defaults_text(unit, writer, inlined)
-    constants = "".join(f"#define {name} {value}\n" for name, value in writer.constants.items())
-    return Texts(
-        header_text(
-            prefix, about, [writer.record(one) for one in shown], declarations(unit, writer, inlined), inlined
-        ),
-        "\n".join(
-            part
-            for part in (
-                comment(about),
-                PREAMBLE.format(prefix=prefix, sqrt=""),
-                constants,
-                *hidden,
-                *(table_text(writer, table) for table in tables),
-                defaults,
-                *documented,
-                *entries,
-            )
-            if part
-        ),
-    )
 
 
 INIT = "The state before the first sample; also what brings a unit back to its start."
@@ -92,8 +75,11 @@ PREAMBLE = """\
 #include <float.h>
 #include <math.h>
 
-#if defined(__FAST_MATH__)
-#error "compile without -ffast-math: it changes results and takes away the tests for not-a-number"
+#if defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__) || defined(__RECIPROCAL_MATH__)
+#error "compile without -ffast-math and its parts: they change results"
+#endif
+#if defined(__FINITE_MATH_ONLY__) && (__FINITE_MATH_ONLY__ != 0)
+#error "compile without -ffinite-math-only: it takes away the tests for not-a-number"
 #endif
 #if defined(FLT_EVAL_METHOD) && (FLT_EVAL_METHOD != 0)
 #error "this target computes with more digits than the types have; on x86 use -msse2 -mfpmath=sse"
@@ -103,26 +89,69 @@ PREAMBLE = """\
 #endif
 """
 
+HEADER = """\
+{about}
+#ifndef {guard}_H
+#define {guard}_H
 
-def header_text(
-    prefix: str, about: str, records: Sequence[str], declared: Sequence[str], inlined: bool
-) -> str:
-    guard = f"{prefix.upper()}_H"
-    return "\n".join(
-        [
-            comment(about),
-            f"#ifndef {guard}",
-            f"#define {guard}",
-            "",
-            "#include <stdbool.h>",
-            "#include <stdint.h>",
-            "",
-            *records,
-            *([] if inlined else [f"extern const {prefix}_parameters {prefix}_defaults;", ""]),
-            *declared,
-            "#endif",
-            "",
-        ]
+#include <stdbool.h>
+#include <stdint.h>
+
+#define {guard}_SCENARIO "{hash}" /* hash of the scenario */
+#define {guard}_VERSION "{version}" /* of hydroservo, which wrote this */
+
+#ifdef __cplusplus
+extern "C" {{
+#endif
+
+{body}
+#ifdef __cplusplus
+}}
+#endif
+
+#endif
+"""
+
+
+def texts(unit: Unit, needed: Needed, form: Form) -> Texts:
+    """Header and source of a unit."""
+    writer = Writer(form.prefix, form.real, needed)
+    state = unit.init.returns
+    public = [unit.parameters] * (not form.inlined) + [state, *(record for _, record in unit.arguments)]
+    shown = ordered(public, needed)
+    hidden = [record for record in ordered(unit.records, needed) if record not in shown]
+    functions = documented_functions(unit, writer)
+    entries = entry_texts(unit, writer, form.inlined)
+    defaults = defaults_text(unit, writer, form.inlined)
+    matrices = {one.returns for one in needed.reached if isinstance(one.returns, Matrix)}
+    tables = [table_text(writer, table) for table in unit.tables]
+    constants = [f"#define {name} {value}\n" for name, value in writer.constants.values()]  # those now seen
+    parts = [
+        comment(form.about),
+        PREAMBLE.format(prefix=form.prefix),
+        "".join(constants),
+        *(writer.record(record) for record in hidden),
+        *(matrix_text(writer, one) for one in matrices),
+        *tables,
+        defaults,
+        *functions,
+        *entries,
+    ]
+    records = [writer.record(one) for one in shown]
+    return Texts(header_text(form, records, declarations(unit, writer, form.inlined)), joined(parts))
+
+
+def joined(parts: Sequence[str]) -> str:
+    return "\n".join(part for part in parts if part)
+
+
+def header_text(form: Form, records: Sequence[str], declared: Sequence[str]) -> str:
+    """The header, for C and C++."""
+    defaults = f"extern const {form.prefix}_parameters {form.prefix}_defaults;\n"
+    body = joined([*records, "" if form.inlined else defaults, *declared])
+    guard = form.prefix.upper()
+    return HEADER.format(
+        about=comment(form.about), guard=guard, hash=form.hash, version=form.version, body=body
     )
 
 
@@ -161,23 +190,20 @@ def entry_texts(unit: Unit, writer: Writer, inlined: bool) -> list[str]:
     return texts
 
 
-def nested(record: Any, needed: Needed, found: dict[Record, None]) -> None:
-    """Adds a record to those found, after the records in it."""
-    if not isinstance(record, Record) or record in found or not needed.kept(record):
-        return
-    for name, kind in record.fields.items():
-        if needed.has(record, name):
-            nested(kind, needed, found)
-    found[record] = None
+def ordered(records: Sequence[Any], needed: Needed) -> list[Record]:
+    """Records of which something is kept, each after those in it."""
+    found: dict[Record, None] = {}
 
+    def add(record: Any) -> None:
+        if isinstance(record, Record) and record not in found and needed.kept(record):
+            for name, kind in record.fields.items():
+                if needed.has(record, name):
+                    add(kind)
+            found[record] = None
 
-def used_records(unit: Unit, needed: Needed) -> Iterator[Any]:
-    """Every type that functions take, hold and return."""
-    yield unit.parameters
-    for function in needed.reached:
-        yield from (kind for _, kind in function.parameters)
-        yield from function.locals.values()
-        yield function.returns
+    for record in records:
+        add(record)
+    return list(found)
 
 
 def matrix_text(writer: Writer, matrix: Matrix) -> str:
@@ -214,17 +240,16 @@ def defaults_lines(block: Block, record: Record, writer: Writer, depth: int) -> 
             yield f"{pad}.{identifier(name)} = {writer.number(value)[0]},{said}"
 
 
-def with_classes(functions: Sequence[Function], written: Sequence[str], unit: Unit) -> list[str]:
+def documented_functions(unit: Unit, writer: Writer) -> list[str]:
     """The functions, the first of each block's below what the block is: its equation, source and limits."""
-    import inspect
-
     told: set[type] = set()
     found = []
-    inner = [one for one in functions if one not in (unit.init, unit.step)]
-    for function, text in zip(inner, written, strict=True):
+    for function in writer.needed.reached:
+        if function in (unit.init, unit.step):
+            continue
         owner = function.owner
-        if text and owner is not None and owner not in told and function.body:
+        if owner is not None and owner not in told and function.body:
             told.add(owner)
             found.append(comment(f"{owner.__name__}\n\n{inspect.getdoc(owner) or ''}"))
-        found.append(text)
+        found.append(writer.function(function))
     return found

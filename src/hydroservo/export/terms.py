@@ -71,11 +71,21 @@ class Record:
         return self.name
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Known:
     """A whole number or truth value that is part of the code: both a value and its own type."""
 
     value: int
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Known) and self.key() == other.key()
+
+    def __hash__(self) -> int:
+        return hash(self.key())
+
+    def key(self) -> tuple[type, int]:
+        """1 and True are not the same here."""
+        return type(self.value), self.value
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,18 +5,18 @@ a function in C for a method in Python, with the same names, operations and orde
 known while translating (switches, numbers of bits, arrays of records) becomes part of the code.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence, Set
 from typing import Any
 
 import numpy as np
 
 from hydroservo.block import is_block
 from hydroservo.export.body import Body
-from hydroservo.export.names import snake
+from hydroservo.export.names import identifier, numbered, snake
 from hydroservo.export.scope import TranslationError, place
 from hydroservo.export.terms import REAL, Function, Known, Record, Table, Type
 
-__all__ = ["Translator"]
+__all__ = ["Translator", "check_law"]
 
 
 class Translator:
@@ -36,13 +36,21 @@ class Translator:
         self.records: dict[Any, Record] = {}
         self.tables: dict[int, Table] = {}
         self.names = {"parameters", "state", "init", "step", "defaults", "fixed"}
+        self.called: set[str] = set()
+        self.locals: set[str] = set()
         self.public = f"{prefix}_"
         self.active: list[Any] = []
 
     def record(self, cls: type | None, fields: Mapping[str, Type], name: str) -> Record:
-        """The one record of a class with fields of these types."""
+        """The one record of a class with fields of these types.
+
+        Raises:
+            TranslationError: two of its fields have one name in C.
+        """
         key = (cls or name, tuple(fields.items()))
         if key not in self.records:
+            if len({identifier(field) for field in fields}) < len(fields):
+                raise TranslationError(f"{name}: two of the fields {', '.join(fields)} have one name in C")
             self.records[key] = Record(cls, self.unique(name), dict(fields))
         return self.records[key]
 
@@ -78,13 +86,34 @@ class Translator:
         return self.function(vars(record.cls)[name], [record, *arguments], record.cls)
 
     def function_name(self, name: str) -> str:
-        """A name that no other function has, and no public name or type."""
-        return self.unique(f"own_{name}" if name.startswith(self.public) else name)
+        """A name for a function that no other one has, nor a local, a public name or a type."""
+        wish = f"own_{name}" if name.startswith(self.public) else name
+        found = numbered(wish, lambda one: one in self.called or one in self.locals)
+        self.called.add(found)
+        return found
+
+    def local_name(self, name: str, taken: Set[str]) -> str:
+        """A name for a local that no function or type has, nor another local of its function."""
+        wish = f"own_{name}" if name.startswith(self.public) else name
+        found = numbered(wish, lambda one: one in taken or one in self.called)
+        self.locals.add(found)
+        return found
 
     def unique(self, name: str) -> str:
-        """A name that nothing else has."""
-        found, number = name, 2
-        while found in self.names:
-            found, number = f"{name}_{number}", number + 1
+        """A name for a record or table that no other one has."""
+        found = numbered(name, self.names.__contains__)
         self.names.add(found)
         return found
+
+
+def check_law(translator: Translator, law: Any, arguments: Sequence[Type]) -> None:
+    """Refuse a law whose step gives something else than its state.
+
+    Raises:
+        TranslationError: naming the place of the step.
+    """
+    state = translator.method(law, "init", []).returns
+    step = translator.method(law, "step", [state, *arguments, REAL])
+    if not isinstance(state, Record) or step.returns is not state:
+        where = f"{place(step.origin)}, {step.origin.__qualname__}"
+        raise TranslationError(f"{where}: it must return the record that init returns, with floats in it")

@@ -11,15 +11,15 @@ from hydroservo.export.exported import Argument, Exported, Part, Precision, Sign
 from hydroservo.export.names import identifier, is_identifier
 from hydroservo.export.needed import Needed
 from hydroservo.export.parts import Command, ControllerUnit, LoopUnit, MachineUnit
-from hydroservo.export.source import Unit, texts
+from hydroservo.export.source import Form, Unit, texts
 from hydroservo.export.terms import REAL, Record
-from hydroservo.export.translate import Translator
+from hydroservo.export.translate import Translator, check_law
 from hydroservo.export.written import WRITTEN
 from hydroservo.field import Field, declared_fields
 from hydroservo.loop import AUTO, Loop
 from hydroservo.provenance import scenario_hash, scenario_text
 from hydroservo.signals import Demand, Measurement
-from hydroservo.simulate import ready, simulate
+from hydroservo.simulate import first_state, ready, simulate
 
 __all__ = ["exported"]
 
@@ -62,24 +62,22 @@ def exported(
     if single and part is not Part.CONTROLLER:
         raise LoopError(f"a {part} is exported in double precision only; its time and states need the digits")
     ready_loop = settled(ready(loop)) if part is not Part.CONTROLLER else ready(loop)
-    translator = Translator(WRITTEN, prefix)
-    unit = translated(translator, unit_of(ready_loop, part), part)
+    unit = translated(Translator(WRITTEN, prefix), unit_of(ready_loop, part), part)
+    first_state(ready_loop)  # what goes wrong in Python at once, such as a signal that nothing measures
     needed = needed_by(unit, init=True)
     later = needed_by(unit, init=False)
-    about = ABOUT.format(
-        title=title, hash=scenario_hash(loop), version=__version__, period=ready_loop.simulation.period
-    )
+    digest, period = scenario_hash(loop), ready_loop.simulation.period
+    about = ABOUT.format(title=title, hash=digest, version=__version__, period=period)
     real = "float" if single else "double"
-    tables = list(translator.tables.values())
-    header, source = texts(unit, needed, tables, prefix, about, real, inlined)
+    header, source = texts(unit, needed, Form(prefix, real, inlined, about, digest, __version__))
     start = unit.block.init()
     return Exported(
         prefix=prefix,
         title=title,
         scenario=scenario_text(loop),
-        hash=scenario_hash(loop),
+        hash=digest,
         version=__version__,
-        period=ready_loop.simulation.period,
+        period=period,
         real=real,
         inlined=inlined,
         header=header,
@@ -128,17 +126,15 @@ def translated(translator: Translator, block: Block, part: Part) -> Unit:
     arguments = tuple(
         (name, translator.record(cls, dict.fromkeys(cls._fields, REAL), name)) for name, cls in TAKES[part]
     )
+    if part is Part.CONTROLLER:
+        check_law(translator, record.fields["controller"], [kind for _, kind in arguments])
     init = translator.method(record, "init", [])
     state = init.returns
-    if not isinstance(state, Record):
-        raise LoopError(f"the {part} has no state to export")
+    assert isinstance(state, Record)
     step = translator.method(record, "step", [state, *(kind for _, kind in arguments)])
-    if step.returns is not state:
-        raise LoopError(
-            f"a step of the {part} returns another type of state than init; all fields are floats"
-        )
     record.name, state.name = "parameters", "state"
-    return Unit(block, record, init, step, arguments, part is Part.CONTROLLER)
+    known = tuple(translator.records.values()), tuple(translator.tables.values())
+    return Unit(block, record, init, step, arguments, part is Part.CONTROLLER, *known)
 
 
 def needed_by(unit: Unit, *, init: bool) -> Needed:

@@ -2,7 +2,7 @@
 
 import re
 
-__all__ = ["WIDTH", "comment", "wrapped"]
+__all__ = ["WIDTH", "comment", "unended", "wrapped"]
 
 WIDTH = 110
 BREAKS = re.compile(r"(?<=, )|(?= [-+*/?:] )|(?= && )|(?= \|\| )|(?<= = )")
@@ -34,8 +34,13 @@ def best_break(line: str, pad: str) -> int | None:
 
 def comment(text: str) -> str:
     """A comment of one or more lines, from a text that may be marked up as docstrings are."""
-    plain = MARKUP.sub("", text).replace("*/", "* /").replace("/*", "/ *").rstrip()
+    plain = unended(MARKUP.sub("", text)).rstrip()
     lines = plain.split("\n")
     if len(lines) == 1 and len(plain) + 6 <= WIDTH:
         return f"/* {plain} */\n"
     return "\n".join(["/*", *(f" * {line}".rstrip() for line in lines), " */", ""])
+
+
+def unended(text: str) -> str:
+    """A text that neither begins nor ends a comment."""
+    return text.replace("*/", "* /").replace("/*", "/ *")

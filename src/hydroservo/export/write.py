@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hydroservo.errors import LoopError
-from hydroservo.export.names import identifier
+from hydroservo.export.names import identifier, numbered
 from hydroservo.export.needed import Needed, matters
 from hydroservo.export.single import SINGLE
 from hydroservo.export.terms import (
@@ -25,6 +25,7 @@ from hydroservo.export.terms import (
     For,
     Function,
     If,
+    Known,
     Let,
     Literal,
     Make,
@@ -40,14 +41,15 @@ from hydroservo.export.terms import (
     While,
     Whole,
 )
-from hydroservo.export.wrap import WIDTH, comment, wrapped
+from hydroservo.export.wrap import WIDTH, comment, unended, wrapped
 from hydroservo.field import Field, declared_fields
 
 __all__ = ["Ends", "Writer"]
 
 ATOM, UNARY, PRODUCT, SUM, COMPARED, AND, OR, CHOICE = 8, 7, 6, 5, 4, 3, 2, 1
 LEVELS = {"*": PRODUCT, "/": PRODUCT, "+": SUM, "-": SUM, "&&": AND, "||": OR}
-PLAIN = {INT: "int32_t", BOOL: "bool"}
+PLAIN = {INT: "int64_t", BOOL: "bool"}
+SHORT = 2**31  # whole numbers below need no suffix, and loops up to here a short counter
 
 
 class Ends(NamedTuple):
@@ -68,7 +70,7 @@ class Writer:
 
     def __init__(self, prefix: str, real: str, needed: Needed) -> None:
         self.prefix, self.real, self.needed = prefix, real, needed
-        self.constants: dict[str, str] = {}
+        self.constants: dict[tuple[str, str], tuple[str, str]] = {}  # name and number by module and name
         self.pointers: dict[str, bool] = {}  # of the function at hand: whether a name is a pointer
         self.renamed: dict[str, str] = {}
         self.changing: set[str] = set()
@@ -102,7 +104,7 @@ class Writer:
         for name, kind in self.kept(record):
             declared = fields.get(name, Field("", ""))
             unit = f"[{declared.unit}] " if declared.unit else ""
-            said = f"{unit}{declared.meaning}".replace("*/", "* /")
+            said = unended(f"{unit}{declared.meaning}")
             lines.append((f"    {self.type(kind)} {identifier(name)};", f" /* {said} */" if said else ""))
         width = max(len(text) for text, said in lines if said) if any(said for _, said in lines) else 0
         body = [f"{text:<{width}}{said}".rstrip() for text, said in lines]
@@ -185,9 +187,15 @@ class Writer:
             case While(condition=condition, body=body):
                 return [f"{pad}while ({self.value(condition)}) {{", *inner(body), f"{pad}}}"]
             case For(name=name, count=count, body=body):
-                number = self.value(count) if isinstance(count, Expression) else str(count.value)
-                head = f"{pad}for (int32_t {name} = 0; {name} < {number}; {name}++) {{"
-                return [head, *inner(body), f"{pad}}}"]
+                return [f"{pad}{self.loop(name, count)} {{", *inner(body), f"{pad}}}"]
+
+    def loop(self, name: str, count: Expression | Known) -> str:
+        """The head of a loop that counts from 0."""
+        if isinstance(count, Expression):
+            kind, number = "int64_t", self.value(count)
+        else:
+            kind, number = ("int32_t" if count.value < SHORT else "int64_t"), whole_literal(count.value)
+        return f"for ({kind} {name} = 0; {name} < {number}; {name}++)"
 
     def lines(self, head: str, value: Expression, depth: int) -> list[str]:
         """A statement; a record that takes more than a line gets one for each field."""
@@ -229,7 +237,8 @@ class Writer:
             case Literal(value=number):
                 return self.number(number)
             case Whole(value=whole, type=kind):
-                return (str(bool(whole)).lower() if kind == BOOL else str(whole)), ATOM
+                text = str(bool(whole)).lower() if kind == BOOL else whole_literal(whole)
+                return text, UNARY if text[0] == "-" else ATOM
             case Constant():
                 return self.constant(value), ATOM
             case Variable():
@@ -313,13 +322,18 @@ class Writer:
         return text, UNARY if text[0] == "-" else ATOM
 
     def constant(self, value: Constant) -> str:
-        module = value.module.rpartition(".")[2]
-        name = f"{self.prefix}_{module}_{value.name}".upper()
-        number = value.value
-        if self.real == "float":
-            number = SINGLE.get((value.module, value.name), number)
-        self.constants[name] = self.number(number)[0]
-        return name
+        key = value.module, value.name
+        if key not in self.constants:
+            wish = identifier(f"{self.prefix}_{value.module.rpartition('.')[2]}_{value.name}").upper()
+            given = {name for name, _ in self.constants.values()}
+            number = SINGLE.get(key, value.value) if self.real == "float" else value.value
+            self.constants[key] = numbered(wish, given.__contains__), self.number(number)[0]
+        return self.constants[key][0]
+
+
+def whole_literal(value: int) -> str:
+    """The literal of a whole number."""
+    return str(value) if abs(value) < SHORT else f"INT64_C({value})"
 
 
 def single_literal(value: float) -> str:
