@@ -15,8 +15,9 @@ from fmus import mass
 from toy import toy
 
 from hydroservo.errors import HydroservoError
+from hydroservo.export import compiler
 from hydroservo.export.exported import Signal
-from hydroservo.export.fmu import FmiVersion, binary, interface, write, write_fmu
+from hydroservo.export.fmu import FmiVersion, interface, write, write_fmu
 from hydroservo.export.fmu.units import base_unit
 
 EXPORTS = {"pi": toy(), "mass": mass()}
@@ -171,13 +172,26 @@ def test_what_cannot_be_an_fmu_is_said_in_a_line(
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.parametrize(
+    ("wrong", "said"),
+    [("false", "false fails: exit status 1"), ("true", "true makes no file"), ("'", "CC = ': No closing")],
+)
+def test_a_compiler_that_does_not_work_is_said_in_a_line(
+    wrong: str, said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("CC", wrong)
+    with pytest.raises(HydroservoError, match=said):
+        write_fmu(toy(), tmp_path / "one.fmu", stop_time=1.0)
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_a_missing_compiler_is_said_in_a_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("CC", "no-such-compiler")
     with pytest.raises(HydroservoError, match="CC names the C compiler no-such-compiler, which is not found"):
         write_fmu(toy(), tmp_path / "one.fmu", stop_time=1.0)
     monkeypatch.delenv("CC")
     monkeypatch.setenv("PATH", str(tmp_path))
-    with pytest.raises(HydroservoError, match="an FMU needs a C compiler, and none is found"):
+    with pytest.raises(HydroservoError, match="no C compiler is found; install gcc or clang, or set CC"):
         write_fmu(toy(), tmp_path / "one.fmu", stop_time=1.0)
 
 
@@ -197,7 +211,7 @@ def test_an_interrupt_leaves_what_was_there(tmp_path: Path, monkeypatch: pytest.
     def interrupt(*_: object) -> None:
         raise KeyboardInterrupt
 
-    for module, name in ((write, "pack"), (binary.subprocess, "run")):
+    for module, name in ((write, "pack"), (compiler.subprocess, "run")):
         with monkeypatch.context() as patch:
             patch.setattr(module, name, lambda *_, **__: interrupt())
             with pytest.raises(KeyboardInterrupt):

@@ -11,7 +11,6 @@ from benchmarks.targets.boards import BOARDS, COMPILER, Board
 from benchmarks.targets.sources import FOLDER as TARGET
 
 from hydroservo.errors import HydroservoError, ParameterError
-from hydroservo.export.deviation import measured_deviation
 from hydroservo.export.exported import Exported, Part, Precision, Signal
 from hydroservo.export.prefix import checked_prefix, default_prefix
 from hydroservo.export.project import c_project, memory, write_c_project
@@ -193,24 +192,30 @@ def test_single_precision_states_its_deviation(
     assert "law: 0 of 3 numbers within 1e-09 of their largest value" in beyond.stdout
 
 
-def test_without_a_compiler_nothing_is_measured(
-    single: tuple[Exported, Vectors], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+@pytest.mark.parametrize(
+    ("compiler", "why"),
+    [
+        ("false", "the C compiler false fails: exit status 1"),
+        ("true", "the C compiler true makes no file"),
+        ("no-such-compiler", "CC names the C compiler no-such-compiler, which is not found"),
+        ("'", "CC = ': No closing quotation"),
+    ],
+)
+def test_a_compiler_that_does_not_work_measures_nothing_and_the_readme_says_why(
+    compiler: str, why: str, single: tuple[Exported, Vectors], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setenv("PATH", str(tmp_path))
-    monkeypatch.setenv("CC", "gcc")
-    assert "It was not measured when this folder was written" in c_project(*single)["README.md"]
-
-
-@pytest.mark.parametrize("compiler", ["false", "true", "no-such-compiler", "'"])
-def test_a_compiler_that_does_not_work_is_passed_over(
-    compiler: str, single: tuple[Exported, Vectors], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    needs("gcc")
-    texts = c_project(*single)
     monkeypatch.setenv("CC", compiler)
-    assert "law: 500 samples" in str(measured_deviation("law", texts))
-    monkeypatch.setattr("hydroservo.export.deviation.COMPILERS", ())
-    assert measured_deviation("law", texts) is None
+    text = " ".join(c_project(*single)["README.md"].split())
+    assert f"It was not measured when this folder was written: {why}. `make check` does it." in text
+
+
+def test_a_program_for_another_machine_measures_nothing(
+    single: tuple[Exported, Vectors], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    needs("arm-none-eabi-gcc")
+    monkeypatch.setenv("CC", "arm-none-eabi-gcc --specs=nosys.specs -mcpu=cortex-m7")
+    text = " ".join(c_project(*single)["README.md"].split())
+    assert "when this folder was written: replay cannot be run: Exec format error." in text
 
 
 # --- the folder

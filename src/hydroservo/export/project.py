@@ -3,10 +3,12 @@
 import math
 import re
 import textwrap
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from hydroservo.errors import HydroservoError
+from hydroservo.export.compiler import CompilerError
 from hydroservo.export.deviation import measured_deviation
 from hydroservo.export.exported import Exported, Signal
 from hydroservo.export.prefix import checked_prefix
@@ -85,8 +87,16 @@ def c_project(exported: Exported, vectors: Vectors) -> dict[str, str]:
         f"{p}_replay.c": rendered("replay.c.j2", known),
         "Makefile": rendered("Makefile.j2", known),
     }
-    known["deviation"] = measured_deviation(p, texts) if exported.real == "float" else None
-    return texts | {"README.md": rendered("README.md.j2", known)}
+    measured = deviation(p, texts) if exported.real == "float" else {}
+    return texts | {"README.md": rendered("README.md.j2", known | measured)}
+
+
+def deviation(prefix: str, texts: Mapping[str, str]) -> dict[str, object]:
+    """What is measured here of the deviation of single precision, or why nothing is."""
+    try:
+        return {"deviation": measured_deviation(prefix, texts)}
+    except CompilerError as error:
+        return {"deviation": None, "unmeasured": str(error)}
 
 
 def names_in_c(exported: Exported) -> dict[str, object]:

@@ -3,12 +3,13 @@
 import hashlib
 import uuid
 from collections.abc import Mapping
-from importlib import metadata, resources
-from pathlib import Path
+from importlib import resources
 from typing import Any
 
-from hydroservo.errors import HydroservoError, one_line
+from hydroservo.errors import one_line
+from hydroservo.export.compiler import BITS
 from hydroservo.export.exported import Exported
+from hydroservo.export.fmu.headers import headers, licence
 from hydroservo.export.fmu.interface import FmiVersion, Interface, interface_of
 from hydroservo.export.fmu.render import rendered
 from hydroservo.export.fmu.units import base_unit
@@ -38,7 +39,8 @@ def fmu_files(exported: Exported, stop_time: float, version: FmiVersion) -> File
     digest = hashlib.sha256("\0".join(part for one in sorted(plain.items()) for part in one).encode())
     token = str(uuid.UUID(digest.hexdigest()[:32]))
     files = model_files(exported, interface, {**context, "token": token})
-    return files | documentation(context) | headers(interface)
+    own = {f"sources/include/{name}": text for name, text in headers(interface.headers).items()}
+    return files | documentation(context) | own
 
 
 def context_of(
@@ -58,6 +60,7 @@ def context_of(
         "outputs": [one for one in variables if one.kind is Kind.OUTPUT],
         "units": {one.unit: base_unit(one.unit) for one in variables if one.unit},
         "sources": [name for name in names if name.endswith(".c")],
+        "options": BITS,
         "parameters": ", &numbers->parameters" if exported.parameters else "",
         # Initial outputs come from parameters alone, and a tool that does not know may see an algebraic loop
         # between two units. One without arguments is in no loop.
@@ -90,28 +93,3 @@ def documentation(context: Mapping[str, Any]) -> Files:
         "documentation/licenses/license.txt": rendered("license.txt", {"own": licence("hydroservo")}),
         "documentation/licenses/fmpy.txt": licence("fmpy"),
     }
-
-
-def headers(interface: Interface) -> Files:
-    """FMI's own headers, in a folder of their own: importers that compile the sources use theirs."""
-    folder = Path(str(package("fmpy").locate_file("fmpy/c-code")))
-    return {f"sources/include/{name}": (folder / name).read_text("utf-8") for name in interface.headers}
-
-
-def licence(name: str) -> str:
-    """The licence text that an installed package ships.
-
-    Raises:
-        HydroservoError: the package is missing, or its licence.
-    """
-    for file in package(name).files or ():
-        if file.name in ("LICENSE", "LICENSE.txt"):
-            return file.read_text("utf-8")
-    raise HydroservoError(f"the package {name} came without its licence; install it again")
-
-
-def package(name: str) -> metadata.Distribution:
-    try:
-        return metadata.distribution(name)
-    except metadata.PackageNotFoundError:
-        raise HydroservoError(f"an FMU needs the package {name}: pip install 'hydroservo[fmu]'") from None

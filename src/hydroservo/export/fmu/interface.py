@@ -35,6 +35,7 @@ class Interface(NamedTuple):
         description: template of modelDescription.xml.
         sources: the files of this package to compile, besides those of every FMU.
         headers: of FMI.
+        unprefixed: macro that gives the functions of a shared library their names without a prefix.
         first_index: what ModelStructure counts variables from.
         texts: templates of more files, by their path in the FMU.
     """
@@ -42,6 +43,7 @@ class Interface(NamedTuple):
     description: str
     sources: tuple[str, ...]
     headers: tuple[str, ...]
+    unprefixed: str
     first_index: int
     texts: Mapping[str, str]
 
@@ -51,6 +53,7 @@ INTERFACES = {
         "modelDescription2.xml",
         ("fmi2.c",),
         ("fmi2FunctionTypes.h", "fmi2Functions.h", "fmi2TypesPlatform.h"),
+        "FMI2_OVERRIDE_FUNCTION_PREFIX",
         1,
         {},
     ),
@@ -58,6 +61,7 @@ INTERFACES = {
         "modelDescription3.xml",
         ("fmi3.c", "fmi3_unused.c"),
         ("fmi3FunctionTypes.h", "fmi3Functions.h", "fmi3PlatformTypes.h"),
+        "FMI3_OVERRIDE_FUNCTION_PREFIX",
         0,
         {"sources/buildDescription.xml": "buildDescription.xml"},
     ),
