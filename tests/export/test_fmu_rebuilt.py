@@ -1,8 +1,8 @@
 """FMUs whose binary FMPy builds anew from their sources."""
 
+import re
 import zipfile
 from pathlib import Path
-from xml.etree import ElementTree as ET
 
 import fmpy
 import numpy as np
@@ -50,10 +50,7 @@ def test_a_binary_of_fmpys_own_has_the_same_bits(version: FmiVersion, tmp_path: 
 def test_the_build_description_says_what_the_bits_need(tmp_path: Path) -> None:
     file = write_fmu(toy(), tmp_path / "one.fmu", stop_time=1.0, version=FmiVersion.FMI3)
     with zipfile.ZipFile(file) as archive:
-        (sources,) = ET.fromstring(archive.read("sources/buildDescription.xml")).iter("SourceFileSet")
-        there = {name.removeprefix("sources/") for name in archive.namelist() if name.endswith(".c")}
-    assert sources.get("language") == "C99"
-    assert "-ffp-contract=off" in str(sources.get("compilerOptions")).split()
-    assert {one.get("name") for one in sources.iter("SourceFile")} == there
-    (unprefixed,) = sources.iter("PreprocessorDefinition")
-    assert (unprefixed.get("name"), unprefixed.get("optional")) == ("FMI3_OVERRIDE_FUNCTION_PREFIX", "true")
+        text = archive.read("sources/buildDescription.xml").decode()
+    assert re.search(r'<SourceFileSet language="C99" compilerOptions="[^"]*-ffp-contract=off[^"]*">', text)
+    (macro,) = re.findall(r"<PreprocessorDefinition (.*)/>", text)
+    assert macro.startswith('name="FMI3_OVERRIDE_FUNCTION_PREFIX" value="" optional="true"')

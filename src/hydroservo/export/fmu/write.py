@@ -16,7 +16,7 @@ from hydroservo.results import atomic_path
 __all__ = ["write_fmu"]
 
 RESERVED = ("fmi", "instance", "model")  # what the names of the other sources start with
-SHARED = ("-fPIC", "-shared", "-fvisibility=hidden")
+AS_LIBRARY = ("-fPIC", "-shared", "-fvisibility=hidden")
 EPOCH = (1980, 1, 1, 0, 0, 0)  # of every file in the zip, so that equal content gives equal bytes
 
 
@@ -49,9 +49,8 @@ def write_fmu(
     files = fmu_files(exported, stop_time, version)
     binary = f"{exported.prefix}{library_ending()}"
     content = {name: text.encode() for name, text in files.items()}
-    content[f"binaries/{platform_folder(version)}/{binary}"] = built(
-        files, binary, interface_of(version).unprefixed
-    )
+    unprefixed = interface_of(version).unprefixed
+    content[f"binaries/{platform_folder(version)}/{binary}"] = built(files, binary, unprefixed)
     with atomic_path(path) as temporary:
         pack(content, temporary)
     return path
@@ -78,7 +77,7 @@ def built(files: Files, library: str, unprefixed: str) -> bytes:
             (folder / path).write_text(text, encoding="utf-8", newline="\n")
         sources = folder / "sources"
         names = sorted(one.name for one in sources.glob("*.c"))
-        words = [*SHARED, f"-D{unprefixed}", "-Iinclude", *names]
+        words = [*AS_LIBRARY, f"-D{unprefixed}", "-Iinclude", *names]
         return compiled(sources, words, library).read_bytes()
 
 
