@@ -67,6 +67,8 @@ struct instance {
 };
 
 void instance_begin(instance *self, message_sink *sink);
+
+/* Chooses the messages; a category that is not known changes nothing and gives STATUS_WARNING. */
 status instance_log(instance *self, bool on, size_t count, const char *const categories[]);
 
 /* Logs an error and leaves the instance FAILED; returns STATUS_ERROR. */
