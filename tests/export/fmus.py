@@ -27,7 +27,8 @@ typedef struct {
 
 typedef struct {
     mass_plant plant;
-    double reading[2]; /* [m/s] measured velocity, and that before */
+    double reading; /* [m/s] measured velocity */
+    double before;  /* [m/s] measured velocity before */
 } mass_state;
 
 typedef struct {
@@ -54,7 +55,7 @@ SOURCE = """\
 const mass_parameters mass_defaults = {.growth = 0.5, .first = 0.25, .period = 0.001};
 
 void mass_init(mass_state *state, const mass_parameters *parameters) {
-    *state = (mass_state){.plant = {.velocity = parameters->first}, .reading = {0.0, NAN}};
+    *state = (mass_state){.plant = {.velocity = parameters->first}, .reading = 0.0, .before = NAN};
 }
 
 void mass_step(mass_state *state, const mass_parameters *parameters, const mass_command *command,
@@ -62,7 +63,8 @@ void mass_step(mass_state *state, const mass_parameters *parameters, const mass_
     const double velocity = parameters->growth * state->plant.velocity + command->u;
     *state = (mass_state){
         .plant = {.velocity = velocity},
-        .reading = {velocity + disturbance->noise, state->reading[0]},
+        .reading = velocity + disturbance->noise,
+        .before = state->reading,
     };
 }
 """
@@ -91,9 +93,9 @@ def mass() -> Exported:
             Argument("disturbance", (Signal("noise", "noise", "m/s", "noise of the sensor", 0.0),)),
         ),
         states=(
-            Signal("plant.velocity", "plant.velocity", "m/s", "velocity", 0.25),
-            Signal("sensors.reading[0]", "reading[0]", "m/s", "measured velocity", 0.0),
-            Signal("sensors.reading[1]", "reading[1]", "m/s", "measured velocity before", float("nan")),
+            Signal("plant.velocity", "plant.velocity", "m/s", "velocity", 0.25, integrated=True),
+            Signal("sensors.reading", "reading", "m/s", "measured velocity", 0.0),
+            Signal("sensors.before", "before", "m/s", "measured velocity before", float("nan")),
         ),
         command=False,
     )

@@ -63,7 +63,7 @@ def test_variables_are_what_may_be_done_with_them(fmus: dict[str, Path]) -> None
     assert kinds["controller.u"] == ("output", "discrete", None)
     assert kinds["controller.unlimited"] == ("local", "discrete", None)
     assert kinds["plant.velocity"] == ("output", "continuous", None)
-    assert kinds["sensors.reading[1]"] == ("output", "discrete", None)
+    assert kinds["sensors.before"] == ("output", "discrete", None)
     assert kinds["time"] == ("independent", "continuous", None)
     assert machine["plant.growth"].description == "factor < 1 & from sample to sample"
     assert (machine["plant.growth"].unit, machine["plant.first"].unit) == (None, "m/s")

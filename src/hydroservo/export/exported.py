@@ -27,13 +27,14 @@ class Signal(NamedTuple):
 
     Attributes:
         path: where it is in Python, such as "controller.observer.d1"; the name that users see.
-        place: where it is in its C record, such as "observer.d1"; in arrays "gains[3]".
+        place: where it is in its C record, such as "observer.d1".
         unit: SI unit as declared; "" is dimensionless.
         meaning: as declared.
         value: a parameter's value, a state's number at the start, 0 for an argument.
         fixed: read before the first sample alone, so that changing it later has no effect.
         least: the smallest number that a parameter may be.
         most: the largest.
+        integrated: a state of the plant, valve or supply, which does not come back from nan.
     """
 
     path: str
@@ -44,6 +45,7 @@ class Signal(NamedTuple):
     fixed: bool = False
     least: float = -math.inf
     most: float = math.inf
+    integrated: bool = False
 
 
 class Argument(NamedTuple):

@@ -153,7 +153,6 @@ def environment() -> "jinja2.Environment":
         "hex": in_hex,
         "labelled": labelled,
         "number": repr,
-        "word": lambda place: re.sub(r"\W+", "_", place).strip("_"),
         "wrapped": lambda text: textwrap.wrap(text, 100),
     }
     return found

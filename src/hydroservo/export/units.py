@@ -30,6 +30,7 @@ TAKES = {
     Part.LOOP: (),
 }
 PREFIXES = {Part.CONTROLLER: "controller.", Part.MACHINE: "", Part.LOOP: ""}  # of the paths of states
+INTEGRATED = ("plant.", "valve.", "supply.")  # records of a machine's state
 
 
 def exported(
@@ -167,8 +168,10 @@ def argument_signals(argument: str, record: Record, needed: Needed) -> Iterator[
 
 def state_signals(unit: Unit, needed: Needed, start: Block, part: Part) -> Iterator[Signal]:
     for place, record, name in numbers(unit.init.returns, needed):
-        path = PREFIXES[part] + place.removeprefix("loop.")
-        yield signal(path, place, record, name, at(start, place))
+        own = place.removeprefix("loop.")
+        integrated = part is not Part.CONTROLLER and own.startswith(INTEGRATED)
+        found = signal(PREFIXES[part] + own, place, record, name, at(start, place))
+        yield found._replace(integrated=integrated)
 
 
 def signal(path: str, place: str, record: Record, name: str, value: float) -> Signal:
