@@ -11,9 +11,9 @@ from hydroservo.export.compiler import BITS
 from hydroservo.export.exported import Exported
 from hydroservo.export.fmu.headers import headers, licence
 from hydroservo.export.fmu.interface import FmiVersion, Interface, interface_of
-from hydroservo.export.fmu.render import rendered
 from hydroservo.export.fmu.units import base_unit
 from hydroservo.export.fmu.variables import Kind, variables_of
+from hydroservo.export.render import rendered
 
 __all__ = ["Files", "fmu_files"]
 
@@ -79,8 +79,8 @@ def model_files(exported: Exported, interface: Interface, context: Mapping[str, 
         "modelDescription.xml": rendered(interface.description, context),
         f"sources/{exported.prefix}.h": exported.header,
         f"sources/{exported.prefix}.c": exported.source,
-        "sources/model.h": rendered("model.h", context),
-        "sources/model.c": rendered("model.c", context),
+        "sources/model.h": rendered("fmu/model.h", context),
+        "sources/model.c": rendered("fmu/model.c", context),
         **{path: rendered(template, context) for path, template in interface.texts.items()},
         **{f"sources/{name}": (folder / name).read_text("utf-8") for name in own},
     }
@@ -88,8 +88,8 @@ def model_files(exported: Exported, interface: Interface, context: Mapping[str, 
 
 def documentation(context: Mapping[str, Any]) -> Files:
     return {
-        "documentation/index.html": rendered("index.html", context),
+        "documentation/index.html": rendered("fmu/index.html", context),
         "documentation/scenario.toml": context["exported"].scenario,
-        "documentation/licenses/license.txt": rendered("license.txt", {"own": licence("hydroservo")}),
+        "documentation/licenses/license.txt": rendered("fmu/license.txt", {"own": licence("hydroservo")}),
         "documentation/licenses/fmpy.txt": licence("fmpy"),
     }

@@ -50,7 +50,7 @@ class Interface(NamedTuple):
 
 INTERFACES = {
     FmiVersion.FMI2: Interface(
-        "modelDescription2.xml",
+        "fmu/modelDescription2.xml",
         ("fmi2.c",),
         ("fmi2FunctionTypes.h", "fmi2Functions.h", "fmi2TypesPlatform.h"),
         "FMI2_OVERRIDE_FUNCTION_PREFIX",
@@ -58,12 +58,12 @@ INTERFACES = {
         {},
     ),
     FmiVersion.FMI3: Interface(
-        "modelDescription3.xml",
+        "fmu/modelDescription3.xml",
         ("fmi3.c", "fmi3_unused.c"),
         ("fmi3FunctionTypes.h", "fmi3Functions.h", "fmi3PlatformTypes.h"),
         "FMI3_OVERRIDE_FUNCTION_PREFIX",
         0,
-        {"sources/buildDescription.xml": "buildDescription.xml"},
+        {"sources/buildDescription.xml": "fmu/buildDescription.xml"},
     ),
 }
 
