@@ -156,7 +156,6 @@ def test_equal_exports_give_equal_bytes_and_others_other_tokens(tmp_path: Path) 
         ({}, "one.zip", 1.0, "the name of an FMU ends in .fmu"),
         ({"real": "float"}, "one.fmu", 1.0, "precision = 'float': an FMU is in double precision"),
         ({"inlined": True}, "one.fmu", 1.0, "an FMU has its parameters as variables"),
-        ({"prefix": "Model"}, "one.fmu", 1.0, "prefix = 'Model': must not start like other files do"),
         ({}, "one.fmu", math.inf, "stop_time = inf: must be positive and finite"),
         ({"states": toy().states * 2}, "one.fmu", 1.0, "'controller.u': is the name of 2 variables"),
         ({"states": (Signal("a b", "u", "", "m", 0.0),)}, "one.fmu", 1.0, "'a b': cannot be the name"),

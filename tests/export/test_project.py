@@ -5,6 +5,7 @@ import subprocess
 from pathlib import Path
 from typing import Any
 
+import fmpy
 import numpy as np
 import pytest
 from benchmarks.targets.boards import BOARDS, COMPILER, Board
@@ -12,6 +13,7 @@ from benchmarks.targets.sources import FOLDER as TARGET
 
 from hydroservo.errors import HydroservoError, ParameterError
 from hydroservo.export.exported import Exported, Part, Precision, Signal
+from hydroservo.export.fmu import write_fmu
 from hydroservo.export.prefix import checked_prefix, default_prefix
 from hydroservo.export.project import c_project, memory, write_c_project
 from hydroservo.export.units import exported
@@ -37,7 +39,7 @@ def scenario(**changes: object) -> Loop:
 
 def unit(loop: Loop, part: Part = Part.CONTROLLER, **options: Any) -> tuple[Exported, Vectors]:
     """An export and its test vectors."""
-    made = exported(loop, part, prefix="law", title=TITLE, **options)
+    made = exported(loop, part, **{"prefix": "law", "title": TITLE} | options)
     return made, made_vectors(loop, part, made)
 
 
@@ -345,6 +347,7 @@ def test_a_short_scenario_gives_all_its_samples(substeps: object) -> None:
         ("dir/My Law.v2.toml", "my_law_v2"),
         ("math.toml", "law_math"),
         ("model.toml", "law_model"),
+        ("fmi3-test.toml", "law_fmi3_test"),
         ("double.toml", "law_double"),
         ("-.toml", "law"),
     ],
@@ -354,11 +357,47 @@ def test_the_prefix_comes_from_the_scenarios_name(name: str, prefix: str) -> Non
 
 
 @pytest.mark.parametrize(
-    "prefix", ["", "1st", "a-b", "../up", "a b", "é", "_a", "math", "Float", "double", "a\n"]
+    "prefix",
+    [
+        "",
+        "1st",
+        "a-b",
+        "../up",
+        "a b",
+        "é",
+        "_a",
+        "math",
+        "Float",
+        "double",
+        "a\n",
+        "model",
+        "Instance",
+        "fmi2x",
+    ],
 )
-def test_a_prefix_that_names_cannot_begin_with(
-    prefix: str, law: tuple[Exported, Vectors], tmp_path: Path
-) -> None:
+def test_a_prefix_that_names_cannot_begin_with(prefix: str, loop: Loop) -> None:
     with pytest.raises(ParameterError, match=r"^prefix = "):
-        write_c_project(law[0]._replace(prefix=prefix), law[1], tmp_path / "new")
-    assert not (tmp_path / "new").exists()
+        exported(loop, Part.CONTROLLER, prefix=prefix, title=TITLE)
+
+
+# --- the title
+
+
+@pytest.mark.parametrize(
+    "title", ["a */ b /* c\nd\r\x0be %d %n $(CC) $x \\", "*//*/*/ <b> & \x07 {x} {{ y }} \\\n"]
+)
+def test_any_title_goes_into_comments(title: str, loop: Loop, tmp_path: Path) -> None:
+    for precision in Precision:
+        folder = tmp_path / precision
+        made, vectors = unit(loop, precision=precision, title=title)
+        write_c_project(made, vectors, folder)
+        done = check(folder)
+        assert (done.returncode, done.stderr) == (0, "")
+        assert (folder / "README.md").read_text().startswith(f"# {made.title}\n\n")
+
+
+def test_a_title_is_one_line_that_a_comment_may_hold(loop: Loop, tmp_path: Path) -> None:
+    made = unit(loop, title="a <*/ b\n\x07 /*/ \\")[0]
+    assert made.title == "a <* / b \\x07 / * / \\"
+    file = write_fmu(made, tmp_path / "law.fmu", stop_time=1.0)
+    assert fmpy.read_model_description(str(file)).modelName == made.title

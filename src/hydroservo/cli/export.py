@@ -82,13 +82,13 @@ def c(
     - `hydroservo export c rig/encoder-pi-sine --out controller --prefix rig --precision single --inline`
     """
     from hydroservo.cli.progress import progress_bar
-    from hydroservo.export.prefix import checked_prefix, default_prefix
+    from hydroservo.export.prefix import default_prefix
     from hydroservo.export.project import memory, write_c_project
     from hydroservo.export.units import exported
     from hydroservo.export.vectors import made_vectors
     from hydroservo.results import as_json
 
-    name = checked_prefix(default_prefix(scenario) if prefix is None else prefix)
+    name = default_prefix(scenario) if prefix is None else prefix
     loop = loaded(scenario, changes, plugins)
     with progress_bar("translating") as report:
         about = title(scenario, loop, unit)

@@ -75,7 +75,8 @@ class Exported(NamedTuple):
 
     Attributes:
         prefix: of every name with external linkage; the files are PREFIX.h and PREFIX.c.
-        title: what it is, such as "TSMC of scenario paper/sine-tsmc".
+        title: what it is, such as "TSMC of scenario paper/sine-tsmc"; in one line,
+            which may stand in a comment of C.
         scenario: its canonical text, SI units.
         hash: of the scenario.
         version: of hydroservo.

@@ -8,7 +8,6 @@ from hydroservo.errors import HydroservoError
 from hydroservo.export.compiler import CompilerError
 from hydroservo.export.deviation import measured_deviation
 from hydroservo.export.exported import Exported, Signal
-from hydroservo.export.prefix import checked_prefix
 from hydroservo.export.render import rendered
 from hydroservo.export.vectors import Vectors
 from hydroservo.results import write_text
@@ -47,9 +46,7 @@ def write_c_project(exported: Exported, vectors: Vectors, folder: Path | str) ->
 
     Raises:
         HydroservoError: a file cannot be written, or a Makefile or README.md of another origin is there.
-        ParameterError: the prefix cannot be one of C names.
     """
-    checked_prefix(exported.prefix)
     place = Path(folder)
     for name in ("Makefile", "README.md"):
         check_ours(place / name)

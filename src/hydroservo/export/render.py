@@ -49,7 +49,7 @@ def environment() -> "jinja2.Environment":
 def c_double(value: float) -> str:
     """A number as a C99 constant that holds every bit."""
     if math.isfinite(value):
-        return value.hex()
+        return float(value).hex()
     return "NAN" if math.isnan(value) else "INFINITY" if value > 0.0 else "-INFINITY"
 
 

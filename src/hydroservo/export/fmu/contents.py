@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from importlib import resources
 from typing import Any
 
-from hydroservo.errors import one_line
 from hydroservo.export.compiler import BITS
 from hydroservo.export.exported import Exported
 from hydroservo.export.fmu.headers import headers, licence
@@ -53,8 +52,7 @@ def context_of(
     return {
         "exported": exported,
         "version": version,
-        "title": one_line(exported.title),
-        "description": one_line(f"{exported.title}; hash {exported.hash}"),
+        "description": f"{exported.title}; hash {exported.hash}",
         "stop_time": stop_time,
         "variables": variables,
         "outputs": [one for one in variables if one.kind is Kind.OUTPUT],

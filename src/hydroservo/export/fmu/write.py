@@ -15,7 +15,6 @@ from hydroservo.results import atomic_path
 
 __all__ = ["write_fmu"]
 
-RESERVED = ("fmi", "instance", "model")  # what the names of the other sources start with
 AS_LIBRARY = ("-fPIC", "-shared", "-fvisibility=hidden")
 EPOCH = (1980, 1, 1, 0, 0, 0)  # of every file in the zip, so that equal content gives equal bytes
 
@@ -61,9 +60,6 @@ def check(exported: Exported, stop_time: float) -> None:
         raise ParameterError("precision", exported.real, "an FMU is in double precision")
     if exported.inlined:
         raise ParameterError("inlined", True, "an FMU has its parameters as variables; do not inline them")
-    if exported.prefix.casefold().startswith(RESERVED):
-        others = ", ".join(RESERVED)
-        raise ParameterError("prefix", exported.prefix, f"must not start like other files do: {others}")
     if not 0.0 < stop_time < math.inf:
         raise ParameterError("stop_time", stop_time, "must be positive and finite")
 
