@@ -106,7 +106,7 @@ class Instance:
 
     def __init__(self, folder: Path, name: str = "one", *, log: bool = True) -> None:
         description = fmpy.read_model_description(folder)
-        self.version = FmiVersion(description.fmiMajorVersion)
+        self.version = FmiVersion(str(description.fmiMajorVersion))
         self.references = {one.name: one.valueReference for one in description.modelVariables}
         self.period = float(description.defaultExperiment.stepSize)
         self.messages: list[tuple[str, str]] = []  # category and text

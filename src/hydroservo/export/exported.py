@@ -4,7 +4,7 @@ import math
 from enum import StrEnum
 from typing import NamedTuple
 
-__all__ = ["Argument", "Exported", "Part", "Precision", "Signal"]
+__all__ = ["Argument", "Exported", "FmiVersion", "Part", "Precision", "Signal"]
 
 
 class Part(StrEnum):
@@ -20,6 +20,13 @@ class Precision(StrEnum):
 
     DOUBLE = "double"
     SINGLE = "single"
+
+
+class FmiVersion(StrEnum):
+    """Which FMI; tools that read 2.0 are many more than those that read 3.0."""
+
+    FMI2 = "2"
+    FMI3 = "3"
 
 
 class Signal(NamedTuple):

@@ -7,9 +7,9 @@ from importlib import resources
 from typing import Any
 
 from hydroservo.export.compiler import BITS
-from hydroservo.export.exported import Exported
+from hydroservo.export.exported import Exported, FmiVersion
 from hydroservo.export.fmu.headers import headers, licence
-from hydroservo.export.fmu.interface import FmiVersion, Interface, interface_of
+from hydroservo.export.fmu.interface import Interface, interface_of
 from hydroservo.export.fmu.units import base_unit
 from hydroservo.export.fmu.variables import Kind, variables_of
 from hydroservo.export.render import rendered

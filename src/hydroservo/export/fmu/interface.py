@@ -3,12 +3,12 @@
 import platform
 import sys
 from collections.abc import Mapping
-from enum import IntEnum
 from typing import NamedTuple
 
 from hydroservo.errors import HydroservoError
+from hydroservo.export.exported import FmiVersion
 
-__all__ = ["FmiVersion", "Interface", "interface_of", "library_ending", "platform_folder"]
+__all__ = ["Interface", "interface_of", "library_ending", "platform_folder"]
 
 SYSTEMS = {"linux": ("linux", ".so"), "darwin": ("darwin", ".dylib"), "win32": ("windows", ".dll")}
 ARCHITECTURES = {
@@ -19,13 +19,6 @@ ARCHITECTURES = {
     "i386": ("x86", "32"),
     "i686": ("x86", "32"),
 }
-
-
-class FmiVersion(IntEnum):
-    """Which FMI; tools that read 2.0 are many more than those that read 3.0."""
-
-    FMI2 = 2
-    FMI3 = 3
 
 
 class Interface(NamedTuple):

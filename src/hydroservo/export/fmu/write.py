@@ -8,9 +8,9 @@ from pathlib import Path
 
 from hydroservo.errors import HydroservoError, ParameterError
 from hydroservo.export.compiler import compiled
-from hydroservo.export.exported import Exported
+from hydroservo.export.exported import Exported, FmiVersion
 from hydroservo.export.fmu.contents import Files, fmu_files
-from hydroservo.export.fmu.interface import FmiVersion, interface_of, library_ending, platform_folder
+from hydroservo.export.fmu.interface import interface_of, library_ending, platform_folder
 from hydroservo.results import atomic_path
 
 __all__ = ["write_fmu"]
