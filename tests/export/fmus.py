@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import fmpy
+from by_hand import by_hand
 from fmpy import fmi2, fmi3
 
 from hydroservo.export.exported import Argument, Exported, Signal
@@ -72,17 +73,11 @@ void mass_step(mass_state *state, const mass_parameters *parameters, const mass_
 
 def mass() -> Exported:
     """A machine: states that must stay finite beside a sensor whose reading need not."""
-    return Exported(
-        prefix="mass",
-        title='Machine of "a < b & c"',
-        scenario='type = "<Loop>"\n',
-        hash="ba9876543210",
-        version="0.0.0",
-        period=1e-3,
-        real="double",
-        inlined=False,
-        header=HEADER,
-        source=SOURCE,
+    return by_hand(
+        "mass",
+        'Machine of "a < b & c"',
+        1e-3,
+        (HEADER, SOURCE),
         parameters=(
             Signal("plant.growth", "growth", "", "factor < 1 & from sample to sample", 0.5),
             Signal("plant.first", "first", "m/s", "velocity at the start", 0.25, fixed=True),
