@@ -157,10 +157,16 @@ def test_an_fmu(compiler, tmp_path, standard):
 
 @pytest.mark.parametrize("unit", ["machine", "loop"])
 def test_an_fmu_of_the_machine_in_json(compiler, tmp_path, unit):
-    options = ("--unit", unit, "--json", "--out", tmp_path / "m.fmu")
+    options = ("--unit", unit, "--json", "--out", tmp_path / "m.fmu", "--prefix", "rig")
     said = json.loads(succeeded("export", "fmu", "paper/sine-pi", *SHORT, *options))
     assert (said["unit"], said["fmi"], said["file"]) == (unit, "2", str(tmp_path / "m.fmu"))
+    assert said["prefix"] == "rig"
     assert (tmp_path / "m.fmu").exists()
+
+
+def test_one_input_is_an_input(compiler, tmp_path):
+    said = succeeded("export", "fmu", "paper/sine-pi", "--unit", "machine", "--out", tmp_path / "m.fmu")
+    assert said.startswith("Machine of scenario paper/sine-pi: 1 input, ")
 
 
 def test_an_fmu_ends_in_fmu(tmp_path):

@@ -1,6 +1,7 @@
 /* Runs the machine of the tests through FMI 3.0, with every kind of call, right ones and wrong ones. */
+#include "model.h" /* first: it names the prefix of FMI's functions */
+
 #include "fmi3Functions.h"
-#include "model.h"
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>

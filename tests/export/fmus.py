@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import fmpy
+from by_hand import by_hand
 from fmpy import fmi2, fmi3
 
 from hydroservo.export.exported import Argument, Exported, Signal
@@ -27,7 +28,8 @@ typedef struct {
 
 typedef struct {
     mass_plant plant;
-    double reading[2]; /* [m/s] measured velocity, and that before */
+    double reading; /* [m/s] measured velocity */
+    double before;  /* [m/s] measured velocity before */
 } mass_state;
 
 typedef struct {
@@ -54,7 +56,7 @@ SOURCE = """\
 const mass_parameters mass_defaults = {.growth = 0.5, .first = 0.25, .period = 0.001};
 
 void mass_init(mass_state *state, const mass_parameters *parameters) {
-    *state = (mass_state){.plant = {.velocity = parameters->first}, .reading = {0.0, NAN}};
+    *state = (mass_state){.plant = {.velocity = parameters->first}, .reading = 0.0, .before = NAN};
 }
 
 void mass_step(mass_state *state, const mass_parameters *parameters, const mass_command *command,
@@ -62,7 +64,8 @@ void mass_step(mass_state *state, const mass_parameters *parameters, const mass_
     const double velocity = parameters->growth * state->plant.velocity + command->u;
     *state = (mass_state){
         .plant = {.velocity = velocity},
-        .reading = {velocity + disturbance->noise, state->reading[0]},
+        .reading = velocity + disturbance->noise,
+        .before = state->reading,
     };
 }
 """
@@ -70,17 +73,11 @@ void mass_step(mass_state *state, const mass_parameters *parameters, const mass_
 
 def mass() -> Exported:
     """A machine: states that must stay finite beside a sensor whose reading need not."""
-    return Exported(
-        prefix="mass",
-        title='Machine of "a < b & c"',
-        scenario='type = "<Loop>"\n',
-        hash="ba9876543210",
-        version="0.0.0",
-        period=1e-3,
-        real="double",
-        inlined=False,
-        header=HEADER,
-        source=SOURCE,
+    return by_hand(
+        "mass",
+        'Machine of "a < b & c"',
+        1e-3,
+        (HEADER, SOURCE),
         parameters=(
             Signal("plant.growth", "growth", "", "factor < 1 & from sample to sample", 0.5),
             Signal("plant.first", "first", "m/s", "velocity at the start", 0.25, fixed=True),
@@ -91,9 +88,9 @@ def mass() -> Exported:
             Argument("disturbance", (Signal("noise", "noise", "m/s", "noise of the sensor", 0.0),)),
         ),
         states=(
-            Signal("plant.velocity", "plant.velocity", "m/s", "velocity", 0.25),
-            Signal("sensors.reading[0]", "reading[0]", "m/s", "measured velocity", 0.0),
-            Signal("sensors.reading[1]", "reading[1]", "m/s", "measured velocity before", float("nan")),
+            Signal("plant.velocity", "plant.velocity", "m/s", "velocity", 0.25, integrated=True),
+            Signal("sensors.reading", "reading", "m/s", "measured velocity", 0.0),
+            Signal("sensors.before", "before", "m/s", "measured velocity before", float("nan")),
         ),
         command=False,
     )
@@ -104,7 +101,7 @@ class Instance:
 
     def __init__(self, folder: Path, name: str = "one", *, log: bool = True) -> None:
         description = fmpy.read_model_description(folder)
-        self.version = FmiVersion(description.fmiMajorVersion)
+        self.version = FmiVersion(str(description.fmiMajorVersion))
         self.references = {one.name: one.valueReference for one in description.modelVariables}
         self.period = float(description.defaultExperiment.stepSize)
         self.messages: list[tuple[str, str]] = []  # category and text

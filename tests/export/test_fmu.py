@@ -15,8 +15,9 @@ from fmus import mass
 from toy import toy
 
 from hydroservo.errors import HydroservoError
+from hydroservo.export import compiler
 from hydroservo.export.exported import Signal
-from hydroservo.export.fmu import FmiVersion, binary, interface, write, write_fmu
+from hydroservo.export.fmu import FmiVersion, interface, write, write_fmu
 from hydroservo.export.fmu.units import base_unit
 
 EXPORTS = {"pi": toy(), "mass": mass()}
@@ -62,7 +63,7 @@ def test_variables_are_what_may_be_done_with_them(fmus: dict[str, Path]) -> None
     assert kinds["controller.u"] == ("output", "discrete", None)
     assert kinds["controller.unlimited"] == ("local", "discrete", None)
     assert kinds["plant.velocity"] == ("output", "continuous", None)
-    assert kinds["sensors.reading[1]"] == ("output", "discrete", None)
+    assert kinds["sensors.before"] == ("output", "discrete", None)
     assert kinds["time"] == ("independent", "continuous", None)
     assert machine["plant.growth"].description == "factor < 1 & from sample to sample"
     assert (machine["plant.growth"].unit, machine["plant.first"].unit) == (None, "m/s")
@@ -155,7 +156,6 @@ def test_equal_exports_give_equal_bytes_and_others_other_tokens(tmp_path: Path) 
         ({}, "one.zip", 1.0, "the name of an FMU ends in .fmu"),
         ({"real": "float"}, "one.fmu", 1.0, "precision = 'float': an FMU is in double precision"),
         ({"inlined": True}, "one.fmu", 1.0, "an FMU has its parameters as variables"),
-        ({"prefix": "Model"}, "one.fmu", 1.0, "prefix = 'Model': must not start like other files do"),
         ({}, "one.fmu", math.inf, "stop_time = inf: must be positive and finite"),
         ({"states": toy().states * 2}, "one.fmu", 1.0, "'controller.u': is the name of 2 variables"),
         ({"states": (Signal("a b", "u", "", "m", 0.0),)}, "one.fmu", 1.0, "'a b': cannot be the name"),
@@ -171,13 +171,26 @@ def test_what_cannot_be_an_fmu_is_said_in_a_line(
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.parametrize(
+    ("wrong", "said"),
+    [("false", "false fails: exit status 1"), ("true", "true makes no file"), ("'", "CC = ': No closing")],
+)
+def test_a_compiler_that_does_not_work_is_said_in_a_line(
+    wrong: str, said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("CC", wrong)
+    with pytest.raises(HydroservoError, match=said):
+        write_fmu(toy(), tmp_path / "one.fmu", stop_time=1.0)
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_a_missing_compiler_is_said_in_a_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("CC", "no-such-compiler")
     with pytest.raises(HydroservoError, match="CC names the C compiler no-such-compiler, which is not found"):
         write_fmu(toy(), tmp_path / "one.fmu", stop_time=1.0)
     monkeypatch.delenv("CC")
     monkeypatch.setenv("PATH", str(tmp_path))
-    with pytest.raises(HydroservoError, match="an FMU needs a C compiler, and none is found"):
+    with pytest.raises(HydroservoError, match="no C compiler is found; install gcc or clang, or set CC"):
         write_fmu(toy(), tmp_path / "one.fmu", stop_time=1.0)
 
 
@@ -197,7 +210,7 @@ def test_an_interrupt_leaves_what_was_there(tmp_path: Path, monkeypatch: pytest.
     def interrupt(*_: object) -> None:
         raise KeyboardInterrupt
 
-    for module, name in ((write, "pack"), (binary.subprocess, "run")):
+    for module, name in ((write, "pack"), (compiler.subprocess, "run")):
         with monkeypatch.context() as patch:
             patch.setattr(module, name, lambda *_, **__: interrupt())
             with pytest.raises(KeyboardInterrupt):

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator
-from ctypes import byref
+from ctypes import byref, c_char_p
 from pathlib import Path
 
 import fmpy
@@ -270,11 +270,11 @@ def test_a_command_that_is_lost_warns_once(one: Instance) -> None:
 def test_a_sensor_that_is_lost_warns_and_one_that_never_was_does_not(machine: Path) -> None:
     with Instance(machine) as one:
         one.begin()
-        assert math.isnan(one.get("sensors.reading[1]")[0])
+        assert math.isnan(one.get("sensors.before")[0])
         assert one.step(0.0) == OK
         one.set({"noise": math.nan})
         assert one.step(1e-3) == WARNING
-        assert one.messages == [("logStatusWarning", "sensors.reading[0] is not finite at 0.002 s")]
+        assert one.messages == [("logStatusWarning", "sensors.reading is not finite at 0.002 s")]
         one.set({"noise": 0.0})
         assert one.step(2e-3) == WARNING  # of the reading before
         assert one.step(3e-3) == OK
@@ -342,15 +342,35 @@ def test_messages_are_those_asked_for(pi: Path) -> None:
         assert "99" in refused(one, "get_references", [99])
 
 
-def test_an_unknown_log_category_is_refused(one: Instance) -> None:
-    with pytest.raises(FMICallException):
-        one.slave.setDebugLogging(True, ["logStatusError", "%s"])
-    assert "log category" in one.messages[0][1]
-    one.messages.clear()
-    one.slave.setDebugLogging(False, [])
-    with pytest.raises(FMICallException):
-        one.get_references([99])
-    assert not one.messages
+@pytest.mark.parametrize("on", [True, False])
+def test_an_unknown_log_category_warns_and_changes_nothing(one: Instance, on: bool) -> None:
+    one.begin()
+    one.slave.setDebugLogging(True, ["logStatusWarning", "logStatusError"])
+    assert log(one, on, "logStatusError", "%s") == WARNING
+    ((category, text),) = one.messages
+    assert category == "logStatusWarning"
+    assert "a log category is not one of the model description" in text
+    assert one.step(0.0) == OK
+    one.set({VELOCITY: math.nan})
+    assert one.step(1e-5) == WARNING
+    assert "is not finite" in one.messages[1][1]
+    assert "99" in refused(one, "get_references", [99])
+
+
+def test_an_unknown_log_category_stays_silent_where_messages_are_off(pi: Path) -> None:
+    with Instance(pi, log=False) as one:
+        assert log(one, True, "other") == WARNING
+        with pytest.raises(FMICallException):
+            one.get_references([99])
+        assert not one.messages
+
+
+def log(one: Instance, on: bool, *categories: str) -> int:
+    """The status of a choice of messages."""
+    slave = one.slave
+    set_logging = slave.fmi2SetDebugLogging if one.version is FmiVersion.FMI2 else slave.fmi3SetDebugLogging
+    names = (c_char_p * len(categories))(*(name.encode() for name in categories))
+    return int(set_logging(slave.component, on, len(categories), names))
 
 
 def test_other_guids_names_and_interfaces_are_refused(pi: Path, monkeypatch: pytest.MonkeyPatch) -> None:

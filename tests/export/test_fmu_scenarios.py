@@ -38,6 +38,16 @@ def test_descriptions_are_valid(name: str, tmp_path: Path) -> None:
             assert len(description.modelVariables) == 1 + numbers
 
 
+def test_what_is_integrated_is_of_the_machine() -> None:
+    loop = load_scenario("rig/excavator-link")
+    for part in Part:
+        states = exported(loop, part, prefix="unit", title="a unit").states
+        found = {one.path for one in states if one.integrated}
+        wanted = ("plant.", "valve.", "supply.")
+        assert found == {one.path for one in states if one.path.startswith(wanted)}
+        assert bool(found) is (part is not Part.CONTROLLER)
+
+
 @cache
 def short(name: str) -> Loop:
     """A loop of few samples, each of which is recorded."""

@@ -1,7 +1,6 @@
 """The C sources of FMUs: strict compilers, sanitizers, and what a binary shows and needs."""
 
 import re
-import shutil
 import subprocess
 from pathlib import Path
 
@@ -9,11 +8,13 @@ import pytest
 from fmus import mass
 from toy import toy
 
+from hydroservo.export.compiler import BITS
 from hydroservo.export.fmu import FmiVersion
-from hydroservo.export.fmu.binary import FLAGS
 from hydroservo.export.fmu.contents import fmu_files
+from hydroservo.export.fmu.write import AS_LIBRARY
 from needs import needs
 
+FLAGS = ("-std=c99", "-O2", *BITS, *AS_LIBRARY)
 STRICT = ("-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Wstrict-prototypes", "-Werror")
 SANITIZED = ("-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
 EXCHANGE = "Functions for FMI2 for Model Exchange.*?Functions for FMI2 for Co-Simulation"  # not needed in 2.0
@@ -58,7 +59,8 @@ def test_strict_compilers_find_nothing(sources: dict[str, Path], prefix: str, co
 
 def test_a_binary_shows_fmi_alone_and_needs_little(sources: dict[str, Path], tmp_path: Path) -> None:
     folder = sources["toy"]
-    run(folder, tool("gcc"), *FLAGS, "-Iinclude", *c_files(folder), "-o", "shown.so", "-lm")
+    plain = [f"-DFMI{version}_OVERRIDE_FUNCTION_PREFIX" for version in FmiVersion]
+    run(folder, tool("gcc"), *FLAGS, *plain, "-Iinclude", *c_files(folder), "-o", "shown.so", "-lm")
     symbols = [line.split()[-2:] for line in run(folder, tool("nm"), "-D", "shown.so").splitlines()]
     shown = {name for kind, name in symbols if kind.isupper() and kind not in "UW"}
     needed = {name for kind, name in symbols if kind == "U"}
@@ -69,12 +71,40 @@ def test_a_binary_shows_fmi_alone_and_needs_little(sources: dict[str, Path], tmp
     assert all(LIBRARY.match(name) or "snprintf" in name for name in needed), needed
 
 
-def test_sanitizers_find_nothing(sources: dict[str, Path]) -> None:
-    folder = sources["mass"]
+def test_sanitizers_find_nothing(sources: dict[str, Path], tmp_path: Path) -> None:
+    words = ("-O1", *SANITIZED)
+    objects = [*compiled(sources["mass"], tmp_path, *words), driver(sources["mass"], tmp_path, *words)]
+    run(tmp_path, "gcc", *words, *objects, "-o", "driver", "-lm")
+    assert run(tmp_path, "./driver") == "2 instances, 1000 samples\n"
+
+
+def test_two_fmus_fit_into_one_program(sources: dict[str, Path], tmp_path: Path) -> None:
+    objects = []
+    for prefix, folder in sources.items():
+        own = compiled(folder, tmp_path)
+        lines = run(tmp_path, tool("nm"), "-g", "--defined-only", *own).splitlines()
+        shared = {line.split()[-1] for line in lines if line and not line.endswith(":")}
+        assert f"{prefix}_instance_step" in shared
+        assert all(name.startswith(f"{prefix}_") for name in shared), shared
+        objects += own
+    run(tmp_path, "gcc", *objects, driver(sources["mass"], tmp_path), "-o", "both", "-lm")
+    assert run(tmp_path, "./both") == "2 instances, 1000 samples\n"
+
+
+def compiled(folder: Path, out: Path, *words: str) -> list[str]:
+    """The objects of an FMU's sources."""
+    return [
+        one_object(folder, folder / name, out / f"{folder.parent.name}_{name}.o", *words)
+        for name in c_files(folder)
+    ]
+
+
+def driver(folder: Path, out: Path, *words: str) -> str:
+    """The object of the program that runs the machine of the tests."""
     version = 2 if (folder / "fmi2.c").exists() else 3
-    shutil.copy(Path(__file__).parent / f"fmi{version}_driver.c", folder / "driver.cc")
-    run(
-        folder, tool("gcc"), "-std=c99", "-O1", *SANITIZED, "-Iinclude", *c_files(folder),
-        "-x", "c", "driver.cc", "-o", "driver", "-lm",
-    )  # fmt: skip
-    assert run(folder, "./driver") == "2 instances, 1000 samples\n"
+    return one_object(folder, Path(__file__).parent / f"fmi{version}_driver.c", out / "driver.o", *words)
+
+
+def one_object(folder: Path, source: Path, made: Path, *words: str) -> str:
+    run(folder, tool("gcc"), "-std=c99", *words, "-I.", "-Iinclude", "-c", str(source), "-o", str(made))
+    return str(made)

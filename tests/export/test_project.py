@@ -5,14 +5,15 @@ import subprocess
 from pathlib import Path
 from typing import Any
 
+import fmpy
 import numpy as np
 import pytest
 from benchmarks.targets.boards import BOARDS, COMPILER, Board
 from benchmarks.targets.sources import FOLDER as TARGET
 
 from hydroservo.errors import HydroservoError, ParameterError
-from hydroservo.export.deviation import measured_deviation
 from hydroservo.export.exported import Exported, Part, Precision, Signal
+from hydroservo.export.fmu import write_fmu
 from hydroservo.export.prefix import checked_prefix, default_prefix
 from hydroservo.export.project import c_project, memory, write_c_project
 from hydroservo.export.units import exported
@@ -38,7 +39,7 @@ def scenario(**changes: object) -> Loop:
 
 def unit(loop: Loop, part: Part = Part.CONTROLLER, **options: Any) -> tuple[Exported, Vectors]:
     """An export and its test vectors."""
-    made = exported(loop, part, prefix="law", title=TITLE, **options)
+    made = exported(loop, part, **{"prefix": "law", "title": TITLE} | options)
     return made, made_vectors(loop, part, made)
 
 
@@ -193,24 +194,30 @@ def test_single_precision_states_its_deviation(
     assert "law: 0 of 3 numbers within 1e-09 of their largest value" in beyond.stdout
 
 
-def test_without_a_compiler_nothing_is_measured(
-    single: tuple[Exported, Vectors], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+@pytest.mark.parametrize(
+    ("compiler", "why"),
+    [
+        ("false", "the C compiler false fails: exit status 1"),
+        ("true", "the C compiler true makes no file"),
+        ("no-such-compiler", "CC names the C compiler no-such-compiler, which is not found"),
+        ("'", "CC = ': No closing quotation"),
+    ],
+)
+def test_a_compiler_that_does_not_work_measures_nothing_and_the_readme_says_why(
+    compiler: str, why: str, single: tuple[Exported, Vectors], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setenv("PATH", str(tmp_path))
-    monkeypatch.setenv("CC", "gcc")
-    assert "It was not measured when this folder was written" in c_project(*single)["README.md"]
-
-
-@pytest.mark.parametrize("compiler", ["false", "true", "no-such-compiler", "'"])
-def test_a_compiler_that_does_not_work_is_passed_over(
-    compiler: str, single: tuple[Exported, Vectors], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    needs("gcc")
-    texts = c_project(*single)
     monkeypatch.setenv("CC", compiler)
-    assert "law: 500 samples" in str(measured_deviation("law", texts))
-    monkeypatch.setattr("hydroservo.export.deviation.COMPILERS", ())
-    assert measured_deviation("law", texts) is None
+    text = " ".join(c_project(*single)["README.md"].split())
+    assert f"It was not measured when this folder was written: {why}. `make check` does it." in text
+
+
+def test_a_program_for_another_machine_measures_nothing(
+    single: tuple[Exported, Vectors], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    needs("arm-none-eabi-gcc")
+    monkeypatch.setenv("CC", "arm-none-eabi-gcc --specs=nosys.specs -mcpu=cortex-m7")
+    text = " ".join(c_project(*single)["README.md"].split())
+    assert "when this folder was written: replay cannot be run: Exec format error." in text
 
 
 # --- the folder
@@ -340,6 +347,7 @@ def test_a_short_scenario_gives_all_its_samples(substeps: object) -> None:
         ("dir/My Law.v2.toml", "my_law_v2"),
         ("math.toml", "law_math"),
         ("model.toml", "law_model"),
+        ("fmi3-test.toml", "law_fmi3_test"),
         ("double.toml", "law_double"),
         ("-.toml", "law"),
     ],
@@ -349,11 +357,47 @@ def test_the_prefix_comes_from_the_scenarios_name(name: str, prefix: str) -> Non
 
 
 @pytest.mark.parametrize(
-    "prefix", ["", "1st", "a-b", "../up", "a b", "é", "_a", "math", "Float", "double", "a\n"]
+    "prefix",
+    [
+        "",
+        "1st",
+        "a-b",
+        "../up",
+        "a b",
+        "é",
+        "_a",
+        "math",
+        "Float",
+        "double",
+        "a\n",
+        "model",
+        "Instance",
+        "fmi2x",
+    ],
 )
-def test_a_prefix_that_names_cannot_begin_with(
-    prefix: str, law: tuple[Exported, Vectors], tmp_path: Path
-) -> None:
+def test_a_prefix_that_names_cannot_begin_with(prefix: str, loop: Loop) -> None:
     with pytest.raises(ParameterError, match=r"^prefix = "):
-        write_c_project(law[0]._replace(prefix=prefix), law[1], tmp_path / "new")
-    assert not (tmp_path / "new").exists()
+        exported(loop, Part.CONTROLLER, prefix=prefix, title=TITLE)
+
+
+# --- the title
+
+
+@pytest.mark.parametrize(
+    "title", ["a */ b /* c\nd\r\x0be %d %n $(CC) $x \\", "*//*/*/ <b> & \x07 {x} {{ y }} \\\n"]
+)
+def test_any_title_goes_into_comments(title: str, loop: Loop, tmp_path: Path) -> None:
+    for precision in Precision:
+        folder = tmp_path / precision
+        made, vectors = unit(loop, precision=precision, title=title)
+        write_c_project(made, vectors, folder)
+        done = check(folder)
+        assert (done.returncode, done.stderr) == (0, "")
+        assert (folder / "README.md").read_text().startswith(f"# {made.title}\n\n")
+
+
+def test_a_title_is_one_line_that_a_comment_may_hold(loop: Loop, tmp_path: Path) -> None:
+    made = unit(loop, title="a <*/ b\n\x07 /*/ \\")[0]
+    assert made.title == "a <* / b \\x07 / * / \\"
+    file = write_fmu(made, tmp_path / "law.fmu", stop_time=1.0)
+    assert fmpy.read_model_description(str(file)).modelName == made.title

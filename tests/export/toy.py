@@ -1,5 +1,7 @@
 """A PI controller in C, written by hand as an export writes one."""
 
+from by_hand import by_hand
+
 from hydroservo.export.exported import Argument, Exported, Signal
 
 HEADER = """\
@@ -83,17 +85,11 @@ double toy_step(toy_state *state, const toy_parameters *parameters, const toy_me
 
 
 def toy() -> Exported:
-    return Exported(
-        prefix="toy",
-        title="PI of scenario paper/sine-pi",
-        scenario='type = "Loop"\n',
-        hash="0123456789ab",
-        version="0.0.0",
-        period=1e-5,
-        real="double",
-        inlined=False,
-        header=HEADER,
-        source=SOURCE,
+    return by_hand(
+        "toy",
+        "PI of scenario paper/sine-pi",
+        1e-5,
+        (HEADER, SOURCE),
         parameters=(
             Signal(
                 "controller.proportional_gain",

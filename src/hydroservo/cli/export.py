@@ -1,14 +1,13 @@
 """The commands that take a scenario to a target."""
 
 import shlex
-from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from hydroservo.cli.options import Changes, Json, Plugins, Scenario, loaded
-from hydroservo.export.exported import Part, Precision
+from hydroservo.export.exported import FmiVersion, Part, Precision
 
 if TYPE_CHECKING:
     from hydroservo.export.exported import Exported
@@ -21,13 +20,6 @@ export_app = typer.Typer(
     rich_markup_mode="markdown",
     help="Write a scenario's controller, machine or whole loop as C99 or as an FMU.",
 )
-
-
-class Standard(StrEnum):
-    """Versions of FMI."""
-
-    TWO = "2"
-    THREE = "3"
 
 
 Unit = Annotated[
@@ -47,6 +39,18 @@ Prefix = Annotated[
         help="What names begin with: a C identifier.",
     ),
 ]
+OutFolder = Annotated[
+    Path,
+    typer.Option(
+        "--out", metavar="DIR", file_okay=False, show_default=False, help="Write the C to this folder."
+    ),
+]
+OutFile = Annotated[
+    Path,
+    typer.Option(
+        "--out", metavar="FILE.fmu", dir_okay=False, show_default=False, help="Write the FMU to this file."
+    ),
+]
 
 
 @export_app.command("c")
@@ -54,12 +58,7 @@ def c(
     scenario: Scenario,
     changes: Changes,
     plugins: Plugins,
-    out: Annotated[
-        Path,
-        typer.Option(
-            "--out", metavar="DIR", file_okay=False, show_default=False, help="Write the C to this folder."
-        ),
-    ],
+    out: OutFolder,
     unit: Unit = Part.CONTROLLER,
     prefix: Prefix = None,
     precision: Annotated[
@@ -82,17 +81,13 @@ def c(
     - `hydroservo export c rig/encoder-pi-sine --out controller --prefix rig --precision single --inline`
     """
     from hydroservo.cli.progress import progress_bar
-    from hydroservo.export.prefix import checked_prefix, default_prefix
     from hydroservo.export.project import memory, write_c_project
-    from hydroservo.export.units import exported
     from hydroservo.export.vectors import made_vectors
     from hydroservo.results import as_json
 
-    name = checked_prefix(default_prefix(scenario) if prefix is None else prefix)
     loop = loaded(scenario, changes, plugins)
     with progress_bar("translating") as report:
-        about = title(scenario, loop, unit)
-        found = exported(loop, unit, prefix=name, title=about, precision=precision, inlined=inline)
+        found = translated(scenario, loop, unit, prefix, precision=precision, inlined=inline)
         report(0.2, "making test vectors")
         samples = made_vectors(loop, unit, found)
         report(0.9, "writing files")
@@ -104,7 +99,7 @@ def c(
         )
         return
     typer.echo(
-        f"{about}: {sizes.state_bytes} bytes of state, {sizes.parameter_bytes} of parameters, "
+        f"{found.title}: {sizes.state_bytes} bytes of state, {sizes.parameter_bytes} of parameters, "
         f"{precision} precision"
     )
     typer.echo(f"written to {out}: {', '.join(file.name for file in files)}")
@@ -116,18 +111,10 @@ def fmu(
     scenario: Scenario,
     changes: Changes,
     plugins: Plugins,
-    out: Annotated[
-        Path,
-        typer.Option(
-            "--out",
-            metavar="FILE.fmu",
-            dir_okay=False,
-            show_default=False,
-            help="Write the FMU to this file.",
-        ),
-    ],
+    out: OutFile,
     unit: Unit = Part.CONTROLLER,
-    standard: Annotated[Standard, typer.Option("--fmi", help="Version of the standard.")] = Standard.TWO,
+    prefix: Prefix = None,
+    version: Annotated[FmiVersion, typer.Option("--fmi", help="Version of the standard.")] = FmiVersion.FMI2,
     json: Json = False,
 ) -> None:
     """Write a functional mock-up unit for co-simulation.
@@ -140,27 +127,45 @@ def fmu(
     - `hydroservo export fmu paper/sine-tsmc --out controller.fmu`
     - `hydroservo export fmu rig/encoder-pi-sine --unit machine --fmi 3 --out machine.fmu`
     """
-    from hydroservo.export.fmu import FmiVersion, write_fmu
-    from hydroservo.export.prefix import default_prefix
-    from hydroservo.export.units import exported
+    from hydroservo.export.fmu import write_fmu
     from hydroservo.results import as_json
 
     loop = loaded(scenario, changes, plugins)
-    about = title(scenario, loop, unit)
-    name = default_prefix(scenario)
-    found = exported(loop, unit, prefix=name, title=about)
-    version = FmiVersion(int(standard))
+    found = translated(scenario, loop, unit, prefix)
     write_fmu(found, out, stop_time=loop.simulation.duration, version=version)
     if json:
-        typer.echo(as_json({**identity(scenario, unit, found), "fmi": standard, "file": str(out)}))
+        typer.echo(as_json({**identity(scenario, unit, found), "fmi": version, "file": str(out)}))
         return
     inputs = sum(len(argument.signals) for argument in found.arguments)
     typer.echo(
-        f"{about}: {inputs} inputs, {len(found.states)} states, {len(found.parameters)} parameters, "
-        f"FMI {standard}, steps of {found.period:g} s"
+        f"{found.title}: {counted(inputs, 'input')}, {counted(len(found.states), 'state')}, "
+        f"{counted(len(found.parameters), 'parameter')}, FMI {version}, steps of {found.period:g} s"
     )
     typer.echo(f"written: {out}, {out.stat().st_size / 1024:.0f} KiB")
     typer.echo(f"next: fmpy validate {shlex.quote(str(out))}")
+
+
+def translated(
+    scenario: str,
+    loop: "Loop",
+    unit: Part,
+    prefix: str | None,
+    *,
+    precision: Precision = Precision.DOUBLE,
+    inlined: bool = False,
+) -> "Exported":
+    """The export of a scenario's part."""
+    from hydroservo.export.prefix import default_prefix
+    from hydroservo.export.units import exported
+
+    name = default_prefix(scenario) if prefix is None else prefix
+    about = title(scenario, loop, unit)
+    return exported(loop, unit, prefix=name, title=about, precision=precision, inlined=inlined)
+
+
+def counted(number: int, what: str) -> str:
+    """Such as ``1 input`` or ``2 inputs``."""
+    return f"{number} {what}" if number == 1 else f"{number} {what}s"
 
 
 def title(scenario: str, loop: "Loop", unit: Part) -> str:
@@ -170,7 +175,7 @@ def title(scenario: str, loop: "Loop", unit: Part) -> str:
 
     what = named(loop.controller, "controller") if unit is Part.CONTROLLER else unit.value.capitalize()
     name = scenario if scenario in builtin_scenarios() else Path(scenario).stem
-    return f"{what} of scenario {' '.join(name.split())}"
+    return f"{what} of scenario {name}"
 
 
 def identity(scenario: str, unit: Part, exported: "Exported") -> dict[str, object]:

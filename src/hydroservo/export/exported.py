@@ -4,7 +4,7 @@ import math
 from enum import StrEnum
 from typing import NamedTuple
 
-__all__ = ["Argument", "Exported", "Part", "Precision", "Signal"]
+__all__ = ["Argument", "Exported", "FmiVersion", "Part", "Precision", "Signal"]
 
 
 class Part(StrEnum):
@@ -22,18 +22,26 @@ class Precision(StrEnum):
     SINGLE = "single"
 
 
+class FmiVersion(StrEnum):
+    """Which FMI; tools that read 2.0 are many more than those that read 3.0."""
+
+    FMI2 = "2"
+    FMI3 = "3"
+
+
 class Signal(NamedTuple):
     """One number of a parameter, argument or state record.
 
     Attributes:
         path: where it is in Python, such as "controller.observer.d1"; the name that users see.
-        place: where it is in its C record, such as "observer.d1"; in arrays "gains[3]".
+        place: where it is in its C record, such as "observer.d1".
         unit: SI unit as declared; "" is dimensionless.
         meaning: as declared.
         value: a parameter's value, a state's number at the start, 0 for an argument.
         fixed: read before the first sample alone, so that changing it later has no effect.
         least: the smallest number that a parameter may be.
         most: the largest.
+        integrated: a state of the plant, valve or supply, which does not come back from nan.
     """
 
     path: str
@@ -44,6 +52,7 @@ class Signal(NamedTuple):
     fixed: bool = False
     least: float = -math.inf
     most: float = math.inf
+    integrated: bool = False
 
 
 class Argument(NamedTuple):
@@ -73,7 +82,8 @@ class Exported(NamedTuple):
 
     Attributes:
         prefix: of every name with external linkage; the files are PREFIX.h and PREFIX.c.
-        title: what it is, such as "TSMC of scenario paper/sine-tsmc".
+        title: what it is, such as "TSMC of scenario paper/sine-tsmc"; in one line,
+            which may stand in a comment of C.
         scenario: its canonical text, SI units.
         hash: of the scenario.
         version: of hydroservo.

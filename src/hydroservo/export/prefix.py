@@ -1,39 +1,47 @@
-"""The prefix of an export's names and files."""
+"""What names an export: the prefix of its names and files, and its title."""
 
 import re
 from pathlib import PurePath
 
-from hydroservo.errors import ParameterError
-from hydroservo.export.fmu.write import RESERVED
+from hydroservo.errors import ParameterError, one_line
 from hydroservo.export.names import is_identifier
 
-__all__ = ["checked_prefix", "default_prefix"]
+__all__ = ["checked_prefix", "default_prefix", "plain_title"]
 
-HEADERS = re.compile(
+TAKEN = re.compile(
+    # headers of C itself
     "assert|complex|ctype|errno|fenv|float|inttypes|iso646|limits|locale|math|setjmp|signal|stdarg|stdbool|"
-    "stddef|stdint|stdio|stdlib|string|tgmath|time|wchar|wctype"
-)  # of C itself
+    "stddef|stdint|stdio|stdlib|string|tgmath|time|wchar|wctype|"
+    # sources of an FMU, and the headers of FMI
+    "instance|model|fmi2.*|fmi3.*"
+)
 
 
 def default_prefix(scenario: str) -> str:
-    """A prefix from a scenario's name or file, of C or of an FMU: ``sine_tsmc`` from ``paper/sine-tsmc``."""
+    """A prefix from a scenario's name or file: ``sine_tsmc`` from ``paper/sine-tsmc``."""
     name = PurePath(scenario).name.removesuffix(".toml")
     word = re.sub(r"[^A-Za-z0-9]+", "_", name).strip("_").lower()
-    fits = usable(word) and not word.startswith(RESERVED)
-    return word if fits else f"law_{word}".rstrip("_")
+    return word if usable(word) else f"law_{word}".rstrip("_")
 
 
 def checked_prefix(prefix: str) -> str:
-    """The prefix, if C names and files may begin with it.
+    """The prefix, if names in C and files of an export, as C or an FMU, may begin with it.
 
     Raises:
-        ParameterError: it is no C identifier, is reserved, or its header would be one of C's own.
+        ParameterError: it is no C identifier, is reserved, or a file would have the name of another.
     """
     if not usable(prefix):
-        wanted = "must be letters, digits and underscores, a letter first, and no name that C has taken"
+        wanted = (
+            "must be letters, digits and underscores, a letter first, and no name that C or FMI has taken"
+        )
         raise ParameterError("prefix", prefix, wanted)
     return prefix
 
 
 def usable(prefix: str) -> bool:
-    return is_identifier(prefix) and prefix[0] != "_" and HEADERS.fullmatch(prefix.lower()) is None
+    return is_identifier(prefix) and prefix[0] != "_" and TAKEN.fullmatch(prefix.casefold()) is None
+
+
+def plain_title(title: str) -> str:
+    """A title in one line, which may stand in a comment of C."""
+    return one_line(" ".join(title.split())).replace("*/", "* /").replace("/*", "/ *")

@@ -1,20 +1,16 @@
 """The folder that an export in C is: the code, a replay of test vectors, what builds them, and a README."""
 
-import math
-import re
-import textwrap
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from hydroservo.errors import HydroservoError
+from hydroservo.export.compiler import CompilerError
 from hydroservo.export.deviation import measured_deviation
 from hydroservo.export.exported import Exported, Signal
-from hydroservo.export.prefix import checked_prefix
+from hydroservo.export.render import rendered
 from hydroservo.export.vectors import Vectors
 from hydroservo.results import write_text
-
-if TYPE_CHECKING:
-    import jinja2
 
 __all__ = ["Memory", "c_project", "memory", "write_c_project"]
 
@@ -50,9 +46,7 @@ def write_c_project(exported: Exported, vectors: Vectors, folder: Path | str) ->
 
     Raises:
         HydroservoError: a file cannot be written, or a Makefile or README.md of another origin is there.
-        ParameterError: the prefix cannot be one of C names.
     """
-    checked_prefix(exported.prefix)
     place = Path(folder)
     for name in ("Makefile", "README.md"):
         check_ours(place / name)
@@ -81,12 +75,20 @@ def c_project(exported: Exported, vectors: Vectors) -> dict[str, str]:
     texts = {
         f"{p}.h": exported.header,
         f"{p}.c": exported.source,
-        f"{p}_vectors.h": rendered("vectors.h.j2", known),
-        f"{p}_replay.c": rendered("replay.c.j2", known),
-        "Makefile": rendered("Makefile.j2", known),
+        f"{p}_vectors.h": rendered("vectors.h", known),
+        f"{p}_replay.c": rendered("replay.c", known),
+        "Makefile": rendered("Makefile", known),
     }
-    known["deviation"] = measured_deviation(p, texts) if exported.real == "float" else None
-    return texts | {"README.md": rendered("README.md.j2", known)}
+    measured = deviation(p, texts) if exported.real == "float" else {}
+    return texts | {"README.md": rendered("README.md", known | measured)}
+
+
+def deviation(prefix: str, texts: Mapping[str, str]) -> dict[str, object]:
+    """What is measured here of the deviation of single precision, or why nothing is."""
+    try:
+        return {"deviation": measured_deviation(prefix, texts)}
+    except CompilerError as error:
+        return {"deviation": None, "unmeasured": str(error)}
 
 
 def names_in_c(exported: Exported) -> dict[str, object]:
@@ -121,50 +123,3 @@ def numbers_in_c(exported: Exported, vectors: Vectors) -> dict[str, object]:
 def signals(exported: Exported) -> list[Signal]:
     """What ``step`` reads of its arguments, in their order."""
     return [signal for argument in exported.arguments for signal in argument.signals]
-
-
-def rendered(name: str, known: dict[str, object]) -> str:
-    return environment().get_template(name).render(known)
-
-
-def environment() -> "jinja2.Environment":
-    import jinja2
-
-    found = jinja2.Environment(
-        loader=jinja2.PackageLoader("hydroservo.export"),
-        autoescape=False,  # noqa: S701 - C and Markdown, not HTML
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        keep_trailing_newline=True,
-    )
-    found.filters |= {
-        "cell": cell,
-        "hex": in_hex,
-        "labelled": labelled,
-        "number": repr,
-        "word": lambda place: re.sub(r"\W+", "_", place).strip("_"),
-        "wrapped": lambda text: textwrap.wrap(text, 100),
-    }
-    return found
-
-
-def in_hex(row: list[float]) -> str:
-    """The numbers of a row as C99 constants that hold every bit."""
-    return ", ".join(hexadecimal(value) for value in row)
-
-
-def hexadecimal(value: float) -> str:
-    if math.isfinite(value):
-        return value.hex()
-    return "NAN" if math.isnan(value) else "INFINITY" if value > 0.0 else "-INFINITY"
-
-
-def labelled(signal: Signal) -> str:
-    """Such as ``controller.u [V]``."""
-    return f"{signal.path} [{signal.unit}]" if signal.unit else signal.path
-
-
-def cell(text: str) -> str:
-    """Text as it stands in a cell of a table in Markdown."""
-    return re.sub(r"([|*<])", r"\\\1", text)

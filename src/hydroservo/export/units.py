@@ -6,11 +6,12 @@ from typing import Any
 
 from hydroservo._version import __version__
 from hydroservo.block import Block
-from hydroservo.errors import LoopError, ParameterError
+from hydroservo.errors import LoopError
 from hydroservo.export.exported import Argument, Exported, Part, Precision, Signal
-from hydroservo.export.names import identifier, is_identifier
+from hydroservo.export.names import identifier
 from hydroservo.export.needed import Needed
 from hydroservo.export.parts import Command, ControllerUnit, LoopUnit, MachineUnit
+from hydroservo.export.prefix import checked_prefix, plain_title
 from hydroservo.export.source import Form, Unit, texts
 from hydroservo.export.terms import REAL, Record
 from hydroservo.export.translate import Translator, check_law
@@ -30,6 +31,7 @@ TAKES = {
     Part.LOOP: (),
 }
 PREFIXES = {Part.CONTROLLER: "controller.", Part.MACHINE: "", Part.LOOP: ""}  # of the paths of states
+INTEGRATED = ("plant.", "valve.", "supply.")  # records of a machine's state
 
 
 def exported(
@@ -46,18 +48,18 @@ def exported(
     Args:
         loop: the loop.
         part: its controller, its machine with the sensors, or all of it.
-        prefix: of every name with external linkage; a C identifier.
-        title: what it is, for people.
+        prefix: of every name with external linkage, and of files; a C identifier.
+        title: what it is, for people; put into one line.
         precision: double, or single for a controller.
         inlined: the parameters are constants of the source, not an argument.
 
     Raises:
         TranslationError: a block does what has no equal in C.
-        ParameterError: a parameter is out of range, or the prefix is no identifier of C.
+        ParameterError: a parameter is out of range, or the prefix cannot be one.
         LoopError: single precision where it cannot be.
     """
-    if not is_identifier(prefix):
-        raise ParameterError("prefix", prefix, "must be a name that C allows, such as my_controller")
+    checked_prefix(prefix)
+    title = plain_title(title)
     single = precision is Precision.SINGLE
     if single and part is not Part.CONTROLLER:
         raise LoopError(f"a {part} is exported in double precision only; its time and states need the digits")
@@ -163,8 +165,10 @@ def argument_signals(argument: str, record: Record, needed: Needed) -> Iterator[
 
 def state_signals(unit: Unit, needed: Needed, start: Block, part: Part) -> Iterator[Signal]:
     for place, record, name in numbers(unit.init.returns, needed):
-        path = PREFIXES[part] + place.removeprefix("loop.")
-        yield signal(path, place, record, name, at(start, place))
+        own = place.removeprefix("loop.")
+        integrated = part is not Part.CONTROLLER and own.startswith(INTEGRATED)
+        found = signal(PREFIXES[part] + own, place, record, name, at(start, place))
+        yield found._replace(integrated=integrated)
 
 
 def signal(path: str, place: str, record: Record, name: str, value: float) -> Signal:

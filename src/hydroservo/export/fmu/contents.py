@@ -3,16 +3,16 @@
 import hashlib
 import uuid
 from collections.abc import Mapping
-from importlib import metadata, resources
-from pathlib import Path
+from importlib import resources
 from typing import Any
 
-from hydroservo.errors import HydroservoError, one_line
-from hydroservo.export.exported import Exported
-from hydroservo.export.fmu.interface import FmiVersion, Interface, interface_of
-from hydroservo.export.fmu.render import rendered
+from hydroservo.export.compiler import BITS
+from hydroservo.export.exported import Exported, FmiVersion
+from hydroservo.export.fmu.headers import headers, licence
+from hydroservo.export.fmu.interface import Interface, interface_of
 from hydroservo.export.fmu.units import base_unit
 from hydroservo.export.fmu.variables import Kind, variables_of
+from hydroservo.export.render import rendered
 
 __all__ = ["Files", "fmu_files"]
 
@@ -38,7 +38,8 @@ def fmu_files(exported: Exported, stop_time: float, version: FmiVersion) -> File
     digest = hashlib.sha256("\0".join(part for one in sorted(plain.items()) for part in one).encode())
     token = str(uuid.UUID(digest.hexdigest()[:32]))
     files = model_files(exported, interface, {**context, "token": token})
-    return files | documentation(context) | headers(interface)
+    own = {f"sources/include/{name}": text for name, text in headers(interface.headers).items()}
+    return files | documentation(context) | own
 
 
 def context_of(
@@ -51,13 +52,13 @@ def context_of(
     return {
         "exported": exported,
         "version": version,
-        "title": one_line(exported.title),
-        "description": one_line(f"{exported.title}; hash {exported.hash}"),
+        "description": f"{exported.title}; hash {exported.hash}",
         "stop_time": stop_time,
         "variables": variables,
         "outputs": [one for one in variables if one.kind is Kind.OUTPUT],
         "units": {one.unit: base_unit(one.unit) for one in variables if one.unit},
         "sources": [name for name in names if name.endswith(".c")],
+        "options": BITS,
         "parameters": ", &numbers->parameters" if exported.parameters else "",
         # Initial outputs come from parameters alone, and a tool that does not know may see an algebraic loop
         # between two units. One without arguments is in no loop.
@@ -76,8 +77,8 @@ def model_files(exported: Exported, interface: Interface, context: Mapping[str, 
         "modelDescription.xml": rendered(interface.description, context),
         f"sources/{exported.prefix}.h": exported.header,
         f"sources/{exported.prefix}.c": exported.source,
-        "sources/model.h": rendered("model.h", context),
-        "sources/model.c": rendered("model.c", context),
+        "sources/model.h": rendered("fmu/model.h", context),
+        "sources/model.c": rendered("fmu/model.c", context),
         **{path: rendered(template, context) for path, template in interface.texts.items()},
         **{f"sources/{name}": (folder / name).read_text("utf-8") for name in own},
     }
@@ -85,33 +86,8 @@ def model_files(exported: Exported, interface: Interface, context: Mapping[str, 
 
 def documentation(context: Mapping[str, Any]) -> Files:
     return {
-        "documentation/index.html": rendered("index.html", context),
+        "documentation/index.html": rendered("fmu/index.html", context),
         "documentation/scenario.toml": context["exported"].scenario,
-        "documentation/licenses/license.txt": rendered("license.txt", {"own": licence("hydroservo")}),
+        "documentation/licenses/license.txt": rendered("fmu/license.txt", {"own": licence("hydroservo")}),
         "documentation/licenses/fmpy.txt": licence("fmpy"),
     }
-
-
-def headers(interface: Interface) -> Files:
-    """FMI's own headers, in a folder of their own: importers that compile the sources use theirs."""
-    folder = Path(str(package("fmpy").locate_file("fmpy/c-code")))
-    return {f"sources/include/{name}": (folder / name).read_text("utf-8") for name in interface.headers}
-
-
-def licence(name: str) -> str:
-    """The licence text that an installed package ships.
-
-    Raises:
-        HydroservoError: the package is missing, or its licence.
-    """
-    for file in package(name).files or ():
-        if file.name in ("LICENSE", "LICENSE.txt"):
-            return file.read_text("utf-8")
-    raise HydroservoError(f"the package {name} came without its licence; install it again")
-
-
-def package(name: str) -> metadata.Distribution:
-    try:
-        return metadata.distribution(name)
-    except metadata.PackageNotFoundError:
-        raise HydroservoError(f"an FMU needs the package {name}: pip install 'hydroservo[fmu]'") from None

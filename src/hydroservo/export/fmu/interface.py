@@ -3,12 +3,12 @@
 import platform
 import sys
 from collections.abc import Mapping
-from enum import IntEnum
 from typing import NamedTuple
 
 from hydroservo.errors import HydroservoError
+from hydroservo.export.exported import FmiVersion
 
-__all__ = ["FmiVersion", "Interface", "interface_of", "library_ending", "platform_folder"]
+__all__ = ["Interface", "interface_of", "library_ending", "platform_folder"]
 
 SYSTEMS = {"linux": ("linux", ".so"), "darwin": ("darwin", ".dylib"), "win32": ("windows", ".dll")}
 ARCHITECTURES = {
@@ -21,13 +21,6 @@ ARCHITECTURES = {
 }
 
 
-class FmiVersion(IntEnum):
-    """Which FMI; tools that read 2.0 are many more than those that read 3.0."""
-
-    FMI2 = 2
-    FMI3 = 3
-
-
 class Interface(NamedTuple):
     """What one version of FMI needs.
 
@@ -35,6 +28,7 @@ class Interface(NamedTuple):
         description: template of modelDescription.xml.
         sources: the files of this package to compile, besides those of every FMU.
         headers: of FMI.
+        unprefixed: macro that gives the functions of a shared library their names without a prefix.
         first_index: what ModelStructure counts variables from.
         texts: templates of more files, by their path in the FMU.
     """
@@ -42,24 +36,27 @@ class Interface(NamedTuple):
     description: str
     sources: tuple[str, ...]
     headers: tuple[str, ...]
+    unprefixed: str
     first_index: int
     texts: Mapping[str, str]
 
 
 INTERFACES = {
     FmiVersion.FMI2: Interface(
-        "modelDescription2.xml",
+        "fmu/modelDescription2.xml",
         ("fmi2.c",),
         ("fmi2FunctionTypes.h", "fmi2Functions.h", "fmi2TypesPlatform.h"),
+        "FMI2_OVERRIDE_FUNCTION_PREFIX",
         1,
         {},
     ),
     FmiVersion.FMI3: Interface(
-        "modelDescription3.xml",
+        "fmu/modelDescription3.xml",
         ("fmi3.c", "fmi3_unused.c"),
         ("fmi3FunctionTypes.h", "fmi3Functions.h", "fmi3PlatformTypes.h"),
+        "FMI3_OVERRIDE_FUNCTION_PREFIX",
         0,
-        {"sources/buildDescription.xml": "buildDescription.xml"},
+        {"sources/buildDescription.xml": "fmu/buildDescription.xml"},
     ),
 }
 

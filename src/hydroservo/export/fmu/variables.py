@@ -12,9 +12,8 @@ from hydroservo.export.exported import Exported, Signal
 
 __all__ = ["Kind", "Variable", "variables_of"]
 
-NAME = re.compile(r"[A-Za-z_]\w*(\[\d+\])?(\.[A-Za-z_]\w*(\[\d+\])?)*", re.ASCII)  # FMI's structured names
+NAME = re.compile(r"[A-Za-z_]\w*(\.[A-Za-z_]\w*)*", re.ASCII)  # FMI's structured names
 PERIOD = "period"  # the place of the sample period, which steps are counted in and which is compiled in
-MACHINE = ("plant.", "valve.", "supply.")  # whose states are integrated: they do not come back from nan
 
 
 class Kind(Enum):
@@ -43,7 +42,7 @@ class Variable(NamedTuple):
         unit: as declared.
         meaning: as declared.
         value: before initialization; for what has a start value.
-        vital: of the integrated machine, so that a run is lost with it.
+        vital: an integrated state, so that a run is lost with it.
         least: the smallest number that a parameter may be.
         most: the largest.
     """
@@ -107,9 +106,8 @@ def numbers(exported: Exported) -> Iterator[Variable]:
 
 def variable(signal: Signal, kind: Kind, record: str) -> Variable:
     place = f"{record}.{signal.place}"
-    vital = kind is Kind.OUTPUT and signal.path.startswith(MACHINE)
-    value, range_ = signal.value, (signal.least, signal.most)
-    return Variable(signal.path, 0, kind, place, signal.unit, signal.meaning, value, vital, *range_)
+    said = (signal.unit, signal.meaning, signal.value, signal.integrated, signal.least, signal.most)
+    return Variable(signal.path, 0, kind, place, *said)
 
 
 def parameter_kind(signal: Signal) -> Kind:

@@ -7,15 +7,15 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from hydroservo.errors import HydroservoError, ParameterError
-from hydroservo.export.exported import Exported
-from hydroservo.export.fmu.binary import compiled
+from hydroservo.export.compiler import compiled
+from hydroservo.export.exported import Exported, FmiVersion
 from hydroservo.export.fmu.contents import Files, fmu_files
-from hydroservo.export.fmu.interface import FmiVersion, library_ending, platform_folder
+from hydroservo.export.fmu.interface import interface_of, library_ending, platform_folder
 from hydroservo.results import atomic_path
 
 __all__ = ["write_fmu"]
 
-RESERVED = ("fmi", "instance", "model")  # what the names of the other sources start with
+AS_LIBRARY = ("-fPIC", "-shared", "-fvisibility=hidden")
 EPOCH = (1980, 1, 1, 0, 0, 0)  # of every file in the zip, so that equal content gives equal bytes
 
 
@@ -48,7 +48,8 @@ def write_fmu(
     files = fmu_files(exported, stop_time, version)
     binary = f"{exported.prefix}{library_ending()}"
     content = {name: text.encode() for name, text in files.items()}
-    content[f"binaries/{platform_folder(version)}/{binary}"] = built(files, binary)
+    unprefixed = interface_of(version).unprefixed
+    content[f"binaries/{platform_folder(version)}/{binary}"] = built(files, binary, unprefixed)
     with atomic_path(path) as temporary:
         pack(content, temporary)
     return path
@@ -59,14 +60,11 @@ def check(exported: Exported, stop_time: float) -> None:
         raise ParameterError("precision", exported.real, "an FMU is in double precision")
     if exported.inlined:
         raise ParameterError("inlined", True, "an FMU has its parameters as variables; do not inline them")
-    if exported.prefix.casefold().startswith(RESERVED):
-        others = ", ".join(RESERVED)
-        raise ParameterError("prefix", exported.prefix, f"must not start like other files do: {others}")
     if not 0.0 < stop_time < math.inf:
         raise ParameterError("stop_time", stop_time, "must be positive and finite")
 
 
-def built(files: Files, library: str) -> bytes:
+def built(files: Files, library: str, unprefixed: str) -> bytes:
     """The binary of the sources."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
@@ -74,7 +72,9 @@ def built(files: Files, library: str) -> bytes:
             (folder / path).parent.mkdir(parents=True, exist_ok=True)
             (folder / path).write_text(text, encoding="utf-8", newline="\n")
         sources = folder / "sources"
-        return compiled(sources, sorted(one.name for one in sources.glob("*.c")), library)
+        names = sorted(one.name for one in sources.glob("*.c"))
+        words = [*AS_LIBRARY, f"-D{unprefixed}", "-Iinclude", *names]
+        return compiled(sources, words, library).read_bytes()
 
 
 def pack(content: Mapping[str, bytes], path: Path) -> None:

@@ -1,6 +1,7 @@
 /* The functions of FMI 2.0 for co-simulation. */
+#include "instance.h" /* first: it names the prefix of FMI's functions */
+
 #include "fmi2Functions.h"
-#include "instance.h"
 #include <stdlib.h>
 #include <string.h>
 

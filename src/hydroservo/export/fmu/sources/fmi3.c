@@ -1,6 +1,7 @@
 /* The functions of FMI 3.0 for co-simulation; those that this FMU has no use for are in fmi3_unused.c. */
+#include "instance.h" /* first: it names the prefix of FMI's functions */
+
 #include "fmi3Functions.h"
-#include "instance.h"
 #include <stdlib.h>
 #include <string.h>
 

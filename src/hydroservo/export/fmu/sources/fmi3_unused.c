@@ -1,6 +1,7 @@
 /* The functions of FMI 3.0 that this FMU has no use for. All must exist, and each says why it does nothing. */
+#include "instance.h" /* first: it names the prefix of FMI's functions */
+
 #include "fmi3Functions.h"
-#include "instance.h"
 
 #ifdef __GNUC__
 #pragma GCC diagnostic ignored "-Wunused-parameter" /* C99 has no parameters without a name */

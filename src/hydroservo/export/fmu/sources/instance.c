@@ -54,24 +54,27 @@ status instance_discard(instance *self, const char *message) {
     return STATUS_DISCARD;
 }
 
-static bool want(instance *self, const char *category) {
-    for (int severity = STATUS_WARNING; severity <= STATUS_ERROR; severity++) {
-        if (category != NULL && strcmp(category, categories_of[severity]) == 0) {
-            self->wanted[severity] = true;
-            return true;
+/* The severity that a category is of; STATUS_OK, which has none, where it is not one of the model description. */
+static status severity_of(const char *category) {
+    for (status severity = STATUS_WARNING; category != NULL && severity <= STATUS_ERROR; severity++) {
+        if (strcmp(category, categories_of[severity]) == 0) {
+            return severity;
         }
     }
-    return false;
+    return STATUS_OK;
 }
 
 status instance_log(instance *self, bool on, size_t count, const char *const categories[]) {
-    for (int severity = STATUS_WARNING; severity <= STATUS_ERROR; severity++) {
-        self->wanted[severity] = on && count == 0;
-    }
-    for (size_t i = 0; on && i < count; i++) {
-        if (categories == NULL || !want(self, categories[i])) {
-            return instance_refuse(self, "a log category is not one of the model description");
+    bool wanted[STATUS_ERROR + 1] = {false};
+    for (size_t i = 0; i < count; i++) {
+        const status severity = categories == NULL ? STATUS_OK : severity_of(categories[i]);
+        if (severity == STATUS_OK) {
+            return warn(self, "a log category is not one of the model description: messages stay as they were");
         }
+        wanted[severity] = true;
+    }
+    for (status severity = STATUS_WARNING; severity <= STATUS_ERROR; severity++) {
+        self->wanted[severity] = on && (count == 0 || wanted[severity]);
     }
     return STATUS_OK;
 }

@@ -10,6 +10,29 @@
 #include <stddef.h>
 #include <stdint.h>
 
+/* Several FMUs may be linked into one program, so the names of functions tell whose they are. */
+#define instance_begin FMU_NAME(instance_begin)
+#define instance_log FMU_NAME(instance_log)
+#define instance_refuse FMU_NAME(instance_refuse)
+#define instance_discard FMU_NAME(instance_discard)
+#define instance_expect FMU_NAME(instance_expect)
+#define instance_lacks FMU_NAME(instance_lacks)
+#define instance_setup FMU_NAME(instance_setup)
+#define instance_enter_initialization FMU_NAME(instance_enter_initialization)
+#define instance_exit_initialization FMU_NAME(instance_exit_initialization)
+#define instance_terminate FMU_NAME(instance_terminate)
+#define instance_reset FMU_NAME(instance_reset)
+#define instance_get FMU_NAME(instance_get)
+#define instance_set FMU_NAME(instance_set)
+#define instance_step FMU_NAME(instance_step)
+#define instance_time FMU_NAME(instance_time)
+#define instance_save FMU_NAME(instance_save)
+#define instance_restore FMU_NAME(instance_restore)
+#define instance_free_saved FMU_NAME(instance_free_saved)
+#define instance_saved_size FMU_NAME(instance_saved_size)
+#define instance_serialize FMU_NAME(instance_serialize)
+#define instance_deserialize FMU_NAME(instance_deserialize)
+
 /* What a call reports, numbered as in both versions of FMI. */
 typedef enum { STATUS_OK, STATUS_WARNING, STATUS_DISCARD, STATUS_ERROR } status;
 
@@ -44,6 +67,8 @@ struct instance {
 };
 
 void instance_begin(instance *self, message_sink *sink);
+
+/* Chooses the messages; a category that is not known changes nothing and gives STATUS_WARNING. */
 status instance_log(instance *self, bool on, size_t count, const char *const categories[]);
 
 /* Logs an error and leaves the instance FAILED; returns STATUS_ERROR. */

@@ -1,0 +1,36 @@
+"""Exports written by hand, as the translation writes them."""
+
+from hydroservo.export.exported import Argument, Exported, Signal
+
+__all__ = ["by_hand"]
+
+
+def by_hand(
+    prefix: str,
+    title: str,
+    period: float,
+    texts: tuple[str, str],
+    parameters: tuple[Signal, ...],
+    arguments: tuple[Argument, ...],
+    states: tuple[Signal, ...],
+    *,
+    command: bool,
+) -> Exported:
+    """An export in double precision, from the texts of its header and source, and what is in them."""
+    header, source = texts
+    return Exported(
+        prefix=prefix,
+        title=title,
+        scenario='type = "<Loop>"\n',
+        hash=f"{prefix}-hash",
+        version="0.0.0",
+        period=period,
+        real="double",
+        inlined=False,
+        header=header,
+        source=source,
+        parameters=parameters,
+        arguments=arguments,
+        states=states,
+        command=command,
+    )
