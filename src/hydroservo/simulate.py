@@ -1,6 +1,7 @@
 """One loop in, one trajectory out."""
 
 import math
+import traceback
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -188,7 +189,7 @@ def first_state(loop: Loop) -> Block:
             "add a sensor for it, or take a law that does without"
         ) from None
     except (ArithmeticError, AttributeError, LookupError, NameError, TypeError, ValueError) as error:
-        raise LoopError(f"{law} does not fit this loop: {error}") from error
+        raise LoopError(f"{law} does not fit this loop: {error} ({place_of(error)})") from error
     for (path, before), (path_after, value) in zip(parts(state), parts(after), strict=False):
         if path != path_after or (is_block(before) and type(before) is not type(value)):
             raise LoopError(
@@ -198,6 +199,12 @@ def first_state(loop: Loop) -> Block:
         if not is_block(before) and not (type(before) is float and isinstance(value, (float, Unmeasured))):
             raise LoopError(f"state {path} must be a float (1.0, not 1) in init and after each step")
     return state
+
+
+def place_of(error: BaseException) -> str:
+    """The file and line that an error came from."""
+    frame = traceback.extract_tb(error.__traceback__)[-1]
+    return f"{frame.filename}, line {frame.lineno}"
 
 
 def lacking(loop: Loop) -> Loop:

@@ -75,16 +75,16 @@ def test_parameters_inline(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("unit", "step"), [("machine", "sine_pi_command *command"), ("loop", "sine_pi_parameters")]
+    ("unit", "step"), [("machine", "machine_sine_pi_command *command"), ("loop", "loop_sine_pi_parameters")]
 )
 def test_the_machine_and_the_loop(tmp_path, unit, step):
     said = succeeded(*C, "--out", tmp_path, "--unit", unit)
     assert said.startswith(f"{unit.capitalize()} of scenario paper/sine-pi: ")
-    assert step in (tmp_path / "sine_pi.h").read_text()
+    assert step in (tmp_path / f"{unit}_sine_pi.h").read_text()
     needs("make", "cc")
     run = subprocess.run(["make", "-C", tmp_path, "check"], capture_output=True, text=True, check=False)
     assert (run.returncode, run.stderr) == (0, "")
-    assert "sine_pi: 500 of 500 samples bit for bit" in run.stdout
+    assert f"{unit}_sine_pi: 500 of 500 samples bit for bit" in run.stdout
 
 
 def test_a_file_of_ones_own_with_a_plugin(tmp_path):
@@ -146,7 +146,7 @@ def test_an_fmu(compiler, tmp_path, standard):
     out = tmp_path / "law.fmu"
     said = succeeded("export", "fmu", "paper/sine-pi", *SHORT, "--fmi", standard, "--out", out)
     assert said.splitlines() == [
-        f"PI of scenario paper/sine-pi: 3 inputs, 3 states, 5 parameters, FMI {standard}, steps of 1e-05 s",
+        f"PI of scenario paper/sine-pi: 3 inputs, 1 output, 5 parameters, FMI {standard}, steps of 1e-05 s",
         f"written: {out}, {out.stat().st_size / 1024:.0f} KiB",
         f"next: fmpy validate {out}",
     ]

@@ -353,7 +353,8 @@ def test_a_short_scenario_gives_all_its_samples(substeps: object) -> None:
     ],
 )
 def test_the_prefix_comes_from_the_scenarios_name(name: str, prefix: str) -> None:
-    assert default_prefix(name) == checked_prefix(prefix) == prefix
+    assert default_prefix(name, Part.CONTROLLER) == checked_prefix(prefix) == prefix
+    assert checked_prefix(default_prefix(name, Part.MACHINE)).startswith("machine")
 
 
 @pytest.mark.parametrize(

@@ -62,7 +62,7 @@ def c(
     unit: Unit = Part.CONTROLLER,
     prefix: Prefix = None,
     precision: Annotated[
-        Precision, typer.Option("--precision", help="Of all numbers in the C.")
+        Precision, typer.Option("--precision", help="Of all numbers in the C; single for a controller alone.")
     ] = Precision.DOUBLE,
     inline: Annotated[
         bool,
@@ -137,8 +137,9 @@ def fmu(
         typer.echo(as_json({**identity(scenario, unit, found), "fmi": version, "file": str(out)}))
         return
     inputs = sum(len(argument.signals) for argument in found.arguments)
+    outputs = 1 if found.command else len(found.states)
     typer.echo(
-        f"{found.title}: {counted(inputs, 'input')}, {counted(len(found.states), 'state')}, "
+        f"{found.title}: {counted(inputs, 'input')}, {counted(outputs, 'output')}, "
         f"{counted(len(found.parameters), 'parameter')}, FMI {version}, steps of {found.period:g} s"
     )
     typer.echo(f"written: {out}, {out.stat().st_size / 1024:.0f} KiB")
@@ -158,7 +159,7 @@ def translated(
     from hydroservo.export.prefix import default_prefix
     from hydroservo.export.units import exported
 
-    name = default_prefix(scenario) if prefix is None else prefix
+    name = default_prefix(scenario, unit) if prefix is None else prefix
     about = title(scenario, loop, unit)
     return exported(loop, unit, prefix=name, title=about, precision=precision, inlined=inlined)
 

@@ -4,6 +4,7 @@ import re
 from pathlib import PurePath
 
 from hydroservo.errors import ParameterError, one_line
+from hydroservo.export.exported import Part
 from hydroservo.export.names import is_identifier
 
 __all__ = ["checked_prefix", "default_prefix", "plain_title"]
@@ -17,11 +18,16 @@ TAKEN = re.compile(
 )
 
 
-def default_prefix(scenario: str) -> str:
-    """A prefix from a scenario's name or file: ``sine_tsmc`` from ``paper/sine-tsmc``."""
+def default_prefix(scenario: str, part: Part) -> str:
+    """A prefix from a scenario's name or file: ``sine_tsmc`` from ``paper/sine-tsmc``, for its controller.
+
+    Those of its machine and its loop begin with that word, so that all can be linked together.
+    """
     name = PurePath(scenario).name.removesuffix(".toml")
     word = re.sub(r"[^A-Za-z0-9]+", "_", name).strip("_").lower()
-    return word if usable(word) else f"law_{word}".rstrip("_")
+    if part is Part.CONTROLLER:
+        return word if usable(word) else f"law_{word}".rstrip("_")
+    return f"{part}_{word}".rstrip("_")
 
 
 def checked_prefix(prefix: str) -> str:

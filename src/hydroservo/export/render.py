@@ -41,6 +41,7 @@ def environment() -> "jinja2.Environment":
         "one_line": one_line,
         "wrapped": lambda text: textwrap.wrap(text, 100),
         "xml_double": xml_double,
+        "xml_bound": xml_bound,
     }
     found.globals["infinity"] = math.inf
     return found
@@ -58,6 +59,15 @@ def xml_double(value: float) -> str:
     if math.isfinite(value):
         return repr(float(value))
     return "NaN" if math.isnan(value) else "INF" if value > 0.0 else "-INF"
+
+
+def xml_bound(value: float) -> str:
+    """A bound of a range as XML has it; one beside a number of fewer digits, excluded itself, as that one.
+
+    So what must lie above 0 has the least value 0 for those who read it; the C knows better.
+    """
+    beside = (math.nextafter(value, -math.inf), math.nextafter(value, math.inf))
+    return xml_double(min((value, *beside), key=lambda one: len(repr(one))))
 
 
 def labelled(signal: Signal) -> str:

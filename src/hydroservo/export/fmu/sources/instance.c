@@ -74,7 +74,8 @@ status instance_log(instance *self, bool on, size_t count, const char *const cat
         wanted[severity] = true;
     }
     for (status severity = STATUS_WARNING; severity <= STATUS_ERROR; severity++) {
-        self->wanted[severity] = on && (count == 0 || wanted[severity]);
+        /* Why a call failed is always said: no importer can find out otherwise. */
+        self->wanted[severity] = severity == STATUS_ERROR || (on && (count == 0 || wanted[severity]));
     }
     return STATUS_OK;
 }
