@@ -49,11 +49,6 @@ def examples() -> None:
     shutil.copytree(Path(__file__).parents[2] / "examples", ".", dirs_exist_ok=True)
 
 
-def refused(command: str) -> Markdown:
-    """What a reader's terminal shows after a command that is refused."""
-    return terminal(command)
-
-
 def function_in_c(file: str, name: str) -> Markdown:
     """A function of a written source."""
     text = Path(file).read_text(encoding="utf-8")
@@ -75,7 +70,24 @@ def records_in_c(file: str, *names: str) -> Markdown:
 
 
 def terminal(*commands: str) -> Markdown:
-    """What a reader's terminal shows after some commands, whether they succeed or not."""
+    """What a reader's terminal shows after some commands.
+
+    Raises:
+        RuntimeError: one does not succeed.
+    """
+    return shown(commands, status=0)
+
+
+def refused(*commands: str) -> Markdown:
+    """What a reader's terminal shows after commands that hydroservo refuses.
+
+    Raises:
+        RuntimeError: one is not refused.
+    """
+    return shown(commands, status=2)
+
+
+def shown(commands: Iterable[str], status: int) -> Markdown:
     surroundings = {
         name: value for name, value in os.environ.items() if not name.startswith(("FORCE_", "CLICOLOR"))
     }
@@ -89,6 +101,8 @@ def terminal(*commands: str) -> Markdown:
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
         )
+        if done.returncode != status:
+            raise RuntimeError(f"{command}: ended with {done.returncode}, not {status}\n{done.stdout}")
         lines += [f"$ {command}", *(line.rstrip() for line in done.stdout.strip().splitlines())]
     text = "\n".join(lines).replace(f"{Path.cwd()}/", "")
     return Markdown(f"```console\n{text}\n```")  # type: ignore[no-untyped-call]

@@ -8,16 +8,16 @@ from typing import Annotated, Any, NamedTuple
 
 import pint
 import pytest
-from bits import bits, numbers
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from roles import NOTHING, blocks, identifier, methods, role_of
-from strategies import ORDINARY, WIDE, argument, block_of, state
 
+from bits import bits, numbers
 from compiling import compiled
 from hydroservo import references
 from hydroservo.block import Block, Field, declared_fields, is_block, leaves, value_at
 from hydroservo.signals import Demand
+from roles import NOTHING, blocks, identifier, methods, role_of
+from strategies import ORDINARY, WIDE, argument, block_of, state
 
 STEPS = 4
 UNITS = pint.UnitRegistry()

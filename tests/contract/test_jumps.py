@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from roles import identifier, playing
-from strategies import ORDINARY, block_of
 
 from hydroservo.block import Block, Load
 from hydroservo.loads import Sine, Square, Step
+from roles import identifier, playing
+from strategies import ORDINARY, block_of
 
 BEFORE, AFTER = 1.0 - 2.0**-50, 1.0 + 2.0**-50  # as near to a jump as integrators go
 JUMPS = 20

@@ -6,11 +6,11 @@ import numpy as np
 import xarray as xr
 from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
-from roles import ROLES
-from strategies import ORDINARY, wired
 
 from hydroservo import Loop, Simulation, replace, simulate
 from hydroservo.holds import DelayedHold
+from roles import ROLES
+from strategies import ORDINARY, wired
 
 PERIODS = 200
 

@@ -7,12 +7,12 @@ import pytest
 from benchmarks.targets.host import program
 from benchmarks.targets.tools import ToolError
 from fuzz import BLOCK, fuzzed, verdict
-from needs import needs
 from sanitizers import watched
 from toy import toy
 from variants import changed, inputs, single
 
 from hydroservo.export.exported import Exported
+from needs import needs
 
 LIMIT = 10.0  # [V] of the toy
 ROWS = 1000

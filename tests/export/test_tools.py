@@ -10,12 +10,12 @@ from benchmarks.targets.sources import Rows
 from benchmarks.targets.symbols import foreign, undefined
 from benchmarks.targets.tools import ToolError
 from cppcheck import Finding, findings, unaccepted
-from needs import needs
 from sanitizers import watched
 from toy import toy
 from variants import changed, each_unit, idling, inlined, inputs, single
 
 from hydroservo.export.exported import Exported
+from needs import needs
 
 COMPILERS = ("gcc", "clang")
 

@@ -1,0 +1,49 @@
+"""Exported loops of all blocks give the bits of plain Python."""
+
+from pathlib import Path
+from typing import get_type_hints
+
+import numpy as np
+import pytest
+from agreement import assert_same_run
+from benchmarks.targets.laws import LAWS, types_in
+
+from hydroservo import Loop, Simulation, replace
+from hydroservo.block import Block
+from hydroservo.holds import DelayedHold
+from roles import NOTHING, ROLES, blocks
+from strategies import choices
+
+PERIOD = 1e-4
+PERIODS = 200
+LOOPS = 32  # of different blocks
+
+
+def picked(cls: type, draw: np.random.Generator) -> Block:
+    """The default block of a class with a random choice for each role in it."""
+    hints = get_type_hints(cls)
+    inner = {}
+    for name in cls._fields:
+        if hints[name] in ROLES:
+            found = choices(cls, hints[name])
+            inner[name] = picked(found[draw.integers(len(found))], draw)
+    return replace(cls(), inner)
+
+
+def loop_of_choices(i: int) -> Loop:
+    """A loop of random blocks, with each of the laws in turn."""
+    simulation = Simulation(PERIODS * PERIOD, PERIOD, 2, PERIOD)
+    law = list(LAWS.values())[i % len(LAWS)]
+    loop = replace(picked(Loop, np.random.default_rng(i)), {"simulation": simulation, "controller": law})
+    return replace(loop, {"hold.delay": 0.5 * PERIOD}) if isinstance(loop.hold, DelayedHold) else loop
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("i", range(LOOPS))
+def test_loops_of_all_blocks(i: int, tmp_path: Path) -> None:
+    assert_same_run(loop_of_choices(i), tmp_path, compiled=False)
+
+
+def test_every_block_is_in_a_loop() -> None:
+    found = {cls for i in range(LOOPS) for cls in types_in(loop_of_choices(i))}
+    assert {cls for cls in blocks() if cls.__name__ not in NOTHING} <= found

@@ -1,0 +1,42 @@
+"""Exported loops of built-in scenarios give the bits of strict Python over whole runs."""
+
+from pathlib import Path
+
+import pytest
+from agreement import assert_same_run
+
+from hydroservo import simulate
+from hydroservo.block import leaves
+from hydroservo.export.parts import Command, ControllerUnit, MachineUnit
+from hydroservo.scenario import builtin_scenarios, load_scenario
+from hydroservo.simulate import ready
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", builtin_scenarios())
+def test_built_in_scenarios(name: str, tmp_path: Path) -> None:
+    assert_same_run(load_scenario(name), tmp_path, compiled=True)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("integrator", ["Tsit5", "Rosenbrock"])
+def test_other_integrators(integrator: str, tmp_path: Path) -> None:
+    changes = {"simulation.integrator.type": integrator, "simulation.duration": "0.5 s"}
+    assert_same_run(load_scenario("rig/excavator-link", changes), tmp_path, compiled=True)
+
+
+def test_controller_and_machine_in_turn_are_the_loop() -> None:
+    changes = {"simulation.duration": "0.2 s", "simulation.record_period": "1 ms"}
+    loop = ready(load_scenario("rig/encoder-tsmc-sine", changes))
+    period = loop.simulation.period
+    controller, machine = ControllerUnit(loop.controller, period), MachineUnit(loop, period)
+    state, s = controller.init(), machine.init()
+    data = simulate(loop, compiled=False)
+    for k in range(data.sizes["time"]):
+        state = controller.step(state, s.measurement, loop.reference.at(k * period))
+        for path, number in leaves(state):
+            assert data[f"controller.{path}"].values[k] == number, path
+        for part in ("plant", "valve", "sensors"):
+            for path, number in leaves(getattr(s, part)):
+                assert data[f"{part}.{path}"].values[k] == number, path
+        s = machine.step(s, Command(state.u))

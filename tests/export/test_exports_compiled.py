@@ -1,0 +1,30 @@
+"""What scenarios export, through compilers and cppcheck."""
+
+from pathlib import Path
+
+from benchmarks.targets.host import library
+from benchmarks.targets.symbols import foreign, undefined
+from cases import COMPILERS, Case, each_case, rows_of, unit_of
+from cppcheck import findings, unaccepted
+
+from needs import needs
+
+SLOW_ALONE = {"copysign", "copysignf"}  # that gcc calls where it does not optimise at all; exact everywhere
+
+
+@each_case
+def test_compilers_agree_and_call_nothing_but_roots(case: Case, tmp_path: Path) -> None:
+    needs(*COMPILERS, "nm")
+    unit, bits = unit_of(case), set()
+    for compiler in COMPILERS:
+        for level in ("-O0", "-O2", "-O3"):
+            bits.add(library(unit, tmp_path, compiler, [level]).run(rows_of(unit, 200)).tobytes())
+            known = SLOW_ALONE if level == "-O0" else set()
+            assert foreign(undefined(tmp_path / "unit.o")) <= known, f"{compiler} {level}"
+    assert len(bits) == 1
+
+
+@each_case
+def test_cppcheck_finds_nothing_but_accepted_deviations(case: Case, tmp_path: Path) -> None:
+    needs("cppcheck")
+    assert unaccepted(findings(unit_of(case), tmp_path)) == []

@@ -1,0 +1,33 @@
+"""Every law through what the exports of scenarios go through, and how it begins."""
+
+from pathlib import Path
+
+import pytest
+from benchmarks.targets.host import library
+from benchmarks.targets.laws import LAWS
+from cases import limit_of, rows_of
+from cppcheck import findings, unaccepted
+from fuzz import verdict
+from sanitizers import watched
+
+from hydroservo import Loop
+from hydroservo.export.exported import Part, Precision
+from hydroservo.export.units import exported
+from hydroservo.simulate import ready
+from needs import needs
+
+
+@pytest.mark.parametrize("precision", Precision)
+@pytest.mark.parametrize("name", LAWS)
+def test_each_law_passes_what_scenarios_pass(name: str, precision: Precision, tmp_path: Path) -> None:
+    needs("cppcheck", "gcc", "clang")
+    loop = Loop(controller=LAWS[name])
+    unit = exported(loop, Part.CONTROLLER, prefix="unit", title=name, precision=precision)
+    assert unaccepted(findings(unit, tmp_path)) == []
+    library(unit, tmp_path)
+    assert verdict(watched(unit, tmp_path, "clang"), rows_of(unit), limit_of(unit)) == (0, 0, 0)
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_a_law_begins_at_0_volts(name: str) -> None:
+    assert ready(Loop(controller=LAWS[name])).controller.init().u == 0.0
