@@ -24,12 +24,19 @@ def sums(leaves: st.SearchStrategy[str], forms: list[str]) -> st.SearchStrategy[
 
 REALS = sums(
     NUMBERS,
-    ["({} + {})", "({} - {})", "{} * {}", "-({} - {})", "ops.maximum({}, {})", "ops.where({} > {}, a, -b)"],
+    [
+        "({} + {})",
+        "({} - {})",
+        "{} * {}",
+        "-({} - {})",
+        "ops.maximum({}, {})",
+        "ops.where({} > 1 + {}, a, -b)",
+    ],
 )
 INTEGERS = sums(WHOLES, ["({} + {})", "({} - {})", "({} + {}) // 3"])
 CONDITIONS = st.builds(
     lambda form, x, z, i: form.format(x, z, i),
-    st.sampled_from(["{} > {}", "not {} <= {}", "{} < {} or {} > 1", "{} < {} < 2.0", "{} > {} and k < {}"]),
+    st.sampled_from(["{} > 0.25 + {}", "not {} <= 0.25 + {}", "{} < 1 + {} or {} > 1", "{} < 1 + {} < 2.0"]),
     REALS,
     REALS,
     INTEGERS,
