@@ -39,6 +39,13 @@ class Pair(NamedTuple):
     right: float
 
 
+class Ops(NamedTuple):
+    x: float
+
+    def sqrt(self):
+        return self.x + 1.0
+
+
 class Keyed(NamedTuple):
     double: float
     int: float

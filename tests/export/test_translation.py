@@ -57,6 +57,7 @@ TRANSLATED = [
     "k = 2\nif y.velocity > 0.1:\n    k = 1 << 40\nreturn LawState(1.0 * k, 1.0 * (k + True))",
     "p = LawState(y.velocity, 1.0)\nf = p.total\np = LawState(9.0, 9.0)\nreturn LawState(f(), p.total())",
     "a = 1.0\nb = 2.0\nc = 3.0\nc, (a, b) = a, (b, c)\nreturn LawState(a * 10.0 + b, c)",
+    "o = Ops(2.0)\nreturn LawState(o.sqrt(), ops.sqrt(y.velocity))",
     "pair = Pair(1.5, y.velocity)\nreturn LawState(pair.left + pair.right, 0.0)",
     "a, _ = self.pair(1.0, 2.0)\nb, _ = self.pair(a, 3.0)\nreturn LawState(a, b)",
     "u = 0.0\nfor i in range(3):\n    for j in range(i):\n        u += i + 0.5 * j\nreturn LawState(u, 0.0)",

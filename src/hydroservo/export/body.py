@@ -43,7 +43,7 @@ class Body:
         self, translator: "Translator", origin: FunctionType, arguments: Sequence[Type], owner: type | None
     ) -> None:
         module = origin.__module__.rpartition(".")[2]
-        prefix = snake(owner.__name__) if owner else ("ops" if is_op(origin) else module)
+        prefix = own_prefix(owner) if owner else ("ops" if is_op(origin) else module)
         name = translator.function_name(f"{prefix}_{identifier(origin.__name__)}")
         self.translator = translator
         self.scope = Scope(origin, name, owner, translator.local_name)
@@ -234,3 +234,9 @@ class Body:
         if name in self.scope.environment or name in self.scope.changing:
             return self.scope.fresh(self.scope.in_c[name])
         return self.scope.in_c[name]
+
+
+def own_prefix(owner: type) -> str:
+    """What the functions of a class begin with; "ops" is that of written ones."""
+    name = snake(owner.__name__)
+    return "own_ops" if name == "ops" else name
