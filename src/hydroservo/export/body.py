@@ -37,7 +37,11 @@ __all__ = ["Body"]
 
 
 class Body:
-    """The translation of one Python function for arguments of given types."""
+    """The translation of one Python function for arguments of given types.
+
+    Every method raises :class:`TranslationError` where C has no equal. Fails to see what whole numbers may
+    become: sums beyond 64 bits overflow in C and not in Python.
+    """
 
     def __init__(
         self, translator: "Translator", origin: FunctionType, arguments: Sequence[Type], owner: type | None

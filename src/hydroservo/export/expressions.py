@@ -38,7 +38,10 @@ INHERITED = {"_asdict", "_make", "_replace"}  # what every NamedTuple class has
 
 
 class Expressions:
-    """The expressions of one function."""
+    """The expressions of one function.
+
+    Every method raises :class:`TranslationError` where C has no equal.
+    """
 
     def __init__(self, translator: "Translator", scope: Scope) -> None:
         self.scope, self.arithmetic = scope, Arithmetic(scope)

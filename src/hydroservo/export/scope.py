@@ -52,6 +52,8 @@ def place(function: Any, line: int = 0) -> str:
 class Scope:
     """One Python function on its way to C.
 
+    Making one raises :class:`TranslationError` where the function's text is not there.
+
     Attributes:
         origin: the Python function.
         tree: its syntax tree, with the lines of its file.

@@ -296,6 +296,7 @@ class Function:
         body: its statements; empty for one whose text is written, not translated.
         returns: the type of its value.
         written: what writes the text of a function that is not translated, from what of it is used.
+        calls: the functions that such a function calls.
         whole: the records all of whose numbers such a function reads.
     """
 
