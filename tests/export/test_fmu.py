@@ -127,7 +127,7 @@ def test_a_file_holds_all_that_it_needs(fmus: dict[str, Path], version: FmiVersi
     headers = {name for name in names if name.startswith("sources/include/")}
     assert headers == {f"sources/include/{name}" for name in interface.interface_of(version).headers}
     assert {"sources/toy.c", "sources/toy.h", "sources/model.c", f"sources/fmi{version}.c"} < names
-    assert f"binaries/{interface.platform_folder(version)}/toy{interface.library_ending()}" in names
+    assert f"binaries/{interface.platform_folder(version)}/toy{interface.binary_ending()}" in names
     assert all(name in page for name in variables(fmus["pi"]))
     assert "hydroservo developers" in licences
     assert "Modelica Association" in licences
@@ -233,7 +233,7 @@ def test_binaries_are_where_importers_look(
     monkeypatch.setattr(interface.sys, "platform", system)
     monkeypatch.setattr(interface.platform, "machine", lambda: machine)
     assert tuple(map(interface.platform_folder, FmiVersion)) == folders
-    assert interface.library_ending() == ending
+    assert interface.binary_ending() == ending
     monkeypatch.setattr(interface.platform, "machine", lambda: "vax")
     with pytest.raises(HydroservoError, match="no name for the machine 'vax'"):
         interface.platform_folder(FmiVersion.FMI2)

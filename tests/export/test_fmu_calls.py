@@ -1,73 +1,16 @@
 """What an instance of an FMU does, call by call, in both versions of FMI."""
 
 import math
-from collections.abc import Iterator
-from ctypes import byref, c_char_p
 from pathlib import Path
 
 import fmpy
 import numpy as np
 import pytest
 from fmpy.fmi1 import FMICallException
-from fmus import Instance, mass
-from toy import toy
+from fmus import Instance
+from toy_fmu import COMMAND, DEMAND, GAIN, INTEGRAL, OK, VELOCITY, WARNING, Replica, refused
 
-from hydroservo.export.exported import Exported
-from hydroservo.export.fmu import FmiVersion, write_fmu
-
-OK, WARNING = 0, 1
-GAIN, INTEGRAL = "controller.proportional_gain", "controller.integral"
-VELOCITY, DEMAND, COMMAND = "measurement.velocity", "demand.value", "controller.u"
-
-
-@pytest.fixture(scope="module", params=FmiVersion, ids=lambda version: version.name)
-def version(request: pytest.FixtureRequest) -> FmiVersion:
-    return request.param
-
-
-def unpacked(exported: Exported, version: FmiVersion, folder: Path) -> Path:
-    file = write_fmu(exported, folder / "one.fmu", stop_time=1.0, version=version)
-    return Path(fmpy.extract(str(file), unzipdir=str(folder / "unpacked")))
-
-
-@pytest.fixture(scope="module")
-def pi(version: FmiVersion, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return unpacked(toy(), version, tmp_path_factory.mktemp("pi"))
-
-
-@pytest.fixture(scope="module")
-def machine(version: FmiVersion, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return unpacked(mass(), version, tmp_path_factory.mktemp("mass"))
-
-
-@pytest.fixture
-def one(pi: Path) -> Iterator[Instance]:
-    with Instance(pi) as instance:
-        yield instance
-
-
-class Replica:
-    """The toy's PI in Python."""
-
-    def __init__(self, gain: float = 100.0) -> None:
-        self.gain, self.integral = gain, 0.0
-
-    def step(self, velocity: float, demand: float) -> tuple[float, float]:
-        error = demand - velocity
-        self.integral = self.integral + 1e-5 * (10.0 * error)
-        unlimited = self.gain * error + self.integral
-        return max(-10.0, min(10.0, unlimited)), self.integral
-
-
-def refused(instance: Instance, call: str, *arguments: object) -> str:
-    """The message of a call that must fail."""
-    instance.messages.clear()
-    with pytest.raises(FMICallException) as caught:
-        getattr(instance, call)(*arguments)
-    assert caught.value.status == 3
-    ((category, text),) = instance.messages
-    assert category == "logStatusError"
-    return text
+from hydroservo.export.fmu import FmiVersion
 
 
 def test_instances_side_by_side_are_independent(pi: Path) -> None:
@@ -95,64 +38,6 @@ def test_a_step_of_many_periods_holds_the_inputs(one: Instance) -> None:
         expected = replica.step(0.0, 0.03)
     assert tuple(one.get(COMMAND, INTEGRAL)) == expected
     assert one.step(7e-5, 1e-5) == OK
-
-
-def test_a_saved_state_gives_the_same_bits_again(one: Instance, pi: Path) -> None:
-    one.begin().set({DEMAND: 0.03, GAIN: 20.0})
-    one.step(0.0)
-    saved = one.save()
-    data = one.slave.serializeFMUState(saved)
-    one.step(1e-5)
-    expected = one.get(COMMAND, INTEGRAL, "time", GAIN)
-    one.set({GAIN: 1.0})
-    one.step(2e-5)
-    one.restore(saved)
-    one.step(1e-5)
-    assert one.get(COMMAND, INTEGRAL, "time", GAIN) == expected
-    one.slave.freeFMUState(saved)
-    assert not saved.value
-    with Instance(pi, "other") as other:
-        again = other.slave.deserializeFMUState(data)
-        other.restore(again)
-        other.step(1e-5)
-        assert other.get(COMMAND, INTEGRAL, "time", GAIN) == expected
-        other.slave.freeFMUState(again)
-
-
-def test_a_saved_state_can_be_saved_into_again(one: Instance) -> None:
-    one.begin().set({DEMAND: 0.03})
-    saved = one.save()
-    place = saved.value
-    one.step(0.0)
-    kept = one.get(INTEGRAL)
-    save = one.slave.fmi2GetFMUstate if one.version is FmiVersion.FMI2 else one.slave.fmi3GetFMUState
-    save(one.slave.component, byref(saved))
-    assert saved.value == place
-    one.step(1e-5)
-    one.restore(saved)
-    assert one.get(INTEGRAL) == kept
-    one.slave.freeFMUState(saved)
-
-
-def test_states_of_others_and_damaged_ones_are_refused(one: Instance, machine: Path) -> None:
-    one.begin()
-    saved = one.save()
-    data = one.slave.serializeFMUState(saved)
-    one.slave.freeFMUState(saved)
-    damaged = data[:40] + b"\xff" + data[41:]
-    with Instance(machine) as other:
-        theirs = other.save()
-        assert "no saved state of this FMU" in refused(one, "restore", theirs)
-        other.slave.freeFMUState(theirs)
-    for wrong, said in (
-        (data[:-1], "no saved"),
-        (b"x" + data[1:], "no saved"),
-        (damaged, "damaged"),
-    ):
-        one.messages.clear()
-        with pytest.raises(FMICallException):
-            one.slave.deserializeFMUState(wrong)
-        assert said in one.messages[0][1]
 
 
 def test_a_reset_instance_is_a_new_one(one: Instance, pi: Path) -> None:
@@ -326,51 +211,6 @@ def test_calls_out_of_order_are_refused(one: Instance, before: tuple[str, ...], 
     one.get(COMMAND)
     one.slave.reset()
     one.begin()
-
-
-def test_messages_are_those_asked_for(pi: Path) -> None:
-    with Instance(pi, log=False) as one:
-        one.begin().set({VELOCITY: math.nan})
-        one.step(0.0)
-        assert not one.messages
-        one.slave.setDebugLogging(True, ["logStatusError"])
-        one.set({VELOCITY: 0.0})
-        one.step(1e-5)
-        assert not one.messages
-
-
-def test_errors_are_said_in_any_case(pi: Path) -> None:
-    with Instance(pi, log=False) as one:
-        assert "99" in refused(one, "get_references", [99])
-
-
-@pytest.mark.parametrize("on", [True, False])
-def test_an_unknown_log_category_warns_and_changes_nothing(one: Instance, on: bool) -> None:
-    one.begin()
-    one.slave.setDebugLogging(True, ["logStatusWarning", "logStatusError"])
-    assert log(one, on, "logStatusError", "%s") == WARNING
-    ((category, text),) = one.messages
-    assert category == "logStatusWarning"
-    assert "a log category is not one of the model description" in text
-    assert one.step(0.0) == OK
-    one.set({VELOCITY: math.nan})
-    assert one.step(1e-5) == WARNING
-    assert "is not finite" in one.messages[1][1]
-    assert "99" in refused(one, "get_references", [99])
-
-
-def test_an_unknown_log_category_stays_silent_where_messages_are_off(pi: Path) -> None:
-    with Instance(pi, log=False) as one:
-        assert log(one, True, "other") == WARNING
-        assert not one.messages
-
-
-def log(one: Instance, on: bool, *categories: str) -> int:
-    """The status of a choice of messages."""
-    slave = one.slave
-    set_logging = slave.fmi2SetDebugLogging if one.version is FmiVersion.FMI2 else slave.fmi3SetDebugLogging
-    names = (c_char_p * len(categories))(*(name.encode() for name in categories))
-    return int(set_logging(slave.component, on, len(categories), names))
 
 
 def test_other_guids_names_and_interfaces_are_refused(pi: Path, monkeypatch: pytest.MonkeyPatch) -> None:

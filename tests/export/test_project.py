@@ -5,72 +5,30 @@ import subprocess
 from pathlib import Path
 from typing import Any
 
-import fmpy
 import numpy as np
 import pytest
 from benchmarks.targets.boards import BOARDS, COMPILER, Board
 from benchmarks.targets.sources import FOLDER as TARGET
+from projects import TITLE, check, make, unit
 
-from hydroservo.errors import HydroservoError, ParameterError
+from hydroservo.errors import HydroservoError
 from hydroservo.export.exported import Exported, Part, Precision, Signal
-from hydroservo.export.fmu import write_fmu
-from hydroservo.export.prefix import checked_prefix, default_prefix
 from hydroservo.export.project import c_project, memory, write_c_project
-from hydroservo.export.units import exported
-from hydroservo.export.vectors import HUGE, Vectors, made_vectors
+from hydroservo.export.vectors import Vectors
 from hydroservo.loop import Loop
-from hydroservo.scenario import load_scenario
-from hydroservo.simulate import simulate
 from needs import needs
 
 FILES = ["law.h", "law.c", "law_vectors.h", "law_replay.c", "Makefile", "README.md"]
-TITLE = "PI of scenario paper/sine-pi"
 SEMIHOSTING = "-semihosting-config enable=on,target=native"
 STRICT = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror"]
 
 each_compiler = pytest.mark.parametrize("compiler", ["gcc", "clang"])
 
 
-def scenario(**changes: object) -> Loop:
-    """The paper's PI; 5001 samples."""
-    dotted = {name.replace("__", "."): value for name, value in changes.items()}
-    return load_scenario("paper/sine-pi", {"simulation.duration": 0.05} | dotted)
-
-
-def unit(loop: Loop, part: Part = Part.CONTROLLER, **options: Any) -> tuple[Exported, Vectors]:
-    """An export and its test vectors."""
-    made = exported(loop, part, **{"prefix": "law", "title": TITLE} | options)
-    return made, made_vectors(loop, part, made)
-
-
-@pytest.fixture(scope="module")
-def loop() -> Loop:
-    return scenario()
-
-
-@pytest.fixture(scope="module")
-def law(loop: Loop) -> tuple[Exported, Vectors]:
-    return unit(loop)
-
-
-@pytest.fixture(scope="module")
-def single(loop: Loop) -> tuple[Exported, Vectors]:
-    return unit(loop, precision=Precision.SINGLE)
-
-
 @pytest.fixture
 def folder(law: tuple[Exported, Vectors], tmp_path: Path) -> Path:
     write_c_project(*law, tmp_path)
     return tmp_path
-
-
-def make(folder: Path, *words: str) -> "subprocess.CompletedProcess[str]":
-    return subprocess.run(["make", "-C", folder, *words], capture_output=True, text=True, check=False)
-
-
-def check(folder: Path, compiler: str = "gcc") -> "subprocess.CompletedProcess[str]":
-    needs("make", compiler)
-    return make(folder, "check", f"CC={compiler}", "CFLAGS=-O2 -Werror")
 
 
 def passes(folder: Path, line: str, compiler: str = "gcc") -> bool:
@@ -286,119 +244,3 @@ def test_memory_counts_the_numbers(law: tuple[Exported, Vectors], single: tuple[
     assert memory(law[0]) == (24, 40)
     assert memory(single[0]) == (12, 20)
     assert memory(law[0]._replace(inlined=True)) == (24, 0)
-
-
-# --- test vectors
-
-
-def test_vectors_begin_as_the_simulation_does(loop: Loop, law: tuple[Exported, Vectors]) -> None:
-    data = simulate(scenario(simulation__record_period=1e-5), strict=True)
-    for column, signal in enumerate(law[0].states):
-        np.testing.assert_array_equal(law[1].expected[:50, column], data[signal.path].values[:50])
-    for i, start in enumerate(np.linspace(0, 5001 - 50, 10).round().astype(int)):
-        seen = law[1].inputs[50 * i : 50 * i + 50]
-        np.testing.assert_array_equal(seen[:, 0], data["plant.velocity"].values[start : start + 50])
-        np.testing.assert_array_equal(seen[:, 2], data["reference.value"].values[start : start + 50])
-
-
-def test_vectors_hold_the_command_that_was_applied() -> None:
-    changes = {"hold__type": "DelayedHold", "hold__delay": 5e-6, "simulation__substeps": 2}
-    u = simulate(scenario(simulation__record_period=1e-5, **changes), strict=True)["controller.u"].values
-    found = unit(scenario(**changes))[1].inputs[100:150, 1]
-    start = round(2 * (5001 - 50) / 9)
-    np.testing.assert_array_equal(found, (0.5 * u[:-1] + 0.5 * u[1:])[start - 2 :][:50])
-
-
-def test_a_machine_is_given_the_loops_commands(loop: Loop) -> None:
-    made, vectors = unit(loop, Part.MACHINE)
-    data = simulate(scenario(simulation__record_period=1e-5), strict=True)
-    np.testing.assert_array_equal(vectors.inputs[:50, 0], data["controller.u"].values[:50])
-    velocity = [signal.path for signal in made.states].index("plant.velocity")
-    np.testing.assert_array_equal(vectors.expected[:50, velocity], data["plant.velocity"].values[1:51])
-
-
-def test_bad_samples_come_last_in_double_alone(
-    law: tuple[Exported, Vectors], single: tuple[Exported, Vectors]
-) -> None:
-    inputs, expected, _ = law[1]
-    np.testing.assert_array_equal(inputs[:500], single[1].inputs)
-    assert np.isnan(inputs[500]).tolist() == [True, False, False]
-    assert inputs[521].tolist() == [HUGE] * 3
-    assert np.isfinite(inputs[501:]).all()
-    np.testing.assert_array_equal(inputs[522:], inputs[480:500])
-    assert expected[500].tolist() == [signal.value for signal in law[0].states]
-    assert np.isfinite(expected).all()
-
-
-@pytest.mark.parametrize("substeps", [1, "auto"])
-def test_a_short_scenario_gives_all_its_samples(substeps: object) -> None:
-    short = scenario(simulation__duration=1e-3, simulation__substeps=substeps)
-    assert len(unit(short)[1].inputs) == 101 + 42
-
-
-# --- the prefix
-
-
-@pytest.mark.parametrize(
-    ("name", "prefix"),
-    [
-        ("paper/sine-tsmc", "sine_tsmc"),
-        ("rig/1khz-pi-sine", "law_1khz_pi_sine"),
-        ("dir/My Law.v2.toml", "my_law_v2"),
-        ("math.toml", "law_math"),
-        ("model.toml", "law_model"),
-        ("fmi3-test.toml", "law_fmi3_test"),
-        ("double.toml", "law_double"),
-        ("-.toml", "law"),
-    ],
-)
-def test_the_prefix_comes_from_the_scenarios_name(name: str, prefix: str) -> None:
-    assert default_prefix(name, Part.CONTROLLER) == checked_prefix(prefix) == prefix
-    assert checked_prefix(default_prefix(name, Part.MACHINE)).startswith("machine")
-
-
-@pytest.mark.parametrize(
-    "prefix",
-    [
-        "",
-        "1st",
-        "a-b",
-        "../up",
-        "a b",
-        "é",
-        "_a",
-        "math",
-        "Float",
-        "double",
-        "a\n",
-        "model",
-        "Instance",
-        "fmi2x",
-    ],
-)
-def test_a_prefix_that_names_cannot_begin_with(prefix: str, loop: Loop) -> None:
-    with pytest.raises(ParameterError, match=r"^prefix = "):
-        exported(loop, Part.CONTROLLER, prefix=prefix, title=TITLE)
-
-
-# --- the title
-
-
-@pytest.mark.parametrize(
-    "title", ["a */ b /* c\nd\r\x0be %d %n $(CC) $x \\", "*//*/*/ <b> & \x07 {x} {{ y }} \\\n"]
-)
-def test_any_title_goes_into_comments(title: str, loop: Loop, tmp_path: Path) -> None:
-    for precision in Precision:
-        folder = tmp_path / precision
-        made, vectors = unit(loop, precision=precision, title=title)
-        write_c_project(made, vectors, folder)
-        done = check(folder)
-        assert (done.returncode, done.stderr) == (0, "")
-        assert (folder / "README.md").read_text().startswith(f"# {made.title}\n\n")
-
-
-def test_a_title_is_one_line_that_a_comment_may_hold(loop: Loop, tmp_path: Path) -> None:
-    made = unit(loop, title="a <*/ b\n\x07 /*/ \\")[0]
-    assert made.title == "a <* / b \\x07 / * / \\"
-    file = write_fmu(made, tmp_path / "law.fmu", stop_time=1.0)
-    assert fmpy.read_model_description(str(file)).modelName == made.title

@@ -10,12 +10,12 @@ __all__ = ["headers", "licence"]
 
 UNPREFIXED = "#define fmi2FullName(name) name\n"
 PREFIXED = """\
-#if defined(FMI2_FUNCTION_PREFIX)
-  #define fmi2Paste(a,b)     a ## b
-  #define fmi2PasteB(a,b)    fmi2Paste(a,b)
-  #define fmi2FullName(name) fmi2PasteB(FMI2_FUNCTION_PREFIX, name)
+#ifdef FMI2_FUNCTION_PREFIX
+#define FMU_JOINED_TEXT(prefix, name) prefix##name
+#define FMU_JOINED(prefix, name) FMU_JOINED_TEXT(prefix, name)
+#define fmi2FullName(name) FMU_JOINED(FMI2_FUNCTION_PREFIX, name)
 #else
-  #define fmi2FullName(name) name
+#define fmi2FullName(name) name
 #endif
 """
 

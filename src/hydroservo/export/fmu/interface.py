@@ -8,7 +8,7 @@ from typing import NamedTuple
 from hydroservo.errors import HydroservoError
 from hydroservo.export.exported import FmiVersion
 
-__all__ = ["Interface", "interface_of", "library_ending", "platform_folder"]
+__all__ = ["Interface", "binary_ending", "interface_of", "platform_folder"]
 
 SYSTEMS = {"linux": ("linux", ".so"), "darwin": ("darwin", ".dylib"), "win32": ("windows", ".dll")}
 ARCHITECTURES = {
@@ -82,7 +82,7 @@ def platform_folder(version: FmiVersion) -> str:
     return f"{'win' if system == 'windows' else system}{bits}"
 
 
-def library_ending() -> str:
+def binary_ending() -> str:
     """The ending of a shared library's name on this machine."""
     return system_of_this()[1]
 

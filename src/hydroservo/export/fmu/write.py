@@ -10,7 +10,7 @@ from hydroservo.errors import HydroservoError, ParameterError
 from hydroservo.export.compiler import compiled
 from hydroservo.export.exported import Exported, FmiVersion
 from hydroservo.export.fmu.contents import Files, fmu_files
-from hydroservo.export.fmu.interface import interface_of, library_ending, platform_folder
+from hydroservo.export.fmu.interface import binary_ending, interface_of, platform_folder
 from hydroservo.results import atomic_path
 
 __all__ = ["write_fmu"]
@@ -46,7 +46,7 @@ def write_fmu(
         raise HydroservoError(f"{path}: the name of an FMU ends in .fmu")
     check(exported, stop_time)
     files = fmu_files(exported, stop_time, version)
-    binary = f"{exported.prefix}{library_ending()}"
+    binary = f"{exported.prefix}{binary_ending()}"
     content = {name: text.encode() for name, text in files.items()}
     unprefixed = interface_of(version).unprefixed
     content[f"binaries/{platform_folder(version)}/{binary}"] = built(files, binary, unprefixed)

@@ -1,0 +1,56 @@
+"""Exports that several files of tests share: FMUs of the small units, and the paper's PI in C."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import fmpy
+import pytest
+from fmus import Instance, mass
+from projects import scenario, unit
+from toy import toy
+
+from hydroservo.export.exported import Exported, Precision
+from hydroservo.export.fmu import FmiVersion, write_fmu
+from hydroservo.export.vectors import Vectors
+from hydroservo.loop import Loop
+
+
+@pytest.fixture(scope="module", params=FmiVersion, ids=lambda version: version.name)
+def version(request: pytest.FixtureRequest) -> FmiVersion:
+    return request.param
+
+
+def unpacked(exported: Exported, version: FmiVersion, folder: Path) -> Path:
+    file = write_fmu(exported, folder / "one.fmu", stop_time=1.0, version=version)
+    return Path(fmpy.extract(str(file), unzipdir=str(folder / "unpacked")))
+
+
+@pytest.fixture(scope="module")
+def pi(version: FmiVersion, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return unpacked(toy(), version, tmp_path_factory.mktemp("pi"))
+
+
+@pytest.fixture(scope="module")
+def machine(version: FmiVersion, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return unpacked(mass(), version, tmp_path_factory.mktemp("mass"))
+
+
+@pytest.fixture
+def one(pi: Path) -> Iterator[Instance]:
+    with Instance(pi) as instance:
+        yield instance
+
+
+@pytest.fixture(scope="module")
+def loop() -> Loop:
+    return scenario()
+
+
+@pytest.fixture(scope="module")
+def law(loop: Loop) -> tuple[Exported, Vectors]:
+    return unit(loop)
+
+
+@pytest.fixture(scope="module")
+def single(loop: Loop) -> tuple[Exported, Vectors]:
+    return unit(loop, precision=Precision.SINGLE)

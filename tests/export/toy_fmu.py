@@ -1,0 +1,35 @@
+"""The toy's PI as an FMU: its variables, its equal in Python, and calls of it that must fail."""
+
+import pytest
+from fmpy.fmi1 import FMICallException
+from fmus import Instance
+
+__all__ = ["COMMAND", "DEMAND", "GAIN", "INTEGRAL", "OK", "VELOCITY", "WARNING", "Replica", "refused"]
+
+OK, WARNING = 0, 1
+GAIN, INTEGRAL = "controller.proportional_gain", "controller.integral"
+VELOCITY, DEMAND, COMMAND = "measurement.velocity", "demand.value", "controller.u"
+
+
+class Replica:
+    """The toy's PI in Python."""
+
+    def __init__(self, gain: float = 100.0) -> None:
+        self.gain, self.integral = gain, 0.0
+
+    def step(self, velocity: float, demand: float) -> tuple[float, float]:
+        error = demand - velocity
+        self.integral = self.integral + 1e-5 * (10.0 * error)
+        unlimited = self.gain * error + self.integral
+        return max(-10.0, min(10.0, unlimited)), self.integral
+
+
+def refused(instance: Instance, call: str, *arguments: object) -> str:
+    """The message of a call that must fail."""
+    instance.messages.clear()
+    with pytest.raises(FMICallException) as caught:
+        getattr(instance, call)(*arguments)
+    assert caught.value.status == 3
+    ((category, text),) = instance.messages
+    assert category == "logStatusError"
+    return text
