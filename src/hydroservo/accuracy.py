@@ -27,6 +27,7 @@ __all__ = [
     "rates",
     "settled",
     "warning",
+    "with_substeps",
 ]
 
 COMMAND = "controller.u"
@@ -252,6 +253,7 @@ def check_substeps(loop: Loop) -> None:
 
 
 def with_substeps(loop: Loop, substeps: int) -> Loop:
+    """The loop with so many substeps in a sample period."""
     changed: Loop = replace(loop, {"simulation.substeps": substeps})
     return changed
 

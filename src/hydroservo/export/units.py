@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from hydroservo._version import __version__
+from hydroservo.accuracy import with_substeps
 from hydroservo.block import Block
 from hydroservo.errors import LoopError
 from hydroservo.export.exported import Argument, Exported, Part, Precision, Signal
@@ -109,7 +110,7 @@ def settled(loop: Loop) -> Loop:
     if loop.simulation.substeps != AUTO:
         return loop
     substeps = int(simulate(loop, record=()).attrs["substeps"])
-    return loop._replace(simulation=loop.simulation._replace(substeps=substeps))
+    return with_substeps(loop, substeps)
 
 
 def unit_of(loop: Loop, part: Part) -> Block:
