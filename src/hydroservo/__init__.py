@@ -3,7 +3,7 @@
 from hydroservo._version import __version__
 from hydroservo.batch import simulate_batch
 from hydroservo.block import Field, replace
-from hydroservo.errors import HydroservoError, LoopError, ParameterError, ScenarioError
+from hydroservo.errors import HydroservoError, HydroservoWarning, LoopError, ParameterError, ScenarioError
 from hydroservo.loop import AUTO, Loop, Simulation
 from hydroservo.simulate import simulate
 
@@ -11,6 +11,7 @@ __all__ = [
     "AUTO",
     "Field",
     "HydroservoError",
+    "HydroservoWarning",
     "Loop",
     "LoopError",
     "ParameterError",

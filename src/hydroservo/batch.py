@@ -1,7 +1,7 @@
 """One loop with many parameters in, one table of metrics out."""
 
 import os
-from collections.abc import Callable, Generator, Mapping
+from collections.abc import Callable, Generator, Mapping, Sequence
 from concurrent.futures import CancelledError, ThreadPoolExecutor, as_completed
 from contextlib import closing
 from functools import partial
@@ -14,7 +14,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from hydroservo.accuracy import hardest, judged_by_rate, warning
 from hydroservo.block import Block, field_at, replace
-from hydroservo.errors import ParameterError
+from hydroservo.cautions import pressure_caution, with_warning
+from hydroservo.divergence import NOTHING, Loss, diverged_by, first_loss, watched_paths
+from hydroservo.errors import ParameterError, warn
 from hydroservo.loop import AUTO, Loop
 from hydroservo.metrics import FLAGS, METRIC_FIELDS, MetricsState, Sample, summary
 from hydroservo.provenance import provenance
@@ -25,7 +27,7 @@ from hydroservo.simulate import (
     laid_out,
     measured_paths,
     ready,
-    simulate,
+    simulated,
     studied,
 )
 from hydroservo.varied import SEED, Columns, checked_columns, designs
@@ -36,7 +38,7 @@ if TYPE_CHECKING:
     from hydroservo.engine.cuda import CudaGroup
     from hydroservo.engine.lanes import Group
 
-__all__ = ["simulate_batch"]
+__all__ = ["simulate_batch", "simulated_batch"]
 
 CHUNK = 20_000  # integration steps of a group of lanes between two looks at whether to stop
 CUDA_CHUNK = 2_000  # of a group of threads: a second on a device that is slow with doubles
@@ -82,15 +84,34 @@ def simulate_batch(
         progress: called now and then with the fraction of runs done.
 
     Returns:
-        Dataset over the dimension ``run``, with the parameters and the metrics as variables, and the
+        Dataset over the dimension ``run``, with the parameters and the metrics as variables, what each run
+        diverged by as :func:`~hydroservo.simulate` has it (``diverged_by``, "nothing" if it did not), and the
         attributes scenario, hash, version and seed of the loop; ``warning``, ``substeps`` and
         ``step_error`` as :func:`~hydroservo.simulate` has them, for the run whose machine moves fastest;
         with a given number of substeps it is judged at its start alone.
+
+    Warns:
+        HydroservoWarning: each line of that ``warning``.
 
     Raises:
         ParameterError: an unknown path, a value out of its range, arrays of different lengths, or no device.
         LoopError: a block that does not fit the loop.
     """
+    table = simulated_batch(loop, parameters, strict=strict, threads=threads, cuda=cuda, progress=progress)
+    warn(table.attrs.get("warning", ""))
+    return table
+
+
+def simulated_batch(
+    loop: Loop,
+    parameters: Mapping[str, ArrayLike],
+    *,
+    strict: bool = False,
+    threads: int | None = None,
+    cuda: bool = False,
+    progress: Progress | None = None,
+) -> "xr.Dataset":
+    """What :func:`simulate_batch` returns, its warnings in its attribute alone."""
     loop = ready(loop)
     columns = checked_columns(loop, parameters)
     workers = checked_threads(threads)
@@ -98,17 +119,19 @@ def simulate_batch(
     loop, said = with_steps(loop, columns, strict)
     runs = next(iter(columns.values())).size
     samples = laid_out(loop, state, ()).samples
-    table = np.empty((len(METRIC_FIELDS), runs))
+    table, losses = np.empty((len(METRIC_FIELDS), runs)), [NOTHING] * runs
     told = progress or (lambda _: None)
     with compilation(loop):
         varied = columns | designs(loop, columns)
         begin, size = kernel(loop, state, samples, tuple(varied), strict, cuda)
         job = Job(loop, begin, size, CUDA_CHUNK if cuda else CHUNK, samples, varied, Event())
         with closing(in_turn(job, runs, told) if cuda else side_by_side(job, runs, workers)) as found:
-            for done, (start, metrics) in enumerate(found, 1):
-                table[:, start : start + metrics.shape[1]] = metrics
+            for done, (start, metrics, lost) in enumerate(found, 1):
+                table[:, start : start + len(lost)] = metrics
+                losses[start : start + len(lost)] = lost
                 told(min(1.0, done * size / runs))
-    return dataset(loop, columns, table).assign_attrs(said)
+    data = dataset(loop, columns, table, losses).assign_attrs(said)
+    return with_warning(data, [data.attrs.get("warning", ""), pressure_caution(data)])
 
 
 def with_steps(loop: Loop, columns: Columns, strict: bool) -> tuple[Loop, dict[str, float | str]]:
@@ -116,10 +139,10 @@ def with_steps(loop: Loop, columns: Columns, strict: bool) -> tuple[Loop, dict[s
     worst = hardest(loop, columns)
     if loop.simulation.substeps != AUTO:
         said = (
-            warning(worst) if judged_by_rate(worst) else simulate(worst, record=()).attrs.get("warning", "")
+            warning(worst) if judged_by_rate(worst) else simulated(worst, record=()).attrs.get("warning", "")
         )
         return loop, {"warning": said} if said else {}
-    found = simulate(worst, record=(), strict=strict).attrs
+    found = simulated(worst, record=(), strict=strict).attrs
     chosen: Loop = replace(loop, {"simulation.substeps": found["substeps"]})
     return chosen, {name: found[name] for name in ("substeps", "step_error", "warning") if name in found}
 
@@ -130,7 +153,7 @@ def kernel(
     """What begins a group of runs with these parameters, and how many runs it takes."""
     from hydroservo.engine.kernel import Wanted
 
-    study, wanted = studied(loop, samples), Wanted((), measured_paths(state), Sample)
+    study, wanted = studied(loop, samples), Wanted((), measured_paths(state), Sample, watched_paths(state))
     if cuda:
         from hydroservo.engine.cuda import MOST, CudaGroup, CudaThreads
 
@@ -153,32 +176,34 @@ def checked_threads(threads: int | None) -> int:
     return int(threads)
 
 
-def side_by_side(job: Job, runs: int, threads: int) -> Generator[tuple[int, NDArray[np.float64]]]:
+def side_by_side(job: Job, runs: int, threads: int) -> Generator[tuple[int, NDArray[np.float64], list[Loss]]]:
     """The metrics of each group of runs, with the number of its first run, as they are done."""
     pool = ThreadPoolExecutor(threads)
     starts = range(0, runs, job.size)
     try:
         waiting = {pool.submit(group, job, start): start for start in starts}
         for future in as_completed(waiting):
-            yield waiting.pop(future), future.result()
+            yield waiting.pop(future), *future.result()
             del future
     finally:
         job.stop.set()
         pool.shutdown(cancel_futures=True)
 
 
-def in_turn(job: Job, runs: int, progress: Progress) -> Generator[tuple[int, NDArray[np.float64]]]:
+def in_turn(
+    job: Job, runs: int, progress: Progress
+) -> Generator[tuple[int, NDArray[np.float64], list[Loss]]]:
     """The same, one group after the other, with progress inside each."""
     for start in range(0, runs, job.size):
 
         def told(part: float, start: int = start) -> None:
             progress((start + part * min(job.size, runs - start)) / runs)
 
-        yield start, group(job, start, told)
+        yield start, *group(job, start, told)
 
 
-def group(job: Job, start: int, progress: Progress | None = None) -> NDArray[np.float64]:
-    """The metrics of the runs from ``start`` on, one group, shape (metrics, runs)."""
+def group(job: Job, start: int, progress: Progress | None = None) -> tuple[NDArray[np.float64], list[Loss]]:
+    """The metrics of the runs from ``start`` on, one group, shape (metrics, runs), and what they lost."""
     loop, simulation = job.loop, job.loop.simulation
     parts = {path: values[start : start + job.size] for path, values in job.columns.items()}
     runs = job.begin(parts)
@@ -192,12 +217,25 @@ def group(job: Job, start: int, progress: Progress | None = None) -> NDArray[np.
             progress(last / job.samples)
     used = next(iter(parts.values())).size
     strokes = parts.get("plant.stroke", np.full(used, loop.plant.stroke))
-    sums, lost = runs.sums.T, runs.lost
-    found = [summary(MetricsState(*sums[i]), strokes[i], not lost[i]) for i in range(used)]
-    return np.array(found, dtype=np.float64).T
+    sums, losses = runs.sums.T, losses_of(job, runs, used)
+    found = [summary(MetricsState(*sums[i]), strokes[i], losses[i].time) for i in range(used)]
+    return np.array(found, dtype=np.float64).T, losses
 
 
-def dataset(loop: Loop, columns: Columns, table: NDArray[np.float64]) -> "xr.Dataset":
+def losses_of(job: Job, runs: "Group | CudaGroup", used: int) -> list[Loss]:
+    """What each run of a group lost, and when."""
+    lost = runs.lost[:used]
+    if not lost.any():
+        return [NOTHING] * used
+    state, period = job.loop.init(), job.loop.simulation.period
+    watched, states, done = watched_paths(state), runs.states, runs.done
+    return [
+        first_loss(state, watched, states[:, i].tolist(), done[i] * period) if lost[i] else NOTHING
+        for i in range(used)
+    ]
+
+
+def dataset(loop: Loop, columns: Columns, table: NDArray[np.float64], losses: Sequence[Loss]) -> "xr.Dataset":
     import xarray as xr
 
     given = {
@@ -217,4 +255,6 @@ def dataset(loop: Loop, columns: Columns, table: NDArray[np.float64]) -> "xr.Dat
         )
         for row, (name, field) in zip(table, METRIC_FIELDS.items(), strict=True)
     }
-    return xr.Dataset(given | found, attrs=provenance(loop))
+    causes = [diverged_by(*pair) for pair in zip(losses, found["diverged"][1].tolist(), strict=True)]
+    by = {"diverged_by": ("run", causes, {"long_name": "path of the number that was lost, or the error"})}
+    return xr.Dataset(given | found | by, attrs=provenance(loop))

@@ -1,8 +1,9 @@
-"""What goes wrong in ways a user can mend; each message is one line."""
+"""What goes wrong in ways a user can mend, and what a user should know; each message is one line."""
 
+import warnings
 from typing import Any
 
-__all__ = ["HydroservoError", "LoopError", "ParameterError", "ScenarioError"]
+__all__ = ["HydroservoError", "HydroservoWarning", "LoopError", "ParameterError", "ScenarioError", "warn"]
 
 
 class HydroservoError(Exception):
@@ -10,6 +11,10 @@ class HydroservoError(Exception):
 
     def __init__(self, message: str) -> None:
         super().__init__(one_line(message))
+
+
+class HydroservoWarning(UserWarning):
+    """A result that is there, and what its user should know of it."""
 
 
 class ParameterError(HydroservoError):
@@ -37,6 +42,12 @@ class ScenarioError(HydroservoError):
 
 class LoopError(HydroservoError):
     """Blocks that do not fit together, or a block that does not behave as one."""
+
+
+def warn(text: str) -> None:
+    """Say each line of a text as a :class:`HydroservoWarning` of the line that called the caller."""
+    for line in text.splitlines():
+        warnings.warn(line, HydroservoWarning, stacklevel=3)
 
 
 def short(value: object) -> str:

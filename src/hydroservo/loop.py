@@ -179,10 +179,6 @@ class Loop(NamedTuple):
         """What is held of the command until the next sample."""
         return self.hold.held(s.hold, s.controller.u)
 
-    def finite(self, x: MachineState) -> bool:
-        """False once the velocity or the force of the oil is no longer a finite number."""
-        return ops.isfinite(x.plant.velocity) and ops.isfinite(self.plant.load_force(x.plant))
-
     def moved(self, s: LoopState, x: MachineState) -> LoopState:
         """The state with its machine part exchanged."""
         return LoopState(

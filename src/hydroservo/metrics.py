@@ -9,6 +9,7 @@ from hydroservo.field import Field, declared_fields
 __all__ = [
     "FLAGS",
     "LOST",
+    "LOST_ERROR",
     "METRIC_FIELDS",
     "SMALLER_IS_BETTER",
     "Metrics",
@@ -19,7 +20,9 @@ __all__ = [
 ]
 
 SETTLING_BAND = 0.05  # of the largest demand so far
-LOST = 10.0  # a run whose error exceeds this many times the largest demand counts as diverged
+LOST = 10.0  # peak demands that the error of a run that diverged exceeds
+CROSSING = 1.0  # [s] in which that error would carry the piston across its stroke
+LOST_ERROR = f"{LOST:g} peak demands and a stroke a second"  # both of them, in words
 
 
 class Sample(NamedTuple):
@@ -30,6 +33,8 @@ class Sample(NamedTuple):
     velocity: Annotated[float, Field("m/s", "piston velocity")]
     position: Annotated[float, Field("m", "piston position")]
     command: Annotated[float, Field("V", "command")]
+    pressure_a: Annotated[float, Field("Pa", "pressure in chamber A; nan for a plant without chambers")]
+    pressure_b: Annotated[float, Field("Pa", "pressure in chamber B; nan for a plant without chambers")]
     d1: Annotated[float, Field("m/s^2", "lumped disturbance d_L1")]
     d2: Annotated[float, Field("N/s", "lumped disturbance d_L2")]
     estimate_1: Annotated[float, Field("m/s^2", "its estimate; nan without an observer")]
@@ -64,6 +69,7 @@ class MetricsState(NamedTuple):
     miss2_squares: float
     low: float
     high: float
+    pressure_low: float
 
 
 class TrackingMetrics(NamedTuple):
@@ -73,7 +79,8 @@ class TrackingMetrics(NamedTuple):
     5 % of the largest demand so far; the start from rest counts, a kink does not. ``settling_time`` is the
     longest time from a jump (or the start) until the error is last outside a band of 5 % of the largest
     demand so far. ``overshoot`` is the largest error in the direction of the demand's last jump; 0 for a
-    demand without jumps.
+    demand without jumps. A demand that jumps at the last sample asks for what no time is left for: that
+    sample's error counts as 0.
     """
 
     half: float  # number of the sample from which on a run counts as steady
@@ -81,11 +88,9 @@ class TrackingMetrics(NamedTuple):
 
     def init(self) -> MetricsState:
         zeros = dict.fromkeys(MetricsState._fields, 0.0)
-        return MetricsState(**zeros | {"low": math.inf, "high": -math.inf})
+        return MetricsState(**zeros | {"low": math.inf, "high": -math.inf, "pressure_low": math.inf})
 
     def step(self, s: MetricsState, t: float, v: Sample) -> MetricsState:
-        error = v.velocity - v.demand
-        size = ops.absolute(error)
         steady = s.samples >= self.half
         demand_max = ops.maximum(s.demand_max, ops.absolute(v.demand))
         band = SETTLING_BAND * demand_max
@@ -93,6 +98,9 @@ class TrackingMetrics(NamedTuple):
         jump = v.demand - s.last_demand - 0.5 * dt * (s.last_rate + v.demand_rate)
         kink = 0.5 * dt * ops.absolute(v.demand_rate - s.last_rate)
         jumped = ops.absolute(jump) - kink > band
+        too_late = jumped and s.samples > 0.0 and s.samples >= 2.0 * self.half
+        error = ops.where(too_late, 0.0, v.velocity - v.demand)
+        size = ops.absolute(error)
         jump_time = ops.where(jumped, t, s.jump_time)
         jump_sign = ops.where(jumped, ops.sign(jump), s.jump_sign)
         outside = ops.where(size > band, t - jump_time, 0.0)
@@ -124,6 +132,7 @@ class TrackingMetrics(NamedTuple):
             miss2_squares=s.miss2_squares + ops.where(steady, miss2 * miss2, 0.0),
             low=ops.minimum(v.position, s.low),
             high=ops.maximum(v.position, s.high),
+            pressure_low=ops.minimum(v.pressure_a, ops.minimum(v.pressure_b, s.pressure_low)),
         )
 
 
@@ -149,10 +158,18 @@ class Metrics(NamedTuple):
     disturbance_max_2: Annotated[float, Field("N/s", "largest |d_L2|")]
     position_min: Annotated[float, Field("m", "lowest piston position")]
     position_max: Annotated[float, Field("m", "highest piston position")]
+    pressure_min: Annotated[
+        float, Field("Pa", "lowest gauge pressure in a chamber; nan for a plant without chambers")
+    ]
     stroke_left: Annotated[bool, Field("", "the piston left its stroke")]
     diverged: Annotated[
-        bool, Field("", f"a state stopped being finite, or the error passed {LOST:g} peak demands")
+        bool,
+        Field(
+            "",
+            f"a state stopped being finite, or the second half's error passed {LOST_ERROR}",
+        ),
     ]
+    diverged_at: Annotated[float, Field("s", "sample at which a state stopped being finite; nan if none did")]
 
 
 METRIC_FIELDS = declared_fields(Metrics)
@@ -172,8 +189,14 @@ SMALLER_IS_BETTER = (
 )
 
 
-def summary(s: MetricsState, stroke: float, finite: bool) -> Metrics:
-    """The metrics of a run from its running sums; nan where the run ended before there were any."""
+def summary(s: MetricsState, stroke: float, lost_at: float) -> Metrics:
+    """The metrics of a run from its running sums; nan where the run ended before there were any.
+
+    Args:
+        s: the running sums.
+        stroke: of the plant [m].
+        lost_at: instant of the sample in which a state stopped being finite [s]; nan if none did.
+    """
 
     def rms(squares: float, count: float) -> float:
         return math.sqrt(squares / count) if count > 0 else math.nan
@@ -196,6 +219,8 @@ def summary(s: MetricsState, stroke: float, finite: bool) -> Metrics:
         disturbance_max_2=s.d2_max,
         position_min=s.low,
         position_max=s.high,
+        pressure_min=s.pressure_low if math.isfinite(s.pressure_low) else math.nan,
         stroke_left=s.low < 0.0 or s.high > stroke,
-        diverged=not finite or (s.demand_max > 0.0 and s.error_max > LOST * s.demand_max),
+        diverged=not math.isnan(lost_at) or s.error_max_steady > max(LOST * s.demand_max, stroke / CROSSING),
+        diverged_at=lost_at,
     )

@@ -10,8 +10,10 @@ import numpy as np
 
 from hydroservo.accuracy import check_substeps, checked_steps, machine_paths
 from hydroservo.block import Block, designed, field_at, is_block, leaves, value_at
+from hydroservo.cautions import pressure_caution, with_warning
 from hydroservo.checks import checked
-from hydroservo.errors import LoopError, ParameterError
+from hydroservo.divergence import NOTHING, Loss, diverged_by, first_loss, watched_paths
+from hydroservo.errors import LoopError, ParameterError, warn
 from hydroservo.field import Field
 from hydroservo.loop import Loop
 from hydroservo.metrics import METRIC_FIELDS, Metrics, MetricsState, Sample, TrackingMetrics, summary
@@ -23,7 +25,7 @@ if TYPE_CHECKING:
 
     from hydroservo.engine.kernel import CompiledRun, InterpretedRun, Study
 
-__all__ = ["Progress", "simulate", "trace_size"]
+__all__ = ["Progress", "simulate", "simulated", "trace_size"]
 
 Progress = Callable[[float], None]  # called with the fraction done, from 0 to 1
 
@@ -34,6 +36,8 @@ MEASURED = {
     "velocity": "plant.velocity",
     "position": "plant.position",
     "command": "controller.u",
+    "pressure_a": "plant.pressure_a",
+    "pressure_b": "plant.pressure_b",
     "d1": "disturbance.d1",
     "d2": "disturbance.d2",
 }
@@ -77,15 +81,33 @@ def simulate(
 
     Returns:
         Dataset with a ``time`` coordinate [s], one variable for each recorded path, one scalar variable
-        for each metric, and attributes scenario, hash, version and seed. A run that diverged is a result:
-        its ``diverged`` is true and, if a state overflowed, its trajectory is nan from there on. A run
-        whose integration steps are too coarse to be trusted has an attribute ``warning`` that says so; one
-        with automatic substeps has the attributes ``substeps`` and ``step_error``.
+        for each metric, and attributes scenario, hash, version and seed. A run that diverged is a result: its
+        ``diverged`` is true, and its attribute ``diverged_by`` names the number that stopped being finite
+        (at ``diverged_at``; the trajectory is nan after it), or the error. A run with automatic substeps has
+        the attributes ``substeps`` and ``step_error``; one of which a user should know something, such as
+        integration steps too coarse to be trusted, an attribute ``warning`` that says so, a line each.
+
+    Warns:
+        HydroservoWarning: each line of that attribute.
 
     Raises:
         ParameterError: a parameter out of range, times that do not divide, an unknown path in ``record``.
         LoopError: a block that does not fit the loop, or a trace too large to hold.
     """
+    data = simulated(loop, record=record, compiled=compiled, strict=strict, progress=progress)
+    warn(data.attrs.get("warning", ""))
+    return data
+
+
+def simulated(
+    loop: Loop,
+    *,
+    record: Sequence[str] | None = None,
+    compiled: bool = True,
+    strict: bool = False,
+    progress: Progress | None = None,
+) -> "xr.Dataset":
+    """What :func:`simulate` returns, its warnings in its attribute alone."""
     loop = ready(loop)
     state = first_state(loop)
     wanted = tuple(record) if record is not None else tuple(path for path, _ in leaves(state))
@@ -94,11 +116,13 @@ def simulate(
     def one(loop: Loop) -> "xr.Dataset":
         out = np.full((plan.rows, len(plan.paths)), np.nan)
         with compilation(loop):
-            m, finite = run(loop, state, plan, out, Mode(compiled, strict), progress)
-        return dataset(loop, plan, out, summary(m, loop.plant.stroke, finite))
+            m, loss = run(loop, state, plan, out, Mode(compiled, strict), progress)
+        data = dataset(loop, plan, out, summary(m, loop.plant.stroke, loss.time))
+        return data.assign_attrs(diverged_by=diverged_by(loss, bool(data["diverged"])))
 
     data = checked_steps(loop, one)
-    return data.drop_vars([path for path in plan.paths if path not in wanted])
+    lines = [data.attrs.get("warning", ""), pressure_caution(data)]
+    return with_warning(data, lines).drop_vars([path for path in plan.paths if path not in wanted])
 
 
 def ready(loop: Loop) -> Loop:
@@ -124,19 +148,20 @@ def plan_size(plan: Plan) -> int:
 
 def run(
     loop: Loop, state: Block, plan: Plan, out: np.ndarray, mode: Mode, progress: Progress | None
-) -> tuple[MetricsState, bool]:
+) -> tuple[MetricsState, Loss]:
     """All samples in chunks, so that progress is seen and an interrupt is heard."""
     period = loop.simulation.period
     chunk = max(1, CHUNK // loop.simulation.substeps)
     kernel = prepared(loop, state, plan, mode)
     for first in range(0, plan.samples, chunk):
         last = min(first + chunk, plan.samples)
-        finite = kernel.advance(first, last, period, plan.stride, out[-(-first // plan.stride) :])
-        if not finite:
-            return kernel.sums, False
+        done = kernel.advance(first, last, period, plan.stride, out[-(-first // plan.stride) :])
+        if done < last:
+            numbers = [value for _, value in leaves(kernel.state)]
+            return kernel.sums, first_loss(state, watched_paths(state), numbers, done * period)
         if progress is not None:
             progress(last / plan.samples)
-    return kernel.sums, True
+    return kernel.sums, NOTHING
 
 
 def prepared(loop: Loop, state: Block, plan: Plan, mode: Mode) -> "CompiledRun | InterpretedRun":
@@ -144,7 +169,7 @@ def prepared(loop: Loop, state: Block, plan: Plan, mode: Mode) -> "CompiledRun |
     from hydroservo.engine.kernel import CompiledRun, InterpretedRun, Wanted
 
     study = studied(loop, plan.samples)
-    wanted = Wanted(plan.paths, measured_paths(state), Sample)
+    wanted = Wanted(plan.paths, measured_paths(state), Sample, watched_paths(state))
     if not mode.compiled:
         return InterpretedRun(study, wanted, state)
     return CompiledRun(study, wanted, state, strict=mode.strict)
@@ -276,14 +301,15 @@ def recordable(state: Block, path: str) -> Field:
 
 
 def measured_paths(state: Block) -> tuple[str | None, ...]:
-    """The path of each number that metrics are computed from; None for estimates that nothing makes."""
+    """The path of each number that metrics are computed from; None for what this loop does not have."""
     observer = observer_path(state.controller, "controller")
     estimates = {
         "estimate_1": observer and f"{observer}.d1",
         "estimate_2": observer and f"{observer}.d2",
     }
+    known = {path for path, _ in leaves(state)}
     paths = {**MEASURED, **estimates}
-    return tuple(paths[name] for name in Sample._fields)
+    return tuple(path if path in known else None for path in (paths[name] for name in Sample._fields))
 
 
 def observer_path(state: Block, path: str) -> str | None:

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.batch import simulate_batch
+from hydroservo.batch import simulated_batch
 from hydroservo.block import field_at, value_at
 from hydroservo.checks import within
-from hydroservo.errors import HydroservoError, ParameterError
+from hydroservo.errors import HydroservoError, ParameterError, warn
 from hydroservo.loop import Loop
 from hydroservo.metrics import SMALLER_IS_BETTER
 from hydroservo.varied import SEED, designs
@@ -103,6 +103,9 @@ def tune(
             the parameter's own, or no candidate allows a controller.
         HydroservoError: with every candidate some run diverged.
 
+    Warns:
+        HydroservoWarning: what is to be known of the runs with the best values, as for simulate_batch.
+
     Source: Storn, Price, Journal of Global Optimization 11, 1997, doi:10.1023/A:1008202821328.
     Fails to promise the best there is: another seed may find a better one.
     """
@@ -128,6 +131,8 @@ def tune(
     if math.inf in after:
         tried = f"each of {done * CANDIDATES:,} candidates"
         raise HydroservoError(f"nothing found: with {tried} some run diverged; try other ranges")
+    for text in dict.fromkeys(table.attrs.get("warning", "") for table in tables):
+        warn(text)
     return Tuned(
         parameters,
         before,
@@ -249,7 +254,7 @@ def simulated(aim: Aim, i: int, candidates: Columns, threads: int | None) -> "xr
     count = next(iter(candidates.values())).size
     columns: dict[str, Any] = {path: np.repeat(values, aim.seeds) for path, values in candidates.items()}
     columns[SEED] = np.tile(loop.simulation.seed + np.arange(aim.seeds), count)
-    return simulate_batch(loop, columns, threads=threads)
+    return simulated_batch(loop, columns, threads=threads)
 
 
 def means(aim: Aim, i: int, runs: "xr.Dataset") -> Numbers:

@@ -1,4 +1,5 @@
 import json
+import math
 import re
 import shlex
 from pathlib import Path
@@ -11,6 +12,7 @@ from typer.testing import CliRunner
 import hydroservo
 from hydroservo import results
 from hydroservo.cli.app import app, short_names
+from hydroservo.cli.summary import RunSummary
 from hydroservo.cli.tables import verdict
 from hydroservo.metrics import METRIC_FIELDS
 from hydroservo.papers.tsmc_eha_2021 import study as paper_study
@@ -155,6 +157,7 @@ def test_json_is_one_object_with_the_numbers_of_the_library():
         "hash": data.attrs["hash"],
         "version": hydroservo.__version__,
         "seed": 0,
+        "diverged_by": "nothing",
         "metrics": results.plain(results.metrics_of(data)),
     }
 
@@ -197,7 +200,11 @@ def test_out_replaces_its_own_files_and_leaves_others(tmp_path):
     (tmp_path / "metrics.csv").write_text("old")
     succeeded("run", "paper/sine-pi", *QUICK, "--out", tmp_path)
     assert (tmp_path / "notes.txt").read_text() == "mine"
-    assert (tmp_path / "metrics.csv").read_text().startswith("scenario,hash,version,seed,rms_error [m/s],")
+    assert (
+        (tmp_path / "metrics.csv")
+        .read_text()
+        .startswith("scenario,hash,version,seed,diverged_by,rms_error [m/s],")
+    )
     assert not [path for path in tmp_path.iterdir() if path.name.startswith(".")]
 
 
@@ -272,9 +279,12 @@ def test_files_are_called_by_their_name_alone_where_that_is_clear():
 
 
 def test_verdict_puts_divergence_first():
-    both = dict.fromkeys(METRIC_FIELDS, 1.0) | {"diverged": True, "stroke_left": True}
-    assert "DIVERGED" in verdict(both)
+    metrics = dict.fromkeys(METRIC_FIELDS, 1.0) | {"diverged": True, "stroke_left": True}
+    both = RunSummary("name", "hash", "version", 0, "controller.u", metrics)
+    assert "DIVERGED[/]: controller.u stopped being finite at 1.00 s" in verdict(both)
     assert "STROKE" not in verdict(both)
+    error = both._replace(diverged_by="the error", metrics=metrics | {"diverged_at": math.nan})
+    assert "DIVERGED[/]: in the second half the error passed 10 peak demands" in verdict(error)
 
 
 # --- paper

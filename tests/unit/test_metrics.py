@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 import pytest
@@ -25,24 +26,50 @@ STROKE = 0.078
 DT = 2.0**-10  # exact, as are the random trajectories, so that no comparison hangs on rounding
 
 
-def measured(rows: Sequence[Sample], dt: float = DT, stroke: float = STROKE, finite: bool = True) -> Metrics:
+def measured(
+    rows: Sequence[Sample], dt: float = DT, stroke: float = STROKE, lost_at: float = math.nan
+) -> Metrics:
     """The metrics of samples dt apart."""
     metrics = TrackingMetrics(0.5 * (len(rows) - 1), dt)
     state = metrics.init()
     for k, row in enumerate(rows):
         state = metrics.step(state, k * dt, row)
-    return summary(state, stroke, finite)
+    return summary(state, stroke, lost_at)
+
+
+def sample(**given: float) -> Sample:
+    """A sample; all that is not given is 0."""
+    return Sample(*[0.0] * len(Sample._fields))._replace(**given)
 
 
 def tracked(demand: ArrayLike, velocity: ArrayLike, rate: ArrayLike = 0.0) -> list[Sample]:
     """Samples of a demand and a velocity; all else 0."""
     columns = np.stack(np.broadcast_arrays(demand, rate, velocity), axis=1)
-    return [Sample(*row, *[0.0] * 6) for row in columns.tolist()]
+    names = ("demand", "demand_rate", "velocity")
+    return [sample(**dict(zip(names, row, strict=True))) for row in columns.tolist()]
 
 
 def samples(trajectory: NDArray[np.float64]) -> list[Sample]:
-    """The rows of an array, shape (n, 9), as samples."""
+    """The rows of an array, a column for each field, as samples."""
     return [Sample(*row) for row in trajectory.tolist()]
+
+
+def changes(v: dict[str, NDArray[np.float64]]) -> tuple[NDArray[Any], NDArray[np.float64]]:
+    """The samples at which the demand jumps, and the change at each beyond that of the mean rate."""
+    band = 0.05 * np.maximum.accumulate(np.abs(v["demand"]))
+    change = np.diff(v["demand"], prepend=0.0)
+    rates = DT * np.stack([np.r_[v["demand_rate"][0], v["demand_rate"][:-1]], v["demand_rate"]])
+    rates[:, 0] = 0.0
+    unexplained = np.maximum(change - rates.max(axis=0), rates.min(axis=0) - change)
+    return np.flatnonzero(unexplained > band), change - rates.mean(axis=0)
+
+
+def errors(v: dict[str, NDArray[np.float64]]) -> NDArray[np.float64]:
+    """The error, 0 at the last sample of several if the demand jumps there."""
+    error = v["velocity"] - v["demand"]
+    if len(error) > 1 and len(error) - 1 in changes(v)[0]:
+        error[-1] = 0.0
+    return error
 
 
 def rms(x: NDArray[np.float64]) -> float:
@@ -60,7 +87,7 @@ trajectories = st.integers(1, 40).flatmap(
 @given(trajectories)
 def test_sums_and_extremes_are_those_of_numpy(trajectory: NDArray[np.float64]) -> None:
     v, m = dict(zip(Sample._fields, trajectory.T, strict=True)), measured(samples(trajectory))
-    error = v["velocity"] - v["demand"]
+    error = errors(v)
     late = slice(len(trajectory) // 2, None)  # from the middle sample on, or the one after the middle
     expected = {
         "rms_error": rms(error),
@@ -78,6 +105,7 @@ def test_sums_and_extremes_are_those_of_numpy(trajectory: NDArray[np.float64]) -
         "disturbance_max_2": np.max(np.abs(v["d2"])),
         "position_min": np.min(v["position"]),
         "position_max": np.max(v["position"]),
+        "pressure_min": min(np.min(v["pressure_a"]), np.min(v["pressure_b"])),
     }
     found = {name: getattr(m, name) for name in expected}
     assert found == pytest.approx(expected, rel=1e-12, abs=1e-12)
@@ -87,19 +115,14 @@ def test_sums_and_extremes_are_those_of_numpy(trajectory: NDArray[np.float64]) -
 @given(trajectories)
 def test_settling_and_overshoot_are_those_of_numpy(trajectory: NDArray[np.float64]) -> None:
     v, m = dict(zip(Sample._fields, trajectory.T, strict=True)), measured(samples(trajectory))
-    error = v["velocity"] - v["demand"]
     band = 0.05 * np.maximum.accumulate(np.abs(v["demand"]))
-    change = np.diff(v["demand"], prepend=0.0)
-    rates = DT * np.stack([np.r_[v["demand_rate"][0], v["demand_rate"][:-1]], v["demand_rate"]])
-    rates[:, 0] = 0.0
-    unexplained = np.maximum(change - rates.max(axis=0), rates.min(axis=0) - change)
-    jumped = np.flatnonzero(unexplained > band)
+    (jumped, change), error = changes(v), errors(v)
     longest = largest = 0.0
     for first, end in zip([0, *jumped], [*jumped, len(error)], strict=True):
         outside = np.flatnonzero(np.abs(error[first:end]) > band[first:end])
         longest = max(longest, DT * outside[-1] if outside.size else 0.0)
     for first, end in zip(jumped, [*jumped, len(error)][1:], strict=True):
-        direction = np.sign(change[first] - rates[:, first].mean())
+        direction = np.sign(change[first])
         largest = max(largest, np.max(direction * error[first:end]))
     assert m.settling_time == pytest.approx(longest, abs=1e-12)
     assert m.overshoot == pytest.approx(largest, abs=1e-9)
@@ -168,12 +191,12 @@ def test_a_loop_that_never_settles_reports_all_of_the_time_since_the_jump() -> N
 
 def jumps(at: Callable[[float], Demand], samples: int) -> list[int]:
     """The samples of a demand that the metrics take for jumps."""
-    metrics = TrackingMetrics(0.0, DT)
+    metrics = TrackingMetrics(0.5 * (samples - 1), DT)
     state, seen = metrics.init(), []
     for k in range(samples):
         t, demand = k * DT, at(k * DT)
         before = state.jump_time if state.jump_sign else -1.0
-        state = metrics.step(state, t, Sample(demand.value, demand.rate, *[0.0] * 7))
+        state = metrics.step(state, t, sample(demand=demand.value, demand_rate=demand.rate))
         if state.jump_sign and state.jump_time != before:
             seen.append(k)
     return seen
@@ -214,7 +237,8 @@ def test_a_ramp_is_no_jump_whenever_it_starts(start: float, initial: float) -> N
 
 
 def test_estimate_errors_are_nan_without_an_observer() -> None:
-    rows = [Sample(1.0, 0.0, 1.0, 0.0, 0.0, 2.0, 3.0, math.nan, math.nan)] * 5
+    nothing = math.nan
+    rows = [sample(demand=1.0, velocity=1.0, d1=2.0, d2=3.0, estimate_1=nothing, estimate_2=nothing)] * 5
     m = measured(rows)
     assert math.isnan(m.estimate_rms_error_1)
     assert math.isnan(m.estimate_rms_error_2)
@@ -222,43 +246,60 @@ def test_estimate_errors_are_nan_without_an_observer() -> None:
 
 
 def test_what_the_first_half_lacks_does_not_touch_the_second() -> None:
-    lost = Sample(1.0, 0.0, 0.5, 0.0, 0.0, 2.0, 3.0, math.nan, math.inf)
-    kept = Sample(1.0, 0.0, 0.5, 0.0, 0.0, 2.0, 3.0, 2.5, 2.0)
+    lost = sample(demand=1.0, velocity=0.5, d1=2.0, d2=3.0, estimate_1=math.nan, estimate_2=math.inf)
+    kept = lost._replace(estimate_1=2.5, estimate_2=2.0)
     m = measured([lost, lost, kept, kept, kept])
     assert (m.estimate_rms_error_1, m.estimate_rms_error_2) == (0.5, 1.0)
 
 
 def test_second_half_metrics_are_nan_where_the_run_ended_before_it() -> None:
     metrics = TrackingMetrics(1.0, 1.0)
-    state = metrics.step(metrics.init(), 0.0, Sample(1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0))
-    m = summary(state, STROKE, False)
+    state = metrics.step(metrics.init(), 0.0, sample(demand=1.0))
+    m = summary(state, STROKE, 0.0)
     assert m.diverged
+    assert m.diverged_at == 0.0
     assert m.rms_error == 1.0
     second_half = ("steady_rms_error", "steady_max_error", "disturbance_rms_1", "estimate_rms_error_2")
     assert all(math.isnan(getattr(m, name)) for name in second_half)
 
 
 @pytest.mark.parametrize(
-    ("demand", "velocity", "finite", "diverged"),
+    ("demand", "error", "lost_at", "diverged"),
     [
-        (0.03, 0.03, True, False),
-        (0.03, 0.03, False, True),
-        (0.03, 0.03 + 0.299, True, False),
-        (0.03, 0.03 + 0.301, True, True),
-        (0.03, 0.03 - 0.301, True, True),
-        (0.0, 5.0, True, False),  # no demand, no scale to judge by
-        (0.0, 5.0, False, True),
+        (0.03, 0.0, math.nan, False),
+        (0.03, 0.0, 1.5, True),
+        (0.03, 0.299, math.nan, False),
+        (0.03, 0.301, math.nan, True),
+        (0.03, -0.301, math.nan, True),
+        (0.001, 0.077, math.nan, False),  # 77 peak demands, and yet within a stroke of 78 mm a second
+        (0.001, 0.079, math.nan, True),
+        (0.0, 0.077, math.nan, False),
+        (0.0, 0.079, math.nan, True),
     ],
 )
-def test_diverged(demand: float, velocity: float, finite: bool, diverged: bool) -> None:
-    assert measured(tracked([demand] * 3, [velocity] * 3), finite=finite).diverged is diverged
+def test_diverged(demand: float, error: float, lost_at: float, diverged: bool) -> None:
+    m = measured(tracked([demand] * 3, [demand + error] * 3), lost_at=lost_at)
+    assert m.diverged is diverged
+    assert m.diverged_at == pytest.approx(lost_at, nan_ok=True)
+
+
+def test_what_settles_in_the_second_half_did_not_diverge() -> None:
+    assert not measured(tracked(0.03, [5.0, 5.0, 0.03, 0.03, 0.03])).diverged
+    assert measured(tracked(0.03, [5.0, 5.0, 5.0, 0.03, 0.03])).diverged
+
+
+def test_a_jump_of_the_demand_at_the_very_end_is_nobodys_error() -> None:
+    m = measured(tracked([0.03, 0.03, 0.03, -0.03], [0.03] * 4))
+    assert (m.max_error, m.steady_max_error, m.rms_error, m.overshoot, m.settling_time) == (0.0,) * 5
+    assert measured(tracked([0.03, 0.03, -0.03, -0.03], [0.03] * 4)).max_error == 0.06
+    assert measured(tracked([0.03] * 4, [0.03, 0.03, 0.03, 0.02])).max_error == pytest.approx(0.01)
 
 
 @pytest.mark.parametrize(
     ("position", "left"), [(0.0, False), (STROKE, False), (-1e-9, True), (STROKE + 1e-9, True), (0.04, False)]
 )
 def test_stroke_left(position: float, left: bool) -> None:
-    rows = [Sample(0.0, 0.0, 0.0, p, 0.0, 0.0, 0.0, 0.0, 0.0) for p in (0.039, position, 0.039)]
+    rows = [sample(position=p) for p in (0.039, position, 0.039)]
     m = measured(rows)
     assert m.stroke_left is left
     assert m.position_min == min(0.039, position)

@@ -311,9 +311,12 @@ def test_a_command_that_is_not_a_number_loses_the_machine() -> None:
     assert np.isnan(command[last:]).all()
 
 
-def test_an_infinite_command_opens_the_valve_as_far_as_it_goes() -> None:
+def test_an_infinite_command_is_a_divergence() -> None:
     loop = EVERY_SAMPLE._replace(controller=Lost())
     result = simulate(loop, strict=True)
     assert float(result.control_max) == math.inf
-    assert np.isfinite(result["plant.velocity"].values).all()
+    assert bool(result.diverged)
+    assert result.attrs["diverged_by"] == "controller.u"
+    before = round(float(result.diverged_at) / loop.simulation.period) + 1
+    assert np.isfinite(result["plant.velocity"].values[:before]).all()
     assert result.identical(simulate(loop, compiled=False))

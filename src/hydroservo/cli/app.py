@@ -13,7 +13,7 @@ from hydroservo.cli.batch import batch
 from hydroservo.cli.export import export_app
 from hydroservo.cli.failures import Commands
 from hydroservo.cli.options import Changes, Json, Plugins, Scenario, Strict, loaded
-from hydroservo.cli.steps import say_steps
+from hydroservo.cli.remarks import say_remarks
 from hydroservo.cli.tune import tune
 
 if TYPE_CHECKING:
@@ -120,7 +120,7 @@ def run(
         summary = run_summary(scenario, dataset)
         report(1.0, "writing files")
         files = write_run(out, summary, dataset, ENDINGS[form]) if out else []
-    say_steps(scenario, dataset)
+    say_remarks(scenario, dataset)
     if json:
         typer.echo(as_json(summary._asdict()))
     else:
@@ -170,7 +170,7 @@ def compare(
         report(1.0, "writing files")
         files = write_comparison(out, summaries, datasets, labels) if out else []
     for scenario, dataset in zip(scenarios, datasets, strict=True):
-        say_steps(scenario, dataset)
+        say_remarks(scenario, dataset)
     if json:
         typer.echo(as_json({"runs": [summary._asdict() for summary in summaries]}))
     else:

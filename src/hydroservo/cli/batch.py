@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from hydroservo.cli.options import Changes, Json, Plugins, Scenario, Strict
-from hydroservo.cli.steps import say_steps
+from hydroservo.cli.remarks import say_remarks
 
 if TYPE_CHECKING:
     from hydroservo.cli.progress import Report
@@ -103,7 +103,7 @@ def batch(
         report(1.0, "writing files")
         write_batch(out, table, [one.path for one in varied], metric)
     summary = batch_summary(scenario, seed, table, drawn.ranges)
-    say_steps(scenario, table)
+    say_remarks(scenario, table)
     if json:
         typer.echo(as_json(summary.as_tables()))
         return

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 __all__ = ["BatchSummary", "Spread", "batch_summary", "remarkable_run", "show_batch"]
 
-LEAST_IS_WORST = ("position_min",)
+LEAST_IS_WORST = ("position_min", "pressure_min", "diverged_at")
 
 
 class Spread(NamedTuple):

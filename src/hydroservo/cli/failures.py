@@ -1,13 +1,14 @@
 """How a command fails: one line on stderr and an exit status, never a traceback for what a user can mend."""
 
 import sys
+import warnings
 from typing import Any
 
 import typer
 from typer.core import TyperGroup
 
 from hydroservo.cli.interrupts import INTERRUPTED, heard
-from hydroservo.errors import HydroservoError
+from hydroservo.errors import HydroservoError, HydroservoWarning
 
 __all__ = ["Commands"]
 
@@ -19,7 +20,9 @@ class Commands(TyperGroup):
 
     def invoke(self, ctx: Any) -> Any:
         try:
-            result = super().invoke(ctx)
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", HydroservoWarning)  # a result has them; the command says them
+                result = super().invoke(ctx)
             sys.stdout.flush()
         except HydroservoError as error:
             raise failed(str(error), USER_ERROR) from error

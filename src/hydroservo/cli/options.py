@@ -1,10 +1,14 @@
 """Options that several commands take."""
 
+import warnings
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
+
+from hydroservo.cli.remarks import say_warning
+from hydroservo.errors import HydroservoWarning
 
 if TYPE_CHECKING:
     from hydroservo.loop import Loop
@@ -45,7 +49,12 @@ Strict = Annotated[
 
 
 def loaded(scenario: str, changes: Sequence[str], plugins: Sequence[Path]) -> "Loop":
-    """The loop of a scenario with what ``--set`` changes in it."""
+    """The loop of a scenario with what ``--set`` changes in it; what its files warn of is said on stderr."""
     from hydroservo.scenario import load_scenario, parse_override
 
-    return load_scenario(scenario, dict(map(parse_override, changes)), plugins)
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always", HydroservoWarning)
+        loop = load_scenario(scenario, dict(map(parse_override, changes)), plugins)
+    for text in dict.fromkeys(str(one.message) for one in said if one.category is HydroservoWarning):
+        say_warning(scenario, text)
+    return loop

@@ -18,10 +18,12 @@ class RunSummary(NamedTuple):
     hash: str
     version: str
     seed: int
+    diverged_by: str  # the path of the number that was lost, the error, or nothing
     metrics: Mapping[str, float | bool]
 
 
 def run_summary(scenario: str, dataset: "xr.Dataset") -> RunSummary:
     """The summary of a run, from what ``simulate`` returned."""
     about = dataset.attrs
-    return RunSummary(scenario, about["hash"], about["version"], int(about["seed"]), metrics_of(dataset))
+    cause, seed = about["diverged_by"], int(about["seed"])
+    return RunSummary(scenario, about["hash"], about["version"], seed, cause, metrics_of(dataset))

@@ -11,8 +11,8 @@ from rich.syntax import Syntax
 from rich.table import Table
 
 from hydroservo.cli.summary import RunSummary
-from hydroservo.metrics import METRIC_FIELDS
-from hydroservo.readable import common_unit, yes_or_no
+from hydroservo.metrics import LOST_ERROR, METRIC_FIELDS
+from hydroservo.readable import common_unit, quantity, yes_or_no
 from hydroservo.results import best_runs
 
 if TYPE_CHECKING:
@@ -43,7 +43,7 @@ def show_run(summary: RunSummary) -> None:
     for name, field in METRIC_FIELDS.items():
         unit, (text,) = row([summary], name)
         table.add_row(name, text, unit, field.meaning)
-    show(table, verdict(summary.metrics))
+    show(table, verdict(summary))
 
 
 def show_comparison(summaries: Sequence[RunSummary], labels: Sequence[str]) -> None:
@@ -59,7 +59,7 @@ def show_comparison(summaries: Sequence[RunSummary], labels: Sequence[str]) -> N
         marked = [f"[bold green]{text} *[/]" if i in best else f"{text}  " for i, text in enumerate(values)]
         table.add_row(name, unit, *marked)
     notes = [
-        f"{escape(label)}: {verdict(summary.metrics)}"
+        f"{escape(label)}: {verdict(summary)}"
         for label, summary in zip(labels, summaries, strict=True)
         if summary.metrics["diverged"] or summary.metrics["stroke_left"]
     ]
@@ -80,10 +80,14 @@ def as_text(value: float | bool, factor: float) -> str:
     return f"{factor * value:.4g}" if math.isfinite(value) else "-"
 
 
-def verdict(metrics: Mapping[str, float | bool]) -> str:
-    """In one line: did the run diverge, did the piston leave its stroke?"""
+def verdict(summary: RunSummary) -> str:
+    """In one line: did the run diverge and by what, did the piston leave its stroke?"""
+    metrics = summary.metrics
+    if math.isfinite(metrics["diverged_at"]):
+        cause, time = escape(summary.diverged_by), quantity(metrics["diverged_at"], "s")
+        return f"[bold red]DIVERGED[/]: {cause} stopped being finite at {time}."
     if metrics["diverged"]:
-        return f"[bold red]DIVERGED[/]: {METRIC_FIELDS['diverged'].meaning}."
+        return f"[bold red]DIVERGED[/]: in the second half the error passed {LOST_ERROR}."
     if metrics["stroke_left"]:
         low, high = 1e3 * metrics["position_min"], 1e3 * metrics["position_max"]
         return f"[bold yellow]LEFT THE STROKE[/]: the piston went from {low:.4g} mm to {high:.4g} mm."

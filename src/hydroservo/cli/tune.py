@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from hydroservo.cli.options import Changes, Json, Plugins, loaded
-from hydroservo.cli.steps import say_steps
+from hydroservo.cli.remarks import say_remarks
 
 if TYPE_CHECKING:
     from hydroservo.cli.progress import Report
@@ -147,7 +147,7 @@ def tune(
         progress = told(report, metric, candidates)
         found = tune(aim, wanted, candidates=candidates, seed=seed, threads=threads, progress=progress)
     for scenario, table in zip(scenarios, found.tables, strict=True):
-        say_steps(scenario, table)
+        say_remarks(scenario, table)
     command = typed(context)
     if out is not None:
         write_values(out, command, found)

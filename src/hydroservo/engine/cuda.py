@@ -63,10 +63,10 @@ class CudaGroup:
     def __init__(self, threads: CudaThreads, parameters: Mapping[str, NDArray[np.float64]]) -> None:
         layout = threads.layout
         self.threads, self.runs = threads, next(iter(parameters.values())).size
-        memory = np.zeros((layout.alive, self.runs))
+        memory = np.zeros((layout.alive + 1, self.runs))  # the last row: samples done
         for row, path in enumerate(layout.varied):
             memory[row] = parameters[path]
-        memory[layout.sums :] = threads.first_sums[:, np.newaxis]
+        memory[layout.sums : layout.alive] = threads.first_sums[:, np.newaxis]
         self.memory = cuda.to_device(memory.reshape(-1))
         self.going = cuda.to_device(np.full(self.runs, GOING))
 
@@ -88,8 +88,24 @@ class CudaGroup:
     @property
     def sums(self) -> NDArray[np.float64]:
         """The metrics' state of each run, shape (numbers, runs)."""
-        rows = slice(self.threads.layout.sums * self.runs, None)
-        found: NDArray[np.float64] = self.memory[rows].copy_to_host().reshape(-1, self.runs)
+        return self.rows(self.threads.layout.sums, self.threads.layout.alive)
+
+    @property
+    def states(self) -> NDArray[np.float64]:
+        """The state of each run, shape (numbers, runs)."""
+        return self.rows(self.threads.layout.states, self.threads.layout.sums)
+
+    @property
+    def done(self) -> NDArray[np.int64]:
+        """How many samples each run has done, the one that lost it not among them."""
+        alive = self.threads.layout.alive
+        found: NDArray[np.int64] = self.rows(alive, alive + 1)[0].astype(np.int64)
+        return found
+
+    def rows(self, first: int, last: int) -> NDArray[np.float64]:
+        """Rows first to last-1 of the memory."""
+        part = self.memory[first * self.runs : last * self.runs]
+        found: NDArray[np.float64] = part.copy_to_host().reshape(-1, self.runs)
         return found
 
     @property
@@ -113,20 +129,22 @@ def thread_text(
     put_state = part(flat.storer(state, row(layout.states)))
     put_sums = part(flat.storer(sums, row(layout.sums)))
     read = part(flat.reader(wanted.measured))
-    run = part(kernel(part(flat.recorder(())), read, wanted.sample))
+    run = part(kernel(part(flat.recorder(())), read, wanted.sample, part(flat.checker(wanted.watched))))
+    samples_done = layout.alive
 
     def advance(constants, tables, memory, runs, thread, first, last, dt):  # type: ignore[no-untyped-def]
-        """Samples first to last-1 of one run; returns whether its state is still finite."""
+        """Samples first to last-1 of one run; returns whether its state is still finite, GOING or LOST."""
         system, integrator, substeps, metrics = build(constants, tables)
         lane = (runs, thread)
         own = own_of(system, memory, lane)
         if first == 0:
             put_state(memory, lane, own.init())
         s, m = state_of(memory, lane), sums_of(memory, lane)
-        s, m, finite = run(own, integrator, substeps, metrics, s, m, first, last, dt, 1, memory)
+        s, m, done = run(own, integrator, substeps, metrics, s, m, first, last, dt, 1, memory)
         put_state(memory, lane, s)
         put_sums(memory, lane, m)
-        return int(finite)
+        memory[samples_done * runs + thread] = float(done)
+        return int(done == last)
 
     return advance
 

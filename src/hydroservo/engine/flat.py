@@ -21,6 +21,7 @@ __all__ = [
     "arrays",
     "builder",
     "cast",
+    "checker",
     "constructor",
     "numbers",
     "reader",
@@ -121,6 +122,21 @@ def reader(paths: Sequence[str | None]) -> Callable[..., Any]:
     """A function ``read(s)`` that returns the numbers at these paths of a state; nan for None."""
     items = ", ".join("nan" if path is None else f"s.{path}" for path in paths)
     return written(f"def read(s): return ({items},)", {"nan": float("nan")}, "read")
+
+
+def checker(paths: Sequence[str]) -> Callable[..., bool]:
+    """A function ``finite(s)`` that is true while the numbers at these paths of a state all are.
+
+    0 x is 0 for a finite x and nan for others, and sums of 0 and nan tell which there were: that takes no
+    branch, and pairs of pairs do not wait for each other.
+    """
+
+    def total(terms: Sequence[str]) -> str:
+        half = len(terms) // 2
+        return terms[0] if half == 0 else f"({total(terms[:half])} + {total(terms[half:])})"
+
+    zero = total([f"0.0 * s.{path}" for path in paths] or ["0.0"])
+    return written(f"def finite(s): return {zero} == 0.0", {}, "finite")
 
 
 def constructor(signature: str, block: Block, text: Text) -> Callable[..., Any]:

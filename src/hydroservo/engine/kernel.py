@@ -26,11 +26,12 @@ class Study(NamedTuple):
 
 
 class Wanted(NamedTuple):
-    """What to record of each state, and what to measure it by."""
+    """What to record of each state, what to measure it by, and which of its numbers must stay finite."""
 
     recorded: tuple[str, ...]
     measured: tuple[str | None, ...]
     sample: type
+    watched: tuple[str, ...]
 
 
 class InterpretedRun:
@@ -38,14 +39,18 @@ class InterpretedRun:
 
     def __init__(self, study: Study, wanted: Wanted, state: Block) -> None:
         self.study, self.state, self.sums = study, state, study.metrics.init()
-        self.kernel = kernel(flat.recorder(wanted.recorded), flat.reader(wanted.measured), wanted.sample)
+        record, read = flat.recorder(wanted.recorded), flat.reader(wanted.measured)
+        self.kernel = kernel(record, read, wanted.sample, flat.checker(wanted.watched))
 
-    def advance(self, first: int, last: int, dt: float, stride: int, out: Out) -> bool:
-        """Samples first to last-1; False once the state is not finite. Rows of out: what stride divides."""
-        self.state, self.sums, finite = self.kernel(
+    def advance(self, first: int, last: int, dt: float, stride: int, out: Out) -> int:
+        """Samples first to last-1; returns last, or the sample in which a watched number was lost.
+
+        Rows of out: the samples that stride divides.
+        """
+        self.state, self.sums, done = self.kernel(
             *self.study, self.state, self.sums, first, last, dt, stride, out.reshape(-1)
         )
-        return finite
+        return done
 
 
 class CompiledRun:
@@ -59,10 +64,13 @@ class CompiledRun:
         self.constants, self.tables = flat.numbers(study), flat.arrays(study)
         self.states, self.running = flat.numbers(state), flat.numbers(sums)
 
-    def advance(self, first: int, last: int, dt: float, stride: int, out: Out) -> bool:
-        """Samples first to last-1; False once the state is not finite. Rows of out: what stride divides."""
+    def advance(self, first: int, last: int, dt: float, stride: int, out: Out) -> int:
+        """Samples first to last-1; returns last, or the sample in which a watched number was lost.
+
+        Rows of out: the samples that stride divides.
+        """
         memory = (self.constants, self.tables, self.states, self.running, out)
-        return bool(self.call(*memory, first, last, dt, stride))
+        return int(self.call(*memory, first, last, dt, stride))
 
     @property
     def state(self) -> Block:
@@ -81,23 +89,23 @@ def compiled_run(study: Study, wanted: Wanted, state: Block, sums: Block, strict
     build, state_of, sums_of = (inlined(flat.builder(block)) for block in (study, state, sums))
     put_state, put_sums = (inlined(flat.storer(block)) for block in (state, sums))
     record, read = inlined(flat.recorder(wanted.recorded)), inlined(flat.reader(wanted.measured))
-    run = inlined(kernel(record, read, wanted.sample))
+    run = inlined(kernel(record, read, wanted.sample, inlined(flat.checker(wanted.watched))))
 
     def advance(constants, tables, states, running, out, first, last, dt, stride):  # type: ignore[no-untyped-def]
         system, integrator, substeps, metrics = build(constants, tables)
         s, m = state_of(states, tables), sums_of(running, tables)
-        s, m, finite = run(system, integrator, substeps, metrics, s, m, first, last, dt, stride, out)
+        s, m, done = run(system, integrator, substeps, metrics, s, m, first, last, dt, stride, out)
         put_state(states, 0, s)
         put_sums(running, 0, m)
-        return int(finite)
+        return done
 
     memory = (DOUBLES, INTEGERS, DOUBLES, DOUBLES, DOUBLES)
     return machine_code(advance, (*memory, INTEGER, INTEGER, FLOAT, INTEGER), strict)
 
 
 def kernel(
-    record: Callable[..., Any], read: Callable[..., Any], sample: type
-) -> Callable[..., tuple[Block, Block, bool]]:
+    record: Callable[..., Any], read: Callable[..., Any], sample: type, finite: Callable[..., bool]
+) -> Callable[..., tuple[Block, Block, int]]:
     def run(
         system: Block,
         integrator: Block,
@@ -110,11 +118,11 @@ def kernel(
         dt: float,
         stride: int,
         out: Any,
-    ) -> tuple[Block, Block, bool]:
-        """Samples first to last-1, or until the state stops being finite.
+    ) -> tuple[Block, Block, int]:
+        """Samples first to last-1, or up to the one in which a number of the state stops being finite.
 
-        Rows of out are the samples that stride divides. Returns the state, the metrics' state, and
-        whether the state is still finite.
+        Rows of out are the samples that stride divides. Returns the state, the metrics' state, and the
+        number of that sample; last if there was none.
         """
         row = 0
         for k in range(first, last):
@@ -126,8 +134,8 @@ def kernel(
                 row += 1
             x = integrator.advance(system, t, system.machine(s), system.held(s), dt, substeps)
             s = system.moved(s, x)
-            if not system.finite(x):
-                return s, m, False
-        return s, m, True
+            if not finite(s):
+                return s, m, k
+        return s, m, last
 
     return run

@@ -65,20 +65,24 @@ class Group:
         self.memory[layout.sums : layout.alive] = kernel.first_sums[:, np.newaxis]
         self.memory[layout.alive] = 1.0
         self.lost = np.zeros(LANES, dtype=bool)
+        self.done = np.zeros(LANES, dtype=np.int64)  # samples, the one that lost a run not among them
         self.sums = self.memory[layout.sums : layout.alive].copy()
+        self.states = self.memory[layout.states : layout.sums].copy()
 
     def advance(self, first: int, last: int, dt: float) -> None:
-        """Samples first to last-1 in every lane. A lane whose state is lost runs on; its metrics stay."""
+        """Samples first to last-1 in every lane. A lane whose state is lost runs on; what it had stays."""
         call: Native = self.kernel.call
         while first < last:
             first = call(self.kernel.constants, self.kernel.tables, self.memory, first, last, dt)
-            self.keep_sums()
+            self.keep(first)
 
-    def keep_sums(self) -> None:
+    def keep(self, done: int) -> None:
+        """Take over what the lanes have that are not lost yet, once so many samples are done."""
         layout = self.kernel.layout
-        going = ~self.lost
+        going, self.lost = ~self.lost, self.memory[layout.alive] == 0.0
         self.sums[:, going] = self.memory[layout.sums : layout.alive, going]
-        self.lost = self.memory[layout.alive] == 0.0
+        self.states[:, going] = self.memory[layout.states : layout.sums, going]
+        self.done[going] = done - self.lost[going]
 
 
 def aligned(rows: int) -> NDArray[np.float64]:
@@ -99,6 +103,7 @@ def compiled_lanes(
     put_sums = inlined(flat.storer(sums, row(layout.sums)))
     put_machine = inlined(flat.storer(study.system.machine(state), row(layout.states)))
     read, sample, alive = inlined(flat.reader(wanted.measured)), wanted.sample, layout.alive * LANES
+    finite = inlined(flat.checker(wanted.watched))
     begin, go_on = steps_of(study.integrator)
 
     def advance(constants, tables, memory, first, last, dt):  # type: ignore[no-untyped-def]
@@ -123,11 +128,10 @@ def compiled_lanes(
                     put_machine(memory, lane, x)
             lost = 0
             for lane in range(LANES):
-                finite = system.finite(system.machine(state_of(memory, lane)))
-                lost += 1 if memory[alive + lane] > 0.0 and not finite else 0
+                lost += 1 if memory[alive + lane] > 0.0 and not finite(state_of(memory, lane)) else 0
             if lost > 0:
                 for lane in range(LANES):
-                    if not system.finite(system.machine(state_of(memory, lane))):
+                    if not finite(state_of(memory, lane)):
                         memory[alive + lane] = 0.0
                 return k + 1
         return last

@@ -21,7 +21,7 @@ from hydroservo.field import Field, declared_fields
 from hydroservo.loop import AUTO, Loop
 from hydroservo.provenance import scenario_hash, scenario_text
 from hydroservo.signals import Demand, Measurement
-from hydroservo.simulate import first_state, ready, simulate
+from hydroservo.simulate import first_state, ready, simulated
 
 __all__ = ["exported"]
 
@@ -109,7 +109,7 @@ def settled(loop: Loop) -> Loop:
     """The loop with automatic substeps turned into the number that a run finds."""
     if loop.simulation.substeps != AUTO:
         return loop
-    substeps = int(simulate(loop, record=()).attrs["substeps"])
+    substeps = int(simulated(loop, record=()).attrs["substeps"])
     return with_substeps(loop, substeps)
 
 

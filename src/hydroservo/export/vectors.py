@@ -111,8 +111,8 @@ def closed_loop(loop: Loop) -> Iterator[tuple[float, LoopState]]:
     done = 0
     for sample in sampled(plan.samples):
         with compilation(loop):
-            finite = run.advance(done, sample, period, plan.samples, nothing)
-        if not finite:
+            reached = run.advance(done, sample, period, plan.samples, nothing)
+        if reached < sample:
             return
         yield sample * period, run.state
         done = sample

@@ -55,9 +55,12 @@ def trace_of(dataset: xr.Dataset) -> Trace:
 
 
 def length_shown(demand: Samples, velocity: Samples) -> int:
-    """How many samples of a diverged run come before its error is lost; at least two."""
+    """How many samples of a diverged run come before its error is lost; at least two.
+
+    Without a demand there is no scale for it: all that is finite is shown.
+    """
     error = np.abs(velocity - demand)
-    lost = ~(error <= LOST * np.nanmax(np.abs(demand)))
+    lost = ~(error <= (LOST * np.nanmax(np.abs(demand)) or np.finfo(np.float64).max))
     return max(int(np.argmax(lost)) if lost.any() else demand.size, 2)
 
 

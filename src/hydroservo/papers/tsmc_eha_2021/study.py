@@ -19,7 +19,7 @@ from hydroservo.papers.tsmc_eha_2021.conditions import (
     runs_of,
 )
 from hydroservo.scenario import load_scenario
-from hydroservo.simulate import simulate
+from hydroservo.simulate import simulated
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -78,7 +78,7 @@ def run_study(progress: Progress | None = None) -> Study:
     trajectories: dict[str, xr.Dataset] = {}
     pool, stop = ThreadPoolExecutor(os.cpu_count()), Event()
     try:
-        waiting = {pool.submit(simulated, run, stop): run for run in runs}
+        waiting = {pool.submit(result_of, run, stop): run for run in runs}
         for done, future in enumerate(as_completed(waiting), 1):
             run, data = waiting.pop(future), future.result()
             outcomes[run] = outcome(data, run.demand)
@@ -102,7 +102,7 @@ def run_study(progress: Progress | None = None) -> Study:
     )
 
 
-def simulated(run: Run, stop: Event) -> "xr.Dataset":
+def result_of(run: Run, stop: Event) -> "xr.Dataset":
     """The run's result; given up between two chunks of samples once ``stop`` is set."""
 
     def heed(_: float) -> None:
@@ -110,7 +110,7 @@ def simulated(run: Run, stop: Event) -> "xr.Dataset":
             raise CancelledError
 
     loop = load_scenario(run.scenario(), run.changes())
-    return simulate(loop, strict=True, progress=heed)  # so that the verdicts are the same everywhere
+    return simulated(loop, strict=True, progress=heed)  # so that the verdicts are the same everywhere
 
 
 def run_label(run: Run) -> str:

@@ -1,0 +1,28 @@
+"""What commands say of runs beside their results."""
+
+from typing import TYPE_CHECKING
+
+import typer
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["say_remarks", "say_warning"]
+
+
+def say_remarks(scenario: str, dataset: "xr.Dataset") -> None:
+    """What there is to say of a run's integration steps, and its warnings, on stderr."""
+    about = dataset.attrs
+    if "substeps" in about:
+        typer.echo(
+            f"{scenario}: {about['substeps']} substeps a sample; twice as many differ by "
+            f"{about['step_error']:.1e} of the machine's largest values",
+            err=True,
+        )
+    for line in about.get("warning", "").splitlines():
+        say_warning(scenario, line)
+
+
+def say_warning(scenario: str, text: str) -> None:
+    """A warning in one line on stderr."""
+    typer.echo(f"hydroservo: warning: {scenario}: {text}", err=True)
