@@ -1,0 +1,23 @@
+"""Command lines that make no sense end with one line and the status 2, never with a traceback."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from command_cases import KINDS, case
+
+FUZZ = Path(__file__).with_name("command_fuzz.py")
+CASES = 120
+
+
+def test_a_number_determines_its_case() -> None:
+    assert case(5) == case(5)
+    assert {case(number).kind for number in range(300)} == set(KINDS)
+
+
+@pytest.mark.parametrize("first", [0, CASES])
+def test_no_command_does_what_none_may(first: int) -> None:
+    command = [sys.executable, FUZZ, "--first", str(first), "--count", str(CASES)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout
