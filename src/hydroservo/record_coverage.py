@@ -17,6 +17,10 @@ __all__ = ["check_records", "remember_source"]
 SAMPLED = 30  # samples; a record of fewer is taken as drawn by hand
 HOLE = 10.0  # times the step that nine in ten steps of a sampled record do not exceed
 FEW = 100  # samples; a run that sees fewer of a much longer record may have another unit of time
+SHORT_STEP, LONG_STEP = (
+    1e-4,
+    0.05,
+)  # s; of a log of a servo axis, between which its unit of time is not doubted
 END = 0.05  # of a run, that may be held without a word where the steps of the record are as long
 MISREAD = {-3: "s read as ns", -2: "s read as us", -1: "s read as ms"} | {
     1: "ms read as s",
@@ -37,8 +41,9 @@ def check_records(loop: Loop) -> list[str]:
       step, or a twentieth of the run if that is less, this is not said;
     - it has holes: steps ten times as long as nine in ten of its steps are at most. A record of fewer than 30
       samples is drawn by hand, and has none;
-    - its instants may be in another unit: of 30 samples or more, it lasts less than 1/31.6 of the run (the
-      root of 1000), or more than 31.6 runs with fewer than 100 samples seen.
+    - its instants may be in another unit. They may if there are 30 samples or more, and either they last less
+      than 1/31.6 of the run (the root of 1000) in steps of 0.1 ms or less, or more than 31.6 runs in steps of
+      50 ms or more with fewer than 100 samples seen.
 
     Args:
         loop: the loop, its parameters checked.
@@ -105,8 +110,10 @@ def misread(series: TimeSeries, duration: float) -> str:
     """In which other unit the instants of a sampled record may be; empty if theirs may be right."""
     t = series.knots
     power = round(math.log((t[-1] - t[0]) / duration, 1000.0))
+    step = float(np.median(np.diff(t)))
     seen = np.count_nonzero((t >= 0.0) & (t <= duration))
-    if t.size < SAMPLED or power not in MISREAD or (power > 0 and seen >= FEW):
+    doubtful = (power < 0 and step <= SHORT_STEP) or (power > 0 and step >= LONG_STEP and seen < FEW)
+    if t.size < SAMPLED or power not in MISREAD or not doubtful:
         return ""
     size = "large" if power > 0 else "small"
     return (

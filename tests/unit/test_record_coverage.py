@@ -27,6 +27,11 @@ def lines(time: Sequence[float] | np.ndarray, duration: float = 8.0) -> list[str
     return check_records(Loop(Simulation(duration), reference=references.Recorded(series(time))))
 
 
+def test_a_glimpse_of_a_long_record_and_a_short_pulse_are_no_other_unit() -> None:
+    assert lines(LONG[::20], 0.5) == []  # 26 samples of 3000
+    assert len(lines(LOG[:101])) == 1  # held from 0.1 s on
+
+
 @pytest.mark.parametrize(
     "time",
     [

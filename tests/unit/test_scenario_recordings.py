@@ -38,6 +38,7 @@ def csv(tmp_path: Path):
         GOOD,
         GOOD.replace("\n", "\r\n"),
         "\ufeff" + GOOD + "\n\n",
+        GOOD + "  \n \t\n",
         "t [s],v [m/s]\n0,0\n0.5,0.012\n1,0.03",
         "t [ms], v [mm/s]\n0, 0\n500, 12\n1000, 30\n",
         'time (us),"v (mm/s)"\n0,0\n5e5,12\n"1e6",30\n',

@@ -6,7 +6,7 @@ import re
 from hydroservo.errors import ScenarioError, short
 from hydroservo.scenario.delimited import COMMA
 
-__all__ = ["Decimals", "is_number"]
+__all__ = ["Decimals", "number"]
 
 MARKS = re.compile(r"[.,]")
 WORDS = {".": "point", ",": "comma"}
@@ -37,18 +37,18 @@ class Decimals:
             ScenarioError: it says none, or has another decimal mark than the cells before it.
         """
         marks = MARKS.findall(text) if self.either else ()
-        plain = text.replace(",", ".") if len(marks) == 1 else text
-        if not is_number(plain):
+        value = number(text.replace(",", ".") if len(marks) == 1 else text)
+        if value is None:
             raise self.error(line, column, self.problem(text))
         if marks:
             self.see(marks[0], text, line, column)
-        return float(plain)
+        return value
 
     def see(self, mark: str, text: str, line: int, column: str) -> None:
         """Take note of a decimal mark."""
         if not self.mark:
             self.mark, self.first = mark, (text, line, column)
-        if mark != self.mark:
+        elif mark != self.mark:
             before = f"{short(self.first[0])} in line {self.first[1]} a decimal {WORDS[self.mark]}"
             raise self.error(line, column, f"{short(text)} has a decimal {WORDS[mark]}, and {before}")
         self.sure = self.sure or not GROUPED.fullmatch(text.strip())
@@ -87,9 +87,10 @@ class Decimals:
         return ScenarioError(self.name, f"line {line}, column {column}", problem)
 
 
-def is_number(text: str) -> bool:
-    """True for a finite number with a decimal point, or none."""
+def number(text: str) -> float | None:
+    """The finite number with a decimal point, or none, that a text says; None if it says no such number."""
     try:
-        return math.isfinite(float(text)) and "_" not in text
+        value = float(text)
     except ValueError:
-        return False
+        return None
+    return value if math.isfinite(value) and "_" not in text else None

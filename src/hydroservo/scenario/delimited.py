@@ -54,8 +54,8 @@ def named(header: Sequence[str]) -> int:
 
 
 def fits(row: Sequence[str], columns: int) -> bool:
-    """True for a row with a cell for each column, and nothing after them."""
-    return named(row) <= columns <= len(row)
+    """True for a row with a cell for each column and nothing after them, and for an empty row."""
+    return named(row) <= columns <= len(row) or not named(row)
 
 
 def numbered_rows(text: str, mark: str, name: str) -> Iterator[tuple[int, list[str]]]:
@@ -69,10 +69,9 @@ def numbered_rows(text: str, mark: str, name: str) -> Iterator[tuple[int, list[s
     try:
         for row in reader:
             columns = columns or named(row)
-            cells = row if named(row) else [""] * columns
-            if not fits(cells, columns):
+            if len(row) != columns and not fits(row, columns):
                 raise ScenarioError(name, f"line {reader.line_num}", misfit(row, columns, mark))
-            yield reader.line_num, cells[:columns]
+            yield reader.line_num, row[:columns] if len(row) >= columns else [""] * columns
     except csv.Error as error:
         raise ScenarioError(name, f"line {reader.line_num}", f"is not CSV: {error}") from None
 

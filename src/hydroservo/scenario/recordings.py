@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from hydroservo.errors import HydroservoWarning, ParameterError, ScenarioError, one_line, short
 from hydroservo.field import Field
 from hydroservo.record_coverage import remember_source
-from hydroservo.scenario.decimals import Decimals, is_number
+from hydroservo.scenario.decimals import Decimals, number
 from hydroservo.scenario.delimited import delimiter, numbered_rows
 from hydroservo.scenario.files import exists, read_text
 from hydroservo.scenario.names import one_of
@@ -26,6 +26,7 @@ from hydroservo.time_series import TimeSeries
 __all__ = ["read_series", "recorded"]
 
 LARGEST = 64 << 20  # bytes
+LONGEST_UNIT = 32  # characters
 KEYS = ("file", "column", "time")
 UNIT = re.compile(r"\[([^][()]*)\]$|\(([^][()]*)\)$")  # at the end of a header cell
 MASSES = {"lb": "lbf", "lbs": "lbf", "kg": "kgf"}  # that loggers call forces
@@ -83,7 +84,7 @@ def read_series(path: Path, field: Field, column: str | None = None, time: str |
     mark = delimiter(text, name)
     rows = numbered_rows(text, mark, name)
     header = next(rows)[1]
-    if all(is_number(cell.replace(",", ".")) for cell in header):
+    if all(number(cell.replace(",", ".")) is not None for cell in header):
         raise ScenarioError(name, "line 1", "must name the columns; these are numbers")
     t = column_named(header, time, 0, "s", name)
     x = column_named(header, column, 1, field.unit, name)
@@ -178,7 +179,7 @@ def filled(
 def is_unit(text: str) -> bool:
     """True for a cell that holds the name of a unit, as many loggers write below that of the column."""
     try:
-        return bool(factor_and_dimension(text.strip(BRACKETS))[1])
+        return len(text) <= LONGEST_UNIT and bool(factor_and_dimension(text.strip(BRACKETS))[1])
     except ValueError:
         return False
 
