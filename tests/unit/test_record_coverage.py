@@ -7,13 +7,20 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
 from hydroservo import loads, references
-from hydroservo.errors import ParameterError
-from hydroservo.loop import Loop, Simulation
+from hydroservo.batch import simulate_batch
+from hydroservo.cli.app import app
+from hydroservo.errors import HydroservoWarning, ParameterError
+from hydroservo.export.exported import Part
+from hydroservo.export.units import exported
+from hydroservo.loop import AUTO, Loop, Simulation
 from hydroservo.record_coverage import check_records
 from hydroservo.scenario import load_scenario
+from hydroservo.simulate import ready, simulate
 from hydroservo.time_series import TimeSeries
+from hydroservo.tuning import Aim, tune
 
 LOG = np.arange(8001) / 1000.0  # 8 s at 1 kHz
 LONG = np.arange(60_000) / 1000.0
@@ -169,3 +176,80 @@ def test_a_file_is_named(tmp_path: Path) -> None:
         ParameterError, match=re.escape("reference.series = 'log.csv, v [mm/s] over t [s]': goes")
     ):
         check_records(load_scenario(tmp_path / "my.toml"))
+
+
+HELD = r"reference\.series = '51 samples': ends at 0\.05 s of 0\.1 s, and its last sample is held .*"
+PARTLY = references.Recorded(TimeSeries.from_samples(np.arange(51) / 1000.0, np.full(51, 0.01)))
+UNSEEN = references.Recorded(TimeSeries.from_samples([5.0, 6.0], [0.01, 0.02]))
+
+
+def loop_with(demand: references.Recorded, substeps: int = 20) -> Loop:
+    return Loop(Simulation(0.1, 1e-4, substeps), reference=demand)
+
+
+def test_a_run_says_so() -> None:
+    with pytest.warns(HydroservoWarning, match=HELD) as said:
+        data = simulate(loop_with(PARTLY), record=())
+    assert len(said) == 1
+    assert re.fullmatch(HELD, data.attrs["warning"])
+    with pytest.raises(ParameterError, match=r"reference\.series = '2 samples': goes from 5 s to 6 s"):
+        simulate(loop_with(UNSEEN), record=())
+
+
+@pytest.mark.parametrize("substeps", [20, AUTO])
+def test_a_batch_says_so_once(substeps: int) -> None:
+    with pytest.warns(HydroservoWarning, match=HELD) as said:
+        data = simulate_batch(loop_with(PARTLY, substeps), {"plant.mass": [6.0, 7.0]})
+    assert len(said) == 1
+    assert re.fullmatch(HELD, data.attrs["warning"])
+    with pytest.raises(ParameterError, match=r"reference\.series"):
+        simulate_batch(loop_with(UNSEEN, substeps), {"plant.mass": [6.0, 7.0]})
+
+
+def test_a_search_says_so_once() -> None:
+    ranges = {"controller.proportional_gain": (1.0, 10.0)}
+    with pytest.warns(HydroservoWarning, match=HELD) as said:
+        tune(Aim([loop_with(PARTLY)], [1.0]), ranges, candidates=64)
+    assert len(said) == 1
+    with pytest.raises(ParameterError, match=r"reference\.series"):
+        tune(Aim([loop_with(UNSEEN)], [1.0]), ranges, candidates=64)
+
+
+def test_what_has_no_duration_is_not_looked_at() -> None:
+    assert ready(loop_with(UNSEEN)).reference == UNSEEN
+    assert exported(loop_with(UNSEEN), Part.LOOP, prefix="pi", title="PI").source
+
+
+@pytest.fixture
+def scenario(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
+    monkeypatch.chdir(tmp_path)
+    Path("held.csv").write_text("t;v [mm/s]\n0;1\n0,05;2\n")
+    Path("late.csv").write_text("t [s];v [mm/s]\n10;1\n11,5;2\n")
+    Path("my.toml").write_text(
+        'controller.type = "PI"\nsimulation = {duration = "0.1 s", period = "100 us", substeps = 20}\n'
+        'reference = {type = "Recorded", series = {file = "held.csv"}}\n'
+        'load = {type = "Recorded", series = {file = "force.csv"}}\n'
+    )
+    Path("force.csv").write_text("t [s],F [kN]\n0,0\n0.1,0.01\n")
+    return "my.toml"
+
+
+def test_the_command_line_says_so(scenario: str) -> None:
+    done = CliRunner().invoke(app, ["run", scenario])
+    assert done.exit_code == 0
+    assert [line for line in done.stderr.splitlines() if "warning" in line] == [
+        "hydroservo: warning: my.toml: held.csv: column 't' has no unit and is read in s; "
+        'write "t [s]", or the unit that it is in',
+        "hydroservo: warning: my.toml: reference.series = 'held.csv, v [mm/s] over t': "
+        "ends at 0.05 s of 0.1 s, and its last sample is held from then on",
+    ]
+
+
+def test_the_command_line_refuses(scenario: str) -> None:
+    done = CliRunner().invoke(app, ["run", scenario, "--set", "reference.series.file=late.csv"])
+    assert done.exit_code == 2
+    assert done.stderr.splitlines() == [
+        "hydroservo: reference.series = 'late.csv, v [mm/s] over t [s]': goes from 10 s to 11.5 s, and the "
+        "run from 0 s to 0.1 s, which would see its first sample alone; subtract its first instant, 10 s, "
+        "from each"
+    ]
