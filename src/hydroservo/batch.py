@@ -20,6 +20,7 @@ from hydroservo.errors import ParameterError, warn
 from hydroservo.loop import AUTO, Loop
 from hydroservo.metrics import FLAGS, METRIC_FIELDS, MetricsState, Sample, summary
 from hydroservo.provenance import provenance
+from hydroservo.record_coverage import check_records
 from hydroservo.simulate import (
     Progress,
     compilation,
@@ -94,7 +95,8 @@ def simulate_batch(
         HydroservoWarning: each line of that ``warning``.
 
     Raises:
-        ParameterError: an unknown path, a value out of its range, arrays of different lengths, or no device.
+        ParameterError: an unknown path, a value out of its range, arrays of different lengths, a recorded
+            signal of which the runs see nothing, or no device.
         LoopError: a block that does not fit the loop.
     """
     table = simulated_batch(loop, parameters, strict=strict, threads=threads, cuda=cuda, progress=progress)
@@ -113,6 +115,7 @@ def simulated_batch(
 ) -> "xr.Dataset":
     """What :func:`simulate_batch` returns, its warnings in its attribute alone."""
     loop = ready(loop)
+    recorded = check_records(loop)
     columns = checked_columns(loop, parameters)
     workers = checked_threads(threads)
     state = first_state(loop)
@@ -131,7 +134,7 @@ def simulated_batch(
                 losses[start : start + len(lost)] = lost
                 told(min(1.0, done * size / runs))
     data = dataset(loop, columns, table, losses).assign_attrs(said)
-    return with_warning(data, [data.attrs.get("warning", ""), pressure_caution(data)])
+    return with_warning(data, [data.attrs.get("warning", ""), *recorded, pressure_caution(data)])
 
 
 def with_steps(loop: Loop, columns: Columns, strict: bool) -> tuple[Loop, dict[str, float | str]]:

@@ -14,8 +14,8 @@ __all__ = ["pressure_caution", "with_warning"]
 
 
 def with_warning(data: "xr.Dataset", lines: Iterable[str]) -> "xr.Dataset":
-    """A result with these lines as its ``warning``, empty ones left out; none without any."""
-    text = "\n".join(line for line in lines if line)
+    """A result with these lines as its ``warning``, each once, empty ones left out; none without any."""
+    text = "\n".join(dict.fromkeys(line for text in lines for line in text.splitlines()))
     others = {name: value for name, value in data.attrs.items() if name != "warning"}
     found = data.copy()
     found.attrs = others | ({"warning": text} if text else {})

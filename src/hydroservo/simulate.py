@@ -18,6 +18,7 @@ from hydroservo.field import Field
 from hydroservo.loop import Loop
 from hydroservo.metrics import METRIC_FIELDS, Metrics, MetricsState, Sample, TrackingMetrics, summary
 from hydroservo.provenance import provenance
+from hydroservo.record_coverage import check_records
 from hydroservo.sensors.missing import Lacking, MissingSignalError, Unmeasured, missing_signals
 
 if TYPE_CHECKING:
@@ -91,7 +92,8 @@ def simulate(
         HydroservoWarning: each line of that attribute.
 
     Raises:
-        ParameterError: a parameter out of range, times that do not divide, an unknown path in ``record``.
+        ParameterError: a parameter out of range, times that do not divide, a recorded signal of which the run
+            sees nothing, an unknown path in ``record``.
         LoopError: a block that does not fit the loop, or a trace too large to hold.
     """
     data = simulated(loop, record=record, compiled=compiled, strict=strict, progress=progress)
@@ -109,6 +111,7 @@ def simulated(
 ) -> "xr.Dataset":
     """What :func:`simulate` returns, its warnings in its attribute alone."""
     loop = ready(loop)
+    recorded = check_records(loop)
     state = first_state(loop)
     wanted = tuple(record) if record is not None else tuple(path for path, _ in leaves(state))
     plan = laid_out(loop, state, tuple(dict.fromkeys((*wanted, *machine_paths(loop)))))
@@ -121,7 +124,7 @@ def simulated(
         return data.assign_attrs(diverged_by=diverged_by(loss, bool(data["diverged"])))
 
     data = checked_steps(loop, one)
-    lines = [data.attrs.get("warning", ""), pressure_caution(data)]
+    lines = [data.attrs.get("warning", ""), *recorded, pressure_caution(data)]
     return with_warning(data, lines).drop_vars([path for path in plan.paths if path not in wanted])
 
 

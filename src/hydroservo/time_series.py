@@ -27,7 +27,8 @@ class TimeSeries(NamedTuple):
 
     Source: Fritsch and Butland, SIAM J. Sci. Stat. Comput. 5(2), 1984, doi:10.1137/0905021, as computed by
     scipy.interpolate.PchipInterpolator.
-    Fails as a source of the second derivative: that jumps at the knots. It removes no noise: filter first.
+    Fails as a source of the second derivative: that jumps at the knots. It removes no noise: filter first. It
+    bridges holes in a record as it does steps; a run says so, and what else of it is made up.
     """
 
     knots: Annotated[NDArray[np.float64], Field("s", "instants of the samples, shape (n,)", RECORD)] = (

@@ -137,7 +137,7 @@ WRONG_BYTES = {
     "binary": (bytes(range(256)), "is not UTF-8 text (line 2)"),
     "null": (b"\0", "is not TOML"),
     "latin-1": (PI.encode() + b"# \xe9\n", "is not UTF-8 text (line 3)"),
-    "UTF-16": (PI.encode("utf-16"), "is not UTF-8 text (line 1)"),
+    "UTF-16": (PI.encode("utf-16"), "is UTF-16 text"),
     "two byte order marks": (b"\xef\xbb\xbf" * 2 + PI.encode(), "is not TOML"),
     "huge": (b"#" * (2**20 + 1), "is larger than 1 MiB"),
 }

@@ -14,6 +14,7 @@ class Recorded(NamedTuple):
 
     Source: the record; the interpolation and its two derivatives are those of
     :class:`~hydroservo.time_series.TimeSeries`.
+    A run that sees nothing of the record is refused; one that sees held or bridged parts of it says so.
     Fails as a demand for laws that use its second derivative: that jumps at each sample of the record.
     """
 

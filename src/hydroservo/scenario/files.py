@@ -6,6 +6,13 @@ from hydroservo.errors import ScenarioError
 
 __all__ = ["exists", "read_text"]
 
+KINDS = {  # by the first bytes
+    b"\xff\xfe": 'is UTF-16 text (in Excel "Unicode text"); save it as UTF-8 (in Excel "CSV UTF-8")',
+    b"\xfe\xff": "is UTF-16 text; save it as UTF-8",
+    b"\x1f\x8b": "is compressed by gzip; unpack it",
+    b"PK\x03\x04": 'is a zip archive or a workbook; save it as UTF-8 text (in Excel "CSV UTF-8")',
+}
+
 
 def exists(path: Path) -> bool:
     """False only where there is nothing; a path that cannot be examined is for the reader to refuse."""
@@ -42,7 +49,9 @@ def read_text(path: Path, most: int, name: str, key: str = "") -> str:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line = content.count(b"\n", 0, error.start) + 1
-        raise ScenarioError(name, key, f"is not UTF-8 text (line {line})") from None
+        kinds = (kind for start, kind in KINDS.items() if content.startswith(start))
+        problem = next(kinds, f"is not UTF-8 text (line {line}); save it as UTF-8")
+        raise ScenarioError(name, key, problem) from None
 
 
 def reason(error: Exception) -> str:

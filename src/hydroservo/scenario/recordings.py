@@ -1,32 +1,36 @@
 """Recorded signals from CSV files."""
 
-import csv
-import math
 import re
+import warnings
 from array import array
 from collections.abc import Iterator, Sequence
 from fractions import Fraction
-from io import StringIO
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.errors import ParameterError, ScenarioError, short
+from hydroservo.errors import HydroservoWarning, ParameterError, ScenarioError, one_line, short
 from hydroservo.field import Field
+from hydroservo.record_coverage import remember_source
+from hydroservo.scenario.decimals import Decimals, number
+from hydroservo.scenario.delimited import delimiter, numbered_rows
 from hydroservo.scenario.files import exists, read_text
 from hydroservo.scenario.names import one_of
 from hydroservo.scenario.quantities import unit_factor
 from hydroservo.scenario.tables import Table
+from hydroservo.scenario.units import factor_and_dimension
 from hydroservo.time_series import TimeSeries
 
 __all__ = ["read_series", "recorded"]
 
 LARGEST = 64 << 20  # bytes
-LONGEST_LINE = 1 << 16  # characters
+LONGEST_UNIT = 32  # characters
 KEYS = ("file", "column", "time")
 UNIT = re.compile(r"\[([^][()]*)\]$|\(([^][()]*)\)$")  # at the end of a header cell
+MASSES = {"lb": "lbf", "lbs": "lbf", "kg": "kgf"}  # that loggers call forces
+BRACKETS = " []()"
 
 
 class Column(NamedTuple):
@@ -35,6 +39,7 @@ class Column(NamedTuple):
     header: str
     place: int  # in a row, from 0
     factor: Fraction  # SI units per unit of the cells
+    unit: str  # as given; "" if none is
 
 
 def recorded(table: Table, field: Field) -> TimeSeries:
@@ -61,7 +66,9 @@ def recorded(table: Table, field: Field) -> TimeSeries:
 def read_series(path: Path, field: Field, column: str | None = None, time: str | None = None) -> TimeSeries:
     """A recorded signal from two columns of a CSV file, in SI units.
 
-    The first line names the columns, each with its unit: "v [mm/s]", "F (kN)"; SI units where there is none.
+    The first line names the columns, each with its unit: "v [mm/s]", "F (kN)"; SI units where there is none,
+    with a warning. Cells are separated by commas and have decimal points, or by semicolons or tabs and have
+    decimal points or commas. Empty cells at the end of a line or of the two columns are nothing.
 
     Args:
         path: the file.
@@ -73,43 +80,26 @@ def read_series(path: Path, field: Field, column: str | None = None, time: str |
         ScenarioError: naming the file, the line and the column.
     """
     name = str(path)
-    rows = numbered_rows(read_text(path, LARGEST, name), name)
-    header = next(rows, (1, []))[1]
-    if len(header) < 2:
-        raise ScenarioError(name, "line 1", "must name at least two columns, separated by commas")
-    if all(is_number(text) for text in header):
+    text = read_text(path, LARGEST, name)
+    mark = delimiter(text, name)
+    rows = numbered_rows(text, mark, name)
+    header = next(rows)[1]
+    if all(number(cell.replace(",", ".")) is not None for cell in header):
         raise ScenarioError(name, "line 1", "must name the columns; these are numbers")
     t = column_named(header, time, 0, "s", name)
     x = column_named(header, column, 1, field.unit, name)
-    instants, values = samples(rows, t, x, name)
+    instants, values = samples(rows, t, x, Decimals(mark, name))
     if instants.size < 2:
         raise ScenarioError(name, "", f"has {instants.size} rows of numbers; at least 2 are needed")
     try:
-        return TimeSeries.from_samples(scaled(instants, t.factor), scaled(values, x.factor))
+        series = TimeSeries.from_samples(scaled(instants, t.factor), scaled(values, x.factor))
     except ParameterError as error:
         raise ScenarioError(name, f"column {x.header}", str(error)) from None
-
-
-def numbered_rows(text: str, name: str) -> Iterator[tuple[int, list[str]]]:
-    """The rows of a CSV text with the number of their line, all as long as the first."""
-    reader = csv.reader(short_lines(text, name), strict=True)
-    width = None
-    try:
-        for row in reader:
-            width = width or len(row)
-            if len(row) != width:
-                problem = f"has {len(row)} cells; the first line has {width}"
-                raise ScenarioError(name, f"line {reader.line_num}", problem)
-            yield reader.line_num, row
-    except csv.Error as error:
-        raise ScenarioError(name, f"line {reader.line_num}", f"is not CSV: {error}") from None
-
-
-def short_lines(text: str, name: str) -> Iterator[str]:
-    for number, line in enumerate(StringIO(text.rstrip(), newline=""), 1):
-        if len(line) > LONGEST_LINE:
-            raise ScenarioError(name, f"line {number}", f"is longer than {LONGEST_LINE} characters")
-        yield line
+    remember_source(series, f"{path.name}, {x.header} over {t.header}")
+    for signal, unit in ((t, "s"), (x, field.unit)):
+        if unit and not signal.unit:
+            warnings.warn(one_line(unitless(signal, unit, name)), HydroservoWarning, stacklevel=2)
+    return series
 
 
 def column_named(header: Sequence[str], wanted: str | None, default: int, unit: str, name: str) -> Column:
@@ -128,8 +118,22 @@ def column_named(header: Sequence[str], wanted: str | None, default: int, unit: 
     try:
         factor = unit_factor(given, unit) if given else Fraction(1)
     except ValueError as error:
-        raise ScenarioError(name, "line 1", f"column {short(cell)} {error}") from None
-    return Column(cell, places[0], factor)
+        problem = f"column {short(cell)} {error}{advice(given, unit, wanted)}"
+        raise ScenarioError(name, "line 1", problem) from None
+    return Column(cell, places[0], factor, given)
+
+
+def advice(given: str, unit: str, wanted: str | None) -> str:
+    """What may help with a unit that does not fit."""
+    if unit == "N" and given in MASSES:
+        return f"; that is a mass, and the force is {MASSES[given]}"
+    return "" if wanted else "; another column is chosen by its name, as time and column of the series"
+
+
+def unitless(column: Column, unit: str, name: str) -> str:
+    """The warning of a column whose header gives no unit."""
+    better = f'write "{column.header} [{unit}]", or the unit that it is in'
+    return f"{name}: column {short(column.header)} has no unit and is read in {unit}; {better}"
 
 
 def name_and_unit(cell: str) -> tuple[str, str]:
@@ -140,34 +144,42 @@ def name_and_unit(cell: str) -> tuple[str, str]:
 
 
 def samples(
-    rows: Iterator[tuple[int, list[str]]], t: Column, x: Column, name: str
+    rows: Iterator[tuple[int, list[str]]], t: Column, x: Column, decimals: Decimals
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Instants, strictly increasing, and the signal there, in the units of the file."""
     instants, values = array("d"), array("d")
-    for line, row in rows:
-        instant = number(row, t, line, name)
+    for line, text_t, text_x in filled(rows, t, x, decimals):
+        if line == 2 and is_unit(text_t) and is_unit(text_x):
+            better = f"{name_and_unit(t.header)[0]} [{text_t.strip(BRACKETS)}]"
+            raise ScenarioError(decimals.name, "line 2", f'holds units; they belong into line 1: "{better}"')
+        instant = decimals.number(text_t, line, t.header)
         if instants and instant <= instants[-1]:
-            problem = f"{short(row[t.place])} is not after the instant in the row before"
-            raise ScenarioError(name, f"line {line}, column {t.header}", problem)
+            problem = f"{short(text_t)} is not after the instant in the row before"
+            raise decimals.error(line, t.header, problem)
         instants.append(instant)
-        values.append(number(row, x, line, name))
+        values.append(decimals.number(text_x, line, x.header))
+    decimals.check()
     return np.array(instants), np.array(values)
 
 
-def number(row: Sequence[str], column: Column, line: int, name: str) -> float:
-    """The finite number in a cell."""
-    text = row[column.place]
-    if not is_number(text):
-        problem = (
-            f"{short(text)} must be a finite number" if text.strip() else "is empty; it must be a number"
-        )
-        raise ScenarioError(name, f"line {line}, column {column.header}", problem)
-    return float(text)
+def filled(
+    rows: Iterator[tuple[int, list[str]]], t: Column, x: Column, decimals: Decimals
+) -> Iterator[tuple[int, str, str]]:
+    """The number of each line and its two cells, until the two columns end."""
+    empty = 0
+    for line, row in rows:
+        if not row[t.place].strip() and not row[x.place].strip():
+            empty = empty or line
+        elif empty:
+            raise decimals.error(empty, t.header, "is empty, and numbers follow")
+        else:
+            yield line, row[t.place], row[x.place]
 
 
-def is_number(text: str) -> bool:
+def is_unit(text: str) -> bool:
+    """True for a cell that holds the name of a unit, as many loggers write below that of the column."""
     try:
-        return math.isfinite(float(text)) and "_" not in text
+        return len(text) <= LONGEST_UNIT and bool(factor_and_dimension(text.strip(BRACKETS))[1])
     except ValueError:
         return False
 
