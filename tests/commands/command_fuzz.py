@@ -62,7 +62,7 @@ def called(one: Case) -> tuple[Any, str, str, float]:
         status: Any = 0
     except SystemExit as end:
         status = end.code or 0
-    except BaseException as error:  # noqa: BLE001 - whatever it is, it is a fault
+    except BaseException as error:
         status = f"{type(error).__name__}: {error}"
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0.0)
@@ -96,8 +96,16 @@ def outcomes(first: int, count: int) -> Iterator[dict[str, Any]]:
     number = first
     while number < first + count:
         last = min(number + CHUNK, first + count)
-        command = [sys.executable, __file__, "--worker", "--first", str(number), "--count", str(last - number)]
-        done = subprocess.run(command, capture_output=True, text=True, check=False)  # noqa: S603 - this file
+        command = [
+            sys.executable,
+            __file__,
+            "--worker",
+            "--first",
+            str(number),
+            "--count",
+            str(last - number),
+        ]
+        done = subprocess.run(command, capture_output=True, text=True, check=False)
         for line in done.stdout.splitlines():
             number += 1
             yield json.loads(line)
@@ -119,7 +127,9 @@ def work(first: int, count: int) -> None:
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--count", type=int, default=1000)
     parser.add_argument("--processes", type=int, default=1)

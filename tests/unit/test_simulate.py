@@ -77,7 +77,7 @@ def test_every_variable_has_unit_and_name() -> None:
 
 
 def test_attributes_say_what_was_run(run: xr.Dataset) -> None:
-    assert set(run.attrs) == {"scenario", "hash", "version", "seed"}
+    assert set(run.attrs) == {"scenario", "hash", "version", "seed", "diverged_by"}
     other = simulate(replace(LOOP, {"plant.mass": 7.0}), record=PATHS)
     assert other.attrs["hash"] != run.attrs["hash"]
 
