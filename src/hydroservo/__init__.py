@@ -1,13 +1,13 @@
 """A workbench for electro-hydraulic servo actuators."""
 
 import sys
-from importlib import import_module
-from types import ModuleType
 
 from hydroservo._version import __version__
 
 TYPE_CHECKING = False  # as typing has it, which takes longer to import than all the rest here
 if TYPE_CHECKING:
+    from types import ModuleType
+
     from hydroservo.batch import simulate_batch
     from hydroservo.block import Field, replace
     from hydroservo.errors import HydroservoError, HydroservoWarning, LoopError, ParameterError, ScenarioError
@@ -45,12 +45,12 @@ HOMES = {
 }
 
 
-class Package(ModuleType):
+class Package(type(sys)):  # type: ignore[misc]
     """The package, whose ``simulate`` is the function, of which the import system would make the module."""
 
     @property
     def simulate(self) -> object:
-        return import_module(f"{__name__}.simulate").simulate
+        return imported("simulate").simulate
 
     @simulate.setter
     def simulate(self, module: object) -> None:
@@ -60,13 +60,20 @@ class Package(ModuleType):
 def __getattr__(name: str) -> object:
     """What the package offers, and its modules, each imported when first asked for."""
     if name in HOMES:
-        return getattr(import_module(f"{__name__}.{HOMES[name]}"), name)
+        return getattr(imported(HOMES[name]), name)
     try:
-        return import_module(f"{__name__}.{name}")
+        return imported(name)
     except ModuleNotFoundError as error:
         if error.name != f"{__name__}.{name}":
             raise
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def imported(name: str) -> "ModuleType":
+    """A module of the package."""
+    from importlib import import_module
+
+    return import_module(f"{__name__}.{name}")
 
 
 sys.modules[__name__].__class__ = Package

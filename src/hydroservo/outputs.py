@@ -23,7 +23,15 @@ from hydroservo.errors import HydroservoError
 if sys.platform != "win32":
     import fcntl
 
-__all__ = ["OutputError", "atomic_path", "check_outputs", "digests", "staged", "write_text"]
+__all__ = [
+    "OutputError",
+    "atomic_path",
+    "check_outputs",
+    "digests",
+    "existing_folder",
+    "staged",
+    "write_text",
+]
 
 PREFIX = ".hydroservo-writing-"
 STAGE = re.compile(re.escape(PREFIX) + "[0-9a-f]{8}")
@@ -105,10 +113,15 @@ def check_outputs(files: Iterable[Path]) -> None:
     for file in files:
         with naming(file):
             check_replaceable(file)
-            place = next(folder for folder in file.parents if folder.exists())
+            place = existing_folder(file)
             if place not in tried:
                 with stage_in(place):
                     tried.add(place)
+
+
+def existing_folder(file: Path) -> Path:
+    """The folder of a file, or that in which it will be made."""
+    return next(folder for folder in file.parents if folder.exists())
 
 
 def digests(folder: Path) -> dict[str, str]:

@@ -59,7 +59,8 @@ def misused(error: Any) -> str:
     """What is wrong with the words of a command, and where it is said what they may be."""
     from hydroservo.scenario.names import nearest
 
-    path = error.ctx.command_path if error.ctx else "hydroservo"
+    words = error.ctx.command_path.split(" ")[1:] if error.ctx else []
+    path = " ".join(["hydroservo", *words])  # whatever the program was started as
     if hasattr(error, "possibilities"):  # an option that is not there
         options = [name for param in error.ctx.command.params for name in param.opts]
         text = error.message + nearest(error.option_name, options)

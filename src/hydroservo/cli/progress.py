@@ -52,7 +52,7 @@ def lines_now_and_then() -> Report:
         nonlocal pause, due
         now = time.monotonic()
         if now >= due:
-            print(f"hydroservo: {fraction:.0%} done: {what}", file=sys.stderr, flush=True)
+            print(f"hydroservo: {100.0 * fraction:.0f} % done: {what}", file=sys.stderr, flush=True)
             due = now + pause
             pause = min(2.0 * pause, LONGEST_PAUSE)
 

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import typer
 
-from hydroservo.outputs import OutputError, check_outputs
+from hydroservo.outputs import OutputError, check_outputs, existing_folder
 
 __all__ = ["Written", "kept", "prepare", "written"]
 
@@ -33,7 +33,7 @@ class Written(NamedTuple):
 
 
 def prepare(files: Sequence[Path], size: int = 0) -> None:
-    """Before a computation: make the folders of its files, and find out whether these can be written.
+    """Before a computation: find out whether its files can be written.
 
     Args:
         files: what will be written.
@@ -43,8 +43,7 @@ def prepare(files: Sequence[Path], size: int = 0) -> None:
         OutputError: one cannot be written.
     """
     check_outputs(files)
-    for folder in dict.fromkeys(file.parent for file in files):
-        folder.mkdir(parents=True, exist_ok=True)
+    for folder in dict.fromkeys(existing_folder(file) for file in files):
         free = shutil.disk_usage(folder).free
         if free < size:
             said = f"{free / MIB:.0f} MiB are free, and about {size / MIB:.0f} MiB may be needed"
