@@ -46,7 +46,7 @@ def prepare(files: Sequence[Path], size: int = 0) -> None:
     for folder in dict.fromkeys(existing_folder(file) for file in files):
         free = shutil.disk_usage(folder).free
         if free < size:
-            said = f"{free / MIB:.0f} MiB are free, and about {size / MIB:.0f} MiB may be needed"
+            said = f"{free / MIB:.3g} MiB are free, and about {size / MIB:.3g} MiB may be needed"
             typer.echo(f"hydroservo: warning: {folder}: {said}", err=True)
 
 
