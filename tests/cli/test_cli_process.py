@@ -199,6 +199,7 @@ class Log(io.StringIO):
         self.seconds = 0.0
         monkeypatch.setattr("time.monotonic", lambda: self.seconds)
         monkeypatch.setattr(sys, "stderr", self)
+        monkeypatch.setattr("hydroservo.cli.progress.FIRST_LINE", 10.0)
 
     def lines_of(self, seconds):
         with progress_bar("a run") as report:

@@ -192,7 +192,8 @@ def test_a_disk_that_may_be_too_small_is_warned_of(tmp_path, monkeypatch):
     monkeypatch.setattr("shutil.disk_usage", lambda _folder: usage)
     result = hydroservo_(*RUN, "--out", tmp_path)
     assert result.exit_code == 0
-    assert re.fullmatch(rf"hydroservo: warning: {tmp_path}: 9.54e-05 MiB are free, and about .*\n", result.stderr)
+    said = rf"hydroservo: warning: {tmp_path}: 9.54e-05 MiB are free, and about .*\n"
+    assert re.fullmatch(said, result.stderr)
 
 
 # --- whose files these are
