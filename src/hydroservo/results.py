@@ -3,67 +3,34 @@
 import json
 import math
 import re
-import secrets
 import tomllib
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hydroservo.errors import HydroservoError
 from hydroservo.metrics import FLAGS, METRIC_FIELDS, SMALLER_IS_BETTER
+from hydroservo.outputs import atomic_path, digests, write_text
 
 if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
 __all__ = [
+    "METRICS",
     "as_json",
-    "atomic_path",
     "best_runs",
+    "foreign_files",
     "metrics_csv",
     "metrics_of",
     "save",
     "scenario_of",
     "trajectory_of",
-    "write_text",
+    "write_metrics",
 ]
 
-
-@contextmanager
-def atomic_path(path: Path) -> Iterator[Path]:
-    """A temporary path beside ``path``, of the same ending, that takes its place once written without error.
-
-    Missing folders are made. On an error or an interrupt the temporary file is removed, and what was at
-    ``path`` before is still there.
-
-    Raises:
-        HydroservoError: the file cannot be written.
-    """
-    path = Path(path)
-    # Not tempfile, which makes files that only their owner may read.
-    temporary = path.with_name(f".{path.stem}-{secrets.token_hex(4)}{path.suffix}")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        yield temporary
-        temporary.replace(path)
-    except OSError as error:
-        reason = error.strerror or " ".join(str(error).split())
-        raise HydroservoError(f"{path}: cannot be written: {reason}") from error
-    finally:
-        with suppress(OSError):  # as a rule it has taken its place already
-            temporary.unlink()
-
-
-def write_text(path: Path, text: str) -> Path:
-    """Write a text file, whole or not at all; returns its path.
-
-    Raises:
-        HydroservoError: the file cannot be written.
-    """
-    with atomic_path(path) as temporary:
-        temporary.write_text(text, encoding="utf-8", newline="\n")
-    return path
+METRICS = "metrics.json"
+"""The file of a folder of results that names all others."""
 
 
 def save(dataset: "xr.Dataset", path: Path | str) -> Path:
@@ -137,6 +104,34 @@ def metrics_csv(runs: "pd.DataFrame") -> str:
 def as_json(value: Any) -> str:
     """Text of a JSON object; null for a number that is not finite."""
     return json.dumps(plain(value), indent=2, allow_nan=False)
+
+
+def write_metrics(folder: Path, content: Mapping[str, Any]) -> Path:
+    """Write ``metrics.json`` beside the other files of a result, with the SHA-256 of each of them.
+
+    Raises:
+        HydroservoError: the file cannot be written.
+    """
+    return write_text(folder / METRICS, as_json({**content, "files": digests(folder)}) + "\n")
+
+
+def foreign_files(folder: Path | str) -> list[str]:
+    """Which files that a folder's ``metrics.json`` names are missing, or are not those of its run.
+
+    There are some where files were changed, where two commands wrote at the same time, or where one was
+    killed in the instant in which its files took their places. Files that ``metrics.json`` does not name are
+    left out.
+
+    Raises:
+        HydroservoError: there is no such file, or it cannot be read.
+    """
+    folder = Path(folder)
+    try:
+        named = dict(json.loads((folder / METRICS).read_text(encoding="utf-8"))["files"])
+        found = digests(folder)
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise HydroservoError(f"{folder / METRICS}: cannot be read as that of a result: {error}") from error
+    return [name for name, digest in named.items() if found.get(name) != digest]
 
 
 def plain(value: Any) -> Any:

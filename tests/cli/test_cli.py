@@ -186,7 +186,9 @@ def test_out_gets_trajectory_metrics_and_plot(tmp_path, form, ending):
 
 def test_files_of_a_run_agree_with_its_json(tmp_path):
     said = json.loads(succeeded("run", "paper/sine-pi", *QUICK, "--out", tmp_path, "--json"))
-    assert json.loads((tmp_path / "metrics.json").read_text()) == said
+    written = json.loads((tmp_path / "metrics.json").read_text())
+    assert written.pop("files").keys() == {"metrics.csv", "run.png", "run.svg", "trajectory.csv"}
+    assert written == said
     (row,) = pd.read_csv(tmp_path / "metrics.csv", dtype={"hash": str}).to_dict("records")
     assert [row[name] for name in ("scenario", "hash", "version", "seed")] == list(said.values())[:4]
     assert row["rms_error [m/s]"] == said["metrics"]["rms_error"]
@@ -314,7 +316,6 @@ def test_paper_runs_the_study_writes_the_report_and_shows_verdicts(tmp_path, mon
     monkeypatch.setattr(report, "write_report", write_report)
     text = succeeded("paper", "--out", tmp_path / "report")
     assert steps == [(Study, tmp_path / "report")]
-    assert (tmp_path / "report").is_dir()
     row = next(line for line in text.splitlines() if "All track" in line)
     assert row.index("holds") < row.index("fails") < row.index("holds in 7 of 9")
     assert text.splitlines()[-1] == f"report: {tmp_path / 'report' / 'report.html'}"
@@ -351,11 +352,46 @@ def test_a_wrong_change_is_one_line_that_names_it(change, named):
         ("compare",),
     ],
 )
-def test_wrong_usage_exits_with_2(args):
+def test_wrong_usage_is_one_line_that_names_the_help(args):
+    assert re.search(r"^hydroservo: .* \(see hydroservo.* --help\)$", failed(*args))
+
+
+@pytest.mark.parametrize(
+    ("args", "said"),
+    [
+        (("run",), "missing argument 'SCENARIO' (see hydroservo run --help)"),
+        (("run", "--nope"), "no such option: --nope (see"),
+        (("run", "paper/sine-pi", "--se", "plant.mass=1"), "no such option: --se; did you mean --set? (see"),
+        (("rnu",), "no such command 'rnu'. Did you mean 'run'? (see hydroservo --help)"),
+        (
+            ("scenarios", "shwo"),
+            "no such command 'shwo'. Did you mean 'show'? (see hydroservo scenarios --help)",
+        ),
+        (("run", "paper/sine-pi", "--out"), "option '--out' requires an argument (see"),
+        (
+            ("run", "paper/sine-pi", "--format", "cvs"),
+            "'cvs' is not one of 'csv', 'parquet', 'netcdf', 'mat'",
+        ),
+        (
+            ("run", "paper/sine-pi", "more"),
+            "got unexpected extra argument(s) (more) (see hydroservo run --help)",
+        ),
+        (("run", "--no\nsuch"), "no such option: --no\\"),
+        (("run", "--" + "x" * 100_000), "..."),
+    ],
+)
+def test_wrong_usage_says_what_is_wrong_and_what_is_near(args, said):
+    message = failed(*args)
+    assert said in message
+    assert len(message) < 1100
+
+
+@pytest.mark.parametrize("args", [(), ("export",)])
+def test_a_command_that_lacks_its_command_shows_its_help(args):
     result = hydroservo_(*args)
     assert result.exit_code == 2
-    assert result.stdout == ""
-    assert "Usage" in result.stderr
+    assert "Usage: " in result.output
+    assert "hydroservo: " not in result.stderr
 
 
 def test_a_file_where_the_folder_should_be(tmp_path):
@@ -386,8 +422,10 @@ def test_an_interrupt_while_writing_leaves_the_old_file(tmp_path, monkeypatch):
 
 def test_a_full_disk_is_one_line(tmp_path, monkeypatch):
     monkeypatch.setitem(results.FORMATS, ".csv", half_written(OSError(28, "No space left on device")))
-    message = failed("run", "paper/sine-pi", *QUICK, "--out", tmp_path)
-    assert "trajectory.csv: cannot be written: No space left on device" in message
+    result = hydroservo_("run", "paper/sine-pi", *QUICK, "--out", tmp_path)
+    problem = f"{tmp_path / 'trajectory.csv'}: cannot be written: No space left on device"
+    assert (result.exit_code, result.stderr) == (2, f"hydroservo: {problem}\n")
+    assert "rms_error" in result.stdout
     assert list(tmp_path.iterdir()) == []
 
 

@@ -1,6 +1,7 @@
 """The command as a process of its own: streams, signals and exit statuses."""
 
 import contextlib
+import io
 import json
 import os
 import re
@@ -11,6 +12,8 @@ import time
 from pathlib import Path
 
 import pytest
+
+from hydroservo.cli.progress import progress_bar
 
 HYDROSERVO = (sys.executable, "-c", "from hydroservo.cli import main; main()")
 QUICK = ("run", "paper/sine-pi", "--set", "simulation.duration=0.02", "--interpreted")
@@ -41,10 +44,10 @@ def test_an_error_is_one_line_on_stderr_and_status_2():
     assert done.stderr.count("\n") == 1
 
 
-def test_wrong_usage_is_status_2():
+def test_wrong_usage_is_one_line_and_status_2():
     done = process("run", "paper/sine-pi", "--nothing")
     assert done.returncode == 2
-    assert "Traceback" not in done.stderr
+    assert done.stderr == "hydroservo: no such option: --nothing (see hydroservo run --help)\n"
 
 
 @pytest.mark.parametrize("module", ["hydroservo.cli", "hydroservo.cli.app"])
@@ -55,16 +58,53 @@ def test_heavy_libraries_wait_until_they_are_used(module):
     assert done.stdout.split() == []
 
 
-def interrupted(*args, until):
-    """The command, interrupted half a second after a condition holds."""
+INTERRUPTED_AT = """
+import builtins, os, signal, sys
+from hydroservo.cli import main
+find, wanted = builtins.__import__, sys.argv.pop(1)
+def importing(name, *args):
+    if name == wanted:
+        builtins.__import__ = find
+        os.kill(os.getpid(), signal.SIGINT)
+    return find(name, *args)
+builtins.__import__ = importing
+main()
+"""
+
+
+@needs_posix
+@pytest.mark.parametrize("module", ["hydroservo.cli.app", "typer", "numpy", "xarray", "pandas"])
+def test_ctrl_c_while_libraries_are_imported_is_one_line(module):
+    words = [sys.executable, "-c", INTERRUPTED_AT, module, "run", "paper/sine-pi"]
+    done = subprocess.run(words, text=True, capture_output=True, check=False)
+    assert (done.returncode, done.stdout) == (130, "")
+    assert done.stderr == "hydroservo: interrupted; nothing was left half-written\n"
+
+
+ENDED = """
+import atexit, os, signal
+from hydroservo.cli import main
+atexit.register(lambda: os.kill(os.getpid(), signal.SIGINT))
+main()
+"""
+
+
+@needs_posix
+def test_ctrl_c_after_all_is_done_changes_nothing():
+    done = subprocess.run(
+        [sys.executable, "-c", ENDED, "--version"], text=True, capture_output=True, check=False
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout.startswith("hydroservo ")
+
+
+def interrupted(*args):
+    """The command, interrupted after two seconds."""
     running = subprocess.Popen(
         [*HYDROSERVO, *args], text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE
     )
     with running:
-        deadline = time.monotonic() + 60.0
-        while not until() and time.monotonic() < deadline:
-            time.sleep(0.05)
-        time.sleep(0.5)
+        time.sleep(2.0)
         running.send_signal(signal.SIGINT)
         try:
             stdout, stderr = running.communicate(timeout=60)
@@ -74,12 +114,12 @@ def interrupted(*args, until):
 
 
 def leaves_nothing(out, *args):
-    """A command that writes to a folder, interrupted once it is there: one line, and nothing in it."""
-    status, stdout, stderr = interrupted(*args, until=out.exists)
+    """A command that writes to a folder, interrupted as it computes: one line, and no folder."""
+    status, stdout, stderr = interrupted(*args)
     assert status == 130
     assert stdout == ""
     assert stderr == "hydroservo: interrupted; nothing was left half-written\n"
-    assert list(out.iterdir()) == []
+    assert not out.exists()
 
 
 @needs_posix
@@ -149,6 +189,45 @@ def test_progress_is_shown_on_a_terminal_and_not_on_stdout():
     assert json.loads(stdout)["scenario"] == "paper/sine-pi"
     assert "paper/sine-pi" in shown
     assert "%" in shown
+
+
+class Log(io.StringIO):
+    """A stream that is no terminal, whose clock goes on by a second with each report."""
+
+    def __init__(self, monkeypatch):
+        super().__init__()
+        self.seconds = 0.0
+        monkeypatch.setattr("time.monotonic", lambda: self.seconds)
+        monkeypatch.setattr(sys, "stderr", self)
+        monkeypatch.setattr("hydroservo.cli.progress.FIRST_LINE", 10.0)
+
+    def lines_of(self, seconds):
+        with progress_bar("a run") as report:
+            for self.seconds in range(seconds):
+                report(self.seconds / seconds, "a run")
+        return self.getvalue().splitlines()
+
+
+def test_what_takes_less_than_ten_seconds_leaves_no_line_in_a_log(monkeypatch):
+    assert Log(monkeypatch).lines_of(10) == []
+
+
+def test_progress_in_a_log_is_a_line_now_and_then(monkeypatch):
+    assert Log(monkeypatch).lines_of(100) == [
+        f"hydroservo: {percent} % done: a run" for percent in (10, 20, 40, 80)
+    ]
+
+
+def test_the_log_of_a_day_is_short_and_never_silent_for_long(monkeypatch):
+    assert 100 < len(Log(monkeypatch).lines_of(24 * 3600)) < 200
+
+
+def test_progress_in_a_log_of_a_command_goes_to_stderr_alone(monkeypatch):
+    code = "from hydroservo.cli import main, progress; progress.FIRST_LINE = 0.0; main()"
+    words = [sys.executable, "-c", code, *QUICK, "--json"]
+    done = subprocess.run(words, text=True, capture_output=True, check=True)
+    assert json.loads(done.stdout)["scenario"] == "paper/sine-pi"
+    assert re.fullmatch(r"(hydroservo: \d+ % done: [^\n]*\n)+", done.stderr)
 
 
 @needs_posix

@@ -245,10 +245,7 @@ def test_weights_say_how_many_are_wanted():
 
 @pytest.mark.parametrize("args", [("--candidates", "many"), ("--threads", "0"), ("--nothing",)])
 def test_wrong_usage_exits_with_2(args):
-    result = hydroservo_(*QUICK, *VARIED, *args)
-    assert result.exit_code == 2
-    assert result.stdout == ""
-    assert "Usage" in result.stderr
+    assert "--help)" in failed(*QUICK, *VARIED, *args)
 
 
 def test_help():

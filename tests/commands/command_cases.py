@@ -182,10 +182,21 @@ CELLS = (
     "\t",
     "1e-320",
     "1_0",
-    "١",
+    "\u0661",
     "0x1p3",
     " 2 ",
 )
+RECORDED = """
+[simulation]
+duration = "0.02 s"
+period = "1 ms"
+substeps = 20
+[{role}]
+type = "Recorded"
+series = {{{keys}}}
+[controller]
+type = "PI"
+"""
 PLUGIN = '''
 from typing import Annotated, NamedTuple
 from hydroservo import Field, ops
@@ -316,12 +327,8 @@ def recording(draw: random.Random) -> tuple[Words, dict[str, bytes]]:
     )
     rows = [header.split("|")]
     for i in range(draw.choice([0, 1, 2, 5, 40])):
-        rows.append(
-            [
-                f"{start + i * step:.9g}".replace(".", point),
-                f"{draw.uniform(-30, 30):.3f}".replace(".", point),
-            ]
-        )
+        cells = (f"{start + i * step:.9g}", f"{draw.uniform(-30, 30):.3f}")
+        rows += [[cell.replace(".", point) for cell in cells]]
     for _ in range(draw.randint(0, 2)):
         row = draw.choice(rows)
         row[draw.randrange(len(row))] = draw.choice(CELLS)
@@ -342,7 +349,7 @@ def recording(draw: random.Random) -> tuple[Words, dict[str, bytes]]:
             "file = 3",
         ]
     )
-    text = f'[simulation]\nduration = "0.02 s"\nperiod = "1 ms"\nsubsteps = 20\n[{role}]\ntype = "Recorded"\nseries = {{{keys}}}\n[controller]\ntype = "PI"\n'
+    text = RECORDED.format(role=role, keys=keys)
     return ["run", "own.toml", "--interpreted"], {
         "own.toml": text.encode(),
         "log.csv": content,

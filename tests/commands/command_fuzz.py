@@ -2,8 +2,8 @@
 
     python tests/commands/command_fuzz.py --first 0 --count 1000 --processes 2
 
-A command may end with 0, or with 2 and one line that says why; it may not end otherwise, die, print a traceback
-or leave a hidden file. One that takes too long is interrupted, and must then end with 130.
+A command may end with 0, or with 2 and one line that says why; it may not end otherwise, die, print a
+traceback or leave a hidden file. One that takes too long is interrupted, and must then end with 130.
 """
 
 import argparse

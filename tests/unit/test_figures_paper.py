@@ -95,13 +95,13 @@ def drawn(runs):
 def test_all_figures_are_written_in_both_formats_with_the_same_bytes_each_time(runs, tmp_path, monkeypatch):
     monkeypatch.setattr(paper, "FIGURES", FIGURES[:2])
     steps = []
-    written = draw_figures(runs, tmp_path, lambda *step: steps.append(step))
+    written = draw_figures(runs, tmp_path, "abc", lambda *step: steps.append(step))
     assert [path.name for path in written] == ["fig03.png", "fig03.svg", "fig04.png", "fig04.svg"]
     assert steps == [(1, 2, "figure 3"), (2, 2, "figure 4")]
     assert written[0].read_bytes().startswith(b"\x89PNG")
     assert b"<svg" in written[1].read_bytes()
     first = [path.read_bytes() for path in written]
-    assert [path.read_bytes() for path in draw_figures(runs, tmp_path)] == first
+    assert [path.read_bytes() for path in draw_figures(runs, tmp_path, "abc")] == first
 
 
 def test_the_figures_are_the_papers(drawn):

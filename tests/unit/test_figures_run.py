@@ -70,7 +70,7 @@ def test_controllers_have_their_own_colours(pi, tsmc):
 
 def test_legends_lie_above_their_axes(tsmc, tmp_path):
     fig = plot_run(tsmc)
-    save_figure(fig, tmp_path / "run")  # lays the figure out
+    save_figure(fig, tmp_path / "run", "abc")  # lays the figure out
     legends = [axis.get_legend() for axis in fig.axes if axis.get_legend()]
     assert len(legends) == 3
     for legend in legends:
@@ -205,8 +205,8 @@ def test_style_leaves_no_trace():
 
 
 def test_saving_gives_both_formats_and_always_the_same_bytes(pi, tmp_path):
-    first = save_figure(plot_run(pi), tmp_path / "a" / "run.1")
-    second = save_figure(plot_run(pi), tmp_path / "b" / "run.1")
+    first = save_figure(plot_run(pi), tmp_path / "a" / "run.1", "abc")
+    second = save_figure(plot_run(pi), tmp_path / "b" / "run.1", "abc")
     assert [path.name for path in first] == ["run.1.png", "run.1.svg"]
     for one, other in zip(first, second, strict=True):
         assert one.read_bytes() == other.read_bytes()

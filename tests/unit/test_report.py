@@ -11,11 +11,11 @@ import pandas as pd
 import pytest
 from test_figures_paper import lost, made_up_runs
 
-from hydroservo.figures import paper, report_page
+from hydroservo.figures import paper, report, report_page
 from hydroservo.figures.judgements import SourcedRatio, sourced, worst_case
 from hydroservo.figures.overview import draw_overview, shares
 from hydroservo.figures.paper import FIGURES
-from hydroservo.figures.report import write_report
+from hydroservo.figures.report import report_files, write_report
 from hydroservo.figures.report_tables import best
 from hydroservo.figures.typeset import symbols
 from hydroservo.figures.verdicts import BINS, cells, colour_class, draw_map
@@ -25,6 +25,7 @@ from hydroservo.papers.tsmc_eha_2021.conditions import LITERAL, REPRODUCED, Cond
 from hydroservo.papers.tsmc_eha_2021.study import Study, judged, metrics_table
 from hydroservo.papers.tsmc_eha_2021.study import verdicts as judge
 from hydroservo.readable import MINUS, TIMES
+from hydroservo.results import foreign_files
 
 SETTLED = ("error", "s1", "s2", "xi1", "xi2", "miss1", "miss2")
 
@@ -91,6 +92,12 @@ def test_the_folder_holds_everything(folder):
     assert sorted(contents(folder)) == sorted(
         [*pictures, *trajectories, "metrics.csv", "metrics.json", "report.html"]
     )
+    assert foreign_files(folder) == []
+
+
+def test_what_will_be_written_is_known_beforehand(folder, monkeypatch):
+    monkeypatch.setattr(report, "FIGURES", FIGURES[:2])
+    assert sorted(report_files(folder)) == sorted(folder / name for name in contents(folder))
 
 
 def test_equal_studies_give_equal_bytes(folder, tmp_path, monkeypatch):

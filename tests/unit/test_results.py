@@ -1,8 +1,8 @@
+import hashlib
 import io
 import json
 import math
 import re
-import stat
 
 import numpy as np
 import pandas as pd
@@ -18,10 +18,12 @@ from hydroservo import HydroservoError, Simulation
 from hydroservo.controllers import TSMC
 from hydroservo.loop import Loop
 from hydroservo.metrics import METRIC_FIELDS
+from hydroservo.outputs import staged, write_text
 from hydroservo.results import (
+    METRICS,
     as_json,
-    atomic_path,
     best_runs,
+    foreign_files,
     matlab_names,
     metrics_csv,
     metrics_of,
@@ -29,7 +31,7 @@ from hydroservo.results import (
     save,
     scenario_of,
     trajectory_of,
-    write_text,
+    write_metrics,
 )
 
 
@@ -128,70 +130,43 @@ def test_ending_in_capitals_is_understood(dataset, tmp_path):
     assert save(dataset, tmp_path / "RUN.CSV").read_text().startswith("time [s],")
 
 
-def test_atomic_path_makes_folders_and_replaces(tmp_path):
-    path = tmp_path / "a" / "b.txt"
-    for text in ("one", "two"):
-        with atomic_path(path) as temporary:
-            assert temporary.suffix == ".txt"
-            assert temporary.parent == path.parent
-            temporary.write_text(text)
-        assert path.read_text() == text
-    assert list(path.parent.iterdir()) == [path]
+def result(folder, mark):
+    """A folder of results, every file of which says whose it is."""
+    with staged(folder, last=METRICS) as stage:
+        for name in ("run.png", "below/trajectory.csv"):
+            write_text(stage / name, mark)
+        write_metrics(stage, {"hash": mark, "lost": math.nan})
 
 
-def test_atomic_path_gives_the_usual_permissions(tmp_path):
-    (tmp_path / "usual").write_text("")
-    with atomic_path(tmp_path / "atomic") as temporary:
-        temporary.write_text("")
-    modes = {stat.S_IMODE((tmp_path / name).stat().st_mode) for name in ("usual", "atomic")}
-    assert len(modes) == 1
+def test_metrics_json_names_every_file_of_its_result(tmp_path):
+    (tmp_path / "notes.txt").write_text("mine")
+    result(tmp_path, "a")
+    said = json.loads((tmp_path / METRICS).read_text())
+    digest = hashlib.sha256(b"a").hexdigest()
+    assert said == {
+        "hash": "a",
+        "lost": None,
+        "files": dict.fromkeys(("below/trajectory.csv", "run.png"), digest),
+    }
+    assert foreign_files(tmp_path) == []
 
 
-def write_half(path, error):
-    with atomic_path(path) as temporary:
-        temporary.write_text("half")
-        raise error
+def test_files_of_another_result_are_named(tmp_path):
+    result(tmp_path / "one", "a")
+    result(tmp_path / "other", "b")
+    (tmp_path / "other" / "run.png").replace(tmp_path / "one" / "run.png")
+    assert foreign_files(tmp_path / "one") == ["run.png"]
+    assert foreign_files(tmp_path / "other") == ["run.png"]
+    (tmp_path / "one" / "below" / "trajectory.csv").write_text("changed")
+    assert foreign_files(tmp_path / "one") == ["below/trajectory.csv", "run.png"]
 
 
-@pytest.mark.parametrize("error", [ValueError, KeyboardInterrupt, SystemExit])
-def test_atomic_path_keeps_the_old_file_where_writing_fails(tmp_path, error):
-    path = tmp_path / "file.csv"
-    path.write_text("old")
-    with pytest.raises(error):
-        write_half(path, error())
-    assert path.read_text() == "old"
-    assert list(tmp_path.iterdir()) == [path]
-
-
-def test_atomic_path_says_in_one_line_which_file_and_why(tmp_path):
-    path = tmp_path / "file.csv"
-    full = OSError(28, "No space left on device", "temporary")
-    with pytest.raises(HydroservoError, match=r"file\.csv: cannot be written: No space left") as raised:
-        write_half(path, full)
-    assert "\n" not in str(raised.value)
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_a_folder_in_the_way_is_an_error_and_stays(tmp_path):
-    (tmp_path / "file.csv").mkdir()
-    with (
-        pytest.raises(HydroservoError, match="cannot be written"),
-        atomic_path(tmp_path / "file.csv") as file,
-    ):
-        file.write_text("new")
-    assert list(tmp_path.iterdir()) == [tmp_path / "file.csv"]
-
-
-def test_a_file_for_a_folder_is_an_error(tmp_path):
-    (tmp_path / "file").write_text("old")
-    new = atomic_path(tmp_path / "file" / "run.csv")
-    with pytest.raises(HydroservoError, match="cannot be written"), new:
-        pass
-
-
-def test_text_is_written_as_it_is_in_utf_8(tmp_path):
-    path = write_text(tmp_path / "a" / "b.txt", "1 m/s², 2 µs\n")
-    assert path.read_bytes() == "1 m/s², 2 µs\n".encode()
+@pytest.mark.parametrize("text", [None, "", "{}", "[]", '{"files": 1}', "\0"])
+def test_a_folder_without_a_result_is_an_error(tmp_path, text):
+    if text is not None:
+        (tmp_path / METRICS).write_text(text)
+    with pytest.raises(HydroservoError, match=r"metrics\.json: cannot be read"):
+        foreign_files(tmp_path)
 
 
 def test_json_has_null_for_what_is_not_finite_and_keeps_everything_else():

@@ -100,15 +100,17 @@ def run(
     - `hydroservo run paper/square-tsmc --set load.amplitude=150N --out results --format mat`
     - `hydroservo run my.toml --plugin my_controller.py --set simulation.duration='2 s' --json`
     """
-    from hydroservo.cli.files import write_run
+    from hydroservo.cli.files import run_files, write_run
     from hydroservo.cli.progress import progress_bar
     from hydroservo.cli.summary import run_summary
     from hydroservo.cli.tables import show_run
+    from hydroservo.cli.writing import Written, written
     from hydroservo.results import as_json
     from hydroservo.simulate import simulate
 
-    loop = loaded(scenario, changes, plugins)
-    prepare(out, [loop])
+    loop, ending = loaded(scenario, changes, plugins), ENDINGS[form]
+    if out:
+        announce(run_files(out, ending), [loop])
     with progress_bar(scenario) as report:
         dataset = simulate(
             loop,
@@ -119,13 +121,14 @@ def run(
         )
         summary = run_summary(scenario, dataset)
         report(1.0, "writing files")
-        files = write_run(out, summary, dataset, ENDINGS[form]) if out else []
+        left = written(out, lambda place: write_run(place, summary, dataset, ending)) if out else Written()
     say_remarks(scenario, dataset)
     if json:
         typer.echo(as_json(summary._asdict()))
     else:
         show_run(summary)
-        list_files(files)
+        list_files(left.files)
+    left.check()
 
 
 @app.command()
@@ -150,15 +153,17 @@ def compare(
     - `hydroservo compare paper/sine-pi paper/sine-backstepping paper/sine-tsmc`
     - `hydroservo compare paper/square-pi paper/square-tsmc --set load.amplitude=150N --out results`
     """
-    from hydroservo.cli.files import write_comparison
+    from hydroservo.cli.files import comparison_files, write_comparison
     from hydroservo.cli.progress import progress_bar
     from hydroservo.cli.summary import run_summary
     from hydroservo.cli.tables import show_comparison
+    from hydroservo.cli.writing import Written, written
     from hydroservo.results import as_json
     from hydroservo.simulate import simulate
 
     loops = [loaded(scenario, changes, plugins) for scenario in scenarios]
-    prepare(out, loops)
+    if out:
+        announce(comparison_files(out), loops)
     datasets = []
     with progress_bar(scenarios[0]) as report:
         for i, (scenario, loop) in enumerate(zip(scenarios, loops, strict=True)):
@@ -168,14 +173,19 @@ def compare(
         summaries = [run_summary(*pair) for pair in zip(scenarios, datasets, strict=True)]
         labels = short_names(scenarios)
         report(1.0, "writing files")
-        files = write_comparison(out, summaries, datasets, labels) if out else []
+        left = (
+            written(out, lambda place: write_comparison(place, summaries, datasets, labels))
+            if out
+            else Written()
+        )
     for scenario, dataset in zip(scenarios, datasets, strict=True):
         say_remarks(scenario, dataset)
     if json:
         typer.echo(as_json({"runs": [summary._asdict() for summary in summaries]}))
     else:
         show_comparison(summaries, labels)
-        list_files(files)
+        list_files(left.files)
+    left.check()
 
 
 app.command()(batch)
@@ -195,19 +205,21 @@ def paper(
     """
     from hydroservo.cli.progress import progress_bar
     from hydroservo.cli.tables import show_verdicts
-    from hydroservo.figures.report import write_report
+    from hydroservo.cli.writing import prepare, written
+    from hydroservo.figures.report import report_files, write_report
     from hydroservo.papers.tsmc_eha_2021.study import run_study
 
-    prepare(out, [])
+    prepare(report_files(out))
     with progress_bar("preparing") as report:
 
         def progress(done: int, total: int, what: str) -> None:
             report(done / total, what)
 
         study = run_study(progress)
-        page = write_report(study, out, progress)
+        left = written(out, lambda place: [write_report(study, place, progress)])
     show_verdicts(study.verdicts)
-    typer.echo(f"report: {page}")
+    left.check()
+    typer.echo(f"report: {left.files[0]}")
 
 
 @scenarios_app.callback(invoke_without_command=True)
@@ -241,14 +253,13 @@ def show_source(
         typer.echo(text, nl=False)
 
 
-def prepare(out: Path | None, loops: Sequence["Loop"]) -> None:
-    """Before a run: make its folder, and say how much memory large trajectories will take."""
+def announce(files: Sequence[Path], loops: Sequence["Loop"]) -> None:
+    """Before a run: try its files, and say how much memory large trajectories will take."""
+    from hydroservo.cli.writing import prepare
     from hydroservo.simulate import trace_size
 
-    if out is None:
-        return
-    out.mkdir(parents=True, exist_ok=True)
     size = sum(map(trace_size, loops))
+    prepare(files, size)
     if size > LARGE_TRACE:
         typer.echo(f"the recorded trajectory will take {size / 2**20:.0f} MiB of memory", err=True)
 

@@ -92,7 +92,7 @@ def batch(
     loop = origin.loop({})
     varied = variations(ranges, loop, origin.nominal())
     drawn = drawn_runs(loop, varied, seed, runs, seeds=seeds)
-    prepare(out, runs, len(drawn.settings) + len(drawn.parameters))
+    announce(out, runs, len(drawn.settings) + len(drawn.parameters))
     with progress_bar("preparing") as report:
         start = time.monotonic()
         found = simulate_batch(
@@ -101,19 +101,21 @@ def batch(
         seconds = time.monotonic() - start
         table = table_of_runs(found, drawn, seed)
         report(1.0, "writing files")
-        write_batch(out, table, [one.path for one in varied], metric)
+        left = write_batch(out, table, [one.path for one in varied], metric)
     summary = batch_summary(scenario, seed, table, drawn.ranges)
     say_remarks(scenario, table)
     if json:
         typer.echo(as_json(summary.as_tables()))
+        left.check()
         return
     show_batch(summary, table, seconds)
     run, reason = remarkable_run(table, metric)
     replay = command(origin, *drawn.of_run(run), substeps=table.attrs.get("substeps"))
     if replay:
         typer.echo(f"run {run} {reason}; alone: {replay}")
-    if out:
-        typer.echo(f"written: {', '.join(map(str, out))}")
+    if left.files:
+        typer.echo(f"written: {', '.join(map(str, left.files))}")
+    left.check()
 
 
 def check(runs: int, seed: int, metric: str, varies: bool) -> None:
@@ -137,13 +139,13 @@ def check(runs: int, seed: int, metric: str, varies: bool) -> None:
         raise ParameterError("--metric", metric, one_of(metric, numbers))
 
 
-def prepare(files: Sequence[Path], runs: int, columns: int) -> None:
-    """Before the runs: make the folders of the files, and say how much memory a large table will take."""
+def announce(files: Sequence[Path], runs: int, columns: int) -> None:
+    """Before the runs: try the files, and say how much memory a large table will take."""
+    from hydroservo.cli.writing import prepare
     from hydroservo.metrics import METRIC_FIELDS
 
-    for file in files:
-        file.parent.mkdir(parents=True, exist_ok=True)
     size = 8 * runs * (columns + len(METRIC_FIELDS))
+    prepare(files, size)
     if size > LARGE_TABLE:
         typer.echo(f"the table of all runs will take {size / 2**20:.0f} MiB of memory", err=True)
 

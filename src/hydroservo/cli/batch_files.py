@@ -1,11 +1,13 @@
 """The table of a batch, and the files that it goes into."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hydroservo.cli.variations import Drawn
+from hydroservo.cli.writing import Written, kept
 from hydroservo.errors import HydroservoError
+from hydroservo.outputs import OutputError, staged
 from hydroservo.results import FORMATS, as_json, save
 
 if TYPE_CHECKING:
@@ -49,12 +51,40 @@ def table_of_runs(found: "xr.Dataset", drawn: Drawn, seed: int) -> "xr.Dataset":
     return table[[*drawn.ranges, *deviations, *(name for name in found if name not in drawn.parameters)]]
 
 
-def write_batch(files: Sequence[Path], table: "xr.Dataset", varied: Sequence[str], metric: str) -> None:
-    """Write a table, and pictures of one metric against what varied."""
-    for file in files:
-        if file.suffix.lower() in FORMATS:
-            save(table, file)
-        else:
-            from hydroservo.figures.batch import plot_batch, save_picture
+def write_batch(files: Sequence[Path], table: "xr.Dataset", varied: Sequence[str], metric: str) -> Written:
+    """Write a table, and pictures of one metric against what varied, each whatever becomes of the others."""
+    failures: dict[Path, Exception] = {}
+    for folder in dict.fromkeys(file.parent for file in files):
+        together = [file for file in files if file.parent == folder]
+        try:
+            with staged(folder) as stage:
+                for file in together:
+                    try:
+                        write_file(stage / file.name, table, varied, metric)
+                    except Exception as error:  # whatever it is, the other files are worth having
+                        failures[file] = error
+        except OutputError as error:
+            failures |= dict.fromkeys(together, error)
+    done = [file for file in files if file not in failures]
+    return Written(done, failure_of(failures, lambda file: write_file(file, table, varied, metric)))
 
-            save_picture(plot_batch(table, varied, metric), file)
+
+def failure_of(failures: Mapping[Path, Exception], write: Callable[[Path], object]) -> Exception | None:
+    """What a batch ends with: all that could not be written and where it is instead, or what else failed."""
+    lost = {file: str(error) for file, error in failures.items() if isinstance(error, OutputError)}
+    others = [error for file, error in failures.items() if file not in lost]
+    if not lost:
+        return others[0] if others else None
+    problem = OutputError("; ".join(dict.fromkeys(lost.values())))
+    found = kept(problem, lambda place: [write(place / file.name) for file in lost])
+    return others[0] if others else found
+
+
+def write_file(file: Path, table: "xr.Dataset", varied: Sequence[str], metric: str) -> None:
+    if file.suffix.lower() in FORMATS:
+        save(table, file)
+    else:
+        from hydroservo.figures.batch import plot_batch
+        from hydroservo.figures.style import save_picture
+
+        save_picture(plot_batch(table, varied, metric), file, table.attrs["hash"])

@@ -81,28 +81,31 @@ def c(
     - `hydroservo export c rig/encoder-pi-sine --out controller --prefix rig --precision single --inline`
     """
     from hydroservo.cli.progress import progress_bar
-    from hydroservo.export.project import memory, write_c_project
+    from hydroservo.cli.writing import written
+    from hydroservo.export.project import check_project, memory, project_files, write_c_project
     from hydroservo.export.vectors import made_vectors
+    from hydroservo.outputs import check_outputs
     from hydroservo.results import as_json
 
     loop = loaded(scenario, changes, plugins)
     with progress_bar("translating") as report:
         found = translated(scenario, loop, unit, prefix, precision=precision, inlined=inline)
+        check_project(out)
+        check_outputs(project_files(out, found.prefix))
         report(0.2, "making test vectors")
         samples = made_vectors(loop, unit, found)
         report(0.9, "writing files")
-        files = write_c_project(found, samples, out)
-    sizes = memory(found)
+        left = written(out, lambda place: write_c_project(found, samples, place))
+        left.check()
+    sizes, files = memory(found), list(map(str, left.files))
     if json:
-        typer.echo(
-            as_json({**identity(scenario, unit, found), **sizes._asdict(), "files": list(map(str, files))})
-        )
+        typer.echo(as_json({**identity(scenario, unit, found), **sizes._asdict(), "files": files}))
         return
     typer.echo(
         f"{found.title}: {sizes.state_bytes} bytes of state, {sizes.parameter_bytes} of parameters, "
         f"{precision} precision"
     )
-    typer.echo(f"written to {out}: {', '.join(file.name for file in files)}")
+    typer.echo(f"written to {out}: {', '.join(file.name for file in left.files)}")
     typer.echo(f"next: make -C {shlex.quote(str(out))} check")
 
 
@@ -127,12 +130,18 @@ def fmu(
     - `hydroservo export fmu paper/sine-tsmc --out controller.fmu`
     - `hydroservo export fmu rig/encoder-pi-sine --unit machine --fmi 3 --out machine.fmu`
     """
+    from hydroservo.cli.writing import written
     from hydroservo.export.fmu import write_fmu
+    from hydroservo.outputs import check_outputs
     from hydroservo.results import as_json
 
     loop = loaded(scenario, changes, plugins)
     found = translated(scenario, loop, unit, prefix)
-    write_fmu(found, out, stop_time=loop.simulation.duration, version=version)
+    check_outputs([out])
+    stop_time = loop.simulation.duration
+    written(
+        out.parent, lambda place: [write_fmu(found, place / out.name, stop_time=stop_time, version=version)]
+    ).check()
     if json:
         typer.echo(as_json({**identity(scenario, unit, found), "fmi": version, "file": str(out)}))
         return

@@ -2,21 +2,30 @@
 
 import sys
 import warnings
-from typing import Any
+from typing import Any, NoReturn
 
 import typer
 from typer.core import TyperGroup
 
 from hydroservo.cli.interrupts import INTERRUPTED, heard
-from hydroservo.errors import HydroservoError, HydroservoWarning
+from hydroservo.errors import HydroservoError, HydroservoWarning, clipped, one_line
 
 __all__ = ["Commands"]
 
 USER_ERROR = 2
+UsageError: Any = typer.BadParameter.__base__  # click's, or that of typer's own copy of click
 
 
 class Commands(TyperGroup):
     """The commands, with what they raise turned into a message and an exit status."""
+
+    def main(self, *args: Any, **options: Any) -> NoReturn:
+        try:
+            sys.exit(super().main(*args, **{**options, "standalone_mode": False}))
+        except UsageError as error:
+            if error.format_message():  # if not, help has been shown
+                failed(misused(error), USER_ERROR)
+            sys.exit(USER_ERROR)
 
     def invoke(self, ctx: Any) -> Any:
         try:
@@ -44,3 +53,17 @@ def failed(message: str, status: int) -> typer.Exit:
 def described(error: OSError) -> str:
     parts = (error.filename, error.strerror or " ".join(str(error).split()))
     return ": ".join(str(part) for part in parts if part)
+
+
+def misused(error: Any) -> str:
+    """What is wrong with the words of a command, and where it is said what they may be."""
+    from hydroservo.scenario.names import nearest
+
+    words = error.ctx.command_path.split(" ")[1:] if error.ctx else []
+    path = " ".join(["hydroservo", *words])  # whatever the program was started as
+    if hasattr(error, "possibilities"):  # an option that is not there
+        options = [name for param in error.ctx.command.params for name in param.opts]
+        text = error.message + nearest(error.option_name, options)
+    else:
+        text = error.format_message().replace("Value error, ", "").removesuffix(".")
+    return clipped(one_line(f"{text[:1].lower()}{text[1:]}"), 1000) + f" (see {path} --help)"

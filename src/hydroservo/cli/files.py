@@ -5,41 +5,52 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hydroservo.cli.summary import RunSummary
-from hydroservo.results import as_json, metrics_csv, save, write_text
+from hydroservo.outputs import staged, write_text
+from hydroservo.results import METRICS, metrics_csv, save, write_metrics
 
 if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
-__all__ = ["write_comparison", "write_run"]
+__all__ = ["comparison_files", "run_files", "write_comparison", "write_run"]
+
+
+def run_files(folder: Path, ending: str) -> list[Path]:
+    """What :func:`write_run` writes."""
+    return [folder / name for name in (f"trajectory{ending}", "metrics.csv", METRICS, "run.png", "run.svg")]
 
 
 def write_run(folder: Path, summary: RunSummary, dataset: "xr.Dataset", ending: str) -> list[Path]:
-    """The trajectory, the metrics and the plot of a run; returns what was written."""
+    """The trajectory, the metrics and the plot of a run, together; returns what was written."""
     from hydroservo.figures.run import plot_run
     from hydroservo.figures.style import save_figure
 
-    return [
-        save(dataset, folder / f"trajectory{ending}"),
-        write_text(folder / "metrics.csv", metrics_csv(table([summary]))),
-        write_text(folder / "metrics.json", as_json(summary._asdict()) + "\n"),
-        *save_figure(plot_run(dataset), folder / "run"),
-    ]
+    with staged(folder, last=METRICS) as stage:
+        save(dataset, stage / f"trajectory{ending}")
+        write_text(stage / "metrics.csv", metrics_csv(table([summary])))
+        save_figure(plot_run(dataset), stage / "run", summary.hash)
+        write_metrics(stage, summary._asdict())
+    return run_files(folder, ending)
+
+
+def comparison_files(folder: Path) -> list[Path]:
+    """What :func:`write_comparison` writes."""
+    return [folder / name for name in ("metrics.csv", METRICS, "comparison.png", "comparison.svg")]
 
 
 def write_comparison(
     folder: Path, summaries: Sequence[RunSummary], datasets: Sequence["xr.Dataset"], labels: Sequence[str]
 ) -> list[Path]:
-    """The metrics of several runs and their common plot; returns what was written."""
+    """The metrics of several runs and their common plot, together; returns what was written."""
     from hydroservo.figures.comparison import plot_comparison
     from hydroservo.figures.style import save_figure
 
-    runs = [summary._asdict() for summary in summaries]
-    return [
-        write_text(folder / "metrics.csv", metrics_csv(table(summaries))),
-        write_text(folder / "metrics.json", as_json({"runs": runs}) + "\n"),
-        *save_figure(plot_comparison(datasets, labels), folder / "comparison"),
-    ]
+    origin = " ".join(summary.hash for summary in summaries)
+    with staged(folder, last=METRICS) as stage:
+        write_text(stage / "metrics.csv", metrics_csv(table(summaries)))
+        save_figure(plot_comparison(datasets, labels), stage / "comparison", origin)
+        write_metrics(stage, {"runs": [summary._asdict() for summary in summaries]})
+    return comparison_files(folder)
 
 
 def table(summaries: Sequence[RunSummary]) -> "pd.DataFrame":

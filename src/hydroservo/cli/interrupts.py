@@ -4,23 +4,48 @@ While LLVM compiles it calls back into Python, and Python drops what is raised i
 ``__del__``: an interrupt that lands there would print a traceback, and the run would go on.
 """
 
+import os
 import signal
 import sys
-from typing import Any, NoReturn
 
-__all__ = ["INTERRUPTED", "heard", "repeat_interrupts"]
+TYPE_CHECKING = False  # as typing has it, during whose import an interrupt would print a traceback
+if TYPE_CHECKING:
+    from typing import Any, NoReturn
+
+__all__ = [
+    "INTERRUPTED",
+    "discard_unwritten",
+    "end_on_interrupt",
+    "heard",
+    "ignore_interrupts",
+    "leave",
+    "repeat_interrupts",
+]
 
 INTERRUPTED = 130  # exit status: 128 + SIGINT, as shells have it
 PAUSE = 0.2  # s
 REPEATS = hasattr(signal, "setitimer")  # not on Windows
 
 
+def end_on_interrupt() -> None:
+    """From now on, end at once on an interrupt, as is right while there is nothing to put in order."""
+    signal.signal(signal.SIGINT, lambda _number, _frame: leave())
+
+
 def repeat_interrupts() -> None:
     """From now on, repeat an interrupt until :func:`heard` is called, and say nothing of those dropped."""
     sys.unraisablehook = dropped
     if REPEATS:
-        signal.signal(signal.SIGINT, interrupt)
         signal.signal(signal.SIGALRM, interrupt)
+        signal.signal(signal.SIGINT, interrupt)
+    else:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def ignore_interrupts() -> None:
+    """From now on, let nothing break off the end of the process: all is done."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    heard()
 
 
 def heard() -> None:
@@ -29,11 +54,28 @@ def heard() -> None:
         signal.setitimer(signal.ITIMER_REAL, 0.0)
 
 
-def interrupt(_number: int, _frame: Any) -> NoReturn:
+def interrupt(_number: int, _frame: "Any") -> "NoReturn":
     signal.setitimer(signal.ITIMER_REAL, PAUSE)  # a timer of the system: a thread could wait for itself here
     raise KeyboardInterrupt
 
 
-def dropped(exception: Any) -> None:
+def dropped(exception: "Any") -> None:
     if not issubclass(exception.exc_type, KeyboardInterrupt):
         sys.__unraisablehook__(exception)
+
+
+def leave() -> "NoReturn":
+    """End at once: Python may crash as it closes an interrupted compiler, and nothing is left to do."""
+    ignore_interrupts()
+    sys.stderr.write("hydroservo: interrupted; nothing was left half-written\n")
+    sys.stderr.flush()
+    discard_unwritten()
+    os._exit(INTERRUPTED)
+
+
+def discard_unwritten() -> None:
+    """Keep Python from complaining at its exit of output that nobody takes any more."""
+    try:
+        sys.stdout.flush()
+    except OSError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

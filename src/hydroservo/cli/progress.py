@@ -1,7 +1,8 @@
-"""A progress bar for what takes more than two seconds."""
+"""What is said of the progress of whatever takes long, on stderr."""
 
 import sys
 import threading
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
@@ -10,16 +11,19 @@ __all__ = ["Report", "progress_bar"]
 Report = Callable[[float, str], None]  # the fraction done, and what is being done
 
 PATIENCE = 2.0  # s
+FIRST_LINE, LONGEST_PAUSE = 10.0, 600.0  # s
 
 
 @contextmanager
 def progress_bar(what: str) -> Iterator[Report]:
     """A function to report progress to.
 
-    After two seconds a bar appears on stderr if that is a terminal; it is gone when all is done.
+    After two seconds a bar appears on stderr if that is a terminal; it is gone when all is done. If it is
+    none, such as the log of a job, there is a line after ten seconds, and more after pauses that grow to ten
+    minutes.
     """
     if not sys.stderr.isatty():
-        yield lambda _fraction, _what: None
+        yield lines_now_and_then()
         return
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
@@ -37,3 +41,19 @@ def progress_bar(what: str) -> Iterator[Report]:
         timer.cancel()
         timer.join()
         bar.stop()
+
+
+def lines_now_and_then() -> Report:
+    """Reports progress in a line for about each doubling of the time that it takes."""
+    pause = FIRST_LINE
+    due = time.monotonic() + pause
+
+    def report(fraction: float, what: str) -> None:
+        nonlocal pause, due
+        now = time.monotonic()
+        if now >= due:
+            print(f"hydroservo: {100.0 * fraction:.0f} % done: {what}", file=sys.stderr, flush=True)
+            due = now + pause
+            pause = min(2.0 * pause, LONGEST_PAUSE)
+
+    return report

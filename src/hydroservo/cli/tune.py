@@ -129,6 +129,7 @@ def tune(
     """
     from hydroservo.cli.progress import progress_bar
     from hydroservo.cli.tune_tables import as_tables, show_tuned, write_values
+    from hydroservo.cli.writing import Written, prepare, written
     from hydroservo.results import as_json
     from hydroservo.tuning import Aim, tune
 
@@ -142,23 +143,27 @@ def tune(
     scenarios = [named(name, scale) for name in names for scale in factors]
     wanted = searched(ranges, scenarios, loops)
     if out is not None:
-        out.parent.mkdir(parents=True, exist_ok=True)
+        prepare([out])
     with progress_bar("preparing") as report:
         progress = told(report, metric, candidates)
         found = tune(aim, wanted, candidates=candidates, seed=seed, threads=threads, progress=progress)
     for scenario, table in zip(scenarios, found.tables, strict=True):
         say_remarks(scenario, table)
     command = typed(context)
+    left = Written()
     if out is not None:
-        write_values(out, command, found)
+        name = out.name
+        left = written(out.parent, lambda place: [write_values(place / name, command, found)])
     if json:
         typer.echo(as_json(as_tables(scenarios, command, aim, found)))
+        left.check()
         return
     show_tuned(scenarios, aim, wanted, found)
     one = " and the first seed" if seeds > 1 else ""
     typer.echo(f"with these values{one}: {replay(names, changes, plugins, found.parameters)}")
-    if out is not None:
+    if left.files:
         typer.echo(f"written: {out}")
+    left.check()
 
 
 def check(metric: str, candidates: int, seeds: int, seed: int, ranges: Sequence[str]) -> None:

@@ -13,8 +13,8 @@ from hydroservo._version import __version__
 from hydroservo.block import field_at
 from hydroservo.cli.tables import as_text, show
 from hydroservo.metrics import METRIC_FIELDS
+from hydroservo.outputs import write_text
 from hydroservo.readable import common_unit
-from hydroservo.results import write_text
 from hydroservo.scenario.overrides import nested
 from hydroservo.tuning import Aim, Tuned
 
@@ -39,12 +39,12 @@ def as_tables(scenarios: Sequence[str], command: Sequence[str], aim: Aim, found:
     }
 
 
-def write_values(file: Path, command: Sequence[str], found: Tuned) -> None:
+def write_values(file: Path, command: Sequence[str], found: Tuned) -> Path:
     """The values as TOML tables, under the command that found them."""
     text = " \\\n    ".join(command)
     comment = "".join(f"# {line}\n" for line in text.splitlines())
     tables = tomli_w.dumps(nested(found.parameters))
-    write_text(file, f"# In SI units, found by hydroservo {__version__} with\n{comment}\n{tables}")
+    return write_text(file, f"# In SI units, found by hydroservo {__version__} with\n{comment}\n{tables}")
 
 
 def show_tuned(

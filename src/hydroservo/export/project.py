@@ -10,9 +10,9 @@ from hydroservo.export.deviation import measured_deviation
 from hydroservo.export.exported import Exported, Signal
 from hydroservo.export.render import rendered
 from hydroservo.export.vectors import Vectors
-from hydroservo.results import write_text
+from hydroservo.outputs import staged, write_text
 
-__all__ = ["Memory", "c_project", "memory", "write_c_project"]
+__all__ = ["Memory", "c_project", "check_project", "memory", "project_files", "write_c_project"]
 
 TOLERANCE = "0.01"  # of a number's deviation in single precision, relative to its largest value
 OURS = "Written by hydroservo"
@@ -48,10 +48,27 @@ def write_c_project(exported: Exported, vectors: Vectors, folder: Path | str) ->
         HydroservoError: a file cannot be written, or a Makefile or README.md of another origin is there.
     """
     place = Path(folder)
+    check_project(place)
+    with staged(place) as stage:
+        for name, text in c_project(exported, vectors).items():
+            write_text(stage / name, text)
+    return project_files(place, exported.prefix)
+
+
+def project_files(folder: Path, prefix: str) -> list[Path]:
+    """What :func:`write_c_project` writes into a folder."""
+    sources = (f"{prefix}{ending}" for ending in (".h", ".c", "_vectors.h", "_replay.c"))
+    return [folder / name for name in (*sources, "Makefile", "README.md")]
+
+
+def check_project(folder: Path) -> None:
+    """Refuse a folder with a Makefile or README.md of another origin.
+
+    Raises:
+        HydroservoError: there is such a file.
+    """
     for name in ("Makefile", "README.md"):
-        check_ours(place / name)
-    texts = c_project(exported, vectors)
-    return [write_text(place / name, text) for name, text in texts.items()]
+        check_ours(folder / name)
 
 
 def check_ours(path: Path) -> None:

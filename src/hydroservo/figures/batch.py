@@ -2,10 +2,9 @@
 
 import math
 import re
-from collections.abc import Mapping, Sequence
-from pathlib import Path
+from collections.abc import Sequence
 from textwrap import fill
-from typing import Any, Literal, NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -21,9 +20,8 @@ from hydroservo.errors import ParameterError
 from hydroservo.figures.ranges import limits
 from hydroservo.figures.style import PALETTE, figure, style
 from hydroservo.readable import SUPERSCRIPT, readable_unit
-from hydroservo.results import atomic_path
 
-__all__ = ["plot_batch", "save_picture"]
+__all__ = ["plot_batch"]
 
 Numbers = NDArray[np.float64]
 
@@ -44,11 +42,6 @@ MARKS = 200  # runs that diverged; more of them would hide each other, so that a
 GREEK = {"beta": "beta", "delta": "delta", "eps": "varepsilon", "mu": "mu", "phi": "phi", "rho": "rho"}
 NO_BREAK = "\N{NO-BREAK SPACE}"
 SYMBOL = re.compile(r"\b([A-Za-z]+)_(\w+)\b|(?<=\s)([A-Za-z]|rho)(?=\N{NO-BREAK SPACE}|$)")
-METADATA: Mapping[str, dict[str, Any]] = {
-    ".png": {"Software": None},
-    ".svg": {"Date": None},
-    ".pdf": {"CreationDate": None},
-}
 
 
 class Grid(NamedTuple):
@@ -276,14 +269,3 @@ def symbol(found: re.Match[str]) -> str:
     base, sub = found[1] or found[3], found[2]
     base = f"\\{GREEK[base]}" if base in GREEK else base
     return f"${base}_{{{sub}}}$" if sub else f"${base}$"
-
-
-def save_picture(fig: Figure, path: Path) -> Path:
-    """Write a figure in the format that the file's ending names; the same figure always gives the same bytes.
-
-    Raises:
-        HydroservoError: the file cannot be written.
-    """
-    with style(), atomic_path(path) as temporary:
-        fig.savefig(temporary, metadata=METADATA[path.suffix.lower()])
-    return path

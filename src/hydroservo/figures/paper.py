@@ -38,12 +38,15 @@ class PaperFigure(NamedTuple):
     seen: Callable[[Trajectories], str]
 
 
-def draw_figures(trajectories: Trajectories, out: Path, progress: Progress | None = None) -> list[Path]:
+def draw_figures(
+    trajectories: Trajectories, out: Path, origin: str, progress: Progress | None = None
+) -> list[Path]:
     """Write ``fig03`` to ``fig10`` as PNG and SVG.
 
     Args:
         trajectories: the six runs by name, such as "sine-tsmc".
         out: the folder.
+        origin: names the results.
         progress: called after each figure.
 
     Raises:
@@ -53,7 +56,7 @@ def draw_figures(trajectories: Trajectories, out: Path, progress: Progress | Non
     for done, one in enumerate(FIGURES, 1):
         with style():
             fig = one.draw(trajectories)
-        written += save_figure(fig, out / f"fig{one.number:02d}")
+        written += save_figure(fig, out / f"fig{one.number:02d}", origin)
         if progress is not None:
             progress(done, len(FIGURES), f"figure {one.number}")
     return written

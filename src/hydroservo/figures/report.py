@@ -2,25 +2,31 @@
 
 import hashlib
 from pathlib import Path
+from typing import Any
 
 from hydroservo.figures.overview import draw_overview
-from hydroservo.figures.paper import draw_figures
+from hydroservo.figures.paper import FIGURES, draw_figures
 from hydroservo.figures.report_page import page
 from hydroservo.figures.style import save_figure
 from hydroservo.figures.verdicts import draw_map
 from hydroservo.metrics import FLAGS, METRIC_FIELDS
+from hydroservo.outputs import staged, write_text
 from hydroservo.papers import tsmc_eha_2021 as paper
+from hydroservo.papers.tsmc_eha_2021.conditions import CONTROLLERS, DEMANDS
 from hydroservo.papers.tsmc_eha_2021.study import Progress, Study
-from hydroservo.results import as_json, metrics_csv, save, write_text
+from hydroservo.results import METRICS, metrics_csv, save, write_metrics
 
-__all__ = ["write_report"]
+__all__ = ["report_files", "write_report"]
+
+REPORT = "report.html"
 
 
 def write_report(study: Study, out: Path, progress: Progress | None = None) -> Path:
     """Write the study's figures, pictures of verdicts, data and report into a folder.
 
     The folder then holds ``report.html``, ``fig03`` to ``fig10``, ``verdicts`` and ``overview`` (PNG and
-    SVG), ``metrics.csv``, ``metrics.json`` and ``trajectories/NAME.parquet``. Equal studies give equal bytes.
+    SVG), ``metrics.csv``, ``metrics.json`` and ``trajectories/NAME.parquet``. The files take their
+    places together, and equal studies give equal bytes.
 
     Args:
         study: what ``run_study`` returned.
@@ -33,23 +39,33 @@ def write_report(study: Study, out: Path, progress: Progress | None = None) -> P
     Raises:
         HydroservoError: a file cannot be written.
     """
-    draw_figures(study.trajectories, out, progress)
-    save_figure(draw_map(study.claims), out / "verdicts")
-    save_figure(draw_overview(study.claims, study.verdicts), out / "overview")
-    for name, dataset in study.trajectories.items():
-        save(dataset, out / "trajectories" / f"{name}.parquet")
     table = metrics_csv(study.metrics)
-    write_text(out / "metrics.csv", table)
-    write_text(out / "metrics.json", metrics_json(study))
     fingerprint = hashlib.sha256(table.encode()).hexdigest()[:12]
-    return write_text(out / "report.html", page(study, out, fingerprint))
+    with staged(out, last=METRICS) as stage:
+        draw_figures(study.trajectories, stage, fingerprint, progress)
+        save_figure(draw_map(study.claims), stage / "verdicts", fingerprint)
+        save_figure(draw_overview(study.claims, study.verdicts), stage / "overview", fingerprint)
+        for name, dataset in study.trajectories.items():
+            save(dataset, stage / "trajectories" / f"{name}.parquet")
+        write_text(stage / "metrics.csv", table)
+        write_text(stage / REPORT, page(study, stage, fingerprint))
+        write_metrics(stage, {"fingerprint": fingerprint, **content(study)})
+    return out / REPORT
 
 
-def metrics_json(study: Study) -> str:
-    """All runs, all ratios and all verdicts; null where a number is not finite."""
+def report_files(out: Path) -> list[Path]:
+    """What :func:`write_report` writes into a folder."""
+    stems = [*(f"fig{one.number:02d}" for one in FIGURES), "verdicts", "overview"]
+    pictures = [f"{stem}{ending}" for stem in stems for ending in (".png", ".svg")]
+    trajectories = [f"trajectories/{demand}-{law}.parquet" for demand in DEMANDS for law in CONTROLLERS]
+    return [out / name for name in (*pictures, *trajectories, "metrics.csv", REPORT, METRICS)]
+
+
+def content(study: Study) -> dict[str, Any]:
+    """All runs, all ratios and all verdicts."""
     runs = study.metrics.astype(dict.fromkeys(FLAGS, bool))
     first = next(iter(study.trajectories.values()))
-    content = {
+    return {
         "paper": f"doi:{paper.DOI}",
         "version": first.attrs["version"],
         "scenarios": {f"paper/{name}": data.attrs["hash"] for name, data in study.trajectories.items()},
@@ -58,4 +74,3 @@ def metrics_json(study: Study) -> str:
         "claims": study.claims.to_dict("records"),
         "verdicts": [verdict._asdict() for verdict in study.verdicts],
     }
-    return as_json(content) + "\n"

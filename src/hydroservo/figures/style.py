@@ -1,6 +1,6 @@
 """One look for every figure of the project, and one way to save it."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -9,9 +9,9 @@ import matplotlib as mpl
 from cycler import cycler
 from matplotlib.figure import Figure
 
-from hydroservo.results import atomic_path
+from hydroservo.outputs import atomic_path
 
-__all__ = ["COLOURS", "PALETTE", "figure", "save_figure", "style"]
+__all__ = ["COLOURS", "PALETTE", "figure", "save_figure", "save_picture", "style"]
 
 # Source: Okabe and Ito, Color Universal Design, 2008; told apart with any common colour vision.
 PALETTE = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
@@ -23,6 +23,11 @@ COLOURS = {
 }
 WIDTH = 6.3  # inch, the text width of an A4 page
 RESOLUTION = 200  # dots per inch of a PNG
+METADATA: Mapping[str, tuple[str, str]] = {  # what would differ each time, and what may hold the origin
+    ".png": ("Software", "Identifier"),
+    ".svg": ("Date", "Identifier"),
+    ".pdf": ("CreationDate", "Keywords"),
+}
 
 RC: Any = {
     "font.family": "sans-serif",
@@ -69,17 +74,34 @@ def figure(height: float, width: float = WIDTH) -> Figure:
     return Figure(figsize=(width, height), layout="constrained")
 
 
-def save_figure(fig: Figure, stem: Path) -> list[Path]:
+def save_figure(fig: Figure, stem: Path, origin: str) -> list[Path]:
     """Write ``stem.png`` and ``stem.svg``; the same figure always gives the same bytes.
+
+    Args:
+        fig: the figure.
+        stem: the path without its ending.
+        origin: the hashes of the runs that it shows.
 
     Raises:
         HydroservoError: a file cannot be written.
     """
-    written = []
-    with style():
-        for ending, metadata in ((".png", {"Software": None}), (".svg", {"Date": None})):
-            path = stem.with_name(stem.name + ending)
-            with atomic_path(path) as temporary:
-                fig.savefig(temporary, metadata=metadata)
-            written.append(path)
-    return written
+    return [save_picture(fig, stem.with_name(stem.name + ending), origin) for ending in (".png", ".svg")]
+
+
+def save_picture(fig: Figure, path: Path, origin: str) -> Path:
+    """Write a figure in the format that the file's ending names; the same figure always gives the same bytes.
+
+    The metadata of the file hold its origin: as the identifier of a PNG or SVG, as a keyword of a PDF.
+
+    Args:
+        fig: the figure.
+        path: ends in .png, .svg or .pdf.
+        origin: the hashes of the runs that it shows.
+
+    Raises:
+        HydroservoError: the file cannot be written.
+    """
+    varies, holds = METADATA[path.suffix.lower()]
+    with style(), atomic_path(path) as temporary:
+        fig.savefig(temporary, metadata={varies: None, holds: f"hydroservo {origin}"})
+    return path

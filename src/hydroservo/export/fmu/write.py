@@ -11,7 +11,7 @@ from hydroservo.export.compiler import compiled
 from hydroservo.export.exported import Exported, FmiVersion
 from hydroservo.export.fmu.contents import Files, fmu_files
 from hydroservo.export.fmu.interface import binary_ending, interface_of, platform_folder
-from hydroservo.results import atomic_path
+from hydroservo.outputs import atomic_path
 
 __all__ = ["write_fmu"]
 

@@ -1,0 +1,74 @@
+"""Writes what a command computed: where it was asked to, or else where it can."""
+
+import shutil
+import tempfile
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import typer
+
+from hydroservo.outputs import OutputError, check_outputs, existing_folder
+
+__all__ = ["Written", "kept", "prepare", "written"]
+
+MIB = 2**20  # bytes
+
+
+class Written(NamedTuple):
+    """What became of files.
+
+    Attributes:
+        files: those that took their places.
+        failure: why others did not, and where they are instead; None if all did.
+    """
+
+    files: Sequence[Path] = ()
+    failure: Exception | None = None
+
+    def check(self) -> None:
+        """Fail if something could not be written; to be called once all else is said."""
+        if self.failure is not None:
+            raise self.failure
+
+
+def prepare(files: Sequence[Path], size: int = 0) -> None:
+    """Before a computation: find out whether its files can be written.
+
+    Args:
+        files: what will be written.
+        size: about how much the largest of them will take [bytes]; a disk with less is warned of.
+
+    Raises:
+        OutputError: one cannot be written.
+    """
+    check_outputs(files)
+    for folder in dict.fromkeys(existing_folder(file) for file in files):
+        free = shutil.disk_usage(folder).free
+        if free < size:
+            said = f"{free / MIB:.3g} MiB are free, and about {size / MIB:.3g} MiB may be needed"
+            typer.echo(f"hydroservo: warning: {folder}: {said}", err=True)
+
+
+def written(folder: Path, write: Callable[[Path], Sequence[Path]]) -> Written:
+    """Write files into a folder, all or none; if none, into a temporary folder that the failure names."""
+    try:
+        return Written(write(folder))
+    except OutputError as error:
+        return Written((), kept(error, write))
+
+
+def kept(problem: OutputError, write: Callable[[Path], object]) -> OutputError:
+    """The problem, and where else the files are now, if they could be written to the temporary folder."""
+    try:
+        folder = Path(tempfile.mkdtemp(prefix="hydroservo-"))
+    except OSError:
+        return problem
+    try:
+        write(folder)
+    except BaseException as error:
+        shutil.rmtree(folder, ignore_errors=True)
+        if isinstance(error, OutputError):
+            return problem
+        raise
+    return OutputError(f"{problem}; kept in {folder} instead")
