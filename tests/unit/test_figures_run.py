@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 import hydroservo
 from hydroservo import HydroservoError, Simulation
 from hydroservo.controllers import PI, TSMC
-from hydroservo.figures.comparison import distinct_colours, literal, plot_comparison
+from hydroservo.figures.comparison import distinct_colours, literal, plot_comparison, remark
 from hydroservo.figures.names import controller_name
 from hydroservo.figures.panels import Curve, Panel, enlarged, panel_limits
 from hydroservo.figures.run import plot_run
@@ -176,6 +176,13 @@ def test_comparison_draws_each_demand_that_differs(pi):
     fig = plot_comparison([pi, short_run(PI(), reference=Square())], ["sine", "square"])
     assert len(fig.axes[0].lines) == 4
     assert legend_of(fig).count("demand") == 1
+
+
+def test_comparison_says_what_else_differs(pi, tsmc):
+    assert plot_comparison([pi, tsmc], ["one", "other"]).get_supxlabel() == ""
+    other = short_run(PI(), reference=Square())
+    assert plot_comparison([pi, other], ["one", "other"]).get_supxlabel() == "unequal conditions: reference"
+    assert remark([f"plant.number_{i}" for i in range(9)] + ["hold"]) == "unequal conditions in plant, hold"
 
 
 def test_comparison_of_one_run(pi):

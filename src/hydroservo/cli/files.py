@@ -1,8 +1,8 @@
 """The files that a command leaves in its folder."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from hydroservo.cli.summary import RunSummary
 from hydroservo.results import as_json, metrics_csv, save, write_text
@@ -28,16 +28,19 @@ def write_run(folder: Path, summary: RunSummary, dataset: "xr.Dataset", ending: 
 
 
 def write_comparison(
-    folder: Path, summaries: Sequence[RunSummary], datasets: Sequence["xr.Dataset"], labels: Sequence[str]
+    folder: Path,
+    said: Mapping[str, Any],
+    summaries: Sequence[RunSummary],
+    datasets: Sequence["xr.Dataset"],
+    labels: Sequence[str],
 ) -> list[Path]:
-    """The metrics of several runs and their common plot; returns what was written."""
+    """The metrics of several runs, what a comparison says, and the common plot; returns what was written."""
     from hydroservo.figures.comparison import plot_comparison
     from hydroservo.figures.style import save_figure
 
-    runs = [summary._asdict() for summary in summaries]
     return [
         write_text(folder / "metrics.csv", metrics_csv(table(summaries))),
-        write_text(folder / "metrics.json", as_json({"runs": runs}) + "\n"),
+        write_text(folder / "metrics.json", as_json(said) + "\n"),
         *save_figure(plot_comparison(datasets, labels), folder / "comparison"),
     ]
 
