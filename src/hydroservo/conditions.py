@@ -38,10 +38,10 @@ def differences(runs: Sequence["xr.Dataset"]) -> dict[str, tuple[Any, ...]]:
 
 
 def winners(runs: Sequence["xr.Dataset"]) -> dict[str, set[int]]:
-    """By metric, which runs have its best value, as :func:`~hydroservo.results.best_runs` has it.
+    """By metric, which runs have its best value; never one that diverged.
 
-    None where the runs differ in more than their controllers. An observer's errors are those of one quantity
-    only where the models agree too.
+    None where more is not worse, where all are equal, and where the runs differ in more than their controllers.
+    An observer's errors are those of one quantity only where the models agree too.
 
     Args:
         runs: what ``simulate`` returned for each.
