@@ -40,7 +40,7 @@ def differences(runs: Sequence["xr.Dataset"]) -> dict[str, tuple[Any, ...]]:
 def winners(runs: Sequence["xr.Dataset"]) -> dict[str, set[int]]:
     """By metric, which runs have its best value; never one that diverged.
 
-    None where more is not worse, where all are equal, and where the runs differ in more than their controllers.
+    None where more is not worse, where all are equal, and where runs differ in more than their controllers.
     An observer's errors are those of one quantity only where the models agree too.
 
     Args:

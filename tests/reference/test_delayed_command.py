@@ -5,6 +5,7 @@ to the drive. Whoever lets it jump early is off by that time, in each sample per
 """
 
 import math
+from itertools import pairwise
 from typing import Annotated, NamedTuple
 
 import pytest
@@ -68,7 +69,7 @@ def exact(delay: float, load: list[tuple[float, float]]) -> Motion:
     end = SAMPLES * PERIOD
     jumps = sorted({0.0, end, *(k * PERIOD + delay for k in range(SAMPLES)), *(at for at, _ in load)})
     x = Motion(0.0, 0.0)
-    for start, stop in zip(jumps[:-1], jumps[1:], strict=True):
+    for start, stop in pairwise(jumps):
         middle = 0.5 * (start + stop)
         k = math.floor((middle - delay) / PERIOD)
         drive = (command(k) if k >= 0 else 0.0) + [size for at, size in load if at <= middle][-1]

@@ -85,7 +85,7 @@ def nearest(x: float) -> float:
 
 
 def at_or_after(t: float, instant: float) -> bool:
-    """True from the instant on, up to a few units in the last place: the end of a step may be rounded down."""
+    """True from the instant on, but for a few units in the last place: a step's end may be rounded down."""
     return t >= ROUNDED * instant
 
 
