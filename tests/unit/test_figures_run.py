@@ -12,7 +12,7 @@ from hydroservo import HydroservoError, Simulation
 from hydroservo.controllers import PI, TSMC
 from hydroservo.figures.comparison import distinct_colours, literal, plot_comparison, remark
 from hydroservo.figures.names import controller_name
-from hydroservo.figures.panels import Curve, Panel, enlarged, panel_limits
+from hydroservo.figures.panels import Curve, Panel, beyond, enlarged, panel_limits
 from hydroservo.figures.run import plot_run
 from hydroservo.figures.style import COLOURS, PALETTE, figure, save_figure, style
 from hydroservo.figures.trace import length_shown, observer_path, trace_of
@@ -109,6 +109,19 @@ def test_an_enlarged_panel_fits_runs_of_like_size_only():
     assert enlarged(panel(1e-12 * small, huge)) == []  # rounding is not worth a panel
     assert enlarged(panel(np.full(3, math.nan), np.array([1.0, 2.0, 99.0]))) == []
     assert enlarged(panel(np.zeros(3))) == []
+
+
+def test_every_curve_is_seen_in_some_panel():
+    """Each that is pressed flat, also by a curve that an enlarged panel shows; still ones change nothing."""
+    t = np.linspace(0.0, 1.0, 1001)
+    sizes = (1.0, 20.0, 400.0, 0.0, 25.0)
+    whole = panel(*(size * np.sin(20 * t) for size in sizes))
+    wide, close = enlarged(whole)
+    assert wide.fitted == ["0", "1", "4"]
+    assert 25.0 < panel_limits(wide)[1] < 35.0
+    assert close.fitted == ["0"]
+    assert 1.0 < panel_limits(close)[1] < 1.5
+    assert [beyond(one) for one in (whole, wide, close)] == ["", "beyond: 2", "beyond: 1, 2, 4"]
 
 
 def test_an_enlarged_error_panel_shows_zero(pi):

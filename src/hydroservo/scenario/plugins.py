@@ -25,8 +25,8 @@ def load_plugin(path: str | Path) -> tuple[type, ...]:
     """Execute a Python file and make its NamedTuple classes nameable in a scenario's ``type``.
 
     The same text is executed once. Only this call runs a user's code; no scenario file can. The file's blocks
-    can be pickled: a pickle names the file, and loading it where the file has not been executed does so, if its
-    text is still the same. As with any pickle, load only what you trust.
+    can be pickled: a pickle names the file, and loading it executes the file where that was not done yet, if
+    its text is still the same. As with any pickle, load only what you trust.
 
     Returns:
         The classes that the file defines.
@@ -47,7 +47,7 @@ def load_plugin(path: str | Path) -> tuple[type, ...]:
             raise ScenarioError(name, "", "defines no block: a class with NamedTuple as its base")
         loaded[place] = module
         for cls in defined_in(module):
-            copyreg.pickle(cls, partial(pickled, str(place)))  # type: ignore[arg-type]
+            copyreg.pickle(cls, partial(pickled, str(place)))
     return defined_in(loaded[place])
 
 
