@@ -25,6 +25,7 @@ release = version = hydroservo.__version__
 extensions = [
     "fields",
     "myst_nb",
+    "own_process",
     "sphinx.ext.autodoc",
     "sphinx.ext.mathjax",
     "sphinx.ext.napoleon",

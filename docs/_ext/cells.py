@@ -6,8 +6,12 @@ import re
 import shlex
 import shutil
 import subprocess
+import sys
 from collections.abc import Iterable, Mapping, Sequence
+from importlib.machinery import SourceFileLoader
+from importlib.util import module_from_spec, spec_from_loader
 from pathlib import Path
+from types import ModuleType
 
 import numpy as np
 import xarray as xr
@@ -26,6 +30,7 @@ __all__ = [
     "metrics_table",
     "records_in_c",
     "refused",
+    "script",
     "sweeps",
     "table",
     "terminal",
@@ -47,6 +52,15 @@ get_ipython().display_formatter.formatters["image/svg+xml"].for_type(Figure, svg
 def examples() -> None:
     """Copies the repository's examples into the page's own temporary folder."""
     shutil.copytree(Path(__file__).parents[2] / "examples", ".", dirs_exist_ok=True)
+
+
+def script(name: str) -> ModuleType:
+    """A program of ``scripts/`` as a module, so that a page and the README show what one text computes."""
+    loader = SourceFileLoader(name, str(Path(__file__).parents[2] / "scripts" / name))
+    module = module_from_spec(spec_from_loader(name, loader))  # type: ignore[arg-type]
+    sys.modules[name] = module
+    loader.exec_module(module)
+    return module
 
 
 def function_in_c(file: str, name: str) -> Markdown:

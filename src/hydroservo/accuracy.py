@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hydroservo import ops
 from hydroservo.block import Block, leaves, replace, value_at
 from hydroservo.errors import ParameterError
 from hydroservo.loop import AUTO, Loop
@@ -27,6 +28,7 @@ __all__ = [
     "rates",
     "settled",
     "warning",
+    "with_exact_delay",
     "with_substeps",
 ]
 
@@ -238,6 +240,23 @@ def command_parts(loop: Loop) -> int:
         wanted = f"must be k/n of the period of {period:g} s, n to {MOST_PARTS}"
         raise ParameterError("hold.delay", delay, wanted)
     return share.denominator
+
+
+def with_exact_delay(loop: Loop) -> Loop:
+    """The loop, a delayed command's share of a period exact: "0.3333333333 ms" of 1 ms is a third.
+
+    An integrator that chooses its steps ends one wherever the command comes.
+
+    Raises:
+        ParameterError: as :func:`command_parts`.
+    """
+    delay, period, parts = getattr(loop.hold, "delay", 0.0), loop.simulation.period, command_parts(loop)
+    exact = round(parts * delay / period) / parts * period
+    rounded = ops.at_or_after(min(delay, exact), max(delay, exact))
+    if rounded or not hasattr(loop.simulation.integrator, "substep"):
+        return loop
+    changed: Loop = replace(loop, {"hold.delay": exact})
+    return changed
 
 
 def check_substeps(loop: Loop) -> None:

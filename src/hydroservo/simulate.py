@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from hydroservo.accuracy import check_substeps, checked_steps, machine_paths
+from hydroservo.accuracy import check_substeps, checked_steps, machine_paths, with_exact_delay
 from hydroservo.block import Block, designed, field_at, is_block, leaves, value_at
 from hydroservo.cautions import pressure_caution, with_warning
 from hydroservo.checks import checked
@@ -136,6 +136,7 @@ def ready(loop: Loop) -> Loop:
     """
     loop = checked(loop)
     check_substeps(loop)
+    loop = with_exact_delay(loop)
     return loop._replace(controller=designed(loop.controller, loop.simulation.period, loop.nominal))
 
 

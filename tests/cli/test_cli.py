@@ -251,10 +251,26 @@ def test_compare_marks_the_best_of_each_row():
     assert "*" not in "".join(cells["position_max"])
 
 
+def test_compare_marks_nothing_under_unequal_conditions(tmp_path):
+    scenarios = [tmp_path / "one.toml", tmp_path / "other.toml"]
+    for path, mass in zip(scenarios, ("6 kg", "7 kg"), strict=True):
+        path.write_text(f'controller.type = "PI"\nplant.mass = "{mass}"\n')
+    said = succeeded("compare", *scenarios, *SHORT)
+    assert "*" not in said
+    assert said.splitlines()[-1].split() == ["plant.mass:", "6", "kg,", "7", "kg"]
+    out = tmp_path / "out"
+    found = json.loads(succeeded("compare", *scenarios, *SHORT, "--json", "--out", out))
+    assert found["comparable"] is False
+    assert found["differences"] == {"plant.mass": [6.0, 7.0]}
+    assert json.loads((out / "metrics.json").read_text()) == found
+
+
 def test_compare_json_is_one_object_with_every_run_in_order():
     names = ["paper/sine-backstepping", "paper/sine-pi"]
     said = json.loads(succeeded("compare", *names, *SHORT, "--json"))
-    assert list(said) == ["runs"]
+    assert list(said) == ["runs", "comparable", "differences"]
+    assert said["comparable"] is True
+    assert said["differences"] == {}
     assert [run["scenario"] for run in said["runs"]] == names
     alone = json.loads(succeeded("run", names[1], *SHORT, "--json"))
     assert said["runs"][1] == alone

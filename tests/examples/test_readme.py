@@ -1,9 +1,17 @@
 """The README's two lines are where CI finds them, and its picture and links are there."""
 
 import re
+import shlex
+import shutil
+from importlib import import_module
 from pathlib import Path
 
 import pytest
+from typer.testing import CliRunner
+
+from hydroservo.cli.app import app
+
+simulate = import_module("hydroservo.simulate")  # the module, which the package's function hides
 
 ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -25,7 +33,7 @@ def test_links_lead_somewhere() -> None:
 
 def test_no_number_is_typed() -> None:
     """Measured numbers belong in what a command makes."""
-    generated = r"<!-- (?:benchmarks|rig): begin -->.*?<!-- (?:benchmarks|rig): end -->"
+    generated = r"<!-- (?:benchmarks|rig|rig limits): begin -->.*?<!-- (?:benchmarks|rig|rig limits): end -->"
     text = re.sub(rf"{generated}|```.*?```|\(https?:[^)]*\)|`[^`]*`", "", README, flags=re.DOTALL)
     text = (
         text.replace("doi:10.1007/s42401-021-00087-w", "")
@@ -33,3 +41,30 @@ def test_no_number_is_typed() -> None:
         .replace("BSD-3-Clause", "")
     )
     assert re.findall(r"\d+", text) == []
+
+
+def taste() -> list[str]:
+    (block,) = re.findall(r"^<!-- ci: taste -->\n```sh\n(.*?)\n```$", README, re.MULTILINE | re.DOTALL)
+    return str(block).splitlines()
+
+
+def test_the_taste_starts_from_the_install() -> None:
+    assert taste()[0] == ". .venv/bin/activate"
+    before_fmu = taste()[: next(i for i, line in enumerate(taste()) if "export fmu" in line)]
+    assert "pip install '.[fmu]'" in before_fmu
+
+
+QUICK = ["--set", "simulation.duration=10 ms"]
+SHORT = {"run": QUICK, "compare": QUICK, "tune": [*QUICK, "--candidates", "2"]}
+
+
+@pytest.mark.parametrize("line", [line for line in taste() if line.startswith("hydroservo ")])
+def test_a_line_of_the_taste_runs(line: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """For 10 ms, and not compiled."""
+    shutil.copytree(ROOT / "examples", tmp_path / "examples")
+    monkeypatch.chdir(tmp_path)
+    plain = simulate.simulate
+    monkeypatch.setattr(simulate, "simulate", lambda *args, **how: plain(*args, **how | {"compiled": False}))
+    _, *words = shlex.split(line)
+    done = CliRunner().invoke(app, [*words, *SHORT.get(words[0], [])])
+    assert done.exit_code == 0, done.output

@@ -199,7 +199,7 @@ def test_a_missing_package_is_said_in_a_line(tmp_path: Path, monkeypatch: pytest
         raise metadata.PackageNotFoundError(name)
 
     monkeypatch.setattr(metadata, "distribution", nothing)
-    with pytest.raises(HydroservoError, match=re.escape("pip install 'hydroservo[fmu]'")):
+    with pytest.raises(HydroservoError, match=re.escape("pip install '.[fmu]'")):
         write_fmu(toy(), tmp_path / "one.fmu", stop_time=1.0)
 
 

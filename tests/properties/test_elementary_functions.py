@@ -30,6 +30,7 @@ ARGUMENTS = {
     "normal": "wsw",
     "power": "xx",
     "power_root": "xlfe",
+    "at_or_after": "xx",
     "reached": "xx",
     "sign": "x",
     "signed_power": "xx",

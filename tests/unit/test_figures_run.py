@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 import hydroservo
 from hydroservo import HydroservoError, Simulation
 from hydroservo.controllers import PI, TSMC
-from hydroservo.figures.comparison import distinct_colours, literal, plot_comparison
+from hydroservo.figures.comparison import distinct_colours, literal, plot_comparison, remark
 from hydroservo.figures.names import controller_name
-from hydroservo.figures.panels import Curve, Panel, enlarged, panel_limits
+from hydroservo.figures.panels import Curve, Panel, beyond, enlarged, panel_limits
 from hydroservo.figures.run import plot_run
 from hydroservo.figures.style import COLOURS, PALETTE, figure, save_figure, style
 from hydroservo.figures.trace import length_shown, observer_path, trace_of
@@ -111,6 +111,19 @@ def test_an_enlarged_panel_fits_runs_of_like_size_only():
     assert enlarged(panel(np.zeros(3))) == []
 
 
+def test_every_curve_is_seen_in_some_panel():
+    """Each that is pressed flat, also by a curve that an enlarged panel shows; still ones change nothing."""
+    t = np.linspace(0.0, 1.0, 1001)
+    sizes = (1.0, 20.0, 400.0, 0.0, 25.0)
+    whole = panel(*(size * np.sin(20 * t) for size in sizes))
+    wide, close = enlarged(whole)
+    assert wide.fitted == ["0", "1", "4"]
+    assert 25.0 < panel_limits(wide)[1] < 35.0
+    assert close.fitted == ["0"]
+    assert 1.0 < panel_limits(close)[1] < 1.5
+    assert [beyond(one) for one in (whole, wide, close)] == ["", "beyond: 2", "beyond: 1, 2, 4"]
+
+
 def test_an_enlarged_error_panel_shows_zero(pi):
     error = np.full(pi["time"].size, 3e-4)
     error[5:10] = 0.06
@@ -176,6 +189,13 @@ def test_comparison_draws_each_demand_that_differs(pi):
     fig = plot_comparison([pi, short_run(PI(), reference=Square())], ["sine", "square"])
     assert len(fig.axes[0].lines) == 4
     assert legend_of(fig).count("demand") == 1
+
+
+def test_comparison_says_what_else_differs(pi, tsmc):
+    assert plot_comparison([pi, tsmc], ["one", "other"]).get_supxlabel() == ""
+    other = short_run(PI(), reference=Square())
+    assert plot_comparison([pi, other], ["one", "other"]).get_supxlabel() == "unequal conditions: reference"
+    assert remark([f"plant.number_{i}" for i in range(9)] + ["hold"]) == "unequal conditions in plant, hold"
 
 
 def test_comparison_of_one_run(pi):

@@ -33,7 +33,7 @@ def test_a_delayed_command_comes_when_it_is_due(t: float, share: float, last: fl
     for later in (switch, switch + 0.5 * H):
         assert hold.at(held, later) == u
     jump = hold.next_jump(held, t)
-    assert jump == pytest.approx(switch, rel=1e-8)
+    assert jump == switch
     assert hold.at(held, jump) == u
     assert hold.next_jump(held, jump) == math.inf
 
@@ -136,6 +136,13 @@ def test_automatic_substeps_end_on_the_command() -> None:
 )
 def test_parts_of_a_period(share: float, parts: int) -> None:
     assert command_parts(replace(LOOP, {"hold.delay": share * H})) == parts
+
+
+@pytest.mark.parametrize("digits", [1.0 / 3.0 - 3e-10, 1.0 / 3.0 + 3e-10])
+def test_a_share_in_ten_digits_is_the_share(digits: float) -> None:
+    thirds = replace(LOOP, {"simulation.substeps": 3})
+    third, near = (replace(thirds, {"hold.delay": share * H}) for share in (1.0 / 3.0, digits))
+    assert difference(LOOP, simulate(near), simulate(third)) == 0.0
 
 
 @pytest.mark.parametrize(

@@ -1,10 +1,17 @@
 """A user's own blocks."""
 
+import copy
+import pickle
+import sys
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
 from pathlib import Path
 
 import pytest
 
 from hydroservo import ScenarioError, simulate
+from hydroservo.block import Block
+from hydroservo.provenance import describe
 from hydroservo.scenario import load_plugin, load_scenario, plugins
 from hydroservo.scenario.plugins import plugin_classes
 
@@ -27,6 +34,8 @@ class {name}(NamedTuple):
     def step(self, state, measured, demand, period):
         return {name}State(self.gain * (demand.value - measured.velocity))
 """
+
+unpickled = pickle.loads
 
 
 @pytest.fixture(autouse=True)
@@ -169,3 +178,47 @@ class Bare(NamedTuple):
     message = str(caught.value)
     assert "Bare" in message
     assert "a field gain (a float) and a field orifice, metering edges with simplified()" in message
+
+
+def forget(block: Block) -> None:
+    """This process has not loaded the block's plugin."""
+    del sys.modules[type(block).__module__]
+    plugins.loaded.clear()
+
+
+@pytest.fixture
+def mine(tmp_path: Path) -> Path:
+    return written(tmp_path, "Mine", BLOCK.format(name="Mine", default="0.0"))
+
+
+def test_a_loop_with_a_plugin_runs_in_a_pool_of_new_processes(mine: Path) -> None:
+    changes = {"controller.type": "Mine", "simulation.duration": 1e-3}
+    loop = load_scenario("paper/sine-pi", changes, [mine])
+    with ProcessPoolExecutor(1, get_context("spawn")) as pool:
+        there = pool.submit(simulate, loop, compiled=False).result()
+    assert there.identical(simulate(loop, compiled=False))
+
+
+def test_a_pickle_executes_the_plugin_where_it_is_not_loaded(mine: Path) -> None:
+    controller = load_scenario("paper/sine-pi", {"controller.type": "Mine"}, [mine]).controller
+    kept = [pickle.dumps(one) for one in (controller, controller.init())]
+    assert unpickled(kept[0]) == copy.deepcopy(controller) == controller
+    assert type(unpickled(kept[0])) is type(controller)
+    forget(controller)
+    again, state = map(unpickled, kept)
+    assert type(again) is not type(controller)
+    assert describe(again) == describe(controller)
+    assert again.init() == state
+    assert type(again.init()) is type(state)
+
+
+def test_a_pickle_whose_plugin_is_gone_or_has_changed_says_so(mine: Path) -> None:
+    controller = load_scenario("paper/sine-pi", {"controller.type": "Mine"}, [mine]).controller
+    kept = pickle.dumps(controller)
+    forget(controller)
+    mine.write_text(f"{BLOCK.format(name='Mine', default='0.0')}\nraise RuntimeError('executed')\n")
+    with pytest.raises(ScenarioError, match=r"mine\.py: has changed since a Mine of it was pickled$"):
+        unpickled(kept)
+    mine.unlink()
+    with pytest.raises(ScenarioError, match=r"mine\.py.*(no such file|No such file)"):
+        unpickled(kept)

@@ -10,6 +10,7 @@ import typer
 
 from hydroservo._version import __version__
 from hydroservo.cli.batch import batch
+from hydroservo.cli.conditions import unequal_lines
 from hydroservo.cli.export import export_app
 from hydroservo.cli.failures import Commands
 from hydroservo.cli.options import Changes, Json, Plugins, Scenario, Strict, loaded
@@ -145,8 +146,10 @@ def compare(
 ) -> None:
     """Simulate several scenarios and print their metrics side by side.
 
-    Each --set applies to all of them. With --out it also writes the metrics in SI units (metrics.csv,
-    metrics.json) and a plot of velocity, error and command on common axes (comparison.png, comparison.svg).
+    The best of each metric is marked where the scenarios differ in nothing but their controllers; else it
+    says in what else they differ. Each --set applies to all of them. With --out it also writes the metrics in
+    SI units (metrics.csv, metrics.json) and a plot of velocity, error and command on common axes
+    (comparison.png, comparison.svg).
 
     Examples:
 
@@ -158,6 +161,7 @@ def compare(
     from hydroservo.cli.summary import run_summary
     from hydroservo.cli.tables import show_comparison
     from hydroservo.cli.writing import Written, written
+    from hydroservo.conditions import differences, winners
     from hydroservo.results import as_json
     from hydroservo.simulate import simulate
 
@@ -171,19 +175,24 @@ def compare(
             record = None if out else NOTHING
             datasets.append(simulate(loop, record=record, strict=strict, progress=progress))
         summaries = [run_summary(*pair) for pair in zip(scenarios, datasets, strict=True)]
-        labels = short_names(scenarios)
+        labels, unequal = short_names(scenarios), differences(datasets)
+        said = {
+            "runs": [summary._asdict() for summary in summaries],
+            "comparable": not unequal,
+            "differences": unequal,
+        }
         report(1.0, "writing files")
         left = (
-            written(out, lambda place: write_comparison(place, summaries, datasets, labels))
+            written(out, lambda place: write_comparison(place, said, summaries, datasets, labels))
             if out
             else Written()
         )
     for scenario, dataset in zip(scenarios, datasets, strict=True):
         say_remarks(scenario, dataset)
     if json:
-        typer.echo(as_json({"runs": [summary._asdict() for summary in summaries]}))
+        typer.echo(as_json(said))
     else:
-        show_comparison(summaries, labels)
+        show_comparison(summaries, labels, winners(datasets), unequal_lines(unequal, loops))
         list_files(left.files)
     left.check()
 

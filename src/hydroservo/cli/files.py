@@ -1,8 +1,8 @@
 """The files that a command leaves in its folder."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from hydroservo.cli.summary import RunSummary
 from hydroservo.outputs import staged, write_text
@@ -39,9 +39,13 @@ def comparison_files(folder: Path) -> list[Path]:
 
 
 def write_comparison(
-    folder: Path, summaries: Sequence[RunSummary], datasets: Sequence["xr.Dataset"], labels: Sequence[str]
+    folder: Path,
+    said: Mapping[str, Any],
+    summaries: Sequence[RunSummary],
+    datasets: Sequence["xr.Dataset"],
+    labels: Sequence[str],
 ) -> list[Path]:
-    """The metrics of several runs and their common plot, together; returns what was written."""
+    """The metrics of several runs, what a comparison says, and their plot, together; returns what was written."""
     from hydroservo.figures.comparison import plot_comparison
     from hydroservo.figures.style import save_figure
 
@@ -49,7 +53,7 @@ def write_comparison(
     with staged(folder, last=METRICS) as stage:
         write_text(stage / "metrics.csv", metrics_csv(table(summaries)))
         save_figure(plot_comparison(datasets, labels), stage / "comparison", origin)
-        write_metrics(stage, {"runs": [summary._asdict() for summary in summaries]})
+        write_metrics(stage, said)
     return comparison_files(folder)
 
 

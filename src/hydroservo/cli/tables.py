@@ -13,7 +13,6 @@ from rich.table import Table
 from hydroservo.cli.summary import RunSummary
 from hydroservo.metrics import LOST_ERROR, METRIC_FIELDS
 from hydroservo.readable import common_unit, quantity, yes_or_no
-from hydroservo.results import best_runs
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -46,16 +45,23 @@ def show_run(summary: RunSummary) -> None:
     show(table, verdict(summary))
 
 
-def show_comparison(summaries: Sequence[RunSummary], labels: Sequence[str]) -> None:
-    """The metrics of several runs side by side, the best of each row marked."""
-    table = Table(caption="* best of the runs that did not diverge", caption_justify="left")
+def show_comparison(
+    summaries: Sequence[RunSummary],
+    labels: Sequence[str],
+    winners: Mapping[str, set[int]],
+    unequal: Sequence[str],
+) -> None:
+    """The metrics of several runs side by side, the best of each row marked, and in what else they differ."""
+    table = Table(caption_justify="left")
+    if any(winners.values()):
+        table.caption = "* best of the runs that did not diverge"
     table.add_column("metric", no_wrap=True)
     table.add_column("unit", no_wrap=True)
     for label in labels:
         table.add_column(escape(label), justify="right", overflow="fold")
     for name in METRIC_FIELDS:
         unit, values = row(summaries, name)
-        best = best_runs([summary.metrics for summary in summaries], name)
+        best = winners.get(name, set())
         marked = [f"[bold green]{text} *[/]" if i in best else f"{text}  " for i, text in enumerate(values)]
         table.add_row(name, unit, *marked)
     notes = [
@@ -63,7 +69,7 @@ def show_comparison(summaries: Sequence[RunSummary], labels: Sequence[str]) -> N
         for label, summary in zip(labels, summaries, strict=True)
         if summary.metrics["diverged"] or summary.metrics["stroke_left"]
     ]
-    show(table, *notes)
+    show(table, *map(escape, unequal), *notes)
 
 
 def row(summaries: Sequence[RunSummary], name: str) -> tuple[str, list[str]]:

@@ -1,12 +1,13 @@
 """The plot of several runs on common axes."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from itertools import cycle
 
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
+from hydroservo.conditions import differences
 from hydroservo.figures.names import controller_name
 from hydroservo.figures.style import COLOURS, PALETTE, style
 from hydroservo.figures.trace import trace_of
@@ -15,6 +16,7 @@ from hydroservo.figures.tracking import TracedRun, tracking_figure
 __all__ = ["plot_comparison"]
 
 WIDEST, THINNEST = 2.2, 1.0  # points
+REMARK, LINE = 7, 100  # points, and the characters of that size that fit in a line
 
 
 def plot_comparison(datasets: Sequence[xr.Dataset], labels: Sequence[str]) -> Figure:
@@ -22,7 +24,8 @@ def plot_comparison(datasets: Sequence[xr.Dataset], labels: Sequence[str]) -> Fi
 
     The error is velocity less demand. The first run of each of the paper's controllers has the colour that
     this controller has in all figures. A run that diverged is shown up to where its error is lost: larger
-    than ``metrics.LOST`` times the largest demand.
+    than ``metrics.LOST`` times the largest demand. Where the runs differ in more than their controllers, a
+    line below says in what.
 
     Args:
         datasets: what ``simulate`` returned for each run.
@@ -38,7 +41,18 @@ def plot_comparison(datasets: Sequence[xr.Dataset], labels: Sequence[str]) -> Fi
     # Later curves are thinner, so that those beneath are seen where runs agree.
     widths = np.linspace(WIDEST, THINNEST, len(traces))
     with style():
-        return tracking_figure([TracedRun(*row) for row in zip(traces, names, colours, widths, strict=True)])
+        fig = tracking_figure([TracedRun(*row) for row in zip(traces, names, colours, widths, strict=True)])
+        if unequal := differences(datasets):
+            fig.supxlabel(remark(unequal), fontsize=REMARK, color="#555555")
+    return fig
+
+
+def remark(unequal: Iterable[str]) -> str:
+    """In what runs differ, in one line: paths, or where these are too many the tables that hold them."""
+    paths = list(unequal)
+    tables = dict.fromkeys(path.partition(".")[0] for path in paths)
+    line = f"unequal conditions: {', '.join(paths)}"
+    return line if len(line) <= LINE else f"unequal conditions in {', '.join(tables)}"
 
 
 def literal(label: str) -> str:

@@ -13,13 +13,14 @@ from hydroservo.figures.style import figure
 from hydroservo.figures.trace import Samples
 from hydroservo.readable import quantity
 
-__all__ = ["WHOLE", "Curve", "Panel", "Window", "draw_panel", "enlarged", "panel_figure"]
+__all__ = ["WHOLE", "Curve", "Panel", "Window", "beyond", "draw_panel", "enlarged", "panel_figure"]
 
 CLOSE_WIDTH = 1.2  # where curves are told apart by the panel's range
 TAIL = 0.03  # of the samples may lie beyond either limit of a panel that leaves spikes out
 FLAT = 15.0  # a curve this many times below the highest peak is pressed flat
 FLATTEST = 1e5  # and this many times below it, is nothing but rounding
 LARGEST_VECTOR = 20_000  # points; a longer curve becomes pixels inside an SVG, which would else be huge
+MOSTLY = 0.5  # of its samples
 SAME_TIME = 1e-9  # [s]
 
 
@@ -127,12 +128,29 @@ def panel_limits(panel: Panel) -> tuple[float, float]:
 
 
 def enlarged(panel: Panel) -> list[Panel]:
-    """The panel once more, on a range for the curves that short peaks or another curve press flat, if any."""
-    usual = {curve.label: largest([curve.values], TAIL) for curve in panel.curves}
-    least, highest = min(usual.values()), largest([curve.values for curve in panel.curves])
-    if not highest / FLATTEST < least < highest / FLAT:
-        return []
-    return [panel._replace(fitted=[label for label, size in usual.items() if size < FLAT * least])]
+    """The panel again on the range of the curves that short peaks or another curve press flat, if any.
+
+    And once more for what these press flat in their turn, so that each curve is seen in some panel.
+    """
+    sizes = {curve.label: largest([curve.values], TAIL) for curve in panel.curves}
+    highest = largest([curve.values for curve in panel.curves])
+    sizes = {label: size for label, size in sizes.items() if size > highest / FLATTEST}
+    panels = []
+    while sizes := {label: size for label, size in sizes.items() if size < highest / FLAT}:
+        highest = max(sizes.values())
+        panels.append(panel._replace(fitted=list(sizes)))
+    return panels
+
+
+def beyond(panel: Panel) -> str:
+    """Which curves are for the most part outside the limits of a panel."""
+    low, high = panel_limits(panel)
+    gone = [
+        curve.label
+        for curve in panel.curves
+        if np.mean(~((curve.values >= low) & (curve.values <= high))) > MOSTLY
+    ]
+    return f"beyond: {', '.join(gone)}" if gone else ""
 
 
 def inside(curve: Curve, window: Window) -> Curve:

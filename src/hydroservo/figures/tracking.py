@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from hydroservo.figures.panels import Curve, Panel, draw_panel, enlarged
+from hydroservo.figures.panels import Curve, Panel, beyond, draw_panel, enlarged
 from hydroservo.figures.style import COLOURS, figure
 from hydroservo.figures.trace import Samples, Trace
 
@@ -46,6 +46,7 @@ def tracking_figure(runs: Sequence[TracedRun], spare: int = 0) -> Figure:
         draw_panel(axis, panel)
         if panel.fitted:
             axis.set_ylabel(f"{axis.get_ylabel()}\n(enlarged)")
+            axis.set_title(beyond(panel), loc="right", fontsize=7, color="#555555")
     add_legend(axes[0])
     axes[-1].set_xlabel("time [s]")
     fig.align_ylabels(axes)

@@ -52,10 +52,10 @@ class DelayedHold(NamedTuple):
         return HeldTwice(u, u, 0.0)
 
     def at(self, held: HeldTwice, t: float) -> float:
-        return ops.where(ops.reached(t, held.switch), held.after, held.before)
+        return ops.where(ops.at_or_after(t, held.switch), held.after, held.before)
 
     def next_jump(self, held: HeldTwice, t: float) -> float:
-        return ops.where(ops.reached(t, held.switch), math.inf, (1.0 - 1e-9) * held.switch)
+        return ops.where(ops.at_or_after(t, held.switch), math.inf, held.switch)
 
     def applied(self, s: DelayedHoldState, u: float, dt: float) -> float:
         share = self.delay / dt

@@ -1,7 +1,7 @@
-"""How near a jump an integrator's step may come."""
+"""How near a jump an integrator asks for rates."""
 
-__all__ = ["AFTER", "AT_END", "BEFORE"]
+__all__ = ["AFTER", "BEFORE"]
 
-BEFORE = 1.0 - 2.0**-50  # a few units in the last place before a jump
+# A few units in the last place, and more than the rounding of ops.at_or_after.
+BEFORE = 1.0 - 2.0**-50
 AFTER = 1.0 + 2.0**-50
-AT_END = 1.0 - 2e-9  # a jump this close to the end of a step counts as there, as loads count it

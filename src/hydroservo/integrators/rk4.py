@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 from hydroservo import ops
 from hydroservo.block import Block
-from hydroservo.integrators.jumps import AT_END, BEFORE
+from hydroservo.integrators.jumps import BEFORE
 from hydroservo.states import axpy
 
 __all__ = ["RK4"]
@@ -32,7 +32,7 @@ class RK4(NamedTuple):
 
     def substep(self, system: Block, t: float, x: Block, u: Any, h: float) -> Block:
         jump = system.next_jump(t, u)
-        end = ops.where(jump > AT_END * (t + h), ops.minimum(t + h, BEFORE * jump), t + h)
+        end = ops.where(jump > BEFORE * (t + h), ops.minimum(t + h, BEFORE * jump), t + h)
         k1 = system.deriv(t, x, u)
         k2 = system.deriv(t + 0.5 * h, axpy(x, 0.5 * h, k1), u)
         k3 = system.deriv(t + 0.5 * h, axpy(x, 0.5 * h, k2), u)

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 from hydroservo import ops
 from hydroservo.block import Block
-from hydroservo.integrators.jumps import AT_END, BEFORE
+from hydroservo.integrators.jumps import BEFORE
 from hydroservo.states import axpy, factored, solved
 
 __all__ = ["Rosenbrock"]
@@ -37,7 +37,7 @@ class Rosenbrock(NamedTuple):
 
     def substep(self, system: Block, t: float, x: Block, u: Any, h: float) -> Block:
         jump = system.next_jump(t, u)
-        last = ops.where(jump > AT_END * (t + h), BEFORE * jump, math.inf)
+        last = ops.where(jump > BEFORE * (t + h), BEFORE * jump, math.inf)
         f = system.deriv(t, x, u)
         matrix = factored(system, t, x, u, f, GAMMA * h)
         u1 = solved(matrix, f)

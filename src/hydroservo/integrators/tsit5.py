@@ -41,13 +41,14 @@ class Tsit5(NamedTuple):
 
     def advance(self, system: Block, t: float, x: Block, u: Any, dt: float, substeps: int) -> Block:
         shortest = dt / self.most_steps
-        h, gone, jumps = dt / substeps, 0.0, 0
+        h, gone, since, jumps = dt / substeps, 0.0, t, 0
         while gone < dt:
-            jump = ops.where(jumps < self.most_steps, system.next_jump(t + gone, u), math.inf)
+            now = ops.maximum(t + gone, since)
+            jump = ops.where(jumps < self.most_steps, system.next_jump(now, u), math.inf)
             stop = ops.minimum(jump - t, dt)
             left = stop - gone
             size = ops.where(2.0 * h < left, h, ops.where(h < left, 0.5 * left, left))
-            y, error, rate = self.step(system, t + gone, x, u, size, BEFORE * jump)
+            y, error, rate = self.step(system, now, x, u, size, BEFORE * jump)
             miss = misses(error, x, y, rate, dt) / (self.tolerance * self.tolerance)
             factor = SAFETY * ops.power(miss, -0.1)
             longer = size * ops.where(
@@ -60,7 +61,7 @@ class Tsit5(NamedTuple):
                 if size < left:
                     gone = gone + size
                 elif stop < dt:
-                    gone = AFTER * jump - t
+                    gone, since = stop, AFTER * jump
                     jumps = jumps + 1
                 else:
                     gone = dt

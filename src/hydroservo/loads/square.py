@@ -21,9 +21,15 @@ class Square(NamedTuple):
     offset: Annotated[float, Field("N", "mean", CHOSEN)] = 0.0
 
     def force(self, t: float) -> float:
-        return self.offset + self.amplitude * ops.square_wave(t, self.period)
+        begun = self.begun(t)
+        sign = ops.where(begun - 2.0 * ops.floor(0.5 * begun) == 0.0, 1.0, -1.0)
+        return self.offset + self.amplitude * sign
 
     def next_jump(self, t: float) -> float:
+        return (self.begun(t) + 1.0) * (0.5 * self.period)
+
+    def begun(self, t: float) -> float:
+        """How many half periods have passed."""
         half = 0.5 * self.period
-        jump = (ops.floor(t / half + 1e-9) + (1.0 - 1e-9)) * half
-        return ops.where(jump > t, jump, jump + half)
+        nearest = ops.floor(t / half + 0.5)
+        return ops.where(ops.at_or_after(t, nearest * half), nearest, nearest - 1.0)

@@ -13,8 +13,6 @@ __all__ = ["Step"]
 class Step(NamedTuple):
     """F_L = initial before the switching instant, final from it on, positive against motion.
 
-    An instant that falls short of the switching one by less than 1e-9 of it counts as there.
-
     Source: a definition.
     Fails to keep a fixed-step integrator's order where the jump falls inside a step: let it fall on a sample.
     """
@@ -24,8 +22,7 @@ class Step(NamedTuple):
     time: Annotated[float, Field("s", "switching instant", CHOSEN, at_least=0)] = 0.1
 
     def force(self, t: float) -> float:
-        return ops.where(ops.reached(t, self.time), self.final, self.initial)
+        return ops.where(ops.at_or_after(t, self.time), self.final, self.initial)
 
     def next_jump(self, t: float) -> float:
-        jump = (1.0 - 1e-9) * self.time
-        return ops.where(t < jump, jump, math.inf)
+        return ops.where(ops.at_or_after(t, self.time), math.inf, self.time)

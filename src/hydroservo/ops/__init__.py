@@ -9,6 +9,7 @@ a nan, and raise.
 
 from hydroservo.ops.basic import (
     absolute,
+    at_or_after,
     clip,
     copysign,
     floor,
@@ -30,6 +31,7 @@ from hydroservo.ops.random import normal, uniform
 
 __all__ = [
     "absolute",
+    "at_or_after",
     "clip",
     "copysign",
     "cos",

@@ -4,6 +4,7 @@ import math
 
 __all__ = [
     "absolute",
+    "at_or_after",
     "clip",
     "copysign",
     "floor",
@@ -19,6 +20,7 @@ __all__ = [
     "where",
 ]
 
+ROUNDED = 1.0 - 3.0 * 2.0**-52  # what adding up steps takes from an instant at most, and a little more
 ROUNDER = 6755399441055744.0  # 1.5 * 2^52: adding it leaves no bits behind the point
 
 
@@ -82,8 +84,16 @@ def nearest(x: float) -> float:
     return (x + ROUNDER) - ROUNDER
 
 
+def at_or_after(t: float, instant: float) -> bool:
+    """True from the instant on, but for a few units in the last place: a step's end may be rounded down."""
+    return t >= ROUNDED * instant
+
+
 def reached(t: float, instant: float) -> bool:
-    """True from the instant on, or a 1e-9 of it before: a sample meant to fall on it may be rounded down."""
+    """True from the instant on, or a 1e-9 of it before: a sample meant to fall on it may be rounded down.
+
+    What acts between samples takes :func:`at_or_after`: early by a part of the time is an error that grows.
+    """
     return t >= (1.0 - 1e-9) * instant
 
 

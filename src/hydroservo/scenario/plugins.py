@@ -1,11 +1,14 @@
 """Blocks from a user's own Python file."""
 
+import copyreg
 import importlib.util
 import sys
 import traceback
+from functools import partial
 from hashlib import sha256
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 from hydroservo.errors import ScenarioError
 from hydroservo.field import declared_fields
@@ -21,7 +24,9 @@ loaded: dict[Path, ModuleType] = {}
 def load_plugin(path: str | Path) -> tuple[type, ...]:
     """Execute a Python file and make its NamedTuple classes nameable in a scenario's ``type``.
 
-    The same text is executed once. Only this call runs a user's code; no scenario file can.
+    The same text is executed once. Only this call runs a user's code; no scenario file can. The file's blocks
+    can be pickled: a pickle names the file, and loading it executes the file where that was not done yet, if
+    its text is still the same. As with any pickle, load only what you trust.
 
     Returns:
         The classes that the file defines.
@@ -32,8 +37,7 @@ def load_plugin(path: str | Path) -> tuple[type, ...]:
     name = str(path)
     text = read_text(Path(path), LARGEST, name)
     place = Path(path).resolve()
-    digest = sha256(text.encode()).hexdigest()[:12]
-    module_name = f"hydroservo_plugin_{digest}"
+    module_name = named_by(text)
     same = next((module for module in loaded.values() if module.__name__ == module_name), None)
     if same is not None:
         loaded[place] = same
@@ -42,12 +46,37 @@ def load_plugin(path: str | Path) -> tuple[type, ...]:
         if not defined_in(module):
             raise ScenarioError(name, "", "defines no block: a class with NamedTuple as its base")
         loaded[place] = module
+        for cls in defined_in(module):
+            copyreg.pickle(cls, partial(pickled, str(place)))
     return defined_in(loaded[place])
 
 
 def plugin_classes() -> tuple[type, ...]:
     """The NamedTuple classes of all plugins."""
     return tuple(dict.fromkeys(cls for module in loaded.values() for cls in defined_in(module)))
+
+
+def named_by(text: str) -> str:
+    """The name of the module that a file's text makes: by its content, wherever it lies."""
+    return f"hydroservo_plugin_{sha256(text.encode()).hexdigest()[:12]}"
+
+
+def pickled(place: str, block: Any) -> tuple[Any, ...]:
+    """What pickle keeps of a plugin's block: how to make it again in another process."""
+    return restored, (place, type(block).__module__, type(block).__qualname__, tuple(block))
+
+
+def restored(place: str, module_name: str, class_name: str, values: tuple[Any, ...]) -> Any:
+    """A plugin's block from its pickle; executes the plugin's file unless this process has loaded it already.
+
+    Raises:
+        ScenarioError: the file cannot be read, or its text is not what it was.
+    """
+    if module_name not in sys.modules:
+        if named_by(read_text(Path(place), LARGEST, place)) != module_name:
+            raise ScenarioError(place, "", f"has changed since a {class_name} of it was pickled")
+        load_plugin(place)
+    return getattr(sys.modules[module_name], class_name)._make(values)
 
 
 def is_block_class(value: object) -> bool:

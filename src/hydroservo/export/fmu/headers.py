@@ -46,4 +46,4 @@ def package(name: str) -> metadata.Distribution:
     try:
         return metadata.distribution(name)
     except metadata.PackageNotFoundError:
-        raise HydroservoError(f"an FMU needs the package {name}: pip install 'hydroservo[fmu]'") from None
+        raise HydroservoError(f"an FMU needs the package {name}: pip install '.[fmu]' in a clone") from None
