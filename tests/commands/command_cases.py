@@ -2,8 +2,10 @@
 
 import random
 from collections.abc import Callable
+from functools import cache
+from importlib import import_module
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from hydroservo.block import leaves
 from hydroservo.scenario import builtin_scenarios, load_scenario, scenario_source
@@ -167,6 +169,12 @@ ENDINGS = (
     ".CSV",
     ".c",
 )
+GOOD_RANGES = (
+    "plant.mass=4..8kg",
+    "controller.proportional_gain=1..100",
+    "load.amplitude=-50%..+50%",
+    "supply.supply_pressure=30..50bar",
+)
 CELLS = (
     "",
     "nan",
@@ -186,6 +194,14 @@ CELLS = (
     "0x1p3",
     " 2 ",
 )
+HEADERS = ("t|v", "t [ms]|v [m/s]", "t (s)|v [", "t [s]|t [s]", "1|2", "t [s]", "t [s]|v [kg]", "|")
+SERIES = (
+    *['file = "log.csv"'] * 4,
+    'file = "log.csv", column = "v"',
+    'file = "log.csv", time = "v"',
+    'file = ""',
+    "file = 3",
+)
 RECORDED = """
 [simulation]
 duration = "0.02 s"
@@ -201,10 +217,10 @@ PLUGIN = '''
 from typing import Annotated, NamedTuple
 from hydroservo import Field, ops
 
-class {name}State(NamedTuple):
+class OwnState(NamedTuple):
     u: Annotated[float, Field("V", "command")]
 
-class {name}(NamedTuple):
+class Own(NamedTuple):
     """A law."""
     gain: Annotated[float, Field("V s/m", "gain", "chosen", above=0)] = 1.0
 
@@ -274,17 +290,20 @@ def settings(draw: random.Random) -> tuple[Words, dict[str, bytes]]:
     name = draw.choice(SCENARIOS)
     words = ["run", name, "--interpreted", *SHORT]
     for _ in range(draw.randint(1, 3)):
-        words += ["--set", f"{path(draw, name)}={value(draw)}"]
+        words += ["--set", setting(draw, name)]
     return words + draw.choice([[], [], ["--json"], ["--strict"]]), {}
 
 
 def types(draw: random.Random) -> tuple[Words, dict[str, bytes]]:
     """Blocks that are put where others were."""
     name = draw.choice(SCENARIOS)
-    table = draw.choice(sorted({path.rpartition(".")[0] for path, _ in leaves(load_scenario(name))}))
-    words = ["run", name, "--interpreted", *SHORT, "--set", f"{table}.type={draw.choice(block_names())}"]
+    table = draw.choice(sorted({path.rpartition(".")[0] for path in known_paths(name)}))
+    rooms = block_names()
+    room = {"supply": "supplies"}.get(table, f"{table}s")
+    names = rooms[room if room in rooms and draw.random() < 0.7 else draw.choice(list(rooms))]
+    words = ["run", name, "--interpreted", *SHORT, "--set", f"{table}.type={draw.choice(names)}"]
     if draw.random() < 0.5:
-        words += ["--set", f"{path(draw, name)}={value(draw)}"]
+        words += ["--set", setting(draw, name)]
     return words, {}
 
 
@@ -311,20 +330,12 @@ def scenario_file(draw: random.Random) -> tuple[Words, dict[str, bytes]]:
 
 def recording(draw: random.Random) -> tuple[Words, dict[str, bytes]]:
     """A recorded demand or load with cells, columns, separators and instants that do not fit."""
-    mark, point = draw.choice([(",", "."), (";", ","), (";", "."), ("\t", ","), (" ", "."), (",", ",")])
-    start, step = draw.choice([0.0, -1.0, 5.0, 1.7e9]), draw.choice([1e-3, 1.0, 1e-6, 0.0, -1e-3])
-    header = draw.choice(
-        [
-            "t [s]|v [mm/s]",
-            "t|v",
-            "t [ms]|v [m/s]",
-            "t [s]|v [kN]",
-            "t (s)|v [",
-            "t [s]|t [s]",
-            "1|2",
-            "t [s]",
-        ]
+    mark, point = draw.choice(
+        [(",", "."), (",", "."), (";", ","), (";", "."), ("\t", ","), (" ", "."), (",", ",")]
     )
+    start, step = draw.choice([0.0, 0.0, -1.0, 5.0, 1.7e9]), draw.choice([1e-3, 1e-3, 1.0, 1e-6, 0.0, -1e-3])
+    role, unit = draw.choice([("reference", "mm/s"), ("load", "kN")])
+    header = f"t [s]|v [{unit}]" if draw.random() < 0.6 else draw.choice(HEADERS)
     rows = [header.split("|")]
     for i in range(draw.choice([0, 1, 2, 5, 40])):
         cells = (f"{start + i * step:.9g}", f"{draw.uniform(-30, 30):.3f}")
@@ -332,52 +343,28 @@ def recording(draw: random.Random) -> tuple[Words, dict[str, bytes]]:
     for _ in range(draw.randint(0, 2)):
         row = draw.choice(rows)
         row[draw.randrange(len(row))] = draw.choice(CELLS)
-    content = (
-        draw.choice(["\n", "\r\n"])
-        .join(mark.join(row) for row in rows)
-        .encode(draw.choice(["utf-8", "utf-8-sig", "utf-16"]))
-    )
+    text = draw.choice(["\n", "\r\n"]).join(mark.join(row) for row in rows)
+    content = text.encode(draw.choice(["utf-8", "utf-8", "utf-8-sig", "utf-16"]))
     if draw.random() < 0.1:
         content = scribbled(draw, content)
-    role, key = draw.choice([("reference", "m/s"), ("load", "N")])
-    keys = draw.choice(
-        [
-            'file = "log.csv"',
-            'file = "log.csv", column = "v"',
-            'file = "log.csv", time = "v"',
-            'file = ""',
-            "file = 3",
-        ]
-    )
-    text = RECORDED.format(role=role, keys=keys)
-    return ["run", "own.toml", "--interpreted"], {
-        "own.toml": text.encode(),
-        "log.csv": content,
-        "unit": key.encode(),
-    }
+    scenario = RECORDED.format(role=role, keys=draw.choice(SERIES))
+    return ["run", "own.toml", "--interpreted"], {"own.toml": scenario.encode(), "log.csv": content}
 
 
 def plugin(draw: random.Random) -> tuple[Words, dict[str, bytes]]:
     """A law of one's own that does not do what it must."""
-    text = PLUGIN.format(name="Own", init=draw.choice(INITS), step=draw.choice(STEPS)) + draw.choice(
-        (*[""] * 12, *ENDS)
-    )
+    own = f"Own{draw.randrange(10**9)}"  # classes of one process must not meet
+    text = PLUGIN.format(init=draw.choice(INITS), step=draw.choice(STEPS)) + draw.choice((*[""] * 12, *ENDS))
+    text = text.replace("Own", own)
     if draw.random() < 0.2:
         lines = text.splitlines()
         draw.choice(EDITS)(draw, lines)
         text = "\n".join(lines)
-    words = [
-        "run",
-        "paper/sine-pi",
-        "--interpreted",
-        *SHORT,
-        "--set",
-        f"controller.type={draw.choice(['Own', 'Own', 'Own', 'own', ''])}",
-    ]
-    given = draw.choice(
-        [["own.py"], ["own.py"], ["own.py", "own.py"], ["nope.py"], [], ["folder"], ["own.toml"]]
-    )
-    for file in given:
+    name = draw.choice([own, own, own, own, own.lower(), ""])
+    words = ["run", "paper/sine-pi", "--interpreted", *SHORT, "--set", f"controller.type={name}"]
+    for file in draw.choice(
+        [*[["own.py"]] * 6, ["own.py", "own.py"], ["nope.py"], [], ["folder"], ["own.toml"]]
+    ):
         words += ["--plugin", file]
     return words, {"own.py": text.encode("utf-8", "surrogatepass"), "own.toml": b"a = 1"}
 
@@ -395,6 +382,8 @@ def ranges(draw: random.Random) -> tuple[Words, dict[str, bytes]]:
     for _ in range(draw.randint(0, 2)):
         between = draw.choice(["..", "..", "..", "...", "-", ":", " .. "])
         words += ["--vary", f"{path(draw, 'paper/sine-pi')}={value(draw)}{between}{value(draw)}"]
+    if draw.random() < 0.5:
+        words += ["--vary", draw.choice(GOOD_RANGES)]
     for option, texts in (
         ("--seed", NUMBERS),
         ("--threads", NUMBERS),
@@ -416,7 +405,11 @@ def search(draw: random.Random) -> tuple[Words, dict[str, bytes]]:
         "--candidates",
         draw.choice(["1", "64", number(draw)]),
     ]
-    words += ["--vary", f"{path(draw, 'paper/sine-pi')}={value(draw)}..{value(draw)}"]
+    good = draw.random() < 0.6
+    words += [
+        "--vary",
+        draw.choice(GOOD_RANGES) if good else f"{setting(draw, 'paper/sine-pi')}..{value(draw)}",
+    ]
     options = ("--weights", "--scales", "--seeds", "--seed", "--effort", "--metric", "--threads", "--out")
     for option in draw.sample(options, draw.randint(0, 2)):
         words += [option, draw.choice((*NUMBERS, *TEXTS, "1,2", "-1,0,1", *outputs(draw)))]
@@ -504,56 +497,41 @@ def outputs(draw: random.Random) -> Words:
     return [stem, stem + draw.choice(ENDINGS)]
 
 
+def setting(draw: random.Random, scenario: str) -> str:
+    """What ``--set`` may be given: half of the time a number near the one that is there."""
+    name = path(draw, scenario)
+    present = known_paths(scenario).get(name)
+    if not isinstance(present, float) or draw.random() < 0.5:
+        return f"{name}={value(draw)}"
+    return f"{name}={present * draw.choice([0.0, -1.0, 0.5, 1.0, 1.5, 10.0, 1e3, 1e-3, 1e9])!r}"
+
+
 def path(draw: random.Random, scenario: str) -> str:
     """A path of a number in a scenario, or nearly one."""
     if draw.random() < 0.15:
         return draw.choice(PATHS)
-    text = draw.choice(known_paths(scenario))
+    text = draw.choice(list(known_paths(scenario)))
     if draw.random() < 0.1:
         i = draw.randrange(len(text))
         text = text[:i] + draw.choice("abc._ 1=[") + text[i + 1 :]
     return text
 
 
-def known_paths(scenario: str, kept: dict[str, Words] = {}) -> Words:  # noqa: B006 - a cache
-    if scenario not in kept:
-        kept[scenario] = [
-            name for name, _ in leaves(load_scenario(scenario)) if not name.startswith("nominal.")
-        ]
-    return kept[scenario]
+@cache
+def known_paths(scenario: str) -> dict[str, Any]:
+    """The numbers of a scenario by their paths."""
+    found = dict(leaves(load_scenario(scenario)))
+    return {name: number for name, number in found.items() if not name.startswith("nominal.")}
 
 
-def block_names(kept: Words = []) -> Words:  # noqa: B006 - a cache
-    if not kept:
-        from hydroservo import (
-            controllers,
-            integrators,
-            loads,
-            mechanics,
-            observers,
-            oils,
-            plants,
-            references,
-            sensors,
-            supplies,
-            valves,
-        )
-
-        rooms = (
-            controllers,
-            integrators,
-            loads,
-            mechanics,
-            observers,
-            oils,
-            plants,
-            references,
-            sensors,
-            supplies,
-            valves,
-        )
-        kept += sorted({name for room in rooms for name in room.__all__})
-    return kept
+@cache
+def block_names() -> dict[str, Words]:
+    """The names of all blocks, by their package."""
+    rooms = ("controllers", "integrators", "loads", "mechanics", "observers", "oils", "plants", "references")
+    found = {}
+    for room in (*rooms, "sensors", "supplies", "valves"):
+        found[room] = sorted(import_module(f"hydroservo.{room}").__all__)
+    return found
 
 
 def number(draw: random.Random) -> str:

@@ -45,7 +45,7 @@ def write_comparison(
     datasets: Sequence["xr.Dataset"],
     labels: Sequence[str],
 ) -> list[Path]:
-    """The metrics of several runs, what a comparison says, and their plot, together; returns what was written."""
+    """The metrics of several runs, how they compare and their plot, together; returns what was written."""
     from hydroservo.figures.comparison import plot_comparison
     from hydroservo.figures.style import save_figure
 
