@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 from hypothesis.strategies import SearchStrategy
 
 from hydroservo.block import Block, Reaching, Realisation, is_block, leaves, replace
-from hydroservo.checks import checked, within
+from hydroservo.checks import consistent, in_range, within
+from hydroservo.errors import ParameterError
 from hydroservo.field import Field, declared_fields
 from hydroservo.holds import HeldTwice
 from hydroservo.plants import DesignModel
@@ -47,7 +48,7 @@ def block_of(cls: type, spread: Range) -> SearchStrategy[Block]:
         else number(value, fields.get(name, Field("", name)), spread)
         for name, value in zip(cls._fields, defaults, strict=True)
     }
-    return st.builds(cls, **parts).map(checked)
+    return st.builds(cls, **parts).map(in_range)
 
 
 def wired(cls: type, spread: Range) -> SearchStrategy[Block]:
@@ -59,7 +60,19 @@ def wired(cls: type, spread: Range) -> SearchStrategy[Block]:
         if hints[name] in ROLES
     }
     exchanged = st.fixed_dictionaries(inner)
-    return st.builds(replace, block_of(cls, spread), exchanged)
+    return st.builds(going_together, block_of(cls, spread), exchanged)
+
+
+def going_together(block: Block, parts: dict[str, Block]) -> Block:
+    """A block with these parts, or with numbers or parts of its defaults where those do not go together."""
+    default = type(block)()
+    for candidate in (replace(block, parts), replace(default, parts)):
+        try:
+            consistent(candidate)
+        except ParameterError:
+            continue
+        return candidate
+    return default
 
 
 def choices(cls: type, role: type) -> list[type]:
@@ -71,6 +84,8 @@ def choices(cls: type, role: type) -> list[type]:
 def number(default: Any, field: Field, spread: Range) -> SearchStrategy[Any]:
     if isinstance(default, bool):
         return st.booleans()
+    if default == field.auto:
+        return positive(1e6, spread.decades)  # a start pressure
     low = field.above if field.above is not None else field.at_least
     high = field.below if field.below is not None else field.at_most
     if isinstance(default, int):

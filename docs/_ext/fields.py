@@ -44,7 +44,8 @@ def rows(maker: Callable[..., Any]) -> Iterator[Row]:
         elif field is None:
             yield Row(name, written(default), "", "", "nested", "")
         else:
-            yield Row(name, written(default), field.unit, bounds(field), field.meaning, field.source)
+            value = '"auto"' if default is not None and default == field.auto else written(default)
+            yield Row(name, value, field.unit, bounds(field), field.meaning, field.source)
 
 
 def defaults(maker: Callable[..., Any]) -> Mapping[str, Any]:

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from hydroservo.accuracy import hardest, judged_by_rate, warning
 from hydroservo.block import Block, field_at, replace
 from hydroservo.cautions import pressure_caution, with_warning
+from hydroservo.checks import checked
 from hydroservo.divergence import NOTHING, Loss, diverged_by, first_loss, watched_paths
 from hydroservo.errors import ParameterError, warn
 from hydroservo.loop import AUTO, Loop
@@ -31,7 +32,7 @@ from hydroservo.simulate import (
     simulated,
     studied,
 )
-from hydroservo.varied import SEED, Columns, checked_columns, designs
+from hydroservo.varied import SEED, Columns, checked_columns, designs, starts
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -114,18 +115,19 @@ def simulated_batch(
     progress: Progress | None = None,
 ) -> "xr.Dataset":
     """What :func:`simulate_batch` returns, its warnings in its attribute alone."""
-    loop = ready(loop)
+    given, loop = loop, ready(loop)
     recorded = check_records(loop)
     columns = checked_columns(loop, parameters)
+    started = columns | starts(checked(given), columns)
     workers = checked_threads(threads)
     state = first_state(loop)
-    loop, said = with_steps(loop, columns, strict)
+    loop, said = with_steps(loop, started, strict)
     runs = next(iter(columns.values())).size
     samples = laid_out(loop, state, ()).samples
     table, losses = np.empty((len(METRIC_FIELDS), runs)), [NOTHING] * runs
     told = progress or (lambda _: None)
     with compilation(loop):
-        varied = columns | designs(loop, columns)
+        varied = started | designs(loop, columns)
         begin, size = kernel(loop, state, samples, tuple(varied), strict, cuda)
         job = Job(loop, begin, size, CUDA_CHUNK if cuda else CHUNK, samples, varied, Event())
         with closing(in_turn(job, runs, told) if cuda else side_by_side(job, runs, workers)) as found:

@@ -7,11 +7,25 @@ the functions of :mod:`hydroservo.ops`, and their own nested blocks.
 
 Every parameter and state field is declared once, as ``Annotated[float, Field(unit, meaning, ...)]``;
 scenario files, validation, result attributes and reference pages all read that declaration.
+
+A block may have methods that its role does not ask for. Each is called in plain Python before a run, never
+compiled:
+
+=================================  =======================================================================
+method                             what it does
+=================================  =======================================================================
+``check()``                        any block: raises a ParameterError where its numbers do not go together
+``designed(model, period)``        of a controller or a block in it: the block with its gains computed
+``at_rest(line, force)``           of a plant: the plant with what is left open of its start found
+``positions()``                    of a mechanism: the least and the largest position that it can take [m]
+``missing()``                      of sensors: the fields of a measurement that they do not measure
+=================================  =======================================================================
 """
 
 from collections.abc import Iterator, Mapping
 from typing import Any, Protocol
 
+from hydroservo.errors import ParameterError
 from hydroservo.field import Field, declared_fields
 from hydroservo.signals import (
     Correction,
@@ -49,6 +63,7 @@ __all__ = [
     "Supply",
     "Valve",
     "VelocityEstimator",
+    "at_rest",
     "declared_fields",
     "designed",
     "field_at",
@@ -125,6 +140,7 @@ class MeteringEdges(Protocol):
 
     ``flow`` is the load flow [m^3/s] to a cylinder described by its load pressure, ``port_flows`` are the
     flows to one with two chambers, ``simplified`` is the Orifice that a design model takes the edges for.
+    Edges that overlap have their overlap as a field ``lap`` [m].
     """
 
     def flow(self, opening: float, supply_drop: float, load_pressure: float) -> float: ...
@@ -163,7 +179,10 @@ class Supply(Protocol):
 
 
 class Accumulator(Protocol):
-    """What a supply line stores besides its oil: volume per pressure [m^3/Pa] at a gauge pressure [Pa]."""
+    """What a supply line stores besides its oil: volume per pressure [m^3/Pa] at a gauge pressure [Pa].
+
+    One that takes in nothing up to some pressure has that as a field ``precharge`` [Pa].
+    """
 
     def compliance(self, pressure: float) -> float: ...
 
@@ -198,7 +217,8 @@ class Mechanism(Protocol):
     """What the rod moves: inertia(x) dv/dt = (sum of the forces on the rod) - resistance(x, v).
 
     The inertia [kg] may depend on the position; the resistance [N] is that of gravity, springs and a changing
-    inertia, positive against a positive velocity.
+    inertia, positive against a positive velocity. A mechanism that cannot take every position says which it
+    can, by ``positions()``.
     """
 
     def inertia(self, position: float) -> float: ...
@@ -211,7 +231,7 @@ class Plant(Protocol):
     ``flows`` asks the valve's edges for what the cylinder takes. ``load_force`` is that of the oil on the
     piston, and linear in the state, so that it also gives its rate from the state's. States have ``velocity``
     [m/s] and ``position`` [m], plants have ``stroke`` [m]. ``simplified`` is the LoadPressurePlant that a
-    design model takes it for.
+    design model takes it for. A plant whose start may be left open has ``at_rest(line, force)``.
     """
 
     @property
@@ -313,6 +333,27 @@ def designed(block: Block, period: float, model: Block) -> Block:
     }
     block = block._replace(**nested)
     return block.designed(model, period) if hasattr(block, "designed") else block
+
+
+def at_rest(plant: Block, supply: Block, load: Block) -> Block:
+    """A plant with what is left open of its start found, if it has ``at_rest(line, force)``.
+
+    Args:
+        plant: the plant.
+        supply: what feeds it; its pressures at the start count.
+        load: what acts on it; its force at t = 0 counts.
+
+    Raises:
+        ParameterError: nothing keeps the plant at rest.
+    """
+    if not hasattr(plant, "at_rest"):
+        return plant
+    try:
+        return plant.at_rest(supply.pressures(supply.init()), load.force(0.0))
+    except ParameterError as error:
+        raise ParameterError(f"plant.{error.path}", error.value, error.allowed) from None
+    except ArithmeticError as error:
+        raise ParameterError("plant", type(plant).__name__, f"has no start at rest: {error}") from None
 
 
 def is_block(value: object) -> bool:

@@ -1,4 +1,7 @@
-"""Parameters are checked and made floats before any compiled code sees them."""
+"""Parameters are checked and made floats before any compiled code sees them.
+
+Each number by itself first, then what a block says of its numbers together.
+"""
 
 import math
 from functools import cache
@@ -12,10 +15,55 @@ from hydroservo.errors import ParameterError
 from hydroservo.field import Field, declared_fields
 from hydroservo.time_series import TimeSeries
 
-__all__ = ["allowed", "checked", "number", "within"]
+__all__ = ["allowed", "check_own", "checked", "consistent", "in_range", "number", "within"]
 
 
 def checked(block: Block, path: str = "") -> Block:
+    """A copy of a block, and all blocks nested in it, with parameters that are allowed and go together.
+
+    Raises:
+        ParameterError: naming the path, the value and what is allowed.
+    """
+    found = in_range(block, path)
+    consistent(found, path)
+    return found
+
+
+def consistent(block: Block, path: str = "") -> None:
+    """Ask a block and all blocks nested in it that have a method ``check`` whether their numbers go together.
+
+    Args:
+        block: the block, its numbers in their ranges.
+        path: where it is, for the message.
+
+    Raises:
+        ParameterError: they do not.
+    """
+    for name, value in zip(block._fields, block, strict=True):
+        if is_block(value):
+            consistent(value, f"{path}.{name}" if path else name)
+    if hasattr(block, "check"):
+        check_own(block, path)
+
+
+def check_own(block: Block, path: str) -> None:
+    """Ask a block that has a method ``check``, and not those in it.
+
+    Raises:
+        ParameterError: its numbers do not go together.
+    """
+    try:
+        block.check()
+    except ParameterError as error:
+        here = f"{path}.{error.path}" if path else error.path
+        raise ParameterError(here, error.value, error.allowed) from None
+    except ArithmeticError as error:
+        kind = type(block).__name__
+        problem = f"has numbers out of all proportion: {error}"
+        raise ParameterError(path or kind, kind, problem) from None
+
+
+def in_range(block: Block, path: str = "") -> Block:
     """A copy of a block, and all blocks nested in it, with every parameter of its declared type and range.
 
     Raises:
@@ -27,7 +75,7 @@ def checked(block: Block, path: str = "") -> Block:
     for name in block._fields:
         value, here = getattr(block, name), f"{path}.{name}" if path else name
         if is_block(value):
-            values[name] = checked(value, here)
+            values[name] = in_range(value, here)
         elif isinstance(value, np.ndarray):
             values[name] = np.ascontiguousarray(value, dtype=np.float64)
         else:
@@ -44,7 +92,7 @@ def declared_kinds(cls: type) -> dict[str, Any]:
 
 
 def number(value: Any, path: str, field: Field, kind: Any) -> float | int | bool:
-    """One number of its declared kind (float, int or bool) and range.
+    """One number of its declared kind (float, int or bool) and range; "auto" is the field's automatic one.
 
     Raises:
         ParameterError: the value is not that.

@@ -32,7 +32,7 @@ class Field:
     below: float | None = None
     at_most: float | None = None
     derived: bool = False
-    auto: int | None = None
+    auto: float | None = None
 
 
 @cache

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from hydroservo.accuracy import check_substeps, checked_steps, machine_paths, with_exact_delay
-from hydroservo.block import Block, designed, field_at, is_block, leaves, value_at
+from hydroservo.block import Block, at_rest, designed, field_at, is_block, leaves, value_at
 from hydroservo.cautions import pressure_caution, with_warning
 from hydroservo.checks import checked
 from hydroservo.divergence import NOTHING, Loss, diverged_by, first_loss, watched_paths
@@ -129,15 +129,19 @@ def simulated(
 
 
 def ready(loop: Loop) -> Loop:
-    """The loop with its parameters checked and its controller designed.
+    """The loop with its parameters checked, its plant at rest and its controller designed.
 
     Raises:
-        ParameterError: a parameter is out of range, allows no design, or does not go with another.
+        ParameterError: a parameter is out of range, allows no design or no start at rest, or does not go with
+            another.
     """
     loop = checked(loop)
     check_substeps(loop)
     loop = with_exact_delay(loop)
-    return loop._replace(controller=designed(loop.controller, loop.simulation.period, loop.nominal))
+    return loop._replace(
+        plant=at_rest(loop.plant, loop.supply, loop.load),
+        controller=designed(loop.controller, loop.simulation.period, loop.nominal),
+    )
 
 
 def trace_size(loop: Loop, record: Sequence[str] | None = None) -> int:

@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 
 from hydroservo.batch import simulated_batch
 from hydroservo.block import field_at, value_at
-from hydroservo.checks import within
+from hydroservo.checks import checked, within
 from hydroservo.errors import HydroservoError, ParameterError, warn
 from hydroservo.loop import Loop
 from hydroservo.metrics import SMALLER_IS_BETTER
-from hydroservo.varied import SEED, designs
+from hydroservo.varied import SEED, checked_columns, designs, starts
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -229,7 +229,7 @@ def objective(aim: Aim, i: int, candidates: Columns, threads: int | None) -> Num
         return means(aim, i, runs) * activity(aim, runs)
     except ParameterError:
         count = next(iter(candidates.values())).size
-        possible = np.array([has_design(aim.loops[i], candidates, k) for k in range(count)])
+        possible = np.array([is_possible(aim.loops[i], candidates, k) for k in range(count)])
         if possible.all():
             raise
         found = np.full(count, LOST)
@@ -239,10 +239,13 @@ def objective(aim: Aim, i: int, candidates: Columns, threads: int | None) -> Num
         return found
 
 
-def has_design(loop: Loop, candidates: Columns, k: int) -> bool:
-    """Whether a controller can be computed for candidate k."""
+def is_possible(loop: Loop, candidates: Columns, k: int) -> bool:
+    """Whether candidate k allows a machine and a controller."""
+    own = {path: values[k : k + 1] for path, values in candidates.items()}
     try:
-        designs(loop, {path: values[k : k + 1] for path, values in candidates.items()})
+        checked_columns(loop, own)
+        starts(checked(loop), own)
+        designs(loop, own)
     except ParameterError:
         return False
     return True

@@ -1,17 +1,19 @@
 """What differs between the runs of a batch: arrays of parameters by path, checked before anything runs."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from functools import cache
+from itertools import repeat
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hydroservo.block import designed, field_at, leaves, replace, value_at
-from hydroservo.checks import allowed, number
+from hydroservo.block import Block, at_rest, designed, field_at, is_block, leaves, replace, value_at
+from hydroservo.checks import allowed, check_own, number
 from hydroservo.errors import ParameterError
 from hydroservo.loop import Loop
 
-__all__ = ["SEED", "Columns", "checked_columns", "designs"]
+__all__ = ["SEED", "Columns", "checked_columns", "designs", "starts"]
 
 SEED = "simulation.seed"  # the one whole number that may differ between runs; doubles hold it exactly
 
@@ -20,6 +22,8 @@ Columns = dict[str, NDArray[np.float64]]
 
 def checked_columns(loop: Loop, parameters: Mapping[str, ArrayLike]) -> Columns:
     """The parameters as vectors of one length, each number in the range of its field.
+
+    The numbers of each run go together, too.
 
     Raises:
         ParameterError: they are not.
@@ -32,7 +36,51 @@ def checked_columns(loop: Loop, parameters: Mapping[str, ArrayLike]) -> Columns:
         raise ParameterError("parameters", "{}", "must name at least one parameter")
     if len(set(sizes.values())) > 1:
         raise ParameterError("parameters", sizes, "must be arrays of one length")
+    check_runs(loop, columns)
     return columns
+
+
+def check_runs(block: Block, columns: Columns, path: str = "") -> None:
+    """Ask the blocks that have a method ``check``, and of which something varies, about each run.
+
+    Raises:
+        ParameterError: the numbers of a run do not go together.
+    """
+    own = {name.removeprefix(path): values for name, values in columns.items() if name.startswith(path)}
+    if not own:
+        return
+    for name, value in zip(block._fields, block, strict=True):
+        if is_block(value):
+            check_runs(value, columns, f"{path}{name}.")
+    if hasattr(block, "check"):
+        for run, one in enumerate(versions(block, own)):
+            try:
+                check_own(one, path.rstrip("."))
+            except ParameterError as error:
+                raise in_run(run, error) from None
+
+
+def in_run(run: int, error: ParameterError) -> ParameterError:
+    """An error about one of many runs."""
+    return ParameterError(error.path, error.value, f"{error.allowed}, in run {run}")
+
+
+def versions(block: Block, columns: Columns) -> Iterator[Any]:
+    """The block of each run, as quickly as Python makes tuples.
+
+    Args:
+        block: what all runs start from.
+        columns: what is given for each run, by path from the block.
+    """
+    members = []
+    for name, value in zip(block._fields, block, strict=True):
+        start = f"{name}."
+        own = {path.removeprefix(start): row for path, row in columns.items() if path.startswith(start)}
+        if own:
+            members.append(versions(value, own))
+        else:
+            members.append(iter(columns[name].tolist()) if name in columns else repeat(value))
+    return map(type(block)._make, zip(*members, strict=False))
 
 
 def column(loop: Loop, path: str, values: ArrayLike) -> NDArray[np.float64]:
@@ -85,3 +133,39 @@ def designs(loop: Loop, columns: Columns) -> Columns:
     rows = zip(*(columns[path].tolist() for path in ruling), strict=True)
     table = np.array([design(*numbers) for numbers in rows], dtype=np.float64).T
     return {f"controller.{path}": row for path, row in zip(computed, table, strict=True)}
+
+
+def starts(loop: Loop, columns: Columns) -> Columns:
+    """Where the plants of runs start, where that is left open and something of the machine differs.
+
+    Args:
+        loop: the loop as it was given, its plant not yet at rest.
+        columns: what is given for each run.
+
+    Raises:
+        ParameterError: nothing keeps the plant of a run at rest.
+    """
+    machine = {path: row for path, row in columns.items() if path.startswith(("plant.", "supply.", "load."))}
+    open_ones = [
+        path
+        for path, value in leaves(loop.plant, "plant.")
+        if value == field_at(loop, path).auto and path not in columns
+    ]
+    if not machine or not open_ones:
+        return {}
+    table = []
+    for run, own in enumerate(versions(Machine(loop.plant, loop.supply, loop.load), machine)):
+        try:
+            plant = at_rest(*own)
+        except ParameterError as error:
+            raise in_run(run, error) from None
+        table.append([value_at(plant, path.removeprefix("plant.")) for path in open_ones])
+    return dict(zip(open_ones, np.array(table).T, strict=True))
+
+
+class Machine(NamedTuple):
+    """What the start of a plant depends on."""
+
+    plant: Block
+    supply: Block
+    load: Block

@@ -92,7 +92,8 @@ def variation(text: str, loop: Loop, nominal: Loop) -> Variation:
     low, high = sorted(ends)
     if low == high:
         raise ScenarioError(OPTION, path, f"{short(value)} is no range: both its ends are {low:g}")
-    return Variation(path, low, high, middle if machine and middle else None)
+    known = middle not in (0.0, field.auto)
+    return Variation(path, low, high, middle if machine and known else None)
 
 
 def check_path(path: str, loop: Loop) -> None:
@@ -127,8 +128,9 @@ def both_ends(low: str, high: str, field: Field, nominal: float) -> tuple[float,
     unit = "" if relative or plain else field.unit
     if relative and units[1] != "%":
         raise ValueError(f"{short(high)} has no % while {short(low)} has one")
-    if relative and not nominal:
-        raise ValueError("is 0 in the scenario, of which there is no percentage")
+    if relative and nominal in (0.0, field.auto):
+        present = "0" if nominal == 0.0 else '"auto"'
+        raise ValueError(f"is {present} in the scenario, of which there is no percentage")
     first, last = value_of(low, unit), value_of(high, unit)
     if first > last:
         raise ValueError(f"{short(low)} is more than {short(high)}, its upper end")

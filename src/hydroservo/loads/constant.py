@@ -13,7 +13,8 @@ class Constant(NamedTuple):
     """F_L = amplitude, from t = 0 on, positive against motion.
 
     Source: Sec. 4 of doi:10.1007/s42401-021-00087-w.
-    Fails as a start in equilibrium: the machine at rest carries no load yet, so its onset is a jump.
+    Fails as a start in equilibrium of a LoadPressurePlant: at rest that carries no load yet, so the onset is
+    a jump. A Cylinder whose start pressures are open holds it from the start.
     """
 
     amplitude: Annotated[float, Field("N", "force", TSMC_EHA_2021)] = 100.0

@@ -5,6 +5,7 @@ from typing import Annotated, NamedTuple
 
 from hydroservo import ops
 from hydroservo.block import Field
+from hydroservo.mechanics.dry import check_breakaway
 from hydroservo.sources import CHOSEN, TSMC_EHA_2021
 
 __all__ = ["LuGre", "LuGreState"]
@@ -45,6 +46,9 @@ class LuGre(NamedTuple):
     coulomb: Annotated[float, Field("N", "Coulomb friction F_c", CHOSEN, above=0)] = 40.0
     breakaway: Annotated[float, Field("N", "breakaway force F_s", CHOSEN, above=0)] = 60.0
     stribeck_velocity: Annotated[float, Field("m/s", "Stribeck velocity v_s", CHOSEN, above=0)] = 5e-3
+
+    def check(self) -> None:
+        check_breakaway(self.coulomb, self.breakaway)
 
     def init(self) -> LuGreState:
         return LuGreState(0.0)

@@ -1,10 +1,12 @@
 """A link on a hinge, raised by the cylinder."""
 
+import math
 from typing import Annotated, NamedTuple
 
 from hydroservo import ops
 from hydroservo.block import Field
 from hydroservo.constants import GRAVITY
+from hydroservo.errors import ParameterError
 from hydroservo.sources import CHOSEN
 
 __all__ = ["OneLinkArm"]
@@ -32,13 +34,13 @@ class OneLinkArm(NamedTuple):
     """
 
     base_distance: Annotated[
-        float, Field("m", "distance l_b from the hinge to the cylinder's base", CHOSEN, above=0)
+        float, Field("m", "distance l_b from the hinge to the cylinder's base", CHOSEN, at_least=1e-6)
     ] = 0.30
     pin_distance: Annotated[
-        float, Field("m", "distance l_p from the hinge to the rod's pin", CHOSEN, above=0)
+        float, Field("m", "distance l_p from the hinge to the rod's pin", CHOSEN, at_least=1e-6)
     ] = 0.08
     closed_length: Annotated[
-        float, Field("m", "distance l_0 from base to pin at position 0", CHOSEN, above=0)
+        float, Field("m", "distance l_0 from base to pin at position 0", CHOSEN, at_least=1e-6)
     ] = 0.2715
     level_angle: Annotated[float, Field("rad", "angle q_0 at the hinge where the link is level", CHOSEN)] = (
         1.5707963267948966
@@ -53,6 +55,20 @@ class OneLinkArm(NamedTuple):
     payload: Annotated[float, Field("kg", "mass m_tip at the tip", CHOSEN, at_least=0)] = 3.0
     reach: Annotated[float, Field("m", "distance l_r from the hinge to the tip", CHOSEN, at_least=0)] = 0.60
     moving_mass: Annotated[float, Field("kg", "mass m_p of piston and rod", CHOSEN, above=0)] = 1.0
+
+    def check(self) -> None:
+        least = self.arm_mass * self.centre_distance * self.centre_distance
+        if not self.arm_inertia >= least:
+            allowed = f"must be at least arm_mass centre_distance^2, {least:.4g} [kg m^2]"
+            raise ParameterError("arm_inertia", self.arm_inertia, allowed)
+
+    def positions(self) -> tuple[float, float]:
+        """The least and the largest position in which the triangle closes, off its dead points [m]."""
+        a, b = self.base_distance, self.pin_distance
+        squares = a * a + b * b
+        span = 2.0 * a * b * math.sqrt(1.0 - LEAST_SINE * LEAST_SINE)
+        shortest, longest = math.sqrt(max(squares - span, 0.0)), math.sqrt(squares + span)
+        return shortest - self.closed_length, longest - self.closed_length
 
     def inertia(self, position: float) -> float:
         length = self.length(position)

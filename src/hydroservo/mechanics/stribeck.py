@@ -4,6 +4,7 @@ from typing import Annotated, NamedTuple
 
 from hydroservo import ops
 from hydroservo.block import Field
+from hydroservo.mechanics.dry import check_breakaway
 from hydroservo.sources import CHOSEN, TSMC_EHA_2021
 
 __all__ = ["Stribeck", "StribeckState"]
@@ -41,6 +42,9 @@ class Stribeck(NamedTuple):
         50.0
     )
     stop_time: Annotated[float, Field("s", "time tau_s in which it stops", CHOSEN, above=0)] = 1e-4
+
+    def check(self) -> None:
+        check_breakaway(self.coulomb, self.breakaway)
 
     def init(self) -> StribeckState:
         return StribeckState()

@@ -12,6 +12,7 @@ from hydroservo.mechanics.stops import Stops
 from hydroservo.mechanics.viscous import Viscous
 from hydroservo.oils.constant import ConstantOil
 from hydroservo.plants.load_pressure import LoadPressurePlant
+from hydroservo.plants.stroke import check_start
 from hydroservo.signals import MachineOutputs, PortFlows, Pressures
 from hydroservo.sources import CHOSEN, TSMC_EHA_2021
 
@@ -19,6 +20,14 @@ __all__ = ["Cylinder", "CylinderState"]
 
 OIL, FRICTION, STOPS, MASS = ConstantOil(), Viscous(), Stops(), Mass()
 LEAST_VOLUME = 0.01  # of a chamber's dead volume
+OPEN = math.inf  # a number of the start that is to be found; "auto" in a scenario
+
+StartPressureA = Annotated[
+    float, Field("Pa", "pressure in chamber A at the start", "at rest", above=-ATMOSPHERE, auto=OPEN)
+]
+StartPressureB = Annotated[
+    float, Field("Pa", "pressure in chamber B at the start", "at rest", above=-ATMOSPHERE, auto=OPEN)
+]
 
 
 class CylinderState(NamedTuple):
@@ -43,8 +52,12 @@ class Cylinder(NamedTuple):
     Oil that leaks to the outside does not come back: a chamber below atmospheric pressure draws in no air.
     The defaults are the paper's machine with its chambers told apart.
 
-    Source: Merritt, Hydraulic Control Systems, 1967, ch. 6; Jelali and Kroll, Hydraulic Servo-systems,
-    2003, ch. 4; the numbers: Sec. 4 of doi:10.1007/s42401-021-00087-w.
+    Start pressures that are left open ("auto") are those at which the piston rests under the load and the
+    resistance at t = 0, and which a valve with matched edges holds: p_A + p_B = p_s + p_r. Where one is
+    given, the other follows from rest alone.
+
+    Source: Merritt, Hydraulic Control Systems, 1967, ch. 5 (p_A + p_B = p_s) and 6; Jelali and Kroll,
+    Hydraulic Servo-systems, 2003, ch. 4; the numbers: Sec. 4 of doi:10.1007/s42401-021-00087-w.
     Fails where the oil's own inertia in the lines matters. A piston beyond the end of its stroke by more
     than the dead volume holds (without stops) leaves a chamber with a hundredth of it.
     """
@@ -67,12 +80,8 @@ class Cylinder(NamedTuple):
         float, Field("m^3/(s Pa)", "leakage coefficient C_e of each chamber", CHOSEN, at_least=0)
     ] = 0.0
     start_position: Annotated[float, Field("m", "piston position at the start", CHOSEN, at_least=0)] = 0.039
-    start_pressure_a: Annotated[
-        float, Field("Pa", "pressure in chamber A at the start", "half the paper's supply", above=-ATMOSPHERE)
-    ] = 20e5
-    start_pressure_b: Annotated[
-        float, Field("Pa", "pressure in chamber B at the start", "half the paper's supply", above=-ATMOSPHERE)
-    ] = 20e5
+    start_pressure_a: StartPressureA = OPEN
+    start_pressure_b: StartPressureB = OPEN
     oil: Oil = ConstantOil()
     friction: Friction = Viscous()
     stops: EndStops = Stops()
@@ -90,12 +99,17 @@ class Cylinder(NamedTuple):
         internal_leakage: Annotated[
             float, Field("m^3/(s Pa)", "leakage coefficient C_i past the piston", at_least=0)
         ] = 0.0,
+        start_position: Annotated[
+            float, Field("m", "piston position at the start; auto: mid-stroke", at_least=0, auto=OPEN)
+        ] = OPEN,
+        start_pressure_a: StartPressureA = OPEN,
+        start_pressure_b: StartPressureB = OPEN,
         oil: Oil = OIL,
         friction: Friction = FRICTION,
         stops: EndStops = STOPS,
         mechanism: Mechanism = MASS,
     ) -> "Cylinder":
-        """A cylinder from what a catalogue lists of it, started at mid-stroke.
+        """A cylinder from what a catalogue lists of it, at rest at mid-stroke unless its start is given.
 
         A_A = pi bore^2/4 for one rod, which comes out of chamber B; else, as A_B = pi (bore^2 - rod^2)/4.
 
@@ -107,6 +121,9 @@ class Cylinder(NamedTuple):
             line_volume_a: what chamber A holds at position 0, with its line up to the valve [m^3].
             line_volume_b: what chamber B holds at full stroke, with its line [m^3].
             internal_leakage: leakage past the piston [m^3/(s Pa)]; a sealed one has none.
+            start_position: of the piston [m].
+            start_pressure_a: in chamber A [Pa], gauge.
+            start_pressure_b: in chamber B [Pa], gauge.
             oil: its compressibility.
             friction: of the piston.
             stops: at both ends.
@@ -127,12 +144,64 @@ class Cylinder(NamedTuple):
             dead_volume_a=line_volume_a,
             dead_volume_b=line_volume_b,
             internal_leakage=internal_leakage,
-            start_position=0.5 * stroke,
+            start_position=0.5 * stroke if start_position == OPEN else start_position,
+            start_pressure_a=start_pressure_a,
+            start_pressure_b=start_pressure_b,
             oil=oil,
             friction=friction,
             stops=stops,
             mechanism=mechanism,
         )
+
+    def check(self) -> None:
+        check_start(self.start_position, self.stroke)
+        if hasattr(self.mechanism, "positions"):
+            least, most = self.mechanism.positions()
+            if not least <= 0.0 < self.stroke <= most:
+                allowed = (
+                    f"can be at {least:.4g} to {most:.4g} [m] only: "
+                    f"its lengths do not go with the stroke, 0 to {self.stroke:g} [m]"
+                )
+                raise ParameterError("mechanism", type(self.mechanism).__name__, allowed)
+        for name in ("start_pressure_a", "start_pressure_b"):
+            pressure = getattr(self, name)
+            if pressure != OPEN and not pressure < self.oil.bulk_modulus(pressure):
+                raise ParameterError(name, pressure, "must be below the oil's bulk modulus there [Pa]")
+
+    def at_rest(self, line: Pressures, force: float) -> "Cylinder":
+        """The cylinder with the start pressures that were left open.
+
+        With F the force that the oil has to balance, A_A p_A - A_B p_B = F, both are p_m + p_d and p_m - p_d
+        about the mean p_m of supply and tank, p_d = (F - (A_A - A_B) p_m)/(A_A + A_B).
+
+        Args:
+            line: the pressures at the valve at the start.
+            force: the load at t = 0 [N].
+
+        Raises:
+            ParameterError: a pressure found is not between tank and supply: the machine cannot hold its load.
+        """
+        a, b, x = self.start_pressure_a, self.start_pressure_b, self.start_position
+        if OPEN not in (a, b):
+            return self
+        held = force + self.mechanism.resistance(x, 0.0) - self.stops.force(x, 0.0, self.stroke)
+        mean = 0.5 * (line.supply + line.tank)
+        apart = (held - (self.area_a - self.area_b) * mean) / (self.area_a + self.area_b)
+        if a == b:
+            a, b = mean + apart, mean - apart
+        elif a == OPEN:
+            a = (held + self.area_b * b) / self.area_a
+        else:
+            b = (self.area_a * a - held) / self.area_b
+        found = self._replace(start_pressure_a=a, start_pressure_b=b)
+        for name in ("start_pressure_a", "start_pressure_b"):
+            if getattr(self, name) == OPEN and not line.tank <= getattr(found, name) <= line.supply:
+                allowed = (
+                    f"rest under {held:.4g} [N] needs {getattr(found, name):.4g} [Pa], and between tank and "
+                    f"supply are {line.tank:.4g} to {line.supply:.4g}; lower the load or give start pressures"
+                )
+                raise ParameterError(name, "auto", allowed)
+        return found
 
     def init(self) -> CylinderState:
         return CylinderState(
@@ -198,7 +267,13 @@ class Cylinder(NamedTuple):
         Its area A is the mean of the two, its bulk modulus that at the mean of the start pressures, its
         leakage C_i + C_e/2. Its V_t is such that the oil's stiffness is the same, so that the natural
         frequency is: 4 A^2/V_t = A_A^2/V_A + A_B^2/V_B. For equal areas at mid-stroke V_t is V_A + V_B.
+
+        Raises:
+            ParameterError: the oil asks for start pressures that are left open; :meth:`at_rest` finds them.
         """
+        bulk_modulus = self.oil.bulk_modulus(0.5 * (self.start_pressure_a + self.start_pressure_b))
+        if ops.isnan(bulk_modulus):
+            raise ParameterError("start_pressure_a", "auto", "is to be found first, by at_rest(line, force)")
         area = 0.5 * (self.area_a + self.area_b)
         spring_a = self.area_a**2 / self.volume_a(self.start_position)
         spring_b = self.area_b**2 / self.volume_b(self.start_position)
@@ -207,7 +282,7 @@ class Cylinder(NamedTuple):
             damping=self.friction.simplified(),
             piston_area=area,
             total_volume=4.0 * area**2 / (spring_a + spring_b),
-            bulk_modulus=self.oil.bulk_modulus(0.5 * (self.start_pressure_a + self.start_pressure_b)),
+            bulk_modulus=bulk_modulus,
             leakage=self.internal_leakage + 0.5 * self.external_leakage,
             stroke=self.stroke,
             start_position=self.start_position,

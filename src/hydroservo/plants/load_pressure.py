@@ -4,6 +4,7 @@ from typing import Annotated, NamedTuple
 
 from hydroservo import ops
 from hydroservo.block import Field, MeteringEdges
+from hydroservo.plants.stroke import check_start
 from hydroservo.signals import MachineOutputs, PortFlows, Pressures
 from hydroservo.sources import CHOSEN, TSMC_EHA_2021
 
@@ -52,6 +53,9 @@ class LoadPressurePlant(NamedTuple):
     stroke: Annotated[float, Field("m", "stroke L_max", TSMC_EHA_2021, above=0)] = 0.078
     start_position: Annotated[float, Field("m", "piston position at the start", CHOSEN, at_least=0)] = 0.039
     as_printed: bool = False
+
+    def check(self) -> None:
+        check_start(self.start_position, self.stroke)
 
     def init(self) -> LoadPressureState:
         return LoadPressureState(0.0, 0.0, self.start_position)

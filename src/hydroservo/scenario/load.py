@@ -5,7 +5,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from hydroservo.block import Block, value_at
+from hydroservo.block import Block, at_rest, value_at
+from hydroservo.checks import consistent
 from hydroservo.errors import ParameterError
 from hydroservo.loop import Loop
 from hydroservo.plants.design_model import DesignModel
@@ -65,6 +66,7 @@ def assembled(scenario: Table) -> Loop:
     digital = {name: part(scenario, name, nominal) for name in DIGITAL}
     digital["sensors"] = informed(digital["sensors"], scenario.table("sensors"), machine.plant)
     true_machine = perturbed(machine, scenario.table("uncertainty"), partial(retyped, scenario))
+    check_true(true_machine, scenario.table("uncertainty"))
     loop = Loop(**true_machine._asdict(), **digital, nominal=nominal)
     model = model_path(loop.controller)
     return loop if model is None else loop._replace(nominal=value_at(loop, model))
@@ -78,6 +80,15 @@ def informed(sensors: Block, table: Table, plant: Block) -> Block:
     known = {name: getattr(plant, name, area) for name in ("area_a", "area_b")}
     missing = {name: area for name, area in known.items() if name in sensors._fields and not table.has(name)}
     return sensors._replace(**{name: area for name, area in missing.items() if area is not None})
+
+
+def check_true(machine: Machine, uncertainty: Table) -> None:
+    """Refuse a machine whose numbers do not go together after their uncertainty."""
+    try:
+        consistent(machine)
+        at_rest(machine.plant, machine.supply, machine.load)
+    except ParameterError as error:
+        raise uncertainty.error(f"leads to {error}") from None
 
 
 def retyped(scenario: Table, path: str) -> bool:
@@ -125,8 +136,8 @@ def nominal_model(machine: Machine, scenario: Table) -> DesignModel:
     """What a controller believes about a machine unless told otherwise: its parameters before uncertainty.
 
     Raises:
-        ScenarioError: the valve does not say what a controller needs to know of it, or the supply has no
-            pressure to give.
+        ScenarioError: the valve does not say what a controller needs to know of it, or the machine cannot
+            rest at its start or be simplified.
     """
     orifice, gain = (getattr(machine.valve, name, None) for name in ("orifice", "gain"))
     if not (orifice is not None and hasattr(orifice, "simplified") and isinstance(gain, float)):
@@ -134,7 +145,9 @@ def nominal_model(machine: Machine, scenario: Table) -> DesignModel:
         needed = "a field gain (a float) and a field orifice, metering edges with simplified()"
         raise scenario.table("valve").error(f"{name} must have {needed}, for the controller's model of it")
     try:
-        supply = machine.supply.simplified()
-    except ParameterError as error:
-        raise scenario.table("supply").error(str(error)) from None
-    return DesignModel(machine.plant.simplified(), orifice.simplified(), supply, gain)
+        plant = at_rest(machine.plant, machine.supply, machine.load).simplified()
+        found = DesignModel(plant, orifice.simplified(), machine.supply.simplified(), gain)
+        consistent(found)
+    except (ParameterError, ArithmeticError) as error:
+        raise scenario.error(str(error)) from None
+    return found

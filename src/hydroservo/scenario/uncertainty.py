@@ -36,9 +36,12 @@ def perturbed(machine: Block, table: Table, retyped: Callable[[str], bool]) -> B
         if path not in known:
             raise entry.unknown(path, known)
         relative = number_from(entry, RELATIVE, float)
-        value = value_at(machine, path) * (1.0 + scale * relative)
+        nominal = value_at(machine, path)
         parent, _, name = path.rpartition(".")
         field = declared_fields(value_at(machine, parent).__class__).get(name, UNDECLARED)
+        if nominal == field.auto:
+            raise entry.error(f'deviates from {path} = "auto"; give that a value')
+        value = nominal * (1.0 + scale * relative)
         if not within(value, field):
             raise entry.error(f"with scale {scale:g} makes {path} {value:g}; it must be {allowed(field)}")
         changes[path] = value

@@ -3,6 +3,7 @@
 from typing import Annotated, NamedTuple
 
 from hydroservo.block import Field
+from hydroservo.errors import ParameterError
 from hydroservo.signals import Pressures
 from hydroservo.sources import TSMC_EHA_2021
 
@@ -26,6 +27,11 @@ class IdealSupply(NamedTuple):
     return_pressure: Annotated[float, Field("Pa", "return pressure p_r", "eq. (2) has none", at_least=0)] = (
         0.0
     )
+
+    def check(self) -> None:
+        if not self.supply_pressure > self.return_pressure:
+            allowed = f"must be above return_pressure, {self.return_pressure:g} [Pa]"
+            raise ParameterError("supply_pressure", self.supply_pressure, allowed)
 
     def init(self) -> IdealSupplyState:
         return IdealSupplyState()

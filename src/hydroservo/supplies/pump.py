@@ -127,6 +127,19 @@ class PumpSupply(NamedTuple):
             accumulator=accumulator,
         )
 
+    def check(self) -> None:
+        idle = self.idle_pressure()
+        if not min(self.relief.cracking_pressure, idle) > self.return_pressure:
+            allowed = (
+                f"must be above return_pressure, {self.return_pressure:g} [Pa]: "
+                "raise relief.cracking_pressure, demanded_speed or max_torque"
+            )
+            raise ParameterError("pressure", min(self.relief.cracking_pressure, idle), allowed)
+        precharge = getattr(self.accumulator, "precharge", 0.0)
+        if not precharge < idle:
+            allowed = f"must be below {idle:.4g} [Pa], the pressure with the valve shut"
+            raise ParameterError("accumulator.precharge", precharge, allowed)
+
     def init(self) -> PumpSupplyState:
         pressure = self.idle_pressure()
         delivered = self.leakage * (pressure - self.return_pressure) + self.relief.flow(pressure)
@@ -175,15 +188,6 @@ class PumpSupply(NamedTuple):
         """What a design model takes it for: one pressure, whatever the flow.
 
         It is the relief valve's cracking pressure, or what the motor holds with the valve shut if less.
-
-        Raises:
-            ParameterError: that is not above the return pressure.
         """
         pressure = ops.minimum(self.relief.cracking_pressure, self.idle_pressure())
-        if not pressure > self.return_pressure:
-            allowed = (
-                f"must be above return_pressure, {self.return_pressure:g} [Pa]: "
-                "raise relief.cracking_pressure, demanded_speed or max_torque"
-            )
-            raise ParameterError("pressure", pressure, allowed)
         return IdealSupply(pressure, self.return_pressure)

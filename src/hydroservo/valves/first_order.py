@@ -7,7 +7,7 @@ from hydroservo import ops
 from hydroservo.block import Field, MeteringEdges
 from hydroservo.errors import ParameterError
 from hydroservo.sources import DATASHEET, TSMC_EHA_2021
-from hydroservo.valves.orifice import Orifice
+from hydroservo.valves.orifice import Orifice, check_opens
 
 __all__ = ["FirstOrderValve", "FirstOrderValveState"]
 
@@ -54,6 +54,9 @@ class FirstOrderValve(NamedTuple):
         if not corner_frequency > 0.0:
             raise ParameterError("corner_frequency", corner_frequency, "must be above 0 [Hz]")
         return cls(gain, 1.0 / (2.0 * math.pi * corner_frequency), max_opening, orifice)
+
+    def check(self) -> None:
+        check_opens(self.orifice, self.max_opening)
 
     def init(self) -> FirstOrderValveState:
         return FirstOrderValveState(0.0)

@@ -4,11 +4,12 @@ import math
 from typing import Annotated, NamedTuple
 
 from hydroservo import ops
-from hydroservo.block import Field
+from hydroservo.block import Field, MeteringEdges
+from hydroservo.errors import ParameterError
 from hydroservo.signals import PortFlows, Pressures
 from hydroservo.sources import DATASHEET, TSMC_EHA_2021
 
-__all__ = ["Orifice"]
+__all__ = ["Orifice", "check_opens"]
 
 ROOT_2 = math.sqrt(2.0)
 
@@ -82,3 +83,18 @@ class Orifice(NamedTuple):
     def simplified(self) -> "Orifice":
         """What a design model takes it for: itself."""
         return self
+
+
+def check_opens(edges: MeteringEdges, max_opening: float) -> None:
+    """Refuse metering edges that overlap by more than their spool travels.
+
+    Args:
+        edges: what the spool opens.
+        max_opening: how far the spool travels to either side [m].
+
+    Raises:
+        ParameterError: the valve never opens.
+    """
+    lap = getattr(edges, "lap", 0.0)
+    if not lap < max_opening:
+        raise ParameterError("orifice.lap", lap, f"must be below max_opening, {max_opening:g} [m]")

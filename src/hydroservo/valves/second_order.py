@@ -7,7 +7,7 @@ from hydroservo import ops
 from hydroservo.block import Field, MeteringEdges
 from hydroservo.errors import ParameterError
 from hydroservo.sources import CHOSEN, DATASHEET, TSMC_EHA_2021
-from hydroservo.valves.orifice import Orifice
+from hydroservo.valves.orifice import Orifice, check_opens
 
 __all__ = ["SecondOrderValve", "SecondOrderValveState"]
 
@@ -84,6 +84,12 @@ class SecondOrderValve(NamedTuple):
             raise ParameterError("frequency_3db", frequency_3db, allowed)
         wn, damping_ratio = 2.0 * math.pi * frequency_90, 0.5 * math.sqrt(left) / ratio
         return cls(gain, wn, damping_ratio, max_opening, slew_limit, hysteresis, orifice)
+
+    def check(self) -> None:
+        check_opens(self.orifice, self.max_opening)
+        if not self.hysteresis < 2.0 * self.max_opening:
+            allowed = f"must be below twice max_opening, {2.0 * self.max_opening:g} [m]"
+            raise ParameterError("hysteresis", self.hysteresis, allowed)
 
     def init(self) -> SecondOrderValveState:
         return SecondOrderValveState(0.0, 0.0)

@@ -5,7 +5,7 @@ from typing import Annotated, NamedTuple
 from hydroservo import ops
 from hydroservo.block import Field, MeteringEdges
 from hydroservo.sources import TSMC_EHA_2021
-from hydroservo.valves.orifice import Orifice
+from hydroservo.valves.orifice import Orifice, check_opens
 
 __all__ = ["StaticValve", "StaticValveState"]
 
@@ -24,6 +24,9 @@ class StaticValve(NamedTuple):
     gain: Annotated[float, Field("m/V", "servo valve gain K_sv", TSMC_EHA_2021, above=0)] = 5e-4
     max_opening: Annotated[float, Field("m", "spool limit x_max", TSMC_EHA_2021, above=0)] = 5e-3
     orifice: MeteringEdges = Orifice()
+
+    def check(self) -> None:
+        check_opens(self.orifice, self.max_opening)
 
     def init(self) -> StaticValveState:
         return StaticValveState()
