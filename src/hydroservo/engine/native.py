@@ -31,6 +31,10 @@ class MachineCode(NamedTuple):
     portable: bool  # needs nothing from the process that made it
 
 
+ELEMENTS = (np.dtype(np.float64), np.dtype(np.int64))
+LIMIT = 2**63  # ctypes drops the bits above
+
+
 class Native:
     """A compiled function of arrays and numbers that returns a whole number.
 
@@ -54,10 +58,23 @@ class Native:
 
 
 def argument(value: Any) -> Any:
-    """A value as C takes it."""
+    """A value as C takes it.
+
+    Raises:
+        TypeError: an array that a kernel cannot take for a row of 64-bit numbers to read and write.
+        OverflowError: a whole number that 64 bits do not hold.
+    """
     if isinstance(value, np.ndarray):
+        if value.dtype not in ELEMENTS or not value.flags.carray:
+            raise TypeError(
+                f"a kernel takes contiguous, writeable arrays of 64-bit numbers, not {value.dtype}"
+            )
         return ctypes.c_void_p(value.ctypes.data)
-    return ctypes.c_double(value) if isinstance(value, float) else ctypes.c_int64(value)
+    if isinstance(value, float):
+        return ctypes.c_double(value)
+    if not -LIMIT <= value < LIMIT:
+        raise OverflowError(f"{value} does not fit into 64 bits")
+    return ctypes.c_int64(value)
 
 
 @cache
