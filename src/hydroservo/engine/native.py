@@ -10,7 +10,7 @@ import numpy as np
 from llvmlite import binding
 
 from hydroservo.engine import disk_cache
-from hydroservo.engine.recipe import Recipe, classes, methods_of
+from hydroservo.engine.recipe import Recipe, UnknownContentError, classes, methods_of
 
 __all__ = ["CompileError", "MachineCode", "Native", "RunError", "native"]
 
@@ -99,8 +99,9 @@ def native(
 
 
 def on_disk(recipe: Recipe, make: Callable[[], MachineCode]) -> MachineCode:
-    digest = recipe.digest()
-    if digest is None:
+    try:
+        digest = recipe.digest()
+    except UnknownContentError:
         forget_exchanged(recipe)
         return make()
     kept = disk_cache.read(digest)
