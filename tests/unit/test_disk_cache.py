@@ -350,18 +350,20 @@ def test_a_key_that_is_none_is_made_anew(own: Path, wrong: str) -> None:
 
 
 def test_of_two_keys_made_at_once_the_first_stays(own: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    own.mkdir(mode=0o700)
-    link = os.link
-
-    def late(new: str, name: str, **where: int) -> None:
-        with disk_cache.opened() as folder:
-            monkeypatch.setattr(os, "link", link)
-            disk_cache.own_key(folder)  # another process, just before
-        link(new, name, **where)
-
-    monkeypatch.setattr(os, "link", late)
     disk_cache.write("0", "f", b"code")
-    assert disk_cache.read("0") == ("f", b"code")
+    read, missed = disk_cache.Folder.read, []
+
+    def early(folder: disk_cache.Folder, file: str, forbidden: int = disk_cache.OTHERS_WRITE) -> bytes:
+        """Looks for the key just before another process makes it."""
+        if file == "key" and not missed:
+            missed.append(file)
+            raise FileNotFoundError
+        return read(folder, file, forbidden)
+
+    monkeypatch.setattr(disk_cache.Folder, "read", early)
+    disk_cache.write("1", "f", b"code")
+    assert missed
+    assert disk_cache.read("0") == disk_cache.read("1") == ("f", b"code")
     assert not list(own.glob("new-*"))
 
 

@@ -201,11 +201,15 @@ def own_key(folder: Folder) -> bytes:
 
     Of two that are made at once, the first stays.
     """
-    with contextlib.suppress(OSError):
+    try:
         key = folder.read(KEY, OTHERS_READ)
         if len(key) == CHECK:
             return key
-    folder.remove(KEY)
+        folder.remove(KEY)
+    except FileNotFoundError:
+        pass
+    except OSError:
+        folder.remove(KEY)
     with contextlib.suppress(FileExistsError):
         folder.write(KEY, secrets.token_bytes(CHECK), replace=False)
     return folder.read(KEY, OTHERS_READ)
@@ -215,7 +219,8 @@ def clear(folder: Folder) -> None:
     """Remove what was left half written by a process that was killed."""
     for file, found in folder.files(lambda file: file.startswith(NEW)):
         if time.time() - found.st_mtime > STALE:
-            folder.remove(file)
+            with contextlib.suppress(OSError):  # a file system that is only read
+                folder.remove(file)
 
 
 def make_room(folder: Folder) -> None:
