@@ -9,13 +9,17 @@ from numbers import Integral, Real
 from typing import Any, get_type_hints
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hydroservo.block import Block, is_block
 from hydroservo.errors import ParameterError
 from hydroservo.field import Field, declared_fields
-from hydroservo.time_series import TimeSeries
+from hydroservo.time_series import TimeSeries, check_series
 
 __all__ = ["allowed", "check_own", "checked", "consistent", "in_range", "number", "within"]
+
+ARRAYS = (NDArray[np.float64], np.ndarray)
+LARGEST_WHOLE = 2**53  # kernels take whole numbers as doubles, which hold no larger ones
 
 
 def checked(block: Block, path: str = "") -> Block:
@@ -76,19 +80,34 @@ def in_range(block: Block, path: str = "") -> Block:
         value, here = getattr(block, name), f"{path}.{name}" if path else name
         if is_block(value):
             values[name] = in_range(value, here)
-        elif isinstance(value, np.ndarray):
-            values[name] = np.ascontiguousarray(value, dtype=np.float64)
+        elif isinstance(value, np.ndarray) or kinds.get(name) in ARRAYS:
+            values[name] = array(value, here, kinds.get(name))
         else:
             values[name] = number(value, here, fields.get(name, Field("", name)), kinds.get(name))
-    if isinstance(block, TimeSeries) and values["coefficients"].shape != (4, values["knots"].size - 1):
-        raise ParameterError(path, "arrays of other shapes", "must come from TimeSeries.from_samples")
-    return type(block)(**values)
+    found = type(block)(**values)
+    if isinstance(found, TimeSeries):
+        check_series(found, path)
+    return found
 
 
 @cache
 def declared_kinds(cls: type) -> dict[str, Any]:
     """The type of each field of a block."""
     return get_type_hints(cls)
+
+
+def array(value: Any, path: str, kind: Any) -> NDArray[np.float64]:
+    """A contiguous array of doubles with these values.
+
+    Raises:
+        ParameterError: the value is no array of real numbers, or one where a number is declared.
+    """
+    if kind in (float, int, bool):
+        raise ParameterError(path, f"an array of shape {np.shape(value)}", "must be a single number")
+    if not isinstance(value, np.ndarray) or value.dtype.kind not in "fiu":
+        given = value.dtype if isinstance(value, np.ndarray) else type(value).__name__
+        raise ParameterError(path, str(given), "must be an array of real numbers")
+    return np.ascontiguousarray(value, dtype=np.float64)
 
 
 def number(value: Any, path: str, field: Field, kind: Any) -> float | int | bool:
@@ -106,6 +125,8 @@ def number(value: Any, path: str, field: Field, kind: Any) -> float | int | bool
         return field.auto
     if not fits(value, field, whole):
         raise ParameterError(path, value, f"must be {allowed(field, whole)}")
+    if whole and abs(value) > LARGEST_WHOLE:
+        raise ParameterError(path, value, "must be a whole number between -2^53 and 2^53")
     return int(value) if isinstance(value, Integral) and whole else float(value)
 
 

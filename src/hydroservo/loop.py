@@ -43,7 +43,7 @@ class Simulation(NamedTuple):
     """
 
     duration: Annotated[float, Field("s", "simulated time", CHOSEN, above=0)] = 8.0
-    period: Annotated[float, Field("s", "sample period of the controller", CHOSEN, above=0)] = 1e-5
+    period: Annotated[float, Field("s", "sample period of the controller", CHOSEN, at_least=1e-12)] = 1e-5
     substeps: Annotated[
         int, Field("", "integration steps per sample period", CHOSEN, at_least=1, at_most=1e6, auto=AUTO)
     ] = 1

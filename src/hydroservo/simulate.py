@@ -43,6 +43,7 @@ MEASURED = {
     "d2": "disturbance.d2",
 }
 LARGEST_TRACE = 2**31  # bytes
+MOST_SAMPLES = 2**51  # of a run: up to there each has a number and an instant of its own in doubles
 
 
 class Mode(NamedTuple):
@@ -138,9 +139,9 @@ def ready(loop: Loop) -> Loop:
     loop = checked(loop)
     check_substeps(loop)
     loop = with_exact_delay(loop)
+    controller = designed(loop.controller, loop.simulation.period, loop.nominal)
     return loop._replace(
-        plant=at_rest(loop.plant, loop.supply, loop.load),
-        controller=designed(loop.controller, loop.simulation.period, loop.nominal),
+        plant=at_rest(loop.plant, loop.supply, loop.load), controller=checked(controller, "controller")
     )
 
 
@@ -260,8 +261,18 @@ def parts(state: Block, path: str = "") -> Iterator[tuple[str, Any]]:
 
 
 def laid_out(loop: Loop, state: Block, record: Sequence[str] | None) -> Plan:
+    """How a loop is run. What a kernel counts and addresses follows from these numbers alone.
+
+    Raises:
+        ParameterError: times that do not divide, more than ``MOST_SAMPLES`` samples, an unknown path.
+        LoopError: the trace is too large to hold.
+    """
     simulation = loop.simulation
-    periods = whole(simulation.duration / simulation.period)
+    ratio = simulation.duration / simulation.period
+    if ratio >= MOST_SAMPLES:
+        most = f"2^51 periods of {simulation.period:g} s, {MOST_SAMPLES * simulation.period:.3g} s"
+        raise ParameterError("simulation.duration", simulation.duration, f"must be less than {most}")
+    periods = whole(ratio)
     if periods is None or periods < 1:
         raise ParameterError(
             "simulation.period",
@@ -275,6 +286,7 @@ def laid_out(loop: Loop, state: Block, record: Sequence[str] | None) -> Plan:
             simulation.record_period,
             f"must be a whole number of sample periods of {simulation.period:g} s",
         )
+    stride = min(stride, periods + 1)  # beyond the end, the first sample alone is recorded
     paths = tuple(record) if record is not None else tuple(path for path, _ in leaves(state))
     fields = tuple(recordable(state, path) for path in paths)
     plan = Plan(periods + 1, stride, periods // stride + 1, paths, fields)

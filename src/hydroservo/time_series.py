@@ -10,7 +10,7 @@ from hydroservo import ops
 from hydroservo.errors import ParameterError
 from hydroservo.field import Field
 
-__all__ = ["TimeSeries"]
+__all__ = ["TimeSeries", "check_series"]
 
 RECORD = "the record"
 
@@ -105,6 +105,23 @@ class TimeSeries(NamedTuple):
             else:
                 high = middle
         return low
+
+
+def check_series(series: TimeSeries, path: str) -> None:
+    """Refuse arrays that are no record: kernels search the knots and read the coefficients beside them.
+
+    Raises:
+        ParameterError: they are not as :meth:`TimeSeries.from_samples` makes them.
+    """
+    knots, coefficients = series
+    made = "must come from TimeSeries.from_samples"
+    if knots.ndim != 1 or knots.size < 2 or coefficients.shape != (4, knots.size - 1):
+        shapes = f"arrays of shapes {knots.shape} and {coefficients.shape}"
+        raise ParameterError(path, shapes, made)
+    if not (np.isfinite(knots).all() and (np.diff(knots) > 0.0).all()):
+        raise ParameterError(f"{path}.knots", "instants in disorder", f"must increase; {made}")
+    if not np.isfinite(coefficients).all():
+        raise ParameterError(f"{path}.coefficients", "not finite", made)
 
 
 def monotone_cubic(t: NDArray[np.float64], x: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -5,6 +5,7 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from hydroservo.block import Block, Field
 from hydroservo.checks import allowed, checked
@@ -21,6 +22,8 @@ class Sample(NamedTuple):
     count: Annotated[int, Field("", "count", "this test", at_least=1, at_most=9)] = 2
     flag: bool = False
     plain: float = 0.0
+    big: int = 0
+    table: NDArray[np.float64] = np.zeros(2)
     inner: Block = Inner()
     series: TimeSeries = TimeSeries()
 
@@ -40,6 +43,27 @@ def test_arrays_become_contiguous_and_of_64_bits() -> None:
         assert array.flags.c_contiguous
 
 
+@pytest.mark.parametrize(
+    ("knots", "coefficients"),
+    [
+        (np.zeros(0), np.zeros((4, 0))),
+        (np.zeros(1), np.zeros((4, 0))),
+        (np.arange(3.0), np.zeros((4, 1))),
+        (np.arange(2.0), np.zeros((3, 1))),
+        (np.arange(2.0), np.zeros(4)),
+        (np.arange(4.0).reshape(2, 2), np.zeros((4, 3))),
+        (np.array([0.0, 0.0]), np.zeros((4, 1))),
+        (np.array([1.0, 0.0]), np.zeros((4, 1))),
+        (np.array([0.0, math.nan]), np.zeros((4, 1))),
+        (np.array([0.0, math.inf]), np.zeros((4, 1))),
+        (np.array([0.0, 1.0]), np.full((4, 1), math.nan)),
+    ],
+)
+def test_arrays_that_are_no_record(knots: Any, coefficients: Any) -> None:
+    with pytest.raises(ParameterError, match=r"^series.*must come from TimeSeries.from_samples"):
+        checked(Sample(series=TimeSeries(knots, coefficients)))
+
+
 def test_defaults_pass_unchanged() -> None:
     assert checked(Sample())[:5] == Sample()[:5]
 
@@ -55,6 +79,13 @@ def test_defaults_pass_unchanged() -> None:
         ({"mass": True}, "mass = True: must be a finite number above 0 [kg]"),
         ({"mass": 1j}, "mass = 1j: must be a finite number above 0 [kg]"),
         ({"count": 2.0}, "count = 2.0: must be a whole number at least 1 and at most 9"),
+        ({"big": 2**53 + 1}, "big = 9007199254740993: must be a whole number between -2^53 and 2^53"),
+        ({"big": -(2**60)}, "big = -1152921504606846976: must be a whole number between -2^53 and 2^53"),
+        ({"plain": np.zeros(2)}, "plain = 'an array of shape (2,)': must be a single number"),
+        ({"table": 1.0}, "table = 'float': must be an array of real numbers"),
+        ({"table": [1.0]}, "table = 'list': must be an array of real numbers"),
+        ({"table": np.array(["a"])}, "table = '<U1': must be an array of real numbers"),
+        ({"table": np.zeros(1, complex)}, "table = 'complex128': must be an array of real numbers"),
         ({"count": 10}, "count = 10: must be a whole number at least 1 and at most 9"),
         ({"flag": 1}, "flag = 1: must be true or false"),
         ({"plain": -math.inf}, "plain = -inf: must be a finite number"),

@@ -4,13 +4,19 @@ import importlib
 import sys
 from collections.abc import Mapping
 from pathlib import Path
+from typing import NamedTuple
 
 import pytest
 
-from hydroservo import Loop, Simulation, simulate
+from hydroservo import Loop, Simulation, replace, simulate
+from hydroservo.batch import simulate_batch
 from hydroservo.controllers import PI
 from hydroservo.controllers.pi import PIState
-from hydroservo.engine.recipe import Content, Recipe, UnknownContentError
+from hydroservo.engine import kernel as engine_kernel
+from hydroservo.engine import lanes
+from hydroservo.engine.recipe import Recipe, UnknownContentError, told
+from hydroservo.loop import AUTO
+from hydroservo.scenario import builtin_scenarios, load_scenario
 from hydroservo.signals import Demand, Measurement
 
 BLOCK = """
@@ -47,6 +53,12 @@ DEPENDENCIES = {
     "behind a global of the same name": ("import gains\nG = 1.0", "gains.G", {"gains.py": "G = 2.0"}),
     "with the name of a builtin": ("import gains", "gains.max", {"gains.py": "max = 2.0"}),
     "an imported function": ("from gains import f", "f(1.0)", {"gains.py": "def f(x): return 2.0 * x"}),
+    "the default of a field": (
+        "from gains import C",
+        "C().a",
+        {"gains.py": "from typing import NamedTuple\nclass C(NamedTuple):\n    a: float = 2.0"},
+    ),
+    "an array": ("import numpy as np\nG = np.array([1.0, 2.0])", "G[1]", {}),
     "the default of a function": ("from gains import f", "f()", {"gains.py": "def f(x=2.0): return x"}),
     "the method of a global tuple": ("from gains import T", "T.total()", {"gains.py": TUPLE}),
     "a module with a standard name": ("import colorsys", "colorsys.G", {"colorsys.py": "G = 2.0"}),
@@ -59,7 +71,15 @@ DEPENDENCIES = {
 
 
 def content(folder: Path, files: Mapping[str, str], monkeypatch: pytest.MonkeyPatch) -> list[str] | None:
-    """What is told of the class Own, imported afresh from these files; None if it cannot be told."""
+    """What is told of the classes Own and Part, imported afresh from these files; None if it cannot be."""
+    try:
+        return imported(folder, files, monkeypatch)
+    except UnknownContentError:
+        return None
+
+
+def imported(folder: Path, files: Mapping[str, str], monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """The same; raises where it cannot be told."""
     for name, text in files.items():
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).write_text(text)
@@ -68,11 +88,9 @@ def content(folder: Path, files: Mapping[str, str], monkeypatch: pytest.MonkeyPa
         patch.syspath_prepend(str(folder))
         for name in ("own", "gains", "pack", "pack.gains", "colorsys"):
             patch.delitem(sys.modules, name, raising=False)
-        own = importlib.import_module("own").Own
         try:
-            return list(Content().of(own))
-        except UnknownContentError:
-            return None
+            module = importlib.import_module("own")
+            return list(told((module.Own, getattr(module, "Part", None))))
         finally:
             for name in ("own", "gains", "pack", "pack.gains", "colorsys"):
                 sys.modules.pop(name, None)
@@ -116,5 +134,130 @@ def test_a_method_exchanged_in_the_process_is_seen(monkeypatch: pytest.MonkeyPat
     assert not changed.identical(own)
 
 
-def test_blocks_of_the_package_are_known() -> None:
-    assert Recipe("run", (Loop, PI), True).digest() is not None
+LAW = """
+import numpy as np
+from hydroservo.errors import ParameterError
+from typing import NamedTuple
+
+def outer(x):
+    def inner(y):
+        return {nested} * y
+    return inner(x)
+
+class Part(NamedTuple):
+    def __call__(self, x):
+        return {called} * x
+
+    def by_name(self, x):
+        return {named} * x
+
+    def apply(self, x):
+        return {applied} * outer(x)
+
+class Own(NamedTuple):
+    part: Part = Part()
+
+    def step(self, s, y, r, dt):
+        return self.part.apply(1.0) + self.part(2.0) + getattr(self.part, "by_name")(3.0)
+
+    def designed(self, model, period):
+        if np.linalg.norm([period]) < {designed}:
+            raise ParameterError("period", period, "is too short")
+        return self
+
+    def check(self):
+        self.part.apart()
+
+    def apart(self):
+        return {apart}
+"""
+NUMBERS = dict.fromkeys(("nested", "called", "named", "applied", "designed", "apart"), 2.0)
+
+
+@pytest.mark.parametrize(
+    ("changed", "matters"),
+    [
+        ("nested", True),
+        ("called", True),
+        ("named", True),
+        ("applied", True),
+        ("designed", False),
+        ("apart", False),
+    ],
+)
+def test_what_a_kernel_can_call_is_seen_and_the_rest_does_not_matter(
+    changed: str, matters: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    texts = [LAW.format(**NUMBERS), LAW.format(**NUMBERS | {changed: 3.0})]
+    first, second = (
+        content(tmp_path / str(i), {"own.py": text}, monkeypatch) for i, text in enumerate(texts)
+    )
+    assert first is not None
+    assert (first != second) == matters
+
+
+class One(NamedTuple):
+    """Two methods that differ."""
+
+    def step(self) -> float:
+        return 1.0
+
+    def init(self) -> float:
+        return 2.0
+
+
+def test_methods_that_change_places_are_seen(monkeypatch: pytest.MonkeyPatch) -> None:
+    class Other(NamedTuple):
+        step, init = One.step, One.init
+
+    before = list(told((One, Other)))
+    Other.step, Other.init = One.init, One.step  # type: ignore[method-assign]
+    assert list(told((One, Other))) != before
+
+
+@pytest.mark.parametrize(
+    ("header", "value", "says"),
+    [
+        ("import numpy as np", "np.linspace(0.0, 1.0)", "uses np.linspace, an object of type"),
+        ("G = [2.0]", "G[0]", "uses G, an object of type list"),
+        ("class C:\n    pass", "C", "uses C, the class C, which is no NamedTuple"),
+    ],
+)
+def test_the_reason_names_function_file_and_global(
+    header: str, value: str, says: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with pytest.raises(UnknownContentError, match=says) as error:
+        imported(tmp_path, {"own.py": BLOCK.format(header=header, value=value)}, monkeypatch)
+    assert str(error.value).startswith(f"Own.step in {tmp_path / 'own.py'} uses ")
+
+
+class RecipeSeenError(Exception):
+    """Carries a recipe out of what would compile it."""
+
+    def __init__(self, recipe: Recipe) -> None:
+        self.recipe = recipe
+
+
+def stopped(recipe: Recipe, *_: object) -> None:
+    raise RecipeSeenError(recipe)
+
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+PLUGINS = {"my": ["my_controller.py"]}  # of the examples
+SCENARIOS = [*builtin_scenarios(), *(str(path) for path in sorted(EXAMPLES.glob("*.toml")))]
+
+
+@pytest.mark.parametrize("name", SCENARIOS)
+def test_each_scenario_has_a_digest(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(engine_kernel, "native", stopped)
+    monkeypatch.setattr(lanes, "native", stopped)
+    loop = load_scenario(name, plugins=[EXAMPLES / file for file in PLUGINS.get(Path(name).stem, [])])
+    if loop.simulation.substeps == AUTO:
+        loop = replace(loop, {"simulation.substeps": 2})
+    with pytest.raises(RecipeSeenError) as run:
+        simulate(loop)
+    with pytest.raises(RecipeSeenError) as batch:
+        simulate_batch(loop, {"simulation.seed": [1.0]})
+    assert run.value.recipe.text == "run"
+    assert batch.value.recipe.text == "lanes"
+    assert len(run.value.recipe.digest()) == len(batch.value.recipe.digest()) == 64

@@ -121,6 +121,18 @@ def test_an_unknown_path_is_refused(record: str, says: str) -> None:
     [
         ({"simulation.period": 3e-4}, "simulation.period = 0.0003: must divide the duration of 0.05 s into"),
         ({"simulation.period": 0.1}, "simulation.period = 0.1: must divide the duration of 0.05 s into"),
+        (
+            {"simulation.period": 1e-300},
+            "simulation.period = 1e-300: must be a finite number at least 1e-12 [s]",
+        ),
+        (
+            {"simulation.period": 5e-324},
+            "simulation.period = 5e-324: must be a finite number at least 1e-12 [s]",
+        ),
+        ({"simulation.duration": 1e300}, "simulation.duration = 1e+300: must be less than 2^51 periods of"),
+        ({"simulation.duration": 1e-320}, "simulation.period = 0.0001: must divide the duration"),
+        ({"simulation.duration": 2.0**51 * 1e-4}, "must be less than 2^51 periods of 0.0001 s, 2.25e+11 s"),
+        ({"simulation.record_period": 1e308}, "must be a whole number of sample periods of 0.0001 s"),
         ({"simulation.record_period": 1.5e-4}, "must be a whole number of sample periods of 0.0001 s"),
         ({"simulation.substeps": 0}, "simulation.substeps = 0: must be a whole number at least 1"),
         ({"plant.mass": -1.0}, "plant.mass = -1.0: must be a finite number above 0 [kg]"),

@@ -13,7 +13,7 @@ from hydroservo.cli.batch import batch
 from hydroservo.cli.conditions import unequal_lines
 from hydroservo.cli.export import export_app
 from hydroservo.cli.failures import Commands
-from hydroservo.cli.options import Changes, Json, Plugins, Scenario, Strict, loaded
+from hydroservo.cli.options import Changes, Json, Plugins, Scenario, Strict, Verbose, loaded
 from hydroservo.cli.remarks import say_remarks
 from hydroservo.cli.tune import tune
 
@@ -89,6 +89,7 @@ def run(
         bool, typer.Option("--interpreted", help="Run in plain Python, thousands of times slower, to debug.")
     ] = False,
     strict: Strict = False,
+    verbose: Verbose = False,
 ) -> None:
     """Simulate one scenario and print its metrics.
 
@@ -102,6 +103,7 @@ def run(
     - `hydroservo run my.toml --plugin my_controller.py --set simulation.duration='2 s' --json`
     """
     from hydroservo.cli.files import run_files, write_run
+    from hydroservo.cli.kernels import kernels_said
     from hydroservo.cli.progress import progress_bar
     from hydroservo.cli.summary import run_summary
     from hydroservo.cli.tables import show_run
@@ -112,7 +114,7 @@ def run(
     loop, ending = loaded(scenario, changes, plugins), ENDINGS[form]
     if out:
         announce(run_files(out, ending), [loop])
-    with progress_bar(scenario) as report:
+    with kernels_said(verbose), progress_bar(scenario) as report:
         dataset = simulate(
             loop,
             record=None if out else NOTHING,
@@ -143,6 +145,7 @@ def compare(
     out: Folder = None,
     json: Json = False,
     strict: Strict = False,
+    verbose: Verbose = False,
 ) -> None:
     """Simulate several scenarios and print their metrics side by side.
 
@@ -157,6 +160,7 @@ def compare(
     - `hydroservo compare paper/square-pi paper/square-tsmc --set load.amplitude=150N --out results`
     """
     from hydroservo.cli.files import comparison_files, write_comparison
+    from hydroservo.cli.kernels import kernels_said
     from hydroservo.cli.progress import progress_bar
     from hydroservo.cli.summary import run_summary
     from hydroservo.cli.tables import show_comparison
@@ -169,7 +173,7 @@ def compare(
     if out:
         announce(comparison_files(out), loops)
     datasets = []
-    with progress_bar(scenarios[0]) as report:
+    with kernels_said(verbose), progress_bar(scenarios[0]) as report:
         for i, (scenario, loop) in enumerate(zip(scenarios, loops, strict=True)):
             progress = part(report, i, len(loops), scenario)
             record = None if out else NOTHING

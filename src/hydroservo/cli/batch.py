@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from hydroservo.cli.options import Changes, Json, Plugins, Scenario, Strict
+from hydroservo.cli.options import Changes, Json, Plugins, Scenario, Strict, Verbose
 from hydroservo.cli.remarks import say_remarks
 
 if TYPE_CHECKING:
@@ -66,6 +66,7 @@ def batch(
     ] = None,
     strict: Strict = False,
     json: Json = False,
+    verbose: Verbose = False,
 ) -> None:
     """Simulate one scenario many times with varied parameters, and print how its metrics are spread.
 
@@ -81,6 +82,7 @@ def batch(
     from hydroservo.batch import simulate_batch
     from hydroservo.cli.batch_files import checked_endings, table_of_runs, write_batch
     from hydroservo.cli.batch_summary import batch_summary, remarkable_run, show_batch
+    from hydroservo.cli.kernels import kernels_said
     from hydroservo.cli.progress import progress_bar
     from hydroservo.cli.replay import Origin, command
     from hydroservo.cli.variations import drawn_runs, variations
@@ -93,7 +95,7 @@ def batch(
     varied = variations(ranges, loop, origin.nominal())
     drawn = drawn_runs(loop, varied, seed, runs, seeds=seeds)
     announce(out, runs, len(drawn.settings) + len(drawn.parameters))
-    with progress_bar("preparing") as report:
+    with kernels_said(verbose), progress_bar("preparing") as report:
         start = time.monotonic()
         found = simulate_batch(
             loop, drawn.parameters, strict=strict, threads=threads, progress=paced(report, runs)

@@ -13,7 +13,7 @@ from hydroservo.errors import HydroservoWarning
 if TYPE_CHECKING:
     from hydroservo.loop import Loop
 
-__all__ = ["Changes", "Json", "Plugins", "Scenario", "Strict", "loaded"]
+__all__ = ["Changes", "Json", "Plugins", "Scenario", "Strict", "Verbose", "loaded"]
 
 Scenario = Annotated[
     str, typer.Argument(metavar="SCENARIO", help="A scenario file (TOML), or the name of a built-in one.")
@@ -45,6 +45,12 @@ Json = Annotated[
 ]
 Strict = Annotated[
     bool, typer.Option("--strict", help="Round after every operation: the same bits everywhere, slower.")
+]
+Verbose = Annotated[
+    bool,
+    typer.Option(
+        "--verbose", help="Say on stderr whether machine code was compiled or found on disk, and why not."
+    ),
 ]
 
 

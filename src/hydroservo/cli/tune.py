@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from hydroservo.cli.options import Changes, Json, Plugins, loaded
+from hydroservo.cli.options import Changes, Json, Plugins, Verbose, loaded
 from hydroservo.cli.remarks import say_remarks
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ MOST_CANDIDATES = 10_000_000
 MOST_SEEDS = 10_000
 LARGEST_SEED = 2**63 - 1
 SEARCHED = ("controller", "sensors")  # what a search may set; the rest is given
-NO_MATTER = ("out", "threads", "json")  # options that change nothing of what is found
+NO_MATTER = ("out", "threads", "json", "verbose")  # options that change nothing of what is found
 
 
 def tune(
@@ -110,6 +110,7 @@ def tune(
         typer.Option("--threads", metavar="N", min=1, show_default="all cores", help="How many to use."),
     ] = None,
     json: Json = False,
+    verbose: Verbose = False,
 ) -> None:
     """Search the numbers of one or more scenarios that make a metric smallest.
 
@@ -127,6 +128,7 @@ def tune(
     - `hydroservo tune rig/noisy-1khz-pi-sine --seeds 20 --metric max_error --vary
       controller.proportional_gain=-50%..+100%`
     """
+    from hydroservo.cli.kernels import kernels_said
     from hydroservo.cli.progress import progress_bar
     from hydroservo.cli.tune_tables import as_tables, show_tuned, write_values
     from hydroservo.cli.writing import Written, prepare, written
@@ -144,7 +146,7 @@ def tune(
     wanted = searched(ranges, scenarios, loops)
     if out is not None:
         prepare([out])
-    with progress_bar("preparing") as report:
+    with kernels_said(verbose), progress_bar("preparing") as report:
         progress = told(report, metric, candidates)
         found = tune(aim, wanted, candidates=candidates, seed=seed, threads=threads, progress=progress)
     for scenario, table in zip(scenarios, found.tables, strict=True):

@@ -14,7 +14,7 @@ import numpy as np
 from numba import config, cuda
 from numpy.typing import NDArray
 
-from hydroservo.block import Block, leaves
+from hydroservo.block import Block
 from hydroservo.engine import flat
 from hydroservo.engine.kernel import Study, Wanted, kernel
 from hydroservo.engine.lanes import Layout, laid_out, loader, varier
@@ -181,7 +181,7 @@ def check_device() -> None:
 
 def device_arrays(study: Study) -> list[Any]:
     """The arrays of a study, copied to the device."""
-    return [cuda.to_device(value) for _, value in leaves(study) if isinstance(value, np.ndarray)]
+    return [cuda.to_device(value) for value in flat.doubles(study)]
 
 
 def table(arrays: list[Any]) -> NDArray[np.int64]:

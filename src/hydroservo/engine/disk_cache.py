@@ -1,81 +1,233 @@
 """Machine code on disk: one file for each recipe, in the user's own cache directory.
 
-Only what this user alone can write is loaded. A file that is damaged, or a directory that cannot be read or
-written, counts as no file: the code is made anew.
+What is loaded is run, so it must be this user's own. The folder and each file are opened once, and what was
+opened is checked: its owner is this user, and nobody else may write it. Each file is signed with a key that
+this user alone can read, made with the folder: what comes from elsewhere (an archive unpacked there, another
+user's cache, a file renamed) is not loaded, and a damaged file never reaches the loader. Who can read the
+key can do all that this user can, and needs no cache for it.
+
+A file that fails, or a directory that cannot be read or written, counts as no file: the code is made anew.
 """
 
 import contextlib
 import hashlib
+import hmac
 import os
+import secrets
 import stat
-import tempfile
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import NamedTuple
 
 from platformdirs import user_cache_path
 
-__all__ = ["directory", "read", "write"]
+__all__ = ["CacheError", "directory", "read", "write"]
 
 LARGEST = 2**28  # bytes kept; the files used longest ago go first
 ENDING = ".kernel"
+KEY = "key"
+NEW = "new-"  # what is being written is called this
+STALE = 3600.0  # s, after which nobody is still writing it
 CHECK = hashlib.sha256().digest_size
+OTHERS_WRITE = stat.S_IWGRP | stat.S_IWOTH
+OTHERS_READ = stat.S_IRWXG | stat.S_IRWXO
+POSIX = os.name == "posix"
+# No link is followed, no pipe waited for, and no program that is started keeps the file open.
+SAFELY = sum(getattr(os, name, 0) for name in ("O_NOFOLLOW", "O_NONBLOCK", "O_CLOEXEC", "O_BINARY"))
+
+
+class CacheError(OSError):
+    """What is there cannot be trusted; the message says why."""
+
+
+class Folder(NamedTuple):
+    """The cache's folder: by descriptor, so that it stays the one that was checked, where there are such."""
+
+    place: Path
+    descriptor: int | None
+
+    def name(self, file: str) -> str:
+        return file if self.descriptor is not None else str(self.place / file)
+
+    def files(self, wanted: Callable[[str], bool]) -> Iterator[tuple[str, os.stat_result]]:
+        """The files in it whose names are wanted; links are not followed."""
+        with os.scandir(self.place if self.descriptor is None else self.descriptor) as entries:
+            found = [entry for entry in entries if wanted(entry.name)]
+        for entry in found:
+            with contextlib.suppress(FileNotFoundError):  # another process removed it
+                yield (
+                    entry.name,
+                    os.stat(self.name(entry.name), dir_fd=self.descriptor, follow_symlinks=False),
+                )
+
+    def read(self, file: str, forbidden: int = OTHERS_WRITE) -> bytes:
+        """All of a file.
+
+        Raises:
+            CacheError: it is no file of this user's, or others have a right that is forbidden to them.
+            OSError: it cannot be read.
+        """
+        with os.fdopen(
+            os.open(self.name(file), os.O_RDONLY | SAFELY, dir_fd=self.descriptor), "rb"
+        ) as opened:
+            found = os.fstat(opened.fileno())
+            check(found, self.place / file, forbidden)
+            if not stat.S_ISREG(found.st_mode):
+                raise CacheError(f"{self.place / file} is no file")
+            with contextlib.suppress(OSError):  # a file system that is only read
+                os.utime(opened.fileno() if os.utime in os.supports_fd else self.name(file))
+            return opened.read()
+
+    def write(self, file: str, content: bytes, *, replace: bool = True) -> None:
+        """A file with this content; others see all of it or nothing. One that is there stays or is replaced.
+
+        Raises:
+            FileExistsError: one stays.
+            OSError: it cannot be written.
+        """
+        new = self.name(f"{NEW}{secrets.token_hex(8)}")
+        flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | SAFELY
+        opened = os.open(new, flags, 0o600, dir_fd=self.descriptor)
+        try:
+            with os.fdopen(opened, "wb") as target:
+                target.write(content)
+            move = os.replace if replace else os.link
+            move(new, self.name(file), src_dir_fd=self.descriptor, dst_dir_fd=self.descriptor)
+        finally:
+            self.remove(new)
+
+    def remove(self, file: str) -> None:
+        with contextlib.suppress(FileNotFoundError):
+            os.unlink(self.name(file), dir_fd=self.descriptor)
 
 
 def directory() -> Path:
-    """Where the files are: ``HYDROSERVO_CACHE_DIR``, else the platform's place for caches."""
+    """Where the files are: ``HYDROSERVO_CACHE_DIR``, else the platform's place for caches.
+
+    Raises:
+        CacheError: there is no such place, for this user has no home.
+    """
     own = os.environ.get("HYDROSERVO_CACHE_DIR")
-    return Path(own) if own else user_cache_path("hydroservo") / "kernels"
+    if own:
+        return Path(own).absolute()
+    place = user_cache_path("hydroservo") / "kernels"
+    if not place.is_absolute():
+        raise CacheError("this user has no home directory; HYDROSERVO_CACHE_DIR may name a place")
+    return place
 
 
 def read(digest: str) -> tuple[str, bytes] | None:
-    """The name of a function and its object code, or None."""
-    path = file_of(digest)
+    """The name of a function and its object code; None if there is no file.
+
+    Raises:
+        CacheError: there is one that cannot be trusted.
+        OSError: it cannot be read.
+    """
     try:
-        if not private(path.parent):
-            return None
-        data = path.read_bytes()
-    except OSError:
+        with opened() as folder:
+            clear(folder)
+            data, key = folder.read(file_of(digest)), folder.read(KEY, OTHERS_READ)
+    except FileNotFoundError:
         return None
-    with contextlib.suppress(OSError):  # a file system that is only read
-        os.utime(path)
-    name, found, code = data[CHECK:].partition(b"\0")
-    whole = hashlib.sha256(data[CHECK:]).digest() == data[:CHECK]
-    return (name.decode(), code) if whole and found else None
-
-
-def file_of(digest: str) -> Path:
-    return directory() / f"{digest}{ENDING}"
+    if not hmac.compare_digest(data[:CHECK], signature(key, digest, data[CHECK:])):
+        raise CacheError(f"{directory() / file_of(digest)} is damaged, or was not made here")
+    name, _, code = data[CHECK:].partition(b"\0")
+    return name.decode(), code
 
 
 def write(digest: str, name: str, code: bytes) -> None:
-    """Keep object code; other processes see all of it or nothing."""
+    """Keep object code; other processes see all of it or nothing.
+
+    Raises:
+        CacheError: others could change what is kept there.
+        OSError: it cannot be written.
+    """
+    make(directory())
     content = name.encode() + b"\0" + code
+    with opened() as folder:
+        folder.write(file_of(digest), signature(own_key(folder), digest, content) + content)
+        clear(folder)
+        make_room(folder)
+
+
+def file_of(digest: str) -> str:
+    return f"{digest}{ENDING}"
+
+
+def signature(key: bytes, digest: str, content: bytes) -> bytes:
+    return hmac.digest(key, digest.encode() + b"\0" + content, "sha256")
+
+
+def make(place: Path) -> None:
+    """The folder, if there is none yet; but not among the files of another user, as root could."""
+    if place.exists():
+        return
+    if POSIX:
+        above = next(parent for parent in place.parents if parent.exists())
+        if above.stat().st_uid not in (0, os.getuid()):
+            raise CacheError(f"{above} belongs to another user")
+    place.mkdir(mode=0o700, parents=True, exist_ok=True)
+
+
+@contextmanager
+def opened() -> Iterator[Folder]:
+    """The folder, checked."""
     place = directory()
-    with contextlib.suppress(OSError):
-        place.mkdir(mode=0o700, parents=True, exist_ok=True)
-        if not private(place):
-            return
-        with tempfile.NamedTemporaryFile(dir=place, prefix="new-", delete=False) as file:
-            file.write(hashlib.sha256(content).digest() + content)
-        Path(file.name).replace(file_of(digest))
-        make_room(place)
+    descriptor = os.open(place, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC) if POSIX else None
+    try:
+        check(place.stat() if descriptor is None else os.fstat(descriptor), place, OTHERS_WRITE)
+        yield Folder(place, descriptor)
+    finally:
+        if descriptor is not None:
+            os.close(descriptor)
 
 
-def private(place: Path) -> bool:
-    """True if nobody else can have put code there."""
-    if not hasattr(os, "getuid"):
-        return True
-    found = place.stat()
-    return found.st_uid == os.getuid() and not found.st_mode & (stat.S_IWGRP | stat.S_IWOTH)
+def check(found: os.stat_result, path: Path, forbidden: int) -> None:
+    """Refuse what others may have made; on Windows a user's profile is the user's own.
+
+    Raises:
+        CacheError: it belongs to another user, or others have a right that is forbidden to them.
+    """
+    if POSIX and found.st_uid != os.getuid():
+        raise CacheError(f"{path} belongs to another user")
+    if POSIX and found.st_mode & forbidden:
+        raise CacheError(f"{path} is open to other users")
 
 
-def make_room(place: Path) -> None:
-    """Remove the files used longest ago until the rest is small enough."""
-    files = sorted(
-        ((path.stat(), path) for path in place.glob(f"*{ENDING}")), key=lambda item: item[0].st_mtime
-    )
-    size = sum(found.st_size for found, _ in files)
-    for found, path in files:
-        if size <= LARGEST:
-            return
-        path.unlink()
-        size -= found.st_size
+def own_key(folder: Folder) -> bytes:
+    """The key of a folder, made if there is none that only this user knows.
+
+    Of two that are made at once, the first stays.
+    """
+    try:
+        key = folder.read(KEY, OTHERS_READ)
+        if len(key) == CHECK:
+            return key
+        folder.remove(KEY)
+    except FileNotFoundError:
+        pass
+    except OSError:
+        folder.remove(KEY)
+    with contextlib.suppress(FileExistsError):
+        folder.write(KEY, secrets.token_bytes(CHECK), replace=False)
+    return folder.read(KEY, OTHERS_READ)
+
+
+def clear(folder: Folder) -> None:
+    """Remove what was left half written by a process that was killed."""
+    for file, found in folder.files(lambda file: file.startswith(NEW)):
+        if time.time() - found.st_mtime > STALE:
+            with contextlib.suppress(OSError):  # a file system that is only read
+                folder.remove(file)
+
+
+def make_room(folder: Folder) -> None:
+    """Remove the files used longest ago until all of the cache's are small enough."""
+    files = list(folder.files(lambda file: file.endswith(ENDING) or file.startswith(NEW)))
+    size = sum(found.st_size for _, found in files)
+    for file, found in sorted(files, key=lambda item: item[1].st_mtime):
+        if size > LARGEST and file.endswith(ENDING):
+            folder.remove(file)
+            size -= found.st_size

@@ -6,7 +6,7 @@ is written that makes the block from its numbers, or writes its numbers back.
 
 import ctypes
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -23,6 +23,7 @@ __all__ = [
     "cast",
     "checker",
     "constructor",
+    "doubles",
     "numbers",
     "reader",
     "recorder",
@@ -66,10 +67,22 @@ def numbers(block: Block) -> NDArray[np.float64]:
 def arrays(block: Block) -> NDArray[np.int64]:
     """Address and lengths of each array of a block; the block must outlive their use."""
     table: list[int] = []
-    for _, value in leaves(block):
-        if isinstance(value, np.ndarray):
-            table += [value.ctypes.data, *value.shape]
+    for value in doubles(block):
+        table += [value.ctypes.data, *value.shape]
     return np.array(table, dtype=np.int64)
+
+
+def doubles(block: Block) -> Iterator[NDArray[np.float64]]:
+    """The arrays of a block.
+
+    Raises:
+        TypeError: one is not what :func:`array_at` takes it for.
+    """
+    for path, value in leaves(block):
+        if isinstance(value, np.ndarray):
+            if value.dtype != np.float64 or not value.flags.c_contiguous:
+                raise TypeError(f"{path} must be a contiguous array of doubles, not of {value.dtype}")
+            yield value
 
 
 def builder(block: Block) -> Callable[..., Any]:

@@ -31,7 +31,13 @@ from hydroservo.ops import basic, binary
 __all__ = ["CONTRACT", "INLINE", "method_template", "reason"]
 
 CONTRACT = {"contract"}  # lets LLVM fuse a multiplication with an addition
-INLINE = {"forceinline": True, "error_model": "numpy", "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+INLINE = {
+    "forceinline": True,
+    "error_model": "numpy",
+    "boundscheck": True,  # of a block's own arrays; an index beyond them stops the run
+    "no_cpython_wrapper": True,
+    "no_cfunc_wrapper": True,
+}
 
 
 @intrinsic

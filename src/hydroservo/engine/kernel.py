@@ -39,6 +39,7 @@ class InterpretedRun:
 
     def __init__(self, study: Study, wanted: Wanted, state: Block) -> None:
         self.study, self.state, self.sums = study, state, study.metrics.init()
+        self.width = len(wanted.recorded)
         record, read = flat.recorder(wanted.recorded), flat.reader(wanted.measured)
         self.kernel = kernel(record, read, wanted.sample, flat.checker(wanted.watched))
 
@@ -47,6 +48,7 @@ class InterpretedRun:
 
         Rows of out: the samples that stride divides.
         """
+        check_rows(first, last, stride, out, self.width)
         self.state, self.sums, done = self.kernel(
             *self.study, self.state, self.sums, first, last, dt, stride, out.reshape(-1)
         )
@@ -60,6 +62,7 @@ class CompiledRun:
         sums = study.metrics.init()
         recipe = Recipe("run", (*map(flat.shape, (study, state, sums)), *wanted), strict)
         self.call = native(recipe, lambda: compiled_run(study, wanted, state, sums, strict))
+        self.width = len(wanted.recorded)
         self.study, self.shapes = study, (state, sums)  # kept alive: the table of arrays points into it
         self.constants, self.tables = flat.numbers(study), flat.arrays(study)
         self.states, self.running = flat.numbers(state), flat.numbers(sums)
@@ -69,6 +72,7 @@ class CompiledRun:
 
         Rows of out: the samples that stride divides.
         """
+        check_rows(first, last, stride, out, self.width)
         memory = (self.constants, self.tables, self.states, self.running, out)
         return int(self.call(*memory, first, last, dt, stride))
 
@@ -81,6 +85,22 @@ class CompiledRun:
     def sums(self) -> Block:
         """The state of the metrics after the last sample."""
         return flat.builder(self.shapes[1])(self.running.tolist(), [])
+
+
+def check_rows(first: int, last: int, stride: int, out: Out, width: int) -> None:
+    """Refuse memory that does not hold what samples first to last-1 write there.
+
+    Raises:
+        ValueError: ``out`` has too few rows, or they are not ``width`` contiguous doubles each; or there are
+            no such samples.
+    """
+    if stride < 1 or not 0 <= first <= last:
+        raise ValueError(f"there are no samples {first} to {last}, every {stride}")
+    rows = -(-last // stride) + (-first // stride)
+    if out.ndim != 2 or out.shape[1] != width or out.shape[0] < rows:
+        raise ValueError(f"{rows} rows of {width} numbers do not fit into an array of shape {out.shape}")
+    if out.dtype != np.float64 or not out.flags.carray:
+        raise ValueError("rows go into a contiguous, writeable array of doubles")
 
 
 def compiled_run(study: Study, wanted: Wanted, state: Block, sums: Block, strict: bool) -> MachineCode:

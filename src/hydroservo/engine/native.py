@@ -1,16 +1,18 @@
 """Machine code as something to call: from memory, from the disk cache, or made now."""
 
 import ctypes
+import logging
 from collections.abc import Callable
 from functools import cache
 from threading import Lock
+from time import monotonic
 from typing import Any, NamedTuple
 
 import numpy as np
 from llvmlite import binding
 
 from hydroservo.engine import disk_cache
-from hydroservo.engine.recipe import Recipe, classes, methods_of
+from hydroservo.engine.recipe import Recipe, UnknownContentError, classes, methods_of
 
 __all__ = ["CompileError", "MachineCode", "Native", "RunError", "native"]
 
@@ -29,6 +31,10 @@ class MachineCode(NamedTuple):
     name: str
     code: bytes
     portable: bool  # needs nothing from the process that made it
+
+
+ELEMENTS = (np.dtype(np.float64), np.dtype(np.int64))
+LIMIT = 2**63  # ctypes drops the bits above
 
 
 class Native:
@@ -54,10 +60,23 @@ class Native:
 
 
 def argument(value: Any) -> Any:
-    """A value as C takes it."""
+    """A value as C takes it.
+
+    Raises:
+        TypeError: an array that a kernel cannot take for a row of 64-bit numbers to read and write.
+        OverflowError: a whole number that 64 bits do not hold.
+    """
     if isinstance(value, np.ndarray):
+        if value.dtype not in ELEMENTS or not value.flags.carray:
+            raise TypeError(
+                f"a kernel takes contiguous, writeable arrays of 64-bit numbers, not {value.dtype}"
+            )
         return ctypes.c_void_p(value.ctypes.data)
-    return ctypes.c_double(value) if isinstance(value, float) else ctypes.c_int64(value)
+    if isinstance(value, float):
+        return ctypes.c_double(value)
+    if not -LIMIT <= value < LIMIT:
+        raise OverflowError(f"{value} does not fit into 64 bits")
+    return ctypes.c_int64(value)
 
 
 @cache
@@ -67,6 +86,7 @@ def prepare() -> None:
 
 
 READY: dict[Any, Any] = {}
+LOG = logging.getLogger(__name__)
 LOCK = Lock()  # two threads that ask for one kernel get one, compiled once
 
 
@@ -76,24 +96,45 @@ def native(
     """The kernel of a recipe: the one of before, the one on disk, or a new one, made callable by ``link``."""
     key = recipe, recipe.methods()
     with LOCK:
-        if key not in READY:
+        if key in READY:
+            LOG.debug("kernel '%s' from memory", recipe.text)
+        else:
             READY[key] = link(on_disk(recipe, make))
         return READY[key]
 
 
 def on_disk(recipe: Recipe, make: Callable[[], MachineCode]) -> MachineCode:
-    digest = recipe.digest()
-    if digest is None:
-        forget_exchanged(recipe)
-        return make()
-    kept = disk_cache.read(digest)
+    """The kernel on disk, or a new one, kept there if it can be; the log says which, and why."""
+    start = monotonic()
+    digest, kept, remarks = None, None, []
+    try:
+        digest = recipe.digest()
+        kept = disk_cache.read(digest)
+    except UnknownContentError as error:
+        remarks.append(f"it cannot be kept: {error}")
+    except OSError as error:
+        remarks.append(f"on disk: {error}")
     if kept is not None:
+        LOG.info("kernel '%s' read from disk in %.2f s", recipe.text, monotonic() - start)
         return MachineCode(*kept, portable=True)
     forget_exchanged(recipe)
     made = make()
-    if made.portable:
-        disk_cache.write(digest, made.name, made.code)
+    seconds = monotonic() - start
+    if digest is not None:
+        remarks.append(keep(digest, made))
+    LOG.info("kernel '%s' compiled in %.1f s; %s", recipe.text, seconds, "; ".join(dict.fromkeys(remarks)))
     return made
+
+
+def keep(digest: str, made: MachineCode) -> str:
+    """Keeps a kernel on disk if it can be, and says whether."""
+    if not made.portable:
+        return "it cannot be kept: it calls functions of this process"
+    try:
+        disk_cache.write(digest, made.name, made.code)
+    except OSError as error:
+        return f"on disk: {error}"
+    return "kept on disk"
 
 
 SEEN: dict[type, Any] = {}  # the methods of each class when it was last compiled

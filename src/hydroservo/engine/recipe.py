@@ -1,14 +1,19 @@
 """What a kernel is made from: equal recipes give equal machine code, and a digest of one names it on disk.
 
-The digest covers all that the code depends on: the shape of the blocks, the loaded code of their classes
-and of every function that it calls, each global that it uses, the engine's own text, the versions of the
-compilers and the processor.
+The digest covers all that the code depends on: the shape of the blocks, the loaded code of each method that
+a kernel can call and of every function that those call, each global that they use, the engine's own text, the
+versions of the compilers and the processor.
+
+A kernel can call a method if its name stands after a dot in the engine's text, or among the names and strings
+of another method or function in the digest; those with names such as ``__call__`` always. What else a class
+has (what designs, checks or describes it) does not matter.
 """
 
 import builtins
 import dis
 import hashlib
 import os
+import re
 import sys
 import sysconfig
 from collections.abc import Iterator
@@ -18,6 +23,7 @@ from pathlib import Path
 from types import BuiltinFunctionType, CodeType, FunctionType, ModuleType
 from typing import Any, NamedTuple
 
+import numpy as np
 from llvmlite import binding
 
 __all__ = ["Recipe", "UnknownContentError", "classes", "methods_of"]
@@ -26,11 +32,16 @@ PLAIN = (bool, int, float, complex, str, bytes, type(None), type(Ellipsis))
 COMPILERS = ("numba", "llvmlite", "numpy")
 ENGINE = Path(__file__).parent
 MADE = {"__new__", "__repr__", "__getnewargs__", "_make", "_replace", "_asdict"}  # by NamedTuple
+NAME = re.compile(r"\.\s*([^\W\d]\w*)")
 LOADS = ("LOAD_ATTR", "LOAD_METHOD")
 
 
 class UnknownContentError(Exception):
-    """Code depends on something whose content cannot be told."""
+    """Code depends on something whose content cannot be told; the message says on what, and where."""
+
+    def __init__(self, what: str, where: str = "") -> None:
+        self.what, self.where = what, where
+        super().__init__(f"{where} uses {what}" if where else what)
 
 
 class Recipe(NamedTuple):
@@ -40,12 +51,13 @@ class Recipe(NamedTuple):
     shapes: tuple[Any, ...]  # nested tuples of classes, names and plain values
     strict: bool
 
-    def digest(self) -> str | None:
-        """A name for the machine code, the same in every process; None where there cannot be one."""
-        try:
-            parts = [surroundings(), repr(self.text), str(self.strict), *Content().of(self.shapes)]
-        except UnknownContentError:
-            return None
+    def digest(self) -> str:
+        """A name for the machine code, the same in every process.
+
+        Raises:
+            UnknownContentError: there cannot be one.
+        """
+        parts = [surroundings(), repr(self.text), str(self.strict), *told(self.shapes)]
         return hashlib.sha256("\n".join(parts).encode()).hexdigest()
 
     def methods(self) -> tuple[FunctionType, ...]:
@@ -77,7 +89,15 @@ def engine_text() -> str:
     return found.hexdigest()
 
 
+def names_in_engine() -> frozenset[str]:
+    """The names that stand after a dot in the engine's sources, in the text that they write too."""
+    return frozenset(
+        name for path in ENGINE.glob("*.py") for name in NAME.findall(path.read_text(encoding="utf-8"))
+    )
+
+
 LOADED = engine_text()
+CALLED = names_in_engine()
 
 
 @cache
@@ -101,11 +121,24 @@ def by_others(module: str) -> bool:
     return file is None or Path(file).is_relative_to(sysconfig.get_path("stdlib"))
 
 
+def told(value: Any) -> Iterator[str]:
+    """Lines that differ where what a kernel makes of classes, functions and plain values differs.
+
+    Raises:
+        UnknownContentError: the content of something cannot be told.
+    """
+    content = Content()
+    yield from content.of(value)
+    yield from content.of_methods()
+
+
 class Content:
-    """Tells what classes and functions are made of, each once."""
+    """Tells what classes and functions are made of, each once; of a class, the methods that can be called."""
 
     def __init__(self) -> None:
-        self.met: set[int] = set()
+        self.met: dict[int, int] = {}  # the number of each, by its identity
+        self.classes: list[type] = []
+        self.names = set(CALLED)
 
     def of(self, value: Any) -> Iterator[str]:
         """Lines that differ where the content differs.
@@ -114,11 +147,15 @@ class Content:
             UnknownContentError: the content of something cannot be told.
         """
         if type(value) in PLAIN:
+            if isinstance(value, str):
+                self.names.add(value)
             yield f"{type(value).__name__} {value!r}"
         elif isinstance(value, tuple | frozenset):
             yield from self.of_type(type(value))
             for item in sorted(value, key=repr) if isinstance(value, frozenset) else value:
                 yield from self.of(item)
+        elif isinstance(value, np.ndarray) and value.dtype.kind in "biufc":
+            yield f"{value.dtype.str} {value.shape} {hashlib.sha256(value.tobytes()).hexdigest()}"
         elif isinstance(value, CodeType):
             yield from self.of_code(value)
         elif isinstance(value, FunctionType):
@@ -128,33 +165,62 @@ class Content:
         elif isinstance(value, BuiltinFunctionType) and by_others(value.__module__ or "builtins"):
             yield f"{value.__module__}.{value.__qualname__}"
         else:
-            raise UnknownContentError(value)
+            raise UnknownContentError(f"an object of type {type(value).__qualname__}")
 
     def once(self, value: Any, tell: Any) -> Iterator[str]:
-        """The name of something, and its content if it was not told before."""
+        """The name of something, and its content, or where that was told before."""
         yield f"{value.__module__}.{value.__qualname__}"
-        if not by_others(value.__module__) and id(value) not in self.met:
-            self.met.add(id(value))
-            yield from tell(value)
+        if by_others(value.__module__):
+            return
+        if id(value) in self.met:
+            yield f"number {self.met[id(value)]}"
+            return
+        self.met[id(value)] = len(self.met)
+        yield from tell(value)
 
     def of_type(self, value: type) -> Iterator[str]:
+        if issubclass(value, BaseException):  # compiled code only says that one was raised
+            yield f"{value.__module__}.{value.__qualname__}"
+            return
         if not by_others(value.__module__) and not hasattr(value, "_fields"):
-            raise UnknownContentError(value)
+            raise UnknownContentError(f"the class {value.__qualname__}, which is no NamedTuple")
         yield from self.once(value, self.of_class)
 
     def of_class(self, value: type) -> Iterator[str]:
+        self.classes.append(value)
         yield repr(value._fields)  # type: ignore[attr-defined]
-        for name, method in methods_of(value):
-            yield name
-            yield from self.of(method)
+        for name, default in getattr(value, "_field_defaults", {}).items():
+            yield from self.used(value.__qualname__, f"{name}'s default", default)
+
+    def of_methods(self) -> Iterator[str]:
+        """Of all classes met, the methods that can be called; each may bring new names and classes."""
+        done: set[tuple[type, str]] = set()
+        before = -1
+        while len(done) > before:
+            before = len(done)
+            for cls in self.classes:
+                for name, method in methods_of(cls):
+                    if (cls, name) not in done and (name in self.names or name.startswith("__")):
+                        done.add((cls, name))
+                        yield f"method {name} of {self.met[id(cls)]}"
+                        yield from self.of(method)
 
     def of_function(self, value: FunctionType) -> Iterator[str]:
-        yield from self.of((value.__defaults__, tuple(sorted((value.__kwdefaults__ or {}).items()))))
+        where = f"{value.__qualname__} in {value.__code__.co_filename}"
+        defaults = (value.__defaults__, tuple(sorted((value.__kwdefaults__ or {}).items())))
+        yield from self.used(where, "a default", defaults)
         yield from self.of_code(value.__code__)
-        for cell in value.__closure__ or ():
-            yield from self.of(cell.cell_contents)
-        for used in globals_of(value.__globals__, value.__code__):
-            yield from self.of(used)
+        for name, cell in zip(value.__code__.co_freevars, value.__closure__ or (), strict=True):
+            yield from self.used(where, name, cell.cell_contents)
+        for name, used in globals_of(value.__globals__, value.__code__):
+            yield from self.used(where, name, used)
+
+    def used(self, where: str, name: str, value: Any) -> Iterator[str]:
+        """What a function uses under a name."""
+        try:
+            yield from self.of(value)
+        except UnknownContentError as error:
+            raise error if error.where else UnknownContentError(f"{name}, {error.what}", where) from None
 
     def of_code(self, code: CodeType) -> Iterator[str]:
         yield code.co_code.hex()
@@ -162,20 +228,23 @@ class Content:
         yield from self.of((code.co_consts, code.co_names, code.co_varnames, code.co_freevars))
 
 
-def globals_of(space: dict[str, Any], code: CodeType) -> Iterator[Any]:
+def globals_of(space: dict[str, Any], code: CodeType) -> Iterator[tuple[str, Any]]:
     """What a function and those inside it take from outside: globals, and what they name in modules."""
     found: Any = None
+    name = ""
     for step in dis.get_instructions(code):
         if step.opname == "LOAD_GLOBAL":
-            found = space.get(step.argval, getattr(builtins, step.argval, None))
+            name = step.argval
+            found = space.get(name, getattr(builtins, name, None))
             followed = isinstance(found, ModuleType)
         elif step.opname in LOADS and isinstance(found, ModuleType | type):
+            name = f"{name}.{step.argval}"
             found = getattr(found, step.argval, None)
             followed = isinstance(found, ModuleType)
         else:
             found, followed = None, True
         if not followed:
-            yield found
+            yield name, found
     for constant in code.co_consts:
         if isinstance(constant, CodeType):
             yield from globals_of(space, constant)

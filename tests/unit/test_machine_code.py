@@ -1,0 +1,47 @@
+"""What kernels ask of LLVM."""
+
+import pytest
+from llvmlite import binding
+
+from hydroservo.engine.machine_code import widest
+
+DOUBLED = """
+define void @doubled(ptr noalias %a, i64 %n) {
+start:
+  br label %loop
+loop:
+  %i = phi i64 [ 0, %start ], [ %next, %loop ]
+  %place = getelementptr double, ptr %a, i64 %i
+  %x = load double, ptr %place
+  %y = fadd double %x, %x
+  store double %y, ptr %place
+  %next = add i64 %i, 1
+  %more = icmp ult i64 %next, 1024
+  br i1 %more, label %loop, label %end
+end:
+  ret void
+}
+"""
+
+
+def assembly(text: str, processor: str) -> str:
+    """The assembly of a module, vectorised for a processor."""
+    binding.initialize_all_targets()
+    binding.initialize_all_asmprinters()
+    machine = binding.Target.from_triple("x86_64-unknown-linux-gnu").create_target_machine(processor, opt=3)
+    module = binding.parse_assembly(text)
+    options = binding.create_pipeline_tuning_options(speed_level=3)
+    options.loop_vectorization = True
+    builder = binding.create_pass_builder(machine, options)
+    builder.getModulePassManager().run(module, builder)
+    return str(machine.emit_assembly(module))
+
+
+@pytest.mark.parametrize("processor", ["skylake-avx512", "icelake-server", "sapphirerapids"])
+def test_vectors_are_wide_where_llvm_would_take_half(processor: str) -> None:
+    assert "zmm" not in assembly(DOUBLED, processor)
+    assert "zmm" in assembly(widest(DOUBLED), processor)
+
+
+def test_vectors_are_no_wider_than_the_processor_has() -> None:
+    assert assembly(widest(DOUBLED), "haswell").count("zmm") == 0
