@@ -55,11 +55,15 @@ class Peer(Protocol):
 
 
 def difference(result: Result, other: Result) -> float:
-    """The largest relative difference between the numbers that two results share, over all runs."""
-    worst = [
-        np.max(np.abs(result[name] - other[name]) / np.maximum(np.abs(other[name]), np.finfo(float).tiny))
-        for name in result.keys() & other.keys()
-    ]
+    """The largest relative difference between the numbers that two results share, over all runs.
+
+    A metric that neither has, nan in both, is no difference.
+    """
+    worst = []
+    for name in result.keys() & other.keys():
+        mine, theirs = result[name], other[name]
+        apart = np.abs(mine - theirs) / np.maximum(np.abs(theirs), np.finfo(float).tiny)
+        worst.append(np.max(np.where(np.isnan(mine) & np.isnan(theirs), 0.0, apart)))
     return float(max(worst)) if worst else float("nan")
 
 

@@ -46,7 +46,7 @@ class Ours(NamedTuple):
         return {
             str(name): values.to_numpy().astype(float)
             for name, values in data.data_vars.items()
-            if name not in job.varied
+            if name not in job.varied and values.dtype.kind in "bf"
         }
 
     def plant(self, job: Job) -> Prepared:

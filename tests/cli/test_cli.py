@@ -262,7 +262,9 @@ def test_compare_marks_nothing_under_unequal_conditions(tmp_path):
     found = json.loads(succeeded("compare", *scenarios, *SHORT, "--json", "--out", out))
     assert found["comparable"] is False
     assert found["differences"] == {"plant.mass": [6.0, 7.0]}
-    assert json.loads((out / "metrics.json").read_text()) == found
+    written = json.loads((out / "metrics.json").read_text())
+    assert written.pop("files").keys() == {"comparison.png", "comparison.svg", "metrics.csv"}
+    assert written == found
 
 
 def test_compare_json_is_one_object_with_every_run_in_order():

@@ -43,7 +43,7 @@ LOOPS = {
     "backstepping-recorded": Loop(
         Simulation(2e-3, 2e-4),
         reference=Recorded(TimeSeries.from_samples(TIME, 0.03 * np.sin(1e3 * TIME))),
-        load=RecordedLoad(TimeSeries.from_samples(TIME[::2], 1e6 * TIME[::2])),
+        load=RecordedLoad(TimeSeries.from_samples(TIME[[0, 2, 5]], 1e6 * TIME[[0, 2, 5]])),
         controller=Backstepping(),
     ),
     "pi-noise": Loop(

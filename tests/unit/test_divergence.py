@@ -13,6 +13,7 @@ from hydroservo.divergence import first_loss, watched_paths
 from hydroservo.scenario import builtin_scenarios, load_scenario
 from hydroservo.sensors import NoPosition, RigSensors
 from hydroservo.signals import Demand, Measurement
+from hydroservo.simulate import ready
 from hydroservo.tuning import Aim, tune
 
 PERIOD = 1e-3
@@ -93,7 +94,7 @@ def test_what_the_machine_loses_is_named_after_what_the_law_lost() -> None:
 
 @pytest.mark.parametrize("name", builtin_scenarios())
 def test_all_but_the_unknown_and_the_comparisons_are_watched(name: str) -> None:
-    state = load_scenario(name).init()
+    state = ready(load_scenario(name)).init()
     others = {path for path, _ in leaves(state)} - set(watched_paths(state))
     compared = {path for path in others if path.startswith("disturbance.")}
     assert all(math.isnan(value) for path, value in leaves(state) if path in others - compared)

@@ -140,7 +140,7 @@ class Keeping(NamedTuple):
     """A law that stores what it does not use, and asks whether it is there."""
 
     def init(self) -> HeldState:
-        return HeldState(0.0, 0.0)
+        return HeldState(0.0, math.nan)
 
     def step(self, s: HeldState, y: Measurement, r: Demand, dt: float) -> HeldState:
         return HeldState(ops.where(ops.isnan(y.load_force), r.value - y.velocity, 0.0), y.load_force)

@@ -144,7 +144,7 @@ def test_plugins_that_are_no_python_files(tmp_path: Path) -> None:
     for name, problem in [
         ("none.py", "cannot be read: no such file"),
         ("", "is a directory"),
-        ("blob.py", "is not UTF-8"),
+        ("blob.py", "is UTF-16"),
         ("block.txt", r"must end in \.py"),
     ]:
         with pytest.raises(ScenarioError, match=problem):

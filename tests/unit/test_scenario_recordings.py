@@ -179,7 +179,7 @@ def test_files_that_are_none(tmp_path: Path) -> None:
         (huge, "is larger than 64 MiB"),
         (
             named("utf16.csv", GOOD.encode("utf-16")),
-            r'is UTF-16 text \(in Excel "Unicode text"\); save it as UTF-8',
+            r'is UTF-16 text, in spreadsheets "Unicode text"; save it as UTF-8',
         ),
         (named("utf16be.csv", b"\xfe\xff" + GOOD.encode("utf-16-be")), "is UTF-16 text; save it as UTF-8"),
         (named("log.csv.gz", gzip.compress(GOOD.encode())), "is compressed by gzip; unpack it"),

@@ -7,10 +7,10 @@ from hydroservo.errors import ScenarioError
 __all__ = ["exists", "read_text"]
 
 KINDS = {  # by the first bytes
-    b"\xff\xfe": 'is UTF-16 text (in Excel "Unicode text"); save it as UTF-8 (in Excel "CSV UTF-8")',
+    b"\xff\xfe": 'is UTF-16 text, in spreadsheets "Unicode text"; save it as UTF-8',
     b"\xfe\xff": "is UTF-16 text; save it as UTF-8",
     b"\x1f\x8b": "is compressed by gzip; unpack it",
-    b"PK\x03\x04": 'is a zip archive or a workbook; save it as UTF-8 text (in Excel "CSV UTF-8")',
+    b"PK\x03\x04": "is a zip archive or a workbook; save it as UTF-8 text",
 }
 
 
