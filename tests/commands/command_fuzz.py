@@ -143,17 +143,23 @@ def main() -> int:
     size = -(-given.count // given.processes)
     parts = [(given.first + i * size, min(size, given.count - i * size)) for i in range(given.processes)]
     tally: Counter[tuple[str, str]] = Counter()
-    bad = 0
+    bad: list[int] = []
+
+    def watched(first: int, count: int) -> None:
+        for one in outcomes(first, count):
+            tally[one["kind"], str(one["status"])] += 1
+            if one["faults"]:
+                bad.append(one["number"])
+                print(one["number"], case(one["number"]).words, one["faults"], one["said"], sep="\n    ")
+            if tally.total() % 1000 == 0:
+                print(f"{tally.total():,} cases, {len(bad):,} with a fault", flush=True)
+
     with ThreadPoolExecutor(given.processes) as pool:
-        for found in pool.map(lambda part: list(outcomes(*part)), parts):
-            for one in found:
-                tally[one["kind"], str(one["status"])] += 1
-                if one["faults"]:
-                    bad += 1
-                    print(one["number"], case(one["number"]).words, one["faults"], one["said"], sep="\n    ")
+        for done in [pool.submit(watched, *part) for part in parts]:
+            done.result()
     for (kind, status), number in sorted(tally.items()):
         print(f"{kind:16} {status:>5} {number:7,}")
-    print(f"{given.count:,} cases, {bad:,} with a fault")
+    print(f"{given.count:,} cases, {len(bad):,} with a fault")
     return 1 if bad else 0
 
 
