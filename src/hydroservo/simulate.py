@@ -195,7 +195,7 @@ def studied(loop: Loop, samples: int) -> "Study":
 
 @contextmanager
 def compilation(loop: Loop) -> Iterator[None]:
-    """Turns what a compiler says into one line about the loop."""
+    """Turns what a compiler says, or a block stumbles over, into one line about the loop."""
     from hydroservo.engine.native import CompileError, RunError
 
     law = named(loop.controller, "controller")
@@ -204,7 +204,9 @@ def compilation(loop: Loop) -> Iterator[None]:
     except CompileError as error:
         raise LoopError(f"the loop with {law} cannot be compiled: {error}") from error
     except RunError as error:
-        raise LoopError(f"the loop with {law} stopped: {error}; compiled=False shows it") from error
+        cause = error.__cause__
+        where = f" ({place_of(cause)})" if cause else "; compiled=False shows it"
+        raise LoopError(f"the loop with {law} stopped: {error}{where}") from error
 
 
 def first_state(loop: Loop) -> Block:
@@ -222,7 +224,7 @@ def first_state(loop: Loop) -> Block:
             f"{law} needs {error}, which {named(loop.sensors, 'sensors')} does not measure; "
             "add a sensor for it, or take a law that does without"
         ) from None
-    except (ArithmeticError, AttributeError, LookupError, NameError, TypeError, ValueError) as error:
+    except Exception as error:  # whatever a block stumbles over
         raise LoopError(f"{law} does not fit this loop: {error} ({place_of(error)})") from error
     for (path, before), (path_after, value) in zip(parts(state), parts(after), strict=False):
         if path != path_after or (is_block(before) and type(before) is not type(value)):

@@ -8,7 +8,7 @@ import pytest
 from command_cases import KINDS, case
 
 FUZZ = Path(__file__).with_name("command_fuzz.py")
-CASES = 120
+CASES = 60
 
 
 def test_a_number_determines_its_case() -> None:

@@ -1,6 +1,7 @@
 """One loop in, one trajectory out: chunks, decimation, what is recorded, what goes wrong."""
 
 import math
+import re
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from importlib import import_module
@@ -332,3 +333,35 @@ def test_an_infinite_command_is_a_divergence() -> None:
     before = round(float(result.diverged_at) / loop.simulation.period) + 1
     assert np.isfinite(result["plant.velocity"].values[:before]).all()
     assert result.identical(simulate(loop, compiled=False))
+
+
+class Stumbling(NamedTuple):
+    """A law that raises at its first sample, or once the piston has moved, or calls itself for ever."""
+
+    later: bool = False
+    endless: bool = False
+
+    def init(self) -> UserState:
+        return UserState(0.0)
+
+    def step(self, s: UserState, y: Measurement, r: Demand, dt: float) -> UserState:
+        if self.endless:
+            return self.step(s, y, r, dt)
+        if not self.later or y.position > 0.0391:
+            raise RuntimeError("one\ntwo")
+        return UserState(0.1)
+
+
+@pytest.mark.parametrize(
+    ("law", "says"),
+    [
+        (Stumbling(), r"Stumbling does not fit this loop: one\\ntwo \(.*test_simulate.py, line \d+\)"),
+        (Stumbling(endless=True), "Stumbling does not fit this loop: maximum recursion depth exceeded .*"),
+        (Stumbling(later=True), r".*Stumbling stopped: RuntimeError: one\\ntwo \(.*simulate.py, line \d+\)"),
+    ],
+)
+def test_whatever_a_law_raises_is_one_line(law: Stumbling, says: str) -> None:
+    with pytest.raises(LoopError) as error:
+        simulate(EVERY_SAMPLE._replace(controller=law), compiled=False)
+    assert re.fullmatch(says, str(error.value))
+    assert "\n" not in str(error.value)

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from hydroservo.block import Block
 from hydroservo.engine import flat
-from hydroservo.engine.native import MachineCode, native
+from hydroservo.engine.native import MachineCode, RunError, native
 from hydroservo.engine.recipe import Recipe
 
 __all__ = ["CompiledRun", "InterpretedRun", "Study", "Wanted"]
@@ -49,9 +49,13 @@ class InterpretedRun:
         Rows of out: the samples that stride divides.
         """
         check_rows(first, last, stride, out, self.width)
-        self.state, self.sums, done = self.kernel(
-            *self.study, self.state, self.sums, first, last, dt, stride, out.reshape(-1)
-        )
+        states = (self.state, self.sums)
+        try:
+            self.state, self.sums, done = self.kernel(
+                *self.study, *states, first, last, dt, stride, out.reshape(-1)
+            )
+        except Exception as error:  # whatever a block stumbles over
+            raise RunError(f"{type(error).__name__}: {error}") from error
         return done
 
 

@@ -22,7 +22,7 @@ class CompileError(Exception):
 
 
 class RunError(Exception):
-    """A block raised an exception while it ran compiled."""
+    """A block raised an exception while it ran; it is the cause, where plain Python has one."""
 
 
 class MachineCode(NamedTuple):
