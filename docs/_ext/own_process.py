@@ -19,7 +19,7 @@ from nbclient.exceptions import CellExecutionError
 from sphinx.application import Sphinx
 from sphinx.util.typing import ExtensionMetadata
 
-FAILED = 1
+FAILED = 3  # and not 1, with which Python itself ends after an error
 
 
 def executed(nb: Any, cwd: str, timeout: int, allow_errors: bool, **_: Any) -> ExecutionResult:

@@ -69,6 +69,10 @@ def __getattr__(name: str) -> object:
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
+def __dir__() -> list[str]:
+    return __all__
+
+
 def imported(name: str) -> "ModuleType":
     """A module of the package."""
     from importlib import import_module

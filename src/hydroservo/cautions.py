@@ -31,5 +31,5 @@ def pressure_caution(data: "xr.Dataset") -> str:
     where = "" if lowest.ndim == 0 else f" in {below.sum():,} of {below.size:,} runs"
     return (
         f"the pressure in a chamber fell to {1e-5 * np.nanmin(lowest):.3g} bar{where}, below absolute "
-        f"zero ({-1e-5 * ATMOSPHERE:.3g} bar gauge): a real chamber tears open before, as with an AeratedOil"
+        f"zero ({-1e-5 * ATMOSPHERE:.3g} bar gauge): real oil cavitates before that, as an AeratedOil does"
     )

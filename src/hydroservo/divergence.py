@@ -8,11 +8,7 @@ from hydroservo.block import Block, leaves
 
 __all__ = ["NOTHING", "Loss", "diverged_by", "first_loss", "watched_paths"]
 
-CAUSES = (
-    "sensors",
-    "controller",
-    "hold",
-)  # run before the machine moves: what they lose, it loses after them
+ORDER = ("reference", "sensors", "controller", "hold", "load")  # of a sample; then the machine moves
 
 
 class Loss(NamedTuple):
@@ -56,4 +52,10 @@ def first_loss(state: Block, watched: Sequence[str], numbers: Sequence[float], t
         for path, number in zip(paths, numbers, strict=True)
         if not math.isfinite(number) and path in watched
     ]
-    return Loss(min(lost, key=lambda path: path.partition(".")[0] not in CAUSES), time)
+    return Loss(min(lost, key=place_in_sample), time)
+
+
+def place_in_sample(path: str) -> int:
+    """When in a sample a number is computed."""
+    part = path.partition(".")[0]
+    return ORDER.index(part) if part in ORDER else len(ORDER)

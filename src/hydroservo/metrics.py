@@ -16,13 +16,14 @@ __all__ = [
     "MetricsState",
     "Sample",
     "TrackingMetrics",
+    "lost_error",
     "summary",
 ]
 
 SETTLING_BAND = 0.05  # of the largest demand so far
 LOST = 10.0  # peak demands that the error of a run that diverged exceeds
 CROSSING = 1.0  # [s] in which that error would carry the piston across its stroke
-LOST_ERROR = f"{LOST:g} peak demands and a stroke a second"  # both of them, in words
+LOST_ERROR = f"both {LOST:g} peak demands and one stroke a second"  # in words
 
 
 class Sample(NamedTuple):
@@ -189,6 +190,11 @@ SMALLER_IS_BETTER = (
 )
 
 
+def lost_error(demand_max: float, stroke: float) -> float:
+    """The error beyond which a run has diverged [m/s], from its largest demand [m/s] and the stroke [m]."""
+    return max(LOST * demand_max, stroke / CROSSING)
+
+
 def summary(s: MetricsState, stroke: float, lost_at: float) -> Metrics:
     """The metrics of a run from its running sums; nan where the run ended before there were any.
 
@@ -221,6 +227,6 @@ def summary(s: MetricsState, stroke: float, lost_at: float) -> Metrics:
         position_max=s.high,
         pressure_min=s.pressure_low if math.isfinite(s.pressure_low) else math.nan,
         stroke_left=s.low < 0.0 or s.high > stroke,
-        diverged=not math.isnan(lost_at) or s.error_max_steady > max(LOST * s.demand_max, stroke / CROSSING),
+        diverged=not math.isnan(lost_at) or s.error_max_steady > lost_error(s.demand_max, stroke),
         diverged_at=lost_at,
     )

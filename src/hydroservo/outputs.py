@@ -124,10 +124,10 @@ def existing_folder(file: Path) -> Path:
     return next(folder for folder in file.parents if folder.exists())
 
 
-def digests(folder: Path) -> dict[str, str]:
-    """The SHA-256 of each file in a folder and those below it, by its path in the folder."""
+def digests(folder: Path, names: Iterable[str] | None = None) -> dict[str, str]:
+    """The SHA-256 of files by their paths in a folder; of all in it and those below it if none are named."""
     digest = {}
-    for name in names_in(folder):
+    for name in names_in(folder) if names is None else names:
         with (folder / name).open("rb") as file:
             digest[name] = hashlib.file_digest(file, "sha256").hexdigest()
     return digest
@@ -207,11 +207,21 @@ def remove_stale(stage: Path) -> None:
 
 
 def in_another_thread(work: Callable[[], None]) -> None:
-    """Do something that an interrupt shall not break off: Python raises it in the main thread only."""
-    from concurrent.futures import ThreadPoolExecutor
+    """Do something that an interrupt shall not break off: Python raises it in the main thread only.
 
-    with ThreadPoolExecutor(1) as pool:
-        pool.submit(work).result()
+    It is raised again, once, when the work is done.
+    """
+    from concurrent.futures import ThreadPoolExecutor, wait
+
+    future, interrupt = ThreadPoolExecutor(1).submit(work), None
+    while not future.done():
+        try:
+            wait([future])
+        except KeyboardInterrupt as error:
+            interrupt = error
+    future.result()
+    if interrupt is not None:
+        raise interrupt
 
 
 def names_in(folder: Path) -> list[str]:

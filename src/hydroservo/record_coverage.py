@@ -109,7 +109,8 @@ def held(series: TimeSeries, duration: float) -> str:
 def misread(series: TimeSeries, duration: float) -> str:
     """In which other unit the instants of a sampled record may be; empty if theirs may be right."""
     t = series.knots
-    power = round(math.log((t[-1] - t[0]) / duration, 1000.0))
+    ratio = float(np.clip(t[-1] / duration - t[0] / duration, 1e-300, 1e300))
+    power = round(math.log(ratio, 1000.0))
     step = float(np.median(np.diff(t)))
     seen = np.count_nonzero((t >= 0.0) & (t <= duration))
     doubtful = (power < 0 and step <= SHORT_STEP) or (power > 0 and step >= LONG_STEP and seen < FEW)

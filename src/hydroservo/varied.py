@@ -1,6 +1,7 @@
 """What differs between the runs of a batch: arrays of parameters by path, checked before anything runs."""
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace as replaced
 from functools import cache
 from itertools import repeat
 from typing import Any, NamedTuple
@@ -100,9 +101,11 @@ def column(loop: Loop, path: str, values: ArrayLike) -> NDArray[np.float64]:
     field = field_at(loop, path)
     if field.derived:
         raise ParameterError("parameters", path, "is computed before a run; vary what it is computed from")
-    for worst in (found[~np.isfinite(found)][:1], found.min(keepdims=True), found.max(keepdims=True)):
-        for value in worst:
-            number(float(value), path, field, float)
+    if not np.isfinite(found).all():
+        wrong = float(found[~np.isfinite(found)][0])
+        raise ParameterError(path, wrong, f"must be {allowed(replaced(field, auto=None))}")
+    for value in (found.min(), found.max()):
+        number(float(value), path, field, float)
     if path == SEED and (found % 1.0).any():
         wrong = float(found[found % 1.0 != 0.0][0])
         raise ParameterError(path, wrong, f"must be {allowed(field, whole=True)}")
@@ -149,7 +152,7 @@ def starts(loop: Loop, columns: Columns) -> Columns:
     open_ones = [
         path
         for path, value in leaves(loop.plant, "plant.")
-        if value == field_at(loop, path).auto and path not in columns
+        if isinstance(value, float) and value == field_at(loop, path).auto and path not in columns
     ]
     if not machine or not open_ones:
         return {}

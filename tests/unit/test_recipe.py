@@ -14,7 +14,7 @@ from hydroservo.controllers import PI
 from hydroservo.controllers.pi import PIState
 from hydroservo.engine import kernel as engine_kernel
 from hydroservo.engine import lanes
-from hydroservo.engine.recipe import Recipe, UnknownContentError, told
+from hydroservo.engine.recipe import Recipe, UnknownContentError, content_lines
 from hydroservo.loop import AUTO
 from hydroservo.scenario import builtin_scenarios, load_scenario
 from hydroservo.signals import Demand, Measurement
@@ -90,7 +90,7 @@ def imported(folder: Path, files: Mapping[str, str], monkeypatch: pytest.MonkeyP
             patch.delitem(sys.modules, name, raising=False)
         try:
             module = importlib.import_module("own")
-            return list(told((module.Own, getattr(module, "Part", None))))
+            return list(content_lines((module.Own, getattr(module, "Part", None))))
         finally:
             for name in ("own", "gains", "pack", "pack.gains", "colorsys"):
                 sys.modules.pop(name, None)
@@ -210,9 +210,9 @@ def test_methods_that_change_places_are_seen(monkeypatch: pytest.MonkeyPatch) ->
     class Other(NamedTuple):
         step, init = One.step, One.init
 
-    before = list(told((One, Other)))
+    before = list(content_lines((One, Other)))
     Other.step, Other.init = One.init, One.step  # type: ignore[method-assign]
-    assert list(told((One, Other))) != before
+    assert list(content_lines((One, Other))) != before
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,6 @@
 """The table of a batch, and the files that it goes into."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -76,8 +76,16 @@ def failure_of(failures: Mapping[Path, Exception], write: Callable[[Path], objec
     if not lost:
         return others[0] if others else None
     problem = OutputError("; ".join(dict.fromkeys(lost.values())))
-    found = kept(problem, lambda place: [write(place / file.name) for file in lost])
+    found = kept(problem, lambda place: [write(place / name) for name in distinct(lost)])
+    if others:
+        others[0].add_note(str(found))
     return others[0] if others else found
+
+
+def distinct(files: Iterable[Path]) -> list[str]:
+    """The name of each file, with a number before it where another has the same."""
+    names = [file.name for file in files]
+    return [name if names.count(name) == 1 else f"{i}-{name}" for i, name in enumerate(names, 1)]
 
 
 def write_file(file: Path, table: "xr.Dataset", varied: Sequence[str], metric: str) -> None:

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from hydroservo.block import field_at
-from hydroservo.readable import common_unit
+from hydroservo.readable import common_unit, yes_or_no
 
 if TYPE_CHECKING:
     from hydroservo.loop import Loop
@@ -30,9 +30,9 @@ def unequal_lines(differences: Mapping[str, tuple[Any, ...]], loops: Sequence["L
 
 def texts(path: str, values: Sequence[Any], loops: Sequence["Loop"]) -> list[str]:
     """What each run has at a path, numbers in a common unit and with as many digits as tell them apart."""
-    numbers = [value for value in values if isinstance(value, float | int)]
+    numbers = [value for value in values if isinstance(value, float | int) and not isinstance(value, bool)]
     if len(numbers) < len(values):
-        return [str(value) for value in values]
+        return [yes_or_no(value) if isinstance(value, bool) else str(value) for value in values]
     unit, factor = common_unit(numbers, field_at(loops[0], path).unit)
     short, full = ([f"{factor * value:.{digits}g} {unit}".strip() for value in numbers] for digits in (5, 17))
     return short if len(set(short)) == len(set(numbers)) else full

@@ -49,7 +49,8 @@ Strict = Annotated[
 Verbose = Annotated[
     bool,
     typer.Option(
-        "--verbose", help="Say on stderr whether machine code was compiled or found on disk, and why not."
+        "--verbose",
+        help="Say on stderr whether machine code was compiled or found on disk, and why it cannot be kept.",
     ),
 ]
 
@@ -61,6 +62,10 @@ def loaded(scenario: str, changes: Sequence[str], plugins: Sequence[Path]) -> "L
     with warnings.catch_warnings(record=True) as said:
         warnings.simplefilter("always", HydroservoWarning)
         loop = load_scenario(scenario, dict(map(parse_override, changes)), plugins)
-    for text in dict.fromkeys(str(one.message) for one in said if one.category is HydroservoWarning):
+    ours = [str(one.message) for one in said if one.category is HydroservoWarning]
+    for text in dict.fromkeys(ours):
         say_warning(scenario, text)
+    for one in said:
+        if one.category is not HydroservoWarning:  # of a plug-in, or of a library
+            warnings.showwarning(one.message, one.category, one.filename, one.lineno)
     return loop

@@ -10,6 +10,7 @@ A file that fails, or a directory that cannot be read or written, counts as no f
 """
 
 import contextlib
+import errno
 import hashlib
 import hmac
 import os
@@ -80,23 +81,31 @@ class Folder(NamedTuple):
                 os.utime(opened.fileno() if os.utime in os.supports_fd else self.name(file))
             return opened.read()
 
-    def write(self, file: str, content: bytes, *, replace: bool = True) -> None:
-        """A file with this content; others see all of it or nothing. One that is there stays or is replaced.
+    def write(self, file: str, content: bytes) -> None:
+        """A file with this content in the place of one that is there; others see all of it or nothing.
 
         Raises:
-            FileExistsError: one stays.
             OSError: it cannot be written.
         """
-        new = self.name(f"{NEW}{secrets.token_hex(8)}")
-        flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | SAFELY
-        opened = os.open(new, flags, 0o600, dir_fd=self.descriptor)
+        new = f"{NEW}{secrets.token_hex(8)}"
+        here = self.descriptor
         try:
-            with os.fdopen(opened, "wb") as target:
-                target.write(content)
-            move = os.replace if replace else os.link
-            move(new, self.name(file), src_dir_fd=self.descriptor, dst_dir_fd=self.descriptor)
+            self.begin(new, content)
+            os.replace(self.name(new), self.name(file), src_dir_fd=here, dst_dir_fd=here)
         finally:
             self.remove(new)
+
+    def begin(self, file: str, content: bytes) -> None:
+        """A new file with this content.
+
+        Raises:
+            FileExistsError: there is one.
+            OSError: it cannot be written.
+        """
+        flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | SAFELY
+        opened = os.open(self.name(file), flags, 0o600, dir_fd=self.descriptor)
+        with os.fdopen(opened, "wb") as target:
+            target.write(content)
 
     def remove(self, file: str) -> None:
         with contextlib.suppress(FileNotFoundError):
@@ -208,10 +217,12 @@ def own_key(folder: Folder) -> bytes:
         folder.remove(KEY)
     except FileNotFoundError:
         pass
-    except OSError:
+    except OSError as error:
+        if not isinstance(error, CacheError) and error.errno != errno.ELOOP:  # a passing one
+            raise
         folder.remove(KEY)
     with contextlib.suppress(FileExistsError):
-        folder.write(KEY, secrets.token_bytes(CHECK), replace=False)
+        folder.begin(KEY, secrets.token_bytes(CHECK))
     return folder.read(KEY, OTHERS_READ)
 
 

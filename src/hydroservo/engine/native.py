@@ -113,7 +113,7 @@ def on_disk(recipe: Recipe, make: Callable[[], MachineCode]) -> MachineCode:
     except UnknownContentError as error:
         remarks.append(f"it cannot be kept: {error}")
     except OSError as error:
-        remarks.append(f"on disk: {error}")
+        remarks.append(f"could not be read from {place()}: {error}")
     if kept is not None:
         LOG.info("kernel '%s' read from disk in %.2f s", recipe.text, monotonic() - start)
         return MachineCode(*kept, portable=True)
@@ -126,6 +126,14 @@ def on_disk(recipe: Recipe, make: Callable[[], MachineCode]) -> MachineCode:
     return made
 
 
+def place() -> str:
+    """Where kernels are kept, for a message."""
+    try:
+        return str(disk_cache.directory())
+    except OSError:
+        return "the cache"
+
+
 def keep(digest: str, made: MachineCode) -> str:
     """Keeps a kernel on disk if it can be, and says whether."""
     if not made.portable:
@@ -133,7 +141,7 @@ def keep(digest: str, made: MachineCode) -> str:
     try:
         disk_cache.write(digest, made.name, made.code)
     except OSError as error:
-        return f"on disk: {error}"
+        return f"not kept in {place()}: {error}"
     return "kept on disk"
 
 

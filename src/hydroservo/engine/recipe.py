@@ -57,7 +57,7 @@ class Recipe(NamedTuple):
         Raises:
             UnknownContentError: there cannot be one.
         """
-        parts = [surroundings(), repr(self.text), str(self.strict), *told(self.shapes)]
+        parts = [surroundings(), repr(self.text), str(self.strict), *content_lines(self.shapes)]
         return hashlib.sha256("\n".join(parts).encode()).hexdigest()
 
     def methods(self) -> tuple[FunctionType, ...]:
@@ -109,6 +109,16 @@ def surroundings() -> str:
     return repr((LOADED, settings, processor, versions))
 
 
+def owner(value: type | FunctionType) -> str:
+    """The module that a class or function is really of: ``__module__`` is only what it says of itself."""
+    if isinstance(value, FunctionType):
+        return str(value.__globals__.get("__name__", ""))
+    found: Any = sys.modules.get(str(value.__module__))
+    for name in value.__qualname__.split("."):
+        found = getattr(found, name, None)
+    return str(value.__module__) if found is value else ""
+
+
 @cache
 def by_others(module: str) -> bool:
     """True for a module of Python or of a compiler, whose version tells its content."""
@@ -121,7 +131,7 @@ def by_others(module: str) -> bool:
     return file is None or Path(file).is_relative_to(sysconfig.get_path("stdlib"))
 
 
-def told(value: Any) -> Iterator[str]:
+def content_lines(value: Any) -> Iterator[str]:
     """Lines that differ where what a kernel makes of classes, functions and plain values differs.
 
     Raises:
@@ -170,7 +180,7 @@ class Content:
     def once(self, value: Any, tell: Any) -> Iterator[str]:
         """The name of something, and its content, or where that was told before."""
         yield f"{value.__module__}.{value.__qualname__}"
-        if by_others(value.__module__):
+        if by_others(owner(value)):
             return
         if id(value) in self.met:
             yield f"number {self.met[id(value)]}"
@@ -182,7 +192,7 @@ class Content:
         if issubclass(value, BaseException):  # compiled code only says that one was raised
             yield f"{value.__module__}.{value.__qualname__}"
             return
-        if not by_others(value.__module__) and not hasattr(value, "_fields"):
+        if not by_others(owner(value)) and not hasattr(value, "_fields"):
             raise UnknownContentError(f"the class {value.__qualname__}, which is no NamedTuple")
         yield from self.once(value, self.of_class)
 

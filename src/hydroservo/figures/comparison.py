@@ -23,8 +23,8 @@ def plot_comparison(datasets: Sequence[xr.Dataset], labels: Sequence[str]) -> Fi
     """Velocity, error and command of several runs, overlaid.
 
     The error is velocity less demand. The first run of each of the paper's controllers has the colour that
-    this controller has in all figures. A run that diverged is shown up to where its error is lost: larger
-    than ``metrics.LOST`` times the largest demand. Where the runs differ in more than their controllers, a
+    this controller has in all figures. A run that diverged is shown up to where its error is lost, as
+    ``metrics.lost_error`` has it. Where the runs differ in more than their controllers, a
     line below says in what.
 
     Args:

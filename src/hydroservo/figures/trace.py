@@ -8,7 +8,8 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from hydroservo.errors import HydroservoError
-from hydroservo.metrics import LOST
+from hydroservo.metrics import lost_error
+from hydroservo.results import scenario_of
 
 __all__ = ["Samples", "Trace", "trace_of"]
 
@@ -39,7 +40,7 @@ def trace_of(dataset: xr.Dataset) -> Trace:
         raise HydroservoError(f"a plot needs {', '.join(missing)}, which this run did not record")
     demand, velocity = dataset["reference.value"].values, dataset["plant.velocity"].values
     diverged = bool(dataset["diverged"])
-    end = length_shown(demand, velocity) if diverged else demand.size
+    end = length_shown(demand, velocity, stroke_of(dataset)) if diverged else demand.size
     truths, estimates = pair(dataset, "disturbance"), pair(dataset, observer_path(dataset))
     both = bool(truths and estimates)
     return Trace(
@@ -54,13 +55,14 @@ def trace_of(dataset: xr.Dataset) -> Trace:
     )
 
 
-def length_shown(demand: Samples, velocity: Samples) -> int:
-    """How many samples of a diverged run come before its error is lost; at least two.
+def stroke_of(dataset: xr.Dataset) -> float:
+    """The stroke of a run's plant [m]; 0 if that is no parameter of it."""
+    return float(scenario_of(dataset)["plant"].get("stroke", 0.0))
 
-    Without a demand there is no scale for it: all that is finite is shown.
-    """
-    error = np.abs(velocity - demand)
-    lost = ~(error <= (LOST * np.nanmax(np.abs(demand)) or np.finfo(np.float64).max))
+
+def length_shown(demand: Samples, velocity: Samples, stroke: float) -> int:
+    """How many samples of a diverged run come before its error is lost; at least two."""
+    lost = ~(np.abs(velocity - demand) <= lost_error(np.nanmax(np.abs(demand)), stroke))
     return max(int(np.argmax(lost)) if lost.any() else demand.size, 2)
 
 

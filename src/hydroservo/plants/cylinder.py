@@ -272,7 +272,7 @@ class Cylinder(NamedTuple):
             ParameterError: the oil asks for start pressures that are left open; :meth:`at_rest` finds them.
         """
         bulk_modulus = self.oil.bulk_modulus(0.5 * (self.start_pressure_a + self.start_pressure_b))
-        if ops.isnan(bulk_modulus):
+        if not ops.isfinite(bulk_modulus):
             raise ParameterError("start_pressure_a", "auto", "is to be found first, by at_rest(line, force)")
         area = 0.5 * (self.area_a + self.area_b)
         spring_a = self.area_a**2 / self.volume_a(self.start_position)
