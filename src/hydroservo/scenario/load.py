@@ -5,7 +5,7 @@ from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
-from hydroservo.block import Block, at_rest, leaves, value_at
+from hydroservo.block import Block, at_rest, field_at, leaves, value_at
 from hydroservo.checks import consistent
 from hydroservo.errors import ParameterError, ScenarioError
 from hydroservo.loop import Loop
@@ -99,10 +99,11 @@ def assembled(
 def arguments_of(drafts: Mapping[str, Draft], machine: Machine) -> dict[str, Argument]:
     """What the constructors of a scenario take.
 
-    In the machine a name that the block has, too, is the block's own number, in its uncertainty and else.
+    Deviations of the machine are those of the block's own number, where it has one of the same name.
     """
     found = {path: one for name, block in drafts.items() for path, one in block.arguments(f"{name}.")}
-    own = {path for path, _ in leaves(machine)}
+    numbers = ((path, value) for path, value in leaves(machine) if isinstance(value, float))
+    own = {path for path, value in numbers if value not in (0.0, field_at(machine, path).auto)}
     return {path: one for path, one in found.items() if path not in own}
 
 
