@@ -35,10 +35,10 @@ def batch(
             metavar="PATH=LOW..HIGH",
             default_factory=list,
             show_default=False,
-            help="Draw a number of the scenario evenly between two values, such as 500..900 MPa, or relative "
-            "to the value it has, such as -30%..+30%, or one that a constructor takes, such as plant.bore of "
-            "Cylinder.from_diameters. Of the machine (plant, valve, supply, load) only the "
-            "truth varies; the controller goes on believing in the scenario's values. May be given again.",
+            help="Draw a number of the scenario, a block's or a datasheet constructor's, evenly between "
+            "two values, such as 500..900 MPa, or relative to the value it has, such as -30%..+30%. Of the "
+            "machine (plant, valve, supply, load) only the truth varies; the controller goes on believing in "
+            "the scenario's values. May be given again.",
         ),
     ],
     out: Annotated[
