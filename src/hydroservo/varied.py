@@ -14,7 +14,7 @@ from hydroservo.checks import allowed, check_own, number
 from hydroservo.errors import ParameterError
 from hydroservo.loop import Loop
 
-__all__ = ["SEED", "Columns", "checked_columns", "designs", "starts"]
+__all__ = ["SEED", "Columns", "checked_columns", "designs", "starts", "vector"]
 
 SEED = "simulation.seed"  # the one whole number that may differ between runs; doubles hold it exactly
 
@@ -92,12 +92,7 @@ def column(loop: Loop, path: str, values: ArrayLike) -> NDArray[np.float64]:
     if path != SEED and (not isinstance(present, float) or path.startswith(("simulation.", "hold."))):
         wanted = "must be a float outside the simulation and hold blocks, or the seed"
         raise ParameterError("parameters", path, wanted)
-    try:
-        found = np.atleast_1d(np.asarray(values, dtype=np.float64))
-    except (OverflowError, TypeError, ValueError):
-        raise ParameterError(path, type(values).__name__, "must be an array of numbers") from None
-    if found.ndim != 1 or not found.size:
-        raise ParameterError(path, f"shape {found.shape}", "must be an array of shape (runs,)")
+    found = vector(path, values)
     field = field_at(loop, path)
     if field.derived:
         raise ParameterError("parameters", path, "is computed before a run; vary what it is computed from")
@@ -109,6 +104,21 @@ def column(loop: Loop, path: str, values: ArrayLike) -> NDArray[np.float64]:
     if path == SEED and (found % 1.0).any():
         wrong = float(found[found % 1.0 != 0.0][0])
         raise ParameterError(path, wrong, f"must be {allowed(field, whole=True)}")
+    return found
+
+
+def vector(path: str, values: ArrayLike) -> NDArray[np.float64]:
+    """One number for each run.
+
+    Raises:
+        ParameterError: the values are not that.
+    """
+    try:
+        found = np.atleast_1d(np.asarray(values, dtype=np.float64))
+    except (OverflowError, TypeError, ValueError):
+        raise ParameterError(path, type(values).__name__, "must be an array of numbers") from None
+    if found.ndim != 1 or not found.size:
+        raise ParameterError(path, f"shape {found.shape}", "must be an array of shape (runs,)")
     return found
 
 

@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -34,9 +35,10 @@ def batch(
             metavar="PATH=LOW..HIGH",
             default_factory=list,
             show_default=False,
-            help="Draw a number of the scenario evenly between two values, such as 500..900 MPa, or relative "
-            "to the value it has, such as -30%..+30%. Of the machine (plant, valve, supply, load) only the "
-            "truth varies; the controller goes on believing in the scenario's values. May be given again.",
+            help="Draw a number of the scenario, a block's or a datasheet constructor's, evenly between "
+            "two values, such as 500..900 MPa, or relative to the value it has, such as -30%..+30%. Of the "
+            "machine (plant, valve, supply, load) only the truth varies; the controller goes on believing in "
+            "the scenario's values. May be given again.",
         ),
     ],
     out: Annotated[
@@ -87,21 +89,24 @@ def batch(
     from hydroservo.cli.replay import Origin, command
     from hydroservo.cli.variations import drawn_runs, variations
     from hydroservo.results import as_json
+    from hydroservo.scenario.datasheets import columns_of
 
     check(runs, seed, metric, bool(ranges or seeds))
     checked_endings(out)
     origin = Origin(scenario, changes, plugins, strict)
-    loop = origin.loop({})
-    varied = variations(ranges, loop, origin.nominal())
-    drawn = drawn_runs(loop, varied, seed, runs, seeds=seeds)
-    announce(out, runs, len(drawn.settings) + len(drawn.parameters))
+    assembly = origin.assembled({})
+    loop, arguments = assembly.loop, assembly.arguments
+    varied = variations(ranges, loop, origin.nominal(), arguments)
+    drawn = drawn_runs(loop, varied, seed, runs, seeds=seeds, arguments=arguments)
+    announce(out, runs, sum(map(len, (drawn.settings, drawn.parameters, drawn.arguments))))
     with kernels_said(verbose), progress_bar("preparing") as report:
         start = time.monotonic()
+        drawn = drawn.constructed(partial(columns_of, assembly))
         found = simulate_batch(
             loop, drawn.parameters, strict=strict, threads=threads, progress=paced(report, runs)
         )
         seconds = time.monotonic() - start
-        table = table_of_runs(found, drawn, seed)
+        table = table_of_runs(found, drawn, seed, arguments)
         report(1.0, "writing files")
         left = write_batch(out, table, [one.path for one in varied], metric)
     summary = batch_summary(scenario, seed, table, drawn.ranges)

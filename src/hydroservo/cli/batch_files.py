@@ -9,6 +9,7 @@ from hydroservo.cli.writing import Written, kept
 from hydroservo.errors import HydroservoError
 from hydroservo.outputs import OutputError, staged
 from hydroservo.results import FORMATS, as_json, save
+from hydroservo.scenario.build import Argument
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -32,13 +33,16 @@ def checked_endings(files: Sequence[Path]) -> None:
             )
 
 
-def table_of_runs(found: "xr.Dataset", drawn: Drawn, seed: int) -> "xr.Dataset":
+def table_of_runs(
+    found: "xr.Dataset", drawn: Drawn, seed: int, arguments: Mapping[str, Argument]
+) -> "xr.Dataset":
     """The table of a batch, with all that it takes to run each of its runs again.
 
     Args:
         found: what ``simulate_batch`` returned.
         drawn: what each run sets.
         seed: of the draws.
+        arguments: what constructors take, by path.
     """
     shared = {path for path in drawn.parameters if path not in drawn.ranges}
     deviations = {
@@ -46,8 +50,13 @@ def table_of_runs(found: "xr.Dataset", drawn: Drawn, seed: int) -> "xr.Dataset":
         for name, values in drawn.settings.items()
         if name not in drawn.ranges
     }
+    taken = {
+        path: ("run", values, {"units": field.unit, "long_name": field.meaning})
+        for path, values in drawn.arguments.items()
+        if (field := arguments[path].field)
+    }
     about = {"drawn_with_seed": seed, "varied": as_json(drawn.ranges)}
-    table = found.drop_vars(shared).assign(deviations).assign_attrs(about)
+    table = found.drop_vars(shared).assign(taken | deviations).assign_attrs(about)
     return table[[*drawn.ranges, *deviations, *(name for name in found if name not in drawn.parameters)]]
 
 

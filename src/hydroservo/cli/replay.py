@@ -1,17 +1,17 @@
 """How one run of a batch is run again, alone and with its trajectory."""
 
-import math
 import shlex
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from hydroservo.block import leaves, replace, value_at
+from hydroservo.block import leaves, replace
 from hydroservo.errors import ScenarioError
 from hydroservo.loop import Loop
 from hydroservo.provenance import scenario_hash
-from hydroservo.scenario import load_scenario, parse_override
-from hydroservo.scenario.load import Machine, model_path
+from hydroservo.scenario import parse_override
+from hydroservo.scenario.load import Assembly, Machine, assembled, model_path
+from hydroservo.scenario.uncertainty import Deviations
 
 __all__ = ["Origin", "command"]
 
@@ -28,11 +28,15 @@ class Origin(NamedTuple):
     plugins: Sequence[Path]
     strict: bool = False
 
-    def loop(self, settings: Settings) -> Loop:
-        """The loop, with more changes."""
-        return load_scenario(
+    def assembled(self, settings: Settings) -> Assembly:
+        """The loop, with more changes, and what it is made of."""
+        return assembled(
             self.scenario, dict(map(parse_override, self.changes)) | dict(settings), self.plugins
         )
+
+    def loop(self, settings: Settings) -> Loop:
+        """The loop, with more changes."""
+        return self.assembled(settings).loop
 
     def nominal(self) -> Loop:
         """The loop with its machine as it was before uncertainty."""
@@ -54,10 +58,10 @@ def command(
         settings, parameters = (
             {"simulation.substeps": substeps, **given} for given in (settings, parameters)
         )
-    loop = origin.loop({})
-    wanted = scenario_hash(replace(loop, parameters))
-    for kept in ({}, alone(loop, settings)):
-        for more in ({}, deviations(origin, loop)):
+    given = origin.assembled({})
+    wanted = scenario_hash(replace(given.loop, parameters))
+    for kept in ({}, alone(origin, given.loop, settings)):
+        for more in ({}, in_full(given.deviations)):
             complete = more | kept | dict(settings)
             if leads_to(origin, complete) == wanted:
                 return shlex.join(typed(origin, complete))
@@ -72,38 +76,29 @@ def leads_to(origin: Origin, settings: Settings) -> str | None:
         return None
 
 
-def deviations(origin: Origin, loop: Loop) -> dict[str, float]:
-    """What leaves the machine of a loop as it is, but counts deviations in full, whatever their scale was."""
-    try:
-        nominal, full = origin.nominal(), origin.loop({SCALE: 1.0})
-    except ScenarioError:  # in full, the scenario's own deviations lead out of range
-        return {}
-    found = {SCALE: 1.0}
-    for name in Machine._fields:
-        for path, value in leaves(getattr(loop, name), f"{name}."):
-            if isinstance(value, float) and value != value_at(full, path):
-                found[f"uncertainty.{path}"] = deviation(value, value_at(nominal, path))
-    return found
+def in_full(given: Deviations) -> dict[str, float]:
+    """The deviations of a machine by a scale of 1, whatever theirs was."""
+    own = {**given.arguments, **given.numbers}
+    return {SCALE: 1.0} | {f"uncertainty.{path}": one.scale * one.relative for path, one in own.items()}
 
 
-def deviation(value: float, nominal: float) -> float:
-    """The d for which nominal (1 + d) has the bits of a value, if there is one near."""
-    ratio = value / nominal
-    near = (ratio, math.nextafter(ratio, math.inf), math.nextafter(ratio, -math.inf))
-    return next((one - 1.0 for one in near if nominal * (1.0 + (one - 1.0)) == value), ratio - 1.0)
-
-
-def alone(loop: Loop, settings: Settings) -> dict[str, float]:
+def alone(origin: Origin, loop: Loop, settings: Settings) -> dict[str, float]:
     """What keeps a controller's model, and uncertainty, from following what is set of the machine."""
-    known = dict(leaves(loop))
+    machine = [path for path in settings if path.partition(".")[0] in Machine._fields]
+    found = {f"uncertainty.{path}": 0.0 for path in machine}
     model = model_path(loop.controller)
-    found = {}
-    for path in settings:
-        if path.partition(".")[0] in Machine._fields:
-            found[f"uncertainty.{path}"] = 0.0
-            believed = f"{model}.{path}"
-            found |= {believed: known[believed]} if believed in known else {}
-    return found
+    if model is None or not machine:
+        return found
+    try:
+        follows = dict(leaves(origin.loop({path: settings[path] for path in machine})))
+    except ScenarioError:
+        return found
+    known = dict(leaves(loop))
+    return found | {
+        path: value
+        for path, value in known.items()
+        if path.startswith(f"{model}.") and value != follows.get(path, value)
+    }
 
 
 def typed(origin: Origin, settings: Settings) -> Iterator[str]:

@@ -2,6 +2,7 @@
 
 import math
 import shlex
+import warnings
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -14,6 +15,7 @@ from hydroservo.cli.remarks import say_remarks
 if TYPE_CHECKING:
     from hydroservo.cli.progress import Report
     from hydroservo.loop import Loop
+    from hydroservo.scenario.build import Argument
     from hydroservo.tuning import Progress
 
 __all__ = ["tune"]
@@ -143,7 +145,8 @@ def tune(
     aim = Aim(loops, each, metric, seeds, effort)
     names = scenarios
     scenarios = [named(name, scale) for name in names for scale in factors]
-    wanted = searched(ranges, scenarios, loops)
+    arguments = [constructed(scenario, changes, plugins) for scenario in names]
+    wanted = searched(ranges, scenarios, loops, arguments)
     if out is not None:
         prepare([out])
     with kernels_said(verbose), progress_bar("preparing") as report:
@@ -254,8 +257,22 @@ def named(scenario: str, scale: float | None) -> str:
     return scenario if scale is None else f"{scenario}, scale {scale:g}"
 
 
+def constructed(scenario: str, changes: Sequence[str], plugins: Sequence[Path]) -> "Mapping[str, Argument]":
+    """What the constructors of a scenario take, which is loaded already and has said its warnings."""
+    from hydroservo.errors import HydroservoWarning
+    from hydroservo.scenario import parse_override
+    from hydroservo.scenario.load import assembled
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", HydroservoWarning)
+        return assembled(scenario, dict(map(parse_override, changes)), plugins).arguments
+
+
 def searched(
-    ranges: Sequence[str], scenarios: Sequence[str], loops: "Sequence[Loop]"
+    ranges: Sequence[str],
+    scenarios: Sequence[str],
+    loops: "Sequence[Loop]",
+    arguments: "Sequence[Mapping[str, Argument]]",
 ) -> dict[str, tuple[float, float]]:
     """What --vary asks for, in SI units by path.
 
@@ -266,10 +283,14 @@ def searched(
     from hydroservo.cli.variations import variations
     from hydroservo.errors import ScenarioError
 
-    wanted = {one.path: (one.low, one.high) for one in variations(ranges, loops[0], loops[0])}
+    found = variations(ranges, loops[0], loops[0], arguments[0])
+    wanted = {one.path: (one.low, one.high) for one in found}
     for path in wanted:
         if path.partition(".")[0] not in SEARCHED:
             problem = f"must be in the {' or '.join(SEARCHED)}, which a search may choose"
+            raise ScenarioError(VARY, path, problem)
+        if any(path in own for own in arguments):
+            problem = "is what a constructor takes; a search sets numbers of the block that it makes"
             raise ScenarioError(VARY, path, problem)
         for scenario, loop in zip(scenarios, loops, strict=True):
             if path not in dict(leaves(loop)):

@@ -1,8 +1,9 @@
 """What varies between the runs of a batch: ranges as they are typed, and the numbers drawn from them."""
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Container, Iterable, Mapping, Sequence
 from hashlib import sha256
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -13,23 +14,25 @@ from hydroservo.checks import allowed, within
 from hydroservo.errors import ScenarioError, short
 from hydroservo.field import Field
 from hydroservo.loop import Loop
-from hydroservo.scenario.load import Machine, model_path
+from hydroservo.scenario.build import Argument
+from hydroservo.scenario.load import Machine, with_nominal
 from hydroservo.scenario.names import nearest, one_of
 from hydroservo.scenario.overrides import PATH
 from hydroservo.scenario.quantities import si_value
-from hydroservo.varied import SEED
+from hydroservo.varied import SEED, Columns
 
 __all__ = ["Drawn", "Variation", "drawn_runs", "variations"]
 
 OPTION = "--vary"
 LONGEST = 4096  # characters of one option
 QUANTITY = re.compile(r"[+-]?[0-9.]+(?:[eE][+-]?[0-9]+)?(?:\s*/\s*[0-9]+)?\s*(.*)", re.DOTALL)
+NO_ARGUMENTS: Mapping[str, Argument] = MappingProxyType({})
 
 Numbers = NDArray[np.float64]
 
 
 class Variation(NamedTuple):
-    """A number of the loop that is drawn evenly between two values, in SI units."""
+    """A number of the scenario that is drawn evenly between two values, in SI units."""
 
     path: str
     low: float
@@ -44,7 +47,8 @@ class Drawn(NamedTuple):
 
     settings: Mapping[str, NDArray[Any]]  # by the path that ``run --set`` takes
     parameters: Mapping[str, NDArray[Any]]  # in SI units by the path in the loop
-    ranges: Mapping[str, tuple[float, float]]  # in SI units, by the path in the loop
+    ranges: Mapping[str, tuple[float, float]]  # in SI units, by the path as it was typed
+    arguments: Mapping[str, NDArray[Any]]  # what constructors take, in SI units by path
 
     def of_run(self, i: int) -> tuple[dict[str, float], dict[str, float]]:
         """The settings and the parameters of one run."""
@@ -53,34 +57,58 @@ class Drawn(NamedTuple):
         )
         return settings, parameters
 
+    def constructed(self, columns_of: Callable[[Mapping[str, NDArray[Any]]], Columns]) -> "Drawn":
+        """The same with what constructors make of their arguments among the numbers of the loop.
 
-def variations(texts: Sequence[str], loop: Loop, nominal: Loop) -> list[Variation]:
+        Args:
+            columns_of: as :func:`~hydroservo.scenario.datasheet_columns` of this scenario.
+
+        Raises:
+            ScenarioError: the arguments change nothing, or what they change is drawn too.
+        """
+        if not self.arguments:
+            return self
+        made = columns_of(self.arguments)
+        if not made:
+            paths = ", ".join(self.arguments)
+            raise ScenarioError(OPTION, paths, "changes nothing: no number of the loop follows from it here")
+        for path in made:
+            if path in self.ranges and path not in self.arguments:
+                own = [name for name in self.arguments if name.partition(".")[0] == path.partition(".")[0]]
+                raise ScenarioError(OPTION, path, f"follows from {' and '.join(own)}, which varies too")
+        return self._replace(parameters={**self.parameters, **made})
+
+
+def variations(
+    texts: Sequence[str], loop: Loop, nominal: Loop, arguments: Mapping[str, Argument] = NO_ARGUMENTS
+) -> list[Variation]:
     """What ``--vary PATH=LOW..HIGH`` asks for, each path once.
 
     Args:
         texts: what was typed.
         loop: the loop that all runs start from.
         nominal: the same with its machine as it was before uncertainty: what percentages refer to.
+        arguments: what constructors take, by path, before uncertainty.
 
     Raises:
         ScenarioError: in one line, the path, the value and what is allowed.
     """
     found: dict[str, Variation] = {}
     for text in texts:
-        one = variation(text, loop, nominal)
+        one = variation(text, loop, nominal, arguments)
         if one.path in found:
             raise ScenarioError(OPTION, one.path, "is given twice")
         found[one.path] = one
     return list(found.values())
 
 
-def variation(text: str, loop: Loop, nominal: Loop) -> Variation:
+def variation(text: str, loop: Loop, nominal: Loop, arguments: Mapping[str, Argument]) -> Variation:
     path, equals, value = (part.strip() for part in text.partition("="))
     start, dots, end = (part.strip() for part in value.partition(".."))
     if not (equals and dots and PATH.fullmatch(path)) or len(text) > LONGEST:
         raise ScenarioError(OPTION, "", f"{short(text)} must be of the form PATH=LOW..HIGH")
-    check_path(path, loop)
-    field, middle = field_at(loop, path), float(value_at(nominal, path))
+    check_path(path, loop, arguments)
+    field, middle = arguments.get(path) or (field_at(loop, path), float(value_at(nominal, path)))
     machine = path.partition(".")[0] in Machine._fields
     try:
         ends = both_ends(start, end, field, middle)
@@ -96,9 +124,10 @@ def variation(text: str, loop: Loop, nominal: Loop) -> Variation:
     return Variation(path, low, high, middle if machine and known else None)
 
 
-def check_path(path: str, loop: Loop) -> None:
+def check_path(path: str, loop: Loop, arguments: Iterable[str]) -> None:
     """Refuse what is not a number that can differ between runs."""
-    known = [known for known, value in leaves(loop) if isinstance(value, float) and varies(known)]
+    numbers = (path for path, value in leaves(loop) if isinstance(value, float))
+    known = [known for known in dict.fromkeys((*arguments, *numbers)) if varies(known)]
     if path in known:
         return
     parent = path.rpartition(".")[0]
@@ -152,11 +181,20 @@ def value_of(text: str, unit: str) -> float:
         raise ValueError(f"{short(text)} {error}") from None
 
 
-def drawn_runs(loop: Loop, varied: Sequence[Variation], seed: int, runs: int, *, seeds: bool) -> Drawn:
+def drawn_runs(
+    loop: Loop,
+    varied: Sequence[Variation],
+    seed: int,
+    runs: int,
+    *,
+    seeds: bool,
+    arguments: Container[str] = (),
+) -> Drawn:
     """What each run of a batch sets.
 
     A parameter of the machine is set as its relative deviation, so that the controller goes on believing in
     the nominal value. Run i is the same whatever the number of runs, and each path whatever else varies.
+    What constructors take stands apart, until :meth:`Drawn.constructed` asks them.
 
     Args:
         loop: the loop that all runs start from.
@@ -164,27 +202,24 @@ def drawn_runs(loop: Loop, varied: Sequence[Variation], seed: int, runs: int, *,
         seed: of the draws.
         runs: how many.
         seeds: whether each run has random numbers of its own: the seed of the scenario plus its number.
+        arguments: the paths of what constructors take.
     """
     settings: dict[str, NDArray[Any]] = {}
     parameters: dict[str, NDArray[Any]] = {}
+    taken: dict[str, NDArray[Any]] = {}
     ranges = {one.path: (one.low, one.high) for one in varied}
     for one in varied:
         numbers = drawn(one, seed, runs)
         settings[one.path if one.nominal is None else f"uncertainty.{one.path}"] = numbers
-        parameters |= dict.fromkeys(moved(loop, one.path), values(one, numbers))
+        if one.path in arguments:
+            taken[one.path] = values(one, numbers)
+        else:
+            parameters |= dict.fromkeys(with_nominal(loop, one.path), values(one, numbers))
     if seeds:
         own = loop.simulation.seed + np.arange(runs)
         settings[SEED] = parameters[SEED] = own
         ranges[SEED] = (int(own[0]), int(own[-1]))
-    return Drawn(settings, parameters, ranges)
-
-
-def moved(loop: Loop, path: str) -> list[str]:
-    """What changes with a number: where a controller has a model, disturbances are defined against that."""
-    model = model_path(loop.controller)
-    if model is None or not path.startswith(f"{model}.") or value_at(loop, model) is not loop.nominal:
-        return [path]
-    return [path, f"nominal.{path.removeprefix(f'{model}.')}"]
+    return Drawn(settings, parameters, ranges, taken)
 
 
 def drawn(one: Variation, seed: int, runs: int) -> Numbers:

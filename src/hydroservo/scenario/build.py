@@ -1,9 +1,9 @@
 """Blocks from tables."""
 
 import inspect
-from collections.abc import Hashable
+from collections.abc import Collection, Hashable, Iterator, Mapping
 from functools import cache
-from typing import Any, get_args, get_type_hints
+from typing import Any, NamedTuple, get_args, get_type_hints
 
 from hydroservo.block import Block
 from hydroservo.checks import allowed, checked, number
@@ -18,14 +18,68 @@ from hydroservo.scenario.registry import Maker, maker_in_role, makers, names_in_
 from hydroservo.scenario.tables import Entry, Table
 from hydroservo.time_series import TimeSeries
 
-__all__ = ["block", "hints", "number_from"]
+__all__ = ["Argument", "Draft", "draft", "hints", "number_from"]
 
 LARGEST_INTEGER = 2**63  # TOML's integers have 64 bits
 NO_FIELD = Field("", "")
 
 
-def block(hint: Any, default: Block | None, table: Table, nominal: DesignModel | None) -> Block:
-    """The block that a table describes.
+class Argument(NamedTuple):
+    """A number that a constructor takes."""
+
+    field: Field
+    value: float  # in SI units
+
+
+class Draft(NamedTuple):
+    """A block before it is made: what makes it, and of what."""
+
+    maker: Maker
+    members: Mapping[str, Any]  # the arguments: numbers, recorded signals, blocks and drafts of blocks
+    table: Table  # where they come from
+
+    def made(self) -> Block:
+        """The block.
+
+        Raises:
+            ScenarioError: the arguments do not fit each other.
+        """
+        values = {name: one.made() if isinstance(one, Draft) else one for name, one in self.members.items()}
+        try:
+            return checked(self.maker(**values))
+        except (ParameterError, ArithmeticError) as error:
+            raise self.table.error(str(error)) from None
+
+    def replaced(self, numbers: Mapping[str, float]) -> "Draft":
+        """The draft with other numbers, by their paths in it."""
+        members = dict(self.members)
+        for path, value in numbers.items():
+            name, _, rest = path.partition(".")
+            members[name] = members[name].replaced({rest: value}) if rest else value
+        return self._replace(members=members)
+
+    def open_at(self, paths: Collection[str]) -> "Draft":
+        """The draft with those blocks in it made of which no number is at one of these paths."""
+        members = dict(self.members)
+        for name, one in members.items():
+            if isinstance(one, Draft):
+                start = f"{name}."
+                own = [path.removeprefix(start) for path in paths if path.startswith(start)]
+                members[name] = one.open_at(own) if own else one.made()
+        return self._replace(members=members)
+
+    def arguments(self, prefix: str = "") -> Iterator[tuple[str, Argument]]:
+        """Each float that a constructor takes, here or in a block, by its path after a prefix."""
+        for name, one in self.members.items():
+            if isinstance(one, Draft):
+                yield from one.arguments(f"{prefix}{name}.")
+            elif isinstance(one, float) and not isinstance(self.maker, type):
+                field = declared_fields(self.maker).get(name, Field("", name))
+                yield prefix + name, Argument(field, one)
+
+
+def draft(hint: Any, default: Block | None, table: Table, nominal: DesignModel | None) -> Draft:
+    """The block that a table describes, before it is made.
 
     Args:
         hint: the annotation of the field it is for: a role, or a class of blocks.
@@ -44,11 +98,8 @@ def block(hint: Any, default: Block | None, table: Table, nominal: DesignModel |
     for name in table.names():
         if name not in (*base, "type"):
             raise table.entry(name).unknown(name, base)
-    values = {name: member(maker, name, value, table, nominal) for name, value in base.items()}
-    try:
-        return checked(maker(**values))
-    except (ParameterError, ArithmeticError) as error:  # a constructor's arguments do not fit each other
-        raise table.error(str(error)) from None
+    members = {name: member(maker, name, value, table, nominal) for name, value in base.items()}
+    return Draft(maker, members, table)
 
 
 def maker_of(hint: Any, default: Block | None, table: Table) -> Maker:
@@ -77,13 +128,13 @@ def defaults(maker: Maker) -> dict[str, Any]:
 
 
 def member(maker: Maker, name: str, default: Any, table: Table, nominal: DesignModel | None) -> Any:
-    """The value of one argument: a block, a recorded signal or a number."""
+    """The value of one argument: a draft of a block, a recorded signal or a number."""
     hint = hints(maker).get(name)
     field = declared_fields(maker).get(name, NO_FIELD)
     if hint is TimeSeries:
         return recorded(table.table(name), field)
     if is_role(hint) or is_block_class(hint) or is_block_class(type(default)):
-        return block(hint, default, table.table(name), nominal)
+        return draft(hint, default, table.table(name), nominal)
     if table.has(name) and field.derived:
         raise table.entry(name).error("is computed before a run; leave it out")
     if table.has(name):

@@ -3,23 +3,23 @@
 from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-from hydroservo.block import Block, at_rest, value_at
+from hydroservo.block import Block, at_rest, field_at, leaves, value_at
 from hydroservo.checks import consistent
-from hydroservo.errors import ParameterError
+from hydroservo.errors import ParameterError, ScenarioError
 from hydroservo.loop import Loop
 from hydroservo.plants.design_model import DesignModel
-from hydroservo.scenario.build import block, hints
+from hydroservo.scenario.build import Argument, Draft, draft, hints
 from hydroservo.scenario.catalogue import located
 from hydroservo.scenario.names import one_of
 from hydroservo.scenario.overrides import nested
 from hydroservo.scenario.plugins import load_plugin
 from hydroservo.scenario.registry import names_in_role
 from hydroservo.scenario.tables import Table, parsed
-from hydroservo.scenario.uncertainty import perturbed
+from hydroservo.scenario.uncertainty import Deviations, deviations
 
-__all__ = ["load_scenario", "model_path"]
+__all__ = ["Assembly", "Machine", "assembled", "load_scenario", "model_path", "with_nominal"]
 
 DIGITAL = tuple(name for name in Loop._fields if name not in ("plant", "valve", "supply", "load", "nominal"))
 
@@ -33,6 +33,15 @@ class Machine(NamedTuple):
     load: Block
 
 
+class Assembly(NamedTuple):
+    """A loop, and what it was made of."""
+
+    loop: Loop
+    drafts: Mapping[str, Draft]  # by field of the loop, those of the machine before uncertainty
+    deviations: Deviations
+    arguments: Mapping[str, Argument]  # of constructors, by the path that changes take, before uncertainty
+
+
 def load_scenario(
     source: str | Path, changes: Mapping[str, object] | None = None, plugins: Sequence[str | Path] = ()
 ) -> Loop:
@@ -41,7 +50,8 @@ def load_scenario(
     A scenario is a TOML file with a table for each field of :class:`~hydroservo.loop.Loop` but ``nominal``,
     tables in them for nested blocks, and ``[uncertainty]``. What it leaves out takes the blocks' defaults;
     only the type of the controller must be there. The controller believes in the machine before its
-    uncertainty, unless its own tables (``[controller.model.plant]`` ...) say otherwise.
+    uncertainty, unless its own tables (``[controller.model.plant]`` ...) say otherwise. An uncertainty is a
+    relative deviation of a parameter of the machine, or of what a constructor takes that its ``type`` names.
 
     Args:
         source: the path of a TOML file, or the name of a built-in scenario such as ``paper/sine-tsmc``.
@@ -53,23 +63,67 @@ def load_scenario(
     Raises:
         ScenarioError: in one line, the file, the key, the value and what is allowed.
     """
+    return assembled(source, changes, plugins).loop
+
+
+def assembled(
+    source: str | Path, changes: Mapping[str, object] | None = None, plugins: Sequence[str | Path] = ()
+) -> Assembly:
+    """What :func:`load_scenario` returns, with what it was made of.
+
+    Raises:
+        ScenarioError: as there.
+    """
     for plugin in plugins:
         load_plugin(plugin)
     origin, text = located(source)
-    return assembled(Table(origin, "", parsed(text, origin.name), nested(changes or {})))
-
-
-def assembled(scenario: Table) -> Loop:
+    scenario = Table(origin, "", parsed(text, origin.name), nested(changes or {}))
     check_tables(scenario)
-    machine = Machine(**{name: part(scenario, name, None) for name in Machine._fields})
+    drafts = {name: part(scenario, name, None) for name in Machine._fields}
+    machine = Machine(**{name: one.made() for name, one in drafts.items()})
     nominal = nominal_model(machine, scenario)
-    digital = {name: part(scenario, name, nominal) for name in DIGITAL}
+    drafts |= {name: part(scenario, name, nominal) for name in DIGITAL}
+    digital = {name: drafts[name].made() for name in DIGITAL}
     digital["sensors"] = informed(digital["sensors"], scenario.table("sensors"), machine.plant)
-    true_machine = perturbed(machine, scenario.table("uncertainty"), partial(retyped, scenario))
-    check_true(true_machine, scenario.table("uncertainty"))
+    uncertainty = scenario.table("uncertainty")
+    arguments = arguments_of(drafts, machine)
+    given = deviations(uncertainty, machine, arguments, partial(retyped, scenario))
+    true_machine = perturbed(machine, drafts, arguments, given, uncertainty)
+    check_true(true_machine, uncertainty)
     loop = Loop(**true_machine._asdict(), **digital, nominal=nominal)
     model = model_path(loop.controller)
-    return loop if model is None else loop._replace(nominal=value_at(loop, model))
+    loop = loop if model is None else loop._replace(nominal=value_at(loop, model))
+    return Assembly(loop, drafts, given, arguments)
+
+
+def arguments_of(drafts: Mapping[str, Draft], machine: Machine) -> dict[str, Argument]:
+    """What the constructors of a scenario take.
+
+    Deviations of the machine are those of the block's own number, where it has one of the same name.
+    """
+    found = {path: one for name, block in drafts.items() for path, one in block.arguments(f"{name}.")}
+    numbers = ((path, value) for path, value in leaves(machine) if isinstance(value, float))
+    own = {path for path, value in numbers if value not in (0.0, field_at(machine, path).auto)}
+    return {path: one for path, one in found.items() if path not in own}
+
+
+def perturbed(
+    machine: Machine,
+    drafts: Mapping[str, Draft],
+    arguments: Mapping[str, Argument],
+    given: Deviations,
+    uncertainty: Table,
+) -> Machine:
+    """The machine after its uncertainty: first that of what constructors take, then of its own numbers."""
+    blocks = machine._asdict()
+    for name in Machine._fields:
+        taken = given.taken(name, arguments)
+        try:
+            block = drafts[name].replaced(taken).made() if taken else blocks[name]
+        except ScenarioError as error:
+            raise uncertainty.error(f"leads to {error.key}: {error.problem}") from None
+        blocks[name] = given.perturbed(block, name)
+    return Machine(**blocks)
 
 
 def informed(sensors: Block, table: Table, plant: Block) -> Block:
@@ -112,9 +166,17 @@ def model_path(controller: Block, path: str = "controller") -> str | None:
     return None if inner is None else model_path(inner, f"{path}.controller")
 
 
-def part(scenario: Table, name: str, nominal: DesignModel | None) -> Any:
-    """The block of one field of the loop."""
-    return block(hints(Loop)[name], Loop._field_defaults[name], scenario.table(name), nominal)
+def part(scenario: Table, name: str, nominal: DesignModel | None) -> Draft:
+    """The block of one field of the loop, before it is made."""
+    return draft(hints(Loop)[name], Loop._field_defaults[name], scenario.table(name), nominal)
+
+
+def with_nominal(loop: Loop, path: str) -> list[str]:
+    """What changes with a number: where a controller has a model, disturbances are defined against that."""
+    model = model_path(loop.controller)
+    if model is None or not path.startswith(f"{model}.") or value_at(loop, model) is not loop.nominal:
+        return [path]
+    return [path, f"nominal.{path.removeprefix(f'{model}.')}"]
 
 
 def check_tables(scenario: Table) -> None:

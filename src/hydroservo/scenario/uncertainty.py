@@ -1,51 +1,111 @@
 """The machine's parameters moved away from their nominal values."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
+from typing import NamedTuple
 
-from hydroservo.block import Block, leaves, replace, value_at
+from hydroservo.block import Block, field_at, leaves, replace, value_at
 from hydroservo.checks import allowed, within
-from hydroservo.field import Field, declared_fields
-from hydroservo.scenario.build import number_from
+from hydroservo.field import Field
+from hydroservo.scenario.build import Argument, number_from
 from hydroservo.scenario.tables import Entry, Table
 
-__all__ = ["perturbed"]
+__all__ = ["Deviation", "Deviations", "deviations"]
 
 SCALE = Field("", "factor on all relative deviations")
 RELATIVE = Field("", "relative deviation of a parameter")
-UNDECLARED = Field("", "a number without a declaration")
 
 
-def perturbed(machine: Block, table: Table, retyped: Callable[[str], bool]) -> Block:
-    """A machine whose named parameters are multiplied by 1 + scale times their relative deviation.
+class Deviation(NamedTuple):
+    """How far a parameter is from its nominal value."""
+
+    entry: Entry
+    scale: float
+    relative: float
+
+    def of(self, path: str, nominal: float, field: Field) -> float:
+        """The nominal value times 1 + scale times the relative deviation.
+
+        Raises:
+            ScenarioError: there is none of an automatic value, or it is out of the field's range.
+        """
+        if nominal == field.auto:
+            raise self.entry.error(f'deviates from {path} = "auto"; give that a value')
+        value = nominal * (1.0 + self.scale * self.relative)
+        if not within(value, field):
+            problem = f"with scale {self.scale:g} makes {path} {value:g}; it must be {allowed(field)}"
+            raise self.entry.error(problem)
+        return value
+
+
+class Deviations(NamedTuple):
+    """What ``[uncertainty]`` says of a machine."""
+
+    arguments: Mapping[str, Deviation]  # of what constructors take, by path
+    numbers: Mapping[str, Deviation]  # of the blocks' own parameters, by path
+
+    def taken(self, name: str, arguments: Mapping[str, Argument]) -> dict[str, float]:
+        """What the constructors of a block of the machine take instead, by path in the block.
+
+        Args:
+            name: which block of the machine it is.
+            arguments: what they take before uncertainty, by path.
+
+        Raises:
+            ScenarioError: a deviation leads out of range.
+        """
+        start = f"{name}."
+        return {
+            path.removeprefix(start): one.of(path, arguments[path].value, arguments[path].field)
+            for path, one in self.arguments.items()
+            if path.startswith(start)
+        }
+
+    def perturbed(self, block: Block, name: str) -> Block:
+        """A block of the machine with its own parameters moved away from their values.
+
+        Args:
+            block: the block, made of arguments that have their deviations.
+            name: which block of the machine it is.
+
+        Raises:
+            ScenarioError: a deviation leads out of range.
+        """
+        start = f"{name}."
+        changes = {}
+        for path, one in self.numbers.items():
+            if path.startswith(start):
+                inner = path.removeprefix(start)
+                changes[inner] = one.of(path, value_at(block, inner), field_at(block, inner))
+        return replace(block, changes)
+
+
+def deviations(
+    table: Table, machine: Block, arguments: Mapping[str, Argument], retyped: Callable[[str], bool]
+) -> Deviations:
+    """The deviations that a table gives.
 
     Args:
-        machine: the blocks of the machine, as one block.
         table: ``scale`` (1 if not given), and a deviation for each path of a parameter.
+        machine: the blocks of the machine, as one block.
+        arguments: what may deviate besides the numbers of the blocks.
         retyped: says of a path whether a block along it has another type than in the file. What the file
             gives of one that is then no parameter any more does not count.
 
     Raises:
-        ScenarioError: a path of no parameter, or a deviation that is no number or leads out of range.
+        ScenarioError: a path of no parameter, or a deviation that is no number.
     """
     scale = number_from(table.entry("scale"), SCALE, float) if table.has("scale") else 1.0
     known = [path for path, value in leaves(machine) if isinstance(value, float)]
-    changes = {}
+    of_arguments: dict[str, Deviation] = {}
+    of_numbers: dict[str, Deviation] = {}
     for path, entry in entries(table, ""):
-        if path not in known and entry.origin is table.origin and retyped(path):
-            continue
-        if path not in known:
-            raise entry.unknown(path, known)
-        relative = number_from(entry, RELATIVE, float)
-        nominal = value_at(machine, path)
-        parent, _, name = path.rpartition(".")
-        field = declared_fields(value_at(machine, parent).__class__).get(name, UNDECLARED)
-        if nominal == field.auto:
-            raise entry.error(f'deviates from {path} = "auto"; give that a value')
-        value = nominal * (1.0 + scale * relative)
-        if not within(value, field):
-            raise entry.error(f"with scale {scale:g} makes {path} {value:g}; it must be {allowed(field)}")
-        changes[path] = value
-    return replace(machine, changes)
+        if path not in known and path not in arguments:
+            if entry.origin is table.origin and retyped(path):
+                continue
+            raise entry.unknown(path, (*known, *arguments))
+        one = Deviation(entry, scale, number_from(entry, RELATIVE, float))
+        (of_numbers if path in known else of_arguments)[path] = one
+    return Deviations(of_arguments, of_numbers)
 
 
 def entries(table: Table, prefix: str) -> Iterator[tuple[str, Entry]]:

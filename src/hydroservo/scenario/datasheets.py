@@ -1,0 +1,130 @@
+"""Many runs with other numbers of a datasheet: what constructors make of them, for each run."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from hydroservo.block import Block, field_at, is_block, leaves
+from hydroservo.checks import number
+from hydroservo.errors import ParameterError, ScenarioError
+from hydroservo.scenario.build import Draft
+from hydroservo.scenario.load import Assembly, Machine, assembled, with_nominal
+from hydroservo.scenario.names import nearest
+from hydroservo.varied import Columns, vector
+
+__all__ = ["columns_of", "datasheet_columns"]
+
+
+def datasheet_columns(
+    source: str | Path,
+    values: Mapping[str, ArrayLike],
+    changes: Mapping[str, object] | None = None,
+    plugins: Sequence[str | Path] = (),
+) -> Columns:
+    """What :func:`~hydroservo.simulate_batch` takes for runs with other arguments of datasheet constructors.
+
+    Where a scenario's ``type`` names a constructor, such as ``Cylinder.from_diameters``, the loop has none of
+    its arguments, only what the constructor made of them. This asks it anew for each run::
+
+        columns = datasheet_columns("my.toml", {"plant.bore": 63e-3 + 1e-4 * rng.uniform(-1, 1, 1000)})
+        table = simulate_batch(load_scenario("my.toml"), columns)
+
+    In the machine (plant, valve, supply, load) only the truth varies: the controller, and the areas that
+    sensors know, go on believing in the scenario's values. What ``[uncertainty]`` says of other numbers
+    counts, in proportion to what the constructor makes.
+
+    Args:
+        source: the path of a TOML file, or the name of a built-in scenario.
+        values: arrays of shape (runs,) in SI units by the path of an argument, such as ``plant.bore``.
+        changes: as of :func:`load_scenario`.
+        plugins: as there.
+
+    Returns:
+        Arrays of shape (runs,) in SI units by path in the loop, of the numbers that are not the loop's own in
+        all runs.
+
+    Raises:
+        ScenarioError: the path of no such argument, or a run's arguments that do not go together.
+        ParameterError: a value out of its range, or arrays of different lengths.
+    """
+    return columns_of(assembled(source, changes, plugins), values)
+
+
+def columns_of(assembly: Assembly, values: Mapping[str, ArrayLike]) -> Columns:
+    """As :func:`datasheet_columns`, of a scenario that is loaded already."""
+    given = {path: checked_values(assembly, path, one) for path, one in values.items()}
+    sizes = {path: one.size for path, one in given.items()}
+    if len(set(sizes.values())) > 1:
+        raise ParameterError("values", sizes, "must be arrays of one length")
+    found: Columns = {}
+    for name in assembly.drafts:
+        start = f"{name}."
+        own = {path.removeprefix(start): one for path, one in given.items() if path.startswith(start)}
+        if own:
+            found |= block_columns(assembly, name, own)
+    return {same: row for path, row in found.items() for same in with_nominal(assembly.loop, path)}
+
+
+def checked_values(assembly: Assembly, path: str, values: ArrayLike) -> NDArray[np.float64]:
+    """One value of an argument for each run."""
+    if path not in assembly.arguments:
+        problem = f"is no number that a constructor takes{nearest(path, assembly.arguments)}"
+        raise ScenarioError("values", path, problem)
+    found = vector(path, values)
+    for run, value in enumerate(found.tolist()):
+        try:
+            number(value, path, assembly.arguments[path].field, float)
+        except ParameterError as error:
+            raise ParameterError(path, value, f"{error.allowed}, in run {run}") from None
+    return found
+
+
+def block_columns(assembly: Assembly, name: str, values: Columns) -> Columns:
+    """The numbers of one block of the loop that differ between runs, by path in the loop.
+
+    Args:
+        assembly: the scenario.
+        name: which block of the loop.
+        values: what constructors take in each run, by path in the block.
+    """
+    draft = assembly.drafts[name]
+    if name in Machine._fields:
+        draft = draft.replaced(assembly.deviations.taken(name, assembly.arguments))
+    draft = draft.open_at(values)
+    usual = made(assembly, name, draft)
+    found = {
+        path: np.empty(next(iter(values.values())).size)
+        for path, value in leaves(usual)
+        if isinstance(value, float) and not field_at(usual, path).derived
+    }
+    for run, numbers in enumerate(zip(*(one.tolist() for one in values.values()), strict=True)):
+        try:
+            block = made(assembly, name, draft.replaced(dict(zip(values, numbers, strict=True))))
+        except ScenarioError as error:
+            raise ScenarioError(error.file, error.key, f"{error.problem}, in run {run}") from None
+        if not alike(block, usual):
+            problem = f"is another block than in the scenario, not one with other numbers, in run {run}"
+            raise ScenarioError("values", name, problem)
+        for path, value in leaves(block):
+            if path in found:
+                found[path][run] = value
+    own = dict(leaves(usual))
+    return {f"{name}.{path}": row for path, row in found.items() if (row != own[path]).any()}
+
+
+def made(assembly: Assembly, name: str, draft: Draft) -> Block:
+    """A block of the loop, after its uncertainty if it is of the machine."""
+    block = draft.made()
+    return assembly.deviations.perturbed(block, name) if name in Machine._fields else block
+
+
+def alike(one: Any, other: Any) -> bool:
+    """Whether two blocks differ in nothing but floats."""
+    if type(one) is not type(other):
+        return False
+    if is_block(one):
+        return all(map(alike, one, other))
+    return isinstance(one, float) or np.array_equal(one, other)
