@@ -161,7 +161,7 @@ def test_diverged_run_is_shown_until_its_error_is_lost(pi):
 def test_length_shown_ends_before_the_first_lost_sample(velocity):
     velocity = np.array(velocity)
     demand = np.full(velocity.size, 0.03)
-    size = length_shown(demand, velocity)
+    size = length_shown(demand, velocity, 0.078)
     assert 2 <= size <= velocity.size
     assert np.all(np.abs(velocity[2:size] - 0.03) <= 0.3)
     assert size in (velocity.size, 2) or not abs(velocity[size] - 0.03) <= 0.3

@@ -88,9 +88,10 @@ def c(
     from hydroservo.results import as_json
 
     loop = loaded(scenario, changes, plugins)
+    check_project(out)
+    check_outputs([out / "Makefile"])  # before anything is computed; the others' names are known after it
     with progress_bar("translating") as report:
         found = translated(scenario, loop, unit, prefix, precision=precision, inlined=inline)
-        check_project(out)
         check_outputs(project_files(out, found.prefix))
         report(0.2, "making test vectors")
         samples = made_vectors(loop, unit, found)
@@ -136,8 +137,8 @@ def fmu(
     from hydroservo.results import as_json
 
     loop = loaded(scenario, changes, plugins)
-    found = translated(scenario, loop, unit, prefix)
     check_outputs([out])
+    found = translated(scenario, loop, unit, prefix)
     stop_time = loop.simulation.duration
     written(
         out.parent, lambda place: [write_fmu(found, place / out.name, stop_time=stop_time, version=version)]
