@@ -10,7 +10,7 @@ from hydroservo.constants import ATMOSPHERE
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["pressure_caution", "with_warning"]
+__all__ = ["pressure_caution", "warnings_of", "with_warning"]
 
 
 def with_warning(data: "xr.Dataset", lines: Iterable[str]) -> "xr.Dataset":
@@ -22,9 +22,15 @@ def with_warning(data: "xr.Dataset", lines: Iterable[str]) -> "xr.Dataset":
     return found
 
 
+def warnings_of(data: "xr.Dataset") -> list[str]:
+    """The lines of a result's ``warning``."""
+    return str(data.attrs.get("warning", "")).splitlines()
+
+
 def pressure_caution(data: "xr.Dataset") -> str:
     """That a chamber's pressure fell below absolute zero, in a run or in some of many; else empty."""
-    lowest = np.where(data["diverged"].values, np.nan, data["pressure_min"].values)
+    lost = np.isfinite(data["diverged_at"].values)  # what overflows passes every pressure
+    lowest = np.where(lost, np.nan, data["pressure_min"].values)
     below = np.atleast_1d(lowest < -ATMOSPHERE)
     if not below.any():
         return ""

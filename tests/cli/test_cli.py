@@ -158,6 +158,7 @@ def test_json_is_one_object_with_the_numbers_of_the_library():
         "version": hydroservo.__version__,
         "seed": 0,
         "diverged_by": "nothing",
+        "warnings": [],
         "metrics": results.plain(results.metrics_of(data)),
     }
 
@@ -300,11 +301,11 @@ def test_files_are_called_by_their_name_alone_where_that_is_clear():
 
 def test_verdict_puts_divergence_first():
     metrics = dict.fromkeys(METRIC_FIELDS, 1.0) | {"diverged": True, "stroke_left": True}
-    both = RunSummary("name", "hash", "version", 0, "controller.u", metrics)
+    both = RunSummary("name", "hash", "version", 0, "controller.u", [], metrics)
     assert "DIVERGED[/]: controller.u stopped being finite at 1.00 s" in verdict(both)
     assert "STROKE" not in verdict(both)
     error = both._replace(diverged_by="the error", metrics=metrics | {"diverged_at": math.nan})
-    assert "DIVERGED[/]: in the second half the error passed 10 peak demands" in verdict(error)
+    assert "DIVERGED[/]: in the second half the error passed both 10 peak demands" in verdict(error)
 
 
 # --- paper

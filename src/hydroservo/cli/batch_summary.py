@@ -1,12 +1,13 @@
 """The part of a batch's result that fits on a screen."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from rich.markup import escape
 from rich.table import Table
 
+from hydroservo.cautions import warnings_of
 from hydroservo.cli.tables import as_text, show
 from hydroservo.metrics import FLAGS, METRIC_FIELDS
 from hydroservo.readable import common_unit
@@ -40,6 +41,7 @@ class BatchSummary(NamedTuple):
     metrics: Mapping[str, Spread]
     diverged: int
     stroke_left: int
+    warnings: Sequence[str]
 
     def as_tables(self) -> dict[str, Any]:
         """What ``--json`` prints."""
@@ -64,6 +66,7 @@ def batch_summary(
         },
         diverged=int(table["diverged"].sum()),
         stroke_left=int(table["stroke_left"].sum()),
+        warnings=warnings_of(table),
     )
 
 

@@ -61,4 +61,6 @@ def table(summaries: Sequence[RunSummary]) -> "pd.DataFrame":
     """A row for each run: what identifies it, then its metrics."""
     import pandas as pd
 
-    return pd.DataFrame([{**one._asdict(), **one.metrics} for one in summaries]).drop(columns="metrics")
+    return pd.DataFrame([{**one._asdict(), **one.metrics} for one in summaries]).drop(
+        columns=["metrics", "warnings"]
+    )

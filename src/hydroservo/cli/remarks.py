@@ -4,6 +4,8 @@ from typing import TYPE_CHECKING
 
 import typer
 
+from hydroservo.cautions import warnings_of
+
 if TYPE_CHECKING:
     import xarray as xr
 
@@ -19,7 +21,7 @@ def say_remarks(scenario: str, dataset: "xr.Dataset") -> None:
             f"{about['step_error']:.1e} of the machine's largest values",
             err=True,
         )
-    for line in about.get("warning", "").splitlines():
+    for line in warnings_of(dataset):
         say_warning(scenario, line)
 
 

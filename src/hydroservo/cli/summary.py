@@ -1,8 +1,9 @@
 """The part of a run's result that fits on a screen."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
+from hydroservo.cautions import warnings_of
 from hydroservo.results import metrics_of
 
 if TYPE_CHECKING:
@@ -19,11 +20,12 @@ class RunSummary(NamedTuple):
     version: str
     seed: int
     diverged_by: str  # the path of the number that was lost, the error, or nothing
+    warnings: Sequence[str]
     metrics: Mapping[str, float | bool]
 
 
 def run_summary(scenario: str, dataset: "xr.Dataset") -> RunSummary:
     """The summary of a run, from what ``simulate`` returned."""
     about = dataset.attrs
-    cause, seed = about["diverged_by"], int(about["seed"])
-    return RunSummary(scenario, about["hash"], about["version"], seed, cause, metrics_of(dataset))
+    name = (scenario, about["hash"], about["version"], int(about["seed"]))
+    return RunSummary(*name, about["diverged_by"], warnings_of(dataset), metrics_of(dataset))
