@@ -50,7 +50,18 @@ def table(done):
 
 def test_json_is_one_object_with_the_quantiles_of_the_table(said, table):
     assert list(said) == [
-        *("scenario", "hash", "version", "seed", "runs", "varied", "metrics", "diverged", "stroke_left")
+        *(
+            "scenario",
+            "hash",
+            "version",
+            "seed",
+            "runs",
+            "varied",
+            "metrics",
+            "diverged",
+            "stroke_left",
+            "warnings",
+        )
     ]
     loop = load_scenario(NAME, dict(map(parse_override, SHORT[1::2])))
     assert (said["scenario"], said["hash"]) == (NAME, scenario_hash(loop))

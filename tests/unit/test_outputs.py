@@ -6,12 +6,22 @@ import signal
 import stat
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
 
 from hydroservo import HydroservoError
-from hydroservo.outputs import LOCK, PREFIX, atomic_path, check_outputs, digests, staged, write_text
+from hydroservo.outputs import (
+    LOCK,
+    PREFIX,
+    atomic_path,
+    check_outputs,
+    digests,
+    in_another_thread,
+    staged,
+    write_text,
+)
 
 needs_posix = pytest.mark.skipif(os.name != "posix", reason="POSIX signals and locks")
 
@@ -334,3 +344,18 @@ def test_a_file_that_cannot_be_replaced_is_found(tmp_path, monkeypatch, code, re
         refuses(tmp_path / "a", os.strerror(code))
     else:
         check_outputs([tmp_path / "a"])
+
+
+def test_work_ends_however_often_it_is_interrupted():
+    """As by Ctrl-C, which a command repeats until it is heard."""
+    done = []
+
+    def work():
+        for _ in range(10):
+            os.kill(os.getpid(), signal.SIGINT)
+            time.sleep(0.01)
+        done.append(True)
+
+    with pytest.raises(KeyboardInterrupt):
+        in_another_thread(work)
+    assert done == [True]

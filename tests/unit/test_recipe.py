@@ -261,3 +261,28 @@ def test_each_scenario_has_a_digest(name: str, monkeypatch: pytest.MonkeyPatch) 
     assert run.value.recipe.text == "run"
     assert batch.value.recipe.text == "lanes"
     assert len(run.value.recipe.digest()) == len(batch.value.recipe.digest()) == 64
+
+
+LAW = """
+from hydroservo.controllers.pi import PIState
+from typing import NamedTuple
+
+class Law(NamedTuple):
+    def init(self):
+        return PIState(0.0, 0.0)
+
+    def step(self, s, y, r, dt):
+        return PIState({gain} * (r.value - y.velocity), 0.0)
+"""
+
+
+def test_a_class_that_says_it_is_pythons_own_is_told_all_the_same() -> None:
+    """As one is that ``exec`` makes without a name of a module."""
+    made = []
+    for gain in (10.0, 30.0):
+        space: dict[str, object] = {}
+        exec(LAW.format(gain=gain), space)
+        made.append(space["Law"])
+    assert [cls.__module__ for cls in made] == ["builtins", "builtins"]  # type: ignore[attr-defined]
+    first, second = (list(content_lines((cls, ("step",)))) for cls in made)
+    assert first != second

@@ -276,3 +276,9 @@ def test_ranges_of_a_start_that_is_open(scenario: Path) -> None:
     assert one == ("plant.start_pressure_a", 30e5, 40e5, None)
     with pytest.raises(ScenarioError, match='is "auto" in the scenario, of which there is no percentage'):
         variations(["plant.start_pressure_a=-10%..10%"], loop, loop)
+
+
+def test_no_run_of_a_batch_starts_at_a_pressure_that_is_none() -> None:
+    loop = Loop(Simulation(0.01, 1e-3, 20), plant=Cylinder(), controller=PI())
+    with pytest.raises(ParameterError, match="start_pressure_a = inf: must be a finite number"):
+        simulate_batch(loop, {"plant.start_pressure_a": np.array([math.inf, 20e5])})

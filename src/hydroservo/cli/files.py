@@ -61,6 +61,5 @@ def table(summaries: Sequence[RunSummary]) -> "pd.DataFrame":
     """A row for each run: what identifies it, then its metrics."""
     import pandas as pd
 
-    return pd.DataFrame([{**one._asdict(), **one.metrics} for one in summaries]).drop(
-        columns=["metrics", "warnings"]
-    )
+    rows = [{**one._asdict(), **one.metrics} for one in summaries]
+    return pd.DataFrame(rows).drop(columns=["metrics", "warnings"])
