@@ -27,7 +27,7 @@ from command_cases import Case, case, lay
 
 __all__ = ["faults", "outcome", "outcomes"]
 
-PATIENCE = 20.0  # s, after which a command is interrupted
+PATIENCE = 10.0  # s, after which a command is interrupted
 CHUNK = 250  # cases of a process
 USER_ERROR, INTERRUPTED = 2, 130
 
@@ -55,7 +55,9 @@ def called(one: Case) -> tuple[Any, str, str, float]:
     out, err = io.StringIO(), io.StringIO()
     start = time.monotonic()
     signal.signal(signal.SIGALRM, lambda *_: signal.raise_signal(signal.SIGINT))
-    signal.setitimer(signal.ITIMER_REAL, PATIENCE)
+    signal.setitimer(
+        signal.ITIMER_REAL, PATIENCE, 2.0
+    )  # again, for Python drops one that comes in a callback
     try:
         with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err), warnings.catch_warnings():
             app(one.words, prog_name="hydroservo")
