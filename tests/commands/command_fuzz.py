@@ -81,7 +81,7 @@ def faults(one: Case, status: Any, out: str, err: str, left: list[str], seconds:
         return found
     if status not in (0, USER_ERROR):
         found.append(f"ended with {status}")
-    if not one.words or one.words == ["export"]:
+    if not one.words or one.words == ["export"] or {"-h", "--help", "--version"} & set(one.words):
         return found  # help has been shown
     if status == USER_ERROR and not (len(said) == 1 and said[0].startswith("hydroservo: ")):
         found.append(f"said {len(said)} lines for an error")
