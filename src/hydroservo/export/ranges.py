@@ -68,6 +68,7 @@ class Ranges:
         self.counts: dict[str, list[Expression | Known]] = {}
         self.assigned: dict[str, list[Assigned]] = {}
         self.bounds: dict[str, int] = {}
+        self.pending: set[str] = set()
         self.gather(function.body, ())
 
     def gather(self, body: Sequence[Statement], loops: tuple[Expression | Known | None, ...]) -> None:
@@ -118,9 +119,13 @@ class Ranges:
 
     def bound(self, name: str) -> int:
         """The largest that a local may become, whatever its sign."""
+        if name in self.pending:
+            return ENDLESS  # as the count of a loop that changes what it counts
         if name not in self.bounds:
             group = {other for other in self.reached(name) if name in self.reached(other)} | {name}
+            self.pending |= group
             found = self.group_bound(group)
+            self.pending -= group
             self.bounds |= dict.fromkeys(group, found)
         return self.bounds[name]
 

@@ -97,19 +97,9 @@ class Scope:
 
     def named_in_c(self, binding: Binding) -> str:
         """A variable's name: its own, with a number behind it where another one has that."""
-        if binding.counter:
-            return self.counter(binding)
-        unnamed = "value" if binding.read else "unread"
-        return self.fresh(unnamed if binding.name == "_" else identifier(binding.name))
-
-    def counter(self, binding: Binding) -> str:
-        """The name of a loop's number; loops that are not within each other share one."""
-        for other, name in self.in_c.items():
-            size = min(len(other.block), len(binding.block))
-            apart = other.block[:size] != binding.block[:size]
-            if other.counter and other.name == binding.name and apart:
-                return name
-        return self.fresh("i" if binding.name == "_" else identifier(binding.name))
+        if binding.name != "_":
+            return self.fresh(identifier(binding.name))
+        return self.fresh("i" if binding.counter else "value" if binding.read else "unread")
 
     def parameter(self, name: str, kind: Type) -> None:
         """A parameter; one that the function assigns to gets a local of its own."""
@@ -119,7 +109,10 @@ class Scope:
         if isinstance(given, Variable):
             self.function.parameters.append((given.name, given.type))
         if binding.changing and not isinstance(given, Table):
-            first = whole(given) if isinstance(given, Known) else given
+            try:
+                first = whole(given) if isinstance(given, Known) else given
+            except TranslationError as error:
+                raise self.error(f"{name}: {error}", self.tree, "use floats") from None
             own = self.declared(self.fresh(f"{own_name}_now"), first.type)
             self.changed(own, first)
             given = own
