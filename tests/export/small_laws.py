@@ -20,6 +20,8 @@ HEAD = '''\
 import math
 from typing import Annotated, NamedTuple
 
+import numpy as np
+
 from hydroservo import ops
 from hydroservo.block import Field
 from hydroservo.signals import Demand, Measurement
@@ -27,6 +29,7 @@ from hydroservo.signals import Demand, Measurement
 SLOPE = 2.5
 slope = 7.5
 TURNS = 4
+ROOT = np.sqrt(2.0)
 NAMES = ["u"]
 
 
@@ -86,6 +89,19 @@ class Law(NamedTuple):
             u = u + n
             n = n + 1
         return u
+
+    def early(self, a, b):
+        for i in range(4):
+            if a > b + i:
+                return a - 1.0 * i
+            a = a + 0.5
+        return b
+
+    def turned(self, x):
+        n = 0.0
+        while x < 0.0:  # never ends
+            n = n + 1.0
+        return Pair(x, n - x)
 
     def many(self, *numbers):
         return numbers[0]

@@ -92,6 +92,7 @@ def c(
     check_outputs([out / "Makefile"])  # before anything is computed; the others' names are known after it
     with progress_bar("translating") as report:
         found = translated(scenario, loop, unit, prefix, precision=precision, inlined=inline)
+        check_project(out, found.prefix)
         check_outputs(project_files(out, found.prefix))
         report(0.2, "making test vectors")
         samples = made_vectors(loop, unit, found)

@@ -5,6 +5,7 @@ import operator
 from collections.abc import Callable, Sequence
 from typing import Any
 
+from hydroservo.export.ranges import LARGEST, LARGEST_REAL
 from hydroservo.export.scope import WAY_OUT, Scope, TranslationError, Value, whole
 from hydroservo.export.terms import (
     BOOL,
@@ -17,7 +18,6 @@ from hydroservo.export.terms import (
     Function,
     Known,
     Literal,
-    Member,
     Operation,
     Unary,
     Variable,
@@ -95,9 +95,9 @@ class Arithmetic:
         """An operation of whole numbers that are not both known; they have 64 bits in C."""
         if type(op) not in SIGNS:
             raise self.error("this operation on whole numbers has no equal in C", node)
-        if isinstance(op, ast.Mult) and (grows(a) or grows(b)):
-            raise self.error("a product of whole numbers that change may outgrow C's", node, "use floats")
-        return Operation(INT, SIGNS[type(op)], self.integer(a, node), self.integer(b, node))
+        found = Operation(INT, SIGNS[type(op)], self.integer(a, node), self.integer(b, node))
+        self.scope.limit(found, LARGEST, node)
+        return found
 
     def negative(self, value: Value, node: ast.AST) -> Value:
         """-a."""
@@ -116,6 +116,8 @@ class Arithmetic:
         sign, compare = COMPARISONS[type(op)]
         if isinstance(a, Known) and isinstance(b, Known):
             return Known(compare(a.value, b.value))
+        if isinstance(a, Variable) and isinstance(b, Variable) and a.name == b.name and a.type == INT:
+            return Known(compare(0, 0))
         if self.whole(a) and self.whole(b):
             return Operation(BOOL, sign, self.integer(a, node), self.integer(b, node))
         return Operation(BOOL, sign, self.real(a, node), self.real(b, node))
@@ -139,10 +141,18 @@ class Arithmetic:
 
     def choice(self, condition: Expression, a: Value, b: Value, node: ast.AST) -> Expression:
         """a if the condition holds, else b."""
-        first, second = self.runtime(a, node), self.runtime(b, node)
-        if first.type != second.type:
-            first, second = self.real(a, node), self.real(b, node)
+        first, second = self.alike(a, b, node)
         return Choice(first.type, condition, first, second)
+
+    def alike(self, a: Value, b: Value, node: ast.AST) -> tuple[Expression, Expression]:
+        """Two values of one type."""
+        first, second = self.runtime(a, node), self.runtime(b, node)
+        if first.type != second.type:  # in Python the minus of a whole 0 is no -0.0
+            zero = any(isinstance(one, Known) and one.value == 0 for one in (a, b))
+            if zero or INT in {one.type for one in (a, b) if isinstance(one, Expression)}:
+                raise self.error("a choice of a float and a whole number", node, "write 0.0 and not 0")
+            first, second = self.real(a, node), self.real(b, node)
+        return first, second
 
     def whole(self, value: Value) -> bool:
         """True for a whole number."""
@@ -157,13 +167,13 @@ class Arithmetic:
     def real(self, value: Value, node: ast.AST) -> Expression:
         """A real number in C."""
         if isinstance(value, Known) and not isinstance(value.value, bool):
-            try:
-                return Literal(REAL, float(value.value))
-            except OverflowError:
-                raise self.error("a whole number too large for a float", node) from None
+            if abs(value.value) > LARGEST_REAL and not exact(value.value):
+                raise self.error(f"no float holds {value.value}", node, "write it as a float")
+            return Literal(REAL, float(value.value))
         if isinstance(value, Expression) and value.type == REAL:
             return value
         if isinstance(value, Expression) and value.type == INT:
+            self.scope.limit(value, LARGEST_REAL, node)
             return Conversion(REAL, value)
         if isinstance(value, Known) or (isinstance(value, Expression) and value.type == BOOL):
             raise self.error("a truth value is no number in C", node, "use ops.where(condition, 1.0, 0.0)")
@@ -184,17 +194,9 @@ class Arithmetic:
         return self.scope.error(problem, node, WAY_OUT if way_out is None else way_out)
 
 
-def grows(value: Value) -> bool:
-    """True for a whole number that is computed from a local that changes."""
-    match value:
-        case Variable(mutable=mutable):
-            return mutable
-        case Operation(a=a, b=b):
-            return grows(a) or grows(b)
-        case Unary(a=a) | Conversion(a=a) | Member(base=a):
-            return grows(a)
-        case Call(arguments=arguments):
-            return any(grows(one) for one in arguments)
-        case Choice(a=a, b=b):
-            return grows(a) or grows(b)
-    return False
+def exact(value: int) -> bool:
+    """True if a float holds a whole number."""
+    try:
+        return int(float(value)) == value
+    except OverflowError:
+        return False

@@ -1,56 +1,204 @@
-"""Which names of a Python function stand for one value, and which change."""
+"""What each name of a Python function means where it stands.
+
+A name is a *variable* wherever the same assignments may have given it its value: two uses that no assignment
+reaches both are two variables, though they share a name. In C each variable has a name of its own.
+"""
 
 import ast
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 
-__all__ = ["bound_names", "changing_names", "loop_names"]
+__all__ = ["Binding", "Bindings", "bound_names"]
 
-
-def bound_names(tree: ast.AST) -> list[str]:
-    """Every name that a function assigns to, once, in the order of the text."""
-    found = [
-        node for node in ast.walk(tree) if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)
-    ]
-    return list(
-        dict.fromkeys(node.id for node in sorted(found, key=lambda node: (node.lineno, node.col_offset)))
-    )
+Block = tuple[int, ...]  # a block of statements: the way to it, a number for each block around
+Reaching = dict[str, frozenset[int]]  # the assignments whose value each name may have
 
 
-def changing_names(tree: ast.FunctionDef) -> set[str]:
-    """The names that need a variable: assigned to more than once, or in a block and used outside of it.
+@dataclass(eq=False)
+class Binding:
+    """One variable of a Python function.
 
-    The name _ is none of them, as each value under it stands alone, nor is that of a loop's own number.
+    Attributes:
+        name: in Python.
+        block: in which it gets its value; that of the first assignment.
+        changing: its value changes, or is read where its block in C has ended.
+        counter: the number of a loop, and nothing else.
+        read: something reads it.
     """
-    bound: dict[str, list[tuple[int, ...]]] = {argument.arg: [()] for argument in tree.args.args}
-    read: dict[str, list[tuple[int, ...]]] = {}
-    for node, block in located(tree.body, ()):
-        if isinstance(node, ast.Name):
-            (bound if isinstance(node.ctx, ast.Store) else read).setdefault(node.id, []).append(block)
-        if isinstance(node, ast.AugAssign) and isinstance(node.target, ast.Name):
-            bound.setdefault(node.target.id, []).append(block)
-    found = set()
-    for name, blocks in bound.items():
-        outside = any(where[: len(blocks[0])] != blocks[0] for where in read.get(name, []))
-        if len(blocks) > 1 or outside:
-            found.add(name)
-    return found - {"_"} - loop_names(tree)
+
+    name: str
+    block: Block = ()
+    changing: bool = False
+    counter: bool = False
+    read: bool = False
 
 
-def loop_names(tree: ast.AST) -> set[str]:
-    """The names of the numbers that loops count with."""
-    targets = (node.target for node in ast.walk(tree) if isinstance(node, ast.For))
-    return {target.id for target in targets if isinstance(target, ast.Name)}
+@dataclass
+class Given:
+    """A place where a name gets a value."""
+
+    name: str
+    block: Block
+    order: int
+    counter: bool = False
+    reads: list[tuple[Block, int]] = field(default_factory=list)
 
 
-def located(nodes: Sequence[ast.stmt], block: tuple[int, ...]) -> Iterator[tuple[ast.AST, tuple[int, ...]]]:
-    """Every node with the block of statements that it stands in, a path of numbers."""
-    for node in nodes:
-        inner = [part for name in ("body", "orelse") for part in [getattr(node, name, [])] if part]
-        statements = {id(one) for part in inner for one in part}
-        pending: list[ast.AST] = [node]
-        while pending:
-            one = pending.pop()
-            yield one, block
-            pending += [child for child in ast.iter_child_nodes(one) if id(child) not in statements]
-        for part in inner:
-            yield from located(part, (*block, id(part[0])))
+class Bindings:
+    """The variables of a function, from what each assignment reaches.
+
+    Args:
+        tree: the function.
+    """
+
+    def __init__(self, tree: ast.FunctionDef) -> None:
+        self.given: dict[int, Given] = {}  # by the number of the node
+        self.joined: dict[int, int] = {}
+        self.seen: dict[int, frozenset[int]] = {}
+        self.orders: dict[int, int] = {}
+        self.bound = {*bound_names(tree), *(argument.arg for argument in tree.args.args)}
+        first: Reaching = {}
+        for argument in tree.args.args:
+            self.give(argument, argument.arg, (), first)
+        self.flow(tree.body, (), first)
+        self.variables = self.found()
+        self.arguments = {one.arg: self.variables[self.root(id(one))] for one in tree.args.args}
+
+    def assigned(self, node: ast.AST) -> Binding:
+        """The variable that a node gives a value."""
+        return self.variables[self.root(id(node))]
+
+    def read(self, node: ast.AST) -> Binding | None:
+        """The variable that a node reads; None where no assignment reaches it."""
+        reaching = self.seen.get(id(node))
+        return self.variables[self.root(min(reaching))] if reaching else None
+
+    def all(self) -> list[Binding]:
+        """Every variable, in the order of the text."""
+        return list(dict.fromkeys(self.variables[self.root(one)] for one in self.given))
+
+    # what reaches what
+
+    def flow(self, nodes: Sequence[ast.stmt], block: Block, now: Reaching) -> Reaching | None:
+        """What reaches the end of some statements; None where they always return."""
+        for node in nodes:
+            found = self.passed(node, block, now)
+            if found is None:
+                return None
+            now = found
+        return now
+
+    def passed(self, node: ast.stmt, block: Block, now: Reaching) -> Reaching | None:
+        match node:
+            case ast.Return():
+                self.reads(node, block, now)
+                return None
+            case ast.If(test=test, body=body, orelse=otherwise):
+                self.reads(test, block, now)
+                after = self.flow(body, (*block, id(body[0])), dict(now))
+                other = self.flow(otherwise, (*block, id(node)), dict(now))
+                return merged(after, other)
+            case ast.While(test=test, body=body):
+                return self.repeated(now, lambda start: self.turned(test, None, body, block, start))
+            case ast.For(target=target, iter=counted, body=body):
+                self.reads(counted, block, now)
+                return self.repeated(now, lambda start: self.turned(None, target, body, block, start))
+        self.reads(node, block, now)
+        after = dict(now)
+        for one in sorted(stores(node), key=lambda one: (one.lineno, one.col_offset)):
+            self.give(one, one.id, block, after)
+        return after
+
+    def turned(
+        self,
+        test: ast.expr | None,
+        target: ast.expr | None,
+        body: Sequence[ast.stmt],
+        block: Block,
+        start: Reaching,
+    ) -> Reaching | None:
+        """A loop's condition or counter, and its statements."""
+        inner = (*block, id(body[0]))
+        if test is not None:
+            self.reads(test, block, start)
+        now = dict(start)
+        for one in stores(target) if target is not None else ():
+            self.give(one, one.id, inner, now, counter=True)
+        return self.flow(body, inner, now)
+
+    def repeated(self, now: Reaching, turn: Callable[[Reaching], Reaching | None]) -> Reaching:
+        """What reaches the end of a loop, whose end may reach its beginning."""
+        while True:
+            after = merged(now, turn(now))
+            if after is None or after == now:
+                return now
+            now = after
+
+    def give(self, node: ast.AST, name: str, block: Block, now: Reaching, counter: bool = False) -> None:
+        if id(node) not in self.given:
+            self.given[id(node)] = Given(name, block, self.order(node), counter)
+        now[name] = frozenset({id(node)})
+
+    def reads(self, node: ast.AST, block: Block, now: Reaching) -> None:
+        """Notes what each name in a node reads."""
+        for one, name in loads(node):
+            reaching = now.get(name, frozenset())
+            self.seen[id(one)] = self.seen.get(id(one), frozenset()) | reaching
+            order = self.order(one)
+            for giver in reaching:
+                self.given[giver].reads.append((block, order))
+                self.joined[self.root(giver)] = self.root(min(reaching))
+
+    def order(self, node: ast.AST) -> int:
+        """A number that grows with the text: names are met in its order."""
+        return self.orders.setdefault(id(node), len(self.orders))
+
+    def root(self, giver: int) -> int:
+        while self.joined.get(giver, giver) != giver:
+            giver = self.joined[giver]
+        return giver
+
+    # variables
+
+    def found(self) -> dict[int, Binding]:
+        """The variables, each by the number of one of its assignments."""
+        parts: dict[int, list[Given]] = {}
+        for node, one in self.given.items():
+            parts.setdefault(self.root(node), []).append(one)
+        return {root: variable(givers) for root, givers in parts.items()}
+
+
+def variable(givers: Sequence[Given]) -> Binding:
+    """The variable that some assignments give its values."""
+    first = min(givers, key=lambda one: one.order)
+    reads = [read for one in givers for read in one.reads]
+    within = all(block[: len(first.block)] == first.block and order > first.order for block, order in reads)
+    changing = len(givers) > 1 or not within
+    return Binding(first.name, first.block, changing, first.counter and not changing, bool(reads))
+
+
+def merged(a: Reaching | None, b: Reaching | None) -> Reaching | None:
+    """What reaches the place where two ways meet."""
+    if a is None or b is None:
+        return b if a is None else a
+    nothing: frozenset[int] = frozenset()
+    return {name: a.get(name, nothing) | b.get(name, nothing) for name in [*a, *b]}
+
+
+def loads(node: ast.AST) -> Iterator[tuple[ast.AST, str]]:
+    """Every node that reads a name, and the name."""
+    for one in ast.walk(node):
+        if isinstance(one, ast.Name) and isinstance(one.ctx, ast.Load):
+            yield one, one.id
+        if isinstance(one, ast.AugAssign) and isinstance(one.target, ast.Name):
+            yield one, one.target.id
+
+
+def stores(node: ast.AST) -> list[ast.Name]:
+    return [one for one in ast.walk(node) if isinstance(one, ast.Name) and isinstance(one.ctx, ast.Store)]
+
+
+def bound_names(tree: ast.AST) -> Mapping[str, None]:
+    """Every name that a function assigns to, in the order of the text."""
+    found = sorted(stores(tree), key=lambda node: (node.lineno, node.col_offset))
+    return dict.fromkeys(node.id for node in found)

@@ -5,10 +5,11 @@ from collections.abc import Sequence
 from types import FunctionType
 from typing import TYPE_CHECKING
 
-from hydroservo.export.bindings import bound_names
+from hydroservo.export.bindings import Binding
 from hydroservo.export.calls import is_op
 from hydroservo.export.expressions import Expressions
 from hydroservo.export.names import identifier, snake
+from hydroservo.export.ranges import LARGEST_REAL
 from hydroservo.export.scope import Scope, Value
 from hydroservo.export.terms import (
     INT,
@@ -21,6 +22,7 @@ from hydroservo.export.terms import (
     Known,
     Literal,
     Make,
+    Python,
     Record,
     Return,
     Several,
@@ -39,8 +41,7 @@ __all__ = ["Body"]
 class Body:
     """The translation of one Python function for arguments of given types.
 
-    Every method raises :class:`TranslationError` where C has no equal. Fails to see what whole numbers may
-    become: sums beyond 64 bits overflow in C and not in Python.
+    Every method raises :class:`TranslationError` where C has no equal.
     """
 
     def __init__(
@@ -61,12 +62,17 @@ class Body:
 
     def translated(self) -> Function:
         tree, error = self.scope.tree, self.scope.error
-        if not self.statements(tree.body):
+        try:
+            ends = self.statements(tree.body)
+        except RecursionError:
+            raise error("its text is nested too deep", tree, "name parts of it") from None
+        if not ends:
             raise error("it can end without a return", tree, "let every path return a value")
         kinds = {kind for kind, _ in self.returned}
         if len(kinds) > 1:
             raise error("its returns have different types", self.returned[-1][1], "return one type")
         self.scope.function.returns = kinds.pop()
+        self.scope.check_whole()
         return self.scope.function
 
     def statements(self, nodes: Sequence[ast.stmt]) -> bool:
@@ -87,17 +93,16 @@ class Body:
             case ast.AnnAssign(target=target, value=ast.expr() as value):
                 self.assigns([target], self.expressions.expression(value), node)
             case ast.AugAssign(target=ast.Name(id=name) as target, op=op, value=value):
-                line = node.lineno
-                changed = ast.BinOp(ast.Name(name, ast.Load(), lineno=line), op, value, lineno=line)
-                self.assigns([target], self.expressions.expression(changed), node)
+                before, change = self.expressions.named(name, node), self.expressions.expression(value)
+                self.assigns([target], self.expressions.arithmetic.binary(op, before, change, node), node)
             case ast.If():
                 return self.branches(node)
             case ast.Expr(value=value):
                 raise self.scope.error(f"{ast.unparse(value)!r} does nothing to a state", node)
             case ast.While(orelse=[]):
                 self.repeats(node)
-            case ast.For(target=ast.Name(id=name), orelse=[]):
-                self.counts(node, name)
+            case ast.For(target=ast.Name() as target, orelse=[]):
+                self.counts(node, self.scope.bindings.assigned(target))
             case _:
                 text = ast.unparse(node).partition("\n")[0]
                 raise self.scope.error(f"the statement {text!r} has no equal in C here", node)
@@ -108,6 +113,7 @@ class Body:
         if isinstance(found, Several):
             found = self.gathered(found, node)
         result = self.expressions.arithmetic.runtime(found, node)
+        self.scope.limit(result, LARGEST_REAL, node)
         self.returned.append((result.type, node))
         self.scope.block.append(Return(result))
 
@@ -116,6 +122,8 @@ class Body:
         pairs = zip(several.names, several.items, strict=True)
         values = {name: self.expressions.arithmetic.runtime(item, node) for name, item in pairs}
         kinds = {name: value.type for name, value in values.items()}
+        for value in values.values():
+            self.scope.limit(value, LARGEST_REAL, node)
         record = self.translator.record(None, kinds, f"{self.scope.function.name}_values")
         return Make(record, values)
 
@@ -126,8 +134,8 @@ class Body:
             value = self.held(value)
         for target in targets:
             match target:
-                case ast.Name(id=name):
-                    self.assign(name, value, node)
+                case ast.Name():
+                    self.assign(self.scope.bindings.assigned(target), value, node)
                 case ast.Tuple(elts=names):
                     for part, item in zip(names, self.items(value, len(names), node), strict=True):
                         self.assigns([part], item, node)
@@ -137,8 +145,8 @@ class Body:
 
     def changing(self, targets: Sequence[ast.expr]) -> bool:
         """True if one of the names in these targets changes."""
-        names = (node.id for one in targets for node in ast.walk(one) if isinstance(node, ast.Name))
-        return any(name in self.scope.changing for name in names)
+        names = (node for one in targets for node in ast.walk(one) if isinstance(node, ast.Name))
+        return any(self.scope.bindings.assigned(name).changing for name in names)
 
     def held(self, value: Value) -> Value:
         """A value that the assignments beside it cannot change, as in a, b = b, a."""
@@ -159,20 +167,19 @@ class Body:
             raise self.scope.error(f"{len(found)} values for {count} names", node, "give each a name")
         return found
 
-    def assign(self, name: str, value: Value, node: ast.AST) -> None:
-        scope = self.scope
+    def assign(self, binding: Binding, value: Value, node: ast.AST) -> None:
+        scope, name = self.scope, binding.name
         if isinstance(value, Several):
             raise scope.error("several values under one name", node, "give each a name")
         if isinstance(value, Bound):  # of the record as it is now
             value = Bound(self.expressions.kept(value.owner), value.function)
-        if name not in scope.changing:
-            in_c = scope.fresh("unread") if name == "_" else scope.in_c[name]
-            scope.environment[name] = scope.let(in_c, value)
+        if not binding.changing:
+            scope.environment[binding] = scope.let(scope.in_c[binding], value)
             return
         result = self.expressions.arithmetic.runtime(value, node)
-        own = scope.environment.get(name)
+        own = scope.environment.get(binding)
         if not (isinstance(own, Variable) and own.mutable):
-            own = scope.environment[name] = scope.declared(scope.in_c[name], result.type)
+            own = scope.environment[binding] = scope.declared(scope.in_c[binding], result.type)
         if own.type != result.type:
             way_out = "keep one type; write 1.0 and not 1 for a float"
             raise scope.error(f"{name} changes its type", node, way_out)
@@ -202,42 +209,48 @@ class Body:
         scope.certain = certain  # the loop may not run at all
         scope.block.append(While(condition, body))
 
-    def inner(self, nodes: Sequence[ast.stmt]) -> tuple[list[Statement], bool]:
-        """The statements of a block of their own; names first given in it are gone after it."""
+    def inner(
+        self, nodes: Sequence[ast.stmt], first: tuple[Binding, Variable, ast.AST] | None = None
+    ) -> tuple[list[Statement], bool]:
+        """The statements of a block of their own, which may begin with a value for a variable.
+
+        What first gets a value in it is gone after it, but for what changes.
+        """
         scope = self.scope
         outer, environment = scope.block, dict(scope.environment)
         scope.block = []
+        if first is not None:
+            self.assign(*first)
         ends = self.statements(nodes)
         body, scope.block = scope.block, outer
-        kept = {name: v for name, v in scope.environment.items() if isinstance(v, Variable) and v.mutable}
+        kept = {one: v for one, v in scope.environment.items() if isinstance(v, Variable) and v.mutable}
         scope.environment = environment | kept
         return body, ends
 
-    def counts(self, node: ast.For, name: str) -> None:
+    def counts(self, node: ast.For, binding: Binding) -> None:
+        """A loop; where its number is read after it or changed in it, that is a local of its own."""
         scope = self.scope
         match node.iter:
-            case ast.Call(func=ast.Name(id="range"), args=[given], keywords=[]):
+            case ast.Call(func=ast.Name(id="range"), args=[given], keywords=[]) if self.builtin(node.iter):
                 count = self.expressions.expression(given)
             case _:
                 raise scope.error("only range(count) can be looped over", node, "count from 0 in steps of 1")
         if not self.expressions.arithmetic.whole(count):
             raise scope.error("the count of a loop must be a whole number", node)
-        if name != "_" and name in {one for inner in node.body for one in bound_names(inner)}:
-            problem = f"{name} counts this loop and is changed in it"
-            raise scope.error(problem, node, "take another name, or while")
+        if isinstance(count, Known):
+            self.expressions.arithmetic.integer(count, node)
         count, certain = self.held(count), set(scope.certain)
-        own = scope.fresh("i") if name == "_" else self.counter(name)
-        scope.environment[name] = Variable(INT, own)
-        body, _ = self.inner(node.body)
+        counter = Variable(INT, scope.in_c[binding] if binding.counter else scope.fresh("i"))
+        if binding.counter:
+            scope.environment[binding] = counter
+        body, _ = self.inner(node.body, None if binding.counter else (binding, counter, node))
         scope.certain = certain  # the loop may not run at all
-        scope.environment.pop(name, None)
-        scope.block.append(For(own, count, body))
+        scope.block.append(For(counter.name, count, body))
 
-    def counter(self, name: str) -> str:
-        """The name of a loop's own number, which nothing else may have."""
-        if name in self.scope.environment or name in self.scope.changing:
-            return self.scope.fresh(self.scope.in_c[name])
-        return self.scope.in_c[name]
+    def builtin(self, call: ast.Call) -> bool:
+        """True if what is called is Python's own function of that name."""
+        found = self.expressions.expression(call.func)
+        return isinstance(found, Python) and found.thing is range
 
 
 def own_prefix(owner: type) -> str:

@@ -6,9 +6,12 @@ from collections.abc import Mapping, Sequence
 from types import FunctionType
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from hydroservo import ops
 from hydroservo.export.arithmetic import Arithmetic
 from hydroservo.export.names import snake
+from hydroservo.export.ranges import LARGEST_REAL, PASSED
 from hydroservo.export.scope import Scope, TranslationError, Value
 from hydroservo.export.terms import (
     BOOL,
@@ -114,6 +117,8 @@ class Calls:
         for value in values:
             if isinstance(value, (Python, Bound, Several)):
                 raise self.scope.error("an argument is not a value in C", node)
+            if isinstance(value, Expression):
+                self.scope.limit(value, PASSED, node)
             kinds.append(value.type if isinstance(value, Expression) else value)
         callee = self.translator.function(function, kinds, owner)
         found = (value for value in values if isinstance(value, Expression))
@@ -142,10 +147,10 @@ class Calls:
 
     def default(self, value: object, node: ast.AST) -> Value:
         """A parameter's default as a value."""
-        if isinstance(value, (bool, int)):
-            return Known(value)
-        if isinstance(value, float):
-            return Literal(REAL, value)
+        if type(value) in (bool, int):
+            return Known(value)  # type: ignore[arg-type]
+        if type(value) is float or isinstance(value, np.float64):
+            return Literal(REAL, float(value))
         raise self.scope.error(f"the default {value!r} is neither a number nor a truth value", node)
 
     def addressable(self, value: Expression) -> Expression:
@@ -164,6 +169,7 @@ class Calls:
             value = found[name]
             known = isinstance(value, Known)
             values[name] = (self.arithmetic.real if known else self.arithmetic.runtime)(value, node)
+            self.scope.limit(values[name], LARGEST_REAL, node)
         kinds = {name: value.type for name, value in values.items()}
         try:
             record = self.translator.record(cls, kinds, snake(cls.__name__))
@@ -174,4 +180,4 @@ class Calls:
 
 def is_op(function: Any) -> bool:
     """True for the functions of ops."""
-    return str(getattr(function, "__module__", "")).startswith("hydroservo.ops")
+    return f"{getattr(function, '__module__', '')}.".startswith("hydroservo.ops.")

@@ -4,28 +4,36 @@ import ast
 import builtins
 import math
 from collections.abc import Sequence
+from numbers import Number
 from types import FunctionType, ModuleType
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from hydroservo.export.arithmetic import Arithmetic
-from hydroservo.export.bindings import bound_names
+from hydroservo.export.bindings import Binding
 from hydroservo.export.calls import Calls
 from hydroservo.export.names import identifier
 from hydroservo.export.scope import Scope, Value
 from hydroservo.export.terms import (
     BOOL,
+    INT,
     REAL,
+    Assign,
     Bound,
     Constant,
     Element,
     Expression,
+    If,
     Known,
     Literal,
     Member,
     Python,
     Record,
     Several,
+    Statement,
     Table,
+    Unary,
     Variable,
 )
 
@@ -67,9 +75,7 @@ class Expressions:
                 condition = self.condition(test)
                 if isinstance(condition, Known):
                     return self.expression(body if condition.value else otherwise)
-                return self.arithmetic.choice(
-                    condition, self.expression(body), self.expression(otherwise), node
-                )
+                return self.chosen(condition, body, otherwise, node)
             case ast.Subscript(value=value, slice=index):
                 return self.element(self.expression(value), index, node)
             case ast.Tuple(elts=elements):
@@ -92,13 +98,14 @@ class Expressions:
         raise self.scope.error(f"{value!r} is neither a number nor a truth value", node, way_out)
 
     def named(self, name: str, node: ast.AST) -> Value:
-        if name in self.scope.environment:
-            value = self.scope.environment[name]
-            if isinstance(value, Variable) and value.mutable and value.name not in self.scope.certain:
-                raise self.scope.error(f"{name} may have no value yet", node, "give it one on every path")
-            return value
-        if name in self.scope.changing or name in bound_names(self.scope.tree):
+        """What a name stands for where a node reads it."""
+        binding = self.scope.bindings.read(node)
+        if binding is not None and binding in self.scope.environment:
+            return self.local(binding, node)
+        if name in self.scope.bindings.bound:
             raise self.scope.error(f"{name} may have no value yet", node, "give it one on every path")
+        if name.startswith("__"):
+            raise self.scope.error(f"{name} is a name that Python changes", node, "take another one")
         namespace = self.scope.origin.__globals__
         if name in namespace:
             return self.python(namespace[name], name, self.scope.origin.__module__, node)
@@ -106,13 +113,24 @@ class Expressions:
             return Python(getattr(builtins, name))
         raise self.scope.error(f"{name} is not defined", node)
 
+    def local(self, binding: Binding, node: ast.AST) -> Value:
+        value = self.scope.environment[binding]
+        if isinstance(value, Variable) and value.mutable and value.name not in self.scope.certain:
+            problem = f"{binding.name} may have no value yet"
+            raise self.scope.error(problem, node, "give it one on every path")
+        return value
+
     def python(self, thing: Any, name: str, module: str, node: ast.AST) -> Value:
         """Something that a module holds."""
-        if isinstance(thing, (bool, int)):
+        if type(thing) in (bool, int):
             return Known(thing)
-        if isinstance(thing, float):
-            special = not math.isfinite(thing)
-            return Literal(REAL, thing) if special else Constant(REAL, module, name, thing)
+        if type(thing) is float or isinstance(thing, np.float64):  # whose arithmetic is that of floats
+            number = float(thing)
+            special = not math.isfinite(number)
+            return Literal(REAL, number) if special else Constant(REAL, module, name, number)
+        if isinstance(thing, Number):
+            problem = f"{name} is a {type(thing).__name__}, whose arithmetic C does not have"
+            raise self.scope.error(problem, node, f"write {name} = float(...)")
         if callable(thing) or isinstance(thing, ModuleType):
             return Python(thing)
         raise self.scope.error(
@@ -147,6 +165,8 @@ class Expressions:
 
     def member(self, base: Expression, name: str) -> Value:
         kind = base.type.fields[name]  # type: ignore[union-attr]
+        if isinstance(kind, Known) and not isinstance(kind.value, int):
+            return Python(kind.value)
         return kind if isinstance(kind, (Known, Table)) else Member(kind, base, name)
 
     def element(self, table: Value, index: ast.expr, node: ast.AST) -> Value:
@@ -162,9 +182,18 @@ class Expressions:
                 raise self.scope.error(f"the index {found.value} is out of the array's {length}", node)
             if isinstance(found, Known) and found.value < 0:
                 found = Known(found.value + length)
+            if isinstance(found, Expression):
+                self.within(found, length, node)
             scaled = self.arithmetic.binary(ast.Mult(), total, Known(length), node)
             total = found if scaled == Known(0) else self.arithmetic.binary(ast.Add(), scaled, found, node)
         return Element(REAL, table, total)
+
+    def within(self, index: Expression, length: int, node: ast.AST) -> None:
+        """Asks that an index that is found at run time is within an array; the house's own searches are."""
+        if index.type != INT:
+            raise self.scope.error("an index must be a whole number", node)
+        if not self.scope.origin.__module__.startswith("hydroservo."):
+            self.scope.limit(index, length - 1, node, least=0)
 
     def unary(self, op: ast.unaryop, operand: ast.expr, node: ast.AST) -> Value:
         if isinstance(op, ast.Not):
@@ -176,18 +205,73 @@ class Expressions:
     def condition(self, node: ast.expr) -> Expression | Known:
         """A truth value."""
         match node:
-            case ast.Compare(left=left, ops=operators, comparators=rest):
-                values = [self.expression(one) for one in (left, *rest)]
+            case ast.Compare(left=left, ops=operators, comparators=[right, *rest]):
+                values = [self.expression(left), self.expression(right), *map(self.plain, rest)]
                 pairs = zip(values, operators, values[1:], strict=False)
                 return self.arithmetic.joined("&&", [self.arithmetic.comparison(*one, node) for one in pairs])
             case ast.BoolOp(op=op, values=parts):
-                sign = "&&" if isinstance(op, ast.And) else "||"
-                return self.arithmetic.joined(sign, [self.condition(part) for part in parts])
+                return self.joined("&&" if isinstance(op, ast.And) else "||", parts)
         value = self.expression(node)
         known = isinstance(value, Known) and isinstance(value.value, bool)
         if known or (isinstance(value, Expression) and value.type == BOOL):
             return value  # type: ignore[return-value]
         raise self.scope.error(f"{ast.unparse(node)!r} is a number, not a truth value", node, "compare it")
+
+    # what is computed only if something else holds
+
+    def apart(self, node: ast.expr, as_condition: bool) -> tuple[Value, list[Statement]]:
+        """A value, and the statements that must run before it."""
+        outer, self.scope.block = self.scope.block, []
+        value = self.condition(node) if as_condition else self.expression(node)
+        work, self.scope.block = self.scope.block, outer
+        return value, work
+
+    def plain(self, node: ast.expr) -> Value:
+        """A value that takes no statements: the third of a < b < c, which may never be asked for."""
+        value, work = self.apart(node, as_condition=False)
+        if work:
+            raise self.scope.error(f"{ast.unparse(node)!r} has no equal in C here", node, "name it before")
+        return value
+
+    def joined(self, sign: str, parts: Sequence[ast.expr]) -> Expression | Known:
+        """``and`` and ``or``: a part is computed only if those before do not decide."""
+        decisive = sign == "||"
+        found = self.condition(parts[0])
+        for part in parts[1:]:
+            if isinstance(found, Known):
+                found = Known(decisive) if found.value == decisive else self.condition(part)
+                continue
+            value, work = self.apart(part, as_condition=True)
+            truth: Expression | Known = value  # type: ignore[assignment]
+            found = (
+                self.late(sign, found, truth, work, part)
+                if work
+                else self.arithmetic.joined(sign, [found, truth])
+            )
+        return found
+
+    def late(
+        self, sign: str, first: Expression, second: Value, work: list[Statement], node: ast.AST
+    ) -> Expression:
+        """Two conditions joined, the second of which takes statements that the first one guards."""
+        own = self.scope.declared(self.scope.fresh("holds"), BOOL)
+        self.scope.changed(own, first)
+        goes_on = own if sign == "&&" else Unary(BOOL, "!", own)
+        last = Assign(own.name, self.arithmetic.runtime(second, node))
+        self.scope.block.append(If(goes_on, [*work, last], []))
+        return own
+
+    def chosen(self, condition: Expression, body: ast.expr, otherwise: ast.expr, node: ast.AST) -> Expression:
+        """A conditional expression, of which only one side is computed."""
+        (a, before_a), (b, before_b) = (self.apart(one, as_condition=False) for one in (body, otherwise))
+        if not before_a and not before_b:
+            return self.arithmetic.choice(condition, a, b, node)
+        first, second = self.arithmetic.alike(a, b, node)
+        own = self.scope.declared(self.scope.fresh("chosen"), first.type)
+        ways = [*before_a, Assign(own.name, first)], [*before_b, Assign(own.name, second)]
+        self.scope.certain.add(own.name)
+        self.scope.block.append(If(condition, *ways))
+        return own
 
     def call(self, node: ast.Call) -> Value:
         starred = any(isinstance(one, ast.Starred) for one in node.args)

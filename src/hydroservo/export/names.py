@@ -12,17 +12,30 @@ KEYWORDS = (
     "long register restrict return short signed sizeof static struct switch typedef union unsigned void "
     "volatile while bool true false asm main errno"
 )
+CPLUSPLUS = (
+    "alignas alignof and_eq bitand bitor catch char16_t char32_t class compl concept const_cast constexpr "
+    "decltype delete dynamic_cast explicit export friend mutable namespace new noexcept not_eq nullptr "
+    "operator or_eq private protected public reinterpret_cast requires static_assert static_cast template "
+    "this thread_local throw try typeid typename using virtual wchar_t xor xor_eq"
+)
 MATHS = (
     "acos acosh asin asinh atan atan2 atanh cbrt ceil copysign cos cosh erf erfc exp exp2 expm1 fabs "
     "fdim floor fma fmax fmin fmod frexp hypot ilogb j0 j1 jn ldexp lgamma llrint llround log log10 "
     "log1p log2 logb lrint lround modf nan nearbyint nextafter pow remainder remquo rint round scalbn "
-    "sin sinh sqrt tan tanh tgamma trunc y0 y1 yn gamma isnan isinf isfinite"
+    "sin sinh sqrt tan tanh tgamma trunc y0 y1 yn gamma isnan isinf isfinite signbit "
+    "fpclassify isnormal isgreater isgreaterequal isless islessequal islessgreater "
+    "isunordered offsetof math_errhandling signgam"
 )
 HEADERS = (
     "NAN INFINITY HUGE_VAL HUGE_VALF FLT_EVAL_METHOD NULL int8_t int16_t int32_t int64_t uint8_t uint16_t "
     "uint32_t uint64_t intptr_t uintptr_t intmax_t uintmax_t float_t double_t linux unix"
 )
-RESERVED = frozenset(f"{KEYWORDS} {MATHS} {HEADERS}".split(" "))
+RESERVED = frozenset(f"{KEYWORDS} {CPLUSPLUS} {MATHS} {HEADERS}".split(" "))
+FAMILIES = re.compile(  # macros of the headers that the C includes, and of compilers
+    r"(DBL|FLT|LDBL|DECIMAL|DEC32|DEC64|DEC128|FP|HUGE|M|MATH|U?INT\d*|INTPTR|UINTPTR|INTMAX|UINTMAX|PTRDIFF|"
+    r"SIG_ATOMIC|SIZE|WCHAR|WINT|SEEK|TMP|FOPEN|FILENAME|L|SNAN|SNANF|SNANL|SCHAR|CHAR|SHRT|LONG|ULONG)_\w+|"
+    r"BUFSIZ|EOF|EXIT_\w+|DOMAIN|SING|OVERFLOW|UNDERFLOW|PLOSS|TLOSS|X_TLOSS|MAXFLOAT|HUGE|i386|near|far"
+)
 
 
 def snake(name: str) -> str:
@@ -34,7 +47,14 @@ def snake(name: str) -> str:
 def identifier(name: str) -> str:
     """A name that C allows: an underscore behind one that it has taken, and Greek letters written out."""
     plain = "".join(letter if letter.isascii() else spelt(letter) for letter in name)
-    return f"{plain}_" if plain in RESERVED else plain
+    if re.match("_[A-Z_]", plain):  # all of these are the compiler's
+        plain = f"own_{plain.strip('_')}"
+    return f"{plain}_" if taken_by_c(plain) else plain
+
+
+def taken_by_c(name: str) -> bool:
+    """True for a word of C or C++, or what their headers define."""
+    return name in RESERVED or FAMILIES.fullmatch(name) is not None
 
 
 def spelt(letter: str) -> str:
@@ -47,7 +67,7 @@ def spelt(letter: str) -> str:
 
 def is_identifier(name: str) -> bool:
     """True for a name that C allows and has not taken."""
-    return name.isascii() and name.isidentifier() and not keyword.iskeyword(name) and name not in RESERVED
+    return name.isascii() and name.isidentifier() and not keyword.iskeyword(name) and not taken_by_c(name)
 
 
 def numbered(name: str, taken: Callable[[str], bool]) -> str:

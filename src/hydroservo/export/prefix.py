@@ -3,9 +3,10 @@
 import re
 from pathlib import PurePath
 
-from hydroservo.errors import ParameterError, one_line
+from hydroservo.errors import ParameterError
 from hydroservo.export.exported import Part
 from hydroservo.export.names import is_identifier
+from hydroservo.export.wrap import in_comment
 
 __all__ = ["checked_prefix", "default_prefix", "plain_title"]
 
@@ -50,4 +51,4 @@ def usable(prefix: str) -> bool:
 
 def plain_title(title: str) -> str:
     """A title in one line, which may stand in a comment of C."""
-    return one_line(" ".join(title.split())).replace("*/", "* /").replace("/*", "/ *")
+    return in_comment(title)

@@ -1,6 +1,8 @@
 """The folder that an export in C is: the code, a replay of test vectors, what builds them, and a README."""
 
+import re
 from collections.abc import Mapping
+from itertools import islice
 from pathlib import Path
 from typing import NamedTuple
 
@@ -16,6 +18,8 @@ __all__ = ["Memory", "c_project", "check_project", "memory", "project_files", "w
 
 TOLERANCE = "0.01"  # of a number's deviation in single precision, relative to its largest value
 OURS = "Written by hydroservo"
+OWN = re.compile(rf"{OURS}|\(scenario hash \w+, hydroservo ")  # the latter as vectors once began
+FIRST_LINES = 8
 SIZES = {"double": 8, "float": 4}  # bytes
 
 
@@ -45,10 +49,10 @@ def write_c_project(exported: Exported, vectors: Vectors, folder: Path | str) ->
         The paths of PREFIX.h, PREFIX.c, PREFIX_vectors.h, PREFIX_replay.c, Makefile and README.md.
 
     Raises:
-        HydroservoError: a file cannot be written, or a Makefile or README.md of another origin is there.
+        HydroservoError: a file cannot be written, or one of another origin is there under its name.
     """
     place = Path(folder)
-    check_project(place)
+    check_project(place, exported.prefix)
     with staged(place) as stage:
         for name, text in c_project(exported, vectors).items():
             write_text(stage / name, text)
@@ -61,25 +65,28 @@ def project_files(folder: Path, prefix: str) -> list[Path]:
     return [folder / name for name in (*sources, "Makefile", "README.md")]
 
 
-def check_project(folder: Path) -> None:
-    """Refuse a folder with a Makefile or README.md of another origin.
+def check_project(folder: Path, prefix: str = "") -> None:
+    """Refuse a folder with a file of another origin under a name that is written, as far as names are known.
 
     Raises:
         HydroservoError: there is such a file.
     """
-    for name in ("Makefile", "README.md"):
-        check_ours(folder / name)
+    for path in project_files(folder, prefix) if prefix else (folder / "Makefile", folder / "README.md"):
+        check_ours(path)
 
 
 def check_ours(path: Path) -> None:
-    """Refuse to replace a file that is not of an earlier export.
+    """Refuse to replace a file that is not of an earlier export, as its first lines say.
 
     Raises:
         HydroservoError: there is such a file.
     """
     try:
-        if not path.exists() or OURS in path.read_text(encoding="utf-8", errors="replace"):
+        if not path.exists():
             return
+        with path.open(encoding="utf-8", errors="replace") as file:
+            if any(OWN.search(line) for line in islice(file, FIRST_LINES)):
+                return
     except OSError as error:
         raise HydroservoError(f"{path}: cannot be read: {error.strerror}") from error
     raise HydroservoError(f"{path}: not written by hydroservo, and not replaced; take another folder")

@@ -9,11 +9,14 @@ from typing import TYPE_CHECKING, Any
 
 from hydroservo.errors import one_line
 from hydroservo.export.exported import Signal
+from hydroservo.export.wrap import in_comment
 
 if TYPE_CHECKING:
     import jinja2
 
 __all__ = ["rendered"]
+
+PLAIN = frozenset(range(32, 127)) - frozenset(b'"\\?')  # of a string in C; ?? may begin a trigraph
 
 
 def rendered(template: str, context: Mapping[str, Any]) -> str:
@@ -34,7 +37,9 @@ def environment() -> "jinja2.Environment":
         keep_trailing_newline=True,
     )
     found.filters |= {
+        "c_comment": in_comment,
         "c_double": c_double,
+        "c_string": c_string,
         "cell": cell,
         "labelled": labelled,
         "number": repr,
@@ -52,6 +57,11 @@ def c_double(value: float) -> str:
     if math.isfinite(value):
         return float(value).hex()
     return "NAN" if math.isnan(value) else "INFINITY" if value > 0.0 else "-INFINITY"
+
+
+def c_string(text: str) -> str:
+    """Text as it stands between the quotes of a string in C."""
+    return "".join(chr(byte) if byte in PLAIN else f"\\{byte:03o}" for byte in text.encode())
 
 
 def xml_double(value: float) -> str:
@@ -77,4 +87,4 @@ def labelled(signal: Signal) -> str:
 
 def cell(text: str) -> str:
     """Text as it stands in a cell of a table in Markdown."""
-    return re.sub(r"([|*<])", r"\\\1", text)
+    return re.sub(r"([\\|*<\[])", r"\\\1", one_line(" ".join(text.split())))

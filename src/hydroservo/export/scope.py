@@ -1,15 +1,15 @@
 """The names of a function that is being translated, and where its statements go."""
 
 import ast
-import inspect
-import textwrap
 from collections.abc import Callable, Set
 from types import FunctionType
-from typing import Any
+from typing import Any, NamedTuple
 
 from hydroservo.errors import LoopError
-from hydroservo.export.bindings import bound_names, changing_names
+from hydroservo.export.bindings import Binding, Bindings
+from hydroservo.export.definition import DoubtError, definition
 from hydroservo.export.names import identifier
+from hydroservo.export.ranges import LARGEST, LARGEST_REAL, Ranges
 from hydroservo.export.terms import (
     BOOL,
     INT,
@@ -30,9 +30,7 @@ from hydroservo.export.terms import (
     Whole,
 )
 
-__all__ = ["WAY_OUT", "Scope", "TranslationError", "Value", "place", "whole"]
-
-LARGEST_WHOLE = 2**53  # up to here a float holds every whole number
+__all__ = ["WAY_OUT", "Limit", "Scope", "TranslationError", "Value", "place", "whole"]
 
 Value = Expression | Known | Table | Python | Bound | Several
 
@@ -49,6 +47,15 @@ def place(function: Any, line: int = 0) -> str:
     return f"{code.co_filename}, line {line or code.co_firstlineno}"
 
 
+class Limit(NamedTuple):
+    """A whole number, how small and how large it may become, and where it stands."""
+
+    value: Expression
+    least: int
+    most: int
+    node: ast.AST
+
+
 class Scope:
     """One Python function on its way to C.
 
@@ -58,10 +65,11 @@ class Scope:
         origin: the Python function.
         tree: its syntax tree, with the lines of its file.
         function: its equal in C, as far as it is translated.
-        changing: the names that get a variable, for their values change.
-        environment: what each name stands for.
+        bindings: which variable each name is, wherever it stands.
+        environment: what each variable stands for.
         certain: the changing locals that have a value by now.
         block: where statements go.
+        whole: the whole numbers that are computed, and how large C lets each become.
 
     Args:
         origin: the Python function.
@@ -76,27 +84,39 @@ class Scope:
         self.origin = origin
         self.tree = parsed(origin)
         self.function = Function(name, [], origin=origin, owner=owner)
-        self.changing = changing_names(self.tree)
+        self.bindings = Bindings(self.tree)
         self.local_name = local_name
         self.taken: set[str] = set()
-        arguments = [argument.arg for argument in self.tree.args.args]
-        wanted = dict.fromkeys([*arguments, *bound_names(self.tree)])
-        self.in_c = {one: self.fresh(identifier(one)) for one in wanted}
-        self.environment: dict[str, Value] = {}
+        self.in_c: dict[Binding, str] = {}
+        for one in self.bindings.all():
+            self.in_c[one] = self.named_in_c(one)
+        self.environment: dict[Binding, Value] = {}
         self.certain: set[str] = set()
         self.block: list[Statement] = self.function.body
+        self.whole: list[Limit] = []
+
+    def named_in_c(self, binding: Binding) -> str:
+        """A variable's name: its own, with a number behind it where another one has that."""
+        if binding.name != "_":
+            return self.fresh(identifier(binding.name))
+        return self.fresh("i" if binding.counter else "value" if binding.read else "unread")
 
     def parameter(self, name: str, kind: Type) -> None:
         """A parameter; one that the function assigns to gets a local of its own."""
-        given = kind if isinstance(kind, (Known, Table)) else Variable(kind, self.in_c[name])
+        binding = self.bindings.arguments[name]
+        own_name = self.in_c[binding]
+        given = kind if isinstance(kind, (Known, Table)) else Variable(kind, own_name)
         if isinstance(given, Variable):
             self.function.parameters.append((given.name, given.type))
-        if name in self.changing and not isinstance(given, Table):
-            first = whole(given) if isinstance(given, Known) else given
-            own = self.declared(self.fresh(f"{self.in_c[name]}_now"), first.type)
+        if binding.changing and not isinstance(given, Table):
+            try:
+                first = whole(given) if isinstance(given, Known) else given
+            except TranslationError as error:
+                raise self.error(f"{name}: {error}", self.tree, "use floats") from None
+            own = self.declared(self.fresh(f"{own_name}_now"), first.type)
             self.changed(own, first)
             given = own
-        self.environment[name] = given
+        self.environment[binding] = given
 
     def declared(self, name: str, kind: Type) -> Variable:
         """A local that changes."""
@@ -106,7 +126,8 @@ class Scope:
     def changed(self, local: Variable, value: Expression) -> None:
         """A new value for a local that changes."""
         self.certain.add(local.name)
-        self.block.append(Assign(local.name, value))
+        if not (isinstance(value, Variable) and value.name == local.name):
+            self.block.append(Assign(local.name, value))
 
     def let(self, name: str, value: Value) -> Value:
         """The value under a name; what is known while translating needs none in C."""
@@ -130,6 +151,22 @@ class Scope:
         self.taken.add(found)
         return found
 
+    def limit(self, value: Expression, most: int, node: ast.AST, least: int | None = None) -> None:
+        """Asks that a whole number stays within [-most, most], or [least, most]."""
+        if value.type == INT:
+            self.whole.append(Limit(value, -most if least is None else least, most, node))
+
+    def check_whole(self) -> None:
+        """Refuse whole numbers that may leave their limits, once the function is translated."""
+        ranges = Ranges(self.function)
+        for value, least, most, node in self.whole:
+            low, high = ranges.interval(value)
+            if low >= least and high <= most:
+                continue
+            text = ast.unparse(node).partition("\n")[0]
+            bits = "the 64 bits of C's" if most == LARGEST else f"{least} to {most}"
+            raise self.error(f"{text!r}: a whole number that may outgrow {bits}", node, "use floats")
+
     def error(self, problem: str, node: ast.AST, way_out: str = WAY_OUT) -> TranslationError:
         where = place(self.origin, getattr(node, "lineno", 0))
         return TranslationError(f"{where}, {self.origin.__qualname__}: {problem}; {way_out}")
@@ -143,7 +180,7 @@ def whole(value: Known) -> Whole:
     """
     if isinstance(value.value, bool):
         return Whole(BOOL, value.value)
-    if abs(value.value) >= LARGEST_WHOLE:
+    if abs(value.value) > LARGEST_REAL:
         raise TranslationError(f"the whole number {value.value} is beyond 2^53")
     return Whole(INT, value.value)
 
@@ -151,12 +188,7 @@ def whole(value: Known) -> Whole:
 def parsed(origin: FunctionType) -> ast.FunctionDef:
     """A function's syntax tree, with the lines of its file."""
     try:
-        lines, first = inspect.getsourcelines(origin)
-    except (OSError, TypeError):
-        raise TranslationError(f"{place(origin)}: the text of {origin.__qualname__} is not there") from None
-    tree = ast.parse(textwrap.dedent("".join(lines)))
-    ast.increment_lineno(tree, max(first, 1) - 1)
-    definition = tree.body[0]
-    if not isinstance(definition, ast.FunctionDef):
-        raise TranslationError(f"{place(origin)}: not a function with a def; {WAY_OUT}")
-    return definition
+        return definition(origin)
+    except DoubtError as doubt:
+        where = f"{place(origin)}, {origin.__qualname__}"
+        raise TranslationError(f"{where}: {doubt}; write a plain method of the block") from None

@@ -8,7 +8,7 @@ from hydroservo.block import Block, declared_fields
 from hydroservo.export.names import identifier
 from hydroservo.export.needed import Needed
 from hydroservo.export.terms import Function, Matrix, Record, Table
-from hydroservo.export.wrap import comment, wrapped
+from hydroservo.export.wrap import comment, in_comment, wrapped
 from hydroservo.export.write import Ends, Writer
 
 __all__ = ["Form", "Unit", "texts"]
@@ -236,7 +236,7 @@ def defaults_lines(block: Block, record: Record, writer: Writer, depth: int) -> 
             yield f"{pad}}},"
         else:
             unit = fields[name].unit if name in fields else ""
-            said = f" /* [{unit}] */" if unit else ""
+            said = f" /* [{in_comment(unit)}] */" if unit else ""
             yield f"{pad}.{identifier(name)} = {writer.number(value)[0]},{said}"
 
 

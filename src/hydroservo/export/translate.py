@@ -12,11 +12,14 @@ import numpy as np
 
 from hydroservo.block import is_block
 from hydroservo.export.body import Body
+from hydroservo.export.definition import changed_class
 from hydroservo.export.names import identifier, numbered, snake
 from hydroservo.export.scope import TranslationError, place
 from hydroservo.export.terms import REAL, Function, Known, Record, Table, Type
 
 __all__ = ["Translator", "check_law"]
+
+DEEPEST = 20  # calls of a method by itself, each for another number that is known while translating
 
 
 class Translator:
@@ -45,10 +48,12 @@ class Translator:
         """The one record of a class with fields of these types.
 
         Raises:
-            TranslationError: two of its fields have one name in C.
+            TranslationError: two of its fields have one name in C, or its class is no plain NamedTuple.
         """
         key = (cls or name, tuple(fields.items()))
         if key not in self.records:
+            if cls is not None and (changed := changed_class(cls)):
+                raise TranslationError(f"{name}: {cls.__qualname__} has {changed}; write a plain NamedTuple")
             if len({identifier(field) for field in fields}) < len(fields):
                 raise TranslationError(f"{name}: two of the fields {', '.join(fields)} have one name in C")
             self.records[key] = Record(cls, self.unique(name), dict(fields))
@@ -63,7 +68,9 @@ class Translator:
             if id(value) not in self.tables:
                 self.tables[id(value)] = Table(self.unique(f"table{name}"), value)
             return self.tables[id(value)]
-        return REAL if isinstance(value, float) else Known(value)
+        if isinstance(value, float):
+            return REAL
+        return Known(int(value) if isinstance(value, np.integer) else value)
 
     def function(self, origin: Any, arguments: Sequence[Type], owner: type | None = None) -> Function:
         """The C function of a Python function for arguments of these types."""
@@ -73,7 +80,8 @@ class Translator:
                 made = self.written[origin](self, arguments)
                 made.origin = origin
             else:
-                if key in self.active:
+                again = sum(one is origin for one, _ in self.active)
+                if key in self.active or again > DEEPEST:
                     raise TranslationError(f"{place(origin)}: {origin.__qualname__} calls itself")
                 self.active.append(key)
                 made = Body(self, origin, arguments, owner).translated()
@@ -94,7 +102,7 @@ class Translator:
 
     def local_name(self, name: str, taken: Set[str]) -> str:
         """A name for a local that no function or type has, nor another local of its function."""
-        wish = f"own_{name}" if name.startswith(self.public) else name
+        wish = f"own_{name}" if name.startswith((self.public, self.public.upper())) else name
         found = numbered(wish, lambda one: one in taken or one in self.called)
         self.locals.add(found)
         return found

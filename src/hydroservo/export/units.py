@@ -65,7 +65,12 @@ def exported(
     if single and part is not Part.CONTROLLER:
         raise LoopError(f"a {part} is exported in double precision only; its time and states need the digits")
     ready_loop = settled(ready(loop)) if part is not Part.CONTROLLER else ready(loop)
-    unit = translated(Translator(WRITTEN, prefix), unit_of(ready_loop, part), part)
+    try:
+        unit = translated(Translator(WRITTEN, prefix), unit_of(ready_loop, part), part)
+    except RecursionError:
+        raise LoopError(
+            f"the {part} nests too deep to be translated; name parts of its expressions"
+        ) from None
     first_state(ready_loop)  # what goes wrong in Python at once, such as a signal that nothing measures
     needed = needed_by(unit, init=True)
     later = needed_by(unit, init=False)

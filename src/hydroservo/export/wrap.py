@@ -2,7 +2,9 @@
 
 import re
 
-__all__ = ["WIDTH", "comment", "unended", "wrapped"]
+from hydroservo.errors import one_line
+
+__all__ = ["WIDTH", "comment", "in_comment", "unended", "wrapped"]
 
 WIDTH = 110
 BREAKS = re.compile(r"(?<=, )|(?= [-+*/?:] )|(?= && )|(?= \|\| )|(?<= = )")
@@ -34,7 +36,8 @@ def best_break(line: str, pad: str) -> int | None:
 
 def comment(text: str) -> str:
     """A comment of one or more lines, from a text that may be marked up as docstrings are."""
-    plain = unended(MARKUP.sub("", text)).rstrip()
+    printable = map(one_line, MARKUP.sub("", text).expandtabs().split("\n"))
+    plain = unended("\n".join(printable)).rstrip()
     lines = plain.split("\n")
     if len(lines) == 1 and len(plain) + 6 <= WIDTH:
         return f"/* {plain} */\n"
@@ -42,5 +45,14 @@ def comment(text: str) -> str:
 
 
 def unended(text: str) -> str:
-    """A text that neither begins nor ends a comment."""
-    return text.replace("*/", "* /").replace("/*", "/ *")
+    """A text that neither begins nor ends a comment, whatever its lines end with.
+
+    A backslash at the end of a line joins it with the next one before comments are looked for; ??/ is one.
+    """
+    whole = re.sub(r"\\[ \t\\]*$", "", text.replace("??", "? ?"), flags=re.MULTILINE)
+    return whole.replace("*/", "* /").replace("/*", "/ *")
+
+
+def in_comment(text: str) -> str:
+    """A text of one line for the inside of a comment."""
+    return unended(one_line(" ".join(text.split()))).strip()

@@ -41,7 +41,7 @@ from hydroservo.export.terms import (
     While,
     Whole,
 )
-from hydroservo.export.wrap import WIDTH, comment, unended, wrapped
+from hydroservo.export.wrap import WIDTH, comment, in_comment, wrapped
 from hydroservo.field import Field, declared_fields
 
 __all__ = ["Ends", "Writer"]
@@ -70,7 +70,7 @@ class Writer:
 
     def __init__(self, prefix: str, real: str, needed: Needed) -> None:
         self.prefix, self.real, self.needed = prefix, real, needed
-        self.constants: dict[tuple[str, str], tuple[str, str]] = {}  # name and number by module and name
+        self.constants: dict[tuple[str, str, float], tuple[str, str]] = {}  # name in C and number
         self.pointers: dict[str, bool] = {}  # of the function at hand: whether a name is a pointer
         self.renamed: dict[str, str] = {}
         self.changing: set[str] = set()
@@ -104,7 +104,7 @@ class Writer:
         for name, kind in self.kept(record):
             declared = fields.get(name, Field("", ""))
             unit = f"[{declared.unit}] " if declared.unit else ""
-            said = unended(f"{unit}{declared.meaning}")
+            said = in_comment(f"{unit}{declared.meaning}")
             lines.append((f"    {self.type(kind)} {identifier(name)};", f" /* {said} */" if said else ""))
         width = max(len(text) for text, said in lines if said) if any(said for _, said in lines) else 0
         body = [f"{text:<{width}}{said}".rstrip() for text, said in lines]
@@ -187,14 +187,19 @@ class Writer:
             case While(condition=condition, body=body):
                 return [f"{pad}while ({self.value(condition)}) {{", *inner(body), f"{pad}}}"]
             case For(name=name, count=count, body=body):
-                return [f"{pad}{self.loop(name, count)} {{", *inner(body), f"{pad}}}"]
+                return [
+                    f"{pad}{self.loop(name, count, name in self.needed.locals[function])} {{",
+                    *inner(body),
+                    f"{pad}}}",
+                ]
 
-    def loop(self, name: str, count: Expression | Known) -> str:
-        """The head of a loop that counts from 0."""
+    def loop(self, name: str, count: Expression | Known, read: bool) -> str:
+        """The head of a loop that counts from 0; a number that nothing reads may be a short one."""
         if isinstance(count, Expression):
             kind, number = "int64_t", self.value(count)
         else:
-            kind, number = ("int32_t" if count.value < SHORT else "int64_t"), whole_literal(count.value)
+            short = count.value < SHORT and not read
+            kind, number = ("int32_t" if short else "int64_t"), whole_literal(count.value)
         return f"for ({kind} {name} = 0; {name} < {number}; {name}++)"
 
     def lines(self, head: str, value: Expression, depth: int) -> list[str]:
@@ -318,22 +323,22 @@ class Writer:
             name = "NAN" if math.isnan(value) else "INFINITY"  # which C has as floats
             text = name if self.real == "float" else f"(double){name}"
             return f"-{text}" if value < 0.0 else text, UNARY
-        text = repr(value) if self.real == "double" else single_literal(value)
+        text = repr(float(value)) if self.real == "double" else single_literal(value)
         return text, UNARY if text[0] == "-" else ATOM
 
     def constant(self, value: Constant) -> str:
-        key = value.module, value.name
+        key = value.module, value.name, value.value
         if key not in self.constants:
             wish = identifier(f"{self.prefix}_{value.module.rpartition('.')[2]}_{value.name}").upper()
             given = {name for name, _ in self.constants.values()}
-            number = SINGLE.get(key, value.value) if self.real == "float" else value.value
+            number = SINGLE.get(key[:2], value.value) if self.real == "float" else value.value
             self.constants[key] = numbered(wish, given.__contains__), self.number(number)[0]
         return self.constants[key][0]
 
 
 def whole_literal(value: int) -> str:
     """The literal of a whole number."""
-    return str(value) if abs(value) < SHORT else f"INT64_C({value})"
+    return str(int(value)) if abs(value) < SHORT else f"INT64_C({value})"
 
 
 def single_literal(value: float) -> str:
