@@ -11,8 +11,10 @@ import os
 import re
 import secrets
 import shutil
+import signal
 import stat
 import sys
+import threading
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -60,7 +62,7 @@ def staged(folder: Path | str, last: str = "") -> Iterator[Path]:
     folder = Path(folder)
     with naming(folder), stage_in(folder) as stage:
         yield stage
-        in_another_thread(lambda: move(stage, folder, last))
+        uninterrupted(lambda: move(stage, folder, last))
 
 
 @contextmanager
@@ -78,7 +80,7 @@ def atomic_path(path: Path | str) -> Iterator[Path]:
     if staging is None:
         with naming(path), stage_in(path.parent) as stage:
             yield stage / path.name
-            in_another_thread(lambda: move(stage, path.parent))
+            uninterrupted(lambda: move(stage, path.parent))
         return
     with naming(staging.parent / path.relative_to(staging)):
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -159,7 +161,7 @@ def stage_in(folder: Path) -> Iterator[Path]:
         yield stage
     finally:
         lock.close()
-        in_another_thread(lambda: shutil.rmtree(stage, ignore_errors=True))
+        uninterrupted(lambda: shutil.rmtree(stage, ignore_errors=True))
 
 
 def new_stage(folder: Path) -> tuple[Path, BinaryIO]:
@@ -206,22 +208,24 @@ def remove_stale(stage: Path) -> None:
                 stage.rmdir()
 
 
-def in_another_thread(work: Callable[[], None]) -> None:
-    """Do something that an interrupt shall not break off: Python raises it in the main thread only.
+def uninterrupted(work: Callable[[], None]) -> None:
+    """Do something that an interrupt, or one that is repeated by a timer, shall not break off.
 
-    It is raised again, once, when the work is done.
+    It is raised when the work is done. Python hears signals in the main thread only; others need no guard.
     """
-    from concurrent.futures import ThreadPoolExecutor, wait
-
-    future, interrupt = ThreadPoolExecutor(1).submit(work), None
-    while not future.done():
-        try:
-            wait([future])
-        except KeyboardInterrupt as error:
-            interrupt = error
-    future.result()
-    if interrupt is not None:
-        raise interrupt
+    if threading.current_thread() is not threading.main_thread():
+        work()
+        return
+    heard: list[int] = []
+    kinds = [getattr(signal, name) for name in ("SIGINT", "SIGALRM") if hasattr(signal, name)]
+    before = {kind: signal.signal(kind, lambda number, _: heard.append(number)) for kind in kinds}
+    try:
+        work()
+    finally:
+        for kind, handler in before.items():
+            signal.signal(kind, handler or signal.SIG_DFL)  # None where C code has set it
+    if heard:
+        raise KeyboardInterrupt
 
 
 def names_in(folder: Path) -> list[str]:

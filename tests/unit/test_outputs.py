@@ -346,7 +346,7 @@ def test_a_file_that_cannot_be_replaced_is_found(tmp_path, monkeypatch, code, re
 
 INTERRUPTED = """
 import os, signal, time
-from hydroservo.outputs import in_another_thread
+from hydroservo.outputs import uninterrupted
 
 def work():
     for _ in range(10):
@@ -356,7 +356,7 @@ def work():
     time.sleep(0.1)
 
 try:
-    in_another_thread(work)
+    uninterrupted(work)
 except KeyboardInterrupt:
     print("interrupted", flush=True)
 """
