@@ -263,7 +263,7 @@ def test_each_scenario_has_a_digest(name: str, monkeypatch: pytest.MonkeyPatch) 
     assert len(run.value.recipe.digest()) == len(batch.value.recipe.digest()) == 64
 
 
-LAW = """
+PROPORTIONAL = """
 from hydroservo.controllers.pi import PIState
 from typing import NamedTuple
 
@@ -281,7 +281,7 @@ def test_a_class_that_says_it_is_pythons_own_is_told_all_the_same() -> None:
     made = []
     for gain in (10.0, 30.0):
         space: dict[str, object] = {}
-        exec(LAW.format(gain=gain), space)
+        exec(PROPORTIONAL.format(gain=gain), space)
         made.append(space["Law"])
     assert [cls.__module__ for cls in made] == ["builtins", "builtins"]  # type: ignore[attr-defined]
     first, second = (list(content_lines((cls, ("step",)))) for cls in made)
