@@ -44,7 +44,8 @@ def rows(maker: Callable[..., Any]) -> Iterator[Row]:
         elif field is None:
             yield Row(name, written(default), "", "", "nested", "")
         else:
-            value = '"auto"' if default is not None and default == field.auto else written(default)
+            automatic = isinstance(default, float | int) and default == field.auto
+            value = '"auto"' if automatic else written(default)
             yield Row(name, value, field.unit, bounds(field), field.meaning, field.source)
 
 
