@@ -32,7 +32,8 @@ def executed(nb: Any, cwd: str, timeout: int, allow_errors: bool, **_: Any) -> E
         done = subprocess.run(
             [sys.executable, __file__, *options], cwd=cwd, check=False, capture_output=True, text=True
         )
-        nb.cells = nbformat.read(path, nb.nbformat).cells
+        made = nbformat.read(path, nb.nbformat)
+        nb.cells, nb.metadata = made.cells, made.metadata  # its language, which only the kernel knows
     seconds = time.monotonic() - began
     if done.returncode == 0:
         return ExecutionResult(nb, cwd, seconds)
