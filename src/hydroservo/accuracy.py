@@ -248,7 +248,7 @@ def with_exact_delay(loop: Loop) -> Loop:
     An integrator that chooses its steps ends one wherever the command comes.
 
     Raises:
-        ParameterError: as :func:`command_parts`.
+        ParameterError: as ``command_parts``.
     """
     delay, period, parts = getattr(loop.hold, "delay", 0.0), loop.simulation.period, command_parts(loop)
     exact = round(parts * delay / period) / parts * period

@@ -29,8 +29,8 @@ def differences(runs: Sequence["xr.Dataset"]) -> dict[str, tuple[Any, ...]]:
         runs: what ``simulate`` returned for each.
 
     Returns:
-        By dotted path, what each run has there, in SI units: numbers, or where blocks differ in their type
-        the names of the types; of recorded signals a digest.
+        What each run has by dotted path in SI units. Where blocks differ in their type that is the names of
+        the types, and of recorded signals a digest.
 
     Fails to see that a condition has no effect, such as another seed where nothing is random.
     """
