@@ -14,10 +14,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from hydroservo.accuracy import hardest, judged_by_rate, warning
 from hydroservo.block import Block, field_at, replace
-from hydroservo.cautions import pressure_caution, with_warning
+from hydroservo.cautions import pressure_caution, quietly, warns, with_warning
 from hydroservo.checks import checked
 from hydroservo.divergence import NOTHING, Loss, diverged_by, first_loss, watched_paths
-from hydroservo.errors import ParameterError, warn
+from hydroservo.errors import ParameterError
 from hydroservo.loop import AUTO, Loop
 from hydroservo.metrics import FLAGS, METRIC_FIELDS, MetricsState, Sample, summary
 from hydroservo.provenance import provenance
@@ -29,7 +29,7 @@ from hydroservo.simulate import (
     laid_out,
     measured_paths,
     ready,
-    simulated,
+    simulate,
     studied,
 )
 from hydroservo.varied import SEED, Columns, checked_columns, designs, starts
@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from hydroservo.engine.cuda import CudaGroup
     from hydroservo.engine.lanes import Group
 
-__all__ = ["simulate_batch", "simulated_batch"]
+__all__ = ["simulate_batch"]
 
 CHUNK = 20_000  # integration steps of a group of lanes between two looks at whether to stop
 CUDA_CHUNK = 2_000  # of a group of threads: a second on a device that is slow with doubles
@@ -58,6 +58,7 @@ class Job(NamedTuple):
     stop: Event
 
 
+@warns
 def simulate_batch(
     loop: Loop,
     parameters: Mapping[str, ArrayLike],
@@ -100,21 +101,6 @@ def simulate_batch(
             signal of which the runs see nothing, or no device.
         LoopError: a block that does not fit the loop.
     """
-    table = simulated_batch(loop, parameters, strict=strict, threads=threads, cuda=cuda, progress=progress)
-    warn(table.attrs.get("warning", ""))
-    return table
-
-
-def simulated_batch(
-    loop: Loop,
-    parameters: Mapping[str, ArrayLike],
-    *,
-    strict: bool = False,
-    threads: int | None = None,
-    cuda: bool = False,
-    progress: Progress | None = None,
-) -> "xr.Dataset":
-    """What :func:`simulate_batch` returns, its warnings in its attribute alone."""
     given, loop = loop, ready(loop)
     recorded = check_records(loop)
     columns = checked_columns(loop, parameters)
@@ -136,18 +122,16 @@ def simulated_batch(
                 losses[start : start + len(lost)] = lost
                 told(min(1.0, done * size / runs))
     data = dataset(loop, columns, table, losses).assign_attrs(said)
-    return with_warning(data, [data.attrs.get("warning", ""), *recorded, pressure_caution(data)])
+    return with_warning(data, [*recorded, pressure_caution(data)])
 
 
 def with_steps(loop: Loop, columns: Columns, strict: bool) -> tuple[Loop, dict[str, float | str]]:
     """The loop with a number of substeps, and what is to be said of it: as the hardest of the runs has it."""
-    worst = hardest(loop, columns)
+    worst, alone = hardest(loop, columns), quietly(simulate)
     if loop.simulation.substeps != AUTO:
-        said = (
-            warning(worst) if judged_by_rate(worst) else simulated(worst, record=()).attrs.get("warning", "")
-        )
+        said = warning(worst) if judged_by_rate(worst) else alone(worst, record=()).attrs.get("warning", "")
         return loop, {"warning": said} if said else {}
-    found = simulated(worst, record=(), strict=strict).attrs
+    found = alone(worst, record=(), strict=strict).attrs
     chosen: Loop = replace(loop, {"simulation.substeps": found["substeps"]})
     return chosen, {name: found[name] for name in ("substeps", "step_error", "warning") if name in found}
 

@@ -1,25 +1,47 @@
 """What the user of a result should know of it, in lines of its attribute ``warning``."""
 
-from collections.abc import Iterable
-from typing import TYPE_CHECKING
+import inspect
+import warnings
+from collections.abc import Callable, Iterable
+from functools import wraps
+from typing import TYPE_CHECKING, ParamSpec
 
 import numpy as np
 
 from hydroservo.constants import ATMOSPHERE
+from hydroservo.errors import HydroservoWarning
 
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["pressure_caution", "warnings_of", "with_warning"]
+__all__ = ["pressure_caution", "quietly", "warnings_of", "warns", "with_warning"]
+
+Arguments = ParamSpec("Arguments")
+
+
+def warns(function: "Callable[Arguments, xr.Dataset]") -> "Callable[Arguments, xr.Dataset]":
+    """A function that says its result's ``warning`` as a :class:`HydroservoWarning` of its caller's line."""
+
+    @wraps(function)
+    def called(*args: Arguments.args, **kwargs: Arguments.kwargs) -> "xr.Dataset":
+        data = function(*args, **kwargs)
+        for line in warnings_of(data):
+            warnings.warn(line, HydroservoWarning, stacklevel=2)
+        return data
+
+    return called
+
+
+def quietly(function: "Callable[Arguments, xr.Dataset]") -> "Callable[Arguments, xr.Dataset]":
+    """A function that says warnings, without that: its result has them all the same."""
+    inner: Callable[Arguments, xr.Dataset] = inspect.unwrap(function)
+    return inner
 
 
 def with_warning(data: "xr.Dataset", lines: Iterable[str]) -> "xr.Dataset":
-    """A result with these lines as its ``warning``, each once, empty ones left out; none without any."""
-    text = "\n".join(dict.fromkeys(line for text in lines for line in text.splitlines()))
-    others = {name: value for name, value in data.attrs.items() if name != "warning"}
-    found = data.copy()
-    found.attrs = others | ({"warning": text} if text else {})
-    return found
+    """A result whose ``warning`` has these lines too, each once and empty ones left out."""
+    text = "\n".join(dict.fromkeys(filter(None, [*warnings_of(data), *lines])))
+    return data.assign_attrs({"warning": text} if text else {})
 
 
 def warnings_of(data: "xr.Dataset") -> list[str]:

@@ -1,9 +1,8 @@
 """What goes wrong in ways a user can mend, and what a user should know; each message is one line."""
 
-import warnings
 from typing import Any
 
-__all__ = ["HydroservoError", "HydroservoWarning", "LoopError", "ParameterError", "ScenarioError", "warn"]
+__all__ = ["HydroservoError", "HydroservoWarning", "LoopError", "ParameterError", "ScenarioError"]
 
 
 class HydroservoError(Exception):
@@ -42,12 +41,6 @@ class ScenarioError(HydroservoError):
 
 class LoopError(HydroservoError):
     """Blocks that do not fit together, or a block that does not behave as one."""
-
-
-def warn(text: str) -> None:
-    """Say each line of a text as a :class:`HydroservoWarning` of the line that called the caller."""
-    for line in text.splitlines():
-        warnings.warn(line, HydroservoWarning, stacklevel=3)
 
 
 def short(value: object) -> str:

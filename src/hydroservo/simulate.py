@@ -10,10 +10,10 @@ import numpy as np
 
 from hydroservo.accuracy import check_substeps, checked_steps, machine_paths, with_exact_delay
 from hydroservo.block import Block, at_rest, designed, field_at, is_block, leaves, value_at
-from hydroservo.cautions import pressure_caution, with_warning
+from hydroservo.cautions import pressure_caution, warns, with_warning
 from hydroservo.checks import checked
 from hydroservo.divergence import NOTHING, Loss, diverged_by, first_loss, watched_paths
-from hydroservo.errors import LoopError, ParameterError, warn
+from hydroservo.errors import LoopError, ParameterError
 from hydroservo.field import Field
 from hydroservo.loop import Loop
 from hydroservo.metrics import METRIC_FIELDS, Metrics, MetricsState, Sample, TrackingMetrics, summary
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
     from hydroservo.engine.kernel import CompiledRun, InterpretedRun, Study
 
-__all__ = ["Progress", "simulate", "simulated", "trace_size"]
+__all__ = ["Progress", "simulate", "trace_size"]
 
 Progress = Callable[[float], None]  # called with the fraction done, from 0 to 1
 
@@ -63,6 +63,7 @@ class Plan(NamedTuple):
     fields: tuple[Field, ...]
 
 
+@warns
 def simulate(
     loop: Loop,
     *,
@@ -97,20 +98,6 @@ def simulate(
             sees nothing, an unknown path in ``record``.
         LoopError: a block that does not fit the loop, or a trace too large to hold.
     """
-    data = simulated(loop, record=record, compiled=compiled, strict=strict, progress=progress)
-    warn(data.attrs.get("warning", ""))
-    return data
-
-
-def simulated(
-    loop: Loop,
-    *,
-    record: Sequence[str] | None = None,
-    compiled: bool = True,
-    strict: bool = False,
-    progress: Progress | None = None,
-) -> "xr.Dataset":
-    """What :func:`simulate` returns, its warnings in its attribute alone."""
     loop = ready(loop)
     recorded = check_records(loop)
     state = first_state(loop)
@@ -125,8 +112,8 @@ def simulated(
         return data.assign_attrs(diverged_by=diverged_by(loss, bool(data["diverged"])))
 
     data = checked_steps(loop, one)
-    lines = [data.attrs.get("warning", ""), *recorded, pressure_caution(data)]
-    return with_warning(data, lines).drop_vars([path for path in plan.paths if path not in wanted])
+    data = with_warning(data, [*recorded, pressure_caution(data)])
+    return data.drop_vars([path for path in plan.paths if path not in wanted])
 
 
 def ready(loop: Loop) -> Loop:

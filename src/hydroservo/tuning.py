@@ -1,16 +1,18 @@
 """The best gains of a loop, by a search that treats every law alike."""
 
 import math
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.batch import simulated_batch
+from hydroservo.batch import simulate_batch
 from hydroservo.block import field_at, value_at
+from hydroservo.cautions import quietly, warnings_of
 from hydroservo.checks import checked, within
-from hydroservo.errors import HydroservoError, ParameterError, warn
+from hydroservo.errors import HydroservoError, HydroservoWarning, ParameterError
 from hydroservo.loop import Loop
 from hydroservo.metrics import SMALLER_IS_BETTER
 from hydroservo.varied import SEED, checked_columns, designs, starts
@@ -131,8 +133,8 @@ def tune(
     if math.inf in after:
         tried = f"each of {done * CANDIDATES:,} candidates"
         raise HydroservoError(f"nothing found: with {tried} some run diverged; try other ranges")
-    for text in dict.fromkeys(table.attrs.get("warning", "") for table in tables):
-        warn(text)
+    for line in dict.fromkeys(line for table in tables for line in warnings_of(table)):
+        warnings.warn(line, HydroservoWarning, stacklevel=2)
     return Tuned(
         parameters,
         before,
@@ -217,7 +219,7 @@ def at_points(
 ) -> tuple[list["xr.Dataset"], list[float]]:
     """The runs of each loop with parameters of its own, and its metric; inf where a run diverged."""
     columns = [{path: np.array([value]) for path, value in point.items()} for point in points]
-    tables = [simulated(aim, i, one, threads) for i, one in enumerate(columns)]
+    tables = [runs_of(aim, i, one, threads) for i, one in enumerate(columns)]
     metrics = [means(aim, i, table).item() for i, table in enumerate(tables)]
     return tables, [one if one < SAFE else math.inf for one in metrics]
 
@@ -225,7 +227,7 @@ def at_points(
 def objective(aim: Aim, i: int, candidates: Columns, threads: int | None) -> Numbers:
     """What loop i makes of each candidate; of one that allows no controller, that of a lost run."""
     try:
-        runs = simulated(aim, i, candidates, threads)
+        runs = runs_of(aim, i, candidates, threads)
         return means(aim, i, runs) * activity(aim, runs)
     except ParameterError:
         count = next(iter(candidates.values())).size
@@ -251,13 +253,13 @@ def is_possible(loop: Loop, candidates: Columns, k: int) -> bool:
     return True
 
 
-def simulated(aim: Aim, i: int, candidates: Columns, threads: int | None) -> "xr.Dataset":
+def runs_of(aim: Aim, i: int, candidates: Columns, threads: int | None) -> "xr.Dataset":
     """The runs of loop i: of the first candidate with each seed, of the second, and so on."""
     loop = aim.loops[i]
     count = next(iter(candidates.values())).size
     columns: dict[str, Any] = {path: np.repeat(values, aim.seeds) for path, values in candidates.items()}
     columns[SEED] = np.tile(loop.simulation.seed + np.arange(aim.seeds), count)
-    return simulated_batch(loop, columns, threads=threads)
+    return quietly(simulate_batch)(loop, columns, threads=threads)
 
 
 def means(aim: Aim, i: int, runs: "xr.Dataset") -> Numbers:

@@ -1,6 +1,7 @@
 """Command lines that a hurried, a careless or a hostile user may type: a number determines each."""
 
 import random
+import tomllib
 from collections.abc import Callable
 from functools import cache
 from importlib import import_module
@@ -16,257 +17,11 @@ Words = list[str]
 
 SCENARIOS = tuple(builtin_scenarios())
 COSTLY = {"export": 0.1, "steps": 0.15, "written": 0.05}  # the share of what takes long, where others have 1
+TINY = ("paper/sine-pi", "--set", "simulation.duration=1 ms")
 SHORT = ("--set", "simulation.duration=0.02 s", "--set", "simulation.record_period=1 ms")
-NUMBERS = (
-    *(
-        "nan",
-        "inf",
-        "-inf",
-        "0",
-        "-0.0",
-        "-1",
-        "1",
-        "0.5",
-        "2",
-        "1e-300",
-        "5e-324",
-        "1e300",
-        "1.8446744073709552e14",
-    ),
-    *(
-        "1e15",
-        "9223372036854775807",
-        "-9223372036854775808",
-        "1e400",
-        "007",
-        "1_000",
-        "0x10",
-        "1e",
-        "--1",
-        "1,5",
-    ),
-)
-UNITS = (
-    *(
-        "",
-        "s",
-        "ms",
-        "us",
-        "m",
-        "mm",
-        "bar",
-        "Pa",
-        "kg",
-        "V",
-        "mV",
-        "m/s",
-        "mm/s",
-        "N",
-        "kN",
-        "Hz",
-        "1/s",
-        "%",
-        "deg",
-    ),
-    *(
-        "V s/m",
-        "m^3/(s Pa)",
-        "m^(2/7)/s^(9/7)",
-        "furlong",
-        "°C",
-        "bar/",
-        "/s",
-        "m^99",
-        "(m",
-        "L/min",
-        "kWh",
-        "µm",
-        "mm ",
-    ),
-)
-TEXTS = (
-    *(
-        "",
-        " ",
-        "auto",
-        "true",
-        "false",
-        "True",
-        "None",
-        "[]",
-        "{}",
-        "[1, 2]",
-        "{a = 1}",
-        "PI",
-        "TSMC",
-        "Cylinder",
-    ),
-    *(
-        "Cylinder.from_diameters",
-        "hydroservo",
-        "../..",
-        "/dev/null",
-        "/dev/zero",
-        "a" * 5000,
-        "\x00",
-        "\n",
-        "ß",
-        "\U0001f600",
-    ),
-    *(
-        "__class__",
-        "__import__('os')",
-        "'",
-        '"',
-        "\\",
-        "= 1",
-        "a.b.c",
-        "\x1b[31m",
-        "[bold]",
-        "-",
-        "--help",
-        "%s",
-        "{0}",
-    ),
-)
-PATHS = (
-    "",
-    ".",
-    "a",
-    "plant",
-    "plant.",
-    ".mass",
-    "plant..mass",
-    "plant.mass.x",
-    "title",
-    "nominal.plant.mass",
-    "uncertainty.scale",
-)
-FILES = (
-    "",
-    ".",
-    "nope.toml",
-    "folder",
-    "/dev/null",
-    "/dev/full",
-    "missing/deep/file.csv",
-    "a" * 300,
-    "file\x00.csv",
-    "taken",
-)
-ENDINGS = (
-    ".csv",
-    ".parquet",
-    ".nc",
-    ".mat",
-    ".png",
-    ".svg",
-    ".pdf",
-    ".fmu",
-    ".toml",
-    ".exe",
-    "",
-    ".CSV",
-    ".c",
-)
-GOOD_RANGES = (
-    "plant.mass=4..8kg",
-    "controller.proportional_gain=1..100",
-    "load.amplitude=-50%..+50%",
-    "supply.supply_pressure=30..50bar",
-)
-CELLS = (
-    "",
-    "nan",
-    "inf",
-    "1e400",
-    "abc",
-    "1,5",
-    "1.5",
-    "-0",
-    '"',
-    '"1',
-    ";",
-    "\t",
-    "1e-320",
-    "1_0",
-    "\u0661",
-    "0x1p3",
-    " 2 ",
-)
-HEADERS = ("t|v", "t [ms]|v [m/s]", "t (s)|v [", "t [s]|t [s]", "1|2", "t [s]", "t [s]|v [kg]", "|")
-SERIES = (
-    *['file = "log.csv"'] * 4,
-    'file = "log.csv", column = "v"',
-    'file = "log.csv", time = "v"',
-    'file = ""',
-    "file = 3",
-)
-RECORDED = """
-[simulation]
-duration = "0.02 s"
-period = "1 ms"
-substeps = 20
-[{role}]
-type = "Recorded"
-series = {{{keys}}}
-[controller]
-type = "PI"
-"""
-PLUGIN = '''
-from typing import Annotated, NamedTuple
-from hydroservo import Field, ops
-
-class OwnState(NamedTuple):
-    u: Annotated[float, Field("V", "command")]
-
-class Own(NamedTuple):
-    """A law."""
-    gain: Annotated[float, Field("V s/m", "gain", "chosen", above=0)] = 1.0
-
-    def init(self):
-        {init}
-
-    def step(self, s, y, r, dt):
-        {step}
-'''
-INITS = (
-    "return OwnState(0.0)",
-    "return OwnState(0)",
-    "return 1.0",
-    "return None",
-    "raise ValueError('no')",
-    "pass",
-    "return self",
-)
-STEPS = (
-    "return OwnState(self.gain * (r.value - y.velocity))",
-    "return OwnState(self.gian * r.value)",
-    "return OwnState(1.0 / (r.value * 0.0))",
-    "return OwnState(float('nan'))",
-    "return OwnState(1e308 * 1e308)",
-    "return OwnState('u')",
-    "return s.u",
-    "return None",
-    "return OwnState(ops.power(-1.0, 0.5))",
-    "return OwnState(ops.nothing(1.0))",
-    "return self.step(s, y, r, dt)",
-    "import os; return OwnState(0.0)",
-    "raise RuntimeError('line one\\nline two')",
-    "return OwnState(y.pressure_a)",
-    "return OwnState(y.position * 0.0 + [1.0][5])",
-    "return",
-)
-ENDS = (
-    "",
-    "\n1/0",
-    "\nraise SystemExit(3)",
-    "\nimport nothing_of_that_name",
-    "\nclass Own: pass",
-    "\n)",
-    "\nOwn = 3",
-    "\n\x00",
-)
+WORDS = tomllib.loads(Path(__file__).with_name("words.toml").read_text(encoding="utf-8"))
+WORDS["texts"] += ["a" * 5000]
+WORDS["files"] += ["a" * 300]
 
 
 class Case(NamedTuple):
@@ -335,26 +90,27 @@ def recording(draw: random.Random) -> tuple[Words, dict[str, bytes]]:
     )
     start, step = draw.choice([0.0, 0.0, -1.0, 5.0, 1.7e9]), draw.choice([1e-3, 1e-3, 1.0, 1e-6, 0.0, -1e-3])
     role, unit = draw.choice([("reference", "mm/s"), ("load", "kN")])
-    header = f"t [s]|v [{unit}]" if draw.random() < 0.6 else draw.choice(HEADERS)
+    header = f"t [s]|v [{unit}]" if draw.random() < 0.6 else draw.choice(WORDS["headers"])
     rows = [header.split("|")]
     for i in range(draw.choice([0, 1, 2, 5, 40])):
         cells = (f"{start + i * step:.9g}", f"{draw.uniform(-30, 30):.3f}")
         rows += [[cell.replace(".", point) for cell in cells]]
     for _ in range(draw.randint(0, 2)):
         row = draw.choice(rows)
-        row[draw.randrange(len(row))] = draw.choice(CELLS)
+        row[draw.randrange(len(row))] = draw.choice(WORDS["cells"])
     text = draw.choice(["\n", "\r\n"]).join(mark.join(row) for row in rows)
     content = text.encode(draw.choice(["utf-8", "utf-8", "utf-8-sig", "utf-16"]))
     if draw.random() < 0.1:
         content = scribbled(draw, content)
-    scenario = RECORDED.format(role=role, keys=draw.choice(SERIES))
+    scenario = WORDS["recorded"].format(role=role, keys=draw.choice(WORDS["series"]))
     return ["run", "own.toml", "--interpreted"], {"own.toml": scenario.encode(), "log.csv": content}
 
 
 def plugin(draw: random.Random) -> tuple[Words, dict[str, bytes]]:
     """A law of one's own that does not do what it must."""
     own = f"Own{draw.randrange(10**9)}"  # classes of one process must not meet
-    text = PLUGIN.format(init=draw.choice(INITS), step=draw.choice(STEPS)) + draw.choice((*[""] * 12, *ENDS))
+    text = WORDS["plugin"].format(init=draw.choice(WORDS["inits"]), step=draw.choice(WORDS["steps"]))
+    text += draw.choice((*[""] * 12, *WORDS["ends"]))
     text = text.replace("Own", own)
     if draw.random() < 0.2:
         lines = text.splitlines()
@@ -371,23 +127,16 @@ def plugin(draw: random.Random) -> tuple[Words, dict[str, bytes]]:
 
 def ranges(draw: random.Random) -> tuple[Words, dict[str, bytes]]:
     """Batches over ranges that are none."""
-    words = [
-        "batch",
-        "paper/sine-pi",
-        "--set",
-        "simulation.duration=1 ms",
-        "--runs",
-        draw.choice(["1", "3", number(draw)]),
-    ]
+    words = ["batch", *TINY, "--runs", draw.choice(["1", "3", number(draw)])]
     for _ in range(draw.randint(0, 2)):
         between = draw.choice(["..", "..", "..", "...", "-", ":", " .. "])
         words += ["--vary", f"{path(draw, 'paper/sine-pi')}={value(draw)}{between}{value(draw)}"]
     if draw.random() < 0.5:
-        words += ["--vary", draw.choice(GOOD_RANGES)]
+        words += ["--vary", draw.choice(WORDS["good_ranges"])]
     for option, texts in (
-        ("--seed", NUMBERS),
-        ("--threads", NUMBERS),
-        ("--metric", ("rms_error", "rms", *TEXTS)),
+        ("--seed", WORDS["numbers"]),
+        ("--threads", WORDS["numbers"]),
+        ("--metric", ("rms_error", "rms", *WORDS["texts"])),
         ("--out", outputs(draw)),
     ):
         if draw.random() < 0.2:
@@ -397,74 +146,24 @@ def ranges(draw: random.Random) -> tuple[Words, dict[str, bytes]]:
 
 def search(draw: random.Random) -> tuple[Words, dict[str, bytes]]:
     """Searches that cannot be made."""
-    words = [
-        "tune",
-        "paper/sine-pi",
-        "--set",
-        "simulation.duration=1 ms",
-        "--candidates",
-        draw.choice(["1", "64", number(draw)]),
-    ]
+    words = ["tune", *TINY, "--candidates", draw.choice(["1", "64", number(draw)]), "--vary"]
     good = draw.random() < 0.6
     words += [
-        "--vary",
-        draw.choice(GOOD_RANGES) if good else f"{setting(draw, 'paper/sine-pi')}..{value(draw)}",
+        draw.choice(WORDS["good_ranges"]) if good else f"{setting(draw, 'paper/sine-pi')}..{value(draw)}"
     ]
     options = ("--weights", "--scales", "--seeds", "--seed", "--effort", "--metric", "--threads", "--out")
     for option in draw.sample(options, draw.randint(0, 2)):
-        words += [option, draw.choice((*NUMBERS, *TEXTS, "1,2", "-1,0,1", *outputs(draw)))]
+        words += [option, draw.choice((*WORDS["numbers"], *WORDS["texts"], "1,2", "-1,0,1", *outputs(draw)))]
     return words, {}
 
 
 def usage(draw: random.Random) -> tuple[Words, dict[str, bytes]]:
     """Words in any order: commands and options that there are, and some that there are not."""
-    commands = (
-        "run",
-        "compare",
-        "batch",
-        "tune",
-        "export",
-        "c",
-        "fmu",
-        "scenarios",
-        "show",
-        "rnu",
-        "help",
-        "",
-    )
-    options = (
-        *(
-            "--out",
-            "--set",
-            "--plugin",
-            "--json",
-            "--strict",
-            "--format",
-            "--runs",
-            "--vary",
-            "--seed",
-            "--threads",
-            "--unit",
-        ),
-        *(
-            "--version",
-            "--help",
-            "--nope",
-            "--outt",
-            "-h",
-            "-x",
-            "--",
-            "---",
-            "--set=plant.mass=3",
-            "--fmi",
-            "--prefix",
-            "--inline",
-        ),
-    )
-    pool = (*commands, *options, *NUMBERS, *TEXTS, *FILES, *PATHS)
+    names = ("commands", "options", "numbers", "texts", "files", "paths")
+    pool = [word for name in names for word in WORDS[name]]
     words = [draw.choice(pool) for _ in range(draw.randint(0, 6))]
     if draw.random() < 0.5:
-        words = [draw.choice(commands[:4]), draw.choice(("paper/sine-pi", *FILES)), *words]
+        words = [draw.choice(WORDS["commands"][:4]), draw.choice(("paper/sine-pi", *WORDS["files"])), *words]
     if "paper" in words:  # a minute each
         words.remove("paper")
     return [*words, *SHORT] if words[:1] in (["run"], ["compare"]) else words, {}
@@ -472,12 +171,12 @@ def usage(draw: random.Random) -> tuple[Words, dict[str, bytes]]:
 
 def export(draw: random.Random) -> tuple[Words, dict[str, bytes]]:
     """Exports to places and under names that cannot be."""
-    words = ["export", draw.choice(["c", "c", "fmu"]), "paper/sine-pi", "--set", "simulation.duration=1 ms"]
+    words = ["export", draw.choice(["c", "c", "fmu"]), *TINY]
     words += ["--out", draw.choice(outputs(draw))]
     options = {
         "--unit": ("controller", "machine", "loop", "valve", ""),
         "--real": ("single", "double", "half"),
-        "--prefix": TEXTS,
+        "--prefix": WORDS["texts"],
     }
     for option in draw.sample(sorted(options), draw.randint(0, 2)):
         words += [option, draw.choice(options[option])]
@@ -493,8 +192,8 @@ def written(draw: random.Random) -> tuple[Words, dict[str, bytes]]:
 
 
 def outputs(draw: random.Random) -> Words:
-    stem = draw.choice(("out", *FILES))
-    return [stem, stem + draw.choice(ENDINGS)]
+    stem = draw.choice(("out", *WORDS["files"]))
+    return [stem, stem + draw.choice(WORDS["endings"])]
 
 
 def setting(draw: random.Random, scenario: str) -> str:
@@ -509,7 +208,7 @@ def setting(draw: random.Random, scenario: str) -> str:
 def path(draw: random.Random, scenario: str) -> str:
     """A path of a number in a scenario, or nearly one."""
     if draw.random() < 0.15:
-        return draw.choice(PATHS)
+        return draw.choice(WORDS["paths"])
     text = draw.choice(list(known_paths(scenario)))
     if draw.random() < 0.1:
         i = draw.randrange(len(text))
@@ -536,15 +235,15 @@ def block_names() -> dict[str, Words]:
 
 def number(draw: random.Random) -> str:
     if draw.random() < 0.5:
-        return draw.choice(NUMBERS)
+        return draw.choice(WORDS["numbers"])
     return f"{draw.choice([-1, 1, 1, 1]) * 10.0 ** draw.uniform(-12, 12):.{draw.randint(0, 17)}g}"
 
 
 def value(draw: random.Random) -> str:
     """A quantity, or what is none."""
     if draw.random() < 0.15:
-        return draw.choice(TEXTS)
-    return number(draw) + draw.choice(["", " "]) + draw.choice(("", "", *UNITS))
+        return draw.choice(WORDS["texts"])
+    return number(draw) + draw.choice(["", " "]) + draw.choice(("", "", *WORDS["units"]))
 
 
 def scribbled(draw: random.Random, content: bytes) -> bytes:
@@ -588,39 +287,17 @@ def scribble(draw: random.Random, lines: Words) -> None:
 
 
 def deepen(draw: random.Random, lines: Words) -> None:
-    lines.append(
-        draw.choice(
-            [f"[{'a.' * 50}b]", f"x = {'[' * 400}{']' * 400}", "[plant.mass]", "[[plant]]", "plant = 3"]
-        )
-    )
+    tables = [f"[{'a.' * 50}b]", "[plant.mass]", "[[plant]]", "plant = 3"]
+    lines.append(draw.choice([*tables, f"x = {'[' * 400}{']' * 400}"]))
 
 
-EDITS: tuple[Callable[[random.Random, Words], None], ...] = (
-    drop,
-    double,
-    cut,
-    rewrite,
-    rewrite,
-    scribble,
-    deepen,
-)
+Edit = Callable[[random.Random, Words], None]
+Kind = Callable[[random.Random], tuple[Words, dict[str, bytes]]]
 
-KINDS: dict[str, Callable[[random.Random], tuple[Words, dict[str, bytes]]]] = {
-    each.__name__: each
-    for each in (
-        settings,
-        types,
-        steps,
-        scenario_file,
-        recording,
-        plugin,
-        ranges,
-        search,
-        usage,
-        export,
-        written,
-    )
-}
+EDITS: list[Edit] = [drop, double, cut, rewrite, rewrite, scribble, deepen]
+OF_RUNS: list[Kind] = [settings, types, steps, scenario_file, recording, plugin, written]
+OF_OTHERS: list[Kind] = [ranges, search, usage, export]
+KINDS = {kind.__name__: kind for kind in OF_RUNS + OF_OTHERS}
 
 
 def lay(folder: Path, one: Case) -> None:

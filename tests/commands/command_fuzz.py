@@ -28,6 +28,7 @@ from command_cases import Case, case, lay
 __all__ = ["faults", "outcome", "outcomes"]
 
 PATIENCE = 10.0  # s, after which a command is interrupted
+AGAIN = 2.0  # s, after which it is again, for Python drops an interrupt that comes in a callback
 CHUNK = 250  # cases of a process
 USER_ERROR, INTERRUPTED = 2, 130
 
@@ -55,9 +56,7 @@ def called(one: Case) -> tuple[Any, str, str, float]:
     out, err = io.StringIO(), io.StringIO()
     start = time.monotonic()
     signal.signal(signal.SIGALRM, lambda *_: signal.raise_signal(signal.SIGINT))
-    signal.setitimer(
-        signal.ITIMER_REAL, PATIENCE, 2.0
-    )  # again, for Python drops one that comes in a callback
+    signal.setitimer(signal.ITIMER_REAL, PATIENCE, AGAIN)
     try:
         with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err), warnings.catch_warnings():
             app(one.words, prog_name="hydroservo")
@@ -100,15 +99,7 @@ def outcomes(first: int, count: int) -> Iterator[dict[str, Any]]:
     number = first
     while number < first + count:
         last = min(number + CHUNK, first + count)
-        command = [
-            sys.executable,
-            __file__,
-            "--worker",
-            "--first",
-            str(number),
-            "--count",
-            str(last - number),
-        ]
+        command = [sys.executable, __file__, "--worker", f"--first={number}", f"--count={last - number}"]
         done = subprocess.run(command, capture_output=True, text=True, check=False)
         for line in done.stdout.splitlines():
             number += 1

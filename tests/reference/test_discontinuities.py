@@ -60,6 +60,7 @@ def test_all_integrators_agree(other: Integrator) -> None:
         assert apart < 1e-3, path
 
 
+@pytest.mark.filterwarnings("ignore:the pressure in a chamber fell")
 @pytest.mark.parametrize(("integrator", "substeps"), [(RK4(), 4), (Rosenbrock(), 1)])
 def test_steps_that_are_too_coarse_for_it_say_so(integrator: Integrator, substeps: int) -> None:
     with pytest.warns(HydroservoWarning, match="too coarse to be trusted"):

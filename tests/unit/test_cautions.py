@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 
 from hydroservo import HydroservoWarning, Loop, Simulation, simulate, simulate_batch
-from hydroservo.cautions import pressure_caution, with_warning
+from hydroservo.cautions import pressure_caution, quietly, warnings_of, with_warning
 from hydroservo.controllers import PI
 from hydroservo.loads import Constant
 from hydroservo.oils import AeratedOil
@@ -47,10 +47,10 @@ def test_a_plant_without_chambers_has_no_such_pressure() -> None:
     assert pressure_caution(data) == ""
 
 
-def test_lines_replace_those_of_before() -> None:
+def test_lines_are_added_once_each() -> None:
     data = xr.Dataset(attrs={"warning": "old", "seed": 1})
-    assert with_warning(data, ["a", "", "b"]).attrs == {"warning": "a\nb", "seed": 1}
-    assert with_warning(data, [""]).attrs == {"seed": 1}
+    assert with_warning(data, ["a", "", "old", "b", "a"]).attrs == {"warning": "old\na\nb", "seed": 1}
+    assert with_warning(xr.Dataset(), [""]).attrs == {}
     assert data.attrs["warning"] == "old"
 
 
@@ -59,3 +59,8 @@ def test_each_line_is_a_warning_of_the_line_that_called() -> None:
         simulate(TORN._replace(simulation=Simulation(0.1, 1e-3, 20)))
     assert [str(one.message).split()[1] for one in caught] == ["steps", "pressure"]
     assert {one.filename for one in caught} == {__file__}
+
+
+def test_a_result_has_its_warnings_even_where_none_is_said() -> None:
+    loop = TORN._replace(simulation=Simulation(0.1, 1e-3, 20))
+    assert [line.split()[1] for line in warnings_of(quietly(simulate)(loop))] == ["steps", "pressure"]

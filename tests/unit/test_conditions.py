@@ -6,7 +6,7 @@ import pytest
 import xarray as xr
 
 from hydroservo import Loop, Simulation, replace, simulate
-from hydroservo.cli.conditions import MOST_LINES, unequal_lines
+from hydroservo.cli.differences import MOST_LINES, unequal_lines
 from hydroservo.conditions import differences, winners
 from hydroservo.controllers import DAC, PI, TSMC
 from hydroservo.holds import DelayedHold, ZeroOrderHold

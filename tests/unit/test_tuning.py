@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from hydroservo import Field, HydroservoError, Loop, ParameterError, replace, simulate, simulate_batch, tuning
-from hydroservo.batch import simulated_batch
 from hydroservo.block import Block
 from hydroservo.metrics import METRIC_FIELDS, SMALLER_IS_BETTER
 from hydroservo.scenario import load_scenario
@@ -172,9 +171,9 @@ def tried(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
 
     def spy(loop: Loop, columns: Any, **options: Any) -> Any:
         seen.append(columns)
-        return simulated_batch(loop, columns, **options)
+        return simulate_batch(loop, columns, **options)
 
-    monkeypatch.setattr(tuning, "simulated_batch", spy)
+    monkeypatch.setattr(tuning, "simulate_batch", spy)
     return seen
 
 

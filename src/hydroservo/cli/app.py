@@ -10,7 +10,7 @@ import typer
 
 from hydroservo._version import __version__
 from hydroservo.cli.batch import batch
-from hydroservo.cli.conditions import unequal_lines
+from hydroservo.cli.differences import unequal_lines
 from hydroservo.cli.export import export_app
 from hydroservo.cli.failures import Commands
 from hydroservo.cli.options import Changes, Json, Plugins, Scenario, Strict, Verbose, loaded
@@ -103,18 +103,18 @@ def run(
     - `hydroservo run my.toml --plugin my_controller.py --set simulation.duration='2 s' --json`
     """
     from hydroservo.cli.files import run_files, write_run
-    from hydroservo.cli.kernels import kernels_said
+    from hydroservo.cli.kernels import log_kernels
     from hydroservo.cli.progress import progress_bar
     from hydroservo.cli.summary import run_summary
     from hydroservo.cli.tables import show_run
-    from hydroservo.cli.writing import Written, written
+    from hydroservo.cli.writing import write_or_keep
     from hydroservo.results import as_json
     from hydroservo.simulate import simulate
 
     loop, ending = loaded(scenario, changes, plugins), ENDINGS[form]
     if out:
         announce(run_files(out, ending), [loop])
-    with kernels_said(verbose), progress_bar(scenario) as report:
+    with log_kernels(verbose), progress_bar(scenario) as report:
         dataset = simulate(
             loop,
             record=None if out else NOTHING,
@@ -124,7 +124,7 @@ def run(
         )
         summary = run_summary(scenario, dataset)
         report(1.0, "writing files")
-        left = written(out, lambda place: write_run(place, summary, dataset, ending)) if out else Written()
+        left = write_or_keep(out, lambda place: write_run(place, summary, dataset, ending))
     say_remarks(scenario, dataset)
     if json:
         typer.echo(as_json(summary._asdict()))
@@ -160,11 +160,11 @@ def compare(
     - `hydroservo compare paper/square-pi paper/square-tsmc --set load.amplitude=150N --out results`
     """
     from hydroservo.cli.files import comparison_files, write_comparison
-    from hydroservo.cli.kernels import kernels_said
+    from hydroservo.cli.kernels import log_kernels
     from hydroservo.cli.progress import progress_bar
     from hydroservo.cli.summary import run_summary
     from hydroservo.cli.tables import show_comparison
-    from hydroservo.cli.writing import Written, written
+    from hydroservo.cli.writing import write_or_keep
     from hydroservo.conditions import differences, winners
     from hydroservo.results import as_json
     from hydroservo.simulate import simulate
@@ -173,7 +173,7 @@ def compare(
     if out:
         announce(comparison_files(out), loops)
     datasets = []
-    with kernels_said(verbose), progress_bar(scenarios[0]) as report:
+    with log_kernels(verbose), progress_bar(scenarios[0]) as report:
         for i, (scenario, loop) in enumerate(zip(scenarios, loops, strict=True)):
             progress = part(report, i, len(loops), scenario)
             record = None if out else NOTHING
@@ -186,11 +186,7 @@ def compare(
             "differences": unequal,
         }
         report(1.0, "writing files")
-        left = (
-            written(out, lambda place: write_comparison(place, said, summaries, datasets, labels))
-            if out
-            else Written()
-        )
+        left = write_or_keep(out, lambda place: write_comparison(place, said, summaries, datasets, labels))
     for scenario, dataset in zip(scenarios, datasets, strict=True):
         say_remarks(scenario, dataset)
     if json:
@@ -218,18 +214,18 @@ def paper(
     """
     from hydroservo.cli.progress import progress_bar
     from hydroservo.cli.tables import show_verdicts
-    from hydroservo.cli.writing import prepare, written
+    from hydroservo.cli.writing import try_outputs, write_or_keep
     from hydroservo.figures.report import report_files, write_report
     from hydroservo.papers.tsmc_eha_2021.study import run_study
 
-    prepare(report_files(out))
+    try_outputs(report_files(out))
     with progress_bar("preparing") as report:
 
         def progress(done: int, total: int, what: str) -> None:
             report(done / total, what)
 
         study = run_study(progress)
-        left = written(out, lambda place: [write_report(study, place, progress)])
+        left = write_or_keep(out, lambda place: [write_report(study, place, progress)])
     show_verdicts(study.verdicts)
     left.check()
     typer.echo(f"report: {left.files[0]}")
@@ -268,11 +264,11 @@ def show_source(
 
 def announce(files: Sequence[Path], loops: Sequence["Loop"]) -> None:
     """Before a run: try its files, and say how much memory large trajectories will take."""
-    from hydroservo.cli.writing import prepare
+    from hydroservo.cli.writing import try_outputs
     from hydroservo.simulate import trace_size
 
     size = sum(map(trace_size, loops))
-    prepare(files, size)
+    try_outputs(files, size)
     if size > LARGE_TRACE:
         typer.echo(f"the recorded trajectory will take {size / 2**20:.0f} MiB of memory", err=True)
 

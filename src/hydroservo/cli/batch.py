@@ -84,7 +84,7 @@ def batch(
     from hydroservo.batch import simulate_batch
     from hydroservo.cli.batch_files import checked_endings, table_of_runs, write_batch
     from hydroservo.cli.batch_summary import batch_summary, remarkable_run, show_batch
-    from hydroservo.cli.kernels import kernels_said
+    from hydroservo.cli.kernels import log_kernels
     from hydroservo.cli.progress import progress_bar
     from hydroservo.cli.replay import Origin, command
     from hydroservo.cli.variations import drawn_runs, variations
@@ -99,7 +99,7 @@ def batch(
     varied = variations(ranges, loop, origin.nominal(), arguments)
     drawn = drawn_runs(loop, varied, seed, runs, seeds=seeds, arguments=arguments)
     announce(out, runs, sum(map(len, (drawn.settings, drawn.parameters, drawn.arguments))))
-    with kernels_said(verbose), progress_bar("preparing") as report:
+    with log_kernels(verbose), progress_bar("preparing") as report:
         start = time.monotonic()
         drawn = drawn.constructed(partial(columns_of, assembly))
         found = simulate_batch(
@@ -148,11 +148,11 @@ def check(runs: int, seed: int, metric: str, varies: bool) -> None:
 
 def announce(files: Sequence[Path], runs: int, columns: int) -> None:
     """Before the runs: try the files, and say how much memory a large table will take."""
-    from hydroservo.cli.writing import prepare
+    from hydroservo.cli.writing import try_outputs
     from hydroservo.metrics import METRIC_FIELDS
 
     size = 8 * runs * (columns + len(METRIC_FIELDS))
-    prepare(files, size)
+    try_outputs(files, size)
     if size > LARGE_TABLE:
         typer.echo(f"the table of all runs will take {size / 2**20:.0f} MiB of memory", err=True)
 

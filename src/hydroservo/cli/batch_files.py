@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hydroservo.cli.variations import Drawn
-from hydroservo.cli.writing import Written, kept
+from hydroservo.cli.writing import Written, keep_elsewhere
 from hydroservo.errors import HydroservoError
 from hydroservo.outputs import OutputError, staged
 from hydroservo.results import FORMATS, as_json, save
@@ -85,7 +85,7 @@ def failure_of(failures: Mapping[Path, Exception], write: Callable[[Path], objec
     if not lost:
         return others[0] if others else None
     problem = OutputError("; ".join(dict.fromkeys(lost.values())))
-    found = kept(problem, lambda place: [write(place / name) for name in distinct(lost)])
+    found = keep_elsewhere(problem, lambda place: [write(place / name) for name in distinct(lost)])
     if others:
         others[0].add_note(str(found))
     return others[0] if others else found

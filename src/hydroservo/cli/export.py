@@ -81,23 +81,20 @@ def c(
     - `hydroservo export c rig/encoder-pi-sine --out controller --prefix rig --precision single --inline`
     """
     from hydroservo.cli.progress import progress_bar
-    from hydroservo.cli.writing import written
-    from hydroservo.export.project import check_project, memory, project_files, write_c_project
+    from hydroservo.cli.writing import write_or_keep
+    from hydroservo.export.project import check_project, memory, write_c_project
     from hydroservo.export.vectors import made_vectors
-    from hydroservo.outputs import check_outputs
     from hydroservo.results import as_json
 
     loop = loaded(scenario, changes, plugins)
-    check_project(out)
-    check_outputs([out / "Makefile"])  # before anything is computed; the others' names are known after it
+    check_project(out)  # before anything is computed; the names of the sources are known after it
     with progress_bar("translating") as report:
         found = translated(scenario, loop, unit, prefix, precision=precision, inlined=inline)
         check_project(out, found.prefix)
-        check_outputs(project_files(out, found.prefix))
         report(0.2, "making test vectors")
         samples = made_vectors(loop, unit, found)
         report(0.9, "writing files")
-        left = written(out, lambda place: write_c_project(found, samples, place))
+        left = write_or_keep(out, lambda place: write_c_project(found, samples, place))
         left.check()
     sizes, files = memory(found), list(map(str, left.files))
     if json:
@@ -132,7 +129,7 @@ def fmu(
     - `hydroservo export fmu paper/sine-tsmc --out controller.fmu`
     - `hydroservo export fmu rig/encoder-pi-sine --unit machine --fmi 3 --out machine.fmu`
     """
-    from hydroservo.cli.writing import written
+    from hydroservo.cli.writing import write_or_keep
     from hydroservo.export.fmu import write_fmu
     from hydroservo.outputs import check_outputs
     from hydroservo.results import as_json
@@ -141,7 +138,7 @@ def fmu(
     check_outputs([out])
     found = translated(scenario, loop, unit, prefix)
     stop_time = loop.simulation.duration
-    written(
+    write_or_keep(
         out.parent, lambda place: [write_fmu(found, place / out.name, stop_time=stop_time, version=version)]
     ).check()
     if json:

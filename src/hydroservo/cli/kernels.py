@@ -6,7 +6,7 @@ from contextlib import contextmanager
 
 import typer
 
-__all__ = ["kernels_said"]
+__all__ = ["log_kernels"]
 
 LOG = logging.getLogger("hydroservo.engine")
 
@@ -23,7 +23,7 @@ class Lines(logging.Handler):
 
 
 @contextmanager
-def kernels_said(wanted: bool) -> Iterator[None]:
+def log_kernels(wanted: bool) -> Iterator[None]:
     """At its end, where the kernels that were used came from, a line for each on stderr."""
     if not wanted:
         yield

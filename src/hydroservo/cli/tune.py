@@ -2,7 +2,6 @@
 
 import math
 import shlex
-import warnings
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -130,10 +129,10 @@ def tune(
     - `hydroservo tune rig/noisy-1khz-pi-sine --seeds 20 --metric max_error --vary
       controller.proportional_gain=-50%..+100%`
     """
-    from hydroservo.cli.kernels import kernels_said
+    from hydroservo.cli.kernels import log_kernels
     from hydroservo.cli.progress import progress_bar
     from hydroservo.cli.tune_tables import as_tables, show_tuned, write_values
-    from hydroservo.cli.writing import Written, prepare, written
+    from hydroservo.cli.writing import try_outputs, write_or_keep
     from hydroservo.results import as_json
     from hydroservo.tuning import Aim, tune
 
@@ -147,18 +146,16 @@ def tune(
     scenarios = [named(name, scale) for name in names for scale in factors]
     arguments = [constructed(scenario, changes, plugins) for scenario in names]
     wanted = searched(ranges, scenarios, loops, arguments)
-    if out is not None:
-        prepare([out])
-    with kernels_said(verbose), progress_bar("preparing") as report:
+    if out:
+        try_outputs([out])
+    with log_kernels(verbose), progress_bar("preparing") as report:
         progress = told(report, metric, candidates)
         found = tune(aim, wanted, candidates=candidates, seed=seed, threads=threads, progress=progress)
     for scenario, table in zip(scenarios, found.tables, strict=True):
         say_remarks(scenario, table)
     command = typed(context)
-    left = Written()
-    if out is not None:
-        name = out.name
-        left = written(out.parent, lambda place: [write_values(place / name, command, found)])
+    name = out.name if out else ""
+    left = write_or_keep(out and out.parent, lambda place: [write_values(place / name, command, found)])
     if json:
         typer.echo(as_json(as_tables(scenarios, command, aim, found)))
         left.check()
@@ -258,14 +255,11 @@ def named(scenario: str, scale: float | None) -> str:
 
 
 def constructed(scenario: str, changes: Sequence[str], plugins: Sequence[Path]) -> "Mapping[str, Argument]":
-    """What the constructors of a scenario take, which is loaded already and has said its warnings."""
-    from hydroservo.errors import HydroservoWarning
+    """What the constructors of a scenario take."""
     from hydroservo.scenario import parse_override
     from hydroservo.scenario.load import assembled
 
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", HydroservoWarning)
-        return assembled(scenario, dict(map(parse_override, changes)), plugins).arguments
+    return assembled(scenario, dict(map(parse_override, changes)), plugins).arguments
 
 
 def searched(

@@ -1,4 +1,4 @@
-"""Writes what a command computed: where it was asked to, or else where it can."""
+"""Writes what a command computed: where it was asked to, or else where it can be kept."""
 
 import shutil
 import tempfile
@@ -10,7 +10,7 @@ import typer
 
 from hydroservo.outputs import OutputError, check_outputs, existing_folder
 
-__all__ = ["Written", "kept", "prepare", "written"]
+__all__ = ["Written", "keep_elsewhere", "try_outputs", "write_or_keep"]
 
 MIB = 2**20  # bytes
 
@@ -32,7 +32,7 @@ class Written(NamedTuple):
             raise self.failure
 
 
-def prepare(files: Sequence[Path], size: int = 0) -> None:
+def try_outputs(files: Sequence[Path], size: int = 0) -> None:
     """Before a computation: find out whether its files can be written.
 
     Args:
@@ -50,15 +50,20 @@ def prepare(files: Sequence[Path], size: int = 0) -> None:
             typer.echo(f"hydroservo: warning: {folder}: {said}", err=True)
 
 
-def written(folder: Path, write: Callable[[Path], Sequence[Path]]) -> Written:
-    """Write files into a folder, all or none; if none, into a temporary folder that the failure names."""
+def write_or_keep(folder: Path | None, write: Callable[[Path], Sequence[Path]]) -> Written:
+    """Write files into a folder, all or none; if none, into a temporary folder that the failure names.
+
+    Args:
+        folder: where they go; nothing is written if None.
+        write: writes them into a folder and returns which they are.
+    """
     try:
-        return Written(write(folder))
+        return Written(() if folder is None else write(folder))
     except OutputError as error:
-        return Written((), kept(error, write))
+        return Written((), keep_elsewhere(error, write))
 
 
-def kept(problem: OutputError, write: Callable[[Path], object]) -> OutputError:
+def keep_elsewhere(problem: OutputError, write: Callable[[Path], object]) -> OutputError:
     """The problem, and where else the files are now, if they could be written to the temporary folder."""
     try:
         folder = Path(tempfile.mkdtemp(prefix="hydroservo-"))

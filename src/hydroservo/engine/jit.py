@@ -37,6 +37,7 @@ INLINE = {
     "boundscheck": True,  # of a block's own arrays; an index beyond them stops the run
     "no_cpython_wrapper": True,
     "no_cfunc_wrapper": True,
+    "_nrt": False,  # also where others' compiled code, which counts references to arrays, called it first
 }
 
 

@@ -113,7 +113,7 @@ def on_disk(recipe: Recipe, make: Callable[[], MachineCode]) -> MachineCode:
     except UnknownContentError as error:
         remarks.append(f"it cannot be kept: {error}")
     except OSError as error:
-        remarks.append(f"could not be read from {place()}: {error}")
+        remarks.append(problem(error))
     if kept is not None:
         LOG.info("kernel '%s' read from disk in %.2f s", recipe.text, monotonic() - start)
         return MachineCode(*kept, portable=True)
@@ -126,12 +126,11 @@ def on_disk(recipe: Recipe, make: Callable[[], MachineCode]) -> MachineCode:
     return made
 
 
-def place() -> str:
-    """Where kernels are kept, for a message."""
-    try:
-        return str(disk_cache.directory())
-    except OSError:
-        return "the cache"
+def problem(error: OSError) -> str:
+    """What is wrong with the cache; the same whether it was read or written."""
+    if isinstance(error, disk_cache.CacheError):
+        return f"cache: {error}"
+    return f"cache: {disk_cache.directory()}: {error.strerror}"
 
 
 def keep(digest: str, made: MachineCode) -> str:
@@ -141,7 +140,7 @@ def keep(digest: str, made: MachineCode) -> str:
     try:
         disk_cache.write(digest, made.name, made.code)
     except OSError as error:
-        return f"not kept in {place()}: {error}"
+        return problem(error)
     return "kept on disk"
 
 

@@ -120,7 +120,7 @@ def owner(value: type | FunctionType) -> str:
 
 
 @cache
-def by_others(module: str) -> bool:
+def is_foreign(module: str) -> bool:
     """True for a module of Python or of a compiler, whose version tells its content."""
     top = module.partition(".")[0]
     if top in COMPILERS or top == "builtins":
@@ -172,7 +172,7 @@ class Content:
             yield from self.once(value, self.of_function)
         elif isinstance(value, type):
             yield from self.of_type(value)
-        elif isinstance(value, BuiltinFunctionType) and by_others(value.__module__ or "builtins"):
+        elif isinstance(value, BuiltinFunctionType) and is_foreign(value.__module__ or "builtins"):
             yield f"{value.__module__}.{value.__qualname__}"
         else:
             raise UnknownContentError(f"an object of type {type(value).__qualname__}")
@@ -180,7 +180,7 @@ class Content:
     def once(self, value: Any, tell: Any) -> Iterator[str]:
         """The name of something, and its content, or where that was told before."""
         yield f"{value.__module__}.{value.__qualname__}"
-        if by_others(owner(value)):
+        if is_foreign(owner(value)):
             return
         if id(value) in self.met:
             yield f"number {self.met[id(value)]}"
@@ -192,7 +192,7 @@ class Content:
         if issubclass(value, BaseException):  # compiled code only says that one was raised
             yield f"{value.__module__}.{value.__qualname__}"
             return
-        if not by_others(owner(value)) and not hasattr(value, "_fields"):
+        if not is_foreign(owner(value)) and not hasattr(value, "_fields"):
             raise UnknownContentError(f"the class {value.__qualname__}, which is no NamedTuple")
         yield from self.once(value, self.of_class)
 

@@ -12,7 +12,7 @@ from hydroservo.export.deviation import measured_deviation
 from hydroservo.export.exported import Exported, Signal
 from hydroservo.export.render import rendered
 from hydroservo.export.vectors import Vectors
-from hydroservo.outputs import staged, write_text
+from hydroservo.outputs import check_outputs, staged, write_text
 
 __all__ = ["Memory", "c_project", "check_project", "memory", "project_files", "write_c_project"]
 
@@ -66,12 +66,14 @@ def project_files(folder: Path, prefix: str) -> list[Path]:
 
 
 def check_project(folder: Path, prefix: str = "") -> None:
-    """Refuse a folder with a file of another origin under a name that is written, as far as names are known.
+    """Refuse a folder that cannot be written to, or with a file of another origin, as far as names are known.
 
     Raises:
-        HydroservoError: there is such a file.
+        HydroservoError: it is such a folder.
     """
-    for path in project_files(folder, prefix) if prefix else (folder / "Makefile", folder / "README.md"):
+    files = project_files(folder, prefix) if prefix else [folder / "Makefile", folder / "README.md"]
+    check_outputs(files)
+    for path in files:
         check_ours(path)
 
 

@@ -7,6 +7,7 @@ from typing import Any
 from hydroservo._version import __version__
 from hydroservo.accuracy import with_substeps
 from hydroservo.block import Block
+from hydroservo.cautions import quietly
 from hydroservo.errors import LoopError
 from hydroservo.export.exported import Argument, Exported, Part, Precision, Signal
 from hydroservo.export.names import identifier
@@ -21,7 +22,7 @@ from hydroservo.field import Field, declared_fields
 from hydroservo.loop import AUTO, Loop
 from hydroservo.provenance import scenario_hash, scenario_text
 from hydroservo.signals import Demand, Measurement
-from hydroservo.simulate import first_state, ready, simulated
+from hydroservo.simulate import first_state, ready, simulate
 
 __all__ = ["exported"]
 
@@ -114,7 +115,7 @@ def settled(loop: Loop) -> Loop:
     """The loop with automatic substeps turned into the number that a run finds."""
     if loop.simulation.substeps != AUTO:
         return loop
-    substeps = int(simulated(loop, record=()).attrs["substeps"])
+    substeps = int(quietly(simulate)(loop, record=()).attrs["substeps"])
     return with_substeps(loop, substeps)
 
 

@@ -6,6 +6,7 @@ from concurrent.futures import CancelledError, ThreadPoolExecutor, as_completed
 from threading import Event
 from typing import TYPE_CHECKING, NamedTuple
 
+from hydroservo.cautions import quietly
 from hydroservo.papers.tsmc_eha_2021.claims import CLAIMS, Outcome, outcome
 from hydroservo.papers.tsmc_eha_2021.conditions import (
     CONTROLLERS,
@@ -19,7 +20,7 @@ from hydroservo.papers.tsmc_eha_2021.conditions import (
     runs_of,
 )
 from hydroservo.scenario import load_scenario
-from hydroservo.simulate import simulated
+from hydroservo.simulate import simulate
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -110,7 +111,7 @@ def result_of(run: Run, stop: Event) -> "xr.Dataset":
             raise CancelledError
 
     loop = load_scenario(run.scenario(), run.changes())
-    return simulated(loop, strict=True, progress=heed)  # so that the verdicts are the same everywhere
+    return quietly(simulate)(loop, strict=True, progress=heed)  # so that the verdicts are the same everywhere
 
 
 def run_label(run: Run) -> str:
