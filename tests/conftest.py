@@ -1,6 +1,7 @@
 """Settings of all tests."""
 
 import os
+import signal
 from pathlib import Path
 
 from hypothesis import settings
@@ -8,6 +9,9 @@ from hypothesis import settings
 # A first call compiles for a second.
 settings.register_profile("hydroservo", deadline=None)
 settings.load_profile("hydroservo")
+
+# Where interrupts are ignored, as in the background of a script, commands would ignore those of tests too.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 # Kernels of the tests stay out of the user's cache.
 os.environ["HYDROSERVO_CACHE_DIR"] = str(Path(__file__).parent.parent / ".pytest_cache" / "kernels")

@@ -218,6 +218,7 @@ def uninterrupted(work: Callable[[], None]) -> None:
         return
     heard: list[int] = []
     kinds = [getattr(signal, name) for name in ("SIGINT", "SIGALRM") if hasattr(signal, name)]
+    kinds = [kind for kind in kinds if signal.getsignal(kind) is not signal.SIG_IGN]
     before = {kind: signal.signal(kind, lambda number, _: heard.append(number)) for kind in kinds}
     try:
         work()

@@ -98,6 +98,37 @@ def test_ctrl_c_after_all_is_done_changes_nothing():
     assert done.stdout.startswith("hydroservo ")
 
 
+IGNORED = """
+import os, signal, sys
+signal.signal(signal.SIGINT, signal.SIG_IGN)
+os.execv(sys.executable, [sys.executable, "-c", sys.argv[1], "run", "paper/sine-pi", "--json", *sys.argv[2:]])
+"""
+AS_IT_BEGINS = """
+import os, signal
+os.kill(os.getpid(), signal.SIGINT)
+from hydroservo.cli import main
+os.kill(os.getpid(), signal.SIGINT)
+main()
+"""
+
+
+@needs_posix
+def test_a_command_of_a_script_s_background_is_not_interrupted(tmp_path):
+    words = [
+        sys.executable,
+        "-c",
+        IGNORED,
+        AS_IT_BEGINS,
+        "--out",
+        tmp_path,
+        "--set",
+        "simulation.duration=1ms",
+    ]
+    done = subprocess.run(words, text=True, capture_output=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert (tmp_path / "metrics.json").exists()
+
+
 def interrupted(*args):
     """The command, interrupted after two seconds."""
     running = subprocess.Popen(

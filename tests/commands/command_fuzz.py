@@ -55,6 +55,7 @@ def called(one: Case) -> tuple[Any, str, str, float]:
 
     out, err = io.StringIO(), io.StringIO()
     start = time.monotonic()
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # ignored in the background of a script
     signal.signal(signal.SIGALRM, lambda *_: signal.raise_signal(signal.SIGINT))
     signal.setitimer(signal.ITIMER_REAL, PATIENCE, AGAIN)
     try:

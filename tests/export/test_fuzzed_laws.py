@@ -132,23 +132,8 @@ def wrong(laws: list[Tried], folder: Path, flags: tuple[str, ...]) -> list[str]:
     sources = [write_unit(one.unit, folder) for one in laws]
     program = folder / "program"
     try:
-        strict = warnings(laws[0].unit)
-        output(
-            [
-                "gcc",
-                *FLAGS,
-                *strict,
-                LIMITS,
-                *flags,
-                "-I",
-                folder,
-                *sources,
-                folder / "driver.c",
-                "-o",
-                program,
-                "-lm",
-            ]
-        )
+        strict, driver_file = (*FLAGS, *warnings(laws[0].unit), LIMITS), folder / "driver.c"
+        output(["gcc", *strict, *flags, "-I", folder, *sources, driver_file, "-o", program, "-lm"])
         said = output(["timeout", str(PROGRAM_LASTS), program])
     except ToolError as error:
         if len(laws) == 1:

@@ -29,17 +29,25 @@ REPEATS = hasattr(signal, "setitimer")  # not on Windows
 
 def end_on_interrupt() -> None:
     """From now on, end at once on an interrupt, as is right while there is nothing to put in order."""
-    signal.signal(signal.SIGINT, lambda _number, _frame: leave())
+    if not ignored():
+        signal.signal(signal.SIGINT, lambda _number, _frame: leave())
 
 
 def repeat_interrupts() -> None:
     """From now on, repeat an interrupt until :func:`heard` is called, and say nothing of those dropped."""
     sys.unraisablehook = dropped
+    if ignored():
+        return
     if REPEATS:
         signal.signal(signal.SIGALRM, interrupt)
         signal.signal(signal.SIGINT, interrupt)
     else:
         signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def ignored() -> bool:
+    """Whether this process was started with interrupts ignored, as in the background of a script."""
+    return signal.getsignal(signal.SIGINT) is signal.SIG_IGN
 
 
 def ignore_interrupts() -> None:
