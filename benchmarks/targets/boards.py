@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from benchmarks.targets.sources import FOLDER, write_unit
 from benchmarks.targets.tools import FLAGS, output, warnings
-from hydroservo.export.exported import Exported
+from hydroservo.export.unit import Unit
 
 __all__ = ["BOARDS", "Board", "compiled", "image", "ran"]
 
@@ -36,7 +36,7 @@ BOARDS = (
 )
 
 
-def compiled(unit: Exported, board: Board, folder: Path, flags: Sequence[str] = ()) -> Path:
+def compiled(unit: Unit, board: Board, folder: Path, flags: Sequence[str] = ()) -> Path:
     """The unit alone as an object, with -O2 and every warning an error.
 
     Raises:

@@ -6,14 +6,14 @@ from pathlib import Path
 from benchmarks.targets.host import program
 from benchmarks.targets.sources import Rows
 from benchmarks.targets.tools import ToolError
-from hydroservo.export.exported import Exported
+from hydroservo.export.unit import Unit
 
 __all__ = ["instructions"]
 
 TOTAL = re.compile(r"^summary: (\d+)$", re.MULTILINE)
 
 
-def instructions(unit: Exported, inputs: Rows, folder: Path) -> int:
+def instructions(unit: Unit, inputs: Rows, folder: Path) -> int:
     """Of a step and all that it calls, mean over these inputs, gcc -O2; the same for the same compiler.
 
     Raises:

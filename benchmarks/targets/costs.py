@@ -8,7 +8,7 @@ from benchmarks.targets.boards import COMPILER, Board, compiled, image, ran
 from benchmarks.targets.sources import Rows, write_measure
 from benchmarks.targets.stack import OPTIONS, deepest
 from benchmarks.targets.tools import FLAGS, ToolError, output
-from hydroservo.export.exported import Exported
+from hydroservo.export.unit import Unit
 
 __all__ = ["Costs", "Sections", "costs", "sections"]
 
@@ -56,7 +56,7 @@ class Costs(NamedTuple):
     instructions: int
 
 
-def costs(unit: Exported, board: Board, inputs: Rows, folder: Path) -> Costs:
+def costs(unit: Unit, board: Board, inputs: Rows, folder: Path) -> Costs:
     """Measures a unit with -O2.
 
     Raises:
@@ -76,7 +76,7 @@ def costs(unit: Exported, board: Board, inputs: Rows, folder: Path) -> Costs:
     )
 
 
-def measured(unit: Exported, board: Board, inputs: Rows, built: Path) -> tuple[int, int]:
+def measured(unit: Unit, board: Board, inputs: Rows, built: Path) -> tuple[int, int]:
     """Bytes of stack, and instructions of a step, on the emulated board."""
     folder = built.parent
     done = ran(board, image(board, [built, write_measure(unit, inputs, folder)], folder), TIMED)
@@ -86,7 +86,7 @@ def measured(unit: Exported, board: Board, inputs: Rows, built: Path) -> tuple[i
     return touched, 1 + round((whole - around) / TICKS / len(inputs))  # around takes one itself
 
 
-def linked(unit: Exported, board: Board, built: Path) -> Path:
+def linked(unit: Unit, board: Board, built: Path) -> Path:
     """The object with what it needs of the libraries, and nothing else."""
     target = built.with_suffix(".elf")
     used = ["init", *([] if unit.inlined else ["defaults"])]
@@ -109,7 +109,7 @@ def sections(built: Path) -> Sections:
     return Sections(*found.values())
 
 
-def size(unit: Exported, board: Board, record: str, folder: Path) -> int:
+def size(unit: Unit, board: Board, record: str, folder: Path) -> int:
     """Bytes of a record."""
     source, target = folder / "size.c", folder / "size.o"
     text = f'#include "{unit.prefix}.h"\nchar size[sizeof({unit.prefix}_{record})];\n'

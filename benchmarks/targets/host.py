@@ -9,7 +9,7 @@ import numpy as np
 
 from benchmarks.targets.sources import Rows, width, write_program, write_unit
 from benchmarks.targets.tools import FLAGS, output, warnings
-from hydroservo.export.exported import Exported
+from hydroservo.export.unit import Unit
 
 __all__ = ["Library", "Program", "library", "program"]
 
@@ -17,7 +17,7 @@ __all__ = ["Library", "Program", "library", "program"]
 class Library(NamedTuple):
     """A unit loaded into this process."""
 
-    unit: Exported
+    unit: Unit
     loaded: ctypes.CDLL
 
     def run(
@@ -55,7 +55,7 @@ class Library(NamedTuple):
 class Program(NamedTuple):
     """A unit in an executable that reads its inputs from a file."""
 
-    unit: Exported
+    unit: Unit
     path: Path
 
     def run(
@@ -83,7 +83,7 @@ class Program(NamedTuple):
         return states.reshape(-1, len(self.unit.states))[1:]
 
 
-def library(unit: Exported, folder: Path, compiler: str = "gcc", flags: Sequence[str] = ("-O2",)) -> Library:
+def library(unit: Unit, folder: Path, compiler: str = "gcc", flags: Sequence[str] = ("-O2",)) -> Library:
     """A unit compiled without a single warning, and loaded.
 
     Raises:
@@ -96,7 +96,7 @@ def library(unit: Exported, folder: Path, compiler: str = "gcc", flags: Sequence
     return Library(unit, ctypes.CDLL(str(target)))
 
 
-def program(unit: Exported, folder: Path, compiler: str = "gcc", flags: Sequence[str] = ("-O2",)) -> Program:
+def program(unit: Unit, folder: Path, compiler: str = "gcc", flags: Sequence[str] = ("-O2",)) -> Program:
     """A unit compiled without a single warning, into an executable.
 
     Raises:
@@ -109,14 +109,14 @@ def program(unit: Exported, folder: Path, compiler: str = "gcc", flags: Sequence
     return Program(unit, target)
 
 
-def compiled(unit: Exported, folder: Path, compiler: str, flags: Sequence[str]) -> Path:
+def compiled(unit: Unit, folder: Path, compiler: str, flags: Sequence[str]) -> Path:
     """The unit alone as an object, every warning an error."""
     target = folder / f"{unit.prefix}.o"
     output([compiler, *FLAGS, *warnings(unit), *flags, "-c", write_unit(unit, folder), "-o", target])
     return target
 
 
-def reals(unit: Exported, inputs: Rows) -> Rows:
+def reals(unit: Unit, inputs: Rows) -> Rows:
     with np.errstate(over="ignore"):  # a number too large for a float is an infinity
         rows: Rows = np.ascontiguousarray(inputs, np.float32 if unit.real == "float" else np.float64)
     if rows.ndim != 2 or rows.shape[1] != width(unit):
@@ -124,7 +124,7 @@ def reals(unit: Exported, inputs: Rows) -> Rows:
     return rows
 
 
-def values(unit: Exported, parameters: Mapping[str, float] | None) -> Rows | None:
+def values(unit: Unit, parameters: Mapping[str, float] | None) -> Rows | None:
     """All parameters in their order; nothing where they are the unit's own."""
     if parameters is None:
         return None

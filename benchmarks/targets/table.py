@@ -11,7 +11,7 @@ from benchmarks.targets.callgrind import instructions
 from benchmarks.targets.costs import Costs, costs
 from benchmarks.targets.sources import Rows
 from benchmarks.targets.tools import output
-from hydroservo.export.exported import Exported
+from hydroservo.export.unit import Unit
 
 __all__ = ["Measured", "measured", "page", "tables"]
 
@@ -34,7 +34,7 @@ class Measured(NamedTuple):
     boards: tuple[Costs, ...]
 
 
-def measured(units: Iterable[tuple[str, Exported, Rows]], say: Callable[[str], None]) -> Iterator[Measured]:
+def measured(units: Iterable[tuple[str, Unit, Rows]], say: Callable[[str], None]) -> Iterator[Measured]:
     """Measures each unit, by its name, with these inputs.
 
     Raises:

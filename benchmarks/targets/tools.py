@@ -4,7 +4,7 @@ import subprocess
 from collections.abc import Sequence
 from pathlib import Path
 
-from hydroservo.export.exported import Exported
+from hydroservo.export.unit import Unit
 
 __all__ = ["FLAGS", "ToolError", "output", "warnings"]
 
@@ -43,6 +43,6 @@ def output(command: Sequence[str | Path]) -> str:
     return done.stdout
 
 
-def warnings(unit: Exported) -> tuple[str, ...]:
+def warnings(unit: Unit) -> tuple[str, ...]:
     """The compiler's warnings that a unit must not give, as errors."""
     return (*WARNINGS, *(SINGLE if unit.real == "float" else ()))

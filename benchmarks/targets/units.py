@@ -7,9 +7,9 @@ import numpy as np
 from benchmarks.targets.laws import LAWS, types_in
 from benchmarks.targets.sources import Rows
 from hydroservo import Loop, Simulation
-from hydroservo.export.exported import Exported, Part, Precision
-from hydroservo.export.units import exported
-from hydroservo.export.vectors import made_vectors
+from hydroservo.export.c.vectors import made_vectors
+from hydroservo.export.of_loop import exported_unit
+from hydroservo.export.unit import Part, Precision, Unit
 from hydroservo.scenario import builtin_scenarios, load_scenario
 
 __all__ = ["controllers", "units"]
@@ -28,10 +28,10 @@ def controllers() -> dict[str, Loop]:
     return laws | dict(found.values())
 
 
-def units(loops: dict[str, Loop]) -> Iterator[tuple[str, Exported, Rows]]:
+def units(loops: dict[str, Loop]) -> Iterator[tuple[str, Unit, Rows]]:
     """Controllers in both precisions, with inputs that their loops give them."""
     for name, loop in loops.items():
         for precision in Precision:
-            unit = exported(loop, Part.CONTROLLER, prefix="unit", title=name, precision=precision)
+            unit = exported_unit(loop, Part.CONTROLLER, prefix="unit", title=name, precision=precision)
             inputs = made_vectors(loop, Part.CONTROLLER, unit).inputs
             yield name, unit, inputs[(np.abs(inputs) < LARGEST).all(axis=1)]

@@ -10,8 +10,8 @@ import pandas as pd
 import pyarrow.parquet as pq
 import pytest
 import xarray as xr
+from cli_runner import failed, hydroservo_, succeeded
 from scipy.io import loadmat
-from test_cli import failed, hydroservo_, succeeded
 from test_cli_process import heavy_libraries_of, leaves_nothing, needs_posix, on_terminal
 
 import hydroservo

@@ -5,8 +5,8 @@ import time
 
 import numpy as np
 import pytest
+from cli_runner import failed, succeeded
 from test_batch_replay import replayed
-from test_cli import failed, succeeded
 
 from hydroservo import ParameterError, ScenarioError, simulate, simulate_batch
 from hydroservo.block import replace

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from cli_runner import failed
 from hypothesis import given
 from hypothesis import strategies as st
-from test_cli import failed
 
 from hydroservo import ScenarioError
 from hydroservo.cli.replay import Origin

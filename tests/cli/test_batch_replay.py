@@ -3,8 +3,8 @@
 import shlex
 
 import pytest
+from cli_runner import succeeded
 from test_batch_ranges import drawn
-from test_cli import succeeded
 
 from hydroservo import Loop
 from hydroservo.block import replace

@@ -4,7 +4,7 @@ import json
 import subprocess
 
 import pytest
-from test_cli import PLUGIN, failed, succeeded
+from cli_runner import PLUGIN, failed, succeeded
 
 import hydroservo
 from hydroservo.provenance import scenario_hash

@@ -13,8 +13,8 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from cli_runner import hydroservo_, succeeded
 from PIL import Image
-from test_cli import hydroservo_, succeeded
 from test_cli_process import HYDROSERVO
 
 from hydroservo import results
@@ -36,7 +36,7 @@ COMMANDS = [
     (BATCH, "runs.csv", "", "hydroservo.batch.simulate_batch"),
     (TUNE, "gains.toml", "", "hydroservo.tuning.tune"),
     (("paper",), "DIR", "trajectories/sine-pi.parquet", "hydroservo.papers.tsmc_eha_2021.study.run_study"),
-    (("export", "c", "paper/sine-pi"), "DIR", "sine_pi.h", "hydroservo.export.vectors.made_vectors"),
+    (("export", "c", "paper/sine-pi"), "DIR", "sine_pi.h", "hydroservo.export.c.vectors.made_vectors"),
     (("export", "fmu", "paper/sine-pi"), "law.fmu", "", "hydroservo.export.fmu.write_fmu"),
 ]
 

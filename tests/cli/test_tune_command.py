@@ -7,7 +7,7 @@ import tomllib
 
 import numpy as np
 import pytest
-from test_cli import PLUGIN, failed, hydroservo_, succeeded
+from cli_runner import PLUGIN, failed, hydroservo_, succeeded
 from test_cli_process import heavy_libraries_of, leaves_nothing, needs_posix, on_terminal
 
 import hydroservo

@@ -8,8 +8,8 @@ from benchmarks.targets.sources import Rows
 from numpy.typing import NDArray
 
 from hydroservo import Loop, simulate
-from hydroservo.export.exported import Part
-from hydroservo.export.units import exported
+from hydroservo.export.of_loop import exported_unit
+from hydroservo.export.unit import Part
 from needs import needs
 
 __all__ = ["assert_same_run", "same_bits"]
@@ -23,7 +23,7 @@ def same_bits(a: Rows, b: Rows) -> NDArray[np.bool_]:
 def assert_same_run(loop: Loop, folder: Path, *, compiled: bool) -> None:
     """A whole loop in C gives the bits of its strict simulation."""
     needs("gcc")
-    unit = exported(loop, Part.LOOP, prefix="loop", title="a loop")
+    unit = exported_unit(loop, Part.LOOP, prefix="loop", title="a loop")
     data = simulate(loop, strict=compiled, compiled=compiled)
     stride = round(loop.simulation.record_period / loop.simulation.period)
     count = data.sizes["time"]

@@ -1,6 +1,6 @@
 """Exports written by hand, as the translation writes them."""
 
-from hydroservo.export.exported import Argument, Exported, Signal
+from hydroservo.export.unit import Argument, Signal, Unit
 
 __all__ = ["by_hand"]
 
@@ -15,10 +15,10 @@ def by_hand(
     states: tuple[Signal, ...],
     *,
     command: bool,
-) -> Exported:
+) -> Unit:
     """An export in double precision, from the texts of its header and source, and what is in them."""
     header, source = texts
-    return Exported(
+    return Unit(
         prefix=prefix,
         title=title,
         scenario='type = "<Loop>"\n',

@@ -8,9 +8,9 @@ import pytest
 from benchmarks.targets.boards import BOARDS
 from benchmarks.targets.sources import Rows, width
 
-from hydroservo.export.exported import Exported, Part, Precision
-from hydroservo.export.units import exported
-from hydroservo.export.vectors import Vectors, made_vectors
+from hydroservo.export.c.vectors import Vectors, made_vectors
+from hydroservo.export.of_loop import exported_unit
+from hydroservo.export.unit import Part, Precision, Unit
 from hydroservo.scenario import load_scenario
 
 __all__ = [
@@ -67,9 +67,9 @@ each_controller = pytest.mark.parametrize("case", CONTROLLERS, ids=named)
 
 
 @cache
-def unit_of(case: Case) -> Exported:
+def unit_of(case: Case) -> Unit:
     loop = load_scenario(case.scenario)
-    return exported(
+    return exported_unit(
         loop, case.part, prefix="unit", title=case.scenario, precision=case.precision, inlined=case.inlined
     )
 
@@ -79,11 +79,11 @@ def vectors_of(case: Case) -> Vectors:
     return made_vectors(load_scenario(case.scenario), case.part, unit_of(case))
 
 
-def rows_of(unit: Exported, count: int = 1000) -> Rows:
+def rows_of(unit: Unit, count: int = 1000) -> Rows:
     """Ordinary numbers, as small as velocities are."""
     return np.random.default_rng(0).normal(0.0, 0.02, (count, width(unit)))
 
 
-def limit_of(unit: Exported) -> float:
+def limit_of(unit: Unit) -> float:
     """The largest command [V]: of all limits that it goes through the least."""
     return min(signal.value for signal in unit.parameters if signal.path.endswith("saturation.limit"))

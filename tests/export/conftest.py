@@ -9,9 +9,9 @@ from fmus import Instance, mass
 from projects import scenario, unit
 from toy import toy
 
-from hydroservo.export.exported import Exported, Precision
+from hydroservo.export.c.vectors import Vectors
 from hydroservo.export.fmu import FmiVersion, write_fmu
-from hydroservo.export.vectors import Vectors
+from hydroservo.export.unit import Precision, Unit
 from hydroservo.loop import Loop
 
 
@@ -20,7 +20,7 @@ def version(request: pytest.FixtureRequest) -> FmiVersion:
     return request.param
 
 
-def unpacked(exported: Exported, version: FmiVersion, folder: Path) -> Path:
+def unpacked(exported: Unit, version: FmiVersion, folder: Path) -> Path:
     file = write_fmu(exported, folder / "one.fmu", stop_time=1.0, version=version)
     return Path(fmpy.extract(str(file), unzipdir=str(folder / "unpacked")))
 
@@ -47,10 +47,10 @@ def loop() -> Loop:
 
 
 @pytest.fixture(scope="module")
-def law(loop: Loop) -> tuple[Exported, Vectors]:
+def law(loop: Loop) -> tuple[Unit, Vectors]:
     return unit(loop)
 
 
 @pytest.fixture(scope="module")
-def single(loop: Loop) -> tuple[Exported, Vectors]:
+def single(loop: Loop) -> tuple[Unit, Vectors]:
     return unit(loop, precision=Precision.SINGLE)

@@ -6,8 +6,8 @@ from typing import NamedTuple
 from benchmarks.targets.sources import write_unit
 from benchmarks.targets.tools import output
 
-from hydroservo.export.exported import Exported
-from hydroservo.export.misra import DEVIATIONS
+from hydroservo.export.c.misra import DEVIATIONS
+from hydroservo.export.unit import Unit
 
 __all__ = ["Finding", "findings", "unaccepted"]
 
@@ -24,7 +24,7 @@ class Finding(NamedTuple):
     message: str
 
 
-def findings(unit: Exported, folder: Path) -> list[Finding]:
+def findings(unit: Unit, folder: Path) -> list[Finding]:
     """All that it says of a unit.
 
     Left out are that nothing calls init and step, that it does not read math.h, and what it mistakes.

@@ -9,8 +9,8 @@ import fmpy
 from by_hand import by_hand
 from fmpy import fmi2, fmi3
 
-from hydroservo.export.exported import Argument, Exported, Signal
 from hydroservo.export.fmu import FmiVersion
+from hydroservo.export.unit import Argument, Signal, Unit
 
 HEADER = """\
 #ifndef MASS_H
@@ -71,7 +71,7 @@ void mass_step(mass_state *state, const mass_parameters *parameters, const mass_
 """
 
 
-def mass() -> Exported:
+def mass() -> Unit:
     """A machine: states that must stay finite beside a sensor whose reading need not."""
     return by_hand(
         "mass",

@@ -4,9 +4,9 @@ import subprocess
 from pathlib import Path
 from typing import Any
 
-from hydroservo.export.exported import Exported, Part
-from hydroservo.export.units import exported
-from hydroservo.export.vectors import Vectors, made_vectors
+from hydroservo.export.c.vectors import Vectors, made_vectors
+from hydroservo.export.of_loop import exported_unit
+from hydroservo.export.unit import Part, Unit
 from hydroservo.loop import Loop
 from hydroservo.scenario import load_scenario
 from needs import needs
@@ -22,9 +22,9 @@ def scenario(**changes: object) -> Loop:
     return load_scenario("paper/sine-pi", {"simulation.duration": 0.05} | dotted)
 
 
-def unit(loop: Loop, part: Part = Part.CONTROLLER, **options: Any) -> tuple[Exported, Vectors]:
+def unit(loop: Loop, part: Part = Part.CONTROLLER, **options: Any) -> tuple[Unit, Vectors]:
     """An export and its test vectors."""
-    made = exported(loop, part, **{"prefix": "law", "title": TITLE} | options)
+    made = exported_unit(loop, part, **{"prefix": "law", "title": TITLE} | options)
     return made, made_vectors(loop, part, made)
 
 

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from benchmarks.targets.host import Program, program
 
-from hydroservo.export.exported import Exported
+from hydroservo.export.unit import Unit
 
 __all__ = ["watched"]
 
@@ -14,7 +14,7 @@ CHECKS = {
 }
 
 
-def watched(unit: Exported, folder: Path, compiler: str) -> Program:
+def watched(unit: Unit, folder: Path, compiler: str) -> Program:
     """A program that stops at the first operation that C does not define, or access outside an object."""
     checks = [f"-fsanitize={CHECKS[compiler]}", "-fno-sanitize-recover=all"]
     return program(unit, folder, compiler, ["-O1", "-g", *checks])

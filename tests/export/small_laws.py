@@ -7,8 +7,8 @@ from benchmarks.targets.host import library
 
 from bits import bits
 from hydroservo import Loop, Simulation
-from hydroservo.export.exported import Part
-from hydroservo.export.units import exported
+from hydroservo.export.of_loop import exported_unit
+from hydroservo.export.unit import Part
 from hydroservo.scenario import load_plugin
 from hydroservo.signals import Demand, Measurement
 
@@ -132,7 +132,7 @@ def law(folder: Path, body: str, **changes: object) -> Loop:
 
 def assert_same(loop: Loop, folder: Path) -> None:
     """C gives the bits of plain Python, for two steps."""
-    unit = exported(loop, Part.CONTROLLER, **NAMED)
+    unit = exported_unit(loop, Part.CONTROLLER, **NAMED)
     numbers = dict(zip([f"measurement.{name}" for name in Y._fields], Y, strict=True))
     numbers |= dict(zip([f"demand.{name}" for name in R._fields], R, strict=True))
     row = [numbers[signal.path] for argument in unit.arguments for signal in argument.signals]

@@ -13,8 +13,8 @@ from compiling import compiled
 from hydroservo import Loop, Simulation
 from hydroservo.block import Controller, leaves
 from hydroservo.engine import flat
-from hydroservo.export.exported import Part
-from hydroservo.export.units import exported
+from hydroservo.export.of_loop import exported_unit
+from hydroservo.export.unit import Part
 from hydroservo.signals import Demand, Measurement
 from hydroservo.simulate import ready
 from needs import needs
@@ -63,7 +63,7 @@ def column(path: str) -> int:
 def test_a_million_random_steps_of_each_law(name: str, tmp_path: Path) -> None:
     needs("gcc")
     loop = ready(Loop(Simulation(period=PERIOD, duration=1.0), controller=LAWS[name]))
-    unit = exported(loop, Part.CONTROLLER, prefix="law", title=name)
+    unit = exported_unit(loop, Part.CONTROLLER, prefix="law", title=name)
     rows = signals(STEPS)
     given = [column(signal.path) for one in unit.arguments for signal in one.signals]
     states = library(unit, tmp_path).run(rows[:, given])

@@ -11,15 +11,15 @@ from small_laws import NAMED, law
 from hydroservo import Loop, Simulation
 from hydroservo.controllers import PI, TSMC, Saturation
 from hydroservo.errors import LoopError, ParameterError
-from hydroservo.export.exported import Exported, Part, Precision
+from hydroservo.export.comments import WIDTH, comment
 from hydroservo.export.names import identifier, is_identifier, snake
-from hydroservo.export.units import exported
-from hydroservo.export.wrap import WIDTH, comment, wrapped
+from hydroservo.export.of_loop import exported_unit
+from hydroservo.export.unit import Part, Precision, Unit
 from hydroservo.scenario import load_scenario
 from needs import needs
 
 
-def run(unit: Exported, rows: np.ndarray, folder: Path) -> np.ndarray:
+def run(unit: Unit, rows: np.ndarray, folder: Path) -> np.ndarray:
     """The states after each row, by a library of its own: one that is loaded must not be written again."""
     own = folder / f"{unit.real}{unit.inlined}"
     own.mkdir()
@@ -28,7 +28,7 @@ def run(unit: Exported, rows: np.ndarray, folder: Path) -> np.ndarray:
 
 def test_what_nobody_reads_is_left_out(tmp_path: Path) -> None:
     loop = law(tmp_path, "spare = r.jerk * y.position\nreturn LawState(self.gain * y.velocity, 0.0)")
-    unit = exported(loop, Part.CONTROLLER, **NAMED)
+    unit = exported_unit(loop, Part.CONTROLLER, **NAMED)
     assert [one.path for one in unit.parameters] == ["controller.gain", "simulation.period"]
     assert [one.path for argument in unit.arguments for one in argument.signals] == ["measurement.velocity"]
     assert [one.path for one in unit.states] == ["controller.u", "controller.beside"]
@@ -37,7 +37,9 @@ def test_what_nobody_reads_is_left_out(tmp_path: Path) -> None:
 
 
 def test_names_units_and_sources_are_there() -> None:
-    unit = exported(load_scenario("paper/sine-tsmc"), Part.CONTROLLER, prefix="tsmc", title="the paper's law")
+    unit = exported_unit(
+        load_scenario("paper/sine-tsmc"), Part.CONTROLLER, prefix="tsmc", title="the paper's law"
+    )
     for text in (unit.header, unit.source):
         assert text.startswith("/*\n * the paper's law\n")
         assert f"scenario with hash {unit.hash}" in text
@@ -51,7 +53,9 @@ def test_names_units_and_sources_are_there() -> None:
 
 
 def test_tunable_and_fixed_parameters() -> None:
-    unit = exported(load_scenario("rig/excavator-link"), Part.MACHINE, prefix="machine", title="a machine")
+    unit = exported_unit(
+        load_scenario("rig/excavator-link"), Part.MACHINE, prefix="machine", title="a machine"
+    )
     fixed = {one.path: one.fixed for one in unit.parameters}
     assert fixed["plant.start_position"]
     assert fixed["simulation.period"]
@@ -67,7 +71,7 @@ def test_parameters_can_be_part_of_the_source(tmp_path: Path) -> None:
     needs("gcc")
     loop = Loop(Simulation(1.0, 1e-3, record_period=1e-3), controller=PI())
     rows = np.array([[0.1, 1.0, 0.3], [0.2, 0.5, -0.4]])
-    units = [exported(loop, Part.CONTROLLER, **NAMED, inlined=inlined) for inlined in (False, True)]
+    units = [exported_unit(loop, Part.CONTROLLER, **NAMED, inlined=inlined) for inlined in (False, True)]
     found = [
         library(unit, tmp_path).run(rows[:, : sum(len(a.signals) for a in unit.arguments)]) for unit in units
     ]
@@ -80,7 +84,7 @@ def test_single_precision_is_near(tmp_path: Path) -> None:
     needs("gcc")
     loop = load_scenario("paper/sine-tsmc")
     draw = np.random.default_rng(0)
-    units = {p: exported(loop, Part.CONTROLLER, **NAMED, precision=p) for p in Precision}
+    units = {p: exported_unit(loop, Part.CONTROLLER, **NAMED, precision=p) for p in Precision}
     assert "double" not in units[Precision.SINGLE].source.partition("*/")[2].replace("double-", "")
     names = [one.path for argument in units[Precision.SINGLE].arguments for one in argument.signals]
     size = {"measurement.velocity": 1e-5, "measurement.load_force": 100.0, "measurement.command": 0.5}
@@ -95,20 +99,20 @@ def test_single_precision_is_near(tmp_path: Path) -> None:
 @pytest.mark.parametrize("part", [Part.MACHINE, Part.LOOP])
 def test_single_precision_is_for_controllers(part: Part) -> None:
     with pytest.raises(LoopError, match="in double precision only"):
-        exported(Loop(), part, **NAMED, precision=Precision.SINGLE)
+        exported_unit(Loop(), part, **NAMED, precision=Precision.SINGLE)
 
 
 def test_a_number_beyond_single_precision_is_refused() -> None:
     loop = Loop(Simulation(1.0, 1e-3, record_period=1e-3), controller=PI(saturation=Saturation(1e300)))
     with pytest.raises(LoopError, match="1e\\+300 is out of the range of single precision"):
-        exported(loop, Part.CONTROLLER, **NAMED, precision=Precision.SINGLE)
+        exported_unit(loop, Part.CONTROLLER, **NAMED, precision=Precision.SINGLE)
 
 
 @pytest.mark.parametrize("prefix", ["", "2law", "a-law", "double", "a law", "größe", "law;"])
 def test_a_prefix_is_a_name_of_c(prefix: str) -> None:
     assert not is_identifier(prefix)
     with pytest.raises(ParameterError, match="prefix"):
-        exported(Loop(), Part.CONTROLLER, prefix=prefix, title="")
+        exported_unit(Loop(), Part.CONTROLLER, prefix=prefix, title="")
 
 
 @pytest.mark.parametrize("prefix", ["pi", "tsmc", "ops", "loop", "state", "saturation", "law_init"])
@@ -118,12 +122,12 @@ def test_any_prefix_goes_with_any_block(prefix: str, tmp_path: Path) -> None:
         loop = Loop(Simulation(1.0, 1e-3, record_period=1e-3), controller=TSMC())
         folder = tmp_path / part
         folder.mkdir()
-        library(exported(loop, part, prefix=prefix, title="a law"), folder)
+        library(exported_unit(loop, part, prefix=prefix, title="a law"), folder)
 
 
 def test_the_same_loop_gives_the_same_text() -> None:
     loop = load_scenario("rig/encoder-tsmc-sine")
-    first, second = (exported(loop, Part.LOOP, **NAMED) for _ in range(2))
+    first, second = (exported_unit(loop, Part.LOOP, **NAMED) for _ in range(2))
     assert first == second
 
 
@@ -133,14 +137,6 @@ def test_names() -> None:
     assert snake("FilteredDerivative") == "filtered_derivative"
     assert identifier("switch") == "switch_"
     assert identifier("xi1") == "xi1"
-
-
-def test_long_lines_are_parted_at_the_outermost_place() -> None:
-    line = "    const double x = " + " + ".join(f"(first_{i} * second_{i})" for i in range(9)) + ";"
-    parted = wrapped(line, 1).splitlines()
-    assert max(map(len, parted)) <= WIDTH
-    assert all(part.count("(") == part.count(")") for part in parted)
-    assert "".join(part.strip() for part in parted).replace(" ", "") == line.replace(" ", "")
 
 
 def test_comments_cannot_end_early() -> None:

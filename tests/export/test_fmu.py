@@ -15,10 +15,10 @@ from fmus import mass
 from toy import toy
 
 from hydroservo.errors import HydroservoError
-from hydroservo.export import compiler
-from hydroservo.export.exported import Signal
+from hydroservo.export.c import compiler
 from hydroservo.export.fmu import FmiVersion, interface, write, write_fmu
 from hydroservo.export.fmu.units import base_unit
+from hydroservo.export.unit import Signal
 
 EXPORTS = {"pi": toy(), "mass": mass()}
 

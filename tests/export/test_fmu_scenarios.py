@@ -10,10 +10,10 @@ import xarray as xr
 from fmus import Instance
 
 from hydroservo import simulate
-from hydroservo.export.exported import Part
 from hydroservo.export.fmu import FmiVersion, write_fmu
 from hydroservo.export.fmu.contents import fmu_files
-from hydroservo.export.units import exported
+from hydroservo.export.of_loop import exported_unit
+from hydroservo.export.unit import Part
 from hydroservo.loop import Loop
 from hydroservo.scenario import builtin_scenarios, load_scenario
 
@@ -26,7 +26,7 @@ MACHINE = ("plant.", "valve.", "supply.", "sensors.")
 def test_descriptions_are_valid(name: str, tmp_path: Path) -> None:
     loop = load_scenario(name)
     for part in Part:
-        unit = exported(loop, part, prefix="unit", title=f"{part} of scenario {name}")
+        unit = exported_unit(loop, part, prefix="unit", title=f"{part} of scenario {name}")
         for version in FmiVersion:
             text = fmu_files(unit, loop.simulation.duration, version)["modelDescription.xml"]
             (tmp_path / "modelDescription.xml").write_text(text)
@@ -41,7 +41,7 @@ def test_descriptions_are_valid(name: str, tmp_path: Path) -> None:
 def test_what_is_integrated_is_of_the_machine() -> None:
     loop = load_scenario("rig/excavator-link")
     for part in Part:
-        states = exported(loop, part, prefix="unit", title="a unit").states
+        states = exported_unit(loop, part, prefix="unit", title="a unit").states
         found = {one.path for one in states if one.integrated}
         wanted = ("plant.", "valve.", "supply.")
         assert found == {one.path for one in states if one.path.startswith(wanted)}
@@ -75,7 +75,9 @@ def folders(
     found = {}
     for part in Part:
         folder = tmp_path_factory.mktemp(part)
-        unit = exported(load_scenario(request.param), part, prefix="unit", title=f"{part} of {request.param}")
+        unit = exported_unit(
+            load_scenario(request.param), part, prefix="unit", title=f"{part} of {request.param}"
+        )
         path = write_fmu(unit, folder / "unit.fmu", stop_time=1.0, version=version)
         found[part] = Path(fmpy.extract(str(path), unzipdir=str(folder / "unpacked")))
     return request.param, found

@@ -8,7 +8,7 @@ import pytest
 from fmus import mass
 from toy import toy
 
-from hydroservo.export.compiler import BITS
+from hydroservo.export.c.compiler import BITS
 from hydroservo.export.fmu import FmiVersion
 from hydroservo.export.fmu.contents import fmu_files
 from hydroservo.export.fmu.write import AS_LIBRARY

@@ -11,7 +11,7 @@ from sanitizers import watched
 from toy import toy
 from variants import changed, inputs, single
 
-from hydroservo.export.exported import Exported
+from hydroservo.export.unit import Unit
 from needs import needs
 
 LIMIT = 10.0  # [V] of the toy
@@ -33,9 +33,7 @@ def test_half_of_each_block_is_left_as_it_is() -> None:
 
 @pytest.mark.parametrize("compiler", ["gcc", "clang"])
 @pytest.mark.parametrize("unit", [toy(), single()], ids=["double", "single"])
-def test_nothing_undefined_and_nothing_beyond_the_limits(
-    unit: Exported, compiler: str, tmp_path: Path
-) -> None:
+def test_nothing_undefined_and_nothing_beyond_the_limits(unit: Unit, compiler: str, tmp_path: Path) -> None:
     needs(compiler)
     found = verdict(watched(unit, tmp_path, compiler), inputs(unit, ROWS), LIMIT)
     assert found.outside == 0

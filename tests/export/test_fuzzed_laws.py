@@ -20,9 +20,10 @@ from benchmarks.targets.tools import FLAGS, ToolError, output, warnings
 from fuzzed_laws import fuzzed_law
 from small_laws import R, Y, law
 
-from hydroservo.export.exported import Exported, Part
-from hydroservo.export.scope import TranslationError
-from hydroservo.export.units import exported, unit_of
+from hydroservo.export.of_loop import exported_unit
+from hydroservo.export.parts import block_of
+from hydroservo.export.translate.scope import TranslationError
+from hydroservo.export.unit import Part, Unit
 from needs import needs
 
 ROWS = [
@@ -42,7 +43,7 @@ class Tried(NamedTuple):
     """A law that C and Python can be asked about."""
 
     seed: int
-    unit: Exported
+    unit: Unit
     expected: list[str]
 
 
@@ -70,7 +71,7 @@ def tried(seed: int, folder: Path) -> Tried | str:
     own.mkdir()
     random = Random(seed)  # noqa: S311 - to be played again
     loop = law(own, fuzzed_law(random), turns=random.randint(1, 4), reverse=random.random() < 0.5)
-    block = unit_of(loop, Part.CONTROLLER)
+    block = block_of(loop, Part.CONTROLLER)
     try:
         with limited():
             state, expected = block.init(), []
@@ -80,7 +81,7 @@ def tried(seed: int, folder: Path) -> Tried | str:
     except (ArithmeticError, NameError, TypeError, TooLongError):
         return "stopped"  # in Python
     try:
-        unit = exported(loop, Part.CONTROLLER, prefix=f"law{seed}", title="a law")
+        unit = exported_unit(loop, Part.CONTROLLER, prefix=f"law{seed}", title="a law")
     except TranslationError as error:
         said = str(error)
         return "refused" if said.startswith(f"{own}/law.py, line ") and "\n" not in said else "badly refused"

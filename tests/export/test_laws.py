@@ -11,8 +11,8 @@ from fuzz import verdict
 from sanitizers import watched
 
 from hydroservo import Loop
-from hydroservo.export.exported import Part, Precision
-from hydroservo.export.units import exported
+from hydroservo.export.of_loop import exported_unit
+from hydroservo.export.unit import Part, Precision
 from hydroservo.simulate import ready
 from needs import needs
 
@@ -22,7 +22,7 @@ from needs import needs
 def test_each_law_passes_what_scenarios_pass(name: str, precision: Precision, tmp_path: Path) -> None:
     needs("cppcheck", "gcc", "clang")
     loop = Loop(controller=LAWS[name])
-    unit = exported(loop, Part.CONTROLLER, prefix="unit", title=name, precision=precision)
+    unit = exported_unit(loop, Part.CONTROLLER, prefix="unit", title=name, precision=precision)
     assert unaccepted(findings(unit, tmp_path)) == []
     library(unit, tmp_path)
     assert verdict(watched(unit, tmp_path, "clang"), rows_of(unit), limit_of(unit)) == (0, 0, 0)

@@ -7,11 +7,11 @@ import pytest
 from projects import TITLE, check, unit
 
 from hydroservo.errors import ParameterError
-from hydroservo.export.exported import Part, Precision
+from hydroservo.export.c.project import write_c_project
 from hydroservo.export.fmu import write_fmu
+from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.prefix import checked_prefix, default_prefix
-from hydroservo.export.project import write_c_project
-from hydroservo.export.units import exported
+from hydroservo.export.unit import Part, Precision
 from hydroservo.loop import Loop
 
 
@@ -54,7 +54,7 @@ def test_the_prefix_comes_from_the_scenarios_name(name: str, prefix: str) -> Non
 )
 def test_a_prefix_that_names_cannot_begin_with(prefix: str, loop: Loop) -> None:
     with pytest.raises(ParameterError, match=r"^prefix = "):
-        exported(loop, Part.CONTROLLER, prefix=prefix, title=TITLE)
+        exported_unit(loop, Part.CONTROLLER, prefix=prefix, title=TITLE)
 
 
 @pytest.mark.parametrize(

@@ -8,8 +8,8 @@ from benchmarks.targets.host import library
 from numpy.typing import NDArray
 from small_laws import NAMED, law
 
-from hydroservo.export.exported import Part, Precision
-from hydroservo.export.units import exported
+from hydroservo.export.of_loop import exported_unit
+from hydroservo.export.unit import Part, Precision
 from needs import needs
 
 EPS = 2.0**-23
@@ -22,7 +22,7 @@ def computed(
     """An expression of y.velocity and r.value in single precision, as C computes it."""
     needs("gcc")
     loop = law(folder, f"return LawState({expression}, y.velocity + r.value)")
-    unit = exported(loop, Part.CONTROLLER, **NAMED, precision=Precision.SINGLE)
+    unit = exported_unit(loop, Part.CONTROLLER, **NAMED, precision=Precision.SINGLE)
     states = library(unit, folder).run(np.column_stack([x, z]))
     return np.asarray(states[:, 0], np.float64)
 

@@ -11,7 +11,7 @@ from benchmarks.targets.tools import ToolError, output
 from toy import toy
 from variants import changed, each_unit, idling, inputs
 
-from hydroservo.export.exported import Exported
+from hydroservo.export.unit import Unit
 from needs import needs
 
 EMULATOR = "qemu-system-arm"
@@ -23,7 +23,7 @@ each_board = pytest.mark.parametrize("board", BOARDS, ids=[board.name for board 
 @each_unit
 @each_board
 def test_a_board_calls_nothing_but_roots_and_its_compilers_helpers(
-    unit: Exported, board: Board, tmp_path: Path
+    unit: Unit, board: Board, tmp_path: Path
 ) -> None:
     needs(COMPILER)
     called = undefined(compiled(unit, board, tmp_path), "arm-none-eabi-nm")
@@ -57,7 +57,7 @@ def test_a_fault_is_a_status(board: Board, tmp_path: Path) -> None:
 
 @each_unit
 @each_board
-def test_costs(unit: Exported, board: Board, tmp_path: Path) -> None:
+def test_costs(unit: Unit, board: Board, tmp_path: Path) -> None:
     needs(COMPILER, EMULATOR)
     found = costs(unit, board, inputs(unit), tmp_path)
     real = 4 if unit.real == "float" else 8

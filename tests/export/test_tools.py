@@ -14,7 +14,7 @@ from sanitizers import watched
 from toy import toy
 from variants import changed, each_unit, idling, inlined, inputs, single
 
-from hydroservo.export.exported import Exported
+from hydroservo.export.unit import Unit
 from needs import needs
 
 COMPILERS = ("gcc", "clang")
@@ -23,7 +23,7 @@ each_compiler = pytest.mark.parametrize("compiler", COMPILERS)
 
 
 @each_unit
-def test_both_compilers_give_the_same_bits_at_every_level(unit: Exported, tmp_path: Path) -> None:
+def test_both_compilers_give_the_same_bits_at_every_level(unit: Unit, tmp_path: Path) -> None:
     needs(*COMPILERS)
     found = [
         library(unit, tmp_path, compiler, [level]).run(inputs(unit)).tobytes()
@@ -56,7 +56,7 @@ def test_states_follow_each_row(tmp_path: Path) -> None:
 
 
 @each_unit
-def test_the_program_does_what_the_library_does(unit: Exported, tmp_path: Path) -> None:
+def test_the_program_does_what_the_library_does(unit: Unit, tmp_path: Path) -> None:
     needs("gcc")
     given = None if unit.inlined else {"controller.integral_gain": 1e3}
     states = program(unit, tmp_path).run(inputs(unit), given)
@@ -108,7 +108,7 @@ def test_single_precision_holds_no_double(compiler: str, tmp_path: Path) -> None
 
 @each_unit
 @each_compiler
-def test_sanitizers_are_silent(unit: Exported, compiler: str, tmp_path: Path) -> None:
+def test_sanitizers_are_silent(unit: Unit, compiler: str, tmp_path: Path) -> None:
     needs(compiler, "gcc")
     states = watched(unit, tmp_path, compiler).run(inputs(unit))
     assert states.tobytes() == library(unit, tmp_path).run(inputs(unit)).tobytes()
@@ -147,7 +147,7 @@ def test_a_call_of_the_maths_library_is_seen(compiler: str, tmp_path: Path) -> N
 
 
 @each_unit
-def test_cppcheck_finds_nothing_but_accepted_deviations(unit: Exported, tmp_path: Path) -> None:
+def test_cppcheck_finds_nothing_but_accepted_deviations(unit: Unit, tmp_path: Path) -> None:
     needs("cppcheck")
     assert unaccepted(findings(unit, tmp_path)) == []
 

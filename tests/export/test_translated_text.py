@@ -12,12 +12,12 @@ from small_laws import law as law_of
 
 from hydroservo import Loop
 from hydroservo.errors import HydroservoError
-from hydroservo.export.exported import Part
+from hydroservo.export.c.project import write_c_project
+from hydroservo.export.c.vectors import made_vectors
 from hydroservo.export.names import identifier
-from hydroservo.export.project import write_c_project
-from hydroservo.export.scope import TranslationError
-from hydroservo.export.units import exported
-from hydroservo.export.vectors import made_vectors
+from hydroservo.export.of_loop import exported_unit
+from hydroservo.export.translate.scope import TranslationError
+from hydroservo.export.unit import Part
 from hydroservo.scenario import load_plugin
 from needs import needs
 
@@ -35,7 +35,7 @@ def loaded(file: Path, loop: Loop) -> Loop:
 
 def refusal(loop: Loop, folder: Path) -> str:
     with pytest.raises(TranslationError) as caught:
-        exported(loop, Part.CONTROLLER, **NAMED)
+        exported_unit(loop, Part.CONTROLLER, **NAMED)
     message = str(caught.value)
     assert message.startswith(f"{folder}/law.py, line ")
     assert "\n" not in message
@@ -59,7 +59,7 @@ def test_a_decorator_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     with pytest.raises(
         TranslationError, match="made by a decorator or inside of another function, and uses plain"
     ):
-        exported(loop, Part.CONTROLLER, **NAMED)
+        exported_unit(loop, Part.CONTROLLER, **NAMED)
 
 
 @pytest.mark.parametrize("wrap", [functools.cache, functools.partial, staticmethod])
@@ -92,14 +92,14 @@ def test_a_file_that_changed_meanwhile_is_refused(tmp_path: Path) -> None:
 def test_a_lambda_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     loop = changed(law(tmp_path, "return s"), monkeypatch, lambda *given: given[1])
     with pytest.raises(TranslationError, match=r"test_translated_text\.py, line .* it is a lambda"):
-        exported(loop, Part.CONTROLLER, **NAMED)
+        exported_unit(loop, Part.CONTROLLER, **NAMED)
 
 
 def test_a_class_that_hides_a_field_is_refused(tmp_path: Path) -> None:
     loop = law(tmp_path, "return LawState(self.gain, 0.0)")
     hidden = type("Hidden", (type(loop.controller),), {"gain": 9.0})
     with pytest.raises(TranslationError, match="in place of its field gain"):
-        exported(loop._replace(controller=hidden()), Part.CONTROLLER, **NAMED)
+        exported_unit(loop._replace(controller=hidden()), Part.CONTROLLER, **NAMED)
 
 
 def test_a_line_in_column_0(tmp_path: Path) -> None:
@@ -120,7 +120,7 @@ def test_a_method_that_never_stops_calling_itself(tmp_path: Path) -> None:
     (tmp_path / "law.py").write_text(text + f"        return LawState(self.deep(0), 0.0)  # {tmp_path}\n")
     loop = loaded(tmp_path / "law.py", loop)
     with pytest.raises(TranslationError, match="calls itself"):
-        exported(loop, Part.CONTROLLER, **NAMED)
+        exported_unit(loop, Part.CONTROLLER, **NAMED)
 
 
 @pytest.mark.parametrize(
@@ -159,7 +159,7 @@ def test_a_name_that_is_given_itself(tmp_path: Path) -> None:
     needs("gcc")
     needs("clang")
     loop = law(tmp_path, "e = r.value\nif e > 0.0:\n    e = e\nelse:\n    e = -e\nreturn LawState(e, 0.0)")
-    library(exported(loop, Part.CONTROLLER, **NAMED), tmp_path, "clang")
+    library(exported_unit(loop, Part.CONTROLLER, **NAMED), tmp_path, "clang")
 
 
 TEXTS = ('V"); abort(); ("', "a */ b /* *\\\\", "??/ ?? %d %s", "µ\\x00 \\n | <b> & é", "*\\\\\\n/")
@@ -174,7 +174,7 @@ def test_text_of_a_user_stays_where_it_is_put(text: str, tmp_path: Path) -> None
     own = file.read_text().replace('"V s/m", "gain of the law"', f"{text!r}, {text!r}")
     file.write_text(own.replace('"V", "number beside it"', f"{text!r}, {text!r}"))
     loop = loaded(file, loop)
-    unit = exported(loop, Part.CONTROLLER, **NAMED)
+    unit = exported_unit(loop, Part.CONTROLLER, **NAMED)
     write_c_project(unit, made_vectors(loop, Part.CONTROLLER, unit), tmp_path / "out")
     done = check(tmp_path / "out")
     assert (done.returncode, done.stderr) == (0, "")
@@ -183,7 +183,7 @@ def test_text_of_a_user_stays_where_it_is_put(text: str, tmp_path: Path) -> None
 @pytest.mark.parametrize("name", ["law.c", "law.h", "law_vectors.h", "law_replay.c"])
 def test_a_file_written_by_hand_is_left_alone(name: str, tmp_path: Path) -> None:
     loop = law(tmp_path, "return LawState(y.velocity, s.u)")
-    unit = exported(loop, Part.CONTROLLER, **NAMED)
+    unit = exported_unit(loop, Part.CONTROLLER, **NAMED)
     vectors = made_vectors(loop, Part.CONTROLLER, unit)
     out = tmp_path / "out"
     write_c_project(unit, vectors, out)

@@ -5,14 +5,14 @@ from pathlib import Path
 import pytest
 from small_laws import FIRST, NAMED, assert_same, law
 
-from hydroservo.export.exported import Exported, Part
-from hydroservo.export.scope import TranslationError
-from hydroservo.export.units import exported
+from hydroservo.export.of_loop import exported_unit
+from hydroservo.export.translate.scope import TranslationError
+from hydroservo.export.unit import Part, Unit
 from needs import needs
 
 
-def translated(folder: Path, body: str, **changes: object) -> Exported:
-    return exported(law(folder, body, **changes), Part.CONTROLLER, **NAMED)
+def translated(folder: Path, body: str, **changes: object) -> Unit:
+    return exported_unit(law(folder, body, **changes), Part.CONTROLLER, **NAMED)
 
 
 def refusal(folder: Path, body: str) -> str:

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 from projects import scenario, unit
 
-from hydroservo.export.exported import Exported, Part
-from hydroservo.export.vectors import HUGE, Vectors
+from hydroservo.export.c.vectors import HUGE, Vectors
+from hydroservo.export.unit import Part, Unit
 from hydroservo.loop import Loop
 from hydroservo.simulate import simulate
 
 
-def test_vectors_begin_as_the_simulation_does(loop: Loop, law: tuple[Exported, Vectors]) -> None:
+def test_vectors_begin_as_the_simulation_does(loop: Loop, law: tuple[Unit, Vectors]) -> None:
     data = simulate(scenario(simulation__record_period=1e-5), strict=True)
     for column, signal in enumerate(law[0].states):
         np.testing.assert_array_equal(law[1].expected[:50, column], data[signal.path].values[:50])
@@ -37,7 +37,7 @@ def test_a_machine_is_given_the_loops_commands(loop: Loop) -> None:
 
 
 def test_bad_samples_come_last_in_double_alone(
-    law: tuple[Exported, Vectors], single: tuple[Exported, Vectors]
+    law: tuple[Unit, Vectors], single: tuple[Unit, Vectors]
 ) -> None:
     inputs, expected, _ = law[1]
     np.testing.assert_array_equal(inputs[:500], single[1].inputs)

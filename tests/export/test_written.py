@@ -3,25 +3,25 @@
 import pytest
 
 from hydroservo import states
-from hydroservo.export.scope import TranslationError
-from hydroservo.export.terms import INT, REAL
-from hydroservo.export.translate import Translator
-from hydroservo.export.written import NUMBERS, WRITTEN
+from hydroservo.export.c.primitives import NUMBERS, WRITTEN
+from hydroservo.export.translate.program import Program
+from hydroservo.export.translate.scope import TranslationError
+from hydroservo.export.translate.terms import INT, REAL
 from hydroservo.ops import random
 
 
 @pytest.mark.parametrize("origin", NUMBERS, ids=lambda origin: origin.__name__)
 def test_a_function_of_numbers_is_one_whatever_it_is_called_with(origin):
-    translator = Translator(WRITTEN, "unit")
+    translator = Program(WRITTEN, "unit")
     made = translator.function(origin, [REAL] * len(NUMBERS[origin].parameters))
     assert translator.function(origin, [INT] * len(made.parameters)) is made
 
 
 def test_arithmetic_on_states_is_not_for_numbers():
     with pytest.raises(TranslationError, match="for whole states, not for numbers"):
-        Translator(WRITTEN, "unit").function(states.axpy, [REAL, REAL, REAL])
+        Program(WRITTEN, "unit").function(states.axpy, [REAL, REAL, REAL])
 
 
 def test_the_kind_of_a_random_number_is_part_of_the_code():
     with pytest.raises(TranslationError, match="part of the code"):
-        Translator(WRITTEN, "unit").function(random.drawn, [REAL, REAL, REAL, REAL])
+        Program(WRITTEN, "unit").function(random.drawn, [REAL, REAL, REAL, REAL])

@@ -2,7 +2,7 @@
 
 from by_hand import by_hand
 
-from hydroservo.export.exported import Argument, Exported, Signal
+from hydroservo.export.unit import Argument, Signal, Unit
 
 HEADER = """\
 /* PI of scenario paper/sine-pi. */
@@ -84,7 +84,7 @@ double toy_step(toy_state *state, const toy_parameters *parameters, const toy_me
 """
 
 
-def toy() -> Exported:
+def toy() -> Unit:
     return by_hand(
         "toy",
         "PI of scenario paper/sine-pi",

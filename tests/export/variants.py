@@ -8,7 +8,7 @@ from benchmarks.targets.sources import width
 from numpy.typing import NDArray
 from toy import toy
 
-from hydroservo.export.exported import Exported
+from hydroservo.export.unit import Unit
 
 __all__ = ["changed", "each_unit", "idling", "inlined", "inputs", "single", "without_arguments"]
 
@@ -16,19 +16,19 @@ GIVEN = ", const toy_parameters *parameters"
 NUMBER = re.compile(r"\b(\d+\.\d+|\d+e-\d+)\b")
 
 
-def changed(unit: Exported, old: str, new: str) -> Exported:
+def changed(unit: Unit, old: str, new: str) -> Unit:
     """A unit with another text in its source."""
     assert old in unit.source
     return unit._replace(source=unit.source.replace(old, new))
 
 
-def single() -> Exported:
+def single() -> Unit:
     unit = toy()
     header, source = (text.replace("double", "float") for text in (unit.header, unit.source))
     return unit._replace(real="float", header=header, source=NUMBER.sub(r"\1f", source))
 
 
-def inlined() -> Exported:
+def inlined() -> Unit:
     unit = toy()
     header = re.sub(r"/\* Saturation.*} toy_parameters;\n\n", "", unit.header, flags=re.DOTALL)
     header = header.replace(GIVEN, "").replace("extern const toy_parameters toy_defaults;\n\n", "")
@@ -45,7 +45,7 @@ def inlined() -> Exported:
     return unit._replace(inlined=True, header=header, source=source)
 
 
-def without_arguments() -> Exported:
+def without_arguments() -> Unit:
     """An integrator that drives itself; its step returns nothing."""
     unit = toy()
     arguments = ", const toy_measurement *measurement,\n                const toy_demand *demand"
@@ -57,7 +57,7 @@ def without_arguments() -> Exported:
     return unit._replace(header=header, source=source, arguments=(), command=False)
 
 
-def idling(instructions: int) -> Exported:
+def idling(instructions: int) -> Unit:
     """The toy with a step that does nothing for some instructions first."""
     idle = f'    __asm__ volatile(".rept {instructions}\\n nop\\n .endr");\n'
     return changed(toy(), "    const double error", f"{idle}    const double error")
@@ -67,6 +67,6 @@ UNITS = {"double": toy, "single": single, "inlined": inlined, "without arguments
 each_unit = pytest.mark.parametrize("unit", [make() for make in UNITS.values()], ids=UNITS)
 
 
-def inputs(unit: Exported, rows: int = 200) -> NDArray[np.float64]:
+def inputs(unit: Unit, rows: int = 200) -> NDArray[np.float64]:
     """Rows of numbers as small as velocities are, the same each time."""
     return np.random.default_rng(0).normal(0.0, 0.05, (rows, width(unit)))

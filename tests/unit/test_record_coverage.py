@@ -13,8 +13,8 @@ from hydroservo import loads, references
 from hydroservo.batch import simulate_batch
 from hydroservo.cli.app import app
 from hydroservo.errors import HydroservoWarning, ParameterError
-from hydroservo.export.exported import Part
-from hydroservo.export.units import exported
+from hydroservo.export.of_loop import exported_unit
+from hydroservo.export.unit import Part
 from hydroservo.loop import AUTO, Loop, Simulation
 from hydroservo.record_coverage import check_records
 from hydroservo.scenario import load_scenario
@@ -217,7 +217,7 @@ def test_a_search_says_so_once() -> None:
 
 def test_what_has_no_duration_is_not_looked_at() -> None:
     assert ready(loop_with(UNSEEN)).reference == UNSEEN
-    assert exported(loop_with(UNSEEN), Part.LOOP, prefix="pi", title="PI").source
+    assert exported_unit(loop_with(UNSEEN), Part.LOOP, prefix="pi", title="PI").source
 
 
 @pytest.fixture

@@ -11,8 +11,8 @@ from hydroservo.batch import simulate_batch
 from hydroservo.block import Block, at_rest
 from hydroservo.cli.variations import variations
 from hydroservo.controllers import PI
-from hydroservo.export.exported import Part
-from hydroservo.export.units import exported
+from hydroservo.export.of_loop import exported_unit
+from hydroservo.export.unit import Part
 from hydroservo.loads import Constant, Sine, Step
 from hydroservo.mechanics import LuGre, Mass, MassSpringDamper, OneLinkArm
 from hydroservo.oils import AeratedOil, ConstantOil
@@ -264,7 +264,7 @@ def test_friction_with_memory_rests_too() -> None:
 def test_an_export_holds_the_numbers_that_were_found(scenario: Path) -> None:
     loop = load_scenario(scenario)
     found = at_rest(loop.plant, loop.supply, loop.load)
-    unit = exported(loop, Part.MACHINE, prefix="machine", title="a link")
+    unit = exported_unit(loop, Part.MACHINE, prefix="machine", title="a link")
     parameters = {one.path: one.value for one in unit.parameters}
     assert parameters["plant.start_pressure_a"] == found.start_pressure_a
     assert parameters["plant.start_pressure_b"] == found.start_pressure_b

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from hydroservo.cli.options import Changes, Json, Plugins, Scenario, loaded
-from hydroservo.export.exported import FmiVersion, Part, Precision
+from hydroservo.export.unit import FmiVersion, Part, Precision
 
 if TYPE_CHECKING:
-    from hydroservo.export.exported import Exported
+    from hydroservo.export.unit import Unit
     from hydroservo.loop import Loop
 
 __all__ = ["export_app"]
@@ -22,7 +22,7 @@ export_app = typer.Typer(
 )
 
 
-Unit = Annotated[
+UnitOption = Annotated[
     Part,
     typer.Option(
         "--unit",
@@ -59,7 +59,7 @@ def c(
     changes: Changes,
     plugins: Plugins,
     out: OutFolder,
-    unit: Unit = Part.CONTROLLER,
+    unit: UnitOption = Part.CONTROLLER,
     prefix: Prefix = None,
     precision: Annotated[
         Precision, typer.Option("--precision", help="Of all numbers in the C; single for a controller alone.")
@@ -82,8 +82,8 @@ def c(
     """
     from hydroservo.cli.progress import progress_bar
     from hydroservo.cli.writing import write_or_keep
-    from hydroservo.export.project import check_project, memory, write_c_project
-    from hydroservo.export.vectors import made_vectors
+    from hydroservo.export.c.project import check_project, memory, write_c_project
+    from hydroservo.export.c.vectors import made_vectors
     from hydroservo.results import as_json
 
     loop = loaded(scenario, changes, plugins)
@@ -114,7 +114,7 @@ def fmu(
     changes: Changes,
     plugins: Plugins,
     out: OutFile,
-    unit: Unit = Part.CONTROLLER,
+    unit: UnitOption = Part.CONTROLLER,
     prefix: Prefix = None,
     version: Annotated[FmiVersion, typer.Option("--fmi", help="Version of the standard.")] = FmiVersion.FMI2,
     json: Json = False,
@@ -162,14 +162,14 @@ def translated(
     *,
     precision: Precision = Precision.DOUBLE,
     inlined: bool = False,
-) -> "Exported":
+) -> "Unit":
     """The export of a scenario's part."""
+    from hydroservo.export.of_loop import exported_unit
     from hydroservo.export.prefix import default_prefix
-    from hydroservo.export.units import exported
 
     name = default_prefix(scenario, unit) if prefix is None else prefix
     about = title(scenario, loop, unit)
-    return exported(loop, unit, prefix=name, title=about, precision=precision, inlined=inlined)
+    return exported_unit(loop, unit, prefix=name, title=about, precision=precision, inlined=inlined)
 
 
 def counted(number: int, what: str) -> str:
@@ -187,7 +187,7 @@ def title(scenario: str, loop: "Loop", unit: Part) -> str:
     return f"{what} of scenario {name}"
 
 
-def identity(scenario: str, unit: Part, exported: "Exported") -> dict[str, object]:
+def identity(scenario: str, unit: Part, exported: "Unit") -> dict[str, object]:
     """What names an export in JSON."""
     return {
         "scenario": scenario,

@@ -24,7 +24,7 @@ class Commands(TyperGroup):
             sys.exit(super().main(*args, **{**options, "standalone_mode": False}))
         except UsageError as error:
             if error.format_message():  # if not, help has been shown
-                failed(misused(error), USER_ERROR)
+                say_error(misused(error))
             sys.exit(USER_ERROR)
 
     def invoke(self, ctx: Any) -> Any:
@@ -34,20 +34,21 @@ class Commands(TyperGroup):
                 result = super().invoke(ctx)
             sys.stdout.flush()
         except HydroservoError as error:
-            raise failed(str(error), USER_ERROR) from error
+            say_error(str(error))
+            raise typer.Exit(USER_ERROR) from error
         except KeyboardInterrupt as error:
             heard()
             raise typer.Exit(INTERRUPTED) from error
         except BrokenPipeError as error:
             raise typer.Exit(1) from error  # the reader, such as head, has all it wants
         except OSError as error:
-            raise failed(described(error), USER_ERROR) from error
+            say_error(described(error))
+            raise typer.Exit(USER_ERROR) from error
         return result
 
 
-def failed(message: str, status: int) -> typer.Exit:
+def say_error(message: str) -> None:
     typer.echo(f"hydroservo: {message}", err=True)
-    return typer.Exit(status)
 
 
 def described(error: OSError) -> str:

@@ -4,12 +4,16 @@ import math
 from typing import Annotated, NamedTuple
 
 from hydroservo import ops
+from hydroservo.accuracy import with_substeps
 from hydroservo.block import Block, Controller, Field, leaves
-from hydroservo.loop import External, Loop, MachineState
+from hydroservo.cautions import quietly
+from hydroservo.export.unit import Part
+from hydroservo.loop import AUTO, External, Loop, MachineState
 from hydroservo.signals import Demand, Measurement
+from hydroservo.simulate import simulate
 from hydroservo.sources import CHOSEN
 
-__all__ = ["Command", "ControllerUnit", "LoopUnit", "MachineUnit", "infinite"]
+__all__ = ["Command", "ControllerUnit", "LoopUnit", "MachineUnit", "block_of", "infinite", "settled"]
 
 PERIOD = Field("s", "sample period", CHOSEN, above=0)
 
@@ -129,3 +133,20 @@ class LoopUnit(NamedTuple):
         x = integrator.advance(m, t, m.machine(s), m.held(s), self.period, substeps)
         sample = state.sample + 1.0
         return LoopUnitState(m.sample(m.moved(s, x), sample * self.period, self.period), sample)
+
+
+def settled(loop: Loop) -> Loop:
+    """The loop with automatic substeps turned into the number that a run finds."""
+    if loop.simulation.substeps != AUTO:
+        return loop
+    substeps = int(quietly(simulate)(loop, record=()).attrs["substeps"])
+    return with_substeps(loop, substeps)
+
+
+def block_of(loop: Loop, part: Part) -> Block:
+    """The block that is stepped; the seed becomes a number that can be changed."""
+    period = loop.simulation.period
+    if part is Part.CONTROLLER:
+        return ControllerUnit(loop.controller, period)
+    seeded = loop._replace(simulation=loop.simulation._replace(seed=float(loop.simulation.seed)))  # type: ignore[arg-type]
+    return MachineUnit(seeded, period) if part is Part.MACHINE else LoopUnit(seeded, period)

@@ -4,9 +4,9 @@ import re
 from pathlib import PurePath
 
 from hydroservo.errors import ParameterError
-from hydroservo.export.exported import Part
+from hydroservo.export.comments import in_comment
 from hydroservo.export.names import is_identifier
-from hydroservo.export.wrap import in_comment
+from hydroservo.export.unit import Part
 
 __all__ = ["checked_prefix", "default_prefix", "plain_title"]
 

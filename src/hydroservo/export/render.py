@@ -8,8 +8,8 @@ from functools import cache
 from typing import TYPE_CHECKING, Any
 
 from hydroservo.errors import one_line
-from hydroservo.export.exported import Signal
-from hydroservo.export.wrap import in_comment
+from hydroservo.export.comments import in_comment
+from hydroservo.export.unit import Signal
 
 if TYPE_CHECKING:
     import jinja2

@@ -6,13 +6,13 @@ from collections.abc import Mapping
 from importlib import resources
 from typing import Any
 
-from hydroservo.export.compiler import BITS
-from hydroservo.export.exported import Exported, FmiVersion
+from hydroservo.export.c.compiler import BITS
 from hydroservo.export.fmu.headers import headers, licence
 from hydroservo.export.fmu.interface import Interface, interface_of
 from hydroservo.export.fmu.units import base_unit
 from hydroservo.export.fmu.variables import Kind, variables_of
 from hydroservo.export.render import rendered
+from hydroservo.export.unit import FmiVersion, Unit
 
 __all__ = ["Files", "fmu_files"]
 
@@ -22,7 +22,7 @@ Files = dict[str, str]
 """Texts by their path in the FMU."""
 
 
-def fmu_files(exported: Exported, stop_time: float, version: FmiVersion) -> Files:
+def fmu_files(exported: Unit, stop_time: float, version: FmiVersion) -> Files:
     """All but the binary.
 
     The token that ties the description to the sources is a digest of both, so that equal exports have equal
@@ -42,9 +42,7 @@ def fmu_files(exported: Exported, stop_time: float, version: FmiVersion) -> File
     return files | documentation(context) | own
 
 
-def context_of(
-    exported: Exported, stop_time: float, version: FmiVersion, interface: Interface
-) -> dict[str, Any]:
+def context_of(exported: Unit, stop_time: float, version: FmiVersion, interface: Interface) -> dict[str, Any]:
     """What the templates are filled with."""
     variables = variables_of(exported)
     known = [one for one in variables if one.kind in (Kind.FIXED, Kind.TUNABLE)]
@@ -69,7 +67,7 @@ def context_of(
     }
 
 
-def model_files(exported: Exported, interface: Interface, context: Mapping[str, Any]) -> Files:
+def model_files(exported: Unit, interface: Interface, context: Mapping[str, Any]) -> Files:
     """The model description and the sources."""
     folder = resources.files("hydroservo.export.fmu") / "sources"
     own = (*SHARED, *interface.sources)

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 from hydroservo.errors import HydroservoError
-from hydroservo.export.exported import FmiVersion
+from hydroservo.export.unit import FmiVersion
 
 __all__ = ["Interface", "binary_ending", "interface_of", "platform_folder"]
 

@@ -8,7 +8,7 @@ from enum import Enum
 from typing import NamedTuple
 
 from hydroservo.errors import ParameterError
-from hydroservo.export.exported import Exported, Signal
+from hydroservo.export.unit import Signal, Unit
 
 __all__ = ["Kind", "Variable", "variables_of"]
 
@@ -77,7 +77,7 @@ class Variable(NamedTuple):
         return self.kind not in (Kind.TIME, Kind.OUTPUT, Kind.LOCAL)
 
 
-def variables_of(exported: Exported) -> tuple[Variable, ...]:
+def variables_of(exported: Unit) -> tuple[Variable, ...]:
     """The time, the parameters, the arguments and the states, in this order.
 
     Raises:
@@ -94,7 +94,7 @@ def variables_of(exported: Exported) -> tuple[Variable, ...]:
     return found
 
 
-def numbers(exported: Exported) -> Iterator[Variable]:
+def numbers(exported: Unit) -> Iterator[Variable]:
     for one in exported.parameters:
         yield variable(one, parameter_kind(one), "parameters")
     for argument in exported.arguments:
@@ -116,6 +116,6 @@ def parameter_kind(signal: Signal) -> Kind:
     return Kind.FIXED if signal.fixed else Kind.TUNABLE
 
 
-def state_kind(exported: Exported, signal: Signal) -> Kind:
+def state_kind(exported: Unit, signal: Signal) -> Kind:
     """A controller's output is its command; of other units each number of the state is one."""
     return Kind.LOCAL if exported.command and signal.place != "u" else Kind.OUTPUT

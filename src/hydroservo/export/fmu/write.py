@@ -7,10 +7,10 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from hydroservo.errors import HydroservoError, ParameterError
-from hydroservo.export.compiler import compiled
-from hydroservo.export.exported import Exported, FmiVersion
+from hydroservo.export.c.compiler import compiled
 from hydroservo.export.fmu.contents import Files, fmu_files
 from hydroservo.export.fmu.interface import binary_ending, interface_of, platform_folder
+from hydroservo.export.unit import FmiVersion, Unit
 from hydroservo.outputs import atomic_path
 
 __all__ = ["write_fmu"]
@@ -20,7 +20,7 @@ EPOCH = (1980, 1, 1, 0, 0, 0)  # of every file in the zip, so that equal content
 
 
 def write_fmu(
-    exported: Exported, path: Path | str, *, stop_time: float, version: FmiVersion = FmiVersion.FMI2
+    exported: Unit, path: Path | str, *, stop_time: float, version: FmiVersion = FmiVersion.FMI2
 ) -> Path:
     """Write an export as an FMU for co-simulation, with a binary for this machine.
 
@@ -55,7 +55,7 @@ def write_fmu(
     return path
 
 
-def check(exported: Exported, stop_time: float) -> None:
+def check(exported: Unit, stop_time: float) -> None:
     if exported.real != "double":
         raise ParameterError("precision", exported.real, "an FMU is in double precision")
     if exported.inlined:

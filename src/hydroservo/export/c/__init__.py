@@ -1,0 +1,1 @@
+"""From terms to C99: its text, its test vectors, its folder, its compiler."""

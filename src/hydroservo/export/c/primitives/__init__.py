@@ -1,0 +1,45 @@
+"""The functions whose C is written, not translated: bits of numbers, random words, arithmetic on states."""
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from hydroservo import states
+from hydroservo.export import parts
+from hydroservo.export.c.primitives import bits, floats, linear, records
+from hydroservo.export.c.primitives.random import drawn
+from hydroservo.export.translate.terms import Function, Translator, Type
+from hydroservo.ops import basic, binary, random
+
+__all__ = ["WRITTEN"]
+
+# What a Python function becomes: the same for all arguments, or made for their types.
+NUMBERS = {
+    basic.absolute: floats.ABSOLUTE,
+    basic.copysign: floats.COPYSIGN,
+    basic.floor: floats.FLOOR,
+    basic.isfinite: floats.ISFINITE,
+    basic.isnan: floats.ISNAN,
+    basic.sqrt: floats.SQRT,
+    binary.exponent: bits.EXPONENT,
+    binary.mantissa: bits.MANTISSA,
+    binary.scaled: bits.SCALED_NUMBER,
+}
+MADE = {
+    random.drawn: drawn,
+    states.axpy: records.axpy,
+    states.scaled: records.scaled,
+    states.misses: records.misses,
+    states.factored: linear.factored,
+    states.solved: linear.solved,
+    parts.infinite: records.infinite,
+}
+
+
+def always(function: Function) -> Callable[[Translator, Sequence[Type]], Function]:
+    return lambda _, __: function
+
+
+WRITTEN: dict[Any, Callable[[Translator, Sequence[Type]], Function]] = {
+    **{origin: always(function) for origin, function in NUMBERS.items()},
+    **MADE,
+}

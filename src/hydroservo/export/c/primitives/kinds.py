@@ -1,0 +1,50 @@
+"""What the functions on whole states ask of the types they are made for."""
+
+from collections.abc import Iterable, Iterator
+
+from hydroservo.export.names import identifier
+from hydroservo.export.translate.scope import TranslationError
+from hydroservo.export.translate.terms import Known, Record, Type
+
+__all__ = ["has_numbers", "joined", "known_of", "leaf_places", "record_of"]
+
+
+def record_of(kind: Type) -> Record:
+    """A type as a record.
+
+    Raises:
+        TranslationError: it is none.
+    """
+    if not isinstance(kind, Record):
+        raise TranslationError("arithmetic on states is translated to C for whole states, not for numbers")
+    return kind
+
+
+def known_of(kind: Type) -> int:
+    """A whole number that is part of the code.
+
+    Raises:
+        TranslationError: it is not known while translating.
+    """
+    if not isinstance(kind, Known):
+        raise TranslationError("the kind of a random number is part of the code, not a signal")
+    return kind.value
+
+
+def has_numbers(kind: Type) -> bool:
+    """True for a number, and for a record that holds one."""
+    return not isinstance(kind, Record) or any(leaf_places(kind))
+
+
+def leaf_places(record: Record, place: str = "") -> Iterator[str]:
+    """The place of each number of a record, whether it is needed or not."""
+    for name, kind in record.fields.items():
+        if isinstance(kind, Record):
+            yield from leaf_places(kind, f"{place}{identifier(name)}.")
+        else:
+            yield place + identifier(name)
+
+
+def joined(lines: Iterable[str], depth: int = 4, between: str = "") -> str:
+    """Lines of a text, all but the first indented."""
+    return f"{between}\n{' ' * depth}".join(lines)

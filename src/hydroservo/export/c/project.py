@@ -1,0 +1,151 @@
+"""The folder that an export in C is: the code, a replay of test vectors, what builds them, and a README."""
+
+import re
+from collections.abc import Mapping
+from itertools import islice
+from pathlib import Path
+from typing import NamedTuple
+
+from hydroservo.errors import HydroservoError
+from hydroservo.export.c.compiler import CompilerError
+from hydroservo.export.c.deviation import measured_deviation
+from hydroservo.export.c.vectors import Vectors
+from hydroservo.export.render import rendered
+from hydroservo.export.unit import Signal, Unit
+from hydroservo.outputs import check_outputs, staged, write_text
+
+__all__ = ["Memory", "c_project", "check_project", "memory", "project_files", "write_c_project"]
+
+TOLERANCE = "0.01"  # of a number's deviation in single precision, relative to its largest value
+OURS = "Written by hydroservo"
+OWN = re.compile(rf"{OURS}|\(scenario hash \w+, hydroservo ")  # the latter as vectors once began
+FIRST_LINES = 8
+SIZES = {"double": 8, "float": 4}  # bytes
+
+
+class Memory(NamedTuple):
+    """What an instance of an export takes of a target's memory."""
+
+    state_bytes: int
+    parameter_bytes: int
+
+
+def memory(exported: Unit) -> Memory:
+    """The sizes of the state and of the parameters, all of whose numbers are of one type."""
+    size = SIZES[exported.real]
+    parameters = 0 if exported.inlined else size * len(exported.parameters)
+    return Memory(size * len(exported.states), parameters)
+
+
+def write_c_project(exported: Unit, vectors: Vectors, folder: Path | str) -> list[Path]:
+    """Write an export in C to a folder, and leave other files in it alone.
+
+    Args:
+        exported: what is exported.
+        vectors: its test vectors.
+        folder: missing ones are made.
+
+    Returns:
+        The paths of PREFIX.h, PREFIX.c, PREFIX_vectors.h, PREFIX_replay.c, Makefile and README.md.
+
+    Raises:
+        HydroservoError: a file cannot be written, or one of another origin is there under its name.
+    """
+    place = Path(folder)
+    check_project(place, exported.prefix)
+    with staged(place) as stage:
+        for name, text in c_project(exported, vectors).items():
+            write_text(stage / name, text)
+    return project_files(place, exported.prefix)
+
+
+def project_files(folder: Path, prefix: str) -> list[Path]:
+    """What :func:`write_c_project` writes into a folder."""
+    sources = (f"{prefix}{ending}" for ending in (".h", ".c", "_vectors.h", "_replay.c"))
+    return [folder / name for name in (*sources, "Makefile", "README.md")]
+
+
+def check_project(folder: Path, prefix: str = "") -> None:
+    """Refuse a folder that cannot be written to, or with a file of another origin, as far as names are known.
+
+    Raises:
+        HydroservoError: it is such a folder.
+    """
+    files = project_files(folder, prefix) if prefix else [folder / "Makefile", folder / "README.md"]
+    check_outputs(files)
+    for path in files:
+        check_ours(path)
+
+
+def check_ours(path: Path) -> None:
+    """Refuse to replace a file that is not of an earlier export, as its first lines say.
+
+    Raises:
+        HydroservoError: there is such a file.
+    """
+    try:
+        if not path.exists():
+            return
+        with path.open(encoding="utf-8", errors="replace") as file:
+            if any(OWN.search(line) for line in islice(file, FIRST_LINES)):
+                return
+    except OSError as error:
+        raise HydroservoError(f"{path}: cannot be read: {error.strerror}") from error
+    raise HydroservoError(f"{path}: not written by hydroservo, and not replaced; take another folder")
+
+
+def c_project(exported: Unit, vectors: Vectors) -> dict[str, str]:
+    """The texts of :func:`write_c_project` by file name."""
+    p = exported.prefix
+    known = {**names_in_c(exported), **numbers_in_c(exported, vectors), "x": exported}
+    texts = {
+        f"{p}.h": exported.header,
+        f"{p}.c": exported.source,
+        f"{p}_vectors.h": rendered("vectors.h", known),
+        f"{p}_replay.c": rendered("replay.c", known),
+        "Makefile": rendered("Makefile", known),
+    }
+    measured = deviation(p, texts) if exported.real == "float" else {}
+    return texts | {"README.md": rendered("README.md", known | measured)}
+
+
+def deviation(prefix: str, texts: Mapping[str, str]) -> dict[str, object]:
+    """What is measured here of the deviation of single precision, or why nothing is."""
+    try:
+        return {"deviation": measured_deviation(prefix, texts)}
+    except CompilerError as error:
+        return {"deviation": None, "unmeasured": str(error)}
+
+
+def names_in_c(exported: Unit) -> dict[str, object]:
+    """How the functions are called, and what the files are made of."""
+    p = exported.prefix
+    parameters = () if exported.inlined else (f"&{p}_defaults",)
+    arguments = [f"&{argument.name}" for argument in exported.arguments]
+    return {
+        "PREFIX": p.upper(),
+        "mark": f"{OURS} {exported.version}",
+        "init": ", ".join(("&state", *parameters)),
+        "step": ", ".join(("&state", *parameters, *arguments)),
+        "reads_command": any(signal.path == "measurement.command" for signal in signals(exported)),
+        "memory": memory(exported),
+        "tolerance": TOLERANCE,
+    }
+
+
+def numbers_in_c(exported: Unit, vectors: Vectors) -> dict[str, object]:
+    """The test vectors, and the places where they go."""
+    return {
+        "read": signals(exported),
+        "places": [f"{one.name}.{signal.place}" for one in exported.arguments for signal in one.signals],
+        "inputs": vectors.inputs.tolist(),
+        "start": [signal.value for signal in exported.states],
+        "expected": vectors.expected.tolist(),
+        "samples": len(vectors.expected),
+        "made": vectors.made,
+    }
+
+
+def signals(exported: Unit) -> list[Signal]:
+    """What ``step`` reads of its arguments, in their order."""
+    return [signal for argument in exported.arguments for signal in argument.signals]

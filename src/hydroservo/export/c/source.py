@@ -1,0 +1,260 @@
+"""The header and the source of an exported unit."""
+
+import inspect
+from collections.abc import Iterator, Sequence
+from typing import Any, NamedTuple
+
+from hydroservo.block import Block, declared_fields
+from hydroservo.export.c.layout import laid_out
+from hydroservo.export.c.liveness import Needed
+from hydroservo.export.c.writer import Ends, Writer
+from hydroservo.export.comments import comment, in_comment
+from hydroservo.export.names import identifier
+from hydroservo.export.translate.terms import Function, Matrix, Record, Table
+
+__all__ = ["Form", "Translation", "texts"]
+
+
+class Translation(NamedTuple):
+    """A translated unit.
+
+    Attributes:
+        block: its parameters.
+        parameters: their record.
+        init: makes the first state.
+        step: makes the next one.
+        arguments: name and record of what ``step`` is given besides the state.
+        command: ``step`` returns the state's ``u``.
+        records: all that its functions know.
+        tables: all that its functions read.
+    """
+
+    block: Block
+    parameters: Record
+    init: Function
+    step: Function
+    arguments: tuple[tuple[str, Record], ...]
+    command: bool
+    records: tuple[Record, ...]
+    tables: tuple[Table, ...]
+
+
+class Form(NamedTuple):
+    """How a unit is written.
+
+    Attributes:
+        prefix: of public names and of types.
+        real: "double" or "float".
+        inlined: the parameters are a constant of the source.
+        about: the comment on top of both files.
+        hash: of the scenario.
+        version: of hydroservo.
+    """
+
+    prefix: str
+    real: str
+    inlined: bool
+    about: str
+    hash: str
+    version: str
+
+
+class Texts(NamedTuple):
+    """What goes into the two files."""
+
+    header: str
+    source: str
+
+
+INIT = "The state before the first sample; also what brings a unit back to its start."
+STEP = "One sample: the state becomes the next one."
+COMMAND = "One sample: the state becomes the next one; returns the command [V], which is also state->u."
+
+PREAMBLE = """\
+#include "{prefix}.h"
+
+#include <float.h>
+#include <math.h>
+
+#if defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__) || defined(__RECIPROCAL_MATH__)
+#error "compile without -ffast-math and its parts: they change results"
+#endif
+#if defined(__FINITE_MATH_ONLY__) && (__FINITE_MATH_ONLY__ != 0)
+#error "compile without -ffinite-math-only: it takes away the tests for not-a-number"
+#endif
+#if defined(FLT_EVAL_METHOD) && (FLT_EVAL_METHOD != 0)
+#error "this target computes with more digits than the types have; on x86 use -msse2 -mfpmath=sse"
+#endif
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC optimize("fp-contract=off") /* it ignores the standard's own pragma */
+#else
+#pragma STDC FP_CONTRACT OFF
+#if (defined(FP_FAST_FMA) || defined(FP_FAST_FMAF)) && !defined(__clang__) && !defined({PREFIX}_FUSES_NONE)
+#error "this compiler may fuse a*b + c: switch that off, and define {PREFIX}_FUSES_NONE"
+#endif
+#endif
+"""
+
+HEADER = """\
+{about}
+#ifndef {guard}_H
+#define {guard}_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#define {guard}_SCENARIO "{hash}" /* hash of the scenario */
+#define {guard}_VERSION "{version}" /* of hydroservo, which wrote this */
+
+#ifdef __cplusplus
+extern "C" {{
+#endif
+
+{body}
+#ifdef __cplusplus
+}}
+#endif
+
+#endif
+"""
+
+
+def texts(unit: Translation, needed: Needed, form: Form) -> Texts:
+    """Header and source of a unit."""
+    writer = Writer(form.prefix, form.real, needed)
+    state = unit.init.returns
+    public = [unit.parameters] * (not form.inlined) + [state, *(record for _, record in unit.arguments)]
+    shown = ordered(public, needed)
+    hidden = [record for record in ordered(unit.records, needed) if record not in shown]
+    functions = documented_functions(unit, writer)
+    entries = entry_texts(unit, writer, form.inlined)
+    defaults = defaults_text(unit, writer, form.inlined)
+    matrices = {one.returns for one in needed.reached if isinstance(one.returns, Matrix)}
+    tables = [table_text(writer, table) for table in unit.tables]
+    constants = [f"#define {name} {value}\n" for name, value in writer.constants.values()]  # those now seen
+    parts = [
+        comment(form.about),
+        PREAMBLE.format(prefix=form.prefix, PREFIX=form.prefix.upper()),
+        "".join(constants),
+        *(writer.record(record) for record in hidden),
+        *(matrix_text(writer, one) for one in matrices),
+        *tables,
+        defaults,
+        *functions,
+        *entries,
+    ]
+    records = [writer.record(one) for one in shown]
+    header = header_text(form, records, declarations(unit, writer, form.inlined))
+    return Texts(laid_out(header), laid_out(joined(parts)))
+
+
+def joined(parts: Sequence[str]) -> str:
+    return "\n".join(part for part in parts if part)
+
+
+def header_text(form: Form, records: Sequence[str], declared: Sequence[str]) -> str:
+    """The header, for C and C++."""
+    defaults = f"extern const {form.prefix}_parameters {form.prefix}_defaults;\n"
+    body = joined([*records, "" if form.inlined else defaults, *declared])
+    guard = form.prefix.upper()
+    return HEADER.format(
+        about=comment(form.about), guard=guard, hash=form.hash, version=form.version, body=body
+    )
+
+
+def declarations(unit: Translation, writer: Writer, inlined: bool) -> list[str]:
+    """The declarations of ``init`` and ``step``, each below what it does."""
+    said = (INIT, COMMAND if unit.command else STEP)
+    pairs = zip(said, heads(unit, writer, inlined), strict=True)
+    return [f"{comment(text)}{head};\n" for text, head in pairs]
+
+
+def heads(unit: Translation, writer: Writer, inlined: bool) -> tuple[str, str]:
+    """The first lines of ``init`` and ``step``."""
+    p = writer.prefix
+    given = [] if inlined else [f"const {p}_parameters *parameters"]
+    state = f"{p}_state *state"
+    taken = [(name, record) for name, record in unit.arguments if writer.needed.kept(record)]
+    arguments = [f"const {writer.type(record)} *{name}" for name, record in taken]
+    result = writer.real if unit.command else "void"
+    return (
+        f"void {p}_init({', '.join([state, *given])})",
+        f"{result} {p}_step({', '.join([state, *given, *arguments])})",
+    )
+
+
+def entry_texts(unit: Translation, writer: Writer, inlined: bool) -> list[str]:
+    """The definitions of ``init`` and ``step``."""
+    renamed = {"self": f"{writer.prefix}_fixed" if inlined else "parameters"}
+    last = ["return state->u;"] if unit.command else []
+    texts = []
+    for function, head, end in zip(
+        (unit.init, unit.step), heads(unit, writer, inlined), ([], last), strict=True
+    ):
+        unread = not inlined and "self" not in dict(writer.needed.takes(function))
+        first = ["(void)parameters;"] if unread else []
+        texts.append(writer.entry(function, head, renamed, {"self": not inlined}, Ends(first, end)))
+    return texts
+
+
+def ordered(records: Sequence[Any], needed: Needed) -> list[Record]:
+    """Records of which something is kept, each after those in it."""
+    found: dict[Record, None] = {}
+
+    def add(record: Any) -> None:
+        if isinstance(record, Record) and record not in found and needed.kept(record):
+            for name, kind in record.fields.items():
+                if needed.has(record, name):
+                    add(kind)
+            found[record] = None
+
+    for record in records:
+        add(record)
+    return list(found)
+
+
+def matrix_text(writer: Writer, matrix: Matrix) -> str:
+    return f"typedef struct {{\ndouble a[{matrix.size}][{matrix.size}];\n}} {writer.type(matrix)};\n"
+
+
+def table_text(writer: Writer, table: Table) -> str:
+    numbers = [writer.number(float(one))[0] for one in table.array.ravel()]
+    body = ", ".join(numbers)
+    return f"static const {writer.real} {writer.prefix}_{table.name}[{len(numbers)}] = {{{body}}};\n"
+
+
+def defaults_text(unit: Translation, writer: Writer, inlined: bool) -> str:
+    """The object that holds the scenario's parameters."""
+    name = f"{writer.prefix}_fixed" if inlined else f"{writer.prefix}_defaults"
+    kind = f"{'static ' if inlined else ''}const {writer.prefix}_parameters"
+    lines = defaults_lines(unit.block, unit.parameters, writer)
+    return "\n".join([f"{kind} {name} = {{", *lines, "};", ""])
+
+
+def defaults_lines(block: Block, record: Record, writer: Writer) -> Iterator[str]:
+    fields = declared_fields(record.cls) if record.cls else {}
+    for name, kind in writer.kept(record):
+        value = getattr(block, name)
+        if isinstance(kind, Record):
+            yield f".{identifier(name)} = {{"
+            yield from defaults_lines(value, kind, writer)
+            yield "},"
+        else:
+            unit = fields[name].unit if name in fields else ""
+            said = f" /* [{in_comment(unit)}] */" if unit else ""
+            yield f".{identifier(name)} = {writer.number(value)[0]},{said}"
+
+
+def documented_functions(unit: Translation, writer: Writer) -> list[str]:
+    """The functions, the first of each block's below what the block is: its equation, source and limits."""
+    told: set[type] = set()
+    found = []
+    for function in writer.needed.reached:
+        if function in (unit.init, unit.step):
+            continue
+        owner = function.owner
+        if owner is not None and owner not in told and function.body:
+            told.add(owner)
+            found.append(comment(f"{owner.__name__}\n\n{inspect.getdoc(owner) or ''}"))
+        found.append(writer.function(function))
+    return found

@@ -1,0 +1,168 @@
+"""Test vectors: what an exported unit was given, sample by sample, and the states that it must have after."""
+
+import math
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydroservo.block import Block
+from hydroservo.errors import LoopError
+from hydroservo.export.names import identifier
+from hydroservo.export.parts import Command, block_of, settled
+from hydroservo.export.unit import Part, Unit
+from hydroservo.loop import Loop, LoopState
+from hydroservo.signals import Demand, Measurement
+from hydroservo.simulate import Mode, compilation, first_state, laid_out, prepared, ready
+
+__all__ = ["Vectors", "made_vectors"]
+
+STRETCHES = 10
+IN_A_ROW = 50  # samples in each stretch
+RECOVERY = 20  # good samples after a bad one
+HUGE = 1e300
+
+Records = Mapping[str, Block]  # the arguments of one step by name
+
+
+class Vectors(NamedTuple):
+    """Samples to replay from ``init``, one after the other.
+
+    Attributes:
+        inputs: a row for each sample, a column for each signal of the arguments, in their order.
+        expected: a row for each sample, a column for each number of the state after it.
+        made: where the inputs come from, in sentences.
+    """
+
+    inputs: NDArray[np.float64]
+    expected: NDArray[np.float64]
+    made: str
+
+
+class Listener(NamedTuple):
+    """A law that changes nothing and writes down what it is given."""
+
+    heard: list[Records]
+
+    def init(self) -> None: ...
+
+    def step(self, s: Block, y: Measurement, r: Demand, dt: float) -> Block:
+        self.heard.append({"measurement": y, "demand": r})
+        return s
+
+
+def made_vectors(loop: Loop, part: Part, exported: Unit) -> Vectors:
+    """Test vectors of a part of a loop, from the closed loop that it is in.
+
+    The inputs are those of ten stretches of 50 samples, spread evenly over the scenario; the part then runs
+    through all of them, one after the other, in plain Python from its ``init``. For a controller in double
+    precision a sample without velocity and one of huge numbers follow, each before 20 good samples. A whole
+    loop has no inputs; it runs through its first 500 samples.
+
+    Args:
+        loop: of the scenario.
+        part: what of it is exported.
+        exported: the export.
+
+    Raises:
+        ParameterError, LoopError: the loop cannot be simulated, or the part not be run in plain Python.
+    """
+    loop = settled(ready(loop))
+    inputs, made = listened(loop, part)
+    if part is Part.CONTROLLER and exported.real == "double":
+        inputs += bad_inputs(inputs)
+        made += (
+            f" Then a sample whose velocity is not a number, {RECOVERY} good ones, one whose inputs are all "
+            f"{HUGE:g}, and {RECOVERY} good ones."
+        )
+    states = replayed(block_of(loop, part), inputs)
+    return Vectors(
+        np.array([input_row(exported, records) for records in inputs]),
+        np.array([[number_at(state, signal.place) for signal in exported.states] for state in states]),
+        f"{made} The {part} ran through them from its start in plain Python, in double precision.",
+    )
+
+
+def listened(loop: Loop, part: Part) -> tuple[list[Records], str]:
+    """What a part of a loop is given at the samples of all stretches, and where that comes from, in words."""
+    if part is Part.LOOP:
+        return [{}] * (STRETCHES * IN_A_ROW), "They are the first samples of the loop, which has no inputs."
+    period = loop.simulation.period
+    listener = Listener([])
+    watched = loop._replace(controller=listener) if part is Part.CONTROLLER else loop
+    after = [watched.sample(s, t, period) for t, s in closed_loop(loop)]
+    commands: list[Records] = [{"command": Command(s.controller.u)} for s in after]
+    inputs = listener.heard if part is Part.CONTROLLER else commands
+    return inputs, (
+        f"The inputs are those of the {part} in the closed loop of the scenario: {len(inputs)} samples, in "
+        f"up to {STRETCHES} stretches spread evenly over its {loop.simulation.duration:g} s."
+    )
+
+
+def closed_loop(loop: Loop) -> Iterator[tuple[float, LoopState]]:
+    """The instants and states before the samples of all stretches of a strict run, while it is finite."""
+    state, period = first_state(loop), loop.simulation.period
+    plan = laid_out(loop, state, ())
+    nothing = np.empty((1, 0))
+    with compilation(loop):
+        run = prepared(loop, state, plan, Mode(compiled=True, strict=True))
+    done = 0
+    for sample in sampled(plan.samples):
+        with compilation(loop):
+            reached = run.advance(done, sample, period, plan.samples, nothing)
+        if reached < sample:
+            return
+        yield sample * period, run.state
+        done = sample
+
+
+def sampled(samples: int) -> Iterator[int]:
+    """The numbers of the samples in all stretches; of all there are, where they are few."""
+    if samples <= STRETCHES * IN_A_ROW:
+        yield from range(samples)
+        return
+    for start in np.linspace(0, samples - IN_A_ROW, STRETCHES).round():
+        yield from range(int(start), int(start) + IN_A_ROW)
+
+
+def bad_inputs(good: Sequence[Records]) -> list[Records]:
+    """A sample without velocity and one of huge numbers, each before good ones."""
+    last = good[-1]
+    blind = {**last, "measurement": last["measurement"]._replace(velocity=math.nan)}
+    huge = {name: type(record)(*[HUGE] * len(record)) for name, record in last.items()}
+    after = list(good[-RECOVERY:])
+    return [blind, *after, huge, *after]
+
+
+def replayed(unit: Block, inputs: Iterable[Records]) -> list[Block]:
+    """A unit's state after each sample.
+
+    Raises:
+        LoopError: plain Python stops where C goes on, as in a division by zero.
+    """
+    states, state = [], unit.init()
+    for records in inputs:
+        try:
+            state = unit.step(state, **records)
+        except (ArithmeticError, ValueError) as error:
+            given = ", ".join(map(str, records.values()))
+            raise LoopError(f"no test vectors: Python stopped with {error!r}, given {given}") from error
+        states.append(state)
+    return states
+
+
+def input_row(exported: Unit, records: Records) -> list[float]:
+    """What a step reads of its arguments, in the order of their signals."""
+    return [
+        number_at(records[argument.name], signal.place)
+        for argument in exported.arguments
+        for signal in argument.signals
+    ]
+
+
+def number_at(record: Block, place: str) -> float:
+    """The number of a record in Python that has a place in its record in C."""
+    for name in place.split("."):
+        record = next(getattr(record, own) for own in record._fields if identifier(own) == name)
+    return float(record)

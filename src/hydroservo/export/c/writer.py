@@ -1,0 +1,340 @@
+"""Writes translated functions and records as C99."""
+
+import inspect
+import math
+import sys
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from hydroservo.errors import LoopError
+from hydroservo.export.c.liveness import Needed, matters
+from hydroservo.export.c.single import SINGLE
+from hydroservo.export.comments import comment, in_comment
+from hydroservo.export.names import identifier, numbered
+from hydroservo.export.translate.terms import (
+    BOOL,
+    INT,
+    REAL,
+    Assign,
+    Call,
+    Choice,
+    Constant,
+    Conversion,
+    Element,
+    Expression,
+    For,
+    Function,
+    If,
+    Known,
+    Let,
+    Literal,
+    Make,
+    Matrix,
+    Member,
+    Operation,
+    Record,
+    Return,
+    Statement,
+    Type,
+    Unary,
+    Variable,
+    While,
+    Whole,
+)
+from hydroservo.field import Field, declared_fields
+
+__all__ = ["Ends", "Writer"]
+
+ATOM, UNARY, PRODUCT, SUM, COMPARED, AND, OR, CHOICE = 8, 7, 6, 5, 4, 3, 2, 1
+LEVELS = {"*": PRODUCT, "/": PRODUCT, "+": SUM, "-": SUM, "&&": AND, "||": OR}
+PLAIN = {INT: "int64_t", BOOL: "bool"}
+SHORT = 2**31  # whole numbers below need no suffix, and loops up to here a short counter
+
+
+class Ends(NamedTuple):
+    """What a function begins and ends with besides its own statements."""
+
+    first: Sequence[str]
+    last: Sequence[str]
+
+
+class Writer:
+    """The C text of functions and records, with what is not needed left out.
+
+    Args:
+        prefix: of the names of types.
+        real: "double" or "float".
+        needed: what is needed.
+    """
+
+    def __init__(self, prefix: str, real: str, needed: Needed) -> None:
+        self.prefix, self.real, self.needed = prefix, real, needed
+        self.constants: dict[tuple[str, str, float], tuple[str, str]] = {}  # name in C and number
+        self.pointers: dict[str, bool] = {}  # of the function at hand: whether a name is a pointer
+        self.renamed: dict[str, str] = {}
+        self.changing: set[str] = set()
+
+    # types
+
+    def type(self, kind: Type) -> str:
+        """A type's name in C."""
+        if isinstance(kind, Record):
+            return f"{self.prefix}_{kind.name}"
+        if isinstance(kind, Matrix):
+            return f"{self.prefix}_matrix_{kind.size}"
+        return self.real if kind == REAL else PLAIN[kind]  # type: ignore[index]
+
+    def kept(self, record: Record) -> Iterator[tuple[str, Type]]:
+        """The fields of a record that C has."""
+        return ((name, kind) for name, kind in record.fields.items() if self.needed.has(record, name))
+
+    def leaves(self, record: Record, place: str = "") -> Iterator[str]:
+        """The place of each number of a record."""
+        for name, kind in self.kept(record):
+            if isinstance(kind, Record):
+                yield from self.leaves(kind, f"{place}{identifier(name)}.")
+            else:
+                yield place + identifier(name)
+
+    def record(self, record: Record) -> str:
+        """The definition of a record's type."""
+        fields = declared_fields(record.cls) if record.cls else {}
+        body = []
+        for name, kind in self.kept(record):
+            declared = fields.get(name, Field("", ""))
+            unit = f"[{declared.unit}] " if declared.unit else ""
+            said = in_comment(f"{unit}{declared.meaning}")
+            body.append(f"{self.type(kind)} {identifier(name)};" + (f" /* {said} */" if said else ""))
+        what = (inspect.getdoc(record.cls) or "").partition("\n\n")[0] if record.cls else ""
+        said = comment(f"{record.cls.__name__}: {what}") if record.cls else ""
+        return said + "\n".join(["typedef struct {", *body, f"}} {self.type(record)};", ""])
+
+    # functions
+
+    def function(self, function: Function) -> str:
+        """The definition of a function."""
+        if not function.body:
+            return str(function.written(self)) if function.written else ""
+        taken = self.needed.takes(function)
+        self.begin(function)
+        head = f"static {self.type(function.returns)} {function.name}({self.signature(taken)}) {{"
+        body = self.statements(function.body, function, "return ")
+        declared = self.declarations(function)
+        return "\n".join([*self.said(function), head, *declared, *body, "}", ""])
+
+    def entry(
+        self,
+        function: Function,
+        head: str,
+        renamed: dict[str, str],
+        own: dict[str, bool],
+        ends: Ends,
+    ) -> str:
+        """A function that is called from outside; its value goes to ``*state``."""
+        self.begin(function)
+        self.renamed, self.pointers = renamed, self.pointers | own
+        body = self.statements(function.body, function, "*state = ")
+        lines = [*self.declarations(function), *ends.first, *body, *ends.last]
+        return "\n".join([f"{head} {{", *lines, "}", ""])
+
+    def begin(self, function: Function) -> None:
+        self.renamed, self.changing = {}, set(function.locals)
+        self.pointers = {name: isinstance(kind, Record) for name, kind in function.parameters}
+
+    def signature(self, taken: Sequence[tuple[str, Type]]) -> str:
+        return ", ".join(self.parameter(name, kind) for name, kind in taken) or "void"
+
+    def parameter(self, name: str, kind: Type) -> str:
+        pointer = isinstance(kind, (Record, Matrix))
+        return f"const {self.type(kind)} *{name}" if pointer else f"{self.type(kind)} {name}"
+
+    def declarations(self, function: Function) -> list[str]:
+        live = self.needed.locals[function]
+        return [f"{self.type(kind)} {name};" for name, kind in function.locals.items() if name in live]
+
+    def said(self, function: Function) -> list[str]:
+        text = (inspect.getdoc(function.origin) or "").partition("\n\n")[0] if function.origin else ""
+        return [comment(text).rstrip()] if text else []
+
+    def statements(self, body: Sequence[Statement], function: Function, returned: str) -> list[str]:
+        lines: list[str] = []
+        for one in body:
+            if matters(one, self.needed.locals[function]):
+                lines += self.statement(one, function, returned)
+        return lines
+
+    def statement(self, one: Statement, function: Function, returned: str) -> list[str]:
+        def inner(body: Sequence[Statement]) -> list[str]:
+            return self.statements(body, function, returned)
+
+        match one:
+            case Let(name=name, value=value):
+                return [f"{self.let(name, value)};"]
+            case Assign(name=name, value=value):
+                return [f"{name} = {self.value(value)};"]
+            case Return(value=value):
+                return [f"{returned}{self.value(value)};"]
+            case If(condition=condition, body=body, otherwise=otherwise):
+                lines, rest = [f"if ({self.value(condition)}) {{", *inner(body)], inner(otherwise)
+                return [*lines, "} else {", *rest, "}"] if rest else [*lines, "}"]
+            case While(condition=condition, body=body):
+                return [f"while ({self.value(condition)}) {{", *inner(body), "}"]
+            case For(name=name, count=count, body=body):
+                head = self.loop(name, count, name in self.needed.locals[function])
+                return [f"{head} {{", *inner(body), "}"]
+
+    def loop(self, name: str, count: Expression | Known, read: bool) -> str:
+        """The head of a loop that counts from 0; a number that nothing reads may be a short one."""
+        if isinstance(count, Expression):
+            kind, number = "int64_t", self.value(count)
+        else:
+            short = count.value < SHORT and not read
+            kind, number = ("int32_t" if short else "int64_t"), whole_literal(count.value)
+        return f"for ({kind} {name} = 0; {name} < {number}; {name}++)"
+
+    def let(self, name: str, value: Expression) -> str:
+        """A local that never changes; of a record that stays where it is, only its address."""
+        kind = self.type(value.type)
+        if isinstance(value.type, Record) and self.stays(value):
+            self.pointers[name] = True
+            return f"const {kind} *const {name} = {self.address(value)}"
+        self.pointers[name] = False
+        return f"const {kind} {name} = {self.value(value)}"
+
+    def stays(self, value: Expression) -> bool:
+        """True for a record's place in one that does not change."""
+        while isinstance(value, Member):
+            value = value.base
+        return isinstance(value, Variable) and not value.mutable
+
+    # expressions
+
+    def value(self, value: Expression) -> str:
+        return self.text(value)[0]
+
+    def text(self, value: Expression) -> tuple[str, int]:
+        """The text of an expression and how strongly its last operator binds."""
+        match value:
+            case Literal(value=number):
+                return self.number(number)
+            case Whole(value=whole, type=kind):
+                text = str(bool(whole)).lower() if kind == BOOL else whole_literal(whole)
+                return text, UNARY if text[0] == "-" else ATOM
+            case Constant():
+                return self.constant(value), ATOM
+            case Variable():
+                name = self.renamed.get(value.name, value.name)
+                return (f"*{name}", UNARY) if self.pointers.get(value.name) else (name, ATOM)
+            case Member():
+                return self.place(value), ATOM
+            case Element(table=table, index=index):
+                position = self.value(index) if isinstance(index, Expression) else str(index.value)
+                return f"{self.prefix}_{table.name}[{position}]", ATOM
+            case Unary(operator=sign, a=a):
+                return f"{sign}{self.inner(a, UNARY)}", UNARY
+            case Conversion(a=a):
+                return f"({self.real}){self.inner(a, UNARY)}", UNARY
+            case Operation(operator=sign, a=a, b=b):
+                return self.operation(sign, a, b)
+            case Choice(condition=condition, a=a, b=b):
+                parts = [self.inner(part, UNARY) for part in (condition, a, b)]
+                return f"{parts[0]} ? {parts[1]} : {parts[2]}", CHOICE
+            case Call(function=function, arguments=arguments):
+                return self.call(function, self.given(function, arguments)), ATOM
+            case Make(values=values):
+                return self.made(value.type, values), ATOM  # type: ignore[arg-type]
+        raise AssertionError(value)
+
+    def inner(self, value: Expression, level: int) -> str:
+        text, binds = self.text(value)
+        return text if binds > level or (binds == level == UNARY and text[0] == "*") else f"({text})"
+
+    def operation(self, sign: str, a: Expression, b: Expression) -> tuple[str, int]:
+        """Operands with operators of their own stand in brackets, but for the left one of the same."""
+        level = LEVELS.get(sign, COMPARED)
+        left, binds = self.text(a)
+        chained = isinstance(a, Operation) and a.operator == sign
+        left = left if binds >= UNARY or chained else f"({left})"
+        right, binds = self.text(b)
+        right = right if binds >= UNARY else f"({right})"
+        return f"{left} {sign} {right}", level
+
+    def call(self, function: Function, arguments: Sequence[str]) -> str:
+        library = not function.body and function.written is None
+        name = f"{function.name}f" if library and self.real == "float" else function.name
+        return f"{name}({', '.join(arguments)})"
+
+    def given(self, function: Function, arguments: Sequence[Expression]) -> list[str]:
+        taken = {name for name, _ in self.needed.takes(function)}
+        pairs = zip(function.parameters, arguments, strict=True)
+        return [self.argument(one) for (name, _), one in pairs if name in taken]
+
+    def argument(self, value: Expression) -> str:
+        return self.address(value) if isinstance(value.type, (Record, Matrix)) else self.value(value)
+
+    def made(self, record: Record, values: dict[str, Expression]) -> str:
+        return f"({self.type(record)}){{{', '.join(self.fields(record, values))}}}"
+
+    def fields(self, record: Record, values: dict[str, Expression]) -> list[str]:
+        return [f".{identifier(name)} = {self.value(values[name])}" for name, _ in self.kept(record)]
+
+    def place(self, value: Expression) -> str:
+        """Where a record or a number of it is."""
+        if isinstance(value, Variable):
+            return self.renamed.get(value.name, value.name)
+        assert isinstance(value, Member)
+        direct = isinstance(value.base, Variable) and self.pointers.get(value.base.name)
+        return f"{self.place(value.base)}{'->' if direct else '.'}{identifier(value.name)}"
+
+    def address(self, value: Expression) -> str:
+        if isinstance(value, Variable) and self.pointers.get(value.name):
+            return self.place(value)
+        return f"&{self.place(value)}"
+
+    # numbers
+
+    def number(self, value: float) -> tuple[str, int]:
+        """A literal that gives the very number."""
+        if not math.isfinite(value):
+            name = "NAN" if math.isnan(value) else "INFINITY"  # which C has as floats
+            text = name if self.real == "float" else f"(double){name}"
+            return f"-{text}" if value < 0.0 else text, UNARY
+        text = repr(float(value)) if self.real == "double" else single_literal(value)
+        return text, UNARY if text[0] == "-" else ATOM
+
+    def constant(self, value: Constant) -> str:
+        key = value.module, value.name, value.value
+        if key not in self.constants:
+            wish = identifier(f"{self.prefix}_{file_of(value.module)}_{value.name}").upper()
+            given = {name for name, _ in self.constants.values()}
+            number = SINGLE.get(key[:2], value.value) if self.real == "float" else value.value
+            self.constants[key] = numbered(wish, given.__contains__), self.number(number)[0]
+        return self.constants[key][0]
+
+
+def file_of(module: str) -> str:
+    """The name of a module's file, as a plug-in's module has another one; else that of the module."""
+    file = Path(getattr(sys.modules[module], "__file__", None) or "")
+    own = file.suffix == ".py" and file.stem != "__init__"
+    return file.stem if own else module.rpartition(".")[2]
+
+
+def whole_literal(value: int) -> str:
+    """The literal of a whole number."""
+    return str(int(value)) if abs(value) < SHORT else f"INT64_C({value})"
+
+
+def single_literal(value: float) -> str:
+    """The literal of the nearest number in single precision.
+
+    Raises:
+        LoopError: it is out of their range.
+    """
+    with np.errstate(all="ignore"):
+        near = np.float32(value)
+    if not np.isfinite(near) or (near == 0.0 and value != 0.0):
+        raise LoopError(f"the number {value!r} is out of the range of single precision; export in double")
+    return f"{float(str(near))!r}f"

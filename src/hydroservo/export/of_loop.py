@@ -1,0 +1,196 @@
+"""A scenario's controller, machine or loop, translated."""
+
+import math
+from collections.abc import Iterator
+from typing import Any
+
+from hydroservo._version import __version__
+from hydroservo.block import Block
+from hydroservo.errors import LoopError
+from hydroservo.export.c.liveness import Needed
+from hydroservo.export.c.primitives import WRITTEN
+from hydroservo.export.c.source import Form, Translation, texts
+from hydroservo.export.names import identifier
+from hydroservo.export.parts import Command, block_of, settled
+from hydroservo.export.prefix import checked_prefix, plain_title
+from hydroservo.export.translate.program import Program, check_law
+from hydroservo.export.translate.terms import REAL, Record
+from hydroservo.export.unit import Argument, Part, Precision, Signal, Unit
+from hydroservo.field import Field, declared_fields
+from hydroservo.loop import Loop
+from hydroservo.provenance import scenario_hash, scenario_text
+from hydroservo.signals import Demand, Measurement
+from hydroservo.simulate import first_state, ready
+
+__all__ = ["exported_unit"]
+
+
+TAKES = {
+    Part.CONTROLLER: (("measurement", Measurement), ("demand", Demand)),
+    Part.MACHINE: (("command", Command),),
+    Part.LOOP: (),
+}
+PREFIXES = {Part.CONTROLLER: "controller.", Part.MACHINE: "", Part.LOOP: ""}  # of the paths of states
+INTEGRATED = ("plant.", "valve.", "supply.")  # records of a machine's state
+
+
+def exported_unit(
+    loop: Loop,
+    part: Part,
+    *,
+    prefix: str,
+    title: str,
+    precision: Precision = Precision.DOUBLE,
+    inlined: bool = False,
+) -> Unit:
+    """A part of a loop as C99.
+
+    Args:
+        loop: the loop.
+        part: its controller, its machine with the sensors, or all of it.
+        prefix: of every name with external linkage, and of files; a C identifier.
+        title: what it is, for people; put into one line.
+        precision: double, or single for a controller.
+        inlined: the parameters are constants of the source, not an argument.
+
+    Raises:
+        TranslationError: a block does what has no equal in C.
+        ParameterError: a parameter is out of range, or the prefix cannot be one.
+        LoopError: single precision where it cannot be.
+    """
+    checked_prefix(prefix)
+    title = plain_title(title)
+    single = precision is Precision.SINGLE
+    if single and part is not Part.CONTROLLER:
+        raise LoopError(f"a {part} is exported in double precision only; its time and states need the digits")
+    ready_loop = settled(ready(loop)) if part is not Part.CONTROLLER else ready(loop)
+    try:
+        unit = translated(Program(WRITTEN, prefix), block_of(ready_loop, part), part)
+    except RecursionError:
+        raise LoopError(
+            f"the {part} nests too deep to be translated; name parts of its expressions"
+        ) from None
+    first_state(ready_loop)  # what goes wrong in Python at once, such as a signal that nothing measures
+    needed = needed_by(unit, init=True)
+    later = needed_by(unit, init=False)
+    digest, period = scenario_hash(loop), ready_loop.simulation.period
+    about = ABOUT.format(title=title, hash=digest, version=__version__, period=period)
+    real = "float" if single else "double"
+    header, source = texts(unit, needed, Form(prefix, real, inlined, about, digest, __version__))
+    start = unit.block.init()
+    return Unit(
+        prefix=prefix,
+        title=title,
+        scenario=scenario_text(loop),
+        hash=digest,
+        version=__version__,
+        period=period,
+        real=real,
+        inlined=inlined,
+        header=header,
+        source=source,
+        parameters=tuple(parameter_signals(unit, needed, later)),
+        arguments=tuple(
+            Argument(name, tuple(argument_signals(name, record, needed)))
+            for name, record in unit.arguments
+            if needed.kept(record)
+        ),
+        states=tuple(state_signals(unit, needed, start, part)),
+        command=unit.command,
+    )
+
+
+ABOUT = """\
+{title}
+
+Written by hydroservo {version} from the scenario with hash {hash}, for a sample period of {period!r} s.
+What is computed here is, operation by operation, what the simulation computes: with IEEE 754 numbers, no
+contraction of a*b + c, which is switched off below, and no -ffast-math, results agree to the last bit.
+SPDX-License-Identifier: BSD-3-Clause"""
+
+
+def translated(program: Program, block: Block, part: Part) -> Translation:
+    """A unit's functions and records."""
+    record = program.type_of(block)
+    assert isinstance(record, Record)
+    arguments = tuple(
+        (name, program.record(cls, dict.fromkeys(cls._fields, REAL), name)) for name, cls in TAKES[part]
+    )
+    if part is Part.CONTROLLER:
+        check_law(program, record.fields["controller"], [kind for _, kind in arguments])
+    init = program.method(record, "init", [])
+    state = init.returns
+    assert isinstance(state, Record)
+    step = program.method(record, "step", [state, *(kind for _, kind in arguments)])
+    record.name, state.name = "parameters", "state"
+    known = tuple(program.records.values()), tuple(program.tables.values())
+    return Translation(block, record, init, step, arguments, part is Part.CONTROLLER, *known)
+
+
+def needed_by(unit: Translation, *, init: bool) -> Needed:
+    """What a unit's functions need: both of them, or ``step`` alone."""
+    functions = [unit.init, unit.step] if init else [unit.step]
+    given = [record for _, record in unit.arguments]
+    state = unit.init.returns
+    assert isinstance(state, Record)
+    return Needed(functions, [state], given, [(unit.parameters, "period")] if init else [])
+
+
+def parameter_signals(unit: Translation, needed: Needed, later: Needed) -> Iterator[Signal]:
+    for place, record, name in numbers(unit.parameters, needed):
+        path = "simulation.period" if place == "period" else place.removeprefix("loop.")
+        fixed = not later.has(record, name) or place == "period"
+        found = signal(path, place, record, name, at(unit.block, place))
+        least, most = bounds(declared(record, name))
+        yield found._replace(fixed=fixed, least=least, most=most)
+
+
+def argument_signals(argument: str, record: Record, needed: Needed) -> Iterator[Signal]:
+    for place, owner, name in numbers(record, needed):
+        path = "controller.u" if owner.cls is Command else f"{argument}.{place}"
+        yield signal(path, place, owner, name, 0.0)
+
+
+def state_signals(unit: Translation, needed: Needed, start: Block, part: Part) -> Iterator[Signal]:
+    for place, record, name in numbers(unit.init.returns, needed):
+        own = place.removeprefix("loop.")
+        integrated = part is not Part.CONTROLLER and own.startswith(INTEGRATED)
+        found = signal(PREFIXES[part] + own, place, record, name, at(start, place))
+        yield found._replace(integrated=integrated)
+
+
+def signal(path: str, place: str, record: Record, name: str, value: float) -> Signal:
+    field = declared(record, name)
+    in_c = ".".join(map(identifier, place.split(".")))
+    return Signal(path, in_c, field.unit, field.meaning, float(value))
+
+
+def declared(record: Record, name: str) -> Field:
+    return (declared_fields(record.cls) if record.cls else {}).get(name, Field("", name))
+
+
+def bounds(field: Field) -> tuple[float, float]:
+    """The smallest and the largest number in a field's range."""
+    least = max(one for one in (-math.inf, field.at_least, next_to(field.above, math.inf)) if one is not None)
+    most = min(one for one in (math.inf, field.at_most, next_to(field.below, -math.inf)) if one is not None)
+    return least, most
+
+
+def next_to(bound: float | None, towards: float) -> float | None:
+    """The number beside a bound that is itself excluded."""
+    return None if bound is None else math.nextafter(bound, towards)
+
+
+def numbers(record: Any, needed: Needed, place: str = "") -> Iterator[tuple[str, Record, str]]:
+    """Each number of a record that is kept: its place, and the record and name of its field."""
+    for name, kind in record.fields.items():
+        if isinstance(kind, Record) and needed.has(record, name):
+            yield from numbers(kind, needed, f"{place}{name}.")
+        elif needed.has(record, name):
+            yield place + name, record, name
+
+
+def at(block: Block, place: str) -> float:
+    for name in place.split("."):
+        block = getattr(block, name)
+    return float(block)

@@ -1,0 +1,194 @@
+"""The names of a function that is being translated, and where its statements go."""
+
+import ast
+from collections.abc import Callable, Set
+from types import FunctionType
+from typing import Any, NamedTuple
+
+from hydroservo.errors import LoopError
+from hydroservo.export.names import identifier
+from hydroservo.export.translate.bindings import Binding, Bindings
+from hydroservo.export.translate.definition import DoubtError, definition
+from hydroservo.export.translate.ranges import LARGEST, LARGEST_REAL, Ranges
+from hydroservo.export.translate.terms import (
+    BOOL,
+    INT,
+    Assign,
+    Bound,
+    Call,
+    Expression,
+    Function,
+    Known,
+    Let,
+    Member,
+    Python,
+    Several,
+    Statement,
+    Table,
+    Type,
+    Variable,
+    Whole,
+)
+
+__all__ = ["WAY_OUT", "Limit", "Scope", "TranslationError", "Value", "place", "whole"]
+
+Value = Expression | Known | Table | Python | Bound | Several
+
+WAY_OUT = "a law that is exported calls only ops, its own methods and those of nested blocks"
+
+
+class TranslationError(LoopError):
+    """A method that has no equal in C; the message names file, line and the way out."""
+
+
+def place(function: Any, line: int = 0) -> str:
+    """The file of a Python function and a line in it."""
+    code = function.__code__
+    return f"{code.co_filename}, line {line or code.co_firstlineno}"
+
+
+class Limit(NamedTuple):
+    """A whole number, how small and how large it may become, and where it stands."""
+
+    value: Expression
+    least: int
+    most: int
+    node: ast.AST
+
+
+class Scope:
+    """One Python function on its way to C.
+
+    Making one raises :class:`TranslationError` where the function's text is not there.
+
+    Attributes:
+        origin: the Python function.
+        tree: its syntax tree, with the lines of its file.
+        function: its equal in C, as far as it is translated.
+        bindings: which variable each name is, wherever it stands.
+        environment: what each variable stands for.
+        certain: the changing locals that have a value by now.
+        block: where statements go.
+        whole: the whole numbers that are computed, and how large C lets each become.
+
+    Args:
+        origin: the Python function.
+        name: of its equal in C.
+        owner: the class whose method it is.
+        local_name: finds a free name for a local, from a wish and those that the function has given.
+    """
+
+    def __init__(
+        self, origin: FunctionType, name: str, owner: type | None, local_name: Callable[[str, Set[str]], str]
+    ) -> None:
+        self.origin = origin
+        self.tree = parsed(origin)
+        self.function = Function(name, [], origin=origin, owner=owner)
+        self.bindings = Bindings(self.tree)
+        self.local_name = local_name
+        self.taken: set[str] = set()
+        self.in_c: dict[Binding, str] = {}
+        for one in self.bindings.all():
+            self.in_c[one] = self.named_in_c(one)
+        self.environment: dict[Binding, Value] = {}
+        self.certain: set[str] = set()
+        self.block: list[Statement] = self.function.body
+        self.whole: list[Limit] = []
+
+    def named_in_c(self, binding: Binding) -> str:
+        """A variable's name: its own, with a number behind it where another one has that."""
+        if binding.name != "_":
+            return self.fresh(identifier(binding.name))
+        return self.fresh("i" if binding.counter else "value" if binding.read else "unread")
+
+    def parameter(self, name: str, kind: Type) -> None:
+        """A parameter; one that the function assigns to gets a local of its own."""
+        binding = self.bindings.arguments[name]
+        own_name = self.in_c[binding]
+        given = kind if isinstance(kind, (Known, Table)) else Variable(kind, own_name)
+        if isinstance(given, Variable):
+            self.function.parameters.append((given.name, given.type))
+        if binding.changing and not isinstance(given, Table):
+            try:
+                first = whole(given) if isinstance(given, Known) else given
+            except TranslationError as error:
+                raise self.error(f"{name}: {error}", self.tree, "use floats") from None
+            own = self.declared(self.fresh(f"{own_name}_now"), first.type)
+            self.changed(own, first)
+            given = own
+        self.environment[binding] = given
+
+    def declared(self, name: str, kind: Type) -> Variable:
+        """A local that changes."""
+        self.function.locals[name] = kind
+        return Variable(kind, name, mutable=True)
+
+    def changed(self, local: Variable, value: Expression) -> None:
+        """A new value for a local that changes."""
+        self.certain.add(local.name)
+        if not (isinstance(value, Variable) and value.name == local.name):
+            self.block.append(Assign(local.name, value))
+
+    def let(self, name: str, value: Value) -> Value:
+        """The value under a name; what is known while translating needs none in C."""
+        if not isinstance(value, Expression):
+            return value
+        self.block.append(Let(name, value))
+        return Variable(value.type, name)
+
+    def lasting(self, value: Expression) -> Expression:
+        """A record that has an address: a value just computed gets a name."""
+        if isinstance(value, (Variable, Member)):
+            return value
+        name = value.function.origin.__name__ if isinstance(value, Call) else "record"
+        named = self.let(self.fresh(identifier(name)), value)
+        assert isinstance(named, Expression)
+        return named
+
+    def fresh(self, name: str) -> str:
+        """A name that the function does not use."""
+        found = self.local_name(name, self.taken)
+        self.taken.add(found)
+        return found
+
+    def limit(self, value: Expression, most: int, node: ast.AST, least: int | None = None) -> None:
+        """Asks that a whole number stays within [-most, most], or [least, most]."""
+        if value.type == INT:
+            self.whole.append(Limit(value, -most if least is None else least, most, node))
+
+    def check_whole(self) -> None:
+        """Refuse whole numbers that may leave their limits, once the function is translated."""
+        ranges = Ranges(self.function)
+        for value, least, most, node in self.whole:
+            low, high = ranges.interval(value)
+            if low >= least and high <= most:
+                continue
+            text = ast.unparse(node).partition("\n")[0]
+            bits = "the 64 bits of C's" if most == LARGEST else f"{least} to {most}"
+            raise self.error(f"{text!r}: a whole number that may outgrow {bits}", node, "use floats")
+
+    def error(self, problem: str, node: ast.AST, way_out: str = WAY_OUT) -> TranslationError:
+        where = place(self.origin, getattr(node, "lineno", 0))
+        return TranslationError(f"{where}, {self.origin.__qualname__}: {problem}; {way_out}")
+
+
+def whole(value: Known) -> Whole:
+    """A whole number or truth value in C.
+
+    Raises:
+        TranslationError: it is out of C's range.
+    """
+    if isinstance(value.value, bool):
+        return Whole(BOOL, value.value)
+    if abs(value.value) > LARGEST_REAL:
+        raise TranslationError(f"the whole number {value.value} is beyond 2^53")
+    return Whole(INT, value.value)
+
+
+def parsed(origin: FunctionType) -> ast.FunctionDef:
+    """A function's syntax tree, with the lines of its file."""
+    try:
+        return definition(origin)
+    except DoubtError as doubt:
+        where = f"{place(origin)}, {origin.__qualname__}"
+        raise TranslationError(f"{where}: {doubt}; write a plain method of the block") from None

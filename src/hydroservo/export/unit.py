@@ -1,0 +1,114 @@
+"""What is exported: a translated unit, and what its numbers are."""
+
+import math
+from enum import StrEnum
+from typing import NamedTuple
+
+__all__ = ["Argument", "FmiVersion", "Part", "Precision", "Signal", "Unit"]
+
+
+class Part(StrEnum):
+    """What of a loop is exported."""
+
+    CONTROLLER = "controller"
+    MACHINE = "machine"
+    LOOP = "loop"
+
+
+class Precision(StrEnum):
+    """In which floating-point format the C computes."""
+
+    DOUBLE = "double"
+    SINGLE = "single"
+
+
+class FmiVersion(StrEnum):
+    """Which FMI; tools that read 2.0 are many more than those that read 3.0."""
+
+    FMI2 = "2"
+    FMI3 = "3"
+
+
+class Signal(NamedTuple):
+    """One number of a parameter, argument or state record.
+
+    Attributes:
+        path: where it is in Python, such as "controller.observer.d1"; the name that users see.
+        place: where it is in its C record, such as "observer.d1".
+        unit: SI unit as declared; "" is dimensionless.
+        meaning: as declared.
+        value: a parameter's value, a state's number at the start, 0 for an argument.
+        fixed: read before the first sample alone, so that changing it later has no effect.
+        least: the smallest number that a parameter may be.
+        most: the largest.
+        integrated: a state of the plant, valve or supply, which does not come back from nan.
+    """
+
+    path: str
+    place: str
+    unit: str
+    meaning: str
+    value: float
+    fixed: bool = False
+    least: float = -math.inf
+    most: float = math.inf
+    integrated: bool = False
+
+
+class Argument(NamedTuple):
+    """A record that ``step`` is given, such as the measurement.
+
+    Attributes:
+        name: of the argument; its type is PREFIX_name.
+        signals: what ``step`` reads of it, each by its ``place`` in the record.
+    """
+
+    name: str
+    signals: tuple[Signal, ...]
+
+
+class Unit(NamedTuple):
+    """A unit in C: two texts, and a description of every number in their records.
+
+    The header declares the records PREFIX_parameters, PREFIX_state and PREFIX_NAME for each argument, each
+    of doubles (or floats) only, the constant object PREFIX_defaults, and::
+
+        void PREFIX_init(PREFIX_state *state, const PREFIX_parameters *parameters);
+        double PREFIX_step(PREFIX_state *state, const PREFIX_parameters *parameters,
+                           const PREFIX_measurement *measurement, const PREFIX_demand *demand);
+
+    ``step`` takes its arguments in their order; a controller's returns its command, others return nothing.
+    Where the parameters are ``inlined`` there is no record of them, no object, and no such argument.
+
+    Attributes:
+        prefix: of every name with external linkage; the files are PREFIX.h and PREFIX.c.
+        title: what it is, such as "TSMC of scenario paper/sine-tsmc"; in one line,
+            which may stand in a comment of C.
+        scenario: its canonical text, SI units.
+        hash: of the scenario.
+        version: of hydroservo.
+        period: sample period [s].
+        real: "double" or "float".
+        inlined: the parameters are written into the source.
+        header: text of PREFIX.h.
+        source: text of PREFIX.c.
+        parameters: of PREFIX_parameters.
+        arguments: of ``step``.
+        states: of PREFIX_state.
+        command: ``step`` returns the command, which is the state's number ``u``.
+    """
+
+    prefix: str
+    title: str
+    scenario: str
+    hash: str
+    version: str
+    period: float
+    real: str
+    inlined: bool
+    header: str
+    source: str
+    parameters: tuple[Signal, ...]
+    arguments: tuple[Argument, ...]
+    states: tuple[Signal, ...]
+    command: bool

@@ -1,0 +1,52 @@
+"""Commands called in this process, and what most tests of them share."""
+
+from typer.testing import CliRunner
+
+from hydroservo.cli.app import app
+
+__all__ = ["PLUGIN", "QUICK", "SHORT", "failed", "hydroservo_", "succeeded"]
+
+SHORT = ("--set", "simulation.duration=0.02")  # s; 2000 samples
+QUICK = (*SHORT, "--interpreted")
+
+PLUGIN = '''
+from typing import Annotated, NamedTuple
+
+from hydroservo import Field
+
+
+class FixedState(NamedTuple):
+    u: Annotated[float, Field("V", "command")]
+
+
+class Fixed(NamedTuple):
+    """A command that never changes."""
+
+    command: Annotated[float, Field("V", "command")] = 0.01
+
+    def init(self):
+        return FixedState(0.0)
+
+    def step(self, s, y, r, dt):
+        return FixedState(self.command)
+'''
+
+
+def hydroservo_(*args):
+    """Run the command line in this process."""
+    return CliRunner().invoke(app, [str(arg) for arg in args])
+
+
+def succeeded(*args):
+    result = hydroservo_(*args)
+    assert result.exit_code == 0, result.output
+    return result.stdout
+
+
+def failed(*args):
+    """The one line that a command says on failing."""
+    result = hydroservo_(*args)
+    assert result.exit_code == 2, result.output
+    assert result.stdout == ""
+    assert result.stderr.count("\n") == 1
+    return result.stderr

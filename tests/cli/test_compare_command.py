@@ -1,0 +1,67 @@
+"""Comparing several scenarios."""
+
+import json
+
+import pandas as pd
+from cli_runner import SHORT, succeeded
+
+from hydroservo.cli.app import short_names
+
+
+def test_compare_marks_the_best_of_each_row():
+    text = succeeded("compare", "paper/sine-pi", "paper/sine-backstepping", *SHORT)
+    rows = [line.replace("┃", "│").split("│") for line in text.splitlines() if line[0] in "┃│"]
+    cells = {row[1].strip(): [cell.strip() for cell in row[2:-1]] for row in rows}
+    assert cells["metric"] == ["unit", "paper/sine-pi", "paper/sine-backstepping"]
+    unit, pi, backstepping = cells["rms_error"]
+    assert unit == "mm/s"
+    assert pi.endswith(" *")
+    assert float(pi.removesuffix(" *")) < float(backstepping)
+    assert "*" not in "".join(cells["position_max"])
+
+
+def test_compare_marks_nothing_under_unequal_conditions(tmp_path):
+    scenarios = [tmp_path / "one.toml", tmp_path / "other.toml"]
+    for path, mass in zip(scenarios, ("6 kg", "7 kg"), strict=True):
+        path.write_text(f'controller.type = "PI"\nplant.mass = "{mass}"\n')
+    said = succeeded("compare", *scenarios, *SHORT)
+    assert "*" not in said
+    assert said.splitlines()[-1].split() == ["plant.mass:", "6", "kg,", "7", "kg"]
+    out = tmp_path / "out"
+    found = json.loads(succeeded("compare", *scenarios, *SHORT, "--json", "--out", out))
+    assert found["comparable"] is False
+    assert found["differences"] == {"plant.mass": [6.0, 7.0]}
+    written = json.loads((out / "metrics.json").read_text())
+    assert written.pop("files").keys() == {"comparison.png", "comparison.svg", "metrics.csv"}
+    assert written == found
+
+
+def test_compare_json_is_one_object_with_every_run_in_order():
+    names = ["paper/sine-backstepping", "paper/sine-pi"]
+    said = json.loads(succeeded("compare", *names, *SHORT, "--json"))
+    assert list(said) == ["runs", "comparable", "differences"]
+    assert said["comparable"] is True
+    assert said["differences"] == {}
+    assert [run["scenario"] for run in said["runs"]] == names
+    alone = json.loads(succeeded("run", names[1], *SHORT, "--json"))
+    assert said["runs"][1] == alone
+
+
+def test_compare_writes_metrics_and_a_plot(tmp_path):
+    names = ("paper/sine-pi", "paper/sine-backstepping")
+    succeeded("compare", *names, *SHORT, "--out", tmp_path)
+    files = {path.name for path in tmp_path.iterdir()}
+    assert files == {"metrics.csv", "metrics.json", "comparison.png", "comparison.svg"}
+    assert pd.read_csv(tmp_path / "metrics.csv")["scenario"].tolist() == list(names)
+    said = json.loads((tmp_path / "metrics.json").read_text())
+    assert [run["scenario"] for run in said["runs"]] == list(names)
+
+
+def test_compare_says_which_run_diverged():
+    text = succeeded("compare", "paper/sine-pi", "paper/sine-pi", *SHORT, "--set", "simulation.period=1 ms")
+    assert text.count("paper/sine-pi: DIVERGED") == 2
+
+
+def test_files_are_called_by_their_name_alone_where_that_is_clear():
+    assert short_names(["a/x.toml", "paper/sine-pi"]) == ["x", "paper/sine-pi"]
+    assert short_names(["a/x.toml", "b/x.toml"]) == ["a/x.toml", "b/x.toml"]

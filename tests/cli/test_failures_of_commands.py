@@ -1,0 +1,121 @@
+"""What goes wrong is one line, and nothing is half-written."""
+
+import json
+import re
+
+import pytest
+from cli_runner import QUICK, SHORT, failed, hydroservo_
+
+from hydroservo import results
+
+
+def test_an_unknown_scenario_is_one_line():
+    assert "paper/sine-pie" in failed("run", "paper/sine-pie")
+
+
+@pytest.mark.parametrize(
+    ("change", "named"),
+    [
+        ("plant.mass=-1 kg", "plant.mass"),
+        ("plant.mas=1 kg", "plant.mas"),
+        ("controller.saturation.limit=40 bar", "controller.saturation.limit"),
+        ("simulation.period=3 us", "simulation.period"),
+        ("nothing", "nothing"),
+    ],
+)
+def test_a_wrong_change_is_one_line_that_names_it(change, named):
+    assert named in failed("run", "paper/sine-pi", *SHORT, "--set", change)
+
+
+@pytest.mark.parametrize(
+    "args",
+    [
+        ("run",),
+        ("run", "paper/sine-pi", "--format", "xlsx"),
+        ("run", "paper/sine-pi", "--nothing"),
+        ("nothing",),
+        ("compare",),
+    ],
+)
+def test_wrong_usage_is_one_line_that_names_the_help(args):
+    assert re.search(r"^hydroservo: .* \(see hydroservo.* --help\)$", failed(*args))
+
+
+@pytest.mark.parametrize(
+    ("args", "said"),
+    [
+        (("run",), "missing argument 'SCENARIO' (see hydroservo run --help)"),
+        (("run", "--nope"), "no such option: --nope (see"),
+        (("run", "paper/sine-pi", "--se", "plant.mass=1"), "no such option: --se; did you mean --set? (see"),
+        (("rnu",), "no such command 'rnu'. Did you mean 'run'? (see hydroservo --help)"),
+        (
+            ("scenarios", "shwo"),
+            "no such command 'shwo'. Did you mean 'show'? (see hydroservo scenarios --help)",
+        ),
+        (("run", "paper/sine-pi", "--out"), "option '--out' requires an argument (see"),
+        (
+            ("run", "paper/sine-pi", "--format", "cvs"),
+            "'cvs' is not one of 'csv', 'parquet', 'netcdf', 'mat'",
+        ),
+        (
+            ("run", "paper/sine-pi", "more"),
+            "got unexpected extra argument(s) (more) (see hydroservo run --help)",
+        ),
+        (("run", "--no\nsuch"), "no such option: --no\\"),
+        (("run", "--" + "x" * 100_000), "..."),
+    ],
+)
+def test_wrong_usage_says_what_is_wrong_and_what_is_near(args, said):
+    message = failed(*args)
+    assert said in message
+    assert len(message) < 1100
+
+
+@pytest.mark.parametrize("args", [(), ("export",)])
+def test_a_command_that_lacks_its_command_shows_its_help(args):
+    result = hydroservo_(*args)
+    assert result.exit_code == 2
+    assert "Usage: " in result.output
+    assert "hydroservo: " not in result.stderr
+
+
+def test_a_file_where_the_folder_should_be(tmp_path):
+    (tmp_path / "file").write_text("old")
+    result = hydroservo_("run", "paper/sine-pi", *QUICK, "--out", tmp_path / "file")
+    assert result.exit_code == 2
+    message = failed("run", "paper/sine-pi", *QUICK, "--out", tmp_path / "file" / "inner")
+    assert str(tmp_path / "file") in message
+    assert (tmp_path / "file").read_text() == "old"
+
+
+def half_written(error):
+    def write(_dataset, path):
+        path.write_text("half")
+        raise error
+
+    return write
+
+
+def test_an_interrupt_while_writing_leaves_the_old_file(tmp_path, monkeypatch):
+    monkeypatch.setitem(results.FORMATS, ".csv", half_written(KeyboardInterrupt()))
+    (tmp_path / "trajectory.csv").write_text("old")
+    result = hydroservo_("run", "paper/sine-pi", *QUICK, "--out", tmp_path)
+    assert result.exit_code == 130
+    assert [path.name for path in tmp_path.iterdir()] == ["trajectory.csv"]
+    assert (tmp_path / "trajectory.csv").read_text() == "old"
+
+
+def test_a_full_disk_is_one_line(tmp_path, monkeypatch):
+    monkeypatch.setitem(results.FORMATS, ".csv", half_written(OSError(28, "No space left on device")))
+    result = hydroservo_("run", "paper/sine-pi", *QUICK, "--out", tmp_path)
+    problem = f"{tmp_path / 'trajectory.csv'}: cannot be written: No space left on device"
+    assert (result.exit_code, result.stderr) == (2, f"hydroservo: {problem}\n")
+    assert "rms_error" in result.stdout
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_large_trajectory_is_announced(tmp_path, monkeypatch):
+    monkeypatch.setattr("hydroservo.cli.app.LARGE_TRACE", 1000)
+    result = hydroservo_("run", "paper/sine-pi", *QUICK, "--out", tmp_path, "--json")
+    assert "MiB of memory" in result.stderr
+    json.loads(result.stdout)

@@ -1,0 +1,78 @@
+"""Help, version and the list of scenarios."""
+
+import re
+import shlex
+from pathlib import Path
+
+import pytest
+from cli_runner import PLUGIN, QUICK, SHORT, failed, succeeded
+from typer.main import get_command
+from typer.testing import CliRunner
+
+import hydroservo
+from hydroservo.cli.app import app
+from hydroservo.scenario import builtin_scenarios, load_scenario, parse_override, scenario_source
+from needs import needs
+
+
+def test_version():
+    assert succeeded("--version") == f"hydroservo {hydroservo.__version__}\n"
+
+
+def test_no_arguments_show_help():
+    assert "Usage: hydroservo" in CliRunner().invoke(app, [], prog_name="hydroservo").output
+
+
+@pytest.mark.parametrize("command", ["", "run", "compare", "paper", "scenarios", "scenarios show"])
+def test_help(command):
+    assert "Usage" in succeeded(*command.split(), "--help")
+
+
+def help_texts(command):
+    """All that the help of a command and of those below it says."""
+    yield command.help or ""
+    yield from (getattr(param, "help", None) or "" for param in command.params)
+    for inner in getattr(command, "commands", {}).values():
+        yield from help_texts(inner)
+
+
+COMMANDS = get_command(app)
+QUOTED = re.findall(r"`([^`]+)`", "\n".join(help_texts(COMMANDS)))
+EXAMPLES = sorted({text.removeprefix("hydroservo ") for text in QUOTED if text.startswith("hydroservo ")})
+CHANGES = sorted({text for text in QUOTED if "=" in text} - {f"hydroservo {text}" for text in EXAMPLES})
+
+
+def test_the_help_has_examples():
+    assert len(EXAMPLES) >= 8
+    assert len(CHANGES) >= 3
+
+
+@pytest.mark.parametrize("example", EXAMPLES)
+def test_each_example_of_the_help_runs(example, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("hydroservo.scenario.plugins.loaded", {})
+    Path("my_controller.py").write_text(PLUGIN)
+    Path("my.toml").write_text('[controller]\ntype = "Fixed"\n')
+    args = shlex.split(example.partition(" > ")[0])
+    if args[:2] == ["export", "fmu"]:
+        needs("cc")
+    succeeded(*args, *{"run": QUICK, "compare": SHORT, "batch": SHORT}.get(args[0], ()))
+
+
+@pytest.mark.parametrize("change", CHANGES)
+def test_each_change_that_the_help_shows_is_one(change):
+    load_scenario("paper/sine-pi", dict([parse_override(*shlex.split(change))]))
+
+
+def test_scenarios_lists_each_with_its_title():
+    text = succeeded("scenarios")
+    for name, title in builtin_scenarios().items():
+        assert [name, *title.split()] in [line.split() for line in text.splitlines()]
+
+
+def test_scenarios_show_prints_the_source_as_it_is():
+    assert succeeded("scenarios", "show", "paper/sine-tsmc") == scenario_source("paper/sine-tsmc")
+
+
+def test_scenarios_show_names_what_is_not_there():
+    assert "paper/sine-tsm" in failed("scenarios", "show", "paper/sine-tsm")

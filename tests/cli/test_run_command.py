@@ -1,0 +1,124 @@
+"""Running one scenario."""
+
+import json
+import math
+
+import pandas as pd
+import pytest
+from cli_runner import PLUGIN, QUICK, SHORT, succeeded
+
+import hydroservo
+from hydroservo import results
+from hydroservo.cli.summary import RunSummary
+from hydroservo.cli.tables import verdict
+from hydroservo.metrics import METRIC_FIELDS
+from hydroservo.scenario import load_scenario, scenario_source
+
+
+def test_run_prints_metrics_in_engineers_units_and_a_verdict():
+    text = succeeded("run", "paper/sine-pi", *QUICK)
+    rows = {line.split()[1]: line.split() for line in text.splitlines() if line.startswith(("│", "|"))}
+    metrics = json.loads(succeeded("run", "paper/sine-pi", *QUICK, "--json"))["metrics"]
+    assert set(METRIC_FIELDS) <= set(rows)
+    assert rows["rms_error"][3:6] == [f"{1e3 * metrics['rms_error']:.4g}", rows["rms_error"][4], "mm/s"]
+    assert rows["control_rms"][5] == "mV"
+    assert rows["estimate_rms_error_1"][3] == "-"
+    assert text.splitlines()[-1] == "The run did not diverge, and the piston stayed inside its stroke."
+
+
+def test_json_is_one_object_with_the_numbers_of_the_library():
+    said = json.loads(succeeded("run", "paper/sine-tsmc", *QUICK, "--json"))
+    loop = load_scenario("paper/sine-tsmc", {"simulation.duration": 0.02})
+    data = hydroservo.simulate(loop, compiled=False)
+    assert said == {
+        "scenario": "paper/sine-tsmc",
+        "hash": data.attrs["hash"],
+        "version": hydroservo.__version__,
+        "seed": 0,
+        "diverged_by": "nothing",
+        "warnings": [],
+        "metrics": results.plain(results.metrics_of(data)),
+    }
+
+
+def test_json_has_null_for_what_is_not_a_number():
+    said = json.loads(succeeded("run", "paper/sine-pi", *QUICK, "--json"))
+    assert said["metrics"]["estimate_rms_error_1"] is None
+    assert said["metrics"]["diverged"] is False
+
+
+def test_compiled_and_interpreted_runs_say_the_same():
+    compiled = succeeded("run", "paper/sine-pi", *SHORT, "--strict", "--json")
+    assert compiled == succeeded("run", "paper/sine-pi", *QUICK, "--json")
+
+
+@pytest.mark.parametrize(
+    ("form", "ending"), [("csv", "csv"), ("parquet", "parquet"), ("netcdf", "nc"), ("mat", "mat")]
+)
+def test_out_gets_trajectory_metrics_and_plot(tmp_path, form, ending):
+    out = tmp_path / "a" / "b"
+    text = succeeded("run", "paper/sine-pi", *QUICK, "--out", out, "--format", form)
+    names = {f"trajectory.{ending}", "metrics.csv", "metrics.json", "run.png", "run.svg"}
+    assert {path.name for path in out.iterdir()} == names
+    assert all(name in text.splitlines()[-1] for name in names)
+
+
+def test_files_of_a_run_agree_with_its_json(tmp_path):
+    said = json.loads(succeeded("run", "paper/sine-pi", *QUICK, "--out", tmp_path, "--json"))
+    written = json.loads((tmp_path / "metrics.json").read_text())
+    assert written.pop("files").keys() == {"metrics.csv", "run.png", "run.svg", "trajectory.csv"}
+    assert written == said
+    (row,) = pd.read_csv(tmp_path / "metrics.csv", dtype={"hash": str}).to_dict("records")
+    assert [row[name] for name in ("scenario", "hash", "version", "seed")] == list(said.values())[:4]
+    assert row["rms_error [m/s]"] == said["metrics"]["rms_error"]
+    assert row["diverged"] == 0
+    trajectory = pd.read_csv(tmp_path / "trajectory.csv")
+    assert trajectory["time [s]"].iloc[-1] == pytest.approx(0.02)
+
+
+def test_out_replaces_its_own_files_and_leaves_others(tmp_path):
+    (tmp_path / "notes.txt").write_text("mine")
+    (tmp_path / "metrics.csv").write_text("old")
+    succeeded("run", "paper/sine-pi", *QUICK, "--out", tmp_path)
+    assert (tmp_path / "notes.txt").read_text() == "mine"
+    assert (
+        (tmp_path / "metrics.csv")
+        .read_text()
+        .startswith("scenario,hash,version,seed,diverged_by,rms_error [m/s],")
+    )
+    assert not [path for path in tmp_path.iterdir() if path.name.startswith(".")]
+
+
+def test_run_says_that_it_diverged():
+    text = succeeded("run", "paper/sine-pi", *QUICK, "--set", "simulation.period=1 ms")
+    assert text.splitlines()[-1].startswith("DIVERGED")
+
+
+def test_run_says_that_the_piston_left_its_stroke():
+    text = succeeded("run", "paper/sine-pi", *QUICK, "--set", "plant.start_position=78 mm")
+    assert text.splitlines()[-1].startswith("LEFT THE STROKE: the piston went from 78 mm to 78.")
+
+
+def test_run_takes_a_file_and_a_users_own_controller(tmp_path):
+    (tmp_path / "fixed.py").write_text(PLUGIN)
+    (tmp_path / "my.toml").write_text('[controller]\ntype = "Fixed"\ncommand = "20 mV"\n')
+    args = ("run", tmp_path / "my.toml", *QUICK, "--json")
+    said = json.loads(succeeded(*args, "--plugin", tmp_path / "fixed.py"))
+    assert said["scenario"] == str(tmp_path / "my.toml")
+    assert said["metrics"]["control_max"] == 0.02
+
+
+def test_a_name_in_brackets_is_shown_as_it_is(tmp_path):
+    (tmp_path / "[red]x.toml").write_text(scenario_source("paper/sine-pi"))
+    assert "[red]x" in succeeded("run", tmp_path / "[red]x.toml", *QUICK)
+    text = succeeded("compare", tmp_path / "[red]x.toml", "paper/sine-pi", *SHORT)
+    assert "[red]x" in text
+
+
+def test_verdict_puts_divergence_first():
+    metrics = dict.fromkeys(METRIC_FIELDS, 1.0) | {"diverged": True, "stroke_left": True}
+    both = RunSummary("name", "hash", "version", 0, "controller.u", [], metrics)
+    assert "DIVERGED[/]: controller.u stopped being finite at 1.00 s" in verdict(both)
+    assert "STROKE" not in verdict(both)
+    error = both._replace(diverged_by="the error", metrics=metrics | {"diverged_at": math.nan})
+    assert "DIVERGED[/]: in the second half the error passed both 10 peak demands" in verdict(error)
