@@ -36,7 +36,7 @@ COMMANDS = [
     (BATCH, "runs.csv", "", "hydroservo.batch.simulate_batch"),
     (TUNE, "gains.toml", "", "hydroservo.tuning.tune"),
     (("paper",), "DIR", "trajectories/sine-pi.parquet", "hydroservo.papers.tsmc_eha_2021.study.run_study"),
-    (("export", "c", "paper/sine-pi"), "DIR", "sine_pi.h", "hydroservo.export.c.vectors.made_vectors"),
+    (("export", "c", "paper/sine-pi"), "DIR", "sine_pi.h", "hydroservo.export.c.proof.proven_vectors"),
     (("export", "fmu", "paper/sine-pi"), "law.fmu", "", "hydroservo.export.fmu.write_fmu"),
 ]
 

@@ -72,8 +72,9 @@ def c(
 ) -> None:
     """Write C99 with test vectors, a program that replays them, a Makefile and a README.
 
-    In double precision the C gives the bits of the strict simulation. Other files in the folder are left
-    alone.
+    In double precision the C gives the bits of the strict simulation. Where this computer has a C compiler it
+    is held against Python before it is written, on samples that reach all branches for which some are found;
+    gcov counts them. Other files in the folder are left alone.
 
     Examples:
 
@@ -81,9 +82,10 @@ def c(
     - `hydroservo export c rig/encoder-pi-sine --out controller --prefix rig --precision single --inline`
     """
     from hydroservo.cli.progress import progress_bar
+    from hydroservo.cli.proofs import proof_line
     from hydroservo.cli.writing import write_or_keep
     from hydroservo.export.c.project import check_project, memory, write_c_project
-    from hydroservo.export.c.vectors import made_vectors
+    from hydroservo.export.c.proof import proven_vectors
     from hydroservo.results import as_json
 
     loop = loaded(scenario, changes, plugins)
@@ -91,19 +93,21 @@ def c(
     with progress_bar("translating") as report:
         found = translated(scenario, loop, unit, prefix, precision=precision, inlined=inline)
         check_project(out, found.prefix)
-        report(0.2, "making test vectors")
-        samples = made_vectors(loop, unit, found)
+        report(0.2, "making test vectors, and replaying them")
+        vectors, proof = proven_vectors(loop, unit, found)
         report(0.9, "writing files")
-        left = write_or_keep(out, lambda place: write_c_project(found, samples, place))
+        left = write_or_keep(out, lambda place: write_c_project(found, vectors, place))
         left.check()
     sizes, files = memory(found), list(map(str, left.files))
     if json:
-        typer.echo(as_json({**identity(scenario, unit, found), **sizes._asdict(), "files": files}))
+        about = {**identity(scenario, unit, found), **sizes._asdict(), "proof": proof._asdict()}
+        typer.echo(as_json({**about, "files": files}))
         return
     typer.echo(
         f"{found.title}: {sizes.state_bytes} bytes of state, {sizes.parameter_bytes} of parameters, "
         f"{precision} precision"
     )
+    typer.echo(proof_line(proof, found.prefix))
     typer.echo(f"written to {out}: {', '.join(file.name for file in left.files)}")
     typer.echo(f"next: make -C {shlex.quote(str(out))} check")
 
@@ -122,27 +126,36 @@ def fmu(
     """Write a functional mock-up unit for co-simulation.
 
     Its communication step is the scenario's sample period. It holds C and a binary for this computer, no
-    Python.
+    Python. The C is held against Python before it is written, as for export c.
 
     Examples:
 
     - `hydroservo export fmu paper/sine-tsmc --out controller.fmu`
     - `hydroservo export fmu rig/encoder-pi-sine --unit machine --fmi 3 --out machine.fmu`
     """
+    from hydroservo.cli.progress import progress_bar
+    from hydroservo.cli.proofs import proof_line
     from hydroservo.cli.writing import write_or_keep
-    from hydroservo.export.fmu import write_fmu
+    from hydroservo.export.c.proof import proven_vectors
+    from hydroservo.export.fmu import checked_name, write_fmu
     from hydroservo.outputs import check_outputs
     from hydroservo.results import as_json
 
     loop = loaded(scenario, changes, plugins)
-    check_outputs([out])
-    found = translated(scenario, loop, unit, prefix)
+    check_outputs([checked_name(out)])
     stop_time = loop.simulation.duration
-    write_or_keep(
-        out.parent, lambda place: [write_fmu(found, place / out.name, stop_time=stop_time, version=version)]
-    ).check()
+    with progress_bar("translating") as report:
+        found = translated(scenario, loop, unit, prefix)
+        report(0.2, "making test vectors, and replaying them")
+        _, proof = proven_vectors(loop, unit, found)
+        report(0.9, "writing the FMU")
+        write_or_keep(
+            out.parent,
+            lambda place: [write_fmu(found, place / out.name, stop_time=stop_time, version=version)],
+        ).check()
     if json:
-        typer.echo(as_json({**identity(scenario, unit, found), "fmi": version, "file": str(out)}))
+        about = {**identity(scenario, unit, found), "proof": proof._asdict()}
+        typer.echo(as_json({**about, "fmi": version, "file": str(out)}))
         return
     inputs = sum(len(argument.signals) for argument in found.arguments)
     outputs = 1 if found.command else len(found.states)
@@ -150,6 +163,7 @@ def fmu(
         f"{found.title}: {counted(inputs, 'input')}, {counted(outputs, 'output')}, "
         f"{counted(len(found.parameters), 'parameter')}, FMI {version}, steps of {found.period:g} s"
     )
+    typer.echo(proof_line(proof, found.prefix))
     typer.echo(f"written: {out}, {out.stat().st_size / 1024:.0f} KiB")
     typer.echo(f"next: fmpy validate {shlex.quote(str(out))}")
 

@@ -13,6 +13,7 @@ from hydroservo.export.c.source import Form, Translation, texts
 from hydroservo.export.names import identifier
 from hydroservo.export.parts import Command, block_of, settled
 from hydroservo.export.prefix import checked_prefix, plain_title
+from hydroservo.export.translate.calls import is_op
 from hydroservo.export.translate.program import Program, check_law
 from hydroservo.export.translate.terms import REAL, Record
 from hydroservo.export.unit import Argument, Part, Precision, Signal, Unit
@@ -97,6 +98,7 @@ def exported_unit(
         ),
         states=tuple(state_signals(unit, needed, start, part)),
         command=unit.command,
+        functions=frozenset(blocks_functions(needed, prefix)),
     )
 
 
@@ -125,6 +127,12 @@ def translated(program: Program, block: Block, part: Part) -> Translation:
     record.name, state.name = "parameters", "state"
     known = tuple(program.records.values()), tuple(program.tables.values())
     return Translation(block, record, init, step, arguments, part is Part.CONTROLLER, *known)
+
+
+def blocks_functions(needed: Needed, prefix: str) -> Iterator[str]:
+    """What of the C is translated from blocks, and not from ops or written by hand."""
+    yield from (f"{prefix}_init", f"{prefix}_step")
+    yield from (one.name for one in needed.reached if one.body and not is_op(one.origin))
 
 
 def needed_by(unit: Translation, *, init: bool) -> Needed:

@@ -96,6 +96,7 @@ class Unit(NamedTuple):
         arguments: of ``step``.
         states: of PREFIX_state.
         command: ``step`` returns the command, which is the state's number ``u``.
+        functions: the names in C of the methods of blocks, and of ``init`` and ``step``.
     """
 
     prefix: str
@@ -112,3 +113,4 @@ class Unit(NamedTuple):
     arguments: tuple[Argument, ...]
     states: tuple[Signal, ...]
     command: bool
+    functions: frozenset[str] = frozenset()

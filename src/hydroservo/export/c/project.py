@@ -143,6 +143,7 @@ def numbers_in_c(exported: Unit, vectors: Vectors) -> dict[str, object]:
         "expected": vectors.expected.tolist(),
         "samples": len(vectors.expected),
         "made": vectors.made,
+        "proof": vectors.proof,
     }
 
 

@@ -16,7 +16,18 @@ from hydroservo.loop import Loop, LoopState
 from hydroservo.signals import Demand, Measurement
 from hydroservo.simulate import Mode, compilation, first_state, laid_out, prepared, ready
 
-__all__ = ["Vectors", "made_vectors"]
+__all__ = [
+    "HUGE",
+    "Proof",
+    "Records",
+    "Tried",
+    "Vectors",
+    "input_row",
+    "made_vectors",
+    "replayed",
+    "tried",
+    "vectors_of",
+]
 
 STRETCHES = 10
 IN_A_ROW = 50  # samples in each stretch
@@ -26,6 +37,28 @@ HUGE = 1e300
 Records = Mapping[str, Block]  # the arguments of one step by name
 
 
+class Proof(NamedTuple):
+    """What was shown of an export when its vectors were made.
+
+    Attributes:
+        samples: of the vectors.
+        compiler: with which the C replays the vectors, bit for bit; empty if it was not tried.
+        reached: how many branches of the blocks' methods the vectors reach.
+        branches: how many there are.
+        missed: lines of PREFIX.c with a branch that is not reached.
+        unproved: why the C did not replay the vectors; empty if it did.
+        uncounted: why branches were not counted; empty if they were.
+    """
+
+    samples: int
+    compiler: str
+    reached: int
+    branches: int
+    missed: Sequence[int]
+    unproved: str
+    uncounted: str
+
+
 class Vectors(NamedTuple):
     """Samples to replay from ``init``, one after the other.
 
@@ -33,11 +66,31 @@ class Vectors(NamedTuple):
         inputs: a row for each sample, a column for each signal of the arguments, in their order.
         expected: a row for each sample, a column for each number of the state after it.
         made: where the inputs come from, in sentences.
+        proof: that the C passed them; None if it was not looked for.
     """
 
     inputs: NDArray[np.float64]
     expected: NDArray[np.float64]
     made: str
+    proof: Proof | None = None
+
+
+class Tried(NamedTuple):
+    """A part of a loop, run in plain Python.
+
+    Attributes:
+        block: the part.
+        inputs: what it was given, sample by sample.
+        states: its state after each sample.
+        made: where the inputs come from, in sentences.
+        searched: how many stretches follow that were searched for.
+    """
+
+    block: Block
+    inputs: list[Records]
+    states: list[Block]
+    made: str
+    searched: int = 0
 
 
 class Listener(NamedTuple):
@@ -52,8 +105,8 @@ class Listener(NamedTuple):
         return s
 
 
-def made_vectors(loop: Loop, part: Part, exported: Unit) -> Vectors:
-    """Test vectors of a part of a loop, from the closed loop that it is in.
+def tried(loop: Loop, part: Part, unit: Unit) -> Tried:
+    """A part of a loop, run in plain Python on what it is given in the closed loop that it is in.
 
     The inputs are those of ten stretches of 50 samples, spread evenly over the scenario; the part then runs
     through all of them, one after the other, in plain Python from its ``init``. For a controller in double
@@ -63,24 +116,36 @@ def made_vectors(loop: Loop, part: Part, exported: Unit) -> Vectors:
     Args:
         loop: of the scenario.
         part: what of it is exported.
-        exported: the export.
+        unit: the export.
 
     Raises:
         ParameterError, LoopError: the loop cannot be simulated, or the part not be run in plain Python.
     """
     loop = settled(ready(loop))
     inputs, made = listened(loop, part)
-    if part is Part.CONTROLLER and exported.real == "double":
+    if part is Part.CONTROLLER and unit.real == "double":
         inputs += bad_inputs(inputs)
         made += (
             f" Then a sample whose velocity is not a number, {RECOVERY} good ones, one whose inputs are all "
             f"{HUGE:g}, and {RECOVERY} good ones."
         )
-    states = replayed(block_of(loop, part), inputs)
+    block = block_of(loop, part)
+    return Tried(block, inputs, replayed(block, inputs, block.init()), made)
+
+
+def made_vectors(loop: Loop, part: Part, unit: Unit) -> Vectors:
+    """Test vectors of a part of a loop, as :func:`tried` makes them, before anything else is searched for."""
+    return vectors_of(unit, tried(loop, part, unit))
+
+
+def vectors_of(unit: Unit, trial: Tried) -> Vectors:
+    """What of a trial an export reads and has."""
+    more = "one stretch" if trial.searched == 1 else f"{trial.searched} stretches"
+    searched = f" Then {more} that reach branches of the code which those do not." if trial.searched else ""
     return Vectors(
-        np.array([input_row(exported, records) for records in inputs]),
-        np.array([[number_at(state, signal.place) for signal in exported.states] for state in states]),
-        f"{made} The {part} ran through them from its start in plain Python, in double precision.",
+        np.array([input_row(unit, records) for records in trial.inputs]),
+        np.array([[number_at(state, signal.place) for signal in unit.states] for state in trial.states]),
+        f"{trial.made}{searched} All ran one after the other in plain Python, in double precision.",
     )
 
 
@@ -135,16 +200,16 @@ def bad_inputs(good: Sequence[Records]) -> list[Records]:
     return [blind, *after, huge, *after]
 
 
-def replayed(unit: Block, inputs: Iterable[Records]) -> list[Block]:
-    """A unit's state after each sample.
+def replayed(block: Block, inputs: Iterable[Records], state: Block) -> list[Block]:
+    """A block's state after each sample.
 
     Raises:
         LoopError: plain Python stops where C goes on, as in a division by zero.
     """
-    states, state = [], unit.init()
+    states = []
     for records in inputs:
         try:
-            state = unit.step(state, **records)
+            state = block.step(state, **records)
         except (ArithmeticError, ValueError) as error:
             given = ", ".join(map(str, records.values()))
             raise LoopError(f"no test vectors: Python stopped with {error!r}, given {given}") from error
@@ -152,11 +217,11 @@ def replayed(unit: Block, inputs: Iterable[Records]) -> list[Block]:
     return states
 
 
-def input_row(exported: Unit, records: Records) -> list[float]:
+def input_row(unit: Unit, records: Records) -> list[float]:
     """What a step reads of its arguments, in the order of their signals."""
     return [
         number_at(records[argument.name], signal.place)
-        for argument in exported.arguments
+        for argument in unit.arguments
         for signal in argument.signals
     ]
 

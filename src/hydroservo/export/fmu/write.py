@@ -13,7 +13,7 @@ from hydroservo.export.fmu.interface import binary_ending, interface_of, platfor
 from hydroservo.export.unit import FmiVersion, Unit
 from hydroservo.outputs import atomic_path
 
-__all__ = ["write_fmu"]
+__all__ = ["checked_name", "write_fmu"]
 
 AS_LIBRARY = ("-fPIC", "-shared", "-fvisibility=hidden")
 EPOCH = (1980, 1, 1, 0, 0, 0)  # of every file in the zip, so that equal content gives equal bytes
@@ -41,9 +41,7 @@ def write_fmu(
         HydroservoError: the ending is another, the package fmpy or a C compiler is missing or fails, or the
             file cannot be written.
     """
-    path = Path(path)
-    if path.suffix.lower() != ".fmu":
-        raise HydroservoError(f"{path}: the name of an FMU ends in .fmu")
+    path = checked_name(Path(path))
     check(exported, stop_time)
     files = fmu_files(exported, stop_time, version)
     binary = f"{exported.prefix}{binary_ending()}"
@@ -52,6 +50,17 @@ def write_fmu(
     content[f"binaries/{platform_folder(version)}/{binary}"] = built(files, binary, unprefixed)
     with atomic_path(path) as temporary:
         pack(content, temporary)
+    return path
+
+
+def checked_name(path: Path) -> Path:
+    """The path of an FMU.
+
+    Raises:
+        HydroservoError: its ending is another.
+    """
+    if path.suffix.lower() != ".fmu":
+        raise HydroservoError(f"{path}: the name of an FMU ends in .fmu")
     return path
 
 

@@ -1,0 +1,18 @@
+"""What was shown of an export, as a line for a terminal."""
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from hydroservo.export.c.vectors import Proof
+
+__all__ = ["proof_line"]
+
+
+def proof_line(proof: "Proof", prefix: str) -> str:
+    """Whether the C passed its vectors here, and how much of it they reach."""
+    passed = f"proved with {proof.compiler}: {proof.samples} samples bit for bit"
+    said = f"not proved: {proof.unproved}" if proof.unproved else passed
+    if proof.uncounted:
+        return said if proof.uncounted == proof.unproved else f"{said}; {proof.uncounted}"
+    missed = f", all but in lines {', '.join(map(str, proof.missed))} of {prefix}.c" if proof.missed else ""
+    return f"{said}; {proof.reached} of {proof.branches} branches of its blocks reached{missed}"

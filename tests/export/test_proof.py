@@ -1,0 +1,114 @@
+"""What is held against Python before an export is written, and what stops it."""
+
+import re
+import shutil
+from pathlib import Path
+
+import pytest
+from small_laws import NAMED, law
+
+from hydroservo import Loop, LoopError
+from hydroservo.cli.proofs import proof_line
+from hydroservo.export.c.proof import proven_vectors
+from hydroservo.export.c.vectors import Proof, Vectors
+from hydroservo.export.of_loop import exported_unit
+from hydroservo.export.unit import Part, Precision, Unit
+from needs import needs
+
+RARE = """\
+u = self.gain * y.velocity
+if r.jerk < -1e6:
+    u = -u
+if s.beside > 200.0 and y.velocity > 0.0:
+    u = 2.0 * u
+return LawState(u, s.beside + 1.0 if r.value > 0.0 else 0.0)"""
+NEVER = """\
+u = y.velocity
+if self.gain < 0.0:
+    u = 1.0
+return LawState(u, 0.0)"""
+
+
+def unit_of(loop: Loop, part: Part = Part.CONTROLLER, **options: Precision) -> Unit:
+    return exported_unit(loop, part, **NAMED | options)
+
+
+def proven(loop: Loop, unit: Unit, part: Part = Part.CONTROLLER) -> tuple[Vectors, Proof]:
+    needs("gcc", "gcov")
+    return proven_vectors(loop, part, unit)
+
+
+def test_samples_are_found_that_reach_what_the_closed_loop_does_not(tmp_path: Path) -> None:
+    loop = law(tmp_path, RARE)
+    vectors, proof = proven(loop, unit_of(loop))
+    assert proof.reached == proof.branches > 8
+    assert not proof.missed
+    assert proof.samples == len(vectors.inputs) > 1000  # beside counts beyond 200
+    assert vectors.proof is proof
+    assert "stretches that reach branches" in vectors.made
+
+
+def test_what_no_sample_reaches_is_named(tmp_path: Path) -> None:
+    loop = law(tmp_path, NEVER)
+    unit = unit_of(loop)
+    proof = proven(loop, unit)[1]
+    assert proof.reached == proof.branches - 1
+    (line,) = proof.missed
+    assert unit.source.splitlines()[line - 1].strip() == "if (self->gain < 0.0) {"
+    assert f"reached, all but in lines {line} of law.c" in proof_line(proof, "law")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        (r"self->gain \* y->velocity", "self->gain * y->velocity + 1e-300", "controller.u"),
+        (r"u = -u", "u = -u - 1.0", "controller.u"),  # which nothing but a search finds
+        (r"s->beside \+ 1.0", "s->beside + 2.0", "controller.beside"),
+    ],
+)
+def test_c_that_is_not_what_python_is_is_not_written(tmp_path: Path, old: str, new: str, said: str) -> None:
+    loop = law(tmp_path, RARE)
+    unit = unit_of(loop)
+    source, count = re.subn(old, new, unit.source)
+    assert count == 1
+    with pytest.raises(LoopError, match=rf"^nothing is written: the C is not what Python is: .*{said}"):
+        proven(loop, unit._replace(source=source))
+
+
+def test_c_that_does_not_compile_is_not_written(tmp_path: Path) -> None:
+    loop = law(tmp_path, NEVER)
+    unit = unit_of(loop)
+    with pytest.raises(LoopError, match=r"^nothing is written: the C compiler \S+ fails: .*error"):
+        proven(loop, unit._replace(source=unit.source + "\nnp.float64(1.4)\n"))
+
+
+@pytest.mark.parametrize("part", [Part.MACHINE, Part.LOOP])
+def test_machines_and_loops_are_proved_too(part: Part, tmp_path: Path) -> None:
+    loop = law(tmp_path, NEVER)
+    proof = proven(loop, unit_of(loop, part), part)[1]
+    assert proof.samples == 500
+    assert 0 < proof.reached < proof.branches  # their load never jumps
+    assert proof.compiler
+
+
+def test_without_a_compiler_it_says_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("CC", "no-compiler")
+    loop = law(tmp_path, NEVER)
+    proof = proven_vectors(loop, Part.CONTROLLER, unit_of(loop))[1]
+    assert proof_line(proof, "law") == "not proved: CC names the C compiler no-compiler, which is not found"
+
+
+def test_without_gcov_it_says_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    needs("gcc")
+    found = shutil.which
+    monkeypatch.setattr("shutil.which", lambda name: None if name == "gcov" else found(name))
+    loop = law(tmp_path, NEVER)
+    said = proof_line(proven_vectors(loop, Part.CONTROLLER, unit_of(loop))[1], "law")
+    assert re.fullmatch(r"proved with \S+: 542 samples bit for bit; gcov, .*, is not found", said)
+
+
+def test_single_precision_is_counted_and_not_searched(tmp_path: Path) -> None:
+    loop = law(tmp_path, RARE)
+    vectors, proof = proven(loop, unit_of(loop, precision=Precision.SINGLE))
+    assert (len(vectors.inputs), proof.compiler) == (500, "")
+    assert 0 < proof.reached < proof.branches
