@@ -18,7 +18,9 @@ from hydroservo.errors import HydroservoError
 from hydroservo.export.c import compiler
 from hydroservo.export.fmu import FmiVersion, interface, write, write_fmu
 from hydroservo.export.fmu.units import base_unit
-from hydroservo.export.unit import Signal
+from hydroservo.export.of_loop import exported_unit
+from hydroservo.export.unit import Part, Signal
+from hydroservo.scenario import load_scenario
 
 EXPORTS = {"pi": toy(), "mass": mass()}
 
@@ -50,6 +52,20 @@ def test_fmus_are_valid(fmus: dict[str, Path], name: str) -> None:
     assert all(one.description for one in description.modelVariables)
     assert float(description.defaultExperiment.stepSize) == EXPORTS[name].period
     assert float(description.defaultExperiment.stopTime) == 0.01
+
+
+def test_declared_bounds_belong_to_their_ranges(version: FmiVersion, tmp_path: Path) -> None:
+    loop = load_scenario("paper/sine-tsmc")
+    unit = exported_unit(loop, Part.MACHINE, prefix="machine", title="a machine")
+    found = variables(write_fmu(unit, tmp_path / "machine.fmu", stop_time=1.0, version=version))
+    bounds = {one.path: (found[one.path].min, found[one.path].max) for one in unit.parameters}
+    for one in unit.parameters:
+        least, most = bounds[one.path]
+        assert least is None or one.least <= float(least)
+        assert most is None or float(most) <= one.most
+    assert bounds["plant.mass"] == (None, None)  # above 0, which is no bound that can be set
+    assert bounds["load.amplitude"] == (None, None)
+    assert bounds["plant.damping"] == ("0.0", None)
 
 
 def test_variables_are_what_may_be_done_with_them(fmus: dict[str, Path]) -> None:

@@ -4,9 +4,20 @@ import pytest
 from fmpy.fmi1 import FMICallException
 from fmus import Instance
 
-__all__ = ["COMMAND", "DEMAND", "GAIN", "INTEGRAL", "OK", "VELOCITY", "WARNING", "Replica", "refused"]
+__all__ = [
+    "COMMAND",
+    "DEMAND",
+    "GAIN",
+    "INTEGRAL",
+    "OK",
+    "VELOCITY",
+    "WARNING",
+    "Replica",
+    "discarded",
+    "refused",
+]
 
-OK, WARNING = 0, 1
+OK, WARNING, DISCARD, ERROR = range(4)
 GAIN, INTEGRAL = "controller.proportional_gain", "controller.integral"
 VELOCITY, DEMAND, COMMAND = "measurement.velocity", "demand.value", "controller.u"
 
@@ -26,10 +37,19 @@ class Replica:
 
 def refused(instance: Instance, call: str, *arguments: object) -> str:
     """The message of a call that must fail."""
+    return said(instance, call, arguments, ERROR, "logStatusError")
+
+
+def discarded(instance: Instance, call: str, *arguments: object) -> str:
+    """The message of a call that must change nothing, and leave the instance as usable as it was."""
+    return said(instance, call, arguments, DISCARD, "logStatusDiscard")
+
+
+def said(instance: Instance, call: str, arguments: tuple[object, ...], status: int, category: str) -> str:
     instance.messages.clear()
     with pytest.raises(FMICallException) as caught:
         getattr(instance, call)(*arguments)
-    assert caught.value.status == 3
-    ((category, text),) = instance.messages
-    assert category == "logStatusError"
+    assert caught.value.status == status
+    ((found, text),) = instance.messages
+    assert found == category
     return text

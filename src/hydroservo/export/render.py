@@ -46,9 +46,8 @@ def environment() -> "jinja2.Environment":
         "one_line": one_line,
         "wrapped": lambda text: textwrap.wrap(text, 100),
         "xml_double": xml_double,
-        "xml_bound": xml_bound,
     }
-    found.globals["infinity"] = math.inf
+    found.tests["bound"] = is_bound
     return found
 
 
@@ -71,13 +70,14 @@ def xml_double(value: float) -> str:
     return "NaN" if math.isnan(value) else "INF" if value > 0.0 else "-INF"
 
 
-def xml_bound(value: float) -> str:
-    """A bound of a range as XML has it; one beside a number of fewer digits, excluded itself, as that one.
+def is_bound(value: float) -> bool:
+    """True for the end of a range that can be declared, as FMI takes it to belong to the range.
 
-    So what must lie above 0 has the least value 0 for those who read it; the C knows better.
+    What must lie above 0 has the least number above 0, whose text is longer than that of 0: a tool that takes
+    it for the end would show it, and one that is told 0 would set it.
     """
     beside = (math.nextafter(value, -math.inf), math.nextafter(value, math.inf))
-    return xml_double(min((value, *beside), key=lambda one: len(repr(one))))
+    return math.isfinite(value) and all(len(repr(value)) <= len(repr(one)) for one in beside)
 
 
 def labelled(signal: Signal) -> str:

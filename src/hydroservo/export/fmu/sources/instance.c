@@ -47,10 +47,11 @@ status instance_refuse(instance *self, const char *format, ...) {
     return STATUS_ERROR;
 }
 
-status instance_discard(instance *self, const char *message) {
-    if (self->wanted[STATUS_DISCARD]) {
-        self->sink(self, STATUS_DISCARD, categories_of[STATUS_DISCARD], message);
-    }
+status instance_discard(instance *self, const char *format, ...) {
+    va_list arguments;
+    va_start(arguments, format);
+    report(self, STATUS_DISCARD, format, arguments);
+    va_end(arguments);
     return STATUS_DISCARD;
 }
 
@@ -75,7 +76,7 @@ status instance_log(instance *self, bool on, size_t count, const char *const cat
     }
     for (status severity = STATUS_WARNING; severity <= STATUS_ERROR; severity++) {
         /* Why a call failed is always said: no importer can find out otherwise. */
-        self->wanted[severity] = severity == STATUS_ERROR || (on && (count == 0 || wanted[severity]));
+        self->wanted[severity] = severity >= STATUS_DISCARD || (on && (count == 0 || wanted[severity]));
     }
     return STATUS_OK;
 }
@@ -149,12 +150,12 @@ static status check_value(instance *self, const model_variable *variable, double
                                variable->name);
     }
     if (is_parameter(variable) && !isfinite(value)) {
-        return instance_refuse(self, "%s cannot be set to %g: a parameter is a finite number", variable->name,
-                               value);
+        return instance_discard(self, "%s stays as it is and is not set to %g: a parameter is a finite number",
+                                variable->name, value);
     }
     if (is_parameter(variable) && !(value >= variable->least && value <= variable->most)) {
-        return instance_refuse(self, "%s cannot be set to %.10g: it lies from %.10g to %.10g", variable->name, value,
-                               variable->least, variable->most);
+        return instance_discard(self, "%s stays as it is and is not set to %.10g: it lies from %.10g to %.10g",
+                                variable->name, value, variable->least, variable->most);
     }
     return STATUS_OK;
 }
@@ -175,8 +176,9 @@ status instance_set(instance *self, const unsigned references[], size_t count, c
         return STATUS_ERROR;
     }
     for (size_t i = 0; i < count; i++) {
-        if (check_value(self, &model_variables[references[i]], values[i]) != STATUS_OK) {
-            return STATUS_ERROR;
+        const status checked = check_value(self, &model_variables[references[i]], values[i]);
+        if (checked != STATUS_OK) {
+            return checked;
         }
     }
     for (size_t i = 0; i < count; i++) {

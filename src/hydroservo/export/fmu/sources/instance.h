@@ -75,7 +75,7 @@ status instance_log(instance *self, bool on, size_t count, const char *const cat
 status instance_refuse(instance *self, const char *format, ...);
 
 /* Logs that a request has no answer; returns STATUS_DISCARD. */
-status instance_discard(instance *self, const char *message);
+status instance_discard(instance *self, const char *format, ...);
 
 /* Refuses a call that must not come in this phase. */
 status instance_expect(instance *self, unsigned phases, const char *call);
