@@ -288,3 +288,61 @@ def test_the_state_of_a_step_in_fmi2(pi: Path, version: FmiVersion) -> None:
             one.slave.getStringStatus(1)
         assert caught.value.status == 2  # discarded
         assert one.step(1e-5) == OK
+
+
+# --- a controller answers its inputs at once
+
+
+def test_outputs_follow_inputs_before_a_step(one: Instance) -> None:
+    one.begin()
+    replica = Replica()
+    for k in range(20):
+        before = one.get(COMMAND, INTEGRAL)
+        one.set({VELOCITY: 0.1 * k, DEMAND: 0.3})
+        answered = one.get(COMMAND, INTEGRAL)
+        assert tuple(answered) == replica.step(0.1 * k, 0.3)
+        assert answered != before
+        assert one.get(COMMAND, INTEGRAL) == answered  # asking changes nothing
+        assert one.step(k * 1e-5) == OK
+        assert one.get(COMMAND, INTEGRAL) == answered  # until other inputs come
+
+
+def test_the_last_inputs_before_a_step_count(one: Instance) -> None:
+    one.begin()
+    for demand in (5.0, -3.0, 0.25):
+        one.set({DEMAND: demand})
+        answered = one.get(COMMAND, INTEGRAL)
+        assert tuple(answered) == Replica().step(0.0, demand)
+    one.step(0.0)
+    assert one.get(COMMAND, INTEGRAL) == answered
+
+
+def test_parameters_are_answered_where_inputs_are(one: Instance) -> None:
+    one.begin().set({DEMAND: 0.03})
+    one.set({GAIN: 7.0})
+    assert tuple(one.get(COMMAND, INTEGRAL)) == Replica(7.0).step(0.0, 0.03)
+
+
+def test_inputs_are_answered_in_the_initialization(one: Instance) -> None:
+    one.set({DEMAND: 0.03})
+    assert one.get(COMMAND) == [0.0]  # not before it
+    one.enter()
+    assert tuple(one.get(COMMAND, INTEGRAL)) == Replica().step(0.0, 0.03)
+    one.slave.exitInitializationMode()
+    assert tuple(one.get(COMMAND, INTEGRAL)) == Replica().step(0.0, 0.03)
+
+
+def test_a_restored_state_answers_its_own_inputs(one: Instance) -> None:
+    one.begin().set({DEMAND: 0.03})
+    answered, saved = one.get(COMMAND, INTEGRAL), one.save()
+    one.set({DEMAND: 0.5})
+    assert one.get(COMMAND, INTEGRAL) != answered
+    one.restore(saved)
+    assert one.get(COMMAND, INTEGRAL) == answered
+
+
+def test_a_machine_answers_with_a_step_alone(machine: Path) -> None:
+    with Instance(machine) as one:
+        before = one.begin().get("plant.velocity")
+        one.set({"noise": 5.0})
+        assert one.get("plant.velocity") == before

@@ -2,7 +2,7 @@
 
 import hashlib
 import uuid
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from importlib import resources
 from typing import Any
 
@@ -10,7 +10,7 @@ from hydroservo.export.c.compiler import BITS
 from hydroservo.export.fmu.headers import headers, licence
 from hydroservo.export.fmu.interface import Interface, interface_of
 from hydroservo.export.fmu.units import base_unit
-from hydroservo.export.fmu.variables import Kind, variables_of
+from hydroservo.export.fmu.variables import Kind, Variable, variables_of
 from hydroservo.export.render import rendered
 from hydroservo.export.unit import FmiVersion, Unit
 
@@ -45,7 +45,8 @@ def fmu_files(exported: Unit, stop_time: float, version: FmiVersion) -> Files:
 def context_of(exported: Unit, stop_time: float, version: FmiVersion, interface: Interface) -> dict[str, Any]:
     """What the templates are filled with."""
     variables = variables_of(exported)
-    known = [one for one in variables if one.kind in (Kind.FIXED, Kind.TUNABLE)]
+    inputs = [one for one in variables if one.kind is Kind.INPUT] if exported.command else []
+    known = [one for one in variables if one.kind in (Kind.FIXED, Kind.TUNABLE)] + inputs
     names = (f"{exported.prefix}.c", "model.c", *SHARED, *interface.sources)
     return {
         "exported": exported,
@@ -58,13 +59,18 @@ def context_of(exported: Unit, stop_time: float, version: FmiVersion, interface:
         "sources": [name for name in names if name.endswith(".c")],
         "options": BITS,
         "parameters": ", &numbers->parameters" if exported.parameters else "",
-        # Initial outputs come from parameters alone, and a tool that does not know may see an algebraic loop
-        # between two units. One without arguments is in no loop.
-        "depends": " ".join(str(one.reference + interface.first_index) for one in known)
-        if exported.arguments
-        else "",
+        # A machine's initial outputs come from parameters alone, and a tool that does not know may see an
+        # algebraic loop between two units. One without arguments is in no loop.
+        "depends": indices(known, interface) if exported.arguments else "",
         "kinds": " ".join("dependent" for _ in known),
+        "direct": indices(inputs, interface),
+        "direct_kinds": " ".join("dependent" for _ in inputs),
     }
+
+
+def indices(variables: Sequence[Variable], interface: Interface) -> str:
+    """Variables as a list of dependencies names them."""
+    return " ".join(str(one.reference + interface.first_index) for one in variables)
 
 
 def model_files(exported: Unit, interface: Interface, context: Mapping[str, Any]) -> Files:

@@ -160,13 +160,28 @@ static status check_value(instance *self, const model_variable *variable, double
     return STATUS_OK;
 }
 
+/* The numbers as an importer sees them: those of a controller follow its inputs at once. */
+static const model_numbers *numbers_now(instance *self) {
+    const bool running = (self->now.phase & (INITIALIZATION | STEPPING)) != 0;
+    if (!MODEL_FEEDS_THROUGH || self->now.given == 0 || !running) {
+        return &self->now.numbers;
+    }
+    if (!self->ahead_known) {
+        self->ahead = self->now.numbers;
+        model_step(&self->ahead);
+        self->ahead_known = true;
+    }
+    return &self->ahead;
+}
+
 status instance_get(instance *self, const unsigned references[], size_t count, double values[]) {
     if (check_references(self, references, count, values) != STATUS_OK) {
         return STATUS_ERROR;
     }
+    const model_numbers *numbers = numbers_now(self);
     for (size_t i = 0; i < count; i++) {
         const model_variable *variable = &model_variables[references[i]];
-        values[i] = variable->kind == VARIABLE_TIME ? instance_time(self) : number(&self->now.numbers, variable);
+        values[i] = variable->kind == VARIABLE_TIME ? instance_time(self) : number(numbers, variable);
     }
     return STATUS_OK;
 }
@@ -182,8 +197,11 @@ status instance_set(instance *self, const unsigned references[], size_t count, c
         }
     }
     for (size_t i = 0; i < count; i++) {
-        memcpy((char *)&self->now.numbers + model_variables[references[i]].place, &values[i], sizeof values[i]);
+        const model_variable *variable = &model_variables[references[i]];
+        memcpy((char *)&self->now.numbers + variable->place, &values[i], sizeof values[i]);
+        self->now.given |= variable->kind == VARIABLE_INPUT;
     }
+    self->ahead_known = false;
     if (self->now.phase != STEPPING) {
         model_init(&self->now.numbers); /* so that outputs are always those of the parameters */
     }
@@ -194,6 +212,7 @@ status instance_set(instance *self, const unsigned references[], size_t count, c
 
 void instance_reset(instance *self) {
     memset(&self->now, 0, sizeof self->now);
+    self->ahead_known = false;
     memcpy(self->now.token, MODEL_TOKEN, sizeof MODEL_TOKEN);
     self->now.phase = INSTANTIATED;
     self->now.stop = INFINITY;
@@ -292,6 +311,8 @@ status instance_step(instance *self, double point, double size) {
         model_step(&self->now.numbers);
     }
     self->now.samples += samples;
+    self->now.given = 0;
+    self->ahead_known = false;
     return check_outputs(self, &before);
 }
 
@@ -324,6 +345,7 @@ status instance_restore(instance *self, const void *saved) {
         return instance_refuse(self, "what is to be restored is no saved state of this FMU");
     }
     memcpy(&self->now, saved, sizeof self->now);
+    self->ahead_known = false;
     return STATUS_OK;
 }
 

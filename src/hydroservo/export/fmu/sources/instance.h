@@ -52,6 +52,7 @@ typedef struct {
     uint64_t samples; /* taken since the start */
     double start;     /* [s] time of the start */
     double stop;      /* [s] time that must not be passed */
+    uint64_t given;   /* 1 where an input was set after the last step */
     model_numbers numbers;
 } snapshot;
 
@@ -62,6 +63,8 @@ typedef void message_sink(const instance *self, status severity, const char *cat
 
 struct instance {
     snapshot now;
+    model_numbers ahead; /* where it is known, what the next sample makes of the inputs that are set */
+    bool ahead_known;
     message_sink *sink;
     bool wanted[STATUS_ERROR + 1]; /* messages of which severity */
 };
@@ -89,6 +92,8 @@ status instance_exit_initialization(instance *self);
 status instance_terminate(instance *self);
 void instance_reset(instance *self);
 
+/* After an input was set, the numbers of a controller's state are those of the sample at this instant; else those
+   of the last sample. */
 status instance_get(instance *self, const unsigned references[], size_t count, double values[]);
 status instance_set(instance *self, const unsigned references[], size_t count, const double values[]);
 
