@@ -188,3 +188,19 @@ def test_an_fmu_ends_in_fmu(tmp_path):
     said = failed("export", "fmu", "paper/sine-pi", "--out", tmp_path / "law.zip")
     assert "law.zip: the name of an FMU ends in .fmu" in said
     assert not list(tmp_path.iterdir())
+
+
+def test_a_system_of_fmus(compiler, tmp_path):
+    out = tmp_path / "loop.ssp"
+    said = succeeded("export", "ssp", "paper/sine-pi", *SHORT, "--out", out)
+    parts = [line.partition(":")[0] for line in said.splitlines()]
+    assert parts == ["demand", "controller", "machine", "written"]
+    assert said.count("proved with cc: ") == 3
+    found = json.loads(succeeded("export", "ssp", "paper/sine-pi", *SHORT, "--out", out, "--json"))
+    assert [one["unit"] for one in found["units"]] == parts[:3]
+    assert found["file"] == str(out)
+
+
+def test_a_system_of_fmus_ends_in_ssp(tmp_path):
+    assert "ends in .ssp" in failed("export", "ssp", "paper/sine-pi", "--out", tmp_path / "loop.fmu")
+    assert not list(tmp_path.iterdir())

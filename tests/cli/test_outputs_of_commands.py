@@ -37,7 +37,8 @@ COMMANDS = [
     (TUNE, "gains.toml", "", "hydroservo.tuning.tune"),
     (("paper",), "DIR", "trajectories/sine-pi.parquet", "hydroservo.papers.tsmc_eha_2021.study.run_study"),
     (("export", "c", "paper/sine-pi"), "DIR", "sine_pi.h", "hydroservo.export.c.proof.proven_vectors"),
-    (("export", "fmu", "paper/sine-pi"), "law.fmu", "", "hydroservo.export.fmu.write_fmu"),
+    (("export", "fmu", "paper/sine-pi"), "law.fmu", "", "hydroservo.export.c.proof.proven_vectors"),
+    (("export", "ssp", "paper/sine-pi"), "loop.ssp", "", "hydroservo.export.c.proof.proven_vectors"),
 ]
 
 needs_posix = pytest.mark.skipif(os.name != "posix", reason="POSIX signals and pipes")

@@ -18,7 +18,7 @@ __all__ = ["export_app"]
 export_app = typer.Typer(
     no_args_is_help=True,
     rich_markup_mode="markdown",
-    help="Write a scenario's controller, machine or whole loop as C99 or as an FMU.",
+    help="Write a scenario's controller, machine, demand or whole loop as C99 or as an FMU.",
 )
 
 
@@ -26,8 +26,8 @@ UnitOption = Annotated[
     Part,
     typer.Option(
         "--unit",
-        help="The controller with its observer and wrappers; the machine from its command to its sensors; or "
-        "both in a closed loop.",
+        help="The controller with its observer and wrappers; the machine from its command to its sensors; "
+        "the demand; or all of them in a closed loop.",
     ),
 ]
 Prefix = Annotated[
@@ -49,6 +49,13 @@ OutFile = Annotated[
     Path,
     typer.Option(
         "--out", metavar="FILE.fmu", dir_okay=False, show_default=False, help="Write the FMU to this file."
+    ),
+]
+
+OutSystem = Annotated[
+    Path,
+    typer.Option(
+        "--out", metavar="FILE.ssp", dir_okay=False, show_default=False, help="Write the system to this file."
     ),
 ]
 
@@ -166,6 +173,55 @@ def fmu(
     typer.echo(proof_line(proof, found.prefix))
     typer.echo(f"written: {out}, {out.stat().st_size / 1024:.0f} KiB")
     typer.echo(f"next: fmpy validate {shlex.quote(str(out))}")
+
+
+@export_app.command("ssp")
+def ssp(
+    scenario: Scenario,
+    changes: Changes,
+    plugins: Plugins,
+    out: OutSystem,
+    version: Annotated[FmiVersion, typer.Option("--fmi", help="Version of the standard.")] = FmiVersion.FMI2,
+    json: Json = False,
+) -> None:
+    """Write the demand, the controller and the machine as FMUs, and how they are connected.
+
+    A tool that asks for outputs in the order of their dependencies closes the loop as it is simulated. Each C
+    is held against Python before it is written, as for export c.
+
+    Examples:
+
+    - `hydroservo export ssp rig/1khz-tsmc-sine --out loop.ssp`
+    """
+    from hydroservo.cli.progress import progress_bar
+    from hydroservo.cli.proofs import proof_line
+    from hydroservo.cli.writing import write_or_keep
+    from hydroservo.export.c.proof import proven_vectors
+    from hydroservo.export.fmu import PARTS, checked_system_name, write_ssp
+    from hydroservo.outputs import check_outputs
+    from hydroservo.results import as_json
+
+    loop = loaded(scenario, changes, plugins)
+    check_outputs([checked_system_name(out)])
+    stop_time = loop.simulation.duration
+    with progress_bar("translating") as report:
+        units = {part: translated(scenario, loop, part, None) for part in PARTS}
+        proofs = {}
+        for i, part in enumerate(PARTS):
+            report(0.2 + 0.2 * i, f"making test vectors of the {part}, and replaying them")
+            proofs[part] = proven_vectors(loop, part, units[part])[1]
+        report(0.9, "writing the system")
+        write_or_keep(
+            out.parent,
+            lambda place: [write_ssp(units, place / out.name, stop_time=stop_time, version=version)],
+        ).check()
+    if json:
+        found = [identity(scenario, part, units[part]) | {"proof": proofs[part]._asdict()} for part in PARTS]
+        typer.echo(as_json({"units": found, "fmi": version, "file": str(out)}))
+        return
+    for part in PARTS:
+        typer.echo(f"{part}: {proof_line(proofs[part], units[part].prefix)}")
+    typer.echo(f"written: {out}, {out.stat().st_size / 1024:.0f} KiB")
 
 
 def translated(

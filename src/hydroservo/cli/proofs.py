@@ -14,5 +14,7 @@ def proof_line(proof: "Proof", prefix: str) -> str:
     said = f"not proved: {proof.unproved}" if proof.unproved else passed
     if proof.uncounted:
         return said if proof.uncounted == proof.unproved else f"{said}; {proof.uncounted}"
+    if not proof.branches:
+        return f"{said}; its blocks have no branches"
     missed = f", all but in lines {', '.join(map(str, proof.missed))} of {prefix}.c" if proof.missed else ""
     return f"{said}; {proof.reached} of {proof.branches} branches of its blocks reached{missed}"

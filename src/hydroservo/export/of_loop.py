@@ -29,9 +29,9 @@ __all__ = ["exported_unit"]
 TAKES = {
     Part.CONTROLLER: (("measurement", Measurement), ("demand", Demand)),
     Part.MACHINE: (("command", Command),),
+    Part.DEMAND: (),
     Part.LOOP: (),
 }
-PREFIXES = {Part.CONTROLLER: "controller.", Part.MACHINE: "", Part.LOOP: ""}  # of the paths of states
 INTEGRATED = ("plant.", "valve.", "supply.")  # records of a machine's state
 
 
@@ -48,7 +48,7 @@ def exported_unit(
 
     Args:
         loop: the loop.
-        part: its controller, its machine with the sensors, or all of it.
+        part: its controller, its machine with the sensors, its demand, or all of it.
         prefix: of every name with external linkage, and of files; a C identifier.
         title: what it is, for people; put into one line.
         precision: double, or single for a controller.
@@ -64,7 +64,7 @@ def exported_unit(
     single = precision is Precision.SINGLE
     if single and part is not Part.CONTROLLER:
         raise LoopError(f"a {part} is exported in double precision only; its time and states need the digits")
-    ready_loop = settled(ready(loop)) if part is not Part.CONTROLLER else ready(loop)
+    ready_loop = settled(ready(loop)) if part in (Part.MACHINE, Part.LOOP) else ready(loop)
     try:
         unit = translated(Program(WRITTEN, prefix), block_of(ready_loop, part), part)
     except RecursionError:
@@ -163,7 +163,8 @@ def state_signals(unit: Translation, needed: Needed, start: Block, part: Part) -
     for place, record, name in numbers(unit.init.returns, needed):
         own = place.removeprefix("loop.")
         integrated = part is not Part.CONTROLLER and own.startswith(INTEGRATED)
-        found = signal(PREFIXES[part] + own, place, record, name, at(start, place))
+        path = f"controller.{own}" if part is Part.CONTROLLER else own
+        found = signal(path, place, record, name, at(start, place))
         yield found._replace(integrated=integrated)
 
 

@@ -1,11 +1,11 @@
-"""What can be exported: a controller, a machine, or the whole loop, each as one block that is stepped."""
+"""What can be exported: a controller, a machine, a demand or the whole loop, each as one stepped block."""
 
 import math
 from typing import Annotated, NamedTuple
 
 from hydroservo import ops
 from hydroservo.accuracy import with_substeps
-from hydroservo.block import Block, Controller, Field, leaves
+from hydroservo.block import Block, Controller, Field, Reference, leaves
 from hydroservo.cautions import quietly
 from hydroservo.export.unit import Part
 from hydroservo.loop import AUTO, External, Loop, MachineState
@@ -13,7 +13,16 @@ from hydroservo.signals import Demand, Measurement
 from hydroservo.simulate import simulate
 from hydroservo.sources import CHOSEN
 
-__all__ = ["Command", "ControllerUnit", "LoopUnit", "MachineUnit", "block_of", "infinite", "settled"]
+__all__ = [
+    "Command",
+    "ControllerUnit",
+    "DemandUnit",
+    "LoopUnit",
+    "MachineUnit",
+    "block_of",
+    "infinite",
+    "settled",
+]
 
 PERIOD = Field("s", "sample period", CHOSEN, above=0)
 
@@ -108,6 +117,29 @@ class MachineUnit(NamedTuple):
         return MachineUnitState(x.plant, x.valve, x.supply, read, hold, y, load, u, sample)
 
 
+class DemandUnitState(NamedTuple):
+    """A demand at a sample."""
+
+    demand: Demand
+    sample: Annotated[float, Field("", "number of samples since the start")]
+
+
+class DemandUnit(NamedTuple):
+    """A demand, from one sample to the next."""
+
+    reference: Reference
+    period: Annotated[float, PERIOD]
+
+    def init(self) -> DemandUnitState:
+        """At the start."""
+        return DemandUnitState(self.reference.at(0.0), 0.0)
+
+    def step(self, state: DemandUnitState) -> DemandUnitState:
+        """From a sample to the next one."""
+        sample = state.sample + 1.0
+        return DemandUnitState(self.reference.at(sample * self.period), sample)
+
+
 class LoopUnitState(NamedTuple):
     """A loop at a sample, whose controller has just run."""
 
@@ -148,5 +180,7 @@ def block_of(loop: Loop, part: Part) -> Block:
     period = loop.simulation.period
     if part is Part.CONTROLLER:
         return ControllerUnit(loop.controller, period)
+    if part is Part.DEMAND:
+        return DemandUnit(loop.reference, period)
     seeded = loop._replace(simulation=loop.simulation._replace(seed=float(loop.simulation.seed)))  # type: ignore[arg-type]
     return MachineUnit(seeded, period) if part is Part.MACHINE else LoopUnit(seeded, period)

@@ -12,6 +12,7 @@ class Part(StrEnum):
 
     CONTROLLER = "controller"
     MACHINE = "machine"
+    DEMAND = "demand"
     LOOP = "loop"
 
 

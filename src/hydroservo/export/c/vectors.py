@@ -111,7 +111,7 @@ def tried(loop: Loop, part: Part, unit: Unit) -> Tried:
     The inputs are those of ten stretches of 50 samples, spread evenly over the scenario; the part then runs
     through all of them, one after the other, in plain Python from its ``init``. For a controller in double
     precision a sample without velocity and one of huge numbers follow, each before 20 good samples. A whole
-    loop has no inputs; it runs through its first 500 samples.
+    loop and a demand have no inputs; they run through their first 500 samples.
 
     Args:
         loop: of the scenario.
@@ -151,8 +151,9 @@ def vectors_of(unit: Unit, trial: Tried) -> Vectors:
 
 def listened(loop: Loop, part: Part) -> tuple[list[Records], str]:
     """What a part of a loop is given at the samples of all stretches, and where that comes from, in words."""
-    if part is Part.LOOP:
-        return [{}] * (STRETCHES * IN_A_ROW), "They are the first samples of the loop, which has no inputs."
+    if part in (Part.DEMAND, Part.LOOP):
+        made = f"They are the first samples of the {part}, which has no inputs."
+        return [{}] * (STRETCHES * IN_A_ROW), made
     period = loop.simulation.period
     listener = Listener([])
     watched = loop._replace(controller=listener) if part is Part.CONTROLLER else loop

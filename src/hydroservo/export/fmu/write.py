@@ -5,6 +5,7 @@ import tempfile
 import zipfile
 from collections.abc import Mapping
 from pathlib import Path
+from typing import BinaryIO
 
 from hydroservo.errors import HydroservoError, ParameterError
 from hydroservo.export.c.compiler import compiled
@@ -13,7 +14,7 @@ from hydroservo.export.fmu.interface import binary_ending, interface_of, platfor
 from hydroservo.export.unit import FmiVersion, Unit
 from hydroservo.outputs import atomic_path
 
-__all__ = ["checked_name", "write_fmu"]
+__all__ = ["checked_name", "fmu_content", "pack", "write_fmu"]
 
 AS_LIBRARY = ("-fPIC", "-shared", "-fvisibility=hidden")
 EPOCH = (1980, 1, 1, 0, 0, 0)  # of every file in the zip, so that equal content gives equal bytes
@@ -42,15 +43,21 @@ def write_fmu(
             file cannot be written.
     """
     path = checked_name(Path(path))
+    content = fmu_content(exported, stop_time, version)
+    with atomic_path(path) as temporary:
+        pack(content, temporary)
+    return path
+
+
+def fmu_content(exported: Unit, stop_time: float, version: FmiVersion) -> dict[str, bytes]:
+    """All files of an FMU, as :func:`write_fmu` packs them."""
     check(exported, stop_time)
     files = fmu_files(exported, stop_time, version)
     binary = f"{exported.prefix}{binary_ending()}"
     content = {name: text.encode() for name, text in files.items()}
     unprefixed = interface_of(version).unprefixed
     content[f"binaries/{platform_folder(version)}/{binary}"] = built(files, binary, unprefixed)
-    with atomic_path(path) as temporary:
-        pack(content, temporary)
-    return path
+    return content
 
 
 def checked_name(path: Path) -> Path:
@@ -86,8 +93,9 @@ def built(files: Files, library: str, unprefixed: str) -> bytes:
         return compiled(sources, words, library).read_bytes()
 
 
-def pack(content: Mapping[str, bytes], path: Path) -> None:
-    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+def pack(content: Mapping[str, bytes], file: Path | BinaryIO) -> None:
+    """A zip with these files, whose bytes depend on nothing else."""
+    with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
         for name in sorted(content):
             entry = zipfile.ZipInfo(name, EPOCH)
             entry.compress_type = zipfile.ZIP_DEFLATED

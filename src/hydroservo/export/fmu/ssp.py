@@ -1,0 +1,89 @@
+"""Writes a loop as a system of FMUs: System Structure and Parameterization, SSP 1.0."""
+
+import io
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import NamedTuple
+
+from hydroservo.errors import HydroservoError
+from hydroservo.export.fmu.variables import Kind, variables_of
+from hydroservo.export.fmu.write import fmu_content, pack
+from hydroservo.export.render import rendered
+from hydroservo.export.unit import FmiVersion, Part, Unit
+from hydroservo.outputs import atomic_path
+
+__all__ = ["PARTS", "checked_system_name", "write_ssp"]
+
+PARTS = (Part.DEMAND, Part.CONTROLLER, Part.MACHINE)  # in the order in which each finds its inputs known
+
+
+class Connection(NamedTuple):
+    """From an output to an input of the same name."""
+
+    start: Part
+    end: Part
+    name: str
+
+
+def write_ssp(
+    units: Mapping[Part, Unit], path: Path | str, *, stop_time: float, version: FmiVersion = FmiVersion.FMI2
+) -> Path:
+    """Write the demand, the controller and the machine of a loop as FMUs, and how they are connected.
+
+    The same exports give the same bytes with the same compiler. The file is written whole or not at all.
+
+    Args:
+        units: the exports of the three parts.
+        path: of the file, which ends in ".ssp".
+        stop_time: of the default experiment [s]; a whole number of sample periods.
+        version: of FMI.
+
+    Returns:
+        The path written.
+
+    Raises:
+        ParameterError, HydroservoError: as of :func:`write_fmu`.
+
+    Source: SSP 1.0, https://ssp-standard.org.
+    Fails to say in which order a tool shall ask: one that reads all outputs before it sets any input delays
+    each command by a period, whatever the dependencies in the FMUs say.
+    """
+    path = checked_system_name(Path(path))
+    content = {f"resources/{part}.fmu": fmu_of(units[part], stop_time, version) for part in PARTS}
+    context = {
+        "units": {part: units[part] for part in PARTS},
+        "variables": {part: variables_of(units[part]) for part in PARTS},
+        "connections": list(connections(units)),
+        "stop_time": stop_time,
+    }
+    content["SystemStructure.ssd"] = rendered("fmu/SystemStructure.xml", context).encode()
+    with atomic_path(path) as temporary:
+        pack(content, temporary)
+    return path
+
+
+def checked_system_name(path: Path) -> Path:
+    """The path of a system.
+
+    Raises:
+        HydroservoError: its ending is another.
+    """
+    if path.suffix.lower() != ".ssp":
+        raise HydroservoError(f"{path}: the name of a system of FMUs ends in .ssp")
+    return path
+
+
+def fmu_of(unit: Unit, stop_time: float, version: FmiVersion) -> bytes:
+    packed = io.BytesIO()
+    pack(fmu_content(unit, stop_time, version), packed)
+    return packed.getvalue()
+
+
+def connections(units: Mapping[Part, Unit]) -> Iterator[Connection]:
+    """From each output to the inputs of other units that have its name."""
+    variables = {part: variables_of(units[part]) for part in PARTS}
+    outputs = {one.name: part for part in PARTS for one in variables[part] if one.kind is Kind.OUTPUT}
+    for part in PARTS:
+        for one in variables[part]:
+            if one.kind is Kind.INPUT:
+                yield Connection(outputs[one.name], part, one.name)
