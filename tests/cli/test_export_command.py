@@ -186,7 +186,7 @@ def test_one_input_is_an_input(compiler, tmp_path):
 
 def test_an_fmu_ends_in_fmu(tmp_path):
     said = failed("export", "fmu", "paper/sine-pi", "--out", tmp_path / "law.zip")
-    assert "law.zip: the name of an FMU ends in .fmu" in said
+    assert "law.zip: its name must end in .fmu" in said
     assert not list(tmp_path.iterdir())
 
 
@@ -202,5 +202,5 @@ def test_a_system_of_fmus(compiler, tmp_path):
 
 
 def test_a_system_of_fmus_ends_in_ssp(tmp_path):
-    assert "ends in .ssp" in failed("export", "ssp", "paper/sine-pi", "--out", tmp_path / "loop.fmu")
+    assert "must end in .ssp" in failed("export", "ssp", "paper/sine-pi", "--out", tmp_path / "loop.fmu")
     assert not list(tmp_path.iterdir())

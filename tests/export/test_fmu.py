@@ -179,7 +179,7 @@ def test_equal_exports_give_equal_bytes_and_others_other_tokens(tmp_path: Path) 
 @pytest.mark.parametrize(
     ("changes", "file", "stop", "said"),
     [
-        ({}, "one.zip", 1.0, "the name of an FMU ends in .fmu"),
+        ({}, "one.zip", 1.0, "its name must end in .fmu"),
         ({"real": "float"}, "one.fmu", 1.0, "precision = 'float': an FMU is in double precision"),
         ({"inlined": True}, "one.fmu", 1.0, "an FMU has its parameters as variables"),
         ({}, "one.fmu", math.inf, "stop_time = inf: must be positive and finite"),

@@ -92,6 +92,6 @@ def test_equal_exports_give_equal_bytes(units: dict[Part, Unit], tmp_path: Path)
 
 
 def test_its_name_ends_in_ssp(units: dict[Part, Unit], tmp_path: Path) -> None:
-    with pytest.raises(HydroservoError, match=r"loop\.fmu: the name of a system of FMUs ends in \.ssp"):
+    with pytest.raises(HydroservoError, match=r"loop\.fmu: its name must end in \.ssp"):
         write_ssp(units, tmp_path / "loop.fmu", stop_time=1.0)
     assert not list(tmp_path.iterdir())

@@ -144,12 +144,12 @@ def fmu(
     from hydroservo.cli.proofs import proof_line
     from hydroservo.cli.writing import write_or_keep
     from hydroservo.export.c.proof import proven_vectors
-    from hydroservo.export.fmu import checked_name, write_fmu
+    from hydroservo.export.fmu import checked_ending, write_fmu
     from hydroservo.outputs import check_outputs
     from hydroservo.results import as_json
 
     loop = loaded(scenario, changes, plugins)
-    check_outputs([checked_name(out)])
+    check_outputs([checked_ending(out)])
     stop_time = loop.simulation.duration
     with progress_bar("translating") as report:
         found = translated(scenario, loop, unit, prefix)
@@ -197,12 +197,12 @@ def ssp(
     from hydroservo.cli.proofs import proof_line
     from hydroservo.cli.writing import write_or_keep
     from hydroservo.export.c.proof import proven_vectors
-    from hydroservo.export.fmu import PARTS, checked_system_name, write_ssp
+    from hydroservo.export.fmu import PARTS, checked_ending, write_ssp
     from hydroservo.outputs import check_outputs
     from hydroservo.results import as_json
 
     loop = loaded(scenario, changes, plugins)
-    check_outputs([checked_system_name(out)])
+    check_outputs([checked_ending(out, ".ssp")])
     stop_time = loop.simulation.duration
     with progress_bar("translating") as report:
         units = {part: translated(scenario, loop, part, None) for part in PARTS}

@@ -5,14 +5,13 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import NamedTuple
 
-from hydroservo.errors import HydroservoError
 from hydroservo.export.fmu.variables import Kind, variables_of
-from hydroservo.export.fmu.write import fmu_content, pack
+from hydroservo.export.fmu.write import checked_ending, fmu_content, pack
 from hydroservo.export.render import rendered
 from hydroservo.export.unit import FmiVersion, Part, Unit
 from hydroservo.outputs import atomic_path
 
-__all__ = ["PARTS", "checked_system_name", "write_ssp"]
+__all__ = ["PARTS", "write_ssp"]
 
 PARTS = (Part.DEMAND, Part.CONTROLLER, Part.MACHINE)  # in the order in which each finds its inputs known
 
@@ -48,7 +47,7 @@ def write_ssp(
     Fails to say in which order a tool shall ask: one that reads all outputs before it sets any input delays
     each command by a period, whatever the dependencies in the FMUs say.
     """
-    path = checked_system_name(Path(path))
+    path = checked_ending(Path(path), ".ssp")
     content = {f"resources/{part}.fmu": fmu_of(units[part], stop_time, version) for part in PARTS}
     context = {
         "units": {part: units[part] for part in PARTS},
@@ -59,17 +58,6 @@ def write_ssp(
     content["SystemStructure.ssd"] = rendered("fmu/SystemStructure.xml", context).encode()
     with atomic_path(path) as temporary:
         pack(content, temporary)
-    return path
-
-
-def checked_system_name(path: Path) -> Path:
-    """The path of a system.
-
-    Raises:
-        HydroservoError: its ending is another.
-    """
-    if path.suffix.lower() != ".ssp":
-        raise HydroservoError(f"{path}: the name of a system of FMUs ends in .ssp")
     return path
 
 

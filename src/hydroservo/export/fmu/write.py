@@ -14,7 +14,7 @@ from hydroservo.export.fmu.interface import binary_ending, interface_of, platfor
 from hydroservo.export.unit import FmiVersion, Unit
 from hydroservo.outputs import atomic_path
 
-__all__ = ["checked_name", "fmu_content", "pack", "write_fmu"]
+__all__ = ["checked_ending", "fmu_content", "pack", "write_fmu"]
 
 AS_LIBRARY = ("-fPIC", "-shared", "-fvisibility=hidden")
 EPOCH = (1980, 1, 1, 0, 0, 0)  # of every file in the zip, so that equal content gives equal bytes
@@ -42,7 +42,7 @@ def write_fmu(
         HydroservoError: the ending is another, the package fmpy or a C compiler is missing or fails, or the
             file cannot be written.
     """
-    path = checked_name(Path(path))
+    path = checked_ending(Path(path))
     content = fmu_content(exported, stop_time, version)
     with atomic_path(path) as temporary:
         pack(content, temporary)
@@ -60,14 +60,14 @@ def fmu_content(exported: Unit, stop_time: float, version: FmiVersion) -> dict[s
     return content
 
 
-def checked_name(path: Path) -> Path:
-    """The path of an FMU.
+def checked_ending(path: Path, ending: str = ".fmu") -> Path:
+    """The path of an FMU, or of a system of them.
 
     Raises:
         HydroservoError: its ending is another.
     """
-    if path.suffix.lower() != ".fmu":
-        raise HydroservoError(f"{path}: the name of an FMU ends in .fmu")
+    if path.suffix.lower() != ending:
+        raise HydroservoError(f"{path}: its name must end in {ending}")
     return path
 
 
