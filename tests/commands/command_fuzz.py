@@ -87,7 +87,11 @@ def faults(one: Case, status: Any, out: str, err: str, left: list[str], seconds:
         found.append(f"said {len(said)} lines for an error")
     if status == USER_ERROR and out:
         found.append("printed before it failed")
-    if status == 0 and "--json" in one.words and one.words[0] in ("run", "compare", "batch", "tune"):
+    if (
+        status == 0
+        and "--json" in one.words
+        and one.words[0] in ("run", "compare", "batch", "tune", "export")
+    ):
         with contextlib.suppress(ValueError):
             json.loads(out)
             return found

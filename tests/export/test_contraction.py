@@ -12,7 +12,7 @@ from hydroservo.export.unit import Part, Unit
 from hydroservo.scenario import load_scenario
 from needs import needs
 
-FUSED = re.compile(r"\b(v?fn?m[as]\w*|vfn?m[as]\w*)\b")
+FUSED = re.compile(r"\bv?fn?m[as]\w*\b")
 M7 = ("-mcpu=cortex-m7", "-mthumb", "-mfloat-abi=hard", "-mfpu=fpv5-d16")
 GCC_PRAGMA = r"#pragma GCC optimize.*\n"
 PRAGMA = r"#pragma STDC FP_CONTRACT OFF\n"

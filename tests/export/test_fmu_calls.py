@@ -332,6 +332,13 @@ def test_inputs_are_answered_in_the_initialization(one: Instance) -> None:
     assert tuple(one.get(COMMAND, INTEGRAL)) == Replica().step(0.0, 0.03)
 
 
+def test_answers_stay_after_the_termination(one: Instance) -> None:
+    one.begin().set({DEMAND: 0.03})
+    answered = one.get(COMMAND, INTEGRAL)
+    one.slave.terminate()
+    assert one.get(COMMAND, INTEGRAL) == answered
+
+
 def test_a_restored_state_answers_its_own_inputs(one: Instance) -> None:
     one.begin().set({DEMAND: 0.03})
     answered, saved = one.get(COMMAND, INTEGRAL), one.save()

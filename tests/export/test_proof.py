@@ -9,10 +9,12 @@ from small_laws import NAMED, law
 
 from hydroservo import Loop, LoopError
 from hydroservo.cli.proofs import proof_line
+from hydroservo.export.c.project import Proof
 from hydroservo.export.c.proof import proven_vectors
-from hydroservo.export.c.vectors import Proof, Vectors
+from hydroservo.export.c.vectors import Vectors
 from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.unit import Part, Precision, Unit
+from hydroservo.scenario import load_scenario
 from needs import needs
 
 RARE = """\
@@ -44,7 +46,6 @@ def test_samples_are_found_that_reach_what_the_closed_loop_does_not(tmp_path: Pa
     assert proof.reached == proof.branches > 8
     assert not proof.missed
     assert proof.samples == len(vectors.inputs) > 1000  # beside counts beyond 200
-    assert vectors.proof is proof
     assert "stretches that reach branches" in vectors.made
 
 
@@ -89,6 +90,50 @@ def test_machines_and_loops_are_proved_too(part: Part, tmp_path: Path) -> None:
     assert proof.samples == 500
     assert 0 < proof.reached < proof.branches  # their load never jumps
     assert proof.compiler
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"sensors.pressure_a.type": "NoPressure", "sensors.pressure_b.type": "NoPressure"},
+        {"simulation.duration": "1 ms"},
+    ],
+)
+def test_what_is_not_measured_and_short_runs_are_no_obstacle(changes: dict[str, str]) -> None:
+    loop = load_scenario("rig/encoder-pi-sine", changes)
+    proof = proven(loop, unit_of(loop))[1]
+    assert proof.compiler
+    assert proof.reached > 0
+
+
+@pytest.mark.parametrize("prefix", ["nothing", "rows", "count_rows", "replay", "try_compiler", "driver"])
+def test_any_name_may_be_the_prefix(prefix: str, tmp_path: Path) -> None:
+    loop = law(tmp_path, NEVER)
+    unit = exported_unit(loop, Part.CONTROLLER, prefix=prefix, title="a law")
+    proof = proven(loop, unit)[1]
+    assert (proof.unproved, proof.uncounted) == ("", "")
+
+
+ENDLESS = """\
+u = y.velocity
+while u > 1e6:
+    u = u + 0.0
+if r.jerk < -1e6:
+    u = 1.0
+return LawState(u, 0.0)"""
+
+
+def test_samples_for_which_a_law_does_not_end_are_left_out(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("hydroservo.export.c.coverage.LONGEST", 0.2)
+    monkeypatch.setattr("hydroservo.export.c.vectors.HUGE", 1e5)
+    monkeypatch.setattr("hydroservo.export.c.trials.DRAWN", 1)
+    loop = law(tmp_path, ENDLESS)
+    proof = proven(loop, unit_of(loop))[1]
+    assert proof.compiler
+    assert proof.uncounted == ""
+    assert proof.branches > proof.reached > 0
 
 
 def test_without_a_compiler_it_says_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

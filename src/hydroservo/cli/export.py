@@ -103,7 +103,7 @@ def c(
         report(0.2, "making test vectors, and replaying them")
         vectors, proof = proven_vectors(loop, unit, found)
         report(0.9, "writing files")
-        left = write_or_keep(out, lambda place: write_c_project(found, vectors, place))
+        left = write_or_keep(out, lambda place: write_c_project(found, vectors, place, proof))
         left.check()
     sizes, files = memory(found), list(map(str, left.files))
     if json:
@@ -144,12 +144,13 @@ def fmu(
     from hydroservo.cli.proofs import proof_line
     from hydroservo.cli.writing import write_or_keep
     from hydroservo.export.c.proof import proven_vectors
-    from hydroservo.export.fmu import checked_ending, write_fmu
+    from hydroservo.export.fmu import check_tools, checked_ending, write_fmu
     from hydroservo.outputs import check_outputs
     from hydroservo.results import as_json
 
     loop = loaded(scenario, changes, plugins)
     check_outputs([checked_ending(out)])
+    check_tools()
     stop_time = loop.simulation.duration
     with progress_bar("translating") as report:
         found = translated(scenario, loop, unit, prefix)
@@ -197,12 +198,13 @@ def ssp(
     from hydroservo.cli.proofs import proof_line
     from hydroservo.cli.writing import write_or_keep
     from hydroservo.export.c.proof import proven_vectors
-    from hydroservo.export.fmu import PARTS, checked_ending, write_ssp
+    from hydroservo.export.fmu import PARTS, check_tools, checked_ending, write_ssp
     from hydroservo.outputs import check_outputs
     from hydroservo.results import as_json
 
     loop = loaded(scenario, changes, plugins)
     check_outputs([checked_ending(out, ".ssp")])
+    check_tools()
     stop_time = loop.simulation.duration
     with progress_bar("translating") as report:
         units = {part: translated(scenario, loop, part, None) for part in PARTS}

@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from hydroservo.export.c.vectors import Proof
+    from hydroservo.export.c.project import Proof
 
 __all__ = ["proof_line"]
 

@@ -1,4 +1,4 @@
-"""A scenario's controller, machine or loop, translated."""
+"""A scenario's controller, machine, demand or loop, translated."""
 
 import math
 from collections.abc import Iterator

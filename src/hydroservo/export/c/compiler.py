@@ -12,7 +12,7 @@ from pathlib import Path
 
 from hydroservo.errors import HydroservoError
 
-__all__ = ["BITS", "CompilerError", "compiled", "ran"]
+__all__ = ["BITS", "CompilerError", "compiled", "compiler", "ran"]
 
 BITS = ("-ffp-contract=off", "-fno-math-errno")  # what the results need, and square roots without a call
 COMPILERS = ("cc", "gcc", "clang")
@@ -64,8 +64,15 @@ def compiler() -> list[str]:
     return found
 
 
-def ran(folder: Path, command: Sequence[str]) -> "subprocess.CompletedProcess[str]":
+def ran(
+    folder: Path, command: Sequence[str], patience: float = PATIENCE
+) -> "subprocess.CompletedProcess[str]":
     """What a command did in a folder.
+
+    Args:
+        folder: where it runs.
+        command: its words.
+        patience: how long it may take [s].
 
     Raises:
         CompilerError: it cannot be run here, or does not end.
@@ -73,9 +80,9 @@ def ran(folder: Path, command: Sequence[str]) -> "subprocess.CompletedProcess[st
     name = Path(command[0]).name
     try:
         return subprocess.run(  # noqa: S603
-            command, cwd=folder, capture_output=True, text=True, timeout=PATIENCE, check=False
+            command, cwd=folder, capture_output=True, text=True, timeout=patience, check=False
         )
     except OSError as error:
         raise CompilerError(f"{name} cannot be run: {error.strerror}") from error
     except subprocess.TimeoutExpired:
-        raise CompilerError(f"{name} takes longer than {PATIENCE:g} s") from None
+        raise CompilerError(f"{name} takes longer than {patience:g} s") from None

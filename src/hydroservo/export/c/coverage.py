@@ -15,6 +15,7 @@ from hydroservo.export.unit import Unit
 
 __all__ = ["Branch", "Coverage"]
 
+LONGEST = 20.0  # s that the samples may take
 COUNTED = ("-O0", "--coverage")  # without optimization a branch of the text is one of the program
 
 
@@ -40,11 +41,15 @@ class Coverage:
         self.unit, self.folder, p = unit, folder, unit.prefix
         if shutil.which("gcov") is None:
             raise CompilerError("gcov, which counts branches, is not found")
-        texts = {f"{p}.h": unit.header, f"{p}.c": unit.source, "rows.c": rendered("rows.c", {"x": unit})}
+        texts = {
+            f"{p}.h": unit.header,
+            f"{p}.c": unit.source,
+            "count-rows.c": rendered("rows.c", {"x": unit}),
+        }
         for name, text in texts.items():
             (folder / name).write_text(text, encoding="utf-8")
         compiled(folder, ["-c", *COUNTED, f"{p}.c"], f"{p}.o")
-        compiled(folder, ["--coverage", "rows.c", f"{p}.o"], "rows")
+        compiled(folder, ["--coverage", "count-rows.c", f"{p}.o"], "count-rows")
 
     def branches(
         self, rows: NDArray[np.float64], stretches: Sequence[NDArray[np.float64]] = ()
@@ -61,8 +66,10 @@ class Coverage:
         counts, p = self.folder / f"{self.unit.prefix}.gcda", self.unit.prefix
         counts.unlink(missing_ok=True)
         parts = [rows, *stretches]
-        (self.folder / "rows.bin").write_bytes(b"".join(part.tobytes() for part in parts))
-        done = ran(self.folder, ["./rows", "rows.bin", *(str(len(part)) for part in parts)])
+        (self.folder / "count-rows.bin").write_bytes(b"".join(part.tobytes() for part in parts))
+        done = ran(
+            self.folder, ["./count-rows", "count-rows.bin", *(str(len(part)) for part in parts)], LONGEST
+        )
         if done.returncode != 0:
             raise CompilerError(f"the program that counts branches ended with {done.returncode}")
         done = ran(self.folder, ["gcov", "--json-format", "--branch-probabilities", "--stdout", f"{p}.gcda"])

@@ -1,7 +1,7 @@
 """The folder that an export in C is: the code, a replay of test vectors, what builds them, and a README."""
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from itertools import islice
 from pathlib import Path
 from typing import NamedTuple
@@ -14,13 +14,35 @@ from hydroservo.export.render import rendered
 from hydroservo.export.unit import Signal, Unit
 from hydroservo.outputs import check_outputs, staged, write_text
 
-__all__ = ["Memory", "c_project", "check_project", "memory", "project_files", "write_c_project"]
+__all__ = ["Memory", "Proof", "c_project", "check_project", "memory", "project_files", "write_c_project"]
 
 TOLERANCE = "0.01"  # of a number's deviation in single precision, relative to its largest value
 OURS = "Written by hydroservo"
 OWN = re.compile(rf"{OURS}|\(scenario hash \w+, hydroservo ")  # the latter as vectors once began
 FIRST_LINES = 8
 SIZES = {"double": 8, "float": 4}  # bytes
+
+
+class Proof(NamedTuple):
+    """What was shown of an export when its vectors were made.
+
+    Attributes:
+        samples: of the vectors.
+        compiler: with which the C replays the vectors, bit for bit; empty if it was not tried.
+        reached: how many branches of the blocks' methods the vectors reach.
+        branches: how many there are.
+        missed: lines of PREFIX.c with a branch that is not reached.
+        unproved: why the C did not replay the vectors; empty if it did.
+        uncounted: why branches were not counted; empty if they were.
+    """
+
+    samples: int
+    compiler: str
+    reached: int
+    branches: int
+    missed: Sequence[int]
+    unproved: str
+    uncounted: str
 
 
 class Memory(NamedTuple):
@@ -37,13 +59,16 @@ def memory(exported: Unit) -> Memory:
     return Memory(size * len(exported.states), parameters)
 
 
-def write_c_project(exported: Unit, vectors: Vectors, folder: Path | str) -> list[Path]:
+def write_c_project(
+    exported: Unit, vectors: Vectors, folder: Path | str, proof: Proof | None = None
+) -> list[Path]:
     """Write an export in C to a folder, and leave other files in it alone.
 
     Args:
         exported: what is exported.
         vectors: its test vectors.
         folder: missing ones are made.
+        proof: what was shown of it; None says nothing of that.
 
     Returns:
         The paths of PREFIX.h, PREFIX.c, PREFIX_vectors.h, PREFIX_replay.c, Makefile and README.md.
@@ -54,7 +79,7 @@ def write_c_project(exported: Unit, vectors: Vectors, folder: Path | str) -> lis
     place = Path(folder)
     check_project(place, exported.prefix)
     with staged(place) as stage:
-        for name, text in c_project(exported, vectors).items():
+        for name, text in c_project(exported, vectors, proof).items():
             write_text(stage / name, text)
     return project_files(place, exported.prefix)
 
@@ -94,10 +119,10 @@ def check_ours(path: Path) -> None:
     raise HydroservoError(f"{path}: not written by hydroservo, and not replaced; take another folder")
 
 
-def c_project(exported: Unit, vectors: Vectors) -> dict[str, str]:
+def c_project(exported: Unit, vectors: Vectors, proof: Proof | None = None) -> dict[str, str]:
     """The texts of :func:`write_c_project` by file name."""
     p = exported.prefix
-    known = {**names_in_c(exported), **numbers_in_c(exported, vectors), "x": exported}
+    known = {**names_in_c(exported), **numbers_in_c(exported, vectors), "x": exported, "proof": proof}
     texts = {
         f"{p}.h": exported.header,
         f"{p}.c": exported.source,
@@ -143,7 +168,6 @@ def numbers_in_c(exported: Unit, vectors: Vectors) -> dict[str, object]:
         "expected": vectors.expected.tolist(),
         "samples": len(vectors.expected),
         "made": vectors.made,
-        "proof": vectors.proof,
     }
 
 

@@ -1,6 +1,6 @@
 """Holds exported C against plain Python before it is written."""
 
-from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -9,13 +9,24 @@ import numpy as np
 from hydroservo.errors import LoopError
 from hydroservo.export.c.compiler import CompilerError, compiled, compiler, ran
 from hydroservo.export.c.coverage import Branch, Coverage
-from hydroservo.export.c.project import c_project
+from hydroservo.export.c.project import Proof, c_project
 from hydroservo.export.c.trials import stretches
-from hydroservo.export.c.vectors import Proof, Records, Tried, Vectors, input_row, replayed, tried, vectors_of
+from hydroservo.export.c.vectors import (
+    Records,
+    Tried,
+    Vectors,
+    input_rows,
+    records_of,
+    replayed,
+    tried,
+    vectors_of,
+)
 from hydroservo.export.unit import Part, Unit
 from hydroservo.loop import Loop
 
 __all__ = ["proven_vectors"]
+
+MOST_FAILURES = 3  # of stretches that do not end
 
 
 def proven_vectors(loop: Loop, part: Part, unit: Unit) -> tuple[Vectors, Proof]:
@@ -35,7 +46,7 @@ def proven_vectors(loop: Loop, part: Part, unit: Unit) -> tuple[Vectors, Proof]:
         ParameterError: the loop cannot be simulated.
 
     Fails to prove anything where there is no C compiler, and to count branches where there is no gcov; the
-    proof of the vectors then says so.
+    proof then says so.
     """
     trial = tried(loop, part, unit)
     branches: dict[Branch, bool] = {}
@@ -43,69 +54,85 @@ def proven_vectors(loop: Loop, part: Part, unit: Unit) -> tuple[Vectors, Proof]:
     with TemporaryDirectory() as name:
         try:
             coverage = Coverage(unit, Path(name))
-            branches, trial = searched(coverage, unit, trial)
+            branches = coverage.branches(input_rows(unit, trial.inputs))
         except CompilerError as error:
             uncounted = str(error)
+        if unit.real == "double" and not all(branches.values()):
+            branches, trial = searched(coverage, unit, trial, branches)
     vectors = vectors_of(unit, trial)
     with TemporaryDirectory() as name:
         found, unproved = replay(unit, vectors, Path(name))
     missed = sorted({branch.line for branch, reached in branches.items() if not reached})
     counts = sum(branches.values()), len(branches), missed
-    proof = Proof(len(vectors.expected), found, *counts, unproved, uncounted)
-    return vectors._replace(proof=proof), proof
+    return vectors, Proof(len(vectors.expected), found, *counts, unproved, uncounted)
 
 
-def searched(coverage: Coverage, unit: Unit, trial: Tried) -> tuple[dict[Branch, bool], Tried]:
-    """The branches that are reached, and the samples that do so."""
-    branches = coverage.branches(rows_of(unit, trial.inputs))
-    if unit.real != "double":
-        return branches, trial
-    tries = list(stretches(trial.inputs))
-    possible = coverage.branches(rows_of(unit, trial.inputs), [rows_of(unit, one) for one in tries])
+def searched(
+    coverage: Coverage, unit: Unit, trial: Tried, branches: dict[Branch, bool]
+) -> tuple[dict[Branch, bool], Tried]:
+    """The branches that are reached in the end, and the samples that do so.
+
+    Each stretch goes on where those kept before it end. Nothing is searched where all of them together, each
+    from the end of the closed loop, reach no other branch.
+    """
+    rows, failures = input_rows(unit, trial.inputs), 0
+    tries = list(stretches(rows))
+    with suppress(CompilerError):  # one stretch that does not end hides what the others reach
+        if sum(coverage.branches(rows, tries).values()) == sum(branches.values()):
+            return branches, trial
     for stretch in tries:
-        if sum(branches.values()) >= sum(possible.values()):
-            break
-        reached = coverage.branches(rows_of(unit, [*trial.inputs, *stretch]))
-        if sum(reached.values()) == sum(branches.values()):
-            continue
+        longer = np.concatenate([rows, stretch])
         try:
-            states = replayed(trial.block, stretch, trial.states[-1])
-        except LoopError:  # Python stops, and has no answer that C could be held against
+            reached = coverage.branches(longer)
+        except CompilerError:
+            failures += 1
+            if failures == MOST_FAILURES:
+                break
             continue
-        branches = reached
-        inputs, states = [*trial.inputs, *stretch], [*trial.states, *states]
-        trial = trial._replace(inputs=inputs, states=states, searched=trial.searched + 1)
+        inputs = [records_of(unit, row, trial.inputs[-1]) for row in stretch]
+        if sum(reached.values()) > sum(branches.values()) and (more := extended(trial, inputs)):
+            rows, branches, trial = longer, reached, more
+        if all(branches.values()):
+            break
     return branches, trial
 
 
-def rows_of(unit: Unit, inputs: Sequence[Records]) -> np.ndarray:
-    return np.array([input_row(unit, records) for records in inputs])
+def extended(trial: Tried, inputs: list[Records]) -> Tried | None:
+    """A trial that goes on with these inputs; None where Python stops, with nothing to hold C against."""
+    try:
+        states = replayed(trial.block, inputs, trial.states[-1])
+    except LoopError:
+        return None
+    return trial._replace(
+        inputs=[*trial.inputs, *inputs], states=[*trial.states, *states], searched=trial.searched + 1
+    )
 
 
 def replay(unit: Unit, vectors: Vectors, folder: Path) -> tuple[str, str]:
     """The compiler with which the vectors are replayed, bit for bit; or nothing, and why they are not.
 
     Raises:
-        LoopError: a number differs, or the compiler works but refuses the C.
+        LoopError: a number differs, or the compiler works but refuses the C, or the program does not end.
     """
-    if unit.real != "double":
-        return "", "numbers in single precision deviate; README.md says by how much"
     for name, text in c_project(unit, vectors).items():
         (folder / name).write_text(text, encoding="utf-8")
-    (folder / "nothing.c").write_text("int main(void) { return 0; }\n", encoding="utf-8")
+    (folder / "try-compiler.c").write_text("int main(void) { return 0; }\n", encoding="utf-8")
     try:
-        empty = compiled(folder, ["nothing.c"], "nothing")
+        empty = compiled(folder, ["try-compiler.c"], "try-compiler")
         if ran(folder, [str(empty)]).returncode != 0:
             raise CompilerError("what the C compiler makes does not run here")
     except CompilerError as error:
         return "", str(error)
     try:
-        program = compiled(folder, [f"{unit.prefix}_replay.c", f"{unit.prefix}.c"], "replay")
+        program = compiled(folder, [f"{unit.prefix}_replay.c", f"{unit.prefix}.c"], "try-replay")
+        done = ran(folder, [str(program)])
     except CompilerError as error:
         raise LoopError(f"nothing is written: {error}; {REPORT}") from error
-    done = ran(folder, [str(program)])
+    if unit.real != "double":
+        return "", "numbers in single precision deviate; README.md says by how much"
     if done.returncode != 0:
-        said = "; ".join(" ".join(line.split()) for line in done.stdout.splitlines())
+        lines = [" ".join(line.split()) for line in done.stdout.splitlines()]
+        said = "; ".join(lines or [f"the replay ended with {done.returncode}"])
         raise LoopError(f"nothing is written: the C is not what Python is: {said}; {REPORT}")
     return Path(compiler()[0]).name, ""
 

@@ -1,14 +1,16 @@
 """Samples beyond those of a closed loop, to reach what that never does."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.export.c.vectors import HUGE, Records
+from hydroservo.export.c.vectors import HUGE
 
 __all__ = ["stretches"]
+
+Rows = NDArray[np.float64]
 
 BEYOND = (math.nan, math.inf, -math.inf, 1e308, 0.0)  # values of one number for one sample
 FACTORS = (-1.0, 1e-9, 10.0, -10.0, 1e3, -1e3, 1e9)  # on a number's largest value, for a stretch
@@ -16,39 +18,41 @@ DRAWN = 30  # stretches of random numbers
 SHORT, LONG = 50, 1000  # samples
 
 
-def stretches(inputs: Sequence[Records]) -> Iterator[list[Records]]:
+def stretches(inputs: Rows) -> Iterator[Rows]:
     """Samples in stretches, one number or all of them far from what the closed loop gave; the same each time.
 
-    A number is in turn none, infinite, huge and 0 for one sample, then scaled for a whole stretch; then all
-    are scaled, drawn evenly, and held for long.
+    A number is in turn none, infinite, huge and 0 for one sample, then held at multiples of its largest
+    value; then all are scaled, drawn evenly, and held for long. There are none where there are no inputs.
 
     Args:
-        inputs: what the closed loop gave.
+        inputs: what the closed loop gave, shape (samples, numbers).
+
+    Returns:
+        Arrays of shape (10 to 1000, numbers).
     """
-    if not any(record for record in inputs[-1].values()):
+    if inputs.shape[1] == 0:
         return
-    seen = np.array([[x for record in records.values() for x in record] for records in inputs])
-    seen = seen[(np.abs(seen) < HUGE).all(axis=1)]
-    largest = np.abs(seen).max(axis=0)
+    usual = np.where(np.abs(inputs) < HUGE, inputs, 0.0)
+    largest = np.abs(usual).max(axis=0)
     largest[largest == 0.0] = 1.0
-    last = seen[-SHORT:]
-    for rows in (*one_number(last, largest), *all_numbers(last, largest)):
-        yield [records_of(inputs[-1], row) for row in rows]
+    last = usual[-SHORT:]
+    for column in range(inputs.shape[1]):
+        yield from of_one_number(last, largest, column)
+    yield from of_all_numbers(last, largest)
 
 
-def one_number(last: NDArray[np.float64], largest: NDArray[np.float64]) -> Iterator[NDArray[np.float64]]:
-    for column in range(last.shape[1]):
-        for value in BEYOND:
-            rows = last[-10:].copy()
-            rows[1, column] = value
-            yield rows
-        for factor in FACTORS:
-            rows = last.copy()
-            rows[:, column] = factor * largest[column]
-            yield rows
+def of_one_number(last: Rows, largest: Rows, column: int) -> Iterator[Rows]:
+    for value in BEYOND:
+        rows = last[-10:].copy()
+        rows[len(rows) // 2, column] = value
+        yield rows
+    for factor in FACTORS:
+        rows = last.copy()
+        rows[:, column] = factor * largest[column]
+        yield rows
 
 
-def all_numbers(last: NDArray[np.float64], largest: NDArray[np.float64]) -> Iterator[NDArray[np.float64]]:
+def of_all_numbers(last: Rows, largest: Rows) -> Iterator[Rows]:
     draw = np.random.default_rng(1)
     for factor in FACTORS:
         yield factor * last
@@ -56,9 +60,3 @@ def all_numbers(last: NDArray[np.float64], largest: NDArray[np.float64]) -> Iter
         yield 10.0 ** draw.uniform(-1.0, 2.0) * largest * draw.uniform(-1.0, 1.0, (SHORT, largest.size))
     for factor in FACTORS:
         yield np.tile(factor * largest, (LONG, 1))
-
-
-def records_of(like: Records, row: NDArray[np.float64]) -> Records:
-    """The arguments of one step, with these numbers."""
-    numbers = iter(row.tolist())
-    return {name: type(record)(*(next(numbers) for _ in record)) for name, record in like.items()}

@@ -18,12 +18,12 @@ from hydroservo.simulate import Mode, compilation, first_state, laid_out, prepar
 
 __all__ = [
     "HUGE",
-    "Proof",
     "Records",
     "Tried",
     "Vectors",
-    "input_row",
+    "input_rows",
     "made_vectors",
+    "records_of",
     "replayed",
     "tried",
     "vectors_of",
@@ -37,28 +37,6 @@ HUGE = 1e300
 Records = Mapping[str, Block]  # the arguments of one step by name
 
 
-class Proof(NamedTuple):
-    """What was shown of an export when its vectors were made.
-
-    Attributes:
-        samples: of the vectors.
-        compiler: with which the C replays the vectors, bit for bit; empty if it was not tried.
-        reached: how many branches of the blocks' methods the vectors reach.
-        branches: how many there are.
-        missed: lines of PREFIX.c with a branch that is not reached.
-        unproved: why the C did not replay the vectors; empty if it did.
-        uncounted: why branches were not counted; empty if they were.
-    """
-
-    samples: int
-    compiler: str
-    reached: int
-    branches: int
-    missed: Sequence[int]
-    unproved: str
-    uncounted: str
-
-
 class Vectors(NamedTuple):
     """Samples to replay from ``init``, one after the other.
 
@@ -66,13 +44,11 @@ class Vectors(NamedTuple):
         inputs: a row for each sample, a column for each signal of the arguments, in their order.
         expected: a row for each sample, a column for each number of the state after it.
         made: where the inputs come from, in sentences.
-        proof: that the C passed them; None if it was not looked for.
     """
 
     inputs: NDArray[np.float64]
     expected: NDArray[np.float64]
     made: str
-    proof: Proof | None = None
 
 
 class Tried(NamedTuple):
@@ -121,7 +97,7 @@ def tried(loop: Loop, part: Part, unit: Unit) -> Tried:
     Raises:
         ParameterError, LoopError: the loop cannot be simulated, or the part not be run in plain Python.
     """
-    loop = settled(ready(loop))
+    loop = ready(loop) if part is Part.DEMAND else settled(ready(loop))
     inputs, made = listened(loop, part)
     if part is Part.CONTROLLER and unit.real == "double":
         inputs += bad_inputs(inputs)
@@ -143,7 +119,7 @@ def vectors_of(unit: Unit, trial: Tried) -> Vectors:
     more = "one stretch" if trial.searched == 1 else f"{trial.searched} stretches"
     searched = f" Then {more} that reach branches of the code which those do not." if trial.searched else ""
     return Vectors(
-        np.array([input_row(unit, records) for records in trial.inputs]),
+        input_rows(unit, trial.inputs),
         np.array([[number_at(state, signal.place) for signal in unit.states] for state in trial.states]),
         f"{trial.made}{searched} All ran one after the other in plain Python, in double precision.",
     )
@@ -218,13 +194,21 @@ def replayed(block: Block, inputs: Iterable[Records], state: Block) -> list[Bloc
     return states
 
 
-def input_row(unit: Unit, records: Records) -> list[float]:
-    """What a step reads of its arguments, in the order of their signals."""
-    return [
-        number_at(records[argument.name], signal.place)
-        for argument in unit.arguments
-        for signal in argument.signals
-    ]
+def input_rows(unit: Unit, inputs: Sequence[Records]) -> NDArray[np.float64]:
+    """What steps read of their arguments, a row for each sample, in the order of their signals."""
+    places = [(one.name, signal.place) for one in unit.arguments for signal in one.signals]
+    rows = [[number_at(records[name], place) for name, place in places] for records in inputs]
+    return np.array(rows).reshape(len(inputs), len(places))
+
+
+def records_of(unit: Unit, row: NDArray[np.float64], like: Records) -> Records:
+    """The arguments of a step that reads this row; what it does not read is as in others."""
+    numbers, found = iter(row.tolist()), dict(like)
+    for argument in unit.arguments:
+        own = {identifier(name): name for name in like[argument.name]._fields}
+        changes = {own[signal.place]: next(numbers) for signal in argument.signals}
+        found[argument.name] = like[argument.name]._replace(**changes)
+    return found
 
 
 def number_at(record: Block, place: str) -> float:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from hydroservo.errors import HydroservoError
 
-__all__ = ["headers", "licence"]
+__all__ = ["headers", "licence", "package"]
 
 UNPREFIXED = "#define fmi2FullName(name) name\n"
 PREFIXED = """\

@@ -5,6 +5,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import NamedTuple
 
+from hydroservo.errors import HydroservoError
 from hydroservo.export.fmu.variables import Kind, variables_of
 from hydroservo.export.fmu.write import checked_ending, fmu_content, pack
 from hydroservo.export.render import rendered
@@ -41,7 +42,7 @@ def write_ssp(
         The path written.
 
     Raises:
-        ParameterError, HydroservoError: as of :func:`write_fmu`.
+        ParameterError, HydroservoError: as of :func:`write_fmu`; and an input is no unit's output.
 
     Source: SSP 1.0, https://ssp-standard.org.
     Fails to say in which order a tool shall ask: one that reads all outputs before it sets any input delays
@@ -74,4 +75,6 @@ def connections(units: Mapping[Part, Unit]) -> Iterator[Connection]:
     for part in PARTS:
         for one in variables[part]:
             if one.kind is Kind.INPUT:
+                if one.name not in outputs:
+                    raise HydroservoError(f"the input {one.name} of the {part} is no output of another unit")
                 yield Connection(outputs[one.name], part, one.name)

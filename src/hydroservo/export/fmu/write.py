@@ -8,13 +8,14 @@ from pathlib import Path
 from typing import BinaryIO
 
 from hydroservo.errors import HydroservoError, ParameterError
-from hydroservo.export.c.compiler import compiled
+from hydroservo.export.c.compiler import compiled, compiler
 from hydroservo.export.fmu.contents import Files, fmu_files
+from hydroservo.export.fmu.headers import package
 from hydroservo.export.fmu.interface import binary_ending, interface_of, platform_folder
 from hydroservo.export.unit import FmiVersion, Unit
 from hydroservo.outputs import atomic_path
 
-__all__ = ["checked_ending", "fmu_content", "pack", "write_fmu"]
+__all__ = ["check_tools", "checked_ending", "fmu_content", "pack", "write_fmu"]
 
 AS_LIBRARY = ("-fPIC", "-shared", "-fvisibility=hidden")
 EPOCH = (1980, 1, 1, 0, 0, 0)  # of every file in the zip, so that equal content gives equal bytes
@@ -58,6 +59,16 @@ def fmu_content(exported: Unit, stop_time: float, version: FmiVersion) -> dict[s
     unprefixed = interface_of(version).unprefixed
     content[f"binaries/{platform_folder(version)}/{binary}"] = built(files, binary, unprefixed)
     return content
+
+
+def check_tools() -> None:
+    """Find out before a long computation whether an FMU can be made here.
+
+    Raises:
+        HydroservoError: the package fmpy or a C compiler is missing.
+    """
+    package("fmpy")
+    compiler()
 
 
 def checked_ending(path: Path, ending: str = ".fmu") -> Path:

@@ -162,8 +162,7 @@ static status check_value(instance *self, const model_variable *variable, double
 
 /* The numbers as an importer sees them: those of a controller follow its inputs at once. */
 static const model_numbers *numbers_now(instance *self) {
-    const bool running = (self->now.phase & (INITIALIZATION | STEPPING)) != 0;
-    if (!MODEL_FEEDS_THROUGH || self->now.given == 0 || !running) {
+    if (!MODEL_FEEDS_THROUGH || self->now.given == 0 || self->now.phase == INSTANTIATED) {
         return &self->now.numbers;
     }
     if (!self->ahead_known) {

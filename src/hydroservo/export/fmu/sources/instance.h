@@ -77,7 +77,7 @@ status instance_log(instance *self, bool on, size_t count, const char *const cat
 /* Logs an error and leaves the instance FAILED; returns STATUS_ERROR. */
 status instance_refuse(instance *self, const char *format, ...);
 
-/* Logs that a request has no answer; returns STATUS_DISCARD. */
+/* Logs that a request has no answer, or that a value is not taken; returns STATUS_DISCARD. */
 status instance_discard(instance *self, const char *format, ...);
 
 /* Refuses a call that must not come in this phase. */
@@ -92,8 +92,8 @@ status instance_exit_initialization(instance *self);
 status instance_terminate(instance *self);
 void instance_reset(instance *self);
 
-/* After an input was set, the numbers of a controller's state are those of the sample at this instant; else those
-   of the last sample. */
+/* From the initialization on, once an input is set, the numbers of a controller's state are those of the sample at this
+   instant, until a step takes that sample; else those of the last one. */
 status instance_get(instance *self, const unsigned references[], size_t count, double values[]);
 status instance_set(instance *self, const unsigned references[], size_t count, const double values[]);
 
