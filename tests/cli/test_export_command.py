@@ -41,7 +41,7 @@ def test_it_says_what_was_written_and_what_to_do_next(done):
     first, proof, *others = said.splitlines()
     assert first == "PI of scenario paper/sine-pi: 24 bytes of state, 40 of parameters, double precision"
     assert re.fullmatch(
-        r"proved with cc: \d+ samples bit for bit; (\d+) of \1 branches of its blocks reached", proof
+        r"checked with cc: \d+ samples bit for bit; (\d+) of \1 branches of its blocks reached", proof
     )
     assert others == [
         f"written to {out}: {', '.join(names('sine_pi'))}",
@@ -160,7 +160,7 @@ def test_an_fmu(compiler, tmp_path, standard):
         first
         == f"PI of scenario paper/sine-pi: 3 inputs, 1 output, 5 parameters, FMI {standard}, steps of 1e-05 s"
     )
-    assert proof.startswith("proved with cc: ")
+    assert proof.startswith("checked with cc: ")
     assert others == [
         f"written: {out}, {out.stat().st_size / 1024:.0f} KiB",
         f"next: fmpy validate {out}",
@@ -193,11 +193,12 @@ def test_an_fmu_ends_in_fmu(tmp_path):
 def test_a_system_of_fmus(compiler, tmp_path):
     out = tmp_path / "loop.ssp"
     said = succeeded("export", "ssp", "paper/sine-pi", *SHORT, "--out", out)
-    parts = [line.partition(":")[0] for line in said.splitlines()]
-    assert parts == ["demand", "controller", "machine", "written"]
-    assert said.count("proved with cc: ") == 3
+    titles = [line.partition(" of scenario")[0] for line in said.splitlines()[:3]]
+    assert titles == ["Demand", "PI", "Machine"]
+    assert said.splitlines()[3].endswith("KiB, FMI 2, steps of 1e-05 s")
+    assert said.count("checked with cc: ") == 3
     found = json.loads(succeeded("export", "ssp", "paper/sine-pi", *SHORT, "--out", out, "--json"))
-    assert [one["unit"] for one in found["units"]] == parts[:3]
+    assert [one["unit"] for one in found["units"]] == ["demand", "controller", "machine"]
     assert found["file"] == str(out)
 
 

@@ -56,7 +56,7 @@ def test_what_no_sample_reaches_is_named(tmp_path: Path) -> None:
     assert proof.reached == proof.branches - 1
     (line,) = proof.missed
     assert unit.source.splitlines()[line - 1].strip() == "if (self->gain < 0.0) {"
-    assert f"reached, all but in lines {line} of law.c" in proof_line(proof, "law")
+    assert f"reached, 1 not reached, in line {line} of law.c" in proof_line(proof, "law")
 
 
 @pytest.mark.parametrize(
@@ -136,11 +136,18 @@ def test_samples_for_which_a_law_does_not_end_are_left_out(
     assert proof.branches > proof.reached > 0
 
 
+def test_options_of_the_environment_are_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("CC", "gcc -ffast-math")
+    loop = law(tmp_path, NEVER)
+    with pytest.raises(LoopError, match=r"CC has options, -ffast-math: try without them$"):
+        proven(loop, unit_of(loop))
+
+
 def test_without_a_compiler_it_says_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("CC", "no-compiler")
     loop = law(tmp_path, NEVER)
     proof = proven_vectors(loop, Part.CONTROLLER, unit_of(loop))[1]
-    assert proof_line(proof, "law") == "not proved: CC names the C compiler no-compiler, which is not found"
+    assert proof_line(proof, "law") == "not checked: CC names the C compiler no-compiler, which is not found"
 
 
 def test_without_gcov_it_says_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -149,7 +156,7 @@ def test_without_gcov_it_says_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     monkeypatch.setattr("shutil.which", lambda name: None if name == "gcov" else found(name))
     loop = law(tmp_path, NEVER)
     said = proof_line(proven_vectors(loop, Part.CONTROLLER, unit_of(loop))[1], "law")
-    assert re.fullmatch(r"proved with \S+: 542 samples bit for bit; gcov, .*, is not found", said)
+    assert re.fullmatch(r"checked with \S+: 542 samples bit for bit; gcov, .*, is not found", said)
 
 
 def test_single_precision_is_counted_and_not_searched(tmp_path: Path) -> None:

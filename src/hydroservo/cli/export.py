@@ -222,8 +222,9 @@ def ssp(
         typer.echo(as_json({"units": found, "fmi": version, "file": str(out)}))
         return
     for part in PARTS:
-        typer.echo(f"{part}: {proof_line(proofs[part], units[part].prefix)}")
-    typer.echo(f"written: {out}, {out.stat().st_size / 1024:.0f} KiB")
+        typer.echo(f"{units[part].title}: {proof_line(proofs[part], units[part].prefix)}")
+    period = units[PARTS[0]].period
+    typer.echo(f"written: {out}, {out.stat().st_size / 1024:.0f} KiB, FMI {version}, steps of {period:g} s")
 
 
 def translated(

@@ -66,5 +66,5 @@ def misused(error: Any) -> str:
         options = [name for param in error.ctx.command.params for name in param.opts]
         text = error.message + nearest(error.option_name, options)
     else:
-        text = error.format_message().removesuffix(".")
+        text = error.format_message().removesuffix(".").replace(": Value error, ", ": ")
     return clipped(one_line(f"{text[:1].lower()}{text[1:]}"), 1000) + f" (see {path} --help)"

@@ -10,11 +10,14 @@ __all__ = ["proof_line"]
 
 def proof_line(proof: "Proof", prefix: str) -> str:
     """Whether the C passed its vectors here, and how much of it they reach."""
-    passed = f"proved with {proof.compiler}: {proof.samples} samples bit for bit"
-    said = f"not proved: {proof.unproved}" if proof.unproved else passed
+    passed = f"checked with {proof.compiler}: {proof.samples} samples bit for bit"
+    said = f"not checked: {proof.unproved}" if proof.unproved else passed
     if proof.uncounted:
         return said if proof.uncounted == proof.unproved else f"{said}; {proof.uncounted}"
     if not proof.branches:
         return f"{said}; its blocks have no branches"
-    missed = f", all but in lines {', '.join(map(str, proof.missed))} of {prefix}.c" if proof.missed else ""
-    return f"{said}; {proof.reached} of {proof.branches} branches of its blocks reached{missed}"
+    left, lines = proof.branches - proof.reached, ", ".join(map(str, proof.missed))
+    where = f"{left} not reached, in line{'s' if len(proof.missed) > 1 else ''} {lines} of {prefix}.c"
+    return f"{said}; {proof.reached} of {proof.branches} branches of its blocks reached" + (
+        f", {where}" if left else ""
+    )

@@ -127,14 +127,19 @@ def replay(unit: Unit, vectors: Vectors, folder: Path) -> tuple[str, str]:
         program = compiled(folder, [f"{unit.prefix}_replay.c", f"{unit.prefix}.c"], "try-replay")
         done = ran(folder, [str(program)])
     except CompilerError as error:
-        raise LoopError(f"nothing is written: {error}; {REPORT}") from error
+        raise LoopError(f"nothing is written: {error}; {whose_fault()}") from error
     if unit.real != "double":
         return "", "numbers in single precision deviate; README.md says by how much"
     if done.returncode != 0:
         lines = [" ".join(line.split()) for line in done.stdout.splitlines()]
         said = "; ".join(lines or [f"the replay ended with {done.returncode}"])
-        raise LoopError(f"nothing is written: the C is not what Python is: {said}; {REPORT}")
+        raise LoopError(f"nothing is written: the C is not what Python is: {said}; {whose_fault()}")
     return Path(compiler()[0]).name, ""
 
 
-REPORT = "this is a fault of hydroservo's translation, please report it with the law"
+def whose_fault() -> str:
+    """What to do about C that does not compile, or is not what Python is."""
+    command = compiler()
+    if len(command) > 1:
+        return f"the environment's CC has options, {' '.join(command[1:])}: try without them"
+    return "this is a fault of hydroservo's translation, please report it with the law"

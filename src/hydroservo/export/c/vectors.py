@@ -116,8 +116,8 @@ def made_vectors(loop: Loop, part: Part, unit: Unit) -> Vectors:
 
 def vectors_of(unit: Unit, trial: Tried) -> Vectors:
     """What of a trial an export reads and has."""
-    more = "one stretch" if trial.searched == 1 else f"{trial.searched} stretches"
-    searched = f" Then {more} that reach branches of the code which those do not." if trial.searched else ""
+    more = "one stretch that reaches" if trial.searched == 1 else f"{trial.searched} stretches that reach"
+    searched = f" Then {more} branches of the code which those do not." if trial.searched else ""
     return Vectors(
         input_rows(unit, trial.inputs),
         np.array([[number_at(state, signal.place) for signal in unit.states] for state in trial.states]),

@@ -43,6 +43,11 @@ def licence(name: str) -> str:
 
 
 def package(name: str) -> metadata.Distribution:
+    """An installed package.
+
+    Raises:
+        HydroservoError: it is missing.
+    """
     try:
         return metadata.distribution(name)
     except metadata.PackageNotFoundError:

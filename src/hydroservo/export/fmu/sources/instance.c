@@ -1,4 +1,5 @@
 #include "instance.h"
+#include <float.h>
 #include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
@@ -138,6 +139,19 @@ static status check_references(instance *self, const unsigned references[], size
     return STATUS_OK;
 }
 
+static status out_of_range(instance *self, const model_variable *variable, double value) {
+    if (isfinite(variable->most)) {
+        return instance_discard(self, "%s stays as it is and is not set to %.10g: it lies from %.10g to %.10g",
+                                variable->name, value, variable->least, variable->most);
+    }
+    if (variable->least > 0.0 && variable->least < DBL_MIN) {
+        return instance_discard(self, "%s stays as it is and is not set to %.10g: it must be above 0", variable->name,
+                                value);
+    }
+    return instance_discard(self, "%s stays as it is and is not set to %.10g: it must be at least %.10g",
+                            variable->name, value, variable->least);
+}
+
 static status check_value(instance *self, const model_variable *variable, double value) {
     if (variable->kind == VARIABLE_CONSTANT) {
         return instance_refuse(self, "%s cannot be set: it is constant", variable->name);
@@ -154,8 +168,7 @@ static status check_value(instance *self, const model_variable *variable, double
                                 variable->name, value);
     }
     if (is_parameter(variable) && !(value >= variable->least && value <= variable->most)) {
-        return instance_discard(self, "%s stays as it is and is not set to %.10g: it lies from %.10g to %.10g",
-                                variable->name, value, variable->least, variable->most);
+        return out_of_range(self, variable, value);
     }
     return STATUS_OK;
 }
