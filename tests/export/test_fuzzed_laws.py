@@ -32,6 +32,14 @@ ROWS = [
     (Y._replace(velocity=40.0), R._replace(value=-0.0)),
     (Y._replace(velocity=0.0), R._replace(value=-9.0)),
 ]
+CORPUS = (
+    200859,
+    202240,
+    205335,
+    206815,
+    212038,
+    213458,
+)  # choices of short literals, once computed with 32 bits
 AT_ONCE = 25  # laws in one program
 LIMITS = "-Wno-type-limits"  # a random comparison may well be always false
 SANITIZED = ("-O1", "-fsanitize=undefined,address", "-fno-sanitize-recover=all")
@@ -173,6 +181,14 @@ def test_random_laws_agree_or_are_refused(flags: tuple[str, ...], tmp_path: Path
     assert found == []
     assert counts["agreed"] >= 10
     assert not counts["badly refused"]
+
+
+@pytest.mark.parametrize("flags", [("-O2",), SANITIZED], ids=["optimized", "sanitized"])
+def test_laws_that_were_wrong_once_agree(flags: tuple[str, ...], tmp_path: Path) -> None:
+    needs("gcc")
+    asked = [tried(seed, tmp_path) for seed in CORPUS]
+    assert all(isinstance(one, Tried) for one in asked)
+    assert wrong([one for one in asked if isinstance(one, Tried)], tmp_path, flags) == []
 
 
 if __name__ == "__main__":

@@ -98,6 +98,10 @@ TRANSLATED = [
     "p = self.turned(-1.0) if y.velocity > 9.0 else self.turned(2.0)\nreturn LawState(p.left, p.right)",
     "u = 0.0\nif not (y.velocity > 9.0 and (r.value > 0.0 or self.turned(-1.0).left > 0.0)):\n    u = 1.0\n"
     "return LawState(u, 0.0)",
+    "k = 46341 * (-3 if y.velocity > 9.0 else 1000000000)\nreturn LawState(1.0 * k, 1.0 * (k - 7 * k))",
+    "k = (5 if y.velocity > 9.0 else 2000000000) + (1 if r.value < 0.0 else 2000000000)\n"
+    "return LawState(1.0 * k, 0.0)",
+    "k = -(3 if y.velocity > 9.0 else 2147483647) - 2147483647\nreturn LawState(1.0 * k, 0.0)",
 ]
 
 

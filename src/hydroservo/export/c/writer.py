@@ -256,6 +256,8 @@ class Writer:
         """Operands with operators of their own stand in brackets, but for the left one of the same."""
         level = LEVELS.get(sign, COMPARED)
         left, binds = self.text(a)
+        if a.type == INT and narrow(a) and narrow(b):
+            left, binds = f"(int64_t){self.inner(a, UNARY)}", UNARY
         chained = isinstance(a, Operation) and a.operator == sign
         left = left if binds >= UNARY or chained else f"({left})"
         right, binds = self.text(b)
@@ -313,6 +315,18 @@ class Writer:
             number = SINGLE.get(key[:2], value.value) if self.real == "float" else value.value
             self.constants[key] = numbered(wish, given.__contains__), self.number(number)[0]
         return self.constants[key][0]
+
+
+def narrow(value: Expression) -> bool:
+    """True for a whole number that C computes with 32 bits, as it is made of short literals alone."""
+    match value:
+        case Whole(value=whole):
+            return abs(whole) < SHORT
+        case Unary(a=a):
+            return narrow(a)
+        case Choice(a=a, b=b):
+            return narrow(a) and narrow(b)
+    return False
 
 
 def file_of(module: str) -> str:
