@@ -84,7 +84,7 @@ def test_two_fmus_fit_into_one_program(sources: dict[str, Path], tmp_path: Path)
         own = compiled(folder, tmp_path)
         lines = run(tmp_path, tool("nm"), "-g", "--defined-only", *own).splitlines()
         shared = {line.split()[-1] for line in lines if line and not line.endswith(":")}
-        assert f"{prefix}_instance_step" in shared
+        assert f"{prefix}_steps_take" in shared
         assert all(name.startswith(f"{prefix}_") for name in shared), shared
         objects += own
     run(tmp_path, "gcc", *objects, driver(sources["mass"], tmp_path), "-o", "both", "-lm")

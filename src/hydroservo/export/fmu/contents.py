@@ -16,8 +16,6 @@ from hydroservo.export.unit import FmiVersion, Unit
 
 __all__ = ["Files", "fmu_files"]
 
-SHARED = ("instance.c", "instance.h")  # sources of this package in every FMU
-
 Files = dict[str, str]
 """Texts by their path in the FMU."""
 
@@ -47,7 +45,6 @@ def context_of(exported: Unit, stop_time: float, version: FmiVersion, interface:
     variables = variables_of(exported)
     inputs = [one for one in variables if one.kind is Kind.INPUT] if exported.command else []
     known = [one for one in variables if one.kind in (Kind.FIXED, Kind.TUNABLE)] + inputs
-    names = (f"{exported.prefix}.c", "model.c", *SHARED, *interface.sources)
     return {
         "exported": exported,
         "version": version,
@@ -56,7 +53,7 @@ def context_of(exported: Unit, stop_time: float, version: FmiVersion, interface:
         "variables": variables,
         "outputs": [one for one in variables if one.kind is Kind.OUTPUT],
         "units": {one.unit: base_unit(one.unit) for one in variables if one.unit},
-        "sources": [name for name in names if name.endswith(".c")],
+        "sources": [f"{exported.prefix}.c", "model.c", *interface.sources],
         "options": BITS,
         "parameters": ", &numbers->parameters" if exported.parameters else "",
         # A machine's initial outputs come from parameters alone, and a tool that does not know may see an
@@ -76,7 +73,7 @@ def indices(variables: Sequence[Variable], interface: Interface) -> str:
 def model_files(exported: Unit, interface: Interface, context: Mapping[str, Any]) -> Files:
     """The model description and the sources."""
     folder = resources.files("hydroservo.export.fmu") / "sources"
-    own = (*SHARED, *interface.sources)
+    own = (*interface.sources, *interface.own_headers)
     return {
         "modelDescription.xml": rendered(interface.description, context),
         f"sources/{exported.prefix}.h": exported.header,

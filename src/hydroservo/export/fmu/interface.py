@@ -26,7 +26,8 @@ class Interface(NamedTuple):
 
     Attributes:
         description: template of modelDescription.xml.
-        sources: the files of this package to compile, besides those of every FMU.
+        sources: the files of this package to compile.
+        own_headers: of this package.
         headers: of FMI.
         unprefixed: macro that gives the functions of a shared library their names without a prefix.
         first_index: what ModelStructure counts variables from.
@@ -35,6 +36,7 @@ class Interface(NamedTuple):
 
     description: str
     sources: tuple[str, ...]
+    own_headers: tuple[str, ...]
     headers: tuple[str, ...]
     unprefixed: str
     first_index: int
@@ -44,7 +46,8 @@ class Interface(NamedTuple):
 INTERFACES = {
     FmiVersion.FMI2: Interface(
         "fmu/modelDescription2.xml",
-        ("fmi2.c",),
+        ("instance.c", "steps.c", "fmi2.c", "fmi2_steps.c"),
+        ("instance.h", "steps.h"),
         ("fmi2FunctionTypes.h", "fmi2Functions.h", "fmi2TypesPlatform.h"),
         "FMI2_OVERRIDE_FUNCTION_PREFIX",
         1,
@@ -52,7 +55,11 @@ INTERFACES = {
     ),
     FmiVersion.FMI3: Interface(
         "fmu/modelDescription3.xml",
-        ("fmi3.c", "fmi3_unused.c"),
+        (
+            *("instance.c", "steps.c", "fmi3.c", "fmi3_steps.c"),
+            *("fmi3_no_events.c", "fmi3_no_clocks.c", "fmi3_no_equations.c", "fmi3_unused.c"),
+        ),
+        ("instance.h", "steps.h", "fmi3_common.h"),
         ("fmi3FunctionTypes.h", "fmi3Functions.h", "fmi3PlatformTypes.h"),
         "FMI3_OVERRIDE_FUNCTION_PREFIX",
         0,

@@ -1,4 +1,4 @@
-/* The functions of FMI 2.0 for co-simulation. */
+/* The functions of FMI 2.0 that every FMU has. */
 #include "instance.h" /* first: it names the prefix of FMI's functions */
 
 #include "fmi2Functions.h"
@@ -24,8 +24,8 @@ static const char *objection(fmi2String name, fmi2Type type, fmi2String guid) {
     if (name == NULL || name[0] == '\0') {
         return "the name of an instance must not be empty";
     }
-    if (type != fmi2CoSimulation) {
-        return "this FMU is for co-simulation alone";
+    if (type != (MODEL_EXCHANGES ? fmi2ModelExchange : fmi2CoSimulation)) {
+        return MODEL_EXCHANGES ? "this FMU is for model exchange alone" : "this FMU is for co-simulation alone";
     }
     if (guid == NULL || strcmp(guid, MODEL_TOKEN) != 0) {
         return "the GUID is not that of this FMU";
@@ -102,7 +102,7 @@ fmi2Status fmi2ExitInitializationMode(fmi2Component c) {
 }
 
 fmi2Status fmi2Terminate(fmi2Component c) {
-    if (c == NULL || instance_expect(c, STEPPING, "fmi2Terminate") != STATUS_OK) {
+    if (c == NULL || instance_expect(c, RUNNING, "fmi2Terminate") != STATUS_OK) {
         return fmi2Error;
     }
     return (fmi2Status)instance_terminate(c);
@@ -123,7 +123,7 @@ fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nv
 }
 
 fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2Real value[]) {
-    if (c == NULL || instance_expect(c, INSTANTIATED | INITIALIZATION | STEPPING, "fmi2SetReal") != STATUS_OK) {
+    if (c == NULL || instance_expect(c, INSTANTIATED | INITIALIZATION | RUNNING, "fmi2SetReal") != STATUS_OK) {
         return fmi2Error;
     }
     return (fmi2Status)instance_set(c, vr, nvr, value);
@@ -201,80 +201,7 @@ fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte serializedSta
     return c == NULL ? fmi2Error : (fmi2Status)instance_deserialize(c, serializedState, size, FMUstate);
 }
 
-/* --- steps --- */
-
-fmi2Status fmi2DoStep(fmi2Component c, fmi2Real currentCommunicationPoint, fmi2Real communicationStepSize,
-                      fmi2Boolean noSetFMUStatePriorToCurrentPoint) {
-    (void)noSetFMUStatePriorToCurrentPoint; /* nothing is kept of earlier steps */
-    if (c == NULL || instance_expect(c, STEPPING, "fmi2DoStep") != STATUS_OK) {
-        return fmi2Error;
-    }
-    return (fmi2Status)instance_step(c, currentCommunicationPoint, communicationStepSize);
-}
-
-fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind s, fmi2Real *value) {
-    if (c == NULL || value == NULL) {
-        return fmi2Error;
-    }
-    if (s != fmi2LastSuccessfulTime) {
-        return (fmi2Status)instance_discard(c, "of the real states of a step, only the last time is known");
-    }
-    *value = instance_time(c);
-    return fmi2OK;
-}
-
-fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind s, fmi2Boolean *value) {
-    if (c == NULL || value == NULL) {
-        return fmi2Error;
-    }
-    if (s != fmi2Terminated) {
-        return (fmi2Status)instance_discard(c, "of the logical states of a step, only its termination is known");
-    }
-    *value = fmi2False; /* this FMU never ends a run by itself */
-    return fmi2OK;
-}
-
-/* --- what this FMU does not do: steps that run on their own, interpolation, derivatives --- */
-
-fmi2Status fmi2CancelStep(fmi2Component c) {
-    return c == NULL ? fmi2Error : (fmi2Status)instance_refuse(c, "no step is pending that could be cancelled");
-}
-
-fmi2Status fmi2GetStatus(fmi2Component c, const fmi2StatusKind s, fmi2Status *value) {
-    (void)s;
-    (void)value;
-    return c == NULL ? fmi2Error : (fmi2Status)instance_discard(c, "no step is pending");
-}
-
-fmi2Status fmi2GetIntegerStatus(fmi2Component c, const fmi2StatusKind s, fmi2Integer *value) {
-    (void)s;
-    (void)value;
-    return c == NULL ? fmi2Error : (fmi2Status)instance_discard(c, "a step has no state that is an integer");
-}
-
-fmi2Status fmi2GetStringStatus(fmi2Component c, const fmi2StatusKind s, fmi2String *value) {
-    (void)s;
-    (void)value;
-    return c == NULL ? fmi2Error : (fmi2Status)instance_discard(c, "no step is pending");
-}
-
-fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
-                                       const fmi2Integer order[], const fmi2Real value[]) {
-    (void)vr;
-    (void)nvr;
-    (void)order;
-    (void)value;
-    return c == NULL ? fmi2Error : (fmi2Status)instance_refuse(c, "inputs are held over a step, not interpolated");
-}
-
-fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
-                                        const fmi2Integer order[], fmi2Real value[]) {
-    (void)vr;
-    (void)nvr;
-    (void)order;
-    (void)value;
-    return c == NULL ? fmi2Error : (fmi2Status)instance_refuse(c, "derivatives of outputs are not provided");
-}
+/* --- what this FMU does not do --- */
 
 fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReference vUnknown_ref[], size_t nUnknown,
                                         const fmi2ValueReference vKnown_ref[], size_t nKnown,

@@ -1,7 +1,6 @@
-/* The functions of FMI 3.0 for co-simulation; those that this FMU has no use for are in fmi3_unused.c. */
-#include "instance.h" /* first: it names the prefix of FMI's functions */
+/* The functions of FMI 3.0 that every FMU has. */
+#include "fmi3_common.h"
 
-#include "fmi3Functions.h"
 #include <stdlib.h>
 #include <string.h>
 
@@ -19,18 +18,12 @@ static void pass_on(const instance *self, status severity, const char *category,
 }
 
 /* Why no instance can be made; NULL if one can. */
-static const char *objection(fmi3String name, fmi3String token, fmi3Boolean events, size_t intermediate) {
+static const char *named_wrongly(fmi3String name, fmi3String token) {
     if (name == NULL || name[0] == '\0') {
         return "the name of an instance must not be empty";
     }
     if (token == NULL || strcmp(token, MODEL_TOKEN) != 0) {
         return "the instantiation token is not that of this FMU";
-    }
-    if (events) {
-        return "this FMU has no event mode";
-    }
-    if (intermediate > 0) {
-        return "this FMU has no intermediate update";
     }
     return NULL;
 }
@@ -46,33 +39,20 @@ fmi3Status fmi3SetDebugLogging(fmi3Instance c, fmi3Boolean loggingOn, size_t nCa
     return c == NULL ? fmi3Error : (fmi3Status)instance_log(c, loggingOn, nCategories, categories);
 }
 
-fmi3Instance fmi3InstantiateCoSimulation(fmi3String instanceName, fmi3String instantiationToken,
-                                         fmi3String resourcePath, fmi3Boolean visible, fmi3Boolean loggingOn,
-                                         fmi3Boolean eventModeUsed, fmi3Boolean earlyReturnAllowed,
-                                         const fmi3ValueReference requiredIntermediateVariables[],
-                                         size_t nRequiredIntermediateVariables,
-                                         fmi3InstanceEnvironment instanceEnvironment,
-                                         fmi3LogMessageCallback logMessage,
-                                         fmi3IntermediateUpdateCallback intermediateUpdate) {
-    (void)resourcePath;       /* there are no resources */
-    (void)visible;            /* nor windows */
-    (void)earlyReturnAllowed; /* no step returns early */
-    (void)requiredIntermediateVariables;
-    (void)intermediateUpdate;
-    const char *problem =
-        objection(instanceName, instantiationToken, eventModeUsed, nRequiredIntermediateVariables);
+fmi3Instance fmi3_begin(const beginning *given, const char *objection) {
+    const char *problem = objection != NULL ? objection : named_wrongly(given->name, given->token);
     component *self = problem == NULL ? calloc(1, sizeof *self) : NULL;
     if (self == NULL) {
-        if (logMessage != NULL) {
-            logMessage(instanceEnvironment, fmi3Error, "logStatusError",
+        if (given->log != NULL) {
+            given->log(given->environment, fmi3Error, "logStatusError",
                        problem == NULL ? "there is no memory" : problem);
         }
         return NULL;
     }
-    self->log = logMessage;
-    self->environment = instanceEnvironment;
+    self->log = given->log;
+    self->environment = given->environment;
     instance_begin(&self->core, pass_on);
-    (void)instance_log(&self->core, loggingOn, 0, NULL);
+    (void)instance_log(&self->core, given->logging, 0, NULL);
     return self;
 }
 
@@ -99,7 +79,7 @@ fmi3Status fmi3ExitInitializationMode(fmi3Instance c) {
 }
 
 fmi3Status fmi3Terminate(fmi3Instance c) {
-    if (c == NULL || instance_expect(c, STEPPING, "fmi3Terminate") != STATUS_OK) {
+    if (c == NULL || instance_expect(c, RUNNING, "fmi3Terminate") != STATUS_OK) {
         return fmi3Error;
     }
     return (fmi3Status)instance_terminate(c);
@@ -111,6 +91,10 @@ fmi3Status fmi3Reset(fmi3Instance c) {
     }
     instance_reset(c);
     return fmi3OK;
+}
+
+fmi3Status fmi3_refuse(fmi3Instance c, const char *reason) {
+    return c == NULL ? fmi3Error : (fmi3Status)instance_refuse(c, "%s", reason);
 }
 
 /* --- variables: all are of type Float64, and scalars --- */
@@ -137,7 +121,7 @@ fmi3Status fmi3GetFloat64(fmi3Instance c, const fmi3ValueReference valueReferenc
 fmi3Status fmi3SetFloat64(fmi3Instance c, const fmi3ValueReference valueReferences[], size_t nValueReferences,
                           const fmi3Float64 values[], size_t nValues) {
     if (check_count(c, nValueReferences, nValues) != fmi3OK ||
-        instance_expect(c, INSTANTIATED | INITIALIZATION | STEPPING, "fmi3SetFloat64") != STATUS_OK) {
+        instance_expect(c, INSTANTIATED | INITIALIZATION | RUNNING, "fmi3SetFloat64") != STATUS_OK) {
         return fmi3Error;
     }
     return (fmi3Status)instance_set(c, valueReferences, nValueReferences, values);
@@ -173,26 +157,4 @@ fmi3Status fmi3SerializeFMUState(fmi3Instance c, fmi3FMUState FMUState, fmi3Byte
 fmi3Status fmi3DeserializeFMUState(fmi3Instance c, const fmi3Byte serializedState[], size_t size,
                                    fmi3FMUState *FMUState) {
     return c == NULL ? fmi3Error : (fmi3Status)instance_deserialize(c, serializedState, size, FMUState);
-}
-
-/* --- steps --- */
-
-fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 currentCommunicationPoint, fmi3Float64 communicationStepSize,
-                      fmi3Boolean noSetFMUStatePriorToCurrentPoint, fmi3Boolean *eventHandlingNeeded,
-                      fmi3Boolean *terminateSimulation, fmi3Boolean *earlyReturn,
-                      fmi3Float64 *lastSuccessfulTime) {
-    (void)noSetFMUStatePriorToCurrentPoint; /* nothing is kept of earlier steps */
-    if (c == NULL || instance_expect(c, STEPPING, "fmi3DoStep") != STATUS_OK) {
-        return fmi3Error;
-    }
-    if (eventHandlingNeeded == NULL || terminateSimulation == NULL || earlyReturn == NULL ||
-        lastSuccessfulTime == NULL) {
-        return (fmi3Status)instance_refuse(c, "a null pointer stands for where a result of fmi3DoStep goes");
-    }
-    const status reached = instance_step(c, currentCommunicationPoint, communicationStepSize);
-    *eventHandlingNeeded = fmi3False;
-    *terminateSimulation = fmi3False;
-    *earlyReturn = fmi3False;
-    *lastSuccessfulTime = instance_time(c);
-    return (fmi3Status)reached;
 }

@@ -6,15 +6,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* How far a communication step may be from a whole number of sample periods, in periods. Importers that add up
-   their time lose some 1e-4 of a period in ten million steps; a step that is meant to be another is farther off. */
-#define STEP_TOLERANCE 1e-3
-
-/* How far a communication point may be from the time of this instance, in periods: it is the same sample. */
-#define POINT_TOLERANCE 0.5
-
-#define MOST_SAMPLES 9e15 /* that a double can count */
-
 static const char *const categories_of[] = {
     [STATUS_WARNING] = "logStatusWarning",
     [STATUS_DISCARD] = "logStatusDiscard",
@@ -31,7 +22,7 @@ static void report(const instance *self, status severity, const char *format, va
     }
 }
 
-static status warn(instance *self, const char *format, ...) {
+status instance_warn(instance *self, const char *format, ...) {
     va_list arguments;
     va_start(arguments, format);
     report(self, STATUS_WARNING, format, arguments);
@@ -71,7 +62,7 @@ status instance_log(instance *self, bool on, size_t count, const char *const cat
     for (size_t i = 0; i < count; i++) {
         const status severity = categories == NULL ? STATUS_OK : severity_of(categories[i]);
         if (severity == STATUS_OK) {
-            return warn(self, "a log category is not one of the model description: messages stay as they were");
+            return instance_warn(self, "a log category is not one of the model description: messages stay as they were");
         }
         wanted[severity] = true;
     }
@@ -90,6 +81,10 @@ static const char *phase_text(uint64_t in) {
         return "in the initialization mode";
     case STEPPING:
         return "after the initialization";
+    case EVENTS:
+        return "in the event mode";
+    case CONTINUOUS:
+        return "in the continuous-time mode";
     case TERMINATED:
         return "after the termination";
     default:
@@ -110,15 +105,9 @@ status instance_lacks(instance *self, size_t count, const char *type) {
 
 /* --- numbers --- */
 
-static double number(const model_numbers *numbers, const model_variable *variable) {
+double instance_number(const model_numbers *numbers, const model_variable *variable) {
     double value;
     memcpy(&value, (const char *)numbers + variable->place, sizeof value);
-    return value;
-}
-
-static double number_of_state(const model_state *state, const model_variable *variable) {
-    double value;
-    memcpy(&value, (const char *)state + (variable->place - offsetof(model_numbers, state)), sizeof value);
     return value;
 }
 
@@ -159,8 +148,12 @@ static status check_value(instance *self, const model_variable *variable, double
     if (!is_parameter(variable) && variable->kind != VARIABLE_INPUT) {
         return instance_refuse(self, "%s cannot be set: the model computes it", variable->name);
     }
-    if (variable->kind == VARIABLE_FIXED && self->now.phase == STEPPING) {
+    if (variable->kind == VARIABLE_FIXED && (self->now.phase & RUNNING) != 0) {
         return instance_refuse(self, "%s cannot be set after the initialization: it is read there alone",
+                               variable->name);
+    }
+    if (is_parameter(variable) && self->now.phase == CONTINUOUS) {
+        return instance_refuse(self, "%s cannot be set in the continuous-time mode: it is a parameter",
                                variable->name);
     }
     if (is_parameter(variable) && !isfinite(value)) {
@@ -173,8 +166,7 @@ static status check_value(instance *self, const model_variable *variable, double
     return STATUS_OK;
 }
 
-/* The numbers as an importer sees them: those of a controller follow its inputs at once. */
-static const model_numbers *numbers_now(instance *self) {
+const model_numbers *instance_numbers(instance *self) {
     if (!MODEL_FEEDS_THROUGH || self->now.given == 0 || self->now.phase == INSTANTIATED) {
         return &self->now.numbers;
     }
@@ -190,10 +182,10 @@ status instance_get(instance *self, const unsigned references[], size_t count, d
     if (check_references(self, references, count, values) != STATUS_OK) {
         return STATUS_ERROR;
     }
-    const model_numbers *numbers = numbers_now(self);
+    const model_numbers *numbers = instance_numbers(self);
     for (size_t i = 0; i < count; i++) {
         const model_variable *variable = &model_variables[references[i]];
-        values[i] = variable->kind == VARIABLE_TIME ? instance_time(self) : number(numbers, variable);
+        values[i] = variable->kind == VARIABLE_TIME ? instance_time(self) : instance_number(numbers, variable);
     }
     return STATUS_OK;
 }
@@ -214,7 +206,7 @@ status instance_set(instance *self, const unsigned references[], size_t count, c
         self->now.given |= variable->kind == VARIABLE_INPUT;
     }
     self->ahead_known = false;
-    if (self->now.phase != STEPPING) {
+    if ((self->now.phase & RUNNING) == 0) {
         model_init(&self->now.numbers); /* so that outputs are always those of the parameters */
     }
     return STATUS_OK;
@@ -228,6 +220,7 @@ void instance_reset(instance *self) {
     memcpy(self->now.token, MODEL_TOKEN, sizeof MODEL_TOKEN);
     self->now.phase = INSTANTIATED;
     self->now.stop = INFINITY;
+    self->now.given = MODEL_EXCHANGES;
     model_defaults(&self->now.numbers);
     model_init(&self->now.numbers);
 }
@@ -245,6 +238,7 @@ status instance_setup(instance *self, double start, bool stop_defined, double st
         return instance_refuse(self, "the stop time of %.10g s comes before the start time of %.10g s", stop, start);
     }
     self->now.start = start;
+    self->now.time = start;
     self->now.stop = stop_defined ? stop : INFINITY;
     return STATUS_OK;
 }
@@ -255,13 +249,13 @@ status instance_enter_initialization(instance *self) {
 }
 
 status instance_exit_initialization(instance *self) {
-    for (size_t i = MODEL_FIRST_STATE; i < MODEL_VARIABLES; i++) {
+    for (size_t i = 0; i < MODEL_VARIABLES; i++) {
         const model_variable *variable = &model_variables[i];
-        if (variable->vital && !isfinite(number(&self->now.numbers, variable))) {
+        if (variable->vital && !isfinite(instance_number(&self->now.numbers, variable))) {
             return instance_refuse(self, "%s is not finite after the initialization", variable->name);
         }
     }
-    self->now.phase = STEPPING;
+    self->now.phase = MODEL_EXCHANGES ? EVENTS : STEPPING;
     return STATUS_OK;
 }
 
@@ -270,62 +264,8 @@ status instance_terminate(instance *self) {
     return STATUS_OK;
 }
 
-/* --- steps --- */
-
 double instance_time(const instance *self) {
-    return self->now.start + (double)self->now.samples * MODEL_PERIOD;
-}
-
-static status check_step(instance *self, double point, double size) {
-    const double time = instance_time(self), periods = size / MODEL_PERIOD;
-    if (!(fabs(point - time) < POINT_TOLERANCE * MODEL_PERIOD)) {
-        return instance_refuse(self, "the communication point %.10g s is not the time of this instance, %.10g s",
-                               point, time);
-    }
-    if (!(periods > POINT_TOLERANCE && periods < MOST_SAMPLES) ||
-        fabs(periods - (double)(uint64_t)(periods + 0.5)) > STEP_TOLERANCE) {
-        return instance_refuse(self, "a step of %.10g s is not a whole multiple of the sample period of %.10g s",
-                               size, (double)MODEL_PERIOD);
-    }
-    if (time + size > self->now.stop + POINT_TOLERANCE * MODEL_PERIOD) {
-        return instance_refuse(self, "a step from %.10g s by %.10g s passes the stop time of %.10g s", time, size,
-                               self->now.stop);
-    }
-    return STATUS_OK;
-}
-
-/* Finds outputs that a step has lost. Numbers that were not finite before it do not count: observers start with
-   what they do not know yet as nan. Nor do others than outputs: a law whose sensor fails gets over its nan. */
-static status check_outputs(instance *self, const model_state *before) {
-    status worst = STATUS_OK;
-    for (size_t i = MODEL_FIRST_STATE; i < MODEL_VARIABLES; i++) {
-        const model_variable *variable = &model_variables[i];
-        const bool lost = variable->kind == VARIABLE_OUTPUT && !isfinite(number(&self->now.numbers, variable)) &&
-                          isfinite(number_of_state(before, variable));
-        if (lost && variable->vital) {
-            return instance_refuse(self, "%s diverged: it is no longer finite at %.10g s", variable->name,
-                                   instance_time(self));
-        }
-        if (lost) {
-            worst = warn(self, "%s is not finite at %.10g s", variable->name, instance_time(self));
-        }
-    }
-    return worst;
-}
-
-status instance_step(instance *self, double point, double size) {
-    const model_state before = self->now.numbers.state;
-    if (check_step(self, point, size) != STATUS_OK) {
-        return STATUS_ERROR;
-    }
-    const uint64_t samples = (uint64_t)(size / MODEL_PERIOD + 0.5);
-    for (uint64_t k = 0; k < samples; k++) {
-        model_step(&self->now.numbers);
-    }
-    self->now.samples += samples;
-    self->now.given = 0;
-    self->ahead_known = false;
-    return check_outputs(self, &before);
+    return MODEL_EXCHANGES ? self->now.time : self->now.start + (double)self->now.samples * MODEL_PERIOD;
 }
 
 /* --- saved states --- */
@@ -394,8 +334,10 @@ status instance_deserialize(instance *self, const void *bytes, size_t size, void
         return instance_refuse(self, "%lu bytes are no saved state of this FMU", (unsigned long)size);
     }
     memcpy(&in, (const char *)bytes + offsetof(snapshot, phase), sizeof in);
-    if (in != INSTANTIATED && in != INITIALIZATION && in != STEPPING && in != TERMINATED && in != FAILED) {
-        return instance_refuse(self, "the bytes of a saved state were damaged");
+    for (uint64_t known = INSTANTIATED; in != known; known *= 2) {
+        if (known == LAST_PHASE) {
+            return instance_refuse(self, "the bytes of a saved state were damaged");
+        }
     }
     return keep(self, bytes, saved);
 }

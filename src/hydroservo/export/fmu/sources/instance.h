@@ -1,6 +1,7 @@
-/* One instance of the model as a co-simulation, for both versions of FMI.
+/* One instance of the model, for both versions of FMI: its life, its variables and its saved states.
 
-   fmi2.c and fmi3.c translate between this and the functions of their version. Nothing here is global, and
+   fmi2.c and fmi3.c translate between this and the functions of their version; steps.h is co-simulation and
+   equations.h model exchange. Nothing here is global, and
    nothing but saved states is allocated. */
 #ifndef INSTANCE_H
 #define INSTANCE_H
@@ -13,6 +14,7 @@
 /* Several FMUs may be linked into one program, so the names of functions tell whose they are. */
 #define instance_begin FMU_NAME(instance_begin)
 #define instance_log FMU_NAME(instance_log)
+#define instance_warn FMU_NAME(instance_warn)
 #define instance_refuse FMU_NAME(instance_refuse)
 #define instance_discard FMU_NAME(instance_discard)
 #define instance_expect FMU_NAME(instance_expect)
@@ -24,7 +26,8 @@
 #define instance_reset FMU_NAME(instance_reset)
 #define instance_get FMU_NAME(instance_get)
 #define instance_set FMU_NAME(instance_set)
-#define instance_step FMU_NAME(instance_step)
+#define instance_number FMU_NAME(instance_number)
+#define instance_numbers FMU_NAME(instance_numbers)
 #define instance_time FMU_NAME(instance_time)
 #define instance_save FMU_NAME(instance_save)
 #define instance_restore FMU_NAME(instance_restore)
@@ -42,8 +45,13 @@ typedef enum {
     INITIALIZATION = 2,
     STEPPING = 4,
     TERMINATED = 8,
-    FAILED = 16 /* after an error, as FMI wants it: only reading, restoring, resetting and freeing go on */
+    FAILED = 16, /* after an error, as FMI wants it: only reading, restoring, resetting and freeing go on */
+    EVENTS = 32,
+    CONTINUOUS = 64, /* an importer integrates */
+    LAST_PHASE = CONTINUOUS
 } phase;
+
+#define RUNNING (STEPPING | EVENTS | CONTINUOUS)
 
 /* All that a saved state holds. */
 typedef struct {
@@ -52,7 +60,9 @@ typedef struct {
     uint64_t samples; /* taken since the start */
     double start;     /* [s] time of the start */
     double stop;      /* [s] time that must not be passed */
-    uint64_t given;   /* 1 where an input was set after the last step */
+    double time;      /* [s] of model exchange */
+    double jump;      /* [s] of model exchange: when what drives the model jumps next, inf if never */
+    uint64_t given;   /* 1 where an input was set after the last step; in model exchange always */
     model_numbers numbers;
 } snapshot;
 
@@ -63,7 +73,7 @@ typedef void message_sink(const instance *self, status severity, const char *cat
 
 struct instance {
     snapshot now;
-    model_numbers ahead; /* where it is known, what the next sample makes of the inputs that are set */
+    model_numbers ahead; /* where it is known, what the model makes of the inputs that are set */
     bool ahead_known;
     message_sink *sink;
     bool wanted[STATUS_ERROR + 1]; /* messages of which severity */
@@ -73,6 +83,9 @@ void instance_begin(instance *self, message_sink *sink);
 
 /* Chooses the messages; a category that is not known changes nothing and gives STATUS_WARNING. */
 status instance_log(instance *self, bool on, size_t count, const char *const categories[]);
+
+/* Logs what goes on all the same; returns STATUS_WARNING. */
+status instance_warn(instance *self, const char *format, ...);
 
 /* Logs an error and leaves the instance FAILED; returns STATUS_ERROR. */
 status instance_refuse(instance *self, const char *format, ...);
@@ -92,13 +105,13 @@ status instance_exit_initialization(instance *self);
 status instance_terminate(instance *self);
 void instance_reset(instance *self);
 
-/* From the initialization on, once an input is set, the numbers of a controller's state are those of the sample at this
-   instant, until a step takes that sample; else those of the last one. */
+/* The numbers as an importer sees them: those of a controller follow its inputs at once, from the initialization on,
+   until a step takes the sample; those of equations follow whatever is set. */
+const model_numbers *instance_numbers(instance *self);
+double instance_number(const model_numbers *numbers, const model_variable *variable);
+
 status instance_get(instance *self, const unsigned references[], size_t count, double values[]);
 status instance_set(instance *self, const unsigned references[], size_t count, const double values[]);
-
-/* Takes all samples of a communication step, with the inputs held. */
-status instance_step(instance *self, double point, double size);
 double instance_time(const instance *self);
 
 status instance_save(instance *self, void **saved);
