@@ -158,11 +158,14 @@ class Loop(NamedTuple):
 
     def deriv(self, t: float, x: MachineState, held: Any) -> MachineState:
         """Rates of the machine under a held command."""
-        u = self.hold.at(held, t)
+        return self.rates(x, self.hold.at(held, t), self.load.force(t))
+
+    def rates(self, x: MachineState, u: float, force: float) -> MachineState:
+        """Rates of the machine under a command at the valve [V] and a force on the rod [N]."""
         line = self.supply.pressures(x.supply)
         flows = self.plant.flows(x.plant, self.valve.orifice, self.valve.opening(x.valve, u), line)
         return MachineState(
-            self.plant.deriv(x.plant, flows, self.load.force(t)),
+            self.plant.deriv(x.plant, flows, force),
             self.valve.deriv(x.valve, u),
             self.supply.deriv(x.supply, flows.supply),
         )

@@ -1,6 +1,6 @@
 """Exports written by hand, as the translation writes them."""
 
-from hydroservo.export.unit import Argument, Signal, Unit
+from hydroservo.export.unit import Argument, Part, Signal, Unit
 
 __all__ = ["by_hand"]
 
@@ -14,11 +14,12 @@ def by_hand(
     arguments: tuple[Argument, ...],
     states: tuple[Signal, ...],
     *,
-    command: bool,
+    part: Part,
 ) -> Unit:
     """An export in double precision, from the texts of its header and source, and what is in them."""
     header, source = texts
     return Unit(
+        part=part,
         prefix=prefix,
         title=title,
         scenario='type = "<Loop>"\n',
@@ -32,5 +33,4 @@ def by_hand(
         parameters=parameters,
         arguments=arguments,
         states=states,
-        command=command,
     )

@@ -51,6 +51,7 @@ CASES = (
     Case("rig/excavator-link"),
     Case("rig/excavator-link", precision=Precision.SINGLE),
     Case("rig/excavator-link", Part.MACHINE),
+    Case("rig/excavator-link", Part.EQUATIONS),
     Case("rig/excavator-link", Part.LOOP, inlined=True),
 )
 SINGLE = [case for case in CASES if case.precision is Precision.SINGLE]

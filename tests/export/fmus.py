@@ -10,7 +10,7 @@ from by_hand import by_hand
 from fmpy import fmi2, fmi3
 
 from hydroservo.export.fmu import FmiVersion
-from hydroservo.export.unit import Argument, Signal, Unit
+from hydroservo.export.unit import Argument, Part, Signal, Unit
 
 HEADER = """\
 #ifndef MASS_H
@@ -92,7 +92,7 @@ def mass() -> Unit:
             Signal("sensors.reading", "reading", "m/s", "measured velocity", 0.0),
             Signal("sensors.before", "before", "m/s", "measured velocity before", float("nan")),
         ),
-        command=False,
+        part=Part.MACHINE,
     )
 
 

@@ -7,7 +7,7 @@ from agreement import assert_same_run
 
 from hydroservo import simulate
 from hydroservo.block import leaves
-from hydroservo.export.parts import Command, ControllerUnit, MachineUnit
+from hydroservo.export.parts import Command, ControllerUnit, ExternalForce, MachineUnit
 from hydroservo.scenario import builtin_scenarios, load_scenario
 from hydroservo.simulate import ready
 
@@ -39,4 +39,4 @@ def test_controller_and_machine_in_turn_are_the_loop() -> None:
         for part in ("plant", "valve", "sensors"):
             for path, number in leaves(getattr(s, part)):
                 assert data[f"{part}.{path}"].values[k] == number, path
-        s = machine.step(s, Command(state.u))
+        s = machine.step(s, Command(state.u), ExternalForce(0.0))

@@ -151,7 +151,9 @@ def test_a_file_holds_all_that_it_needs(fmus: dict[str, Path], version: FmiVersi
         scenario = archive.read("documentation/scenario.toml").decode()
         assert archive.testzip() is None
     headers = {name for name in names if name.startswith("sources/include/")}
-    assert headers == {f"sources/include/{name}" for name in interface.interface_of(version).headers}
+    assert headers == {
+        f"sources/include/{name}" for name in interface.interface_of(version, Part.MACHINE).headers
+    }
     assert {"sources/toy.c", "sources/toy.h", "sources/model.c", f"sources/fmi{version}.c"} < names
     assert f"binaries/{interface.platform_folder(version)}/toy{interface.binary_ending()}" in names
     assert all(name in page for name in variables(fmus["pi"]))

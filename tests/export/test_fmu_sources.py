@@ -12,12 +12,20 @@ from hydroservo.export.c.compiler import BITS
 from hydroservo.export.fmu import FmiVersion
 from hydroservo.export.fmu.contents import fmu_files
 from hydroservo.export.fmu.write import AS_LIBRARY
+from hydroservo.export.of_loop import exported_unit
+from hydroservo.export.unit import Part, Unit
+from hydroservo.loads import Step
+from hydroservo.loop import Loop
+from hydroservo.plants import Cylinder
 from needs import needs
 
 FLAGS = ("-std=c99", "-O2", *BITS, *AS_LIBRARY)
 STRICT = ("-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Wstrict-prototypes", "-Werror")
 SANITIZED = ("-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
-EXCHANGE = "Functions for FMI2 for Model Exchange.*?Functions for FMI2 for Co-Simulation"  # not needed in 2.0
+UNNEEDED = {  # of FMI 2.0, by what an FMU is for
+    "toy": "Functions for FMI2 for Model Exchange.*?Functions for FMI2 for Co-Simulation",
+    "axis": "Functions for FMI2 for Co-Simulation.*?#ifdef __cplusplus",
+}
 LIBRARY = re.compile(r"(mem(cpy|set|cmp)|bcmp|str(cmp|len)|calloc|free|sqrt|__\w+_chk|__stack_chk_fail)\b")
 
 
@@ -25,13 +33,18 @@ LIBRARY = re.compile(r"(mem(cpy|set|cmp)|bcmp|str(cmp|len)|calloc|free|sqrt|__\w
 def sources(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     """The folder of each export's sources."""
     found = {}
-    for one in (toy(), mass()):
+    for one in (toy(), mass(), equations()):
         folder = tmp_path_factory.mktemp(one.prefix)
         for name, text in fmu_files(one, 1.0, request.param).items():
             (folder / name).parent.mkdir(parents=True, exist_ok=True)
             (folder / name).write_text(text)
         found[one.prefix] = folder / "sources"
     return found
+
+
+def equations() -> Unit:
+    loop = Loop(plant=Cylinder(), load=Step())
+    return exported_unit(loop, Part.EQUATIONS, prefix="axis", title="equations of an axis")
 
 
 def tool(name: str) -> str:
@@ -50,32 +63,34 @@ def c_files(folder: Path) -> list[str]:
 
 
 @pytest.mark.parametrize("compiler", ["gcc", "clang"])
-@pytest.mark.parametrize("prefix", ["toy", "mass"])
+@pytest.mark.parametrize("prefix", ["toy", "mass", "axis"])
 def test_strict_compilers_find_nothing(sources: dict[str, Path], prefix: str, compiler: str) -> None:
     # FMI's own headers are not of this project: -isystem.
     folder = sources[prefix]
     run(folder, tool(compiler), *FLAGS, *STRICT, "-isystem", "include", *c_files(folder), "-o", "strict.so")
 
 
-def test_a_binary_shows_fmi_alone_and_needs_little(sources: dict[str, Path], tmp_path: Path) -> None:
-    folder = sources["toy"]
+@pytest.mark.parametrize("prefix", ["toy", "axis"])
+def test_a_binary_shows_fmi_alone_and_needs_little(sources: dict[str, Path], prefix: str) -> None:
+    folder = sources[prefix]
     plain = [f"-DFMI{version}_OVERRIDE_FUNCTION_PREFIX" for version in FmiVersion]
     run(folder, tool("gcc"), *FLAGS, *plain, "-Iinclude", *c_files(folder), "-o", "shown.so", "-lm")
     symbols = [line.split()[-2:] for line in run(folder, tool("nm"), "-D", "shown.so").splitlines()]
     shown = {name for kind, name in symbols if kind.isupper() and kind not in "UW"}
     needed = {name for kind, name in symbols if kind == "U"}
     header = next((folder / "include").glob("fmi?Functions.h")).read_text()
-    header = re.sub(EXCHANGE, "", header, flags=re.DOTALL)
+    header = re.sub(UNNEEDED[prefix], "", header, flags=re.DOTALL)
     declared = set(re.findall(r"^#define (fmi\d[A-Z]\w+) +fmi\dFullName", header, re.MULTILINE))
     assert shown == declared
     assert all(LIBRARY.match(name) or "snprintf" in name for name in needed), needed
 
 
-def test_sanitizers_find_nothing(sources: dict[str, Path], tmp_path: Path) -> None:
+@pytest.mark.parametrize(("prefix", "said"), [("mass", "2 instances, 1000 samples"), ("axis", "1 instance")])
+def test_sanitizers_find_nothing(sources: dict[str, Path], prefix: str, said: str, tmp_path: Path) -> None:
     words = ("-O1", *SANITIZED)
-    objects = [*compiled(sources["mass"], tmp_path, *words), driver(sources["mass"], tmp_path, *words)]
+    objects = [*compiled(sources[prefix], tmp_path, *words), driver(sources[prefix], tmp_path, *words)]
     run(tmp_path, "gcc", *words, *objects, "-o", "driver", "-lm")
-    assert run(tmp_path, "./driver") == "2 instances, 1000 samples\n"
+    assert run(tmp_path, "./driver").startswith(said)
 
 
 def test_two_fmus_fit_into_one_program(sources: dict[str, Path], tmp_path: Path) -> None:
@@ -84,7 +99,7 @@ def test_two_fmus_fit_into_one_program(sources: dict[str, Path], tmp_path: Path)
         own = compiled(folder, tmp_path)
         lines = run(tmp_path, tool("nm"), "-g", "--defined-only", *own).splitlines()
         shared = {line.split()[-1] for line in lines if line and not line.endswith(":")}
-        assert f"{prefix}_steps_take" in shared
+        assert f"{prefix}_{'equations_update' if prefix == 'axis' else 'steps_take'}" in shared
         assert all(name.startswith(f"{prefix}_") for name in shared), shared
         objects += own
     run(tmp_path, "gcc", *objects, driver(sources["mass"], tmp_path), "-o", "both", "-lm")
@@ -100,9 +115,10 @@ def compiled(folder: Path, out: Path, *words: str) -> list[str]:
 
 
 def driver(folder: Path, out: Path, *words: str) -> str:
-    """The object of the program that runs the machine of the tests."""
+    """The object of the program that runs the machine of the tests, or integrates equations."""
     version = 2 if (folder / "fmi2.c").exists() else 3
-    return one_object(folder, Path(__file__).parent / f"fmi{version}_driver.c", out / "driver.o", *words)
+    kind = "exchange_driver" if (folder / "equations.c").exists() else "driver"
+    return one_object(folder, Path(__file__).parent / f"fmi{version}_{kind}.c", out / "driver.o", *words)
 
 
 def one_object(folder: Path, source: Path, made: Path, *words: str) -> str:

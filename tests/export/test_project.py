@@ -44,7 +44,7 @@ def test_the_replay_is_bit_for_bit_and_without_a_warning(folder: Path, compiler:
     assert passes(folder, "law: 542 of 542 samples bit for bit", compiler)
 
 
-@pytest.mark.parametrize("part", [Part.MACHINE, Part.LOOP])
+@pytest.mark.parametrize("part", [Part.MACHINE, Part.EQUATIONS, Part.LOOP])
 def test_machines_and_loops_are_replayed_too(loop: Loop, tmp_path: Path, part: Part) -> None:
     write_c_project(*unit(loop, part), tmp_path)
     assert "control_interrupt" not in (tmp_path / "README.md").read_text()

@@ -2,7 +2,7 @@
 
 from by_hand import by_hand
 
-from hydroservo.export.unit import Argument, Signal, Unit
+from hydroservo.export.unit import Argument, Part, Signal, Unit
 
 HEADER = """\
 /* PI of scenario paper/sine-pi. */
@@ -116,5 +116,5 @@ def toy() -> Unit:
             Signal("controller.integral", "integral", "V", "integral part of the command", 0.0),
             Signal("controller.unlimited", "unlimited", "V", "command before saturation", 0.0),
         ),
-        command=True,
+        part=Part.CONTROLLER,
     )

@@ -1,6 +1,7 @@
 """The commands that take a scenario to a target."""
 
 import shlex
+from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -27,7 +28,7 @@ UnitOption = Annotated[
     typer.Option(
         "--unit",
         help="The controller with its observer and wrappers; the machine from its command to its sensors; "
-        "the demand; or all of them in a closed loop.",
+        "its differential equations alone, for other integrators; the demand; or the whole closed loop.",
     ),
 ]
 Prefix = Annotated[
@@ -130,21 +131,22 @@ def fmu(
     version: Annotated[FmiVersion, typer.Option("--fmi", help="Version of the standard.")] = FmiVersion.FMI2,
     json: Json = False,
 ) -> None:
-    """Write a functional mock-up unit for co-simulation.
+    """Write a functional mock-up unit: of a machine's equations for model exchange, else for co-simulation.
 
-    Its communication step is the scenario's sample period. It holds C and a binary for this computer, no
-    Python. The C is held against Python before it is written, as for export c.
+    The communication step of the latter is the scenario's sample period. It holds C and a binary for this
+    computer, no Python. The C is held against Python before it is written, as for export c.
 
     Examples:
 
     - `hydroservo export fmu paper/sine-tsmc --out controller.fmu`
     - `hydroservo export fmu rig/encoder-pi-sine --unit machine --fmi 3 --out machine.fmu`
+    - `hydroservo export fmu rig/excavator-link --unit equations --out axis.fmu`
     """
     from hydroservo.cli.progress import progress_bar
     from hydroservo.cli.proofs import proof_line
     from hydroservo.cli.writing import write_or_keep
     from hydroservo.export.c.proof import proven_vectors
-    from hydroservo.export.fmu import check_tools, checked_ending, write_fmu
+    from hydroservo.export.fmu import check_tools, checked_ending, variables_of, write_fmu
     from hydroservo.outputs import check_outputs
     from hydroservo.results import as_json
 
@@ -165,12 +167,11 @@ def fmu(
         about = {**identity(scenario, unit, found), "proof": proof._asdict()}
         typer.echo(as_json({**about, "fmi": version, "file": str(out)}))
         return
-    inputs = sum(len(argument.signals) for argument in found.arguments)
-    outputs = 1 if found.command else len(found.states)
-    typer.echo(
-        f"{found.title}: {counted(inputs, 'input')}, {counted(outputs, 'output')}, "
-        f"{counted(len(found.parameters), 'parameter')}, FMI {version}, steps of {found.period:g} s"
-    )
+    kinds = Counter(one.causality for one in variables_of(found))
+    counts = [counted(kinds[kind], kind) for kind in ("input", "output")]
+    means = "model exchange" if unit is Part.EQUATIONS else f"steps of {found.period:g} s"
+    parameters = counted(len(found.parameters), "parameter")
+    typer.echo(f"{found.title}: {', '.join([*counts, parameters])}, FMI {version}, {means}")
     typer.echo(proof_line(proof, found.prefix))
     typer.echo(f"written: {out}, {out.stat().st_size / 1024:.0f} KiB")
     typer.echo(f"next: fmpy validate {shlex.quote(str(out))}")

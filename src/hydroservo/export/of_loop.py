@@ -1,38 +1,57 @@
-"""A scenario's controller, machine, demand or loop, translated."""
+"""A part of a scenario's loop, translated."""
 
 import math
-from collections.abc import Iterator
-from typing import Any
+from collections.abc import Iterator, Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
 
 from hydroservo._version import __version__
-from hydroservo.block import Block
+from hydroservo.block import Block, leaves
+from hydroservo.cautions import quietly
 from hydroservo.errors import LoopError
 from hydroservo.export.c.liveness import Needed
 from hydroservo.export.c.primitives import WRITTEN
 from hydroservo.export.c.source import Form, Translation, texts
 from hydroservo.export.names import identifier
-from hydroservo.export.parts import Command, block_of, settled
+from hydroservo.export.parts import Command, ExternalForce, Instant, block_of, settled
 from hydroservo.export.prefix import checked_prefix, plain_title
 from hydroservo.export.translate.calls import is_op
 from hydroservo.export.translate.program import Program, check_law
 from hydroservo.export.translate.terms import REAL, Record
-from hydroservo.export.unit import Argument, Part, Precision, Signal, Unit
+from hydroservo.export.unit import INTEGRATED, RATES, Argument, Part, Precision, Signal, Unit
 from hydroservo.field import Field, declared_fields
-from hydroservo.loop import Loop
+from hydroservo.loop import Loop, MachineState
 from hydroservo.provenance import scenario_hash, scenario_text
 from hydroservo.signals import Demand, Measurement
-from hydroservo.simulate import first_state, ready
+from hydroservo.simulate import first_state, ready, simulate
 
 __all__ = ["exported_unit"]
 
 
 TAKES = {
     Part.CONTROLLER: (("measurement", Measurement), ("demand", Demand)),
-    Part.MACHINE: (("command", Command),),
+    Part.MACHINE: (("command", Command), ("external", ExternalForce)),
+    Part.EQUATIONS: (
+        ("instant", Instant),
+        (INTEGRATED, MachineState),
+        ("command", Command),
+        ("external", ExternalForce),
+    ),
     Part.DEMAND: (),
     Part.LOOP: (),
 }
-INTEGRATED = ("plant.", "valve.", "supply.")  # records of a machine's state
+
+
+class Size(NamedTuple):
+    """Of a number that is integrated."""
+
+    start: float
+    largest: float
+
+
+STEPPED = (Part.MACHINE, Part.LOOP)  # by an integrator of its own
+MACHINE = ("plant.", "valve.", "supply.")  # records of a machine's state
 
 
 def exported_unit(
@@ -48,7 +67,7 @@ def exported_unit(
 
     Args:
         loop: the loop.
-        part: its controller, its machine with the sensors, its demand, or all of it.
+        part: its controller, its machine with the sensors, the machine's equations, its demand, or all of it.
         prefix: of every name with external linkage, and of files; a C identifier.
         title: what it is, for people; put into one line.
         precision: double, or single for a controller.
@@ -64,7 +83,7 @@ def exported_unit(
     single = precision is Precision.SINGLE
     if single and part is not Part.CONTROLLER:
         raise LoopError(f"a {part} is exported in double precision only; its time and states need the digits")
-    ready_loop = settled(ready(loop)) if part in (Part.MACHINE, Part.LOOP) else ready(loop)
+    ready_loop = settled(ready(loop)) if part in STEPPED else ready(loop)
     try:
         unit = translated(Program(WRITTEN, prefix), block_of(ready_loop, part), part)
     except RecursionError:
@@ -79,7 +98,9 @@ def exported_unit(
     real = "float" if single else "double"
     header, source = texts(unit, needed, Form(prefix, real, inlined, about, digest, __version__))
     start = unit.block.init()
+    integrated = sizes(ready_loop, start.start) if part is Part.EQUATIONS else {}
     return Unit(
+        part=part,
         prefix=prefix,
         title=title,
         scenario=scenario_text(loop),
@@ -92,12 +113,11 @@ def exported_unit(
         source=source,
         parameters=tuple(parameter_signals(unit, needed, later)),
         arguments=tuple(
-            Argument(name, tuple(argument_signals(name, record, needed)))
+            Argument(name, tuple(argument_signals(name, record, needed, integrated)))
             for name, record in unit.arguments
             if needed.kept(record)
         ),
         states=tuple(state_signals(unit, needed, start, part)),
-        command=unit.command,
         functions=frozenset(blocks_functions(needed, prefix)),
     )
 
@@ -115,9 +135,7 @@ def translated(program: Program, block: Block, part: Part) -> Translation:
     """A unit's functions and records."""
     record = program.type_of(block)
     assert isinstance(record, Record)
-    arguments = tuple(
-        (name, program.record(cls, dict.fromkeys(cls._fields, REAL), name)) for name, cls in TAKES[part]
-    )
+    arguments = tuple((name, taken(program, name, cls, block)) for name, cls in TAKES[part])
     if part is Part.CONTROLLER:
         check_law(program, record.fields["controller"], [kind for _, kind in arguments])
     init = program.method(record, "init", [])
@@ -129,6 +147,16 @@ def translated(program: Program, block: Block, part: Part) -> Translation:
     return Translation(block, record, init, step, arguments, part is Part.CONTROLLER, *known)
 
 
+def taken(program: Program, name: str, cls: Any, block: Block) -> Record:
+    """The record of an argument: of numbers alone, but for the state of equations."""
+    if name != INTEGRATED:
+        return program.record(cls, dict.fromkeys(cls._fields, REAL), name)
+    record = program.type_of(block.init().start)
+    assert isinstance(record, Record)
+    record.name = name
+    return record
+
+
 def blocks_functions(needed: Needed, prefix: str) -> Iterator[str]:
     """What of the C is translated from blocks, and not from ops or written by hand."""
     yield from (f"{prefix}_init", f"{prefix}_step")
@@ -138,10 +166,11 @@ def blocks_functions(needed: Needed, prefix: str) -> Iterator[str]:
 def needed_by(unit: Translation, *, init: bool) -> Needed:
     """What a unit's functions need: both of them, or ``step`` alone."""
     functions = [unit.init, unit.step] if init else [unit.step]
-    given = [record for _, record in unit.arguments]
+    given = [record for name, record in unit.arguments if name != INTEGRATED]
     state = unit.init.returns
     assert isinstance(state, Record)
-    return Needed(functions, [state], given, [(unit.parameters, "period")] if init else [])
+    timed = init and "period" in unit.parameters.fields
+    return Needed(functions, [state], given, [(unit.parameters, "period")] if timed else [])
 
 
 def parameter_signals(unit: Translation, needed: Needed, later: Needed) -> Iterator[Signal]:
@@ -153,18 +182,33 @@ def parameter_signals(unit: Translation, needed: Needed, later: Needed) -> Itera
         yield found._replace(fixed=fixed, least=least, most=most)
 
 
-def argument_signals(argument: str, record: Record, needed: Needed) -> Iterator[Signal]:
+def argument_signals(
+    argument: str, record: Record, needed: Needed, integrated: Mapping[str, Size]
+) -> Iterator[Signal]:
     for place, owner, name in numbers(record, needed):
-        path = "controller.u" if owner.cls is Command else f"{argument}.{place}"
-        yield signal(path, place, owner, name, 0.0)
+        if argument == INTEGRATED:
+            start, largest = integrated[place]
+            found = signal(place, place, owner, name, start)
+            yield found._replace(integrated=True, nominal=largest or 1.0)
+        else:
+            path = "controller.u" if owner.cls is Command else f"{argument}.{place}"
+            yield signal(path, place, owner, name, 0.0)
+
+
+def sizes(loop: Loop, start: Block) -> dict[str, Size]:
+    """Where each state of a machine starts, and its largest absolute value in the scenario."""
+    run = quietly(simulate)(loop, record=[path for path, _ in leaves(start)])
+    return {path: Size(value, float(np.nanmax(np.abs(run[path])))) for path, value in leaves(start)}
 
 
 def state_signals(unit: Translation, needed: Needed, start: Block, part: Part) -> Iterator[Signal]:
     for place, record, name in numbers(unit.init.returns, needed):
         own = place.removeprefix("loop.")
-        integrated = part is not Part.CONTROLLER and own.startswith(INTEGRATED)
+        integrated = part is not Part.CONTROLLER and own.startswith(MACHINE)
         path = f"controller.{own}" if part is Part.CONTROLLER else own
         found = signal(path, place, record, name, at(start, place))
+        if own.startswith(RATES):
+            found = found._replace(unit=f"{found.unit or 1}/s", meaning=f"rate of the {found.meaning}")
         yield found._replace(integrated=integrated)
 
 

@@ -1,15 +1,16 @@
-"""What can be exported: a controller, a machine, a demand or the whole loop, each as one stepped block."""
+"""What can be exported, each as a block: a controller, a machine, its equations, a demand, the whole loop."""
 
 import math
-from typing import Annotated, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 from hydroservo import ops
 from hydroservo.accuracy import with_substeps
 from hydroservo.block import Block, Controller, Field, Reference, leaves
 from hydroservo.cautions import quietly
 from hydroservo.export.unit import Part
+from hydroservo.integrators.jumps import BEFORE
 from hydroservo.loop import AUTO, External, Loop, MachineState
-from hydroservo.signals import Demand, Measurement
+from hydroservo.signals import Demand, MachineOutputs, Measurement
 from hydroservo.simulate import simulate
 from hydroservo.sources import CHOSEN
 
@@ -17,6 +18,9 @@ __all__ = [
     "Command",
     "ControllerUnit",
     "DemandUnit",
+    "EquationsUnit",
+    "ExternalForce",
+    "Instant",
     "LoopUnit",
     "MachineUnit",
     "block_of",
@@ -63,6 +67,19 @@ class Command(NamedTuple):
     u: Annotated[float, Field("V", "command, held until the next sample as the hold says")]
 
 
+class ExternalForce(NamedTuple):
+    """What mechanics of others do to the rod."""
+
+    force: Annotated[float, Field("N", "force on the rod besides that of the load, positive against motion")]
+
+
+class Driven(NamedTuple):
+    """What acts on a machine from one sample to the next."""
+
+    held: Any
+    force: float
+
+
 class MachineUnitState(NamedTuple):
     """A machine at a sample, and what its sensors have measured there."""
 
@@ -81,7 +98,7 @@ class MachineUnit(NamedTuple):
     """A machine (plant, valve, supply, load, hold) and its sensors, from one sample to the next.
 
     At a sample the controller runs first, on the measurement; the machine then goes on to the next sample
-    under its command, and is measured there.
+    under its command and an external force, both held, and is measured there.
     """
 
     loop: Loop
@@ -93,16 +110,25 @@ class MachineUnit(NamedTuple):
         machine = MachineState(m.plant.init(), m.valve.init(), m.supply.init())
         return self.measured(machine, m.sensors.init(), m.hold.init(), 0.0, 0.0)
 
-    def step(self, state: MachineUnitState, command: Command) -> MachineUnitState:
+    def step(self, state: MachineUnitState, command: Command, external: ExternalForce) -> MachineUnitState:
         """From a sample to the next one."""
         m = self.loop
         t = state.sample * self.period
         hold = m.hold.step(state.hold, state.command, t)
         machine = MachineState(state.plant, state.valve, state.supply)
-        x = m.simulation.integrator.advance(
-            m, t, machine, m.hold.held(hold, command.u), self.period, m.simulation.substeps
-        )
+        driven = Driven(m.hold.held(hold, command.u), external.force)
+        integrator, substeps = m.simulation.integrator, m.simulation.substeps
+        x = integrator.advance(self, t, machine, driven, self.period, substeps)
         return self.measured(x, state.sensors, hold, command.u, state.sample + 1.0)
+
+    def deriv(self, t: float, x: MachineState, driven: Driven) -> MachineState:
+        """Rates of the machine, for its integrator."""
+        m = self.loop
+        return m.rates(x, m.hold.at(driven.held, t), m.load.force(t) + driven.force)
+
+    def next_jump(self, t: float, driven: Driven) -> float:
+        """The first instant after ``t`` at which what drives the machine jumps [s]."""
+        return self.loop.next_jump(t, driven.held)
 
     def measured(
         self, x: MachineState, sensors: Block, hold: Block, u: float, sample: float
@@ -115,6 +141,77 @@ class MachineUnit(NamedTuple):
         y = m.sensors.measure(read, seen, m.hold.applied(hold, u, self.period))
         load = External(m.load.force(t))
         return MachineUnitState(x.plant, x.valve, x.supply, read, hold, y, load, u, sample)
+
+
+class Instant(NamedTuple):
+    """When equations are asked for."""
+
+    t: Annotated[float, Field("s", "time since the start")]
+    until: Annotated[
+        float, Field("s", "next jump of the load, of which nothing is to be seen yet; inf at a jump itself")
+    ]
+
+
+class EquationsUnitState(NamedTuple):
+    """What a machine does at an instant."""
+
+    start: MachineState
+    rates: MachineState
+    outputs: MachineOutputs
+    load: External
+    jump: Annotated[float, Field("s", "the first instant after this one at which the load jumps, or inf")]
+
+
+class EquationsUnit(NamedTuple):
+    """The differential equations of a machine (plant, valve, supply, load), for an integrator of others.
+
+    An integrator goes no further than the next jump, and asks up to there with ``until`` = that jump, so that
+    its last stage does not see what is beyond; then once with inf at the jump itself, which gives the next.
+    The command is that at the valve: a hold that delays it, and sensors, belong to whoever samples.
+
+    Source: FMI 2.0.4, sec. 3.1, has the same order of things.
+    Fails to say where friction or the ends of the stroke change their law: their rates are continuous, but
+    an integrator with error control takes small steps there.
+    """
+
+    loop: Loop
+
+    def init(self) -> EquationsUnitState:
+        """At the start, without a command."""
+        m = self.loop
+        start = MachineState(m.plant.init(), m.valve.init(), m.supply.init())
+        return self.at(start, Instant(0.0, math.inf), start, Command(0.0), ExternalForce(0.0))
+
+    def step(
+        self,
+        state: EquationsUnitState,
+        instant: Instant,
+        machine: MachineState,
+        command: Command,
+        external: ExternalForce,
+    ) -> EquationsUnitState:
+        """At any instant, in any state; what was asked before does not matter."""
+        return self.at(state.start, instant, machine, command, external)
+
+    def at(
+        self,
+        start: MachineState,
+        instant: Instant,
+        x: MachineState,
+        command: Command,
+        external: ExternalForce,
+    ) -> EquationsUnitState:
+        """The rates and what else can be seen."""
+        m = self.loop
+        t = ops.where(instant.t < instant.until, instant.t, BEFORE * instant.until)
+        force = m.load.force(t)
+        return EquationsUnitState(
+            start=start,
+            rates=m.rates(x, command.u, force + external.force),
+            outputs=m.plant.outputs(x.plant, m.supply.pressures(x.supply)),
+            load=External(force),
+            jump=m.load.next_jump(t),
+        )
 
 
 class DemandUnitState(NamedTuple):
@@ -182,5 +279,7 @@ def block_of(loop: Loop, part: Part) -> Block:
         return ControllerUnit(loop.controller, period)
     if part is Part.DEMAND:
         return DemandUnit(loop.reference, period)
+    if part is Part.EQUATIONS:
+        return EquationsUnit(loop)
     seeded = loop._replace(simulation=loop.simulation._replace(seed=float(loop.simulation.seed)))  # type: ignore[arg-type]
     return MachineUnit(seeded, period) if part is Part.MACHINE else LoopUnit(seeded, period)

@@ -4,7 +4,10 @@ import math
 from enum import StrEnum
 from typing import NamedTuple
 
-__all__ = ["Argument", "FmiVersion", "Part", "Precision", "Signal", "Unit"]
+__all__ = ["INTEGRATED", "RATES", "Argument", "FmiVersion", "Part", "Precision", "Signal", "Unit"]
+
+INTEGRATED = "machine"  # the argument of equations whose numbers an integrator carries on
+RATES = "rates."  # of them, in the state of equations
 
 
 class Part(StrEnum):
@@ -12,6 +15,7 @@ class Part(StrEnum):
 
     CONTROLLER = "controller"
     MACHINE = "machine"
+    EQUATIONS = "equations"
     DEMAND = "demand"
     LOOP = "loop"
 
@@ -43,6 +47,7 @@ class Signal(NamedTuple):
         least: the smallest number that a parameter may be.
         most: the largest.
         integrated: a state of the plant, valve or supply, which does not come back from nan.
+        nominal: its usual size, the largest in the scenario; of what an importer integrates.
     """
 
     path: str
@@ -54,6 +59,7 @@ class Signal(NamedTuple):
     least: float = -math.inf
     most: float = math.inf
     integrated: bool = False
+    nominal: float = 1.0
 
 
 class Argument(NamedTuple):
@@ -61,7 +67,7 @@ class Argument(NamedTuple):
 
     Attributes:
         name: of the argument; its type is PREFIX_name.
-        signals: what ``step`` reads of it, each by its ``place`` in the record.
+        signals: what ``step`` reads of it, each by its ``place`` in the record, and all that is integrated.
     """
 
     name: str
@@ -82,6 +88,7 @@ class Unit(NamedTuple):
     Where the parameters are ``inlined`` there is no record of them, no object, and no such argument.
 
     Attributes:
+        part: of the loop.
         prefix: of every name with external linkage; the files are PREFIX.h and PREFIX.c.
         title: what it is, such as "TSMC of scenario paper/sine-tsmc"; in one line,
             which may stand in a comment of C.
@@ -96,10 +103,10 @@ class Unit(NamedTuple):
         parameters: of PREFIX_parameters.
         arguments: of ``step``.
         states: of PREFIX_state.
-        command: ``step`` returns the command, which is the state's number ``u``.
         functions: the names in C of the methods of blocks, and of ``init`` and ``step``.
     """
 
+    part: Part
     prefix: str
     title: str
     scenario: str
@@ -113,5 +120,9 @@ class Unit(NamedTuple):
     parameters: tuple[Signal, ...]
     arguments: tuple[Argument, ...]
     states: tuple[Signal, ...]
-    command: bool
     functions: frozenset[str] = frozenset()
+
+    @property
+    def command(self) -> bool:
+        """True where ``step`` returns the command, which is the state's number ``u``."""
+        return self.part is Part.CONTROLLER

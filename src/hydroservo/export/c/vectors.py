@@ -7,10 +7,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.block import Block
+from hydroservo.block import Block, leaves, replace
 from hydroservo.errors import LoopError
 from hydroservo.export.names import identifier
-from hydroservo.export.parts import Command, block_of, settled
+from hydroservo.export.parts import Command, ExternalForce, Instant, block_of, settled
 from hydroservo.export.unit import Part, Unit
 from hydroservo.loop import Loop, LoopState
 from hydroservo.signals import Demand, Measurement
@@ -133,13 +133,30 @@ def listened(loop: Loop, part: Part) -> tuple[list[Records], str]:
     period = loop.simulation.period
     listener = Listener([])
     watched = loop._replace(controller=listener) if part is Part.CONTROLLER else loop
-    after = [watched.sample(s, t, period) for t, s in closed_loop(loop)]
-    commands: list[Records] = [{"command": Command(s.controller.u)} for s in after]
-    inputs = listener.heard if part is Part.CONTROLLER else commands
+    after = [(t, watched.sample(s, t, period)) for t, s in closed_loop(loop)]
+    inputs = listener.heard if part is Part.CONTROLLER else driven(loop, part, after)
+    pushed = (
+        "" if part is Part.CONTROLLER else " A tenth of the oil's force acts besides in every other stretch."
+    )
     return inputs, (
         f"The inputs are those of the {part} in the closed loop of the scenario: {len(inputs)} samples, in "
-        f"up to {STRETCHES} stretches spread evenly over its {loop.simulation.duration:g} s."
+        f"up to {STRETCHES} stretches spread evenly over its {loop.simulation.duration:g} s.{pushed}"
     )
+
+
+def driven(loop: Loop, part: Part, after: Iterable[tuple[float, LoopState]]) -> list[Records]:
+    """What a machine or its equations are given at samples whose controller has run."""
+    inputs: list[Records] = []
+    for i, (t, s) in enumerate(after):
+        pushed = (i // IN_A_ROW) % 2
+        records: Records = {
+            "command": Command(s.controller.u),
+            "external": ExternalForce(0.1 * loop.plant.load_force(s.plant) * pushed),
+        }
+        if part is Part.EQUATIONS:
+            records = {**records, "instant": Instant(t, loop.load.next_jump(t)), "machine": loop.machine(s)}
+        inputs.append(records)
+    return inputs
 
 
 def closed_loop(loop: Loop) -> Iterator[tuple[float, LoopState]]:
@@ -205,9 +222,9 @@ def records_of(unit: Unit, row: NDArray[np.float64], like: Records) -> Records:
     """The arguments of a step that reads this row; what it does not read is as in others."""
     numbers, found = iter(row.tolist()), dict(like)
     for argument in unit.arguments:
-        own = {identifier(name): name for name in like[argument.name]._fields}
+        own = {in_c(path): path for path, _ in leaves(like[argument.name])}
         changes = {own[signal.place]: next(numbers) for signal in argument.signals}
-        found[argument.name] = like[argument.name]._replace(**changes)
+        found[argument.name] = replace(like[argument.name], changes)
     return found
 
 
@@ -216,3 +233,8 @@ def number_at(record: Block, place: str) -> float:
     for name in place.split("."):
         record = next(getattr(record, own) for own in record._fields if identifier(own) == name)
     return float(record)
+
+
+def in_c(path: str) -> str:
+    """The place in C of the number at a path in Python."""
+    return ".".join(map(identifier, path.split(".")))

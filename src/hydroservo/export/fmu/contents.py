@@ -2,17 +2,18 @@
 
 import hashlib
 import uuid
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from importlib import resources
 from typing import Any
 
 from hydroservo.export.c.compiler import BITS
 from hydroservo.export.fmu.headers import headers, licence
 from hydroservo.export.fmu.interface import Interface, interface_of
+from hydroservo.export.fmu.structure import structure_of
 from hydroservo.export.fmu.units import base_unit
-from hydroservo.export.fmu.variables import Kind, Variable, variables_of
+from hydroservo.export.fmu.variables import Kind, variables_of
 from hydroservo.export.render import rendered
-from hydroservo.export.unit import FmiVersion, Unit
+from hydroservo.export.unit import FmiVersion, Part, Unit
 
 __all__ = ["Files", "fmu_files"]
 
@@ -30,7 +31,7 @@ def fmu_files(exported: Unit, stop_time: float, version: FmiVersion) -> Files:
         ParameterError: a name cannot be that of a variable.
         HydroservoError: the package fmpy is missing.
     """
-    interface = interface_of(version)
+    interface = interface_of(version, exported.part)
     context = context_of(exported, stop_time, version, interface)
     plain = model_files(exported, interface, {**context, "token": ""})
     digest = hashlib.sha256("\0".join(part for one in sorted(plain.items()) for part in one).encode())
@@ -43,31 +44,22 @@ def fmu_files(exported: Unit, stop_time: float, version: FmiVersion) -> Files:
 def context_of(exported: Unit, stop_time: float, version: FmiVersion, interface: Interface) -> dict[str, Any]:
     """What the templates are filled with."""
     variables = variables_of(exported)
-    inputs = [one for one in variables if one.kind is Kind.INPUT] if exported.command else []
-    known = [one for one in variables if one.kind in (Kind.FIXED, Kind.TUNABLE)] + inputs
     return {
         "exported": exported,
+        "interface": "ModelExchange" if exported.part is Part.EQUATIONS else "CoSimulation",
         "version": version,
         "description": f"{exported.title}; hash {exported.hash}",
         "stop_time": stop_time,
         "variables": variables,
-        "outputs": [one for one in variables if one.kind is Kind.OUTPUT],
+        "structure": structure_of(exported, variables),
+        "first_index": interface.first_index,
+        "integrated": [one for one in variables if one.kind is Kind.INTEGRATED],
+        "rates": [one for one in variables if one.kind is Kind.RATE],
         "units": {one.unit: base_unit(one.unit) for one in variables if one.unit},
         "sources": [f"{exported.prefix}.c", "model.c", *interface.sources],
         "options": BITS,
         "parameters": ", &numbers->parameters" if exported.parameters else "",
-        # A machine's initial outputs come from parameters alone, and a tool that does not know may see an
-        # algebraic loop between two units. One without arguments is in no loop.
-        "depends": indices(known, interface) if exported.arguments else "",
-        "kinds": " ".join("dependent" for _ in known),
-        "direct": indices(inputs, interface),
-        "direct_kinds": " ".join("dependent" for _ in inputs),
     }
-
-
-def indices(variables: Sequence[Variable], interface: Interface) -> str:
-    """Variables as a list of dependencies names them."""
-    return " ".join(str(one.reference + interface.first_index) for one in variables)
 
 
 def model_files(exported: Unit, interface: Interface, context: Mapping[str, Any]) -> Files:

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 from hydroservo.errors import HydroservoError
-from hydroservo.export.unit import FmiVersion
+from hydroservo.export.unit import FmiVersion, Part
 
 __all__ = ["Interface", "binary_ending", "interface_of", "platform_folder"]
 
@@ -22,7 +22,7 @@ ARCHITECTURES = {
 
 
 class Interface(NamedTuple):
-    """What one version of FMI needs.
+    """What one version of FMI needs, for co-simulation or model exchange.
 
     Attributes:
         description: template of modelDescription.xml.
@@ -43,10 +43,12 @@ class Interface(NamedTuple):
     texts: Mapping[str, str]
 
 
+FMI2_SOURCES = ("instance.c", "fmi2.c")
+FMI3_SOURCES = ("instance.c", "fmi3.c", "fmi3_no_clocks.c", "fmi3_unused.c")
 INTERFACES = {
     FmiVersion.FMI2: Interface(
         "fmu/modelDescription2.xml",
-        ("instance.c", "steps.c", "fmi2.c", "fmi2_steps.c"),
+        (*FMI2_SOURCES, "steps.c", "fmi2_steps.c"),
         ("instance.h", "steps.h"),
         ("fmi2FunctionTypes.h", "fmi2Functions.h", "fmi2TypesPlatform.h"),
         "FMI2_OVERRIDE_FUNCTION_PREFIX",
@@ -55,10 +57,7 @@ INTERFACES = {
     ),
     FmiVersion.FMI3: Interface(
         "fmu/modelDescription3.xml",
-        (
-            *("instance.c", "steps.c", "fmi3.c", "fmi3_steps.c"),
-            *("fmi3_no_events.c", "fmi3_no_clocks.c", "fmi3_no_equations.c", "fmi3_unused.c"),
-        ),
+        (*FMI3_SOURCES, "steps.c", "fmi3_steps.c", "fmi3_no_events.c", "fmi3_no_equations.c"),
         ("instance.h", "steps.h", "fmi3_common.h"),
         ("fmi3FunctionTypes.h", "fmi3Functions.h", "fmi3PlatformTypes.h"),
         "FMI3_OVERRIDE_FUNCTION_PREFIX",
@@ -68,9 +67,21 @@ INTERFACES = {
 }
 
 
-def interface_of(version: FmiVersion) -> Interface:
-    """What a version of FMI needs."""
-    return INTERFACES[version]
+EXCHANGES = {
+    FmiVersion.FMI2: INTERFACES[FmiVersion.FMI2]._replace(
+        sources=(*FMI2_SOURCES, "equations.c", "fmi2_equations.c"),
+        own_headers=("instance.h", "equations.h"),
+    ),
+    FmiVersion.FMI3: INTERFACES[FmiVersion.FMI3]._replace(
+        sources=(*FMI3_SOURCES, "equations.c", "fmi3_equations.c", "fmi3_no_steps.c"),
+        own_headers=("instance.h", "equations.h", "fmi3_common.h"),
+    ),
+}
+
+
+def interface_of(version: FmiVersion, part: Part) -> Interface:
+    """What a version of FMI needs: of equations for model exchange, else for co-simulation."""
+    return (EXCHANGES if part is Part.EQUATIONS else INTERFACES)[version]
 
 
 def platform_folder(version: FmiVersion) -> str:

@@ -16,6 +16,8 @@ __all__ = ["PARTS", "write_ssp"]
 
 PARTS = (Part.DEMAND, Part.CONTROLLER, Part.MACHINE)  # in the order in which each finds its inputs known
 
+OPEN = "external."  # what inputs begin with that are for units of others
+
 
 class Connection(NamedTuple):
     """From an output to an input of the same name."""
@@ -75,6 +77,8 @@ def connections(units: Mapping[Part, Unit]) -> Iterator[Connection]:
     for part in PARTS:
         for one in variables[part]:
             if one.kind is Kind.INPUT:
+                if one.name.startswith(OPEN):
+                    continue
                 if one.name not in outputs:
                     raise HydroservoError(f"the input {one.name} of the {part} is no output of another unit")
                 yield Connection(outputs[one.name], part, one.name)

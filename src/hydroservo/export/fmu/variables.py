@@ -8,11 +8,12 @@ from enum import Enum
 from typing import NamedTuple
 
 from hydroservo.errors import ParameterError
-from hydroservo.export.unit import Signal, Unit
+from hydroservo.export.unit import INTEGRATED, RATES, Part, Signal, Unit
 
 __all__ = ["Kind", "Variable", "variables_of"]
 
-NAME = re.compile(r"[A-Za-z_]\w*(\.[A-Za-z_]\w*)*", re.ASCII)  # FMI's structured names
+PLAIN = r"[A-Za-z_]\w*(\.[A-Za-z_]\w*)*"
+NAME = re.compile(rf"{PLAIN}|der\({PLAIN}\)", re.ASCII)  # FMI's structured names
 PERIOD = "period"  # the place of the sample period, which steps are counted in and which is compiled in
 
 
@@ -29,6 +30,8 @@ class Kind(Enum):
     INPUT = ("input", "discrete", "")
     OUTPUT = ("output", "discrete", "calculated")
     LOCAL = ("local", "discrete", "calculated")
+    INTEGRATED = ("output", "continuous", "calculated")
+    RATE = ("local", "continuous", "calculated")
 
 
 class Variable(NamedTuple):
@@ -45,6 +48,9 @@ class Variable(NamedTuple):
         vital: an integrated state, so that a run is lost with it.
         least: the smallest number that a parameter may be.
         most: the largest.
+        continuous: an input or output that may change at any instant.
+        nominal: its usual size; of what is integrated.
+        rate_of: the reference of the variable whose rate it is, 0 for none.
     """
 
     name: str
@@ -57,6 +63,9 @@ class Variable(NamedTuple):
     vital: bool = False
     least: float = -math.inf
     most: float = math.inf
+    continuous: bool = False
+    nominal: float = 1.0
+    rate_of: int = 0
 
     @property
     def causality(self) -> str:
@@ -65,7 +74,7 @@ class Variable(NamedTuple):
     @property
     def variability(self) -> str:
         """As the kind says, but that what is integrated is continuous."""
-        return "continuous" if self.vital else str(self.kind.value[1])
+        return "continuous" if self.vital or self.continuous else str(self.kind.value[1])
 
     @property
     def initial(self) -> str:
@@ -74,7 +83,7 @@ class Variable(NamedTuple):
     @property
     def has_start(self) -> bool:
         """True for what is not computed, nor the time."""
-        return self.kind not in (Kind.TIME, Kind.OUTPUT, Kind.LOCAL)
+        return self.kind is not Kind.TIME and self.initial != "calculated"
 
 
 def variables_of(exported: Unit) -> tuple[Variable, ...]:
@@ -84,7 +93,10 @@ def variables_of(exported: Unit) -> tuple[Variable, ...]:
         ParameterError: a name is there twice, or is none in FMI.
     """
     time = Variable("time", 0, Kind.TIME, "", "s", "time", 0.0)
-    found = (time, *(one._replace(reference=i) for i, one in enumerate(numbers(exported), 1)))
+    listed = of_equations(exported) if exported.part is Part.EQUATIONS else numbers(exported)
+    found = (time, *(one._replace(reference=i) for i, one in enumerate(listed, 1)))
+    references = {f"der({one.name})": one.reference for one in found}
+    found = tuple(one._replace(rate_of=references.get(one.name, 0)) for one in found)
     counts = Counter(one.name for one in found)
     for name, count in counts.items():
         if count > 1:
@@ -104,10 +116,27 @@ def numbers(exported: Unit) -> Iterator[Variable]:
         yield variable(one, state_kind(exported, one), "state")
 
 
+def of_equations(exported: Unit) -> Iterator[Variable]:
+    """Without what the importer does not see: its instant, the start, and when the load jumps next."""
+    for one in exported.parameters:
+        yield variable(one, parameter_kind(one), "parameters")
+    for argument in exported.arguments:
+        kind = Kind.INTEGRATED if argument.name == INTEGRATED else Kind.INPUT
+        if argument.name != "instant":
+            for one in argument.signals:
+                yield variable(one, kind, argument.name)._replace(continuous=True)
+    for one in exported.states:
+        if one.path.startswith(RATES):
+            rate = one._replace(path=f"der({one.path.removeprefix(RATES)})")
+            yield variable(rate, Kind.RATE, "state")
+        elif one.path.startswith(("outputs.", "load.")):
+            yield variable(one, Kind.OUTPUT, "state")._replace(continuous=True)
+
+
 def variable(signal: Signal, kind: Kind, record: str) -> Variable:
     place = f"{record}.{signal.place}"
     said = (signal.unit, signal.meaning, signal.value, signal.integrated, signal.least, signal.most)
-    return Variable(signal.path, 0, kind, place, *said)
+    return Variable(signal.path, 0, kind, place, *said, nominal=signal.nominal)
 
 
 def parameter_kind(signal: Signal) -> Kind:

@@ -24,9 +24,10 @@ EPOCH = (1980, 1, 1, 0, 0, 0)  # of every file in the zip, so that equal content
 def write_fmu(
     exported: Unit, path: Path | str, *, stop_time: float, version: FmiVersion = FmiVersion.FMI2
 ) -> Path:
-    """Write an export as an FMU for co-simulation, with a binary for this machine.
+    """Write an export as an FMU, with a binary for this machine.
 
-    The same export gives the same bytes with the same compiler. The file is written whole or not at all.
+    One of equations is for model exchange, others are for co-simulation. The same export gives the same bytes
+    with the same compiler. The file is written whole or not at all.
 
     Args:
         exported: what it holds; in double precision, with its parameters as variables.
@@ -56,7 +57,7 @@ def fmu_content(exported: Unit, stop_time: float, version: FmiVersion) -> dict[s
     files = fmu_files(exported, stop_time, version)
     binary = f"{exported.prefix}{binary_ending()}"
     content = {name: text.encode() for name, text in files.items()}
-    unprefixed = interface_of(version).unprefixed
+    unprefixed = interface_of(version, exported.part).unprefixed
     content[f"binaries/{platform_folder(version)}/{binary}"] = built(files, binary, unprefixed)
     return content
 
