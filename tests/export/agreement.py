@@ -12,7 +12,7 @@ from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.unit import Part
 from needs import needs
 
-__all__ = ["assert_same_run", "same_bits"]
+__all__ = ["assert_same_run", "run_in_c", "same_bits"]
 
 
 def same_bits(a: Rows, b: Rows) -> NDArray[np.bool_]:
@@ -22,16 +22,23 @@ def same_bits(a: Rows, b: Rows) -> NDArray[np.bool_]:
 
 def assert_same_run(loop: Loop, folder: Path, *, compiled: bool) -> None:
     """A whole loop in C gives the bits of its strict simulation."""
+    data = simulate(loop, strict=compiled, compiled=compiled)
+    found = run_in_c(loop, folder)
+    for path, values in found.items():
+        assert same_bits(data[path].values, values).all(), path
+    assert set(found) == {path for path in data.data_vars if data[path].dims}
+
+
+def run_in_c(loop: Loop, folder: Path) -> dict[str, NDArray[np.float64]]:
+    """What a loop in C gives where its simulation records, by path."""
     needs("gcc")
     unit = exported_unit(loop, Part.LOOP, prefix="loop", title="a loop")
-    data = simulate(loop, strict=compiled, compiled=compiled)
-    stride = round(loop.simulation.record_period / loop.simulation.period)
-    count = data.sizes["time"]
+    simulation = loop.simulation
+    stride = round(simulation.record_period / simulation.period)
+    count = round(simulation.duration / simulation.period) // stride + 1
     built = library(unit, folder)
     later = built.run(np.empty(((count - 1) * stride, 0)))[stride - 1 :: stride]
     rows = np.vstack([built.start(), later])
-    for i, signal in enumerate(unit.states):
-        if signal.path != "sample":
-            assert same_bits(data[signal.path].values, np.ascontiguousarray(rows[:, i])).all(), signal.path
-    paths = {path for path in data.data_vars if data[path].dims}
-    assert paths == {signal.path for signal in unit.states} - {"sample"}
+    columns = {signal.path: np.ascontiguousarray(rows[:, i]) for i, signal in enumerate(unit.states)}
+    del columns["sample"]
+    return columns

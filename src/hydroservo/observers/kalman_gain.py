@@ -14,6 +14,8 @@ __all__ = ["rates_of", "steady_gain"]
 
 Matrix = NDArray[np.float64]
 
+DIGITS = 9  # of a gain: LAPACK's last ones differ from processor to processor, by some 1e-13
+
 
 def rates_of(model: DesignModel) -> Matrix:
     """d/dt of [x1, x2, d_L1, d_L2] at rest, shape (4, 4)."""
@@ -37,7 +39,8 @@ def steady_gain(
         period: sample period [s].
 
     Returns:
-        Shape (n, 2).
+        Shape (n, 2), in nine digits: LAPACK's last ones are others on another processor, and a run is to have
+        the same bits there.
 
     Raises:
         ParameterError: there is no steady state, or it is out of the reach of floating-point numbers.
@@ -58,7 +61,7 @@ def steady_gain(
             gain = np.full((size, 2), np.nan)
     if not np.isfinite(gain).all():
         raise unreachable(observer, period)
-    return gain
+    return np.array([[float(f"{one:.{DIGITS}g}") for one in row] for row in gain])
 
 
 def unreachable(observer: Block, period: float) -> ParameterError:

@@ -1,0 +1,18 @@
+"""The built-in scenarios give the bits that they gave before."""
+
+import pytest
+
+from digests import digests_of, stored
+from hydroservo.scenario import builtin_scenarios
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("scenario", builtin_scenarios())
+def test_strict_results_are_as_they_were(scenario: str) -> None:
+    before, now = stored()[scenario], digests_of(scenario)
+    assert {name: digest for name, digest in now.items() if before.get(name) != digest} == {}
+    assert set(now) == set(before)
+
+
+def test_each_scenario_has_digests() -> None:
+    assert set(stored()) == set(builtin_scenarios())
