@@ -27,6 +27,7 @@ from typing import Any, Protocol
 
 from hydroservo.errors import ParameterError
 from hydroservo.field import Field, declared_fields
+from hydroservo.nearest import nearest
 from hydroservo.signals import (
     Correction,
     Demand,
@@ -375,21 +376,31 @@ def value_at(block: Block, path: str) -> Any:
     """The value at a dotted path, such as ``controller.observer.d1``.
 
     Raises:
-        KeyError: no such path; the message lists the names that exist there.
+        ParameterError: no such path; the message lists the names that exist there, and the nearest path.
     """
+    value = block
     for name in path.split("."):
-        if not is_block(block) or name not in block._fields:
-            names = ", ".join(block._fields) if is_block(block) else "none: it is a number"
-            raise KeyError(f"no {name!r} in path {path!r}; the names there are {names}")
-        block = getattr(block, name)
-    return block
+        if not is_block(value) or name not in value._fields:
+            names = ", ".join(value._fields) if is_block(value) else "none: it is a number"
+            near = nearest(path, paths(block))
+            raise ParameterError("path", path, f"no {name!r} there; the names are {names}{near}")
+        value = getattr(value, name)
+    return value
+
+
+def paths(block: Block, prefix: str = "") -> Iterator[str]:
+    """The dotted path of each number and of each block in a block."""
+    for name, value in block._asdict().items():
+        yield prefix + name
+        if is_block(value):
+            yield from paths(value, f"{prefix}{name}.")
 
 
 def field_at(block: Block, path: str) -> Field:
     """The declaration of the number at a dotted path; its name alone where it has none.
 
     Raises:
-        KeyError: no such path.
+        ParameterError: no such path.
     """
     parent, _, name = path.rpartition(".")
     value_at(block, path)
@@ -401,7 +412,7 @@ def replace(block: Block, changes: Mapping[str, Any]) -> Block:
     """A copy of a block with the values at dotted paths exchanged.
 
     Raises:
-        KeyError: a path does not exist.
+        ParameterError: a path does not exist; the message has the nearest that does.
     """
     for path, value in changes.items():
         value_at(block, path)

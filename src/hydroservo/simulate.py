@@ -120,9 +120,12 @@ def ready(loop: Loop) -> Loop:
     """The loop with its parameters checked, its plant at rest and its controller designed.
 
     Raises:
-        ParameterError: a parameter is out of range, allows no design or no start at rest, or does not go with
-            another.
+        ParameterError: what stands for a block is none; or a parameter is out of range, allows no design or
+            no start at rest, or does not go with another.
     """
+    for name, block in loop._asdict().items():
+        if not is_block(block):
+            raise ParameterError(name, block, "must be a block: a NamedTuple with the methods of its role")
     loop = checked(loop)
     check_substeps(loop)
     loop = with_exact_delay(loop)
@@ -212,7 +215,7 @@ def first_state(loop: Loop) -> Block:
             "add a sensor for it, or take a law that does without"
         ) from None
     except Exception as error:  # whatever a block stumbles over
-        raise LoopError(f"{law} does not fit this loop: {error} ({place_of(error)})") from error
+        raise LoopError(f"{at_fault(loop, error)}: {error} ({place_of(error)})") from error
     for (path, before), (path_after, value) in zip(parts(state), parts(after), strict=False):
         if path != path_after or (is_block(before) and type(before) is not type(value)):
             raise LoopError(
@@ -222,6 +225,17 @@ def first_state(loop: Loop) -> Block:
         if not is_block(before) and not (type(before) is float and isinstance(value, (float, Unmeasured))):
             raise LoopError(f"state {path} must be a float (1.0, not 1) in init and after each step")
     return state
+
+
+def at_fault(loop: Loop, error: Exception) -> str:
+    """Which block does not fit: the last one that ran, or that lacks what was asked of it."""
+    frames = [frame for frame, _ in traceback.walk_tb(error.__traceback__)]
+    ran = [getattr(error, "obj", None), *(frame.f_locals.get("self") for frame in reversed(frames))]
+    for block in filter(is_block, ran):
+        for name, own in loop._asdict().items():
+            if any(part is block for _, part in parts(own)):
+                return f"the {name} {named(own, name)} does not fit this loop"
+    return "the blocks of this loop do not fit"
 
 
 def place_of(error: BaseException) -> str:
@@ -302,8 +316,8 @@ def recordable(state: Block, path: str) -> Field:
     """
     try:
         value = value_at(state, path)
-    except KeyError as error:
-        raise ParameterError("record", path, error.args[0]) from None
+    except ParameterError as error:
+        raise ParameterError("record", path, error.allowed) from None
     if not isinstance(value, float):
         raise ParameterError("record", path, "not a number but a group; name one number in it")
     return field_at(state, path)

@@ -163,8 +163,8 @@ def check(aim: Aim, ranges: Mapping[str, tuple[float, float]]) -> None:
         for loop in aim.loops:
             try:
                 present, field = value_at(loop, path), field_at(loop, path)
-            except KeyError as error:
-                raise ParameterError("ranges", path, error.args[0]) from None
+            except ParameterError as error:
+                raise ParameterError("ranges", path, error.allowed) from None
             if not isinstance(present, float):
                 raise ParameterError("ranges", path, "must be the path of a float")
             if not (low < high and within(low, field) and within(high, field)):

@@ -87,8 +87,8 @@ def versions(block: Block, columns: Columns) -> Iterator[Any]:
 def column(loop: Loop, path: str, values: ArrayLike) -> NDArray[np.float64]:
     try:
         present = value_at(loop, str(path))
-    except KeyError as error:
-        raise ParameterError("parameters", path, error.args[0]) from None
+    except ParameterError as error:
+        raise ParameterError("parameters", path, error.allowed) from None
     if path != SEED and (not isinstance(present, float) or path.startswith(("simulation.", "hold."))):
         wanted = "must be a float outside the simulation and hold blocks, or the seed"
         raise ParameterError("parameters", path, wanted)

@@ -45,7 +45,7 @@ def test_an_interrupt_stops_the_batch() -> None:
     ("parameters", "message"),
     [
         ({}, "must name at least one parameter"),
-        ({"plant.mss": MASSES}, "no 'mss' in path 'plant.mss'"),
+        ({"plant.mss": MASSES}, "no 'mss' there"),
         ({"plant": MASSES}, "must be a float outside the simulation and hold blocks"),
         ({"simulation.period": MASSES}, "must be a float outside the simulation and hold blocks"),
         ({"plant.as_printed": MASSES}, "must be a float outside the simulation and hold blocks"),

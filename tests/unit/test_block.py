@@ -4,6 +4,7 @@ from typing import Annotated, NamedTuple
 
 import pytest
 
+from hydroservo import ParameterError
 from hydroservo.block import Block, Field, declared_fields, is_block, leaves, replace, value_at
 
 
@@ -42,16 +43,16 @@ def test_value_at_a_path(path: str, value: object) -> None:
 @pytest.mark.parametrize(
     ("path", "says"),
     [
-        ("mas", "no 'mas' in path 'mas'; the names there are mass, inner, last"),
-        ("inner.gian", "no 'gian' in path 'inner.gian'; the names there are gain, flag"),
-        ("mass.unit", "no 'unit' in path 'mass.unit'; the names there are none: it is a number"),
+        ("mas", "no 'mas' there; the names are mass, inner, last; did you mean mass?"),
+        ("inner.gian", "no 'gian' there; the names are gain, flag; did you mean inner.gain?"),
+        ("mass.unit", "no 'unit' there; the names are none: it is a number; did you mean mass?"),
     ],
 )
 def test_an_unknown_path_lists_the_names_there(path: str, says: str) -> None:
-    with pytest.raises(KeyError) as error:
+    with pytest.raises(ParameterError) as error:
         value_at(Outer(), path)
-    assert error.value.args == (says,)
-    with pytest.raises(KeyError):
+    assert str(error.value) == f"path = {path!r}: {says}"
+    with pytest.raises(ParameterError, match="there; the names are"):
         replace(Outer(), {path: 1.0})
 
 

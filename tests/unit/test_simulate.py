@@ -11,13 +11,15 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from hydroservo import Loop, LoopError, ParameterError, Simulation, ops, replace, simulate
+from hydroservo import HydroservoError, Loop, LoopError, ParameterError, Simulation, ops, replace, simulate
 from hydroservo.block import Block, Field
 from hydroservo.controllers import PI
+from hydroservo.holds import ZeroOrderHoldState
 from hydroservo.metrics import METRIC_FIELDS
 from hydroservo.references import Step
 from hydroservo.signals import Demand, Measurement
 from hydroservo.simulate import trace_size, whole
+from hydroservo.valves import Orifice
 
 SIMULATE = import_module("hydroservo.simulate")  # the package's attribute of that name is the function
 PATHS = ["plant.velocity", "controller.u", "disturbance.d2"]
@@ -103,11 +105,11 @@ def test_the_first_row_is_the_start() -> None:
 @pytest.mark.parametrize(
     ("record", "says"),
     [
-        ("plant.speed", "no 'speed' in path 'plant.speed'; the names there are velocity, load_force, pos"),
-        ("motor.speed", "no 'motor' in path 'motor.speed'; the names there are plant, valve, supply, "),
+        ("plant.speed", "no 'speed' there; the names are velocity, load_force, pos"),
+        ("motor.speed", "no 'motor' there; the names are plant, valve, supply, "),
         ("plant", "not a number but a group; name one number in it"),
-        ("plant.velocity.x", "no 'x' in path 'plant.velocity.x'; the names there are none: it is a number"),
-        ("", "no '' in path ''; the names there are plant"),
+        ("plant.velocity.x", "no 'x' there; the names are none: it is a number"),
+        ("", "no '' there; the names are plant"),
     ],
 )
 def test_an_unknown_path_is_refused(record: str, says: str) -> None:
@@ -352,11 +354,47 @@ class Stumbling(NamedTuple):
         return UserState(0.1)
 
 
+class Sketch(NamedTuple):
+    """A valve and a plant that lack what a loop asks of them, or stumble over it."""
+
+    gain: float = 1.0
+    orifice: Orifice = Orifice()
+    stroke: float = 1.0
+
+    def init(self) -> ZeroOrderHoldState:
+        return ZeroOrderHoldState()
+
+    def opening(self, s: ZeroOrderHoldState, u: float) -> float:
+        return u + math.sqrt(-1.0)
+
+
+@pytest.mark.parametrize(
+    ("changes", "says"),
+    [
+        ({"plant": 3}, "plant = 3: must be a block: a NamedTuple with the methods of its role"),
+        ({"valve": 3.0}, "valve = 3.0: must be a block: a NamedTuple with the methods of its role"),
+        ({"plant": Sketch()}, "the plant Sketch does not fit this loop: 'Sketch' object has no attribute"),
+        ({"valve": Sketch()}, "the valve Sketch does not fit this loop: math domain error"),
+        ({"load": Orifice()}, "the load Orifice does not fit this loop: 'Orifice' object has no attribute"),
+    ],
+)
+def test_what_does_not_fit_is_named(changes: dict[str, object], says: str) -> None:
+    with pytest.raises(HydroservoError) as error:
+        simulate(EVERY_SAMPLE._replace(**changes), compiled=False)  # type: ignore[arg-type]
+    assert str(error.value).startswith(says)
+
+
 @pytest.mark.parametrize(
     ("law", "says"),
     [
-        (Stumbling(), r"Stumbling does not fit this loop: one\\ntwo \(.*test_simulate.py, line \d+\)"),
-        (Stumbling(endless=True), "Stumbling does not fit this loop: maximum recursion depth exceeded .*"),
+        (
+            Stumbling(),
+            r"the controller Stumbling does not fit this loop: one\\ntwo \(.*test_simulate.py, line \d+\)",
+        ),
+        (
+            Stumbling(endless=True),
+            "the controller Stumbling does not fit this loop: maximum recursion depth exceeded .*",
+        ),
         (Stumbling(later=True), r".*Stumbling stopped: RuntimeError: one\\ntwo \(.*simulate.py, line \d+\)"),
     ],
 )

@@ -255,7 +255,7 @@ def test_a_metric_that_a_loop_does_not_have_is_refused() -> None:
         (Aim([SINE], [math.nan]), WIDE, "weights"),
         (Aim([SINE], [1.0], seeds=0), WIDE, "seeds = 0: must be a whole number from 1 on"),
         (Aim([SINE], [1.0]), {}, "must name at least one parameter"),
-        (Aim([SINE], [1.0]), {"controller.gain": (1.0, 2.0)}, "no 'gain' in path 'controller.gain'"),
+        (Aim([SINE], [1.0]), {"controller.gain": (1.0, 2.0)}, "no 'gain' there"),
         (Aim([SINE], [1.0]), {"controller": (1.0, 2.0)}, "must be the path of a float"),
         (Aim([SINE], [1.0]), {"simulation.seed": (1.0, 2.0)}, "must be the path of a float"),
         (Aim([SINE], [1.0]), {"simulation.period": (1e-3, 2e-3)}, "outside the simulation and hold blocks"),

@@ -133,7 +133,7 @@ def check(runs: int, seed: int, metric: str, varies: bool) -> None:
     """
     from hydroservo.errors import HydroservoError, ParameterError
     from hydroservo.metrics import FLAGS, METRIC_FIELDS
-    from hydroservo.scenario.names import one_of
+    from hydroservo.nearest import one_of
 
     if not 1 <= runs <= MOST:
         raise ParameterError("--runs", runs, f"must be a whole number from 1 to {MOST}")

@@ -58,7 +58,7 @@ def described(error: OSError) -> str:
 
 def misused(error: Any) -> str:
     """What is wrong with the words of a command, and where it is said what they may be."""
-    from hydroservo.scenario.names import nearest
+    from hydroservo.nearest import nearest
 
     words = error.ctx.command_path.split(" ")[1:] if error.ctx else []
     path = " ".join(["hydroservo", *words])  # whatever the program was started as

@@ -176,7 +176,7 @@ def check(metric: str, candidates: int, seeds: int, seed: int, ranges: Sequence[
     """
     from hydroservo.errors import HydroservoError, ParameterError
     from hydroservo.metrics import SMALLER_IS_BETTER
-    from hydroservo.scenario.names import one_of
+    from hydroservo.nearest import one_of
 
     limits = (
         ("--candidates", candidates, 1, MOST_CANDIDATES),

@@ -14,9 +14,9 @@ from hydroservo.checks import allowed, within
 from hydroservo.errors import ScenarioError, short
 from hydroservo.field import Field
 from hydroservo.loop import Loop
+from hydroservo.nearest import nearest, one_of
 from hydroservo.scenario.build import Argument
 from hydroservo.scenario.load import Machine, with_nominal
-from hydroservo.scenario.names import nearest, one_of
 from hydroservo.scenario.overrides import PATH
 from hydroservo.scenario.quantities import si_value
 from hydroservo.varied import SEED, Columns

@@ -9,8 +9,8 @@ from hydroservo.block import Block
 from hydroservo.checks import allowed, checked, number
 from hydroservo.errors import ParameterError
 from hydroservo.field import Field, declared_fields
+from hydroservo.nearest import one_of
 from hydroservo.plants.design_model import DesignModel
-from hydroservo.scenario.names import one_of
 from hydroservo.scenario.plugins import is_block_class
 from hydroservo.scenario.quantities import si_value
 from hydroservo.scenario.recordings import recorded

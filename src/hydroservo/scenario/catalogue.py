@@ -8,8 +8,8 @@ from importlib.resources.abc import Traversable
 from pathlib import Path
 
 from hydroservo.errors import ScenarioError, one_line
+from hydroservo.nearest import nearest
 from hydroservo.scenario.files import exists, read_text
-from hydroservo.scenario.names import nearest
 from hydroservo.scenario.tables import Origin
 
 __all__ = ["builtin_scenarios", "located", "scenario_source"]

@@ -10,9 +10,9 @@ from numpy.typing import ArrayLike, NDArray
 from hydroservo.block import Block, field_at, is_block, leaves
 from hydroservo.checks import number
 from hydroservo.errors import ParameterError, ScenarioError
+from hydroservo.nearest import nearest
 from hydroservo.scenario.build import Draft
 from hydroservo.scenario.load import Assembly, Machine, assembled, with_nominal
-from hydroservo.scenario.names import nearest
 from hydroservo.varied import Columns, vector
 
 __all__ = ["columns_of", "datasheet_columns"]

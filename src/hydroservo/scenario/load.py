@@ -9,10 +9,10 @@ from hydroservo.block import Block, at_rest, field_at, leaves, value_at
 from hydroservo.checks import consistent
 from hydroservo.errors import ParameterError, ScenarioError
 from hydroservo.loop import Loop
+from hydroservo.nearest import one_of
 from hydroservo.plants.design_model import DesignModel
 from hydroservo.scenario.build import Argument, Draft, draft, hints
 from hydroservo.scenario.catalogue import located
-from hydroservo.scenario.names import one_of
 from hydroservo.scenario.overrides import nested
 from hydroservo.scenario.plugins import load_plugin
 from hydroservo.scenario.registry import names_in_role

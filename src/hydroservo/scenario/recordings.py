@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 
 from hydroservo.errors import HydroservoWarning, ParameterError, ScenarioError, one_line, short
 from hydroservo.field import Field
+from hydroservo.nearest import one_of
 from hydroservo.record_coverage import remember_source
 from hydroservo.scenario.decimals import Decimals, number
 from hydroservo.scenario.delimited import delimiter, numbered_rows
 from hydroservo.scenario.files import exists, read_text
-from hydroservo.scenario.names import one_of
 from hydroservo.scenario.quantities import unit_factor
 from hydroservo.scenario.tables import Table
 from hydroservo.scenario.units import factor_and_dimension

@@ -20,7 +20,7 @@ from hydroservo import (
     supplies,
     valves,
 )
-from hydroservo.scenario.names import one_of
+from hydroservo.nearest import one_of
 from hydroservo.scenario.plugins import is_block_class, plugin_classes
 from hydroservo.scenario.tables import Entry
 

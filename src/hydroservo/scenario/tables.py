@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from hydroservo.errors import ScenarioError, short
-from hydroservo.scenario.names import one_of
+from hydroservo.nearest import one_of
 
 __all__ = ["DEEPEST", "Entry", "Origin", "Table", "parsed"]
 

@@ -7,7 +7,7 @@ from functools import cache, lru_cache
 from typing import Any
 
 from hydroservo.errors import short
-from hydroservo.scenario.names import nearest
+from hydroservo.nearest import nearest
 
 __all__ = ["factor_and_dimension"]
 

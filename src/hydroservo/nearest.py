@@ -5,7 +5,7 @@ from difflib import get_close_matches
 
 __all__ = ["nearest", "one_of"]
 
-LONGEST = 64  # characters; no right name is longer, and matching takes the square of it
+LONGEST = 64  # characters; hardly a right name is longer, and matching takes the square of it
 
 
 def nearest(wrong: str, right: Iterable[str]) -> str:
