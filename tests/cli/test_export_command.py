@@ -179,6 +179,27 @@ def test_an_fmu_of_the_machine_in_json(compiler, tmp_path, unit):
     assert (tmp_path / "m.fmu").exists()
 
 
+def test_an_fmu_with_a_clock(compiler, tmp_path):
+    options = ("--fmi", 3, "--clocked", "--out", tmp_path / "law.fmu")
+    said = succeeded("export", "fmu", "paper/sine-pi", *SHORT, *options)
+    assert said.splitlines()[0].endswith("FMI 3, a clock of 1e-05 s")
+    about = json.loads(succeeded("export", "fmu", "paper/sine-pi", *SHORT, *options, "--json"))
+    assert about["clocked"] is True
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ((), "clocked = True: FMI 2.0 has no clocks; take FMI 3.0"),
+        (("--fmi", 3, "--unit", "demand"), "clocked = True: only a controller can have a clock"),
+    ],
+)
+def test_what_cannot_have_a_clock_is_said_in_one_line(tmp_path, options, message):
+    out = ("--clocked", "--out", tmp_path / "law.fmu")
+    assert message in failed("export", "fmu", "paper/sine-pi", *SHORT, *options, *out)
+    assert not list(tmp_path.iterdir())
+
+
 def test_one_input_is_an_input(compiler, tmp_path):
     said = succeeded("export", "fmu", "paper/sine-pi", "--unit", "machine", "--out", tmp_path / "m.fmu")
     assert said.startswith("Machine of scenario paper/sine-pi: 1 input, ")

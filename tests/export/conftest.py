@@ -3,14 +3,13 @@
 from collections.abc import Iterator
 from pathlib import Path
 
-import fmpy
 import pytest
-from fmus import Instance, mass
+from fmus import Instance, mass, unpacked
 from projects import scenario, unit
 from toy import toy
 
 from hydroservo.export.c.vectors import Vectors
-from hydroservo.export.fmu import FmiVersion, write_fmu
+from hydroservo.export.fmu import FmiVersion
 from hydroservo.export.unit import Precision, Unit
 from hydroservo.loop import Loop
 
@@ -18,11 +17,6 @@ from hydroservo.loop import Loop
 @pytest.fixture(scope="module", params=FmiVersion, ids=lambda version: version.name)
 def version(request: pytest.FixtureRequest) -> FmiVersion:
     return request.param
-
-
-def unpacked(exported: Unit, version: FmiVersion, folder: Path) -> Path:
-    file = write_fmu(exported, folder / "one.fmu", stop_time=1.0, version=version)
-    return Path(fmpy.extract(str(file), unzipdir=str(folder / "unpacked")))
 
 
 @pytest.fixture(scope="module")

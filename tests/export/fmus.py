@@ -9,7 +9,7 @@ import fmpy
 from by_hand import by_hand
 from fmpy import fmi2, fmi3
 
-from hydroservo.export.fmu import FmiVersion
+from hydroservo.export.fmu import FmiVersion, write_fmu
 from hydroservo.export.unit import Argument, Part, Signal, Unit
 
 HEADER = """\
@@ -96,6 +96,12 @@ def mass() -> Unit:
     )
 
 
+def unpacked(exported: Unit, version: FmiVersion, folder: Path, *, clocked: bool = False) -> Path:
+    """The folder of an export's FMU, which lies beside it."""
+    file = write_fmu(exported, folder / "one.fmu", stop_time=1.0, version=version, clocked=clocked)
+    return Path(fmpy.extract(str(file), unzipdir=str(folder / "unpacked")))
+
+
 class Instance:
     """One instance of an unpacked FMU, in the words that both versions share."""
 
@@ -119,7 +125,11 @@ class Instance:
             )
             self.slave.instantiate(callbacks=callbacks, loggingOn=log)
         else:
-            self.slave.instantiate(logMessage=lambda _, __, *said: self.heard(*said), loggingOn=log)
+            self.slave.instantiate(
+                logMessage=lambda _, __, *said: self.heard(*said),
+                loggingOn=log,
+                eventModeUsed=bool(description.coSimulation.hasEventMode),
+            )
 
     def heard(self, category: bytes, text: bytes) -> None:
         self.messages.append((category.decode(), text.decode()))
@@ -171,6 +181,13 @@ class Instance:
         assert not any(one.value for one in results)
         assert last.value == self.get("time")[0]
         return int(status)
+
+    def tick(self, values: Mapping[str, float]) -> None:
+        """One sample of a clock, from the event mode on and into the step mode."""
+        self.slave.setClock([self.references["sample"]], [True])
+        self.set(values)
+        self.slave.updateDiscreteStates()
+        self.slave.enterStepMode()
 
     def save(self) -> c_void_p:
         return self.slave.getFMUState()

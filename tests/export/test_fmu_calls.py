@@ -92,7 +92,7 @@ def test_start_and_stop_must_be_times(one: Instance) -> None:
 
 
 def test_unknown_value_references_are_refused(one: Instance) -> None:
-    assert "no variable has the value reference 10" in refused(one, "get_references", [7, 10])
+    assert "no variable of this type has the value reference 10" in refused(one, "get_references", [7, 10])
     one.slave.reset()
     one.references["beyond"] = 4_294_967_295
     assert "value reference 4294967295" in refused(one, "set", {"beyond": 1.0})

@@ -21,6 +21,7 @@ from needs import needs
 
 FLAGS = ("-std=c99", "-O2", *BITS, *AS_LIBRARY)
 STRICT = ("-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Wstrict-prototypes", "-Werror")
+CLOCKED = "clocked"
 SANITIZED = ("-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
 UNNEEDED = {  # of FMI 2.0, by what an FMU is for
     "toy": "Functions for FMI2 for Model Exchange.*?Functions for FMI2 for Co-Simulation",
@@ -29,13 +30,15 @@ UNNEEDED = {  # of FMI 2.0, by what an FMU is for
 LIBRARY = re.compile(r"(mem(cpy|set|cmp)|bcmp|str(cmp|len)|calloc|free|sqrt|__\w+_chk|__stack_chk_fail)\b")
 
 
-@pytest.fixture(scope="module", params=FmiVersion, ids=lambda version: version.name)
+@pytest.fixture(scope="module", params=[*FmiVersion, CLOCKED], ids=["FMI2", "FMI3", CLOCKED])
 def sources(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
-    """The folder of each export's sources."""
+    """The folder of each export's sources; of the controller with a clock, where that is asked for."""
+    clocked = request.param == CLOCKED
+    version = FmiVersion.FMI3 if clocked else request.param
     found = {}
     for one in (toy(), mass(), equations()):
         folder = tmp_path_factory.mktemp(one.prefix)
-        for name, text in fmu_files(one, 1.0, request.param).items():
+        for name, text in fmu_files(one, 1.0, version, clocked and one.command).items():
             (folder / name).parent.mkdir(parents=True, exist_ok=True)
             (folder / name).write_text(text)
         found[one.prefix] = folder / "sources"
@@ -104,6 +107,16 @@ def test_two_fmus_fit_into_one_program(sources: dict[str, Path], tmp_path: Path)
         objects += own
     run(tmp_path, "gcc", *objects, driver(sources["mass"], tmp_path), "-o", "both", "-lm")
     assert run(tmp_path, "./both") == "2 instances, 1000 samples\n"
+
+
+@pytest.mark.parametrize("sources", [CLOCKED], indirect=True)
+def test_random_calls_of_a_clock_are_answered_as_fmi_has_them(
+    sources: dict[str, Path], tmp_path: Path
+) -> None:
+    folder, words = sources["toy"], ("-O1", *SANITIZED)
+    calls = one_object(folder, Path(__file__).parent / "clock_driver.c", tmp_path / "calls.o", *words)
+    run(tmp_path, "gcc", *words, *compiled(folder, tmp_path, *words), calls, "-o", "calls", "-lm")
+    assert run(tmp_path, "./calls") == "300000 calls\n"
 
 
 def compiled(folder: Path, out: Path, *words: str) -> list[str]:

@@ -1,5 +1,6 @@
 """Prefixes and titles of exports."""
 
+from importlib import resources
 from pathlib import Path
 
 import fmpy
@@ -13,6 +14,8 @@ from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.prefix import checked_prefix, default_prefix
 from hydroservo.export.unit import Part, Precision
 from hydroservo.loop import Loop
+
+FMU_SOURCES = sorted(file.name for file in (resources.files("hydroservo.export.fmu") / "sources").iterdir())
 
 
 @pytest.mark.parametrize(
@@ -55,6 +58,12 @@ def test_the_prefix_comes_from_the_scenarios_name(name: str, prefix: str) -> Non
 def test_a_prefix_that_names_cannot_begin_with(prefix: str, loop: Loop) -> None:
     with pytest.raises(ParameterError, match=r"^prefix = "):
         exported_unit(loop, Part.CONTROLLER, prefix=prefix, title=TITLE)
+
+
+@pytest.mark.parametrize("file", ["model.c", *FMU_SOURCES])
+def test_no_source_of_an_fmu_has_the_name_of_another(file: str) -> None:
+    with pytest.raises(ParameterError, match="no name that C or FMI has taken"):
+        checked_prefix(Path(file).stem)
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,7 @@
 """The toy's PI as an FMU: its variables, its equal in Python, and calls of it that must fail."""
 
+from collections.abc import Callable
+
 import pytest
 from fmpy.fmi1 import FMICallException
 from fmus import Instance
@@ -14,6 +16,7 @@ __all__ = [
     "WARNING",
     "Replica",
     "discarded",
+    "refusal",
     "refused",
 ]
 
@@ -37,18 +40,23 @@ class Replica:
 
 def refused(instance: Instance, call: str, *arguments: object) -> str:
     """The message of a call that must fail."""
-    return said(instance, call, arguments, ERROR, "logStatusError")
+    return refusal(instance, lambda: getattr(instance, call)(*arguments))
+
+
+def refusal(instance: Instance, call: Callable[[], object]) -> str:
+    """The message of calls of which the last must fail."""
+    return said(instance, call, ERROR, "logStatusError")
 
 
 def discarded(instance: Instance, call: str, *arguments: object) -> str:
     """The message of a call that must change nothing, and leave the instance as usable as it was."""
-    return said(instance, call, arguments, DISCARD, "logStatusDiscard")
+    return said(instance, lambda: getattr(instance, call)(*arguments), DISCARD, "logStatusDiscard")
 
 
-def said(instance: Instance, call: str, arguments: tuple[object, ...], status: int, category: str) -> str:
+def said(instance: Instance, call: Callable[[], object], status: int, category: str) -> str:
     instance.messages.clear()
     with pytest.raises(FMICallException) as caught:
-        getattr(instance, call)(*arguments)
+        call()
     assert caught.value.status == status
     ((found, text),) = instance.messages
     assert found == category

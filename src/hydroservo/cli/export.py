@@ -129,29 +129,36 @@ def fmu(
     unit: UnitOption = Part.CONTROLLER,
     prefix: Prefix = None,
     version: Annotated[FmiVersion, typer.Option("--fmi", help="Version of the standard.")] = FmiVersion.FMI2,
+    clocked: Annotated[
+        bool,
+        typer.Option("--clocked", help="Take samples at the ticks of a clock; of a controller, in FMI 3."),
+    ] = False,
     json: Json = False,
 ) -> None:
     """Write a functional mock-up unit: of a machine's equations for model exchange, else for co-simulation.
 
-    The communication step of the latter is the scenario's sample period. It holds C and a binary for this
-    computer, no Python. The C is held against Python before it is written, as for export c.
+    The communication step of the latter is the scenario's sample period, or with a clock any. It holds C and
+    a binary for this computer, no Python. The C is held against Python before it is written, as for export c.
 
     Examples:
 
     - `hydroservo export fmu paper/sine-tsmc --out controller.fmu`
     - `hydroservo export fmu rig/encoder-pi-sine --unit machine --fmi 3 --out machine.fmu`
     - `hydroservo export fmu rig/excavator-link --unit equations --out axis.fmu`
+    - `hydroservo export fmu rig/1khz-tsmc-sine --fmi 3 --clocked --out controller.fmu`
     """
     from hydroservo.cli.progress import progress_bar
     from hydroservo.cli.proofs import proof_line
     from hydroservo.cli.writing import write_or_keep
     from hydroservo.export.c.proof import proven_vectors
-    from hydroservo.export.fmu import check_tools, checked_ending, variables_of, write_fmu
+    from hydroservo.export.fmu import check_clock, check_tools, checked_ending, variables_of, write_fmu
     from hydroservo.outputs import check_outputs
     from hydroservo.results import as_json
 
     loop = loaded(scenario, changes, plugins)
     check_outputs([checked_ending(out)])
+    if clocked:
+        check_clock(version, unit)
     check_tools()
     stop_time = loop.simulation.duration
     with progress_bar("translating") as report:
@@ -161,15 +168,18 @@ def fmu(
         report(0.9, "writing the FMU")
         write_or_keep(
             out.parent,
-            lambda place: [write_fmu(found, place / out.name, stop_time=stop_time, version=version)],
+            lambda place: [
+                write_fmu(found, place / out.name, stop_time=stop_time, version=version, clocked=clocked)
+            ],
         ).check()
     if json:
         about = {**identity(scenario, unit, found), "proof": proof._asdict()}
-        typer.echo(as_json({**about, "fmi": version, "file": str(out)}))
+        typer.echo(as_json({**about, "fmi": version, "clocked": clocked, "file": str(out)}))
         return
     kinds = Counter(one.causality for one in variables_of(found))
     counts = [counted(kinds[kind], kind) for kind in ("input", "output")]
-    means = "model exchange" if unit is Part.EQUATIONS else f"steps of {found.period:g} s"
+    samples = f"{'a clock' if clocked else 'steps'} of {found.period:g} s"
+    means = "model exchange" if unit is Part.EQUATIONS else samples
     parameters = counted(len(found.parameters), "parameter")
     typer.echo(f"{found.title}: {', '.join([*counts, parameters])}, FMI {version}, {means}")
     typer.echo(proof_line(proof, found.prefix))

@@ -15,7 +15,7 @@ TAKEN = re.compile(
     "assert|complex|ctype|errno|fenv|float|inttypes|iso646|limits|locale|math|setjmp|signal|stdarg|stdbool|"
     "stddef|stdint|stdio|stdlib|string|tgmath|time|wchar|wctype|"
     # sources of an FMU, and the headers of FMI
-    "instance|model|steps|equations|ticks|fmi2.*|fmi3.*"
+    "instance|model|samples|steps|ticks|equations|fmi2.*|fmi3.*"
 )
 
 

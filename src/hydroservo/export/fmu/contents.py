@@ -11,7 +11,7 @@ from hydroservo.export.fmu.headers import headers, licence
 from hydroservo.export.fmu.interface import Interface, interface_of
 from hydroservo.export.fmu.structure import structure_of
 from hydroservo.export.fmu.units import base_unit
-from hydroservo.export.fmu.variables import Kind, variables_of
+from hydroservo.export.fmu.variables import Kind, clock_after, variables_of
 from hydroservo.export.render import rendered
 from hydroservo.export.unit import FmiVersion, Part, Unit
 
@@ -21,17 +21,17 @@ Files = dict[str, str]
 """Texts by their path in the FMU."""
 
 
-def fmu_files(exported: Unit, stop_time: float, version: FmiVersion) -> Files:
+def fmu_files(exported: Unit, stop_time: float, version: FmiVersion, clocked: bool = False) -> Files:
     """All but the binary.
 
     The token that ties the description to the sources is a digest of both, so that equal exports have equal
     tokens and others have others.
 
     Raises:
-        ParameterError: a name cannot be that of a variable.
+        ParameterError: a name cannot be that of a variable, or it cannot have a clock.
         HydroservoError: the package fmpy is missing.
     """
-    interface = interface_of(version, exported.part)
+    interface = interface_of(version, exported.part, clocked)
     context = context_of(exported, stop_time, version, interface)
     plain = model_files(exported, interface, {**context, "token": ""})
     digest = hashlib.sha256("\0".join(part for one in sorted(plain.items()) for part in one).encode())
@@ -44,6 +44,7 @@ def fmu_files(exported: Unit, stop_time: float, version: FmiVersion) -> Files:
 def context_of(exported: Unit, stop_time: float, version: FmiVersion, interface: Interface) -> dict[str, Any]:
     """What the templates are filled with."""
     variables = variables_of(exported)
+    clock = clock_after(variables) if interface.clocked else None
     return {
         "exported": exported,
         "interface": "ModelExchange" if exported.part is Part.EQUATIONS else "CoSimulation",
@@ -51,7 +52,8 @@ def context_of(exported: Unit, stop_time: float, version: FmiVersion, interface:
         "description": f"{exported.title}; hash {exported.hash}",
         "stop_time": stop_time,
         "variables": variables,
-        "structure": structure_of(exported, variables),
+        "clock": clock,
+        "structure": structure_of(exported, variables, clock),
         "first_index": interface.first_index,
         "integrated": [one for one in variables if one.kind is Kind.INTEGRATED],
         "rates": [one for one in variables if one.kind is Kind.RATE],

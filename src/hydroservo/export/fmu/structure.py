@@ -40,7 +40,7 @@ class Structure(NamedTuple):
     initial: Sequence[Unknown]
 
 
-def structure_of(unit: Unit, variables: Sequence[Variable]) -> Structure:
+def structure_of(unit: Unit, variables: Sequence[Variable], clock: Variable | None) -> Structure:
     """What depends on what.
 
     A controller answers its inputs at once; a machine, a demand and a loop change in steps alone; of
@@ -48,6 +48,9 @@ def structure_of(unit: Unit, variables: Sequence[Variable]) -> Structure:
     """
     rates = [one for one in variables if one.kind is Kind.RATE]
     outputs = [one for one in variables if one.causality == "output"]
+    if clock is not None:  # before its first tick there is nothing to find
+        found = [Unknown(one, [clock, *directly(unit, variables, one)]) for one in outputs]
+        return Structure(found, rates=[], initial=[])
     return Structure(
         outputs=[Unknown(one, list(directly(unit, variables, one))) for one in outputs],
         rates=[Unknown(one, None) for one in rates],

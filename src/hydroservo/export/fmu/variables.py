@@ -3,17 +3,18 @@
 import math
 import re
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from enum import Enum
 from typing import NamedTuple
 
 from hydroservo.errors import ParameterError
 from hydroservo.export.unit import INTEGRATED, RATES, Part, Signal, Unit
 
-__all__ = ["Kind", "Variable", "variables_of"]
+__all__ = ["CLOCK", "Kind", "Variable", "clock_after", "variables_of"]
 
 PLAIN = r"[A-Za-z_]\w*(\.[A-Za-z_]\w*)*"
 NAME = re.compile(rf"{PLAIN}|der\({PLAIN}\)", re.ASCII)  # FMI's structured names
+CLOCK = "sample"  # the name of a clock
 PERIOD = "period"  # the place of the sample period, which steps are counted in and which is compiled in
 
 
@@ -104,6 +105,12 @@ def variables_of(exported: Unit) -> tuple[Variable, ...]:
         if not NAME.fullmatch(name):
             raise ParameterError("variable", name, "cannot be the name of a variable of an FMU")
     return found
+
+
+def clock_after(variables: Sequence[Variable]) -> Variable:
+    """The clock of a controller, to which all that changes at its samples belongs."""
+    meaning = "the controller's samples, of which the first is at the start"
+    return Variable(CLOCK, len(variables), Kind.INPUT, "", "", meaning, 0.0)
 
 
 def numbers(exported: Unit) -> Iterator[Variable]:

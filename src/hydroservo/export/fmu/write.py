@@ -22,7 +22,12 @@ EPOCH = (1980, 1, 1, 0, 0, 0)  # of every file in the zip, so that equal content
 
 
 def write_fmu(
-    exported: Unit, path: Path | str, *, stop_time: float, version: FmiVersion = FmiVersion.FMI2
+    exported: Unit,
+    path: Path | str,
+    *,
+    stop_time: float,
+    version: FmiVersion = FmiVersion.FMI2,
+    clocked: bool = False,
 ) -> Path:
     """Write an export as an FMU, with a binary for this machine.
 
@@ -34,27 +39,30 @@ def write_fmu(
         path: of the file, which ends in ".fmu".
         stop_time: of the default experiment [s]; a whole number of sample periods.
         version: of FMI.
+        clocked: with an event mode and a clock whose ticks take the samples, of a controller in FMI 3.0.
 
     Returns:
         The path written.
 
     Raises:
-        ParameterError: the export is in single precision, has its parameters inlined, or a name or the stop
-            time cannot be those of an FMU.
+        ParameterError: the export is in single precision, has its parameters inlined or cannot have a clock,
+            or a name or the stop time cannot be those of an FMU.
         HydroservoError: the ending is another, the package fmpy or a C compiler is missing or fails, or the
             file cannot be written.
     """
     path = checked_ending(Path(path))
-    content = fmu_content(exported, stop_time, version)
+    content = fmu_content(exported, stop_time, version, clocked)
     with atomic_path(path) as temporary:
         pack(content, temporary)
     return path
 
 
-def fmu_content(exported: Unit, stop_time: float, version: FmiVersion) -> dict[str, bytes]:
+def fmu_content(
+    exported: Unit, stop_time: float, version: FmiVersion, clocked: bool = False
+) -> dict[str, bytes]:
     """All files of an FMU, as :func:`write_fmu` packs them."""
     check(exported, stop_time)
-    files = fmu_files(exported, stop_time, version)
+    files = fmu_files(exported, stop_time, version, clocked)
     binary = f"{exported.prefix}{binary_ending()}"
     content = {name: text.encode() for name, text in files.items()}
     unprefixed = interface_of(version, exported.part).unprefixed

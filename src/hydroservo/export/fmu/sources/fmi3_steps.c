@@ -1,11 +1,12 @@
-/* The functions of FMI 3.0 for co-simulation, without an event mode. */
+/* The functions of FMI 3.0 for co-simulation, but for those of the event mode. */
 #include "fmi3_common.h"
 #include "steps.h"
 
 /* Why no instance can be made of what is asked for; NULL if one can. */
 static const char *objection(fmi3Boolean events, size_t intermediate) {
-    if (events) {
-        return "this FMU has no event mode";
+    if (events != MODEL_CLOCKED) {
+        return MODEL_CLOCKED ? "this FMU has a clock, which needs the event mode (eventModeUsed)"
+                             : "this FMU has no event mode";
     }
     return intermediate > 0 ? "this FMU has no intermediate update" : NULL;
 }

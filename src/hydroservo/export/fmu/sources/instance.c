@@ -80,11 +80,13 @@ static const char *phase_text(uint64_t in) {
     case INITIALIZATION:
         return "in the initialization mode";
     case STEPPING:
-        return "after the initialization";
+        return MODEL_CLOCKED ? "in the step mode" : "after the initialization";
     case EVENTS:
         return "in the event mode";
     case CONTINUOUS:
         return "in the continuous-time mode";
+    case TICKING:
+        return "while the clock is active";
     case TERMINATED:
         return "after the termination";
     default:
@@ -122,7 +124,7 @@ static status check_references(instance *self, const unsigned references[], size
     }
     for (size_t i = 0; i < count; i++) {
         if (references[i] >= MODEL_VARIABLES) {
-            return instance_refuse(self, "no variable has the value reference %u", references[i]);
+            return instance_refuse(self, "no variable of this type has the value reference %u", references[i]);
         }
     }
     return STATUS_OK;
@@ -152,6 +154,10 @@ static status check_value(instance *self, const model_variable *variable, double
         return instance_refuse(self, "%s cannot be set after the initialization: it is read there alone",
                                variable->name);
     }
+    if (MODEL_CLOCKED && variable->kind == VARIABLE_INPUT && (self->now.phase & (STEPPING | EVENTS)) != 0) {
+        return instance_refuse(self, "%s cannot be set while its clock, %s, is not active", variable->name,
+                               MODEL_CLOCK_NAME);
+    }
     if (is_parameter(variable) && self->now.phase == CONTINUOUS) {
         return instance_refuse(self, "%s cannot be set in the continuous-time mode: it is a parameter",
                                variable->name);
@@ -166,8 +172,16 @@ static status check_value(instance *self, const model_variable *variable, double
     return STATUS_OK;
 }
 
+/* True where what is asked for is what the model makes of its inputs, though it has not taken them yet. */
+static bool looks_ahead(const instance *self) {
+    if (MODEL_CLOCKED) {
+        return self->now.phase == TICKING;
+    }
+    return MODEL_FEEDS_THROUGH && self->now.given != 0 && self->now.phase != INSTANTIATED;
+}
+
 const model_numbers *instance_numbers(instance *self) {
-    if (!MODEL_FEEDS_THROUGH || self->now.given == 0 || self->now.phase == INSTANTIATED) {
+    if (!looks_ahead(self)) {
         return &self->now.numbers;
     }
     if (!self->ahead_known) {
@@ -239,6 +253,7 @@ status instance_setup(instance *self, double start, bool stop_defined, double st
     }
     self->now.start = start;
     self->now.time = start;
+    self->now.due = start;
     self->now.stop = stop_defined ? stop : INFINITY;
     return STATUS_OK;
 }
@@ -255,7 +270,7 @@ status instance_exit_initialization(instance *self) {
             return instance_refuse(self, "%s is not finite after the initialization", variable->name);
         }
     }
-    self->now.phase = MODEL_EXCHANGES ? EVENTS : STEPPING;
+    self->now.phase = MODEL_EXCHANGES || MODEL_CLOCKED ? EVENTS : STEPPING;
     return STATUS_OK;
 }
 
@@ -265,7 +280,8 @@ status instance_terminate(instance *self) {
 }
 
 double instance_time(const instance *self) {
-    return MODEL_EXCHANGES ? self->now.time : self->now.start + (double)self->now.samples * MODEL_PERIOD;
+    const bool of_importer = MODEL_EXCHANGES || MODEL_CLOCKED;
+    return of_importer ? self->now.time : self->now.start + (double)self->now.samples * MODEL_PERIOD;
 }
 
 /* --- saved states --- */

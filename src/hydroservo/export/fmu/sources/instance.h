@@ -1,7 +1,7 @@
 /* One instance of the model, for both versions of FMI: its life, its variables and its saved states.
 
-   fmi2.c and fmi3.c translate between this and the functions of their version; steps.h is co-simulation and
-   equations.h model exchange. Nothing here is global, and
+   fmi2.c and fmi3.c translate between this and the functions of their version; steps.h is co-simulation, ticks.h
+   its clock, and equations.h model exchange. Nothing here is global, and
    nothing but saved states is allocated. */
 #ifndef INSTANCE_H
 #define INSTANCE_H
@@ -48,10 +48,11 @@ typedef enum {
     FAILED = 16, /* after an error, as FMI wants it: only reading, restoring, resetting and freeing go on */
     EVENTS = 32,
     CONTINUOUS = 64, /* an importer integrates */
-    LAST_PHASE = CONTINUOUS
+    TICKING = 128, /* in the event mode, with an active clock */
+    LAST_PHASE = TICKING
 } phase;
 
-#define RUNNING (STEPPING | EVENTS | CONTINUOUS)
+#define RUNNING (STEPPING | EVENTS | CONTINUOUS | TICKING)
 
 /* All that a saved state holds. */
 typedef struct {
@@ -60,8 +61,9 @@ typedef struct {
     uint64_t samples; /* taken since the start */
     double start;     /* [s] time of the start */
     double stop;      /* [s] time that must not be passed */
-    double time;      /* [s] of model exchange */
+    double time;      /* [s] of model exchange, and of an FMU with a clock */
     double jump;      /* [s] of model exchange: when what drives the model jumps next, inf if never */
+    double due;       /* [s] of an FMU with a clock: when it ticks next */
     uint64_t given;   /* 1 where an input was set after the last step; in model exchange always */
     model_numbers numbers;
 } snapshot;
@@ -106,7 +108,8 @@ status instance_terminate(instance *self);
 void instance_reset(instance *self);
 
 /* The numbers as an importer sees them: those of a controller follow its inputs at once, from the initialization on,
-   until a step takes the sample; those of equations follow whatever is set. */
+   until a step takes the sample, or where it has a clock, while that is active; those of equations follow whatever
+   is set. */
 const model_numbers *instance_numbers(instance *self);
 double instance_number(const model_numbers *numbers, const model_variable *variable);
 

@@ -1,4 +1,5 @@
-/* Co-simulation: an instance takes whole samples. */
+/* Co-simulation: what a communication step does. An FMU has it from steps.c, where a step takes whole samples, or from
+   ticks.c, where a step lets time pass and a clock takes them. */
 #ifndef STEPS_H
 #define STEPS_H
 
@@ -6,7 +7,6 @@
 
 #define steps_take FMU_NAME(steps_take)
 
-/* Takes all samples of a communication step, with the inputs held. */
 status steps_take(instance *self, double point, double size);
 
 #endif

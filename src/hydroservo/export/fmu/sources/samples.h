@@ -1,0 +1,16 @@
+/* Samples of the model, which communication steps take, or ticks of a clock. */
+#ifndef SAMPLES_H
+#define SAMPLES_H
+
+#include "instance.h"
+
+#define samples_take FMU_NAME(samples_take)
+#define samples_check_point FMU_NAME(samples_check_point)
+
+/* Takes samples with the inputs held, and finds outputs that they have lost. */
+status samples_take(instance *self, uint64_t count);
+
+/* Refuses a communication step that begins at another time than that of the instance, or passes the stop time. */
+status samples_check_point(instance *self, double point, double size, double tolerance);
+
+#endif
