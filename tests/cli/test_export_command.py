@@ -200,9 +200,15 @@ def test_what_cannot_have_a_clock_is_said_in_one_line(tmp_path, options, message
     assert not list(tmp_path.iterdir())
 
 
-def test_one_input_is_an_input(compiler, tmp_path):
-    said = succeeded("export", "fmu", "paper/sine-pi", "--unit", "machine", "--out", tmp_path / "m.fmu")
-    assert said.startswith("Machine of scenario paper/sine-pi: 1 input, ")
+def test_one_output_is_an_output(compiler, tmp_path):
+    said = succeeded("export", "fmu", "paper/sine-pi", "--out", tmp_path / "law.fmu")
+    assert said.startswith("PI of scenario paper/sine-pi: 3 inputs, 1 output, ")
+
+
+def test_equations_are_for_model_exchange(compiler, tmp_path):
+    said = succeeded("export", "fmu", "paper/sine-pi", "--unit", "equations", "--out", tmp_path / "axis.fmu")
+    assert said.startswith("Equations of scenario paper/sine-pi: 2 inputs, 9 outputs, ")
+    assert ", FMI 2, model exchange\n" in said
 
 
 def test_an_fmu_ends_in_fmu(tmp_path):
