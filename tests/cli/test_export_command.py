@@ -8,6 +8,7 @@ import pytest
 from cli_runner import PLUGIN, failed, succeeded
 
 import hydroservo
+from hydroservo.export.platforms import TOOLCHAINS, this_platform
 from hydroservo.provenance import scenario_hash
 from hydroservo.scenario import load_scenario
 from needs import needs
@@ -162,7 +163,7 @@ def test_an_fmu(compiler, tmp_path, standard):
     )
     assert proof.startswith("checked with cc: ")
     assert others == [
-        f"written: {out}, {out.stat().st_size / 1024:.0f} KiB",
+        f"written: {out}, {out.stat().st_size / 1024:.0f} KiB, for {this_platform()}",
         f"next: fmpy validate {out}",
     ]
     assert validate_fmu(str(out)) == []
@@ -175,6 +176,7 @@ def test_an_fmu_of_the_machine_in_json(compiler, tmp_path, unit):
     options = ("--unit", unit, "--json", "--out", tmp_path / "m.fmu", "--prefix", "rig")
     said = json.loads(succeeded("export", "fmu", "paper/sine-pi", *SHORT, *options))
     assert (said["unit"], said["fmi"], said["file"]) == (unit, "2", str(tmp_path / "m.fmu"))
+    assert said["platforms"] == [this_platform()]
     assert said["prefix"] == "rig"
     assert (tmp_path / "m.fmu").exists()
 
@@ -211,6 +213,45 @@ def test_equations_are_for_model_exchange(compiler, tmp_path):
     assert ", FMI 2, model exchange\n" in said
 
 
+@pytest.fixture
+def other(compiler):
+    """A platform that a cross compiler here builds for."""
+    platform = next(one for one in ("aarch64-linux", "x86_64-linux") if one != this_platform())
+    needs(TOOLCHAINS[platform].cross)
+    return platform
+
+
+@pytest.mark.parametrize("what", ["fmu", "ssp"])
+def test_binaries_for_other_platforms(other, tmp_path, what):
+    out = tmp_path / f"law.{what}"
+    options = ("--platform", other, "--platform", this_platform(), "--out", out)
+    said = succeeded("export", what, "paper/sine-pi", *SHORT, *options)
+    assert f", for {other}, {this_platform()}\n" in said
+    assert f"cross compiled, and not run here: the binaries for {other}\n" in said
+
+
+@pytest.mark.parametrize("what", ["fmu", "ssp"])
+@pytest.mark.parametrize(
+    ("platform", "problem"),
+    [
+        ("vax", "invalid value for '--platform': 'vax' is not one of 'x86_64-linux', 'aarch64-linux', "),
+        ("aarch64-windows", "a binary for aarch64-windows can be built on such a machine alone"),
+        (
+            "x86_64-windows",
+            "the C compiler x86_64-w64-mingw32-gcc is not found; for x86_64-windows, on Debian",
+        ),
+    ],
+)
+def test_a_binary_that_cannot_be_built_is_refused_before_the_export(
+    tmp_path, monkeypatch, what, platform, problem
+):
+    monkeypatch.setattr("hydroservo.cli.export.translated", None)  # which would fail
+    monkeypatch.setenv("PATH", str(tmp_path))
+    out = tmp_path / f"law.{what}"
+    assert problem in failed("export", what, "paper/sine-pi", "--platform", platform, "--out", out)
+    assert not list(tmp_path.iterdir())
+
+
 def test_an_fmu_ends_in_fmu(tmp_path):
     said = failed("export", "fmu", "paper/sine-pi", "--out", tmp_path / "law.zip")
     assert "law.zip: its name must end in .fmu" in said
@@ -222,7 +263,7 @@ def test_a_system_of_fmus(compiler, tmp_path):
     said = succeeded("export", "ssp", "paper/sine-pi", *SHORT, "--out", out)
     titles = [line.partition(" of scenario")[0] for line in said.splitlines()[:3]]
     assert titles == ["Demand", "PI", "Machine"]
-    assert said.splitlines()[3].endswith("KiB, FMI 2, steps of 1e-05 s")
+    assert said.splitlines()[3].endswith(f"KiB, FMI 2, steps of 1e-05 s, for {this_platform()}")
     assert said.count("checked with cc: ") == 3
     found = json.loads(succeeded("export", "ssp", "paper/sine-pi", *SHORT, "--out", out, "--json"))
     assert [one["unit"] for one in found["units"]] == ["demand", "controller", "machine"]

@@ -10,6 +10,8 @@ from by_hand import by_hand
 from fmpy import fmi2, fmi3
 
 from hydroservo.export.fmu import FmiVersion, write_fmu
+from hydroservo.export.fmu.binaries import place_of
+from hydroservo.export.platforms import this_platform
 from hydroservo.export.unit import Argument, Part, Signal, Unit
 
 HEADER = """\
@@ -112,11 +114,14 @@ class Instance:
         self.period = float(description.defaultExperiment.stepSize)
         self.messages: list[tuple[str, str]] = []  # category and text
         kind = fmi2.FMU2Slave if self.version is FmiVersion.FMI2 else fmi3.FMU3Slave
+        identifier = description.coSimulation.modelIdentifier
         self.slave: Any = kind(
             guid=description.guid,
             unzipDirectory=str(folder),
-            modelIdentifier=description.coSimulation.modelIdentifier,
+            modelIdentifier=identifier,
             instanceName=name,
+            # FMPy looks for one of FMI 2.0 in linux64 and darwin64 on ARM too.
+            libraryPath=str(folder / place_of(self.version, identifier, this_platform())),
         )
         if self.version is FmiVersion.FMI2:
             callbacks = fmi2.fmi2CallbackFunctions()

@@ -21,6 +21,8 @@ COMPILERS = [
     (("gcc", "-march=haswell"), GCC_PRAGMA),
     (("gcc", "-march=haswell", "-ffp-contract=fast", "-O3"), GCC_PRAGMA),
     (("arm-none-eabi-gcc", *M7), GCC_PRAGMA),
+    (("aarch64-linux-gnu-gcc",), GCC_PRAGMA),
+    (("x86_64-w64-mingw32-gcc", "-march=haswell"), GCC_PRAGMA),
     (("clang", "-march=haswell"), PRAGMA),
 ]
 

@@ -10,8 +10,8 @@ from toy import toy
 
 from hydroservo.export.c.compiler import BITS
 from hydroservo.export.fmu import FmiVersion
+from hydroservo.export.fmu.binaries import AS_LIBRARY
 from hydroservo.export.fmu.contents import fmu_files
-from hydroservo.export.fmu.write import AS_LIBRARY
 from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.unit import Part, Unit
 from hydroservo.loads import Step

@@ -8,9 +8,12 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from hydroservo.cli.options import Changes, Json, Plugins, Scenario, loaded
+from hydroservo.export.platforms import Platform, machine_name
 from hydroservo.export.unit import FmiVersion, Part, Precision
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from hydroservo.export.unit import Unit
     from hydroservo.loop import Loop
 
@@ -57,6 +60,19 @@ OutSystem = Annotated[
     Path,
     typer.Option(
         "--out", metavar="FILE.ssp", dir_okay=False, show_default=False, help="Write the system to this file."
+    ),
+]
+Version = Annotated[FmiVersion, typer.Option("--fmi", help="Version of the standard.")]
+Platforms = Annotated[
+    list[Platform],
+    typer.Option(
+        "--platform",
+        metavar="NAME",
+        default_factory=list,
+        show_default="that of this computer",
+        help="What a binary is for, by its name in FMI 3.0: `x86_64-linux`, `aarch64-linux` or "
+        "`x86_64-windows`, with a cross compiler where that is not this computer; others on such a computer "
+        "alone. May be given again.",
     ),
 ]
 
@@ -128,17 +144,20 @@ def fmu(
     out: OutFile,
     unit: UnitOption = Part.CONTROLLER,
     prefix: Prefix = None,
-    version: Annotated[FmiVersion, typer.Option("--fmi", help="Version of the standard.")] = FmiVersion.FMI2,
+    version: Version = FmiVersion.FMI2,
     clocked: Annotated[
         bool,
         typer.Option("--clocked", help="Take samples at the ticks of a clock; of a controller, in FMI 3."),
     ] = False,
+    *,
+    platforms: Platforms,
     json: Json = False,
 ) -> None:
     """Write a functional mock-up unit: of a machine's equations for model exchange, else for co-simulation.
 
     The communication step of the latter is the scenario's sample period, or with a clock any. It holds C and
-    a binary for this computer, no Python. The C is held against Python before it is written, as for export c.
+    a binary for each platform, no Python. The C is held against Python before it is written, as for export c;
+    binaries for other platforms are not run.
 
     Examples:
 
@@ -146,6 +165,7 @@ def fmu(
     - `hydroservo export fmu rig/encoder-pi-sine --unit machine --fmi 3 --out machine.fmu`
     - `hydroservo export fmu rig/excavator-link --unit equations --out axis.fmu`
     - `hydroservo export fmu rig/1khz-tsmc-sine --fmi 3 --clocked --out controller.fmu`
+    - `hydroservo export fmu paper/sine-pi --platform x86_64-linux --platform x86_64-windows --out pi.fmu`
     """
     from hydroservo.cli.progress import progress_bar
     from hydroservo.cli.proofs import proof_line
@@ -159,7 +179,7 @@ def fmu(
     check_outputs([checked_ending(out)])
     if clocked:
         check_clock(version, unit)
-    check_tools()
+    platforms = check_tools(platforms)
     stop_time = loop.simulation.duration
     with progress_bar("translating") as report:
         found = translated(scenario, loop, unit, prefix)
@@ -169,12 +189,20 @@ def fmu(
         write_or_keep(
             out.parent,
             lambda place: [
-                write_fmu(found, place / out.name, stop_time=stop_time, version=version, clocked=clocked)
+                write_fmu(
+                    found,
+                    place / out.name,
+                    stop_time=stop_time,
+                    version=version,
+                    clocked=clocked,
+                    platforms=platforms,
+                )
             ],
         ).check()
     if json:
         about = {**identity(scenario, unit, found), "proof": proof._asdict()}
-        typer.echo(as_json({**about, "fmi": version, "clocked": clocked, "file": str(out)}))
+        written = {"fmi": version, "clocked": clocked, "platforms": platforms, "file": str(out)}
+        typer.echo(as_json(about | written))
         return
     kinds = Counter(one.causality for one in variables_of(found))
     counts = [counted(kinds[kind], kind) for kind in ("input", "output")]
@@ -183,7 +211,8 @@ def fmu(
     parameters = counted(len(found.parameters), "parameter")
     typer.echo(f"{found.title}: {', '.join([*counts, parameters])}, FMI {version}, {means}")
     typer.echo(proof_line(proof, found.prefix))
-    typer.echo(f"written: {out}, {out.stat().st_size / 1024:.0f} KiB")
+    typer.echo(f"written: {out}, {out.stat().st_size / 1024:.0f} KiB, for {', '.join(platforms)}")
+    say_untried(platforms)
     typer.echo(f"next: fmpy validate {shlex.quote(str(out))}")
 
 
@@ -193,7 +222,9 @@ def ssp(
     changes: Changes,
     plugins: Plugins,
     out: OutSystem,
-    version: Annotated[FmiVersion, typer.Option("--fmi", help="Version of the standard.")] = FmiVersion.FMI2,
+    version: Version = FmiVersion.FMI2,
+    *,
+    platforms: Platforms,
     json: Json = False,
 ) -> None:
     """Write the demand, the controller and the machine as FMUs, and how they are connected.
@@ -215,7 +246,7 @@ def ssp(
 
     loop = loaded(scenario, changes, plugins)
     check_outputs([checked_ending(out, ".ssp")])
-    check_tools()
+    platforms = check_tools(platforms)
     stop_time = loop.simulation.duration
     with progress_bar("translating") as report:
         units = {part: translated(scenario, loop, part, None) for part in PARTS}
@@ -226,16 +257,20 @@ def ssp(
         report(0.9, "writing the system")
         write_or_keep(
             out.parent,
-            lambda place: [write_ssp(units, place / out.name, stop_time=stop_time, version=version)],
+            lambda place: [
+                write_ssp(units, place / out.name, stop_time=stop_time, version=version, platforms=platforms)
+            ],
         ).check()
     if json:
         found = [identity(scenario, part, units[part]) | {"proof": proofs[part]._asdict()} for part in PARTS]
-        typer.echo(as_json({"units": found, "fmi": version, "file": str(out)}))
+        typer.echo(as_json({"units": found, "fmi": version, "platforms": platforms, "file": str(out)}))
         return
     for part in PARTS:
         typer.echo(f"{units[part].title}: {proof_line(proofs[part], units[part].prefix)}")
     period = units[PARTS[0]].period
-    typer.echo(f"written: {out}, {out.stat().st_size / 1024:.0f} KiB, FMI {version}, steps of {period:g} s")
+    size = f"{out.stat().st_size / 1024:.0f} KiB"
+    typer.echo(f"written: {out}, {size}, FMI {version}, steps of {period:g} s, for {', '.join(platforms)}")
+    say_untried(platforms)
 
 
 def translated(
@@ -254,6 +289,13 @@ def translated(
     name = default_prefix(scenario, unit) if prefix is None else prefix
     about = title(scenario, loop, unit)
     return exported_unit(loop, unit, prefix=name, title=about, precision=precision, inlined=inlined)
+
+
+def say_untried(platforms: "Sequence[Platform]") -> None:
+    """Say of which platforms nothing was run here."""
+    others = [one for one in platforms if one != machine_name()]
+    if others:
+        typer.echo(f"cross compiled, and not run here: the binaries for {', '.join(others)}")
 
 
 def counted(number: int, what: str) -> str:

@@ -23,25 +23,26 @@ class CompilerError(HydroservoError):
     """There is no C compiler, or it or its program does not work."""
 
 
-def compiled(folder: Path, words: Sequence[str], made: str) -> Path:
+def compiled(folder: Path, words: Sequence[str], made: str, command: Sequence[str] = ()) -> Path:
     """A file that the C compiler makes in a folder.
 
     Args:
         folder: of the sources; names relative to it keep the host's paths out of what is made.
         words: sources and options, besides those for the standard, the bits and the optimization.
         made: name of the file.
+        command: that calls the compiler; this computer's own if empty.
 
     Raises:
         CompilerError: there is no compiler, or it fails.
     """
-    command = [*compiler(), "-std=c99", "-O2", *BITS, *words, "-o", made, "-lm"]
-    done = ran(folder, command)
+    words = [*(command or compiler()), "-std=c99", "-O2", *BITS, *words, "-o", made, "-lm"]
+    done = ran(folder, words)
     if done.returncode != 0:
         lines = [line for line in done.stderr.splitlines() if "error" in line] or done.stderr.splitlines()
         said = lines[0] if lines else f"exit status {done.returncode}"
-        raise CompilerError(f"the C compiler {command[0]} fails: {said}")
+        raise CompilerError(f"the C compiler {words[0]} fails: {said}")
     if not (folder / made).exists():
-        raise CompilerError(f"the C compiler {command[0]} makes no file")
+        raise CompilerError(f"the C compiler {words[0]} makes no file")
     return folder / made
 
 

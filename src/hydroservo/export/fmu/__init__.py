@@ -4,11 +4,13 @@ from hydroservo.export.fmu.interface import check_clock
 from hydroservo.export.fmu.ssp import PARTS, write_ssp
 from hydroservo.export.fmu.variables import variables_of
 from hydroservo.export.fmu.write import check_tools, checked_ending, write_fmu
+from hydroservo.export.platforms import Platform
 from hydroservo.export.unit import FmiVersion
 
 __all__ = [
     "PARTS",
     "FmiVersion",
+    "Platform",
     "check_clock",
     "check_tools",
     "checked_ending",

@@ -1,24 +1,12 @@
 """The two versions of FMI, and what differs between them in a file."""
 
-import platform
-import sys
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from hydroservo.errors import HydroservoError, ParameterError
+from hydroservo.errors import ParameterError
 from hydroservo.export.unit import FmiVersion, Part
 
-__all__ = ["Interface", "binary_ending", "check_clock", "interface_of", "platform_folder"]
-
-SYSTEMS = {"linux": ("linux", ".so"), "darwin": ("darwin", ".dylib"), "win32": ("windows", ".dll")}
-ARCHITECTURES = {
-    "x86_64": ("x86_64", "64"),
-    "amd64": ("x86_64", "64"),
-    "aarch64": ("aarch64", "64"),
-    "arm64": ("aarch64", "64"),
-    "i386": ("x86", "32"),
-    "i686": ("x86", "32"),
-}
+__all__ = ["Interface", "check_clock", "interface_of"]
 
 
 class Interface(NamedTuple):
@@ -113,32 +101,3 @@ def check_clock(version: FmiVersion, part: Part) -> None:
         raise ParameterError("clocked", True, "FMI 2.0 has no clocks; take FMI 3.0")
     if part is not Part.CONTROLLER:
         raise ParameterError("clocked", True, f"only a controller can have a clock, and this is of {part}")
-
-
-def platform_folder(version: FmiVersion) -> str:
-    """The folder of this machine's binaries in an FMU.
-
-    Raises:
-        HydroservoError: FMI has no name for this machine.
-    """
-    system, _ = system_of_this()
-    machine = platform.machine().lower()
-    if machine not in ARCHITECTURES:
-        raise HydroservoError(f"FMI has no name for the machine {machine!r}; no FMU can be built on it")
-    architecture, bits = ARCHITECTURES[machine]
-    if version is FmiVersion.FMI3:
-        return f"{architecture}-{system}"
-    return f"{'win' if system == 'windows' else system}{bits}"
-
-
-def binary_ending() -> str:
-    """The ending of a shared library's name on this machine."""
-    return system_of_this()[1]
-
-
-def system_of_this() -> tuple[str, str]:
-    if sys.platform not in SYSTEMS:
-        raise HydroservoError(
-            f"FMI has no name for the system {sys.platform!r}, so no FMU can be built on it"
-        )
-    return SYSTEMS[sys.platform]

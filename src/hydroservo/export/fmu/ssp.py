@@ -1,13 +1,14 @@
 """Writes a loop as a system of FMUs: System Structure and Parameterization, SSP 1.0."""
 
 import io
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import NamedTuple
 
 from hydroservo.errors import HydroservoError
 from hydroservo.export.fmu.variables import Kind, variables_of
 from hydroservo.export.fmu.write import checked_ending, fmu_content, pack
+from hydroservo.export.platforms import platforms_named
 from hydroservo.export.render import rendered
 from hydroservo.export.unit import FmiVersion, Part, Unit
 from hydroservo.outputs import atomic_path
@@ -28,17 +29,23 @@ class Connection(NamedTuple):
 
 
 def write_ssp(
-    units: Mapping[Part, Unit], path: Path | str, *, stop_time: float, version: FmiVersion = FmiVersion.FMI2
+    units: Mapping[Part, Unit],
+    path: Path | str,
+    *,
+    stop_time: float,
+    version: FmiVersion = FmiVersion.FMI2,
+    platforms: Iterable[str] = (),
 ) -> Path:
     """Write the demand, the controller and the machine of a loop as FMUs, and how they are connected.
 
-    The same exports give the same bytes with the same compiler. The file is written whole or not at all.
+    The same exports give the same bytes with the same compilers. The file is written whole or not at all.
 
     Args:
         units: the exports of the three parts.
         path: of the file, which ends in ".ssp".
         stop_time: of the default experiment [s]; a whole number of sample periods.
         version: of FMI.
+        platforms: those that the FMUs hold binaries for, as of :func:`write_fmu`.
 
     Returns:
         The path written.
@@ -51,7 +58,8 @@ def write_ssp(
     each command by a period, whatever the dependencies in the FMUs say.
     """
     path = checked_ending(Path(path), ".ssp")
-    content = {f"resources/{part}.fmu": fmu_of(units[part], stop_time, version) for part in PARTS}
+    chosen = platforms_named(platforms)
+    content = {f"resources/{part}.fmu": fmu_of(units[part], stop_time, version, chosen) for part in PARTS}
     context = {
         "units": {part: units[part] for part in PARTS},
         "variables": {part: variables_of(units[part]) for part in PARTS},
@@ -64,9 +72,9 @@ def write_ssp(
     return path
 
 
-def fmu_of(unit: Unit, stop_time: float, version: FmiVersion) -> bytes:
+def fmu_of(unit: Unit, stop_time: float, version: FmiVersion, platforms: Iterable[str]) -> bytes:
     packed = io.BytesIO()
-    pack(fmu_content(unit, stop_time, version), packed)
+    pack(fmu_content(unit, stop_time, version, platforms), packed)
     return packed.getvalue()
 
 

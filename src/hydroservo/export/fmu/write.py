@@ -1,23 +1,21 @@
-"""Writes an export as an FMU: a zip of description, sources, a binary of them, and documentation."""
+"""Writes an export as an FMU: a zip of description, sources, binaries of them, and documentation."""
 
 import math
-import tempfile
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import BinaryIO
 
 from hydroservo.errors import HydroservoError, ParameterError
-from hydroservo.export.c.compiler import compiled, compiler
-from hydroservo.export.fmu.contents import Files, fmu_files
+from hydroservo.export.fmu.binaries import binaries, check_compilers
+from hydroservo.export.fmu.contents import fmu_files
 from hydroservo.export.fmu.headers import package
-from hydroservo.export.fmu.interface import binary_ending, interface_of, platform_folder
+from hydroservo.export.platforms import Platform, platforms_named
 from hydroservo.export.unit import FmiVersion, Unit
 from hydroservo.outputs import atomic_path
 
 __all__ = ["check_tools", "checked_ending", "fmu_content", "pack", "write_fmu"]
 
-AS_LIBRARY = ("-fPIC", "-shared", "-fvisibility=hidden")
 EPOCH = (1980, 1, 1, 0, 0, 0)  # of every file in the zip, so that equal content gives equal bytes
 
 
@@ -28,11 +26,12 @@ def write_fmu(
     stop_time: float,
     version: FmiVersion = FmiVersion.FMI2,
     clocked: bool = False,
+    platforms: Iterable[str] = (),
 ) -> Path:
-    """Write an export as an FMU, with a binary for this machine.
+    """Write an export as an FMU, with binaries.
 
     One of equations is for model exchange, others are for co-simulation. The same export gives the same bytes
-    with the same compiler. The file is written whole or not at all.
+    with the same compilers. The file is written whole or not at all.
 
     Args:
         exported: what it holds; in double precision, with its parameters as variables.
@@ -40,44 +39,57 @@ def write_fmu(
         stop_time: of the default experiment [s]; a whole number of sample periods.
         version: of FMI.
         clocked: with an event mode and a clock whose ticks take the samples, of a controller in FMI 3.0.
+        platforms: what it holds binaries for: a ``Platform``, or its name in FMI 3.0. Others than this
+            machine's, which is the one where none is named, take cross compilers.
 
     Returns:
         The path written.
 
     Raises:
         ParameterError: the export is in single precision, has its parameters inlined or cannot have a clock,
-            or a name or the stop time cannot be those of an FMU.
+            or a name, the stop time or a platform cannot be those of an FMU.
         HydroservoError: the ending is another, the package fmpy or a C compiler is missing or fails, or the
             file cannot be written.
+
+    Fails to run the binaries for other platforms: an error of a cross compiler would stay unseen.
     """
     path = checked_ending(Path(path))
-    content = fmu_content(exported, stop_time, version, clocked)
+    content = fmu_content(exported, stop_time, version, platforms, clocked=clocked)
     with atomic_path(path) as temporary:
         pack(content, temporary)
     return path
 
 
 def fmu_content(
-    exported: Unit, stop_time: float, version: FmiVersion, clocked: bool = False
+    exported: Unit,
+    stop_time: float,
+    version: FmiVersion,
+    platforms: Iterable[str],
+    *,
+    clocked: bool = False,
 ) -> dict[str, bytes]:
     """All files of an FMU, as :func:`write_fmu` packs them."""
     check(exported, stop_time)
+    chosen = platforms_named(platforms)
     files = fmu_files(exported, stop_time, version, clocked)
-    binary = f"{exported.prefix}{binary_ending()}"
     content = {name: text.encode() for name, text in files.items()}
-    unprefixed = interface_of(version, exported.part).unprefixed
-    content[f"binaries/{platform_folder(version)}/{binary}"] = built(files, binary, unprefixed)
-    return content
+    return content | binaries(files, exported, version, chosen)
 
 
-def check_tools() -> None:
-    """Find out before a long computation whether an FMU can be made here.
+def check_tools(platforms: Iterable[str] = ()) -> list[Platform]:
+    """Find out before a long computation whether an FMU with binaries for these platforms can be made here.
+
+    Returns:
+        The platforms, each once; this machine's where none is named.
 
     Raises:
-        HydroservoError: the package fmpy or a C compiler is missing.
+        ParameterError: a name is that of no platform.
+        HydroservoError: the package fmpy or a C compiler is missing, or a cross compiler does not work.
     """
     package("fmpy")
-    compiler()
+    chosen = platforms_named(platforms)
+    check_compilers(chosen)
+    return chosen
 
 
 def checked_ending(path: Path, ending: str = ".fmu") -> Path:
@@ -98,19 +110,6 @@ def check(exported: Unit, stop_time: float) -> None:
         raise ParameterError("inlined", True, "an FMU has its parameters as variables; do not inline them")
     if not 0.0 < stop_time < math.inf:
         raise ParameterError("stop_time", stop_time, "must be positive and finite")
-
-
-def built(files: Files, library: str, unprefixed: str) -> bytes:
-    """The binary of the sources."""
-    with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
-        for path, text in files.items():
-            (folder / path).parent.mkdir(parents=True, exist_ok=True)
-            (folder / path).write_text(text, encoding="utf-8", newline="\n")
-        sources = folder / "sources"
-        names = sorted(one.name for one in sources.glob("*.c"))
-        words = [*AS_LIBRARY, f"-D{unprefixed}", "-Iinclude", *names]
-        return compiled(sources, words, library).read_bytes()
 
 
 def pack(content: Mapping[str, bytes], file: Path | BinaryIO) -> None:
