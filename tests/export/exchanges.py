@@ -11,10 +11,23 @@ from fmpy import fmi2, fmi3
 from numpy.typing import NDArray
 
 from hydroservo.export.fmu import FmiVersion
+from hydroservo.export.fmu.binaries import place_of
+from hydroservo.export.of_loop import exported_unit
+from hydroservo.export.platforms import this_platform
+from hydroservo.export.unit import Part, Unit
+from hydroservo.loads import Step
+from hydroservo.loop import Loop
+from hydroservo.plants import Cylinder
 
-__all__ = ["Exchange", "rk4"]
+__all__ = ["Exchange", "equations", "rk4"]
 
 States = NDArray[np.float64]
+
+
+def equations() -> Unit:
+    """Those of an axis whose load jumps."""
+    loop = Loop(plant=Cylinder(), load=Step())
+    return exported_unit(loop, Part.EQUATIONS, prefix="axis", title="equations of an axis")
 
 
 class Exchange:
@@ -26,12 +39,14 @@ class Exchange:
         self.references = {one.name: one.valueReference for one in description.modelVariables}
         self.count = description.numberOfContinuousStates
         self.messages: list[str] = []
+        identifier = description.modelExchange.modelIdentifier
         kind = fmi2.FMU2Model if self.version is FmiVersion.FMI2 else fmi3.FMU3Model
         self.model: Any = kind(
             guid=description.guid,
             unzipDirectory=str(folder),
-            modelIdentifier=description.modelExchange.modelIdentifier,
+            modelIdentifier=identifier,
             instanceName="one",
+            libraryPath=str(folder / place_of(self.version, identifier, this_platform())),
         )
         if self.version is FmiVersion.FMI2:
             callbacks = fmi2.fmi2CallbackFunctions()

@@ -5,6 +5,7 @@ import subprocess
 from pathlib import Path
 
 import pytest
+from exchanges import equations
 from fmus import mass
 from toy import toy
 
@@ -12,11 +13,6 @@ from hydroservo.export.c.compiler import BITS
 from hydroservo.export.fmu import FmiVersion
 from hydroservo.export.fmu.binaries import AS_LIBRARY
 from hydroservo.export.fmu.contents import fmu_files
-from hydroservo.export.of_loop import exported_unit
-from hydroservo.export.unit import Part, Unit
-from hydroservo.loads import Step
-from hydroservo.loop import Loop
-from hydroservo.plants import Cylinder
 from needs import needs
 
 FLAGS = ("-std=c99", "-O2", *BITS, *AS_LIBRARY)
@@ -43,11 +39,6 @@ def sources(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFac
             (folder / name).write_text(text)
         found[one.prefix] = folder / "sources"
     return found
-
-
-def equations() -> Unit:
-    loop = Loop(plant=Cylinder(), load=Step())
-    return exported_unit(loop, Part.EQUATIONS, prefix="axis", title="equations of an axis")
 
 
 def tool(name: str) -> str:

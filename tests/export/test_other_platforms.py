@@ -12,6 +12,7 @@ from agreement import same_bits
 from benchmarks.targets.sources import Rows
 from cases import Case, rows_of, unit_of, vectors_of
 from emulators import EMULATED, Emulated, run, wine_folder
+from exchanges import equations
 from fmus import mass
 
 from hydroservo.export.c.project import write_c_project
@@ -21,7 +22,7 @@ from hydroservo.export.fmu.binaries import place_of
 from hydroservo.export.fmu.contents import fmu_files
 from hydroservo.export.fmu.variables import Kind, variables_of
 from hydroservo.export.platforms import Platform, this_platform
-from hydroservo.export.unit import Part
+from hydroservo.export.unit import Part, Unit
 from needs import needs
 
 FMUS = (
@@ -32,7 +33,7 @@ FMUS = (
 )
 REPLAYED = Case("rig/noisy-1khz-tsmc-sine", Part.LOOP)
 SAMPLES = 500
-RUNNER = Path(__file__).parent / "fmu_runner.c"
+HERE = Path(__file__).parent
 WRONG = "a step of .* s is not a whole multiple of the sample period of .* s"
 SYSTEM = {"KERNEL32.dll", "msvcrt.dll", "libc.so.6", "libm.so.6", "ld-linux-aarch64.so.1"}
 
@@ -87,7 +88,7 @@ def runner(place: Path, fmu: Built, platform: Platform, compiler: str) -> str:
     if not (place / program).exists():
         headers = fmu.folder / "sources" / "include"
         options = [] if platform is Platform.X86_64_WINDOWS else ["-ldl"]
-        words = [f"-DFMI={fmu.version}", f"-I{headers}", str(RUNNER), "-o", program]
+        words = [f"-DFMI={fmu.version}", f"-I{headers}", str(HERE / "fmu_runner.c"), "-o", program]
         run(place, compiler, "-std=gnu99", *words, *options)
     return program
 
@@ -120,16 +121,27 @@ def test_fmus_give_the_bits_of_this_machine(fmu: Built, emulated: Emulated) -> N
 
 @each_emulated
 @pytest.mark.parametrize("version", FmiVersion, ids=lambda version: version.name)
-def test_saved_states_and_errors(emulated: Emulated, version: FmiVersion, tmp_path: Path) -> None:
+def test_steps_saved_states_and_errors(emulated: Emulated, version: FmiVersion, tmp_path: Path) -> None:
+    assert driven(emulated, mass(), version, "driver", tmp_path) == ["2 instances, 1000 samples"]
+
+
+@each_emulated
+@pytest.mark.parametrize("version", FmiVersion, ids=lambda version: version.name)
+def test_equations(emulated: Emulated, version: FmiVersion, tmp_path: Path) -> None:
+    (said,) = driven(emulated, equations(), version, "exchange_driver", tmp_path)
+    assert said.startswith("1 instance, 1000 steps, ")
+
+
+def driven(emulated: Emulated, exported: Unit, version: FmiVersion, driver: str, folder: Path) -> list[str]:
+    """What a driver prints that is linked with the sources of an FMU."""
     emulated.need()
-    for name, text in fmu_files(mass(), 1.0, version).items():
-        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
-        (tmp_path / name).write_text(text)
-    driver = Path(__file__).parent / f"fmi{version}_driver.c"
-    sources = sorted(str(one) for one in (tmp_path / "sources").glob("*.c"))
-    options = ("-std=c99", "-Isources", "-Isources/include", "-o", "driver.exe")
-    run(tmp_path, emulated.compiler, *options, str(driver), *sources, "-lm")
-    assert run(tmp_path, *emulated.emulator, "./driver.exe").splitlines() == ["2 instances, 1000 samples"]
+    for name, text in fmu_files(exported, 1.0, version).items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_text(text)
+    sources = sorted(str(one) for one in (folder / "sources").glob("*.c"))
+    words = ("-Isources", "-Isources/include", str(HERE / f"fmi{version}_{driver}.c"), *sources)
+    run(folder, emulated.compiler, "-std=c99", *words, "-o", "driver.exe", "-lm")
+    return run(folder, *emulated.emulator, "./driver.exe").splitlines()
 
 
 @each_emulated
