@@ -1,19 +1,15 @@
 """Programs for other platforms, built by cross compilers and run by emulators."""
 
-import os
-import shutil
 import subprocess
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple
 
 from hydroservo.export.platforms import TOOLCHAINS, Platform
 from needs import needs
 
-__all__ = ["EMULATED", "Emulated", "run", "wine_folder"]
+__all__ = ["EMULATED", "Emulated", "run", "wine_surroundings"]
 
-PATIENCE = 120.0  # s; the first program under wine makes its folder
+PATIENCE = 120.0  # s
 
 
 class Emulated(NamedTuple):
@@ -41,19 +37,20 @@ EMULATED = (
 )
 
 
-@contextmanager
-def wine_folder(folder: Path) -> Iterator[None]:
-    """Wine keeps its own in this folder, of some 700 MB, which is gone afterwards."""
-    before = os.environ.copy()
-    os.environ |= {"WINEPREFIX": str(folder), "WINEDEBUG": "-all", "WINEDLLOVERRIDES": "mscoree,mshtml="}
-    try:
-        yield
-    finally:
-        if folder.exists():
-            run(folder.parent, "wine", "wineboot", "--kill")
-            shutil.rmtree(folder, ignore_errors=True)
-        os.environ.clear()
-        os.environ.update(before)
+def wine_surroundings(folder: Path) -> dict[str, str]:
+    """The environment in which Wine keeps its own in a folder.
+
+    Its libraries are all that a program of the console needs; what Wine would set up besides them takes many
+    seconds and 700 MB. Where they are not where Debian has them, it does so all the same.
+    """
+    system = folder / "drive_c" / "windows" / "system32"
+    system.mkdir(parents=True)
+    libraries = list(Path("/usr/lib").glob("*/wine/x86_64-windows/*.dll"))
+    for library in libraries:
+        (system / library.name).symlink_to(library)
+    if libraries:
+        (folder / ".update-timestamp").write_text("disable\n")
+    return {"WINEPREFIX": str(folder), "WINEDEBUG": "-all", "WINEDLLOVERRIDES": "mscoree,mshtml="}
 
 
 def run(folder: Path, *words: str, given: str | None = None) -> str:

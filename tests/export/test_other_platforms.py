@@ -11,7 +11,7 @@ import pytest
 from agreement import same_bits
 from benchmarks.targets.sources import Rows
 from cases import Case, rows_of, unit_of, vectors_of
-from emulators import EMULATED, Emulated, run, wine_folder
+from emulators import EMULATED, Emulated, run, wine_surroundings
 from exchanges import equations
 from fmus import mass
 
@@ -47,7 +47,9 @@ each_emulated = pytest.mark.parametrize("emulated", EMULATED, ids=lambda one: on
 def place(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     """Where all that is compiled here is run."""
     folder = tmp_path_factory.mktemp("platforms")
-    with wine_folder(folder / "wine"):
+    with pytest.MonkeyPatch.context() as patch:
+        for name, value in wine_surroundings(folder / "wine").items():
+            patch.setenv(name, value)
         yield folder
 
 
