@@ -3,6 +3,7 @@
 
 #include "fmi3Functions.h"
 #include <math.h>
+#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 
@@ -22,14 +23,14 @@ static fmi3Instance c;
 static belief now, kept;
 static fmi3FMUState saved;
 static int messages, ticks;
-static unsigned long drawn = 1;
+static uint64_t drawn = 1;
 
 static const fmi3ValueReference velocity[] = {5}, integral[] = {8}, sample[] = {MODEL_CLOCK}, none[] = {MODEL_CLOCK + 1};
 static const double values[] = {0.0, -0.1, 0.2, 0.3, 1e308, -1e308, 5e-324, INFINITY, NAN};
 static const double sizes[] = {1.0, 2.0, 3.0, 4.0, 9.0}, no_sizes[] = {0.0, -4.0, INFINITY, NAN};
 
 static unsigned draw(unsigned count) {
-    drawn = drawn * 6364136223846793005u + 1442695040888963407u;
+    drawn = drawn * UINT64_C(6364136223846793005) + UINT64_C(1442695040888963407);
     return (unsigned)((drawn >> 33) % count);
 }
 

@@ -14,15 +14,16 @@ from cases import Case, rows_of, unit_of, vectors_of
 from emulators import EMULATED, Emulated, run, wine_surroundings
 from exchanges import equations
 from fmus import mass
+from toy import toy
 
 from hydroservo.export.c.project import write_c_project
 from hydroservo.export.c.vectors import Vectors
 from hydroservo.export.fmu import FmiVersion, write_fmu
 from hydroservo.export.fmu.binaries import place_of
-from hydroservo.export.fmu.contents import fmu_files
+from hydroservo.export.fmu.contents import Files, fmu_files
 from hydroservo.export.fmu.variables import Kind, variables_of
 from hydroservo.export.platforms import Platform, this_platform
-from hydroservo.export.unit import Part, Unit
+from hydroservo.export.unit import Part
 from needs import needs
 
 FMUS = (
@@ -124,25 +125,33 @@ def test_fmus_give_the_bits_of_this_machine(fmu: Built, emulated: Emulated) -> N
 @each_emulated
 @pytest.mark.parametrize("version", FmiVersion, ids=lambda version: version.name)
 def test_steps_saved_states_and_errors(emulated: Emulated, version: FmiVersion, tmp_path: Path) -> None:
-    assert driven(emulated, mass(), version, "driver", tmp_path) == ["2 instances, 1000 samples"]
+    files = fmu_files(mass(), 1.0, version)
+    assert driven(emulated, files, f"fmi{version}_driver.c", tmp_path) == ["2 instances, 1000 samples"]
 
 
 @each_emulated
 @pytest.mark.parametrize("version", FmiVersion, ids=lambda version: version.name)
 def test_equations(emulated: Emulated, version: FmiVersion, tmp_path: Path) -> None:
-    (said,) = driven(emulated, equations(), version, "exchange_driver", tmp_path)
+    files = fmu_files(equations(), 1.0, version)
+    (said,) = driven(emulated, files, f"fmi{version}_exchange_driver.c", tmp_path)
     assert said.startswith("1 instance, 1000 steps, ")
 
 
-def driven(emulated: Emulated, exported: Unit, version: FmiVersion, driver: str, folder: Path) -> list[str]:
+@each_emulated
+def test_random_calls_of_a_clock(emulated: Emulated, tmp_path: Path) -> None:
+    files = fmu_files(toy(), 1.0, FmiVersion.FMI3, clocked=True)
+    assert driven(emulated, files, "clock_driver.c", tmp_path) == ["300000 calls"]
+
+
+def driven(emulated: Emulated, files: Files, driver: str, folder: Path) -> list[str]:
     """What a driver prints that is linked with the sources of an FMU."""
     emulated.need()
-    for name, text in fmu_files(exported, 1.0, version).items():
+    for name, text in files.items():
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).write_text(text)
     sources = sorted(str(one) for one in (folder / "sources").glob("*.c"))
-    words = ("-Isources", "-Isources/include", str(HERE / f"fmi{version}_{driver}.c"), *sources)
-    run(folder, emulated.compiler, "-std=c99", *words, "-o", "driver.exe", "-lm")
+    words = ("-Isources", "-Isources/include", str(HERE / driver), *sources)
+    run(folder, emulated.compiler, "-std=c99", "-O1", *words, "-o", "driver.exe", "-lm")
     return run(folder, *emulated.emulator, "./driver.exe").splitlines()
 
 
