@@ -2,6 +2,7 @@
 
 from contextlib import ExitStack
 from pathlib import Path
+from xml.etree import ElementTree
 
 import fmpy
 import numpy as np
@@ -17,6 +18,7 @@ from hydroservo.scenario import load_scenario
 from hydroservo.simulate import simulate
 from needs import needs
 
+SSD = "http://ssp-standard.org/SSP1/SystemStructureDescription"
 SAMPLES = 200
 LOOP = load_scenario("rig/1khz-tsmc-sine", {"simulation.record_period": "1 ms", "simulation.duration": "1 s"})
 
@@ -46,6 +48,22 @@ def test_it_names_each_input_and_where_it_comes_from(system: Path) -> None:
     assert len(ends) == len(set(ends)) == 7
     assert ("controller", "demand.value") in inputs
     assert ("machine", "controller.u") in inputs
+
+
+def test_each_connector_has_the_unit_of_its_variable(system: Path, tmp_path: Path) -> None:
+    folders = unpacked(system, tmp_path)
+    root = ElementTree.parse(tmp_path / "SystemStructure.ssd").getroot()  # noqa: S314 - our own
+    units = {one.name: one for one in read_ssd(str(system)).units}
+    assert (units["m/s"].m, units["m/s"].s, units["N"].kg) == (1, -1, 1)
+    for component in root.iter(f"{{{SSD}}}Component"):
+        description = fmpy.read_model_description(folders[component.attrib["name"]])
+        variables = {one.name: one for one in description.modelVariables}
+        connectors = list(component.iter(f"{{{SSD}}}Connector"))
+        assert connectors
+        for connector in connectors:
+            unit = connector[0].get("unit")
+            assert unit == variables[connector.attrib["name"]].unit
+            assert unit is None or unit in units
 
 
 def in_order(folders: dict[str, Path], connections: list[Connection]) -> list[Connection]:

@@ -1,12 +1,13 @@
 """Writes a loop as a system of FMUs: System Structure and Parameterization, SSP 1.0."""
 
 import io
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import NamedTuple
 
 from hydroservo.errors import HydroservoError
-from hydroservo.export.fmu.variables import Kind, variables_of
+from hydroservo.export.fmu.units import base_unit
+from hydroservo.export.fmu.variables import Kind, Variable, variables_of
 from hydroservo.export.fmu.write import checked_ending, fmu_content, pack
 from hydroservo.export.render import rendered
 from hydroservo.export.unit import FmiVersion, Part, Unit
@@ -52,9 +53,11 @@ def write_ssp(
     """
     path = checked_ending(Path(path), ".ssp")
     content = {f"resources/{part}.fmu": fmu_of(units[part], stop_time, version) for part in PARTS}
+    ports = {part: connectors(units[part]) for part in PARTS}
     context = {
         "units": {part: units[part] for part in PARTS},
-        "variables": {part: variables_of(units[part]) for part in PARTS},
+        "connectors": ports,
+        "base_units": base_units(one.unit for part in PARTS for one in ports[part]),
         "connections": list(connections(units)),
         "stop_time": stop_time,
     }
@@ -68,6 +71,17 @@ def fmu_of(unit: Unit, stop_time: float, version: FmiVersion) -> bytes:
     packed = io.BytesIO()
     pack(fmu_content(unit, stop_time, version), packed)
     return packed.getvalue()
+
+
+def connectors(unit: Unit) -> list[Variable]:
+    """The inputs and outputs of an FMU."""
+    return [one for one in variables_of(unit) if one.kind in (Kind.INPUT, Kind.OUTPUT)]
+
+
+def base_units(names: Iterable[str]) -> dict[str, Mapping[str, int | float]]:
+    """By its name each unit that SSP can say in terms of base units."""
+    found = {name: base_unit(name) for name in names if name}
+    return {name: base for name, base in found.items() if base is not None}
 
 
 def connections(units: Mapping[Part, Unit]) -> Iterator[Connection]:
