@@ -19,7 +19,9 @@ class Opened:
         from fmpy import extract, read_model_description
         from fmpy.simulation import instantiate_fmu
 
-        folder = extract(system.fmu(part), str(system.folder / part))
+        folder = system.folder / part
+        if not folder.exists():
+            extract(system.fmu(part), str(folder))
         about = read_model_description(folder)
         self.slave: Any = instantiate_fmu(folder, about, fmi_type="CoSimulation")
         self.references = {one.name: one.valueReference for one in about.modelVariables}

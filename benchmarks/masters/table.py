@@ -13,7 +13,7 @@ HEADER = (
     "what it does at each sample",
     "package",
     "FMI",
-    "as simulated",
+    f"as simulated, of {SAMPLES:,}",
     "rms error [mm/s]",
     "with gains for the delay [mm/s]",
 )
@@ -36,6 +36,6 @@ def row(master: Master, result: Result) -> Line:
         master.how,
         f"{master.package} {result['version']}",
         ", ".join(result["fmi"]),
-        f"{result['equal']:,} of {SAMPLES:,}",
+        f"{result['equal']:,}",
         *(digits(1e3 * result[key]) for key in ("error", "error_with_gains_for_delay")),
     )
