@@ -33,6 +33,7 @@ def write_ssp(
 ) -> Path:
     """Write the demand, the controller and the machine of a loop as FMUs, and how they are connected.
 
+    Inputs for units of others, such as the machine's ``external.force``, are left without a connector.
     The same exports give the same bytes with the same compiler. The file is written whole or not at all.
 
     Args:
@@ -53,12 +54,13 @@ def write_ssp(
     """
     path = checked_ending(Path(path), ".ssp")
     content = {f"resources/{part}.fmu": fmu_of(units[part], stop_time, version) for part in PARTS}
-    ports = {part: connectors(units[part]) for part in PARTS}
+    links = list(connections(units))
+    ports = {part: connectors(part, units[part], links) for part in PARTS}
     context = {
         "units": {part: units[part] for part in PARTS},
         "connectors": ports,
         "base_units": base_units(one.unit for part in PARTS for one in ports[part]),
-        "connections": list(connections(units)),
+        "connections": links,
         "stop_time": stop_time,
     }
     content["SystemStructure.ssd"] = rendered("fmu/SystemStructure.xml", context).encode()
@@ -73,9 +75,10 @@ def fmu_of(unit: Unit, stop_time: float, version: FmiVersion) -> bytes:
     return packed.getvalue()
 
 
-def connectors(unit: Unit) -> list[Variable]:
-    """The inputs and outputs of an FMU."""
-    return [one for one in variables_of(unit) if one.kind in (Kind.INPUT, Kind.OUTPUT)]
+def connectors(part: Part, unit: Unit, links: Iterable[Connection]) -> list[Variable]:
+    """The outputs of an FMU and its inputs that are connected: a tool may connect any other as it likes."""
+    fed = {link.name for link in links if link.end is part}
+    return [one for one in variables_of(unit) if one.kind is Kind.OUTPUT or one.name in fed]
 
 
 def base_units(names: Iterable[str]) -> dict[str, Mapping[str, int | float]]:
