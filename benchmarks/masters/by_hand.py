@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
+from functools import partial
 from typing import Any
 
 from benchmarks.masters.master import Master
@@ -69,8 +70,8 @@ def in_order(system: System, units: Units, time: float) -> None:
         unit.slave.doStep(time, system.period)
 
 
-def controller_first(system: System, units: Units, time: float) -> None:
-    for part in (Part.CONTROLLER, Part.MACHINE, Part.DEMAND):
+def unit_by_unit(system: System, units: Units, time: float) -> None:
+    for part in PARTS:
         for start, end, name in system.connections:
             if end is part:
                 units[end].set(name, units[start].get(name))
@@ -86,13 +87,13 @@ def at_once(system: System, units: Units, time: float) -> None:
 
 
 MASTERS = tuple(
-    Master(f"by hand: {name}", "fmpy", how, lambda system, step=step: run(step, system))
+    Master(f"by hand: {name}", "fmpy", how, partial(run, step))
     for name, how, step in (
         ("in order", "connection by connection, command last; steps all", in_order),
         (
             "unit by unit",
             "sets a unit's inputs and steps it: controller, machine, demand",
-            controller_first,
+            unit_by_unit,
         ),
         ("all at once", "reads all outputs, sets all inputs, steps all", at_once),
     )

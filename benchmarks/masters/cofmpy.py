@@ -14,16 +14,14 @@ from hydroservo.export.unit import Part
 
 __all__ = ["MASTERS"]
 
-ORDER = ((Part.CONTROLLER, Part.MACHINE), (Part.DEMAND,))
-
 
 def velocities(system: System, method: str) -> Sequence[float]:
     from cofmupy.master import DefaultMaster
 
     units = [{"id": part.value, "path": str(system.fmu(part)), "initialization": {}} for part in PARTS]
     links = {(start.value, name): [(end.value, name)] for start, end, name in system.connections}
-    order = [[part.value for part in group] for group in ORDER]
-    master = DefaultMaster(units, links, order, cosim_method=method)
+    loop, rest = [Part.CONTROLLER.value, Part.MACHINE.value], [Part.DEMAND.value]
+    master = DefaultMaster(units, links, [loop, rest], cosim_method=method)
     master.init_simulation()
     for _ in range(SAMPLES - 1):
         master.do_step(system.period)

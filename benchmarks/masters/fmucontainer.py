@@ -3,15 +3,15 @@
 import json
 import logging
 from collections.abc import Sequence
+from functools import partial
 
 from benchmarks.masters.fmpy import played
 from benchmarks.masters.master import Master
 from benchmarks.masters.system import VELOCITY, System
+from hydroservo.export.fmu import PARTS
 from hydroservo.export.unit import Part
 
 __all__ = ["MASTERS"]
-
-ORDER = (Part.CONTROLLER, Part.MACHINE, Part.DEMAND)
 
 
 def contained(system: System, sequential: bool) -> Sequence[float]:
@@ -21,7 +21,7 @@ def contained(system: System, sequential: bool) -> Sequence[float]:
     name = f"sequential-{sequential}"
     description = {
         "name": f"{name}.fmu",
-        "fmu": [f"{part}.fmu" for part in ORDER],
+        "fmu": [f"{part}.fmu" for part in PARTS],
         "link": [[f"{start}.fmu", port, f"{end}.fmu", port] for start, end, port in system.connections],
         "output": [[f"{Part.MACHINE}.fmu", VELOCITY, VELOCITY]],
         "auto_input": False,
@@ -35,21 +35,18 @@ def contained(system: System, sequential: bool) -> Sequence[float]:
     return played(system, system.folder / f"{name}.fmu")
 
 
-def parallel(system: System) -> Sequence[float]:
-    return contained(system, sequential=False)
-
-
-def sequential(system: System) -> Sequence[float]:
-    return contained(system, sequential=True)
-
-
 PACKAGE = "fmu_manipulation_toolbox"
 MASTERS = (
     Master(
         "fmucontainer -sequential",
         PACKAGE,
         "unit by unit as listed: controller, machine, demand",
-        sequential,
+        partial(contained, sequential=True),
     ),
-    Master("fmucontainer", PACKAGE, "sets the inputs of all, steps all, reads the outputs of all", parallel),
+    Master(
+        "fmucontainer",
+        PACKAGE,
+        "sets the inputs of all, steps all, reads the outputs of all",
+        partial(contained, sequential=False),
+    ),
 )

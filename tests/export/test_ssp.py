@@ -39,7 +39,7 @@ def system(
 
 def test_it_names_each_input_and_where_it_comes_from(system: Path) -> None:
     loop = read_ssd(str(system)).system  # which checks it against the standard's schema
-    assert [one.name for one in loop.elements] == ["demand", "controller", "machine"]
+    assert [one.name for one in loop.elements] == ["controller", "machine", "demand"]
     inputs = {
         (part.name, one.name) for part in loop.elements for one in part.connectors if one.kind == "input"
     }
@@ -101,6 +101,22 @@ def test_asked_in_the_order_of_dependencies_it_is_the_simulation(system: Path, t
     direct = simulate(LOOP, strict=True)
     expected = [direct[name].values[:SAMPLES] for name in ("plant.velocity", "controller.u")]
     np.testing.assert_array_equal(np.array(found).T, expected)
+
+
+def test_stepped_unit_by_unit_as_listed_it_is_the_simulation(system: Path, tmp_path: Path) -> None:
+    folders, found = unpacked(system, tmp_path), []
+    loop = read_ssd(str(system)).system
+    with ExitStack() as stack:
+        parts = {one.name: stack.enter_context(Instance(folders[one.name])).begin() for one in loop.elements}
+        for k in range(SAMPLES):
+            found += parts["machine"].get("plant.velocity")
+            for name, part in parts.items():
+                for one in loop.connections:
+                    if one.endElement == name:
+                        (value,) = parts[one.startElement].get(one.startConnector)
+                        part.set({one.endConnector: value})
+                assert part.step(k * LOOP.simulation.period) == 0
+    np.testing.assert_array_equal(found, simulate(LOOP, strict=True)["plant.velocity"].values[:SAMPLES])
 
 
 def test_equal_exports_give_equal_bytes(units: dict[Part, Unit], tmp_path: Path) -> None:

@@ -15,7 +15,8 @@ from hydroservo.outputs import atomic_path
 
 __all__ = ["PARTS", "write_ssp"]
 
-PARTS = (Part.DEMAND, Part.CONTROLLER, Part.MACHINE)  # in the order in which each finds its inputs known
+# Stepped one after the other in this order, each is given what the others put out at its sample.
+PARTS = (Part.CONTROLLER, Part.MACHINE, Part.DEMAND)
 
 OPEN = "external."  # what inputs begin with that are for units of others
 
