@@ -3,6 +3,7 @@
 import sys
 from collections.abc import Sequence
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Annotated, TypeVar
 
 import typer
@@ -14,6 +15,11 @@ from benchmarks.jobs import Job, jobs
 from benchmarks.machine import described
 from benchmarks.machines import loops
 from benchmarks.machines import machines as machine_times
+from benchmarks.masters import ALL as MASTERS
+from benchmarks.masters.measure import RESULTS as MASTERS_RESULTS
+from benchmarks.masters.measure import exported, updated
+from benchmarks.masters.table import page as masters_page
+from benchmarks.masters.table import table as masters_table
 from benchmarks.measure import measured
 from benchmarks.peer import Peer
 from benchmarks.peers import ALL
@@ -22,7 +28,7 @@ from benchmarks.profile import profile
 from benchmarks.results import RESULTS, load, save
 from benchmarks.scaling import scaling
 from benchmarks.start_up import start_up
-from benchmarks.table import ROOT, Line, Section, filled, job_table, machines_table, notes, summary, write
+from benchmarks.table import Line, Section, job_table, machines_table, notes, put, summary, write
 from benchmarks.targets.table import measured as measured_units
 from benchmarks.targets.table import page as target_page
 from benchmarks.targets.table import tables as target_tables
@@ -109,9 +115,22 @@ def targets(
     offered = controllers()
     found = list(measured_units(units({name: offered[name] for name in named(only, list(offered))}), tell))
     if not only:
-        page = ROOT / "docs" / "target.md"
-        page.write_text(filled(page.read_text(encoding="utf-8"), target_page(found)), encoding="utf-8")
+        put("docs/target.md", target_page(found))
     show(target_tables(found))
+
+
+@app.command()
+def masters(
+    only: Annotated[str, typer.Option(help="names with commas between; all if empty")] = "",
+) -> None:
+    """What tools that couple FMUs make of a loop; those that are not installed keep their last result."""
+    wanted = named(only, [one.name for one in MASTERS])
+    chosen = [one for one in MASTERS if one.name in wanted]
+    with TemporaryDirectory() as folder:
+        results = updated(load(MASTERS_RESULTS), chosen, exported(Path(folder)), tell)
+    save(MASTERS_RESULTS, results)
+    put("docs/export.md", masters_page(results))
+    show([("", masters_table(results))])
 
 
 @app.command()

@@ -19,6 +19,7 @@ __all__ = [
     "machines_table",
     "notes",
     "overview",
+    "put",
     "summary",
     "write",
 ]
@@ -35,8 +36,13 @@ Line = Sequence[str]
 def write(results: Results) -> None:
     """Puts the tables where they are shown."""
     for name, text in (("README.md", overview(results)), ("docs/benchmarks.md", details(results))):
-        page = ROOT / name
-        page.write_text(filled(page.read_text(encoding="utf-8"), text), encoding="utf-8")
+        put(name, text)
+
+
+def put(name: str, text: str) -> None:
+    """Shows a text between the markers of a page, by its path in the repository."""
+    page = ROOT / name
+    page.write_text(filled(page.read_text(encoding="utf-8"), text), encoding="utf-8")
 
 
 def filled(page: str, text: str) -> str:
@@ -237,7 +243,7 @@ def digits(value: float) -> str:
 UNITS = (("s", 1.0, 1.0), ("ms", 1e3, 1e-3), ("µs", 1e6, 0.0))
 
 
-def markdown(header: Line, rows: Iterable[Line]) -> str:
-    """A table as Markdown; numbers to the right."""
-    cells = [header, ["---", *["---:"] * (len(header) - 1)], *rows]
+def markdown(header: Line, rows: Iterable[Line], left: int = 1) -> str:
+    """A table as Markdown; so many columns to the left, numbers to the right."""
+    cells = [header, ["---"] * left + ["---:"] * (len(header) - left), *rows]
     return "\n".join("| " + " | ".join(line) + " |" for line in cells)

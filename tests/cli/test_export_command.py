@@ -262,11 +262,11 @@ def test_a_system_of_fmus(compiler, tmp_path):
     out = tmp_path / "loop.ssp"
     said = succeeded("export", "ssp", "paper/sine-pi", *SHORT, "--out", out)
     titles = [line.partition(" of scenario")[0] for line in said.splitlines()[:3]]
-    assert titles == ["Demand", "PI", "Machine"]
+    assert titles == ["PI", "Machine", "Demand"]
     assert said.splitlines()[3].endswith(f"KiB, FMI 2, steps of 1e-05 s, for {this_platform()}")
     assert said.count("checked with cc: ") == 3
     found = json.loads(succeeded("export", "ssp", "paper/sine-pi", *SHORT, "--out", out, "--json"))
-    assert [one["unit"] for one in found["units"]] == ["demand", "controller", "machine"]
+    assert [one["unit"] for one in found["units"]] == ["controller", "machine", "demand"]
     assert found["file"] == str(out)
 
 

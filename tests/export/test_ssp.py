@@ -2,6 +2,7 @@
 
 from contextlib import ExitStack
 from pathlib import Path
+from xml.etree import ElementTree
 
 import fmpy
 import numpy as np
@@ -17,6 +18,7 @@ from hydroservo.scenario import load_scenario
 from hydroservo.simulate import simulate
 from needs import needs
 
+SSD = "http://ssp-standard.org/SSP1/SystemStructureDescription"
 SAMPLES = 200
 LOOP = load_scenario("rig/1khz-tsmc-sine", {"simulation.record_period": "1 ms", "simulation.duration": "1 s"})
 
@@ -37,15 +39,31 @@ def system(
 
 def test_it_names_each_input_and_where_it_comes_from(system: Path) -> None:
     loop = read_ssd(str(system)).system  # which checks it against the standard's schema
-    assert [one.name for one in loop.elements] == ["demand", "controller", "machine"]
+    assert [one.name for one in loop.elements] == ["controller", "machine", "demand"]
     inputs = {
         (part.name, one.name) for part in loop.elements for one in part.connectors if one.kind == "input"
     }
     ends = [(one.endElement, one.endConnector) for one in loop.connections]
-    assert set(ends) == inputs - {("machine", "external.force")}  # which is for units of others
-    assert len(ends) == len(set(ends)) == 7
+    assert set(ends) == inputs  # not external.force, which FMPy's player would connect to the command
+    assert len(ends) == len(inputs) == 7
     assert ("controller", "demand.value") in inputs
     assert ("machine", "controller.u") in inputs
+
+
+def test_each_connector_has_the_unit_of_its_variable(system: Path, tmp_path: Path) -> None:
+    folders = unpacked(system, tmp_path)
+    root = ElementTree.parse(tmp_path / "SystemStructure.ssd").getroot()  # noqa: S314 - our own
+    units = {one.name: one for one in read_ssd(str(system)).units}
+    assert (units["m/s"].m, units["m/s"].s, units["N"].kg) == (1, -1, 1)
+    for component in root.iter(f"{{{SSD}}}Component"):
+        description = fmpy.read_model_description(folders[component.attrib["name"]])
+        variables = {one.name: one for one in description.modelVariables}
+        connectors = list(component.iter(f"{{{SSD}}}Connector"))
+        assert connectors
+        for connector in connectors:
+            unit = connector[0].get("unit")
+            assert unit == variables[connector.attrib["name"]].unit
+            assert unit is None or unit in units
 
 
 def in_order(folders: dict[str, Path], connections: list[Connection]) -> list[Connection]:
@@ -83,6 +101,22 @@ def test_asked_in_the_order_of_dependencies_it_is_the_simulation(system: Path, t
     direct = simulate(LOOP, strict=True)
     expected = [direct[name].values[:SAMPLES] for name in ("plant.velocity", "controller.u")]
     np.testing.assert_array_equal(np.array(found).T, expected)
+
+
+def test_stepped_unit_by_unit_as_listed_it_is_the_simulation(system: Path, tmp_path: Path) -> None:
+    folders, found = unpacked(system, tmp_path), []
+    loop = read_ssd(str(system)).system
+    with ExitStack() as stack:
+        parts = {one.name: stack.enter_context(Instance(folders[one.name])).begin() for one in loop.elements}
+        for k in range(SAMPLES):
+            found += parts["machine"].get("plant.velocity")
+            for name, part in parts.items():
+                for one in loop.connections:
+                    if one.endElement == name:
+                        (value,) = parts[one.startElement].get(one.startConnector)
+                        part.set({one.endConnector: value})
+                assert part.step(k * LOOP.simulation.period) == 0
+    np.testing.assert_array_equal(found, simulate(LOOP, strict=True)["plant.velocity"].values[:SAMPLES])
 
 
 def test_equal_exports_give_equal_bytes(units: dict[Part, Unit], tmp_path: Path) -> None:

@@ -6,7 +6,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 from hydroservo.errors import HydroservoError
-from hydroservo.export.fmu.variables import Kind, variables_of
+from hydroservo.export.fmu.units import base_unit
+from hydroservo.export.fmu.variables import Kind, Variable, variables_of
 from hydroservo.export.fmu.write import checked_ending, fmu_content, pack
 from hydroservo.export.platforms import platforms_named
 from hydroservo.export.render import rendered
@@ -15,7 +16,8 @@ from hydroservo.outputs import atomic_path
 
 __all__ = ["PARTS", "write_ssp"]
 
-PARTS = (Part.DEMAND, Part.CONTROLLER, Part.MACHINE)  # in the order in which each finds its inputs known
+# Stepped one after the other in this order, each is given what the others put out at its sample.
+PARTS = (Part.CONTROLLER, Part.MACHINE, Part.DEMAND)
 
 OPEN = "external."  # what inputs begin with that are for units of others
 
@@ -38,6 +40,7 @@ def write_ssp(
 ) -> Path:
     """Write the demand, the controller and the machine of a loop as FMUs, and how they are connected.
 
+    Inputs for units of others, such as the machine's ``external.force``, are left without a connector.
     The same exports give the same bytes with the same compilers. The file is written whole or not at all.
 
     Args:
@@ -60,10 +63,13 @@ def write_ssp(
     path = checked_ending(Path(path), ".ssp")
     chosen = platforms_named(platforms)
     content = {f"resources/{part}.fmu": fmu_of(units[part], stop_time, version, chosen) for part in PARTS}
+    links = list(connections(units))
+    ports = {part: connectors(part, units[part], links) for part in PARTS}
     context = {
         "units": {part: units[part] for part in PARTS},
-        "variables": {part: variables_of(units[part]) for part in PARTS},
-        "connections": list(connections(units)),
+        "connectors": ports,
+        "base_units": base_units(one.unit for part in PARTS for one in ports[part]),
+        "connections": links,
         "stop_time": stop_time,
     }
     content["SystemStructure.ssd"] = rendered("fmu/SystemStructure.xml", context).encode()
@@ -76,6 +82,18 @@ def fmu_of(unit: Unit, stop_time: float, version: FmiVersion, platforms: Iterabl
     packed = io.BytesIO()
     pack(fmu_content(unit, stop_time, version, platforms), packed)
     return packed.getvalue()
+
+
+def connectors(part: Part, unit: Unit, links: Iterable[Connection]) -> list[Variable]:
+    """The outputs of an FMU and its inputs that are connected: a tool may connect any other as it likes."""
+    fed = {link.name for link in links if link.end is part}
+    return [one for one in variables_of(unit) if one.kind is Kind.OUTPUT or one.name in fed]
+
+
+def base_units(names: Iterable[str]) -> dict[str, Mapping[str, int | float]]:
+    """By its name each unit that SSP can say in terms of base units."""
+    found = {name: base_unit(name) for name in names if name}
+    return {name: base for name, base in found.items() if base is not None}
 
 
 def connections(units: Mapping[Part, Unit]) -> Iterator[Connection]:
