@@ -16,7 +16,6 @@ from hydroservo.export.c.source import Form, Translation, texts
 from hydroservo.export.names import identifier
 from hydroservo.export.parts import Command, ExternalForce, Instant, block_of, settled
 from hydroservo.export.prefix import checked_prefix, plain_title
-from hydroservo.export.translate.calls import is_op
 from hydroservo.export.translate.program import Program, check_law
 from hydroservo.export.translate.terms import REAL, Record
 from hydroservo.export.unit import INTEGRATED, RATES, Argument, Part, Precision, Signal, Unit
@@ -158,9 +157,9 @@ def taken(program: Program, name: str, cls: Any, block: Block) -> Record:
 
 
 def blocks_functions(needed: Needed, prefix: str) -> Iterator[str]:
-    """What of the C is translated from blocks, and not from ops or written by hand."""
+    """What of the C are methods of blocks, and not ops or arithmetic on states."""
     yield from (f"{prefix}_init", f"{prefix}_step")
-    yield from (one.name for one in needed.reached if one.body and not is_op(one.origin))
+    yield from (one.name for one in needed.reached if one.owner)
 
 
 def needed_by(unit: Translation, *, init: bool) -> Needed:

@@ -1,11 +1,12 @@
-"""The functions whose C is written, not translated: bits of numbers, random words, arithmetic on states."""
+"""The functions that are no plain text of Python: bits of numbers, random words, arithmetic on states."""
 
 from collections.abc import Callable, Sequence
 from typing import Any
 
 from hydroservo import states
 from hydroservo.export import parts
-from hydroservo.export.c.primitives import bits, floats, linear, records
+from hydroservo.export.c.primitives import bits, floats, linear, on_states
+from hydroservo.export.c.primitives.infinite import infinite
 from hydroservo.export.c.primitives.random import drawn
 from hydroservo.export.translate.terms import Function, Translator, Type
 from hydroservo.ops import basic, binary, random
@@ -26,12 +27,14 @@ NUMBERS = {
 }
 MADE = {
     random.drawn: drawn,
-    states.axpy: records.axpy,
-    states.scaled: records.scaled,
-    states.misses: records.misses,
+    states.axpy: on_states.axpy,
+    states.scaled: on_states.scaled,
+    states.misses: on_states.misses,
+    states.miss: on_states.own_text(states.miss),
+    states.nudge: on_states.own_text(states.nudge),
     states.factored: linear.factored,
     states.solved: linear.solved,
-    parts.infinite: records.infinite,
+    parts.infinite: infinite,
 }
 
 

@@ -6,7 +6,7 @@ from hydroservo.export.names import identifier
 from hydroservo.export.translate.scope import TranslationError
 from hydroservo.export.translate.terms import Known, Record, Type
 
-__all__ = ["has_numbers", "joined", "known_of", "leaf_places", "record_of"]
+__all__ = ["joined", "known_of", "leaf_places", "record_of"]
 
 
 def record_of(kind: Type) -> Record:
@@ -31,11 +31,6 @@ def known_of(kind: Type) -> int:
     return kind.value
 
 
-def has_numbers(kind: Type) -> bool:
-    """True for a number, and for a record that holds one."""
-    return not isinstance(kind, Record) or any(leaf_places(kind))
-
-
 def leaf_places(record: Record, place: str = "") -> Iterator[str]:
     """The place of each number of a record, whether it is needed or not."""
     for name, kind in record.fields.items():
@@ -45,6 +40,6 @@ def leaf_places(record: Record, place: str = "") -> Iterator[str]:
             yield place + identifier(name)
 
 
-def joined(lines: Iterable[str], depth: int = 4, between: str = "") -> str:
+def joined(lines: Iterable[str], depth: int = 4) -> str:
     """Lines of a text, all but the first indented."""
-    return f"{between}\n{' ' * depth}".join(lines)
+    return f"\n{' ' * depth}".join(lines)

@@ -1,0 +1,145 @@
+"""The arithmetic on whole states as the text of functions, each for one type of state.
+
+Neither compiled code nor C can loop over the fields of a NamedTuple, so each text has an expression for every
+number. The export translates the same texts that the engine compiles, but for linear systems: C has arrays
+and loops, and without them a machine of 14 states would take twice the code.
+"""
+
+import linecache
+from collections.abc import Iterator, Mapping, Sequence
+from types import FunctionType, MappingProxyType
+from typing import Any, NamedTuple
+from zlib import crc32
+
+from hydroservo import states
+
+__all__ = ["Shape", "axpy", "defined", "factored", "misses", "places", "scaled", "solved"]
+
+
+class Shape(NamedTuple):
+    """A type of state.
+
+    Attributes:
+        cls: its class.
+        fields: the type of each; None for a number.
+    """
+
+    cls: type
+    fields: "Mapping[str, Shape | None]"
+
+
+def axpy(shape: Shape) -> FunctionType:
+    """``states.axpy`` for states of one type."""
+    namespace: dict[str, Any] = {}
+    return defined(states.axpy, "x, h, k", made(shape, ("x", "k"), "{} + h * {}", namespace), namespace)
+
+
+def scaled(shape: Shape) -> FunctionType:
+    """``states.scaled`` for states of one type."""
+    namespace: dict[str, Any] = {}
+    return defined(states.scaled, "h, k", made(shape, ("k",), "h * {}", namespace), namespace)
+
+
+def misses(shape: Shape) -> FunctionType:
+    """``states.misses`` for states of one type."""
+    names = ("error", "x", "y", "rate")
+    total = summed(shape, names, "miss({}, {}, {}, {}, dt)")
+    return defined(states.misses, f"{', '.join(names)}, dt", total, {"miss": states.miss})
+
+
+def factored(shape: Shape) -> FunctionType:
+    """``states.factored`` for states of one type, without loops: a variable for each number of the matrix."""
+    namespace: dict[str, Any] = {"nudge": states.nudge}
+    paths = tuple(places(shape))
+    n = len(paths)
+    lines = ["least = 1.0 / h"]
+    for j, path in enumerate(paths):
+        marked = {f"x.{path}": f"x.{path} + change"}
+        lines.append(f"change = nudge(x.{path}, f.{path}, h)")
+        lines.append(f"moved = system.deriv(t, {made(shape, ('x',), '{}', namespace, marked)}, u)")
+        for i, row in enumerate(paths):
+            lines.append(f"a{i}_{j} = {'least' if i == j else 0.0} - (moved.{row} - f.{row}) / change")
+    for k in range(n):
+        lines.append(f"a{k}_{k} = 1.0 / a{k}_{k}")
+        for i in range(k + 1, n):
+            lines.append(f"a{i}_{k} = a{i}_{k} * a{k}_{k}")
+            lines += [f"a{i}_{j} = a{i}_{j} - a{i}_{k} * a{k}_{j}" for j in range(k + 1, n)]
+    matrix = ", ".join(f"a{i}_{j}" for i in range(n) for j in range(n))
+    return defined(states.factored, "system, t, x, u, f, h", f"({matrix},)", namespace, lines)
+
+
+def solved(shape: Shape) -> FunctionType:
+    """``states.solved`` for states of one type, without loops."""
+    namespace: dict[str, Any] = {}
+    paths = tuple(places(shape))
+    n = len(paths)
+    lines = [f"z{i} = k.{path}" for i, path in enumerate(paths)]
+    for i in range(n):
+        lines += [f"z{i} = z{i} - matrix[{n * i + j}] * z{j}" for j in range(i)]
+    for i in reversed(range(n)):
+        lines += [f"z{i} = z{i} - matrix[{n * i + j}] * z{j}" for j in range(i + 1, n)]
+        lines.append(f"z{i} = z{i} * matrix[{n * i + i}]")
+    solution = {f"k.{path}": f"z{i}" for i, path in enumerate(paths)}
+    return defined(
+        states.solved, "matrix, k", made(shape, ("k",), "{}", namespace, solution), namespace, lines
+    )
+
+
+def places(shape: Shape, prefix: str = "") -> Iterator[str]:
+    """The dotted path of each number of a state."""
+    for field, part in shape.fields.items():
+        if part is None:
+            yield prefix + field
+        else:
+            yield from places(part, f"{prefix}{field}.")
+
+
+def made(
+    shape: Shape | None,
+    names: Sequence[str],
+    number: str,
+    namespace: dict[str, Any],
+    instead: Mapping[str, str] = MappingProxyType({}),
+) -> str:
+    """The text that makes a state, each number by the expression ``number`` of those of the states named.
+
+    ``instead`` has other expressions for some of them, by the path of the first.
+    """
+    if shape is None:
+        return instead.get(names[0], number.format(*names))
+    name = f"T{len(namespace)}"
+    namespace[name] = shape.cls
+    inner = [
+        made(part, [f"{one}.{field}" for one in names], number, namespace, instead)
+        for field, part in shape.fields.items()
+    ]
+    return f"{name}({', '.join(inner)})"
+
+
+def summed(shape: Shape | None, names: Sequence[str], number: str) -> str:
+    """The text that adds an expression of each number, group by group as the interpreted function does."""
+    if shape is None:
+        return number.format(*names)
+    inner = [
+        summed(part, [f"{one}.{field}" for one in names], number) for field, part in shape.fields.items()
+    ]
+    return f"({' + '.join(['0.0', *inner])})"
+
+
+def defined(
+    origin: Any, arguments: str, expression: str, namespace: dict[str, Any], lines: Sequence[str] = ()
+) -> FunctionType:
+    """A function that returns an expression after some lines, in place of another one.
+
+    Its text is found where Python looks for that of files, as for any function.
+    """
+    name = origin.__name__
+    body = "\n    ".join([*lines, f"return {expression}"])
+    text = f"def {name}({arguments}):\n    {body}\n"
+    file = f"<{name} {crc32(text.encode()):08x}>"
+    linecache.cache[file] = (len(text), None, text.splitlines(keepends=True), file)
+    namespace["__name__"] = origin.__module__
+    exec(compile(text, file, "exec"), namespace)  # text made of field names alone
+    function: FunctionType = namespace[name]
+    function.__doc__ = origin.__doc__
+    return function
