@@ -106,6 +106,9 @@ class Law(NamedTuple):
     def many(self, *numbers):
         return numbers[0]
 
+    def rooted(self, x):
+        return ops.power(x, 0.5)
+
     def _hidden(self, x):
         return x + self.gain
 
@@ -130,9 +133,9 @@ def law(folder: Path, body: str, **changes: object) -> Loop:
     return Loop(Simulation(1.0, 1e-3, record_period=1e-3), controller=cls(**changes))
 
 
-def assert_same(loop: Loop, folder: Path) -> None:
+def assert_same(loop: Loop, folder: Path, *, inlined: bool = False) -> None:
     """C gives the bits of plain Python, for two steps."""
-    unit = exported_unit(loop, Part.CONTROLLER, **NAMED)
+    unit = exported_unit(loop, Part.CONTROLLER, **NAMED, inlined=inlined)
     numbers = dict(zip([f"measurement.{name}" for name in Y._fields], Y, strict=True))
     numbers |= dict(zip([f"demand.{name}" for name in R._fields], R, strict=True))
     row = [numbers[signal.path] for argument in unit.arguments for signal in argument.signals]

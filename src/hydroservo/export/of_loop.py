@@ -16,6 +16,7 @@ from hydroservo.export.c.source import Form, Translation, texts
 from hydroservo.export.names import identifier
 from hydroservo.export.parts import Command, ExternalForce, Instant, block_of, settled
 from hydroservo.export.prefix import checked_prefix, plain_title
+from hydroservo.export.translate.fixed import computed_once
 from hydroservo.export.translate.program import Program, check_law
 from hydroservo.export.translate.terms import REAL, Record
 from hydroservo.export.unit import INTEGRATED, RATES, Argument, Part, Precision, Signal, Unit
@@ -90,8 +91,10 @@ def exported_unit(
             f"the {part} nests too deep to be translated; name parts of its expressions"
         ) from None
     first_state(ready_loop)  # what goes wrong in Python at once, such as a signal that nothing measures
+    read, later = needed_by(unit, init=True), needed_by(unit, init=False)
+    parameters = [unit.block] if inlined else []  # which may change between samples where they are not
+    computed_once({unit.init: parameters, unit.step: parameters})
     needed = needed_by(unit, init=True)
-    later = needed_by(unit, init=False)
     digest, period = scenario_hash(loop), ready_loop.simulation.period
     about = ABOUT.format(title=title, hash=digest, version=__version__, period=period)
     real = "float" if single else "double"
@@ -110,7 +113,7 @@ def exported_unit(
         inlined=inlined,
         header=header,
         source=source,
-        parameters=tuple(parameter_signals(unit, needed, later)),
+        parameters=tuple(parameter_signals(unit, read, later)),
         arguments=tuple(
             Argument(name, tuple(argument_signals(name, record, needed, integrated)))
             for name, record in unit.arguments

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 from hydroservo.block import Block, declared_fields
 from hydroservo.export.c.layout import laid_out
 from hydroservo.export.c.liveness import Needed
-from hydroservo.export.c.writer import Ends, Writer
+from hydroservo.export.c.writer import Ends, NamedConstant, Writer
 from hydroservo.export.comments import comment, in_comment
 from hydroservo.export.names import identifier
 from hydroservo.export.translate.terms import Function, Matrix, Record, Table
@@ -128,10 +128,11 @@ def texts(unit: Translation, needed: Needed, form: Form) -> Texts:
     hidden = [record for record in ordered(unit.records, needed) if record not in shown]
     functions = documented_functions(unit, writer)
     entries = entry_texts(unit, writer, form.inlined)
-    defaults = defaults_text(unit, writer, form.inlined)
+    read = any("self" in dict(needed.takes(one)) for one in (unit.init, unit.step))
+    defaults = defaults_text(unit, writer, form.inlined) if read or not form.inlined else ""
     matrices = {one.returns for one in needed.reached if isinstance(one.returns, Matrix)}
     tables = [table_text(writer, table) for table in unit.tables]
-    constants = [f"#define {name} {value}\n" for name, value in writer.constants.values()]  # those now seen
+    constants = [constant_text(one) for one in writer.constants.values()]  # those now seen
     parts = [
         comment(form.about),
         PREAMBLE.format(prefix=form.prefix, PREFIX=form.prefix.upper()),
@@ -146,6 +147,11 @@ def texts(unit: Translation, needed: Needed, form: Form) -> Texts:
     records = [writer.record(one) for one in shown]
     header = header_text(form, records, declarations(unit, writer, form.inlined))
     return Texts(laid_out(header), laid_out(joined(parts)))
+
+
+def constant_text(one: NamedConstant) -> str:
+    """A constant, below what it was computed from."""
+    return f"{comment(one.text) if one.text else ''}#define {one.name} {one.number}\n"
 
 
 def joined(parts: Sequence[str]) -> str:

@@ -21,6 +21,7 @@ from hydroservo.export.translate.terms import (
     Assign,
     Call,
     Choice,
+    Computed,
     Constant,
     Conversion,
     Element,
@@ -46,7 +47,7 @@ from hydroservo.export.translate.terms import (
 )
 from hydroservo.field import Field, declared_fields
 
-__all__ = ["Ends", "Writer"]
+__all__ = ["Ends", "NamedConstant", "Writer"]
 
 ATOM, UNARY, PRODUCT, SUM, COMPARED, AND, OR, CHOICE = 8, 7, 6, 5, 4, 3, 2, 1
 LEVELS = {"*": PRODUCT, "/": PRODUCT, "+": SUM, "-": SUM, "&&": AND, "||": OR}
@@ -61,6 +62,14 @@ class Ends(NamedTuple):
     last: Sequence[str]
 
 
+class NamedConstant(NamedTuple):
+    """A number that has a name in C, and what it was computed from."""
+
+    name: str
+    number: str
+    text: str = ""
+
+
 class Writer:
     """The C text of functions and records, with what is not needed left out.
 
@@ -72,7 +81,7 @@ class Writer:
 
     def __init__(self, prefix: str, real: str, needed: Needed) -> None:
         self.prefix, self.real, self.needed = prefix, real, needed
-        self.constants: dict[tuple[str, str, float], tuple[str, str]] = {}  # name in C and number
+        self.constants: dict[tuple[str, str, float], NamedConstant] = {}
         self.pointers: dict[str, bool] = {}  # of the function at hand: whether a name is a pointer
         self.renamed: dict[str, str] = {}
         self.changing: set[str] = set()
@@ -225,6 +234,8 @@ class Writer:
                 return text, UNARY if text[0] == "-" else ATOM
             case Constant():
                 return self.constant(value), ATOM
+            case Computed():
+                return self.computed(value), ATOM
             case Variable():
                 name = self.renamed.get(value.name, value.name)
                 return (f"*{name}", UNARY) if self.pointers.get(value.name) else (name, ATOM)
@@ -308,13 +319,22 @@ class Writer:
         return text, UNARY if text[0] == "-" else ATOM
 
     def constant(self, value: Constant) -> str:
-        key = value.module, value.name, value.value
+        """The name of a module's constant."""
+        number = SINGLE.get((value.module, value.name), value.value) if self.real == "float" else value.value
+        return self.named((value.module, value.name, value.value), file_of(value.module), number, "")
+
+    def computed(self, value: Computed) -> str:
+        """The name of a number that was computed in place of a call."""
+        return self.named(("", value.name, value.value), "", value.value, value.text)
+
+    def named(self, key: tuple[str, str, float], file: str, number: float, text: str) -> str:
+        """The name of a constant, which is given when it is first seen."""
         if key not in self.constants:
-            wish = identifier(f"{self.prefix}_{file_of(value.module)}_{value.name}").upper()
-            given = {name for name, _ in self.constants.values()}
-            number = SINGLE.get(key[:2], value.value) if self.real == "float" else value.value
-            self.constants[key] = numbered(wish, given.__contains__), self.number(number)[0]
-        return self.constants[key][0]
+            wish = identifier("_".join(filter(None, (self.prefix, file, key[1])))).upper()
+            given = {one.name for one in self.constants.values()}
+            name = numbered(wish, given.__contains__)
+            self.constants[key] = NamedConstant(name, self.number(number)[0], text)
+        return self.constants[key].name
 
 
 def narrow(value: Expression) -> bool:

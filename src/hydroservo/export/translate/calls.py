@@ -121,7 +121,7 @@ class Calls:
         callee = self.translator.function(function, kinds, owner)
         found = (value for value in values if isinstance(value, Expression))
         arguments = (self.addressable(value) for value in found)
-        return Call(callee.returns, callee, tuple(arguments))
+        return Call(callee.returns, callee, tuple(arguments), ast.unparse(node))
 
     def bound(
         self, function: FunctionType, given: Sequence[Value], named: Mapping[str, Value], node: ast.AST

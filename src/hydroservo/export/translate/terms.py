@@ -18,6 +18,7 @@ __all__ = [
     "Bound",
     "Call",
     "Choice",
+    "Computed",
     "Constant",
     "Conversion",
     "Element",
@@ -219,10 +220,20 @@ class Conversion(Expression):
 
 @dataclass(frozen=True, eq=False)
 class Call(Expression):
-    """A call of a translated function, with all its arguments, read or not."""
+    """A call of a translated function, with all its arguments, read or not, and its text in Python."""
 
     function: "Function"
     arguments: tuple[Expression, ...]
+    text: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Computed(Expression):
+    """A number that was computed in place of a call, whose text this is."""
+
+    name: str
+    value: float
+    text: str
 
 
 @dataclass(frozen=True, eq=False)

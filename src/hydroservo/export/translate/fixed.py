@@ -1,0 +1,229 @@
+"""What of a translation is the same at every sample: it is computed once, when it is exported.
+
+A compiler computes with literals, and with parameters that stand in the source, but does not follow a power
+or a sine through its steps. So a call of such a function of ``ops`` becomes a number where its arguments are
+known.
+"""
+
+import operator
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import fields, replace
+from typing import Any
+
+from hydroservo.export.translate.calls import is_op
+from hydroservo.export.translate.terms import (
+    REAL,
+    Assign,
+    Call,
+    Choice,
+    Computed,
+    Constant,
+    Conversion,
+    Expression,
+    For,
+    Function,
+    If,
+    Let,
+    Literal,
+    Member,
+    Operation,
+    Return,
+    Statement,
+    Unary,
+    Variable,
+    While,
+    Whole,
+)
+
+__all__ = ["computed_once"]
+
+LEAST, MOST = 1e-30, 1e30  # of a number's size; single precision holds what is between
+OPERATORS: dict[str, Callable[..., Any]] = {
+    "+": operator.add,
+    "-": operator.sub,
+    "*": operator.mul,
+    "/": operator.truediv,
+    "<": operator.lt,
+    "<=": operator.le,
+    ">": operator.gt,
+    ">=": operator.ge,
+    "==": operator.eq,
+    "!=": operator.ne,
+    "&&": operator.and_,
+    "||": operator.or_,
+}
+UNARIES: dict[str, Callable[..., Any]] = {"-": operator.neg, "!": operator.not_}
+
+
+class Varies:
+    """The value of what may differ from sample to sample, or that is not followed."""
+
+
+VARIES = Varies()
+
+
+def computed_once(given: Mapping[Function, Sequence[Any]]) -> None:
+    """Puts numbers in place of calls that give the same one at every sample.
+
+    Args:
+        given: the functions that are called from outside, and what is known of their first arguments.
+    """
+    known = Values(given)
+    for function in known.reached:
+        if function.owner:  # what ops compute inside depends on the format of numbers
+            known.rewrite(function.body, function.name)
+
+
+class Values:
+    """What is known of the values in some functions and in all that they call.
+
+    Args:
+        given: as for :func:`computed_once`.
+    """
+
+    def __init__(self, given: Mapping[Function, Sequence[Any]]) -> None:
+        self.arguments: dict[tuple[Function, str], Any] = {}
+        self.calls: dict[Call, Any] = {}
+        self.reached: set[Function] = set()
+        before = -1
+        while before != self.varying():  # each round knows less; what varies only grows
+            before = self.varying()
+            self.reached.clear()
+            for function, values in given.items():
+                self.visit(function, [*values, *[VARIES] * (len(function.parameters) - len(values))])
+
+    def varying(self) -> int:
+        return len(self.arguments) + sum(value is VARIES for value in self.arguments.values())
+
+    def visit(self, function: Function, values: Sequence[Any]) -> None:
+        """What is known of a function that is called with these values."""
+        for (name, _), value in zip(function.parameters, values, strict=True):
+            before = self.arguments.setdefault((function, name), value)
+            if not same(before, value):
+                self.arguments[function, name] = VARIES
+        if function in self.reached:
+            return
+        self.reached.add(function)
+        for callee in function.calls:  # by what is written and not translated
+            self.visit(callee, [VARIES] * len(callee.parameters))
+        self.follow(function.body, {name: self.arguments[function, name] for name, _ in function.parameters})
+
+    def follow(self, body: Sequence[Statement], names: dict[str, Any]) -> None:
+        for one in body:
+            value = self.value(held(one), names)
+            if isinstance(one, Let):
+                names[one.name] = value
+            for inner in blocks(one):
+                self.follow(inner, names)
+
+    def value(self, one: Any, names: Mapping[str, Any]) -> Any:
+        """A value, or that it varies; the calls in it are visited."""
+        parts = [self.value(part, names) for part in inside(one)]
+        found: Any = VARIES
+        match one:
+            case Call(function=function):
+                self.visit(function, parts)
+                found = self.calls[one] = result(function, parts)
+            case Literal(value=number) | Constant(value=number) | Whole(value=number):
+                found = number
+            case Variable(name=name, mutable=False):
+                found = names.get(name, VARIES)
+            case Member(name=name):
+                found = known(getattr, [*parts, name])
+            case Unary(operator=sign):
+                found = known(UNARIES[sign], parts)
+            case Operation(operator=sign):
+                found = known(OPERATORS[sign], parts)
+            case Choice():
+                found = known(lambda condition, a, b: a if condition else b, parts)
+            case Conversion():
+                found = known(float, parts)
+        return found
+
+    def rewrite(self, body: Sequence[Statement], function: str) -> None:
+        """The statements with numbers in place of calls that are known."""
+        for one in body:
+            match one:
+                case Let(name=name, value=Call() as value) if self.useful(value):
+                    one.value = self.number(value, f"{function}_{name}")
+                case Let(value=value) | Assign(value=value) | Return(value=value):
+                    one.value = self.with_numbers(value, function)
+                case If(condition=condition) | While(condition=condition):
+                    one.condition = self.with_numbers(condition, function)
+            for inner in blocks(one):
+                self.rewrite(inner, function)
+
+    def with_numbers(self, one: Any, function: str) -> Any:
+        if isinstance(one, Call) and self.useful(one):
+            return self.number(one, f"{function}_{one.function.origin.__name__}")
+        changes: dict[str, Any] = {}
+        for field in fields(one):
+            part = getattr(one, field.name)
+            if isinstance(part, Expression):
+                changes[field.name] = self.with_numbers(part, function)
+            elif isinstance(part, dict):
+                changes[field.name] = {key: self.with_numbers(each, function) for key, each in part.items()}
+            elif isinstance(part, tuple):
+                changes[field.name] = tuple(self.with_numbers(each, function) for each in part)
+        return replace(one, **changes) if changes else one
+
+    def useful(self, call: Call) -> bool:
+        """True for a translated function of ops that gives a known number, which both precisions have."""
+        value, function = self.calls[call], call.function
+        fits = isinstance(value, float) and (value == 0.0 or LEAST < abs(value) < MOST)
+        return fits and bool(function.body) and is_op(function.origin)
+
+    def number(self, call: Call, name: str) -> Computed:
+        return Computed(REAL, name, self.calls[call], call.text)
+
+
+def held(statement: Statement) -> Any:
+    """The value in a statement."""
+    match statement:
+        case Let(value=value) | Assign(value=value) | Return(value=value):
+            return value
+        case If(condition=condition) | While(condition=condition):
+            return condition
+        case For(count=count):
+            return count
+
+
+def blocks(statement: Statement) -> Iterator[list[Statement]]:
+    """The statements in a statement."""
+    match statement:
+        case If(body=body, otherwise=otherwise):
+            yield body
+            yield otherwise
+        case While(body=body) | For(body=body):
+            yield body
+
+
+def inside(one: Any) -> Iterator[Expression]:
+    """The expressions that one is made of."""
+    for field in fields(one):
+        part = getattr(one, field.name)
+        several = part.values() if isinstance(part, dict) else part if isinstance(part, tuple) else (part,)
+        yield from (each for each in several if isinstance(each, Expression))
+
+
+def result(function: Function, values: Sequence[Any]) -> Any:
+    """What a function gives in Python, where it gives a number, and takes nothing that C is not given."""
+    origin = function.origin
+    if function.returns != REAL or origin is None or origin.__code__.co_argcount != len(values):
+        return VARIES
+    return known(origin, values)
+
+
+def known(function: Any, values: Sequence[Any]) -> Any:
+    """What a function gives; it varies where one of its values does, or Python has no number for it."""
+    if any(value is VARIES for value in values):
+        return VARIES
+    try:
+        return function(*values)
+    except (ArithmeticError, TypeError, ValueError):
+        return VARIES
+
+
+def same(a: Any, b: Any) -> bool:
+    """True for one value, to the last bit."""
+    return a is b or (type(a) is type(b) is float and a.hex() == b.hex())
