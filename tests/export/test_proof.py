@@ -83,12 +83,12 @@ def test_c_that_does_not_compile_is_not_written(tmp_path: Path) -> None:
         proven(loop, unit._replace(source=unit.source + "\nnp.float64(1.4)\n"))
 
 
-@pytest.mark.parametrize("part", [Part.MACHINE, Part.LOOP])
-def test_machines_and_loops_are_proved_too(part: Part, tmp_path: Path) -> None:
+@pytest.mark.parametrize(("part", "missed"), [(Part.MACHINE, 0), (Part.LOOP, 1)])
+def test_machines_and_loops_are_proved_too(part: Part, missed: int, tmp_path: Path) -> None:
     loop = law(tmp_path, NEVER)
     proof = proven(loop, unit_of(loop, part), part)[1]
     assert proof.samples == 500
-    assert 0 < proof.reached < proof.branches  # their load never jumps
+    assert 0 < proof.reached == proof.branches - missed  # though their load never jumps
     assert proof.compiler
 
 

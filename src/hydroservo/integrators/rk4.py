@@ -32,7 +32,8 @@ class RK4(NamedTuple):
 
     def substep(self, system: Block, t: float, x: Block, u: Any, h: float) -> Block:
         jump = system.next_jump(t, u)
-        end = ops.where(jump > BEFORE * (t + h), ops.minimum(t + h, BEFORE * jump), t + h)
+        inside = ops.copysign(math.inf, BEFORE * (t + h) - jump)  # inf for a jump before the end, else -inf
+        end = ops.minimum(t + h, ops.maximum(BEFORE * jump, inside))
         k1 = system.deriv(t, x, u)
         k2 = system.deriv(t + 0.5 * h, axpy(x, 0.5 * h, k1), u)
         k3 = system.deriv(t + 0.5 * h, axpy(x, 0.5 * h, k2), u)

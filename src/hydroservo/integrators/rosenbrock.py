@@ -37,7 +37,8 @@ class Rosenbrock(NamedTuple):
 
     def substep(self, system: Block, t: float, x: Block, u: Any, h: float) -> Block:
         jump = system.next_jump(t, u)
-        last = ops.where(jump > BEFORE * (t + h), BEFORE * jump, math.inf)
+        inside = ops.copysign(math.inf, BEFORE * (t + h) - jump)  # inf for a jump before the end, else -inf
+        last = ops.maximum(BEFORE * jump, inside)
         f = system.deriv(t, x, u)
         matrix = factored(system, t, x, u, f, GAMMA * h)
         u1 = solved(matrix, f)

@@ -73,7 +73,7 @@ class PositionKalmanObserver(NamedTuple):
     ) -> PositionKalmanObserverState:
         ahead = model.ahead(s.velocity, s.load_force, y.command, s.d1, s.d2, dt)
         position = s.position + ahead.travel
-        lost = ops.isnan(position) or ops.isnan(ahead.load_force) or ops.isnan(ahead.velocity)
+        lost = ops.isnan(position)  # as is velocity or load force, on both of which the way depends
         miss1 = ops.where(lost, 0.0, y.position - position)
         miss2 = ops.where(lost, 0.0, y.load_force - ahead.load_force)
         return PositionKalmanObserverState(
