@@ -70,7 +70,7 @@ class KalmanObserver(NamedTuple):
         self, s: KalmanObserverState, model: DesignModel, y: Measurement, dt: float
     ) -> KalmanObserverState:
         ahead = model.ahead(s.velocity, s.load_force, y.command, s.d1, s.d2, dt)
-        lost = ops.isnan(ahead.velocity) or ops.isnan(ahead.load_force)
+        lost = ops.isnan(ahead.velocity)  # as is the load force, on which it depends
         miss1 = ops.where(lost, 0.0, y.velocity - ahead.velocity)
         miss2 = ops.where(lost, 0.0, y.load_force - ahead.load_force)
         return KalmanObserverState(
