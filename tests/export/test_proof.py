@@ -9,6 +9,7 @@ from small_laws import NAMED, law
 
 from hydroservo import Loop, LoopError
 from hydroservo.cli.proofs import proof_line
+from hydroservo.errors import HydroservoError
 from hydroservo.export.c.project import Proof
 from hydroservo.export.c.proof import proven_vectors
 from hydroservo.export.c.vectors import Vectors
@@ -143,11 +144,42 @@ def test_options_of_the_environment_are_named(tmp_path: Path, monkeypatch: pytes
         proven(loop, unit_of(loop))
 
 
+@pytest.mark.parametrize(
+    ("command", "said"),
+    [
+        ("no-compiler", "CC names the C compiler no-compiler, which is not found"),
+        ("'", "CC = ': No closing quotation"),
+    ],
+)
+def test_a_compiler_that_was_asked_for_and_is_not_there_stops_it(
+    command: str, said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("CC", command)
+    loop = law(tmp_path, NEVER)
+    with pytest.raises(HydroservoError, match=f"^{said}$"):
+        proven_vectors(loop, Part.CONTROLLER, unit_of(loop))
+
+
 def test_without_a_compiler_it_says_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("CC", "no-compiler")
+    monkeypatch.delenv("CC", raising=False)
+    monkeypatch.setattr("shutil.which", lambda _: None)
     loop = law(tmp_path, NEVER)
     proof = proven_vectors(loop, Part.CONTROLLER, unit_of(loop))[1]
-    assert proof_line(proof, "law") == "not checked: CC names the C compiler no-compiler, which is not found"
+    said = proof_line(proof, "law")
+    assert said.startswith("not checked: no C compiler is found; install gcc or clang, or set CC")
+
+
+def test_branches_are_counted_beside_clang(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    needs("gcc", "gcov", "clang")
+    monkeypatch.setenv("CC", "clang")
+    loop = law(tmp_path, NEVER)
+    proof = proven_vectors(loop, Part.CONTROLLER, unit_of(loop))[1]
+    assert proof.compiler == "clang"
+    assert 0 < proof.reached == proof.branches - 1
+    found = shutil.which
+    monkeypatch.setattr("shutil.which", lambda name: None if name == "gcc" else found(name))
+    said = proof_line(proven_vectors(loop, Part.CONTROLLER, unit_of(loop))[1], "law")
+    assert said.endswith("; gcov does not read what clang counts; gcc beside it would do")
 
 
 def test_without_gcov_it_says_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from hydroservo.errors import HydroservoError
 
-__all__ = ["BITS", "CompilerError", "compiled", "compiler", "ran"]
+__all__ = ["BITS", "CompilerError", "compiled", "compiler", "counting_compiler", "ran"]
 
 BITS = ("-ffp-contract=off", "-fno-math-errno")  # what the results need, and square roots without a call
 COMPILERS = ("cc", "gcc", "clang")
@@ -51,18 +51,34 @@ def compiler() -> list[str]:
 
     Raises:
         CompilerError: there is none.
+        HydroservoError: CC names one that is not there, or is no command.
     """
     own = os.environ.get("CC", "")
     try:
         chosen = shlex.split(own)
     except ValueError as error:
-        raise CompilerError(f"CC = {own}: {error}") from None
+        raise HydroservoError(f"CC = {own}: {error}") from None
     if chosen and shutil.which(chosen[0]) is None:
-        raise CompilerError(f"CC names the C compiler {chosen[0]}, which is not found")
+        raise HydroservoError(f"CC names the C compiler {chosen[0]}, which is not found")
     found = chosen or [name for name in COMPILERS if shutil.which(name)][:1]
     if not found:
         raise CompilerError("no C compiler is found; install gcc or clang, or set CC")
     return found
+
+
+def counting_compiler() -> list[str]:
+    """The command of a C compiler whose counts gcov reads: gcc where the C compiler is clang.
+
+    Raises:
+        CompilerError: there is none.
+        HydroservoError: as for :func:`compiler`.
+    """
+    own = compiler()
+    if "clang" not in ran(Path(), [*own, "--version"]).stdout:
+        return own
+    if shutil.which("gcc") is None:
+        raise CompilerError("gcov does not read what clang counts; gcc beside it would do")
+    return ["gcc"]
 
 
 def ran(

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.export.c.compiler import CompilerError, compiled, ran
+from hydroservo.export.c.compiler import CompilerError, compiled, counting_compiler, ran
 from hydroservo.export.render import rendered
 from hydroservo.export.unit import Unit
 
@@ -48,8 +48,9 @@ class Coverage:
         }
         for name, text in texts.items():
             (folder / name).write_text(text, encoding="utf-8")
-        compiled(folder, ["-c", *COUNTED, f"{p}.c"], f"{p}.o")
-        compiled(folder, ["--coverage", "count-rows.c", f"{p}.o"], "count-rows")
+        command = counting_compiler()
+        compiled(folder, ["-c", *COUNTED, f"{p}.c"], f"{p}.o", command)
+        compiled(folder, ["--coverage", "count-rows.c", f"{p}.o"], "count-rows", command)
 
     def branches(
         self, rows: NDArray[np.float64], stretches: Sequence[NDArray[np.float64]] = ()
