@@ -26,8 +26,8 @@ from hydroservo.simulate import (
     Progress,
     compilation,
     first_state,
-    laid_out,
     measured_paths,
+    plan_of,
     ready,
     simulate,
     studied,
@@ -109,7 +109,7 @@ def simulate_batch(
     state = first_state(loop)
     loop, said = with_steps(loop, started, strict)
     runs = next(iter(columns.values())).size
-    samples = laid_out(loop, state, ()).samples
+    samples = plan_of(loop, state, ()).samples
     table, losses = np.empty((len(METRIC_FIELDS), runs)), [NOTHING] * runs
     told = progress or (lambda _: None)
     with compilation(loop):

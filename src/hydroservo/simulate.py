@@ -102,7 +102,7 @@ def simulate(
     recorded = check_records(loop)
     state = first_state(loop)
     wanted = tuple(record) if record is not None else tuple(path for path, _ in leaves(state))
-    plan = laid_out(loop, state, tuple(dict.fromkeys((*wanted, *machine_paths(loop)))))
+    plan = plan_of(loop, state, tuple(dict.fromkeys((*wanted, *machine_paths(loop)))))
 
     def one(loop: Loop) -> "xr.Dataset":
         out = np.full((plan.rows, len(plan.paths)), np.nan)
@@ -137,7 +137,7 @@ def ready(loop: Loop) -> Loop:
 
 def trace_size(loop: Loop, record: Sequence[str] | None = None) -> int:
     """Bytes that the recorded trajectory of a loop will take."""
-    return plan_size(laid_out(loop, loop.init(), record))
+    return plan_size(plan_of(loop, loop.init(), record))
 
 
 def plan_size(plan: Plan) -> int:
@@ -263,7 +263,7 @@ def parts(state: Block, path: str = "") -> Iterator[tuple[str, Any]]:
             yield from parts(getattr(state, name), f"{path}.{name}" if path else name)
 
 
-def laid_out(loop: Loop, state: Block, record: Sequence[str] | None) -> Plan:
+def plan_of(loop: Loop, state: Block, record: Sequence[str] | None) -> Plan:
     """How a loop is run. What a kernel counts and addresses follows from these numbers alone.
 
     Raises:

@@ -14,6 +14,7 @@ from projects import TITLE, check, make, unit
 from hydroservo.errors import HydroservoError
 from hydroservo.export.c.project import c_project, memory, write_c_project
 from hydroservo.export.c.vectors import Vectors
+from hydroservo.export.comments import WIDTH
 from hydroservo.export.unit import Part, Precision, Signal, Unit
 from hydroservo.loop import Loop
 from needs import needs
@@ -177,6 +178,12 @@ def test_a_program_for_another_machine_measures_nothing(
 
 
 # --- the folder
+
+
+def test_no_line_of_c_is_long(folder: Path) -> None:
+    for name in FILES:
+        if name.endswith((".c", ".h")):
+            assert max(map(len, (folder / name).read_text().splitlines())) <= WIDTH, name
 
 
 def test_the_same_export_gives_the_same_bytes(loop: Loop, folder: Path) -> None:

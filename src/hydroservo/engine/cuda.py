@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from hydroservo.block import Block
 from hydroservo.engine import flat
 from hydroservo.engine.kernel import Study, Wanted, kernel
-from hydroservo.engine.lanes import Layout, laid_out, loader, varier
+from hydroservo.engine.lanes import Layout, layout_of, loader, varier
 from hydroservo.engine.machine_code import DOUBLES, FLOAT, INTEGER, INTEGERS, inlined
 from hydroservo.engine.native import MachineCode, RunError, native
 from hydroservo.engine.ptx import NAME, RAISED, ptx
@@ -45,7 +45,7 @@ class CudaThreads:
     def __init__(self, study: Study, wanted: Wanted, state: Block, varied: tuple[str, ...], *, strict: bool):
         check_device()
         sums = study.metrics.init()
-        self.layout = laid_out(varied, state, sums)
+        self.layout = layout_of(varied, state, sums)
         text = partial(thread_text, study, wanted, state, sums, self.layout)
         if config.ENABLE_CUDASIM:
             self.launch = launcher(text(lambda function: function))

@@ -17,7 +17,7 @@ from hydroservo.engine.kernel import Study, Wanted
 from hydroservo.engine.native import MachineCode, Native, native
 from hydroservo.engine.recipe import Recipe
 
-__all__ = ["LANES", "CompiledLanes", "Group", "Layout", "laid_out", "loader", "varier"]
+__all__ = ["LANES", "CompiledLanes", "Group", "Layout", "layout_of", "loader", "varier"]
 
 LANES = 32  # four vectors of eight: enough to hide latencies, few enough for the states to stay in cache
 
@@ -33,7 +33,7 @@ class Layout(NamedTuple):
     alive: int
 
 
-def laid_out(varied: tuple[str, ...], state: Block, sums: Block) -> Layout:
+def layout_of(varied: tuple[str, ...], state: Block, sums: Block) -> Layout:
     """The layout of runs that differ at these paths."""
     states = len(varied)
     first = states + len(list(leaves(state)))
@@ -45,7 +45,7 @@ class CompiledLanes:
 
     def __init__(self, study: Study, wanted: Wanted, state: Block, varied: tuple[str, ...], *, strict: bool):
         sums = study.metrics.init()
-        self.layout = laid_out(varied, state, sums)
+        self.layout = layout_of(varied, state, sums)
         recipe = Recipe("lanes", (*map(flat.shape, (study, state, sums)), *wanted, varied), strict)
         self.call = native(recipe, lambda: compiled_lanes(study, wanted, state, sums, self.layout, strict))
         self.study, self.state, self.first_sums = study, state, flat.numbers(sums)

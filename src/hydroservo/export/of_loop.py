@@ -14,7 +14,7 @@ from hydroservo.export.c.liveness import Needed
 from hydroservo.export.c.primitives import WRITTEN
 from hydroservo.export.c.source import Form, Translation, texts
 from hydroservo.export.names import identifier
-from hydroservo.export.parts import Command, ExternalForce, Instant, block_of, settled
+from hydroservo.export.parts import Command, ExternalForce, Instant, block_of, with_its_substeps
 from hydroservo.export.prefix import checked_prefix, plain_title
 from hydroservo.export.translate.fixed import computed_once
 from hydroservo.export.translate.program import Program, check_law
@@ -83,7 +83,7 @@ def exported_unit(
     single = precision is Precision.SINGLE
     if single and part is not Part.CONTROLLER:
         raise LoopError(f"a {part} is exported in double precision only; its time and states need the digits")
-    ready_loop = settled(ready(loop)) if part in STEPPED else ready(loop)
+    ready_loop = with_its_substeps(ready(loop)) if part in STEPPED else ready(loop)
     try:
         unit = translated(Program(WRITTEN, prefix), block_of(ready_loop, part), part)
     except RecursionError:

@@ -25,7 +25,7 @@ __all__ = [
     "MachineUnit",
     "block_of",
     "infinite",
-    "settled",
+    "with_its_substeps",
 ]
 
 PERIOD = Field("s", "sample period", CHOSEN, above=0)
@@ -264,7 +264,7 @@ class LoopUnit(NamedTuple):
         return LoopUnitState(m.sample(m.moved(s, x), sample * self.period, self.period), sample)
 
 
-def settled(loop: Loop) -> Loop:
+def with_its_substeps(loop: Loop) -> Loop:
     """The loop with automatic substeps turned into the number that a run finds."""
     if loop.simulation.substeps != AUTO:
         return loop

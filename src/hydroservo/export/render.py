@@ -44,6 +44,7 @@ def environment() -> "jinja2.Environment":
         "labelled": labelled,
         "number": repr,
         "one_line": one_line,
+        "in_rows": lambda numbers: textwrap.fill(", ".join(numbers), 100, break_on_hyphens=False),
         "wrapped": lambda text: textwrap.wrap(text, 100),
         "xml_double": xml_double,
     }

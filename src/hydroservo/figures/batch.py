@@ -76,7 +76,7 @@ def plot_batch(table: xr.Dataset, varied: Sequence[str], metric: str) -> Figure:
     """
     runs = measured(table, metric)
     with style():
-        grid = laid_out(len(varied))
+        grid = grid_for(len(varied))
         draw_distribution(grid, runs)
         for axis, path in zip(grid.panels, varied, strict=True):
             draw_panel(axis, table[path], runs)
@@ -102,7 +102,7 @@ def measured(table: xr.Dataset, metric: str) -> Measured:
     return Measured(about["long_name"], unit, factor * values, kept, table["diverged"].values)
 
 
-def laid_out(count: int) -> Grid:
+def grid_for(count: int) -> Grid:
     """Rows of so many panels, with the distribution beside the first; that alone where nothing is drawn."""
     if not count:
         fig = figure(2.4)

@@ -8,7 +8,7 @@ from clang_format import get_executable
 from hydroservo.errors import LoopError
 from hydroservo.export.comments import WIDTH
 
-__all__ = ["laid_out"]
+__all__ = ["formatted"]
 
 STYLE = {
     "BasedOnStyle": "LLVM",
@@ -26,7 +26,7 @@ STYLE = {
 }
 
 
-def laid_out(text: str) -> str:
+def formatted(text: str) -> str:
     """A text of C with the indentation and the line breaks of one style.
 
     Raises:

@@ -9,6 +9,7 @@ from typing import NamedTuple
 from hydroservo.errors import HydroservoError
 from hydroservo.export.c.compiler import CompilerError
 from hydroservo.export.c.deviation import measured_deviation
+from hydroservo.export.c.layout import formatted
 from hydroservo.export.c.vectors import Vectors
 from hydroservo.export.render import rendered
 from hydroservo.export.unit import Signal, Unit
@@ -52,20 +53,20 @@ class Memory(NamedTuple):
     parameter_bytes: int
 
 
-def memory(exported: Unit) -> Memory:
+def memory(unit: Unit) -> Memory:
     """The sizes of the state and of the parameters, all of whose numbers are of one type."""
-    size = SIZES[exported.real]
-    parameters = 0 if exported.inlined else size * len(exported.parameters)
-    return Memory(size * len(exported.states), parameters)
+    size = SIZES[unit.real]
+    parameters = 0 if unit.inlined else size * len(unit.parameters)
+    return Memory(size * len(unit.states), parameters)
 
 
 def write_c_project(
-    exported: Unit, vectors: Vectors, folder: Path | str, proof: Proof | None = None
+    unit: Unit, vectors: Vectors, folder: Path | str, proof: Proof | None = None
 ) -> list[Path]:
     """Write an export in C to a folder, and leave other files in it alone.
 
     Args:
-        exported: what is exported.
+        unit: what is exported.
         vectors: its test vectors.
         folder: missing ones are made.
         proof: what was shown of it; None says nothing of that.
@@ -77,11 +78,11 @@ def write_c_project(
         HydroservoError: a file cannot be written, or one of another origin is there under its name.
     """
     place = Path(folder)
-    check_project(place, exported.prefix)
+    check_project(place, unit.prefix)
     with staged(place) as stage:
-        for name, text in c_project(exported, vectors, proof).items():
+        for name, text in c_project(unit, vectors, proof).items():
             write_text(stage / name, text)
-    return project_files(place, exported.prefix)
+    return project_files(place, unit.prefix)
 
 
 def project_files(folder: Path, prefix: str) -> list[Path]:
@@ -119,18 +120,18 @@ def check_ours(path: Path) -> None:
     raise HydroservoError(f"{path}: not written by hydroservo, and not replaced; take another folder")
 
 
-def c_project(exported: Unit, vectors: Vectors, proof: Proof | None = None) -> dict[str, str]:
+def c_project(unit: Unit, vectors: Vectors, proof: Proof | None = None) -> dict[str, str]:
     """The texts of :func:`write_c_project` by file name."""
-    p = exported.prefix
-    known = {**names_in_c(exported), **numbers_in_c(exported, vectors), "x": exported, "proof": proof}
+    p = unit.prefix
+    known = {**names_in_c(unit), **numbers_in_c(unit, vectors), "x": unit, "proof": proof}
     texts = {
-        f"{p}.h": exported.header,
-        f"{p}.c": exported.source,
+        f"{p}.h": unit.header,
+        f"{p}.c": unit.source,
         f"{p}_vectors.h": rendered("vectors.h", known),
-        f"{p}_replay.c": rendered("replay.c", known),
+        f"{p}_replay.c": formatted(rendered("replay.c", known)),
         "Makefile": rendered("Makefile", known),
     }
-    measured = deviation(p, texts) if exported.real == "float" else {}
+    measured = deviation(p, texts) if unit.real == "float" else {}
     return texts | {"README.md": rendered("README.md", known | measured)}
 
 
@@ -142,35 +143,35 @@ def deviation(prefix: str, texts: Mapping[str, str]) -> dict[str, object]:
         return {"deviation": None, "unmeasured": str(error)}
 
 
-def names_in_c(exported: Unit) -> dict[str, object]:
+def names_in_c(unit: Unit) -> dict[str, object]:
     """How the functions are called, and what the files are made of."""
-    p = exported.prefix
-    parameters = () if exported.inlined else (f"&{p}_defaults",)
-    arguments = [f"&{argument.name}" for argument in exported.arguments]
+    p = unit.prefix
+    parameters = () if unit.inlined else (f"&{p}_defaults",)
+    arguments = [f"&{argument.name}" for argument in unit.arguments]
     return {
         "PREFIX": p.upper(),
-        "mark": f"{OURS} {exported.version}",
+        "mark": f"{OURS} {unit.version}",
         "init": ", ".join(("&state", *parameters)),
         "step": ", ".join(("&state", *parameters, *arguments)),
-        "reads_command": any(signal.path == "measurement.command" for signal in signals(exported)),
-        "memory": memory(exported),
+        "reads_command": any(signal.path == "measurement.command" for signal in signals(unit)),
+        "memory": memory(unit),
         "tolerance": TOLERANCE,
     }
 
 
-def numbers_in_c(exported: Unit, vectors: Vectors) -> dict[str, object]:
+def numbers_in_c(unit: Unit, vectors: Vectors) -> dict[str, object]:
     """The test vectors, and the places where they go."""
     return {
-        "read": signals(exported),
-        "places": [f"{one.name}.{signal.place}" for one in exported.arguments for signal in one.signals],
+        "read": signals(unit),
+        "places": [f"{one.name}.{signal.place}" for one in unit.arguments for signal in one.signals],
         "inputs": vectors.inputs.tolist(),
-        "start": [signal.value for signal in exported.states],
+        "start": [signal.value for signal in unit.states],
         "expected": vectors.expected.tolist(),
         "samples": len(vectors.expected),
         "made": vectors.made,
     }
 
 
-def signals(exported: Unit) -> list[Signal]:
+def signals(unit: Unit) -> list[Signal]:
     """What ``step`` reads of its arguments, in their order."""
-    return [signal for argument in exported.arguments for signal in argument.signals]
+    return [signal for argument in unit.arguments for signal in argument.signals]

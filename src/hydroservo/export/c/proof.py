@@ -13,12 +13,12 @@ from hydroservo.export.c.project import Proof, c_project
 from hydroservo.export.c.trials import stretches
 from hydroservo.export.c.vectors import (
     Records,
-    Tried,
+    Trial,
     Vectors,
     input_rows,
     records_of,
     replayed,
-    tried,
+    trial_of,
     vectors_of,
 )
 from hydroservo.export.unit import Part, Unit
@@ -48,7 +48,7 @@ def proven_vectors(loop: Loop, part: Part, unit: Unit) -> tuple[Vectors, Proof]:
     Fails to prove anything where there is no C compiler, and to count branches where there is no gcov; the
     proof then says so.
     """
-    trial = tried(loop, part, unit)
+    trial = trial_of(loop, part, unit)
     branches: dict[Branch, bool] = {}
     uncounted = ""
     with TemporaryDirectory() as name:
@@ -58,7 +58,7 @@ def proven_vectors(loop: Loop, part: Part, unit: Unit) -> tuple[Vectors, Proof]:
         except CompilerError as error:
             uncounted = str(error)
         if unit.real == "double" and not all(branches.values()):
-            branches, trial = searched(coverage, unit, trial, branches)
+            branches, trial = search(coverage, unit, trial, branches)
     vectors = vectors_of(unit, trial)
     with TemporaryDirectory() as name:
         found, unproved = replay(unit, vectors, Path(name))
@@ -67,9 +67,9 @@ def proven_vectors(loop: Loop, part: Part, unit: Unit) -> tuple[Vectors, Proof]:
     return vectors, Proof(len(vectors.expected), found, *counts, unproved, uncounted)
 
 
-def searched(
-    coverage: Coverage, unit: Unit, trial: Tried, branches: dict[Branch, bool]
-) -> tuple[dict[Branch, bool], Tried]:
+def search(
+    coverage: Coverage, unit: Unit, trial: Trial, branches: dict[Branch, bool]
+) -> tuple[dict[Branch, bool], Trial]:
     """The branches that are reached in the end, and the samples that do so.
 
     Each stretch goes on where those kept before it end. Nothing is searched where all of them together, each
@@ -97,14 +97,14 @@ def searched(
     return branches, trial
 
 
-def extended(trial: Tried, inputs: list[Records]) -> Tried | None:
+def extended(trial: Trial, inputs: list[Records]) -> Trial | None:
     """A trial that goes on with these inputs; None where Python stops, with nothing to hold C against."""
     try:
         states = replayed(trial.block, inputs, trial.states[-1])
     except LoopError:
         return None
     return trial._replace(
-        inputs=[*trial.inputs, *inputs], states=[*trial.states, *states], searched=trial.searched + 1
+        inputs=[*trial.inputs, *inputs], states=[*trial.states, *states], stretches=trial.stretches + 1
     )
 
 

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 from hydroservo.block import Block, declared_fields
-from hydroservo.export.c.layout import laid_out
+from hydroservo.export.c.layout import formatted
 from hydroservo.export.c.liveness import Needed
 from hydroservo.export.c.writer import Ends, NamedConstant, Writer
 from hydroservo.export.comments import comment, in_comment
@@ -146,7 +146,7 @@ def texts(unit: Translation, needed: Needed, form: Form) -> Texts:
     ]
     records = [writer.record(one) for one in shown]
     header = header_text(form, records, declarations(unit, writer, form.inlined))
-    return Texts(laid_out(header), laid_out(joined(parts)))
+    return Texts(formatted(header), formatted(joined(parts)))
 
 
 def constant_text(one: NamedConstant) -> str:

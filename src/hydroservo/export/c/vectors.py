@@ -10,22 +10,22 @@ from numpy.typing import NDArray
 from hydroservo.block import Block, leaves, replace
 from hydroservo.errors import LoopError
 from hydroservo.export.names import identifier
-from hydroservo.export.parts import Command, ExternalForce, Instant, block_of, settled
+from hydroservo.export.parts import Command, ExternalForce, Instant, block_of, with_its_substeps
 from hydroservo.export.unit import Part, Unit
 from hydroservo.loop import Loop, LoopState
 from hydroservo.signals import Demand, Measurement
-from hydroservo.simulate import Mode, compilation, first_state, laid_out, prepared, ready
+from hydroservo.simulate import Mode, compilation, first_state, plan_of, prepared, ready
 
 __all__ = [
     "HUGE",
     "Records",
-    "Tried",
+    "Trial",
     "Vectors",
     "input_rows",
     "made_vectors",
     "records_of",
     "replayed",
-    "tried",
+    "trial_of",
     "vectors_of",
 ]
 
@@ -51,7 +51,7 @@ class Vectors(NamedTuple):
     made: str
 
 
-class Tried(NamedTuple):
+class Trial(NamedTuple):
     """A part of a loop, run in plain Python.
 
     Attributes:
@@ -59,14 +59,14 @@ class Tried(NamedTuple):
         inputs: what it was given, sample by sample.
         states: its state after each sample.
         made: where the inputs come from, in sentences.
-        searched: how many stretches follow that were searched for.
+        stretches: how many stretches follow that were searched for.
     """
 
     block: Block
     inputs: list[Records]
     states: list[Block]
     made: str
-    searched: int = 0
+    stretches: int = 0
 
 
 class Listener(NamedTuple):
@@ -81,7 +81,7 @@ class Listener(NamedTuple):
         return s
 
 
-def tried(loop: Loop, part: Part, unit: Unit) -> Tried:
+def trial_of(loop: Loop, part: Part, unit: Unit) -> Trial:
     """A part of a loop, run in plain Python on what it is given in the closed loop that it is in.
 
     The inputs are those of ten stretches of 50 samples, spread evenly over the scenario; the part then runs
@@ -97,7 +97,7 @@ def tried(loop: Loop, part: Part, unit: Unit) -> Tried:
     Raises:
         ParameterError, LoopError: the loop cannot be simulated, or the part not be run in plain Python.
     """
-    loop = ready(loop) if part is Part.DEMAND else settled(ready(loop))
+    loop = ready(loop) if part is Part.DEMAND else with_its_substeps(ready(loop))
     inputs, made = listened(loop, part)
     if part is Part.CONTROLLER and unit.real == "double":
         inputs += bad_inputs(inputs)
@@ -106,18 +106,18 @@ def tried(loop: Loop, part: Part, unit: Unit) -> Tried:
             f"{HUGE:g}, and {RECOVERY} good ones."
         )
     block = block_of(loop, part)
-    return Tried(block, inputs, replayed(block, inputs, block.init()), made)
+    return Trial(block, inputs, replayed(block, inputs, block.init()), made)
 
 
 def made_vectors(loop: Loop, part: Part, unit: Unit) -> Vectors:
-    """Test vectors of a part of a loop, as :func:`tried` makes them, before anything else is searched for."""
-    return vectors_of(unit, tried(loop, part, unit))
+    """Test vectors of a part of a loop, as of :func:`trial_of`, before anything else is searched for."""
+    return vectors_of(unit, trial_of(loop, part, unit))
 
 
-def vectors_of(unit: Unit, trial: Tried) -> Vectors:
+def vectors_of(unit: Unit, trial: Trial) -> Vectors:
     """What of a trial an export reads and has."""
-    more = "one stretch that reaches" if trial.searched == 1 else f"{trial.searched} stretches that reach"
-    searched = f" Then {more} branches of the code which those do not." if trial.searched else ""
+    more = "one stretch that reaches" if trial.stretches == 1 else f"{trial.stretches} stretches that reach"
+    searched = f" Then {more} branches of the code which those do not." if trial.stretches else ""
     return Vectors(
         input_rows(unit, trial.inputs),
         np.array([[number_at(state, signal.place) for signal in unit.states] for state in trial.states]),
@@ -162,7 +162,7 @@ def driven(loop: Loop, part: Part, after: Iterable[tuple[float, LoopState]]) -> 
 def closed_loop(loop: Loop) -> Iterator[tuple[float, LoopState]]:
     """The instants and states before the samples of all stretches of a strict run, while it is finite."""
     state, period = first_state(loop), loop.simulation.period
-    plan = laid_out(loop, state, ())
+    plan = plan_of(loop, state, ())
     nothing = np.empty((1, 0))
     with compilation(loop):
         run = prepared(loop, state, plan, Mode(compiled=True, strict=True))
