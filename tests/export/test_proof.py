@@ -5,7 +5,7 @@ import shutil
 from pathlib import Path
 
 import pytest
-from small_laws import NAMED, law
+from small_laws import FIRST, NAMED, law
 
 from hydroservo import Loop, LoopError
 from hydroservo.cli.proofs import proof_line
@@ -57,7 +57,8 @@ def test_what_no_sample_reaches_is_named(tmp_path: Path) -> None:
     assert proof.reached == proof.branches - 1
     (line,) = proof.missed
     assert unit.source.splitlines()[line - 1].strip() == "if (self->gain < 0.0) {"
-    assert f"reached, 1 not reached, in line {line} of law.c" in proof_line(proof, "law")
+    said = f"reached, 1 not reached, in line {line} of law.c: Law.step (law.py, line {FIRST - 1})"
+    assert said in proof_line(proof, "law")
 
 
 @pytest.mark.parametrize(

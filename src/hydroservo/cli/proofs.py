@@ -16,8 +16,9 @@ def proof_line(proof: "Proof", prefix: str) -> str:
         return said if proof.uncounted == proof.unproved else f"{said}; {proof.uncounted}"
     if not proof.branches:
         return f"{said}; its blocks have no branches"
-    left, lines = proof.branches - proof.reached, ", ".join(map(str, proof.missed))
-    where = f"{left} not reached, in line{'s' if len(proof.missed) > 1 else ''} {lines} of {prefix}.c"
-    return f"{said}; {proof.reached} of {proof.branches} branches of its blocks reached" + (
-        f", {where}" if left else ""
-    )
+    reached = f"{said}; {proof.reached} of {proof.branches} branches of its blocks reached"
+    if not proof.missed:
+        return reached
+    numbers, left = ", ".join(map(str, proof.missed)), proof.branches - proof.reached
+    lines = f"line{'s' if len(proof.missed) > 1 else ''} {numbers} of {prefix}.c"
+    return f"{reached}, {left} not reached, in {lines}: {', '.join(proof.methods)}"

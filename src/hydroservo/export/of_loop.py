@@ -2,6 +2,8 @@
 
 import math
 from collections.abc import Iterator, Mapping
+from pathlib import Path
+from types import FunctionType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -120,7 +122,7 @@ def exported_unit(
             if needed.kept(record)
         ),
         states=tuple(state_signals(unit, needed, start, part)),
-        functions=frozenset(blocks_functions(needed, prefix)),
+        functions=dict(blocks_functions(unit, needed, prefix)),
     )
 
 
@@ -159,10 +161,17 @@ def taken(program: Program, name: str, cls: Any, block: Block) -> Record:
     return record
 
 
-def blocks_functions(needed: Needed, prefix: str) -> Iterator[str]:
-    """What of the C are methods of blocks, and not ops or arithmetic on states."""
-    yield from (f"{prefix}_init", f"{prefix}_step")
-    yield from (one.name for one in needed.reached if one.owner)
+def blocks_functions(unit: Translation, needed: Needed, prefix: str) -> Iterator[tuple[str, str]]:
+    """What of the C are methods of blocks, and not ops or arithmetic on states: name, and place in Python."""
+    yield from ((one.name, method(one.origin)) for one in needed.reached if one.owner)
+    yield f"{prefix}_init", method(unit.init.origin)
+    yield f"{prefix}_step", method(unit.step.origin)
+
+
+def method(origin: FunctionType) -> str:
+    """Where a method stands, such as ``PI.step (pi.py, line 40)``."""
+    code = origin.__code__
+    return f"{origin.__qualname__} ({Path(code.co_filename).name}, line {code.co_firstlineno})"
 
 
 def needed_by(unit: Translation, *, init: bool) -> Needed:

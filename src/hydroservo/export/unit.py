@@ -1,7 +1,9 @@
 """What is exported: a translated unit, and what its numbers are."""
 
 import math
+from collections.abc import Mapping
 from enum import StrEnum
+from types import MappingProxyType
 from typing import NamedTuple
 
 __all__ = ["INTEGRATED", "RATES", "Argument", "FmiVersion", "Part", "Precision", "Signal", "Unit"]
@@ -103,7 +105,7 @@ class Unit(NamedTuple):
         parameters: of PREFIX_parameters.
         arguments: of ``step``.
         states: of PREFIX_state.
-        functions: the names in C of the methods of blocks, and of ``init`` and ``step``.
+        functions: where the methods of blocks stand, and ``init`` and ``step``, by their names in C.
     """
 
     part: Part
@@ -120,7 +122,7 @@ class Unit(NamedTuple):
     parameters: tuple[Signal, ...]
     arguments: tuple[Argument, ...]
     states: tuple[Signal, ...]
-    functions: frozenset[str] = frozenset()
+    functions: Mapping[str, str] = MappingProxyType({})
 
     @property
     def command(self) -> bool:

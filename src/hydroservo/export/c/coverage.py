@@ -24,6 +24,7 @@ class Branch(NamedTuple):
 
     line: int  # of PREFIX.c
     way: int
+    function: str  # in C
 
 
 class Coverage:
@@ -79,7 +80,7 @@ class Coverage:
         except (ValueError, KeyError):
             raise CompilerError("gcov does not read what the C compiler counts") from None
         return {
-            Branch(line["line_number"], way): branch["count"] > 0
+            Branch(line["line_number"], way, line["function_name"]): branch["count"] > 0
             for line in file["lines"]
             if line.get("function_name") in self.unit.functions
             for way, branch in enumerate(line["branches"])

@@ -33,6 +33,7 @@ class Proof(NamedTuple):
         reached: how many branches of the blocks' methods the vectors reach.
         branches: how many there are.
         missed: lines of PREFIX.c with a branch that is not reached.
+        methods: the methods that these stand for, and where those are.
         unproved: why the C did not replay the vectors; empty if it did.
         uncounted: why branches were not counted; empty if they were.
     """
@@ -42,6 +43,7 @@ class Proof(NamedTuple):
     reached: int
     branches: int
     missed: Sequence[int]
+    methods: Sequence[str]
     unproved: str
     uncounted: str
 

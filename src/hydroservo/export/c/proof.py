@@ -62,8 +62,9 @@ def proven_vectors(loop: Loop, part: Part, unit: Unit) -> tuple[Vectors, Proof]:
     vectors = vectors_of(unit, trial)
     with TemporaryDirectory() as name:
         found, unproved = replay(unit, vectors, Path(name))
-    missed = sorted({branch.line for branch, reached in branches.items() if not reached})
-    counts = sum(branches.values()), len(branches), missed
+    missed = sorted(branch for branch, reached in branches.items() if not reached)
+    methods = list(dict.fromkeys(unit.functions[branch.function] for branch in missed))
+    counts = sum(branches.values()), len(branches), sorted({branch.line for branch in missed}), methods
     return vectors, Proof(len(vectors.expected), found, *counts, unproved, uncounted)
 
 
