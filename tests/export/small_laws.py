@@ -12,7 +12,7 @@ from hydroservo.export.unit import Part
 from hydroservo.scenario import load_plugin
 from hydroservo.signals import Demand, Measurement
 
-__all__ = ["FIRST", "NAMED", "R", "Y", "assert_same", "law"]
+__all__ = ["FIRST", "HEAD", "NAMED", "R", "Y", "assert_same", "law", "loop_of"]
 
 HEAD = '''\
 """A law of a test."""
@@ -126,9 +126,13 @@ R = Demand(0.75, -2.0, 30.0)
 
 def law(folder: Path, body: str, **changes: object) -> Loop:
     """A loop with a law whose step is this text."""
-    lines = "".join(f"        {line}\n" for line in body.splitlines())
+    return loop_of(folder, HEAD + "".join(f"        {line}\n" for line in body.splitlines()), **changes)
+
+
+def loop_of(folder: Path, text: str, **changes: object) -> Loop:
+    """A loop with the class Law of a file with this text."""
     file = folder / "law.py"
-    file.write_text(HEAD + lines, encoding="utf-8")
+    file.write_text(text, encoding="utf-8")
     cls = next(one for one in load_plugin(file) if one.__name__ == "Law")
     return Loop(Simulation(1.0, 1e-3, record_period=1e-3), controller=cls(**changes))
 

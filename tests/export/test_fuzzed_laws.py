@@ -3,60 +3,75 @@
 ``python tests/export/test_fuzzed_laws.py COUNT [FIRST]`` tries so many, from that seed on, and counts.
 """
 
+import math
+import re
 import signal
 import struct
 import sys
 import tempfile
+import traceback
 from collections import Counter
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from random import Random
 from typing import NamedTuple
 
+import numpy as np
 import pytest
 from benchmarks.targets.sources import write_unit
 from benchmarks.targets.tools import FLAGS, ToolError, output, warnings
 from fuzzed_laws import fuzzed_law
-from small_laws import R, Y, law
+from small_laws import R, Y, loop_of
 
+from hydroservo.block import Block
+from hydroservo.errors import LoopError
+from hydroservo.export.c import source
+from hydroservo.export.c.vectors import number_at
 from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.parts import block_of
 from hydroservo.export.translate.scope import TranslationError
 from hydroservo.export.unit import Part, Unit
+from hydroservo.simulate import ready
 from needs import needs
 
+CORPUS = sorted((Path(__file__).parent / "corpus").glob("*.txt"))  # laws that were wrong once
 ROWS = [
     (Y, R),
     (Y._replace(velocity=-1.75), R._replace(value=3.5)),
     (Y._replace(velocity=40.0), R._replace(value=-0.0)),
     (Y._replace(velocity=0.0), R._replace(value=-9.0)),
+    (Y._replace(velocity=1e300), R._replace(value=-1e300)),
+    (Y._replace(velocity=math.nan), R._replace(value=math.inf)),
 ]
-CORPUS = (
-    200859,
-    202240,
-    205335,
-    206815,
-    212038,
-    213458,
-)  # choices of short literals, once computed with 32 bits
-AT_ONCE = 25  # laws in one program
+STOPS = (
+    ArithmeticError,
+    AssertionError,
+    AttributeError,
+    LookupError,
+    NameError,
+    RecursionError,
+    TypeError,
+    ValueError,
+)
+AT_ONCE = 50  # laws in one program
 LIMITS = "-Wno-type-limits"  # a random comparison may well be always false
 SANITIZED = ("-O1", "-fsanitize=undefined,address", "-fno-sanitize-recover=all")
-LAW_LASTS = 2  # s
+BUILDS = (SANITIZED, *[("-O1",)] * 3, ("-O2",))  # in turn
+LAW_LASTS = 1.0  # s
 PROGRAM_LASTS = 20  # s
 
 
 class Tried(NamedTuple):
     """A law that C and Python can be asked about."""
 
-    seed: int
+    name: str
     unit: Unit
     expected: list[str]
 
 
-class TooLongError(Exception):
-    """A law did not end in Python."""
+class TooLongError(BaseException):
+    """A law did not end in Python; nothing that catches exceptions is to catch this."""
 
 
 @contextmanager
@@ -65,35 +80,53 @@ def limited() -> Iterator[None]:
         raise TooLongError
 
     before = signal.signal(signal.SIGALRM, stop)
-    signal.alarm(LAW_LASTS)
+    signal.setitimer(signal.ITIMER_REAL, LAW_LASTS)
     try:
         yield
     finally:
-        signal.alarm(0)
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
         signal.signal(signal.SIGALRM, before)
 
 
-def tried(seed: int, folder: Path) -> Tried | str:
+@pytest.fixture(autouse=True)
+def _not_laid_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The layout of C is not what is tried here, and takes a program of its own."""
+    monkeypatch.setattr(source, "laid_out", str)
+
+
+def tried(name: str, text: str, folder: Path) -> Tried | str:
     """A law with what Python makes of it; or the word for why it is not asked about."""
-    own = folder / f"law{seed}"
+    own = folder / name
     own.mkdir()
-    random = Random(seed)  # noqa: S311 - to be played again
-    loop = law(own, fuzzed_law(random), turns=random.randint(1, 4), reverse=random.random() < 0.5)
-    block = block_of(loop, Part.CONTROLLER)
+    loop = loop_of(own, text)
     try:
-        with limited():
-            state, expected = block.init(), []
-            for y, r in ROWS:
-                state = block.step(state, y, r)
-                expected.append(" ".join(bits(float(x)) for x in state))
-    except (ArithmeticError, NameError, TypeError, TooLongError):
-        return "stopped"  # in Python
-    try:
-        unit = exported_unit(loop, Part.CONTROLLER, prefix=f"law{seed}", title="a law")
+        with limited(), np.errstate(all="ignore"):
+            states = stepped(block_of(ready(loop), Part.CONTROLLER))
+            unit = exported_unit(loop, Part.CONTROLLER, prefix=name, title="a law")
+    except TooLongError:
+        return "stopped"
     except TranslationError as error:
         said = str(error)
         return "refused" if said.startswith(f"{own}/law.py, line ") and "\n" not in said else "badly refused"
-    return Tried(seed, unit, expected)
+    except LoopError:  # it stops in Python at the first sample
+        return "stopped"
+    except Exception:  # whatever the translation stumbles over
+        return f"fails: {traceback.format_exc()}"
+    if not states:
+        return "stopped"
+    places = [signal.place for signal in unit.states]
+    expected = [" ".join(bits(number_at(state, place)) for place in places) for state in states]
+    return Tried(name, unit, expected)
+
+
+def stepped(block: Block) -> list[Block]:
+    """The states of a law, as far as Python goes."""
+    state, states = block.init(), []
+    with suppress(*STOPS):
+        for y, r in ROWS:
+            state = block.step(state, y, r)
+            states.append(state)
+    return states
 
 
 def bits(x: float) -> str:
@@ -103,7 +136,7 @@ def bits(x: float) -> str:
 def driver(laws: list[Tried]) -> str:
     """A program that prints the states of some laws."""
     lines = ["#include <inttypes.h>", "#include <stdio.h>", "#include <string.h>"]
-    lines += [f'#include "law{one.seed}.h"' for one in laws]
+    lines += [f'#include "{one.name}.c"' for one in laws]
     lines += [
         "static void show(double x) {",
         "    uint64_t bits;",
@@ -116,41 +149,50 @@ def driver(laws: list[Tried]) -> str:
         p = one.unit.prefix
         names = [argument.name for argument in one.unit.arguments]
         lines += ["    {", f"        {p}_state state;", f"        {p}_init(&state, &{p}_defaults);"]
-        lines += [f"        {p}_{name} {name};" for name in names]
+        lines += [f"        {p}_{name} {name}; (void){name};" for name in names]
         given = "".join(f", &{name}" for name in names)
-        for y, r in ROWS:
+        for y, r in ROWS[: len(one.expected)]:
             records = {"measurement": y, "demand": r}
             for argument in one.unit.arguments:
                 for x in argument.signals:
                     number = getattr(records[argument.name], x.path.partition(".")[2])
-                    lines.append(f"        {argument.name}.{x.place} = {float(number).hex()};")
+                    lines.append(f"        {argument.name}.{x.place} = {in_c(number)};")
             lines.append(f"        {p}_step(&state, &{p}_defaults{given});")
-            lines += [
-                f'        printf("{one.seed}");',
-                "        show(state.u);",
-                "        show(state.beside);",
-            ]
+            lines.append(f'        printf("{one.name}");')
+            lines += [f"        show(state.{x.place});" for x in one.unit.states]
             lines.append('        printf("\\n");')
         lines.append("    }")
-    return "\n".join([*lines, "    return 0;", "}", ""])
+    return "\n".join(["#include <math.h>", *lines, "    return 0;", "}", ""])
+
+
+def with_own_names(one: Tried) -> str:
+    """A law's source with its name in those of its functions: many laws are compiled as one text."""
+    text = one.unit.source
+    own = "|".join({*re.findall(r"^static \w+ (\w+)\(", text, re.MULTILINE)})
+    return re.sub(rf"\b({own})\(", rf"{one.name}_\1(", text) if own else text
+
+
+def in_c(x: float) -> str:
+    return float(x).hex() if math.isfinite(x) else "(double)NAN" if math.isnan(x) else "(double)INFINITY"
 
 
 def wrong(laws: list[Tried], folder: Path, flags: tuple[str, ...]) -> list[str]:
-    """What C does otherwise than Python, each with the law's number."""
-    (folder / "driver.c").write_text(driver(laws))
-    sources = [write_unit(one.unit, folder) for one in laws]
-    program = folder / "program"
+    """What C does otherwise than Python, each with the law's name."""
+    for one in laws:
+        write_unit(one.unit._replace(source=with_own_names(one)), folder)
+    file, program = folder / "driver.c", folder / "program"
+    file.write_text(driver(laws))
     try:
-        strict, driver_file = (*FLAGS, *warnings(laws[0].unit), LIMITS), folder / "driver.c"
-        output(["gcc", *strict, *flags, "-I", folder, *sources, driver_file, "-o", program, "-lm"])
+        strict = (*FLAGS, *warnings(laws[0].unit), LIMITS)
+        output(["gcc", *strict, *flags, "-I", folder, file, "-o", program, "-lm"])
         said = output(["timeout", str(PROGRAM_LASTS), program])
     except ToolError as error:
         if len(laws) == 1:
-            return [f"law {laws[0].seed}: {error}"]
+            return [f"{laws[0].name}: {error}"]
         return [one for part in laws for one in wrong([part], folder, flags)]
-    expected = [f"{one.seed} {line}" for one in laws for line in one.expected]
+    expected = [f"{one.name} {line}" for one in laws for line in one.expected]
     pairs = zip(said.splitlines(), expected, strict=True)
-    return sorted({f"law {b.split()[0]}: {a} is not {b}" for a, b in pairs if a != b})
+    return sorted({f"{b.split()[0]}: {a} is not {b}" for a, b in pairs if a != b})
 
 
 def campaign(first: int, count: int, folder: Path, flags: tuple[str, ...]) -> tuple[Counter[str], list[str]]:
@@ -159,9 +201,11 @@ def campaign(first: int, count: int, folder: Path, flags: tuple[str, ...]) -> tu
     found: list[str] = []
     asked: list[Tried] = []
     for seed in range(first, first + count):
-        one = tried(seed, folder)
+        one = tried(f"law{seed}", fuzzed_law(Random(seed)), folder)  # noqa: S311 - to be played again
         if isinstance(one, str):
-            counts[one] += 1
+            word, _, _ = one.partition(":")
+            counts[word] += 1
+            found += [f"law{seed}: {one}"] if word in {"fails", "badly refused"} else []
         else:
             asked.append(one)
         if asked and (len(asked) == AT_ONCE or seed == first + count - 1):
@@ -180,22 +224,22 @@ def test_random_laws_agree_or_are_refused(flags: tuple[str, ...], tmp_path: Path
     counts, found = campaign(0 if flags == SANITIZED else 1000, 50, tmp_path, flags)
     assert found == []
     assert counts["agreed"] >= 10
-    assert not counts["badly refused"]
 
 
 @pytest.mark.parametrize("flags", [("-O2",), SANITIZED], ids=["optimized", "sanitized"])
-def test_laws_that_were_wrong_once_agree(flags: tuple[str, ...], tmp_path: Path) -> None:
+def test_laws_that_were_wrong_once_are_no_more(flags: tuple[str, ...], tmp_path: Path) -> None:
     needs("gcc")
-    asked = [tried(seed, tmp_path) for seed in CORPUS]
-    assert all(isinstance(one, Tried) for one in asked)
-    assert wrong([one for one in asked if isinstance(one, Tried)], tmp_path, flags) == []
+    found = [tried(one.stem, one.read_text(encoding="utf-8"), tmp_path) for one in CORPUS]
+    assert {one for one in found if isinstance(one, str)} <= {"refused"}
+    assert wrong([one for one in found if isinstance(one, Tried)], tmp_path, flags) == []
 
 
 if __name__ == "__main__":
+    source.laid_out = str
     total, start = int(sys.argv[1]), int((*sys.argv, "0")[2])
     for at in range(start, start + total, 500):
         with tempfile.TemporaryDirectory() as place:
             size = min(500, start + total - at)
-            tally, bad = campaign(at, size, Path(place), ("-O2",) if at // 500 % 4 else SANITIZED)
+            tally, bad = campaign(at, size, Path(place), BUILDS[at // 500 % len(BUILDS)])
         print(at, dict(tally), flush=True)
-        print(*bad[:5], sep="\n", flush=True)
+        print(*bad, sep="\n", flush=True)

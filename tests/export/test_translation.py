@@ -2,13 +2,18 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
-from small_laws import FIRST, NAMED, assert_same, law
+from small_laws import FIRST, HEAD, NAMED, assert_same, law, loop_of
 
 from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.translate.scope import TranslationError
 from hydroservo.export.unit import Part, Unit
 from needs import needs
+
+TEXT = HEAD.replace(
+    "import math\n", "import functools\nimport math\n", 1
+)  # of a file whose law has no step yet
 
 
 def translated(folder: Path, body: str, **changes: object) -> Unit:
@@ -102,6 +107,14 @@ TRANSLATED = [
     "k = (5 if y.velocity > 9.0 else 2000000000) + (1 if r.value < 0.0 else 2000000000)\n"
     "return LawState(1.0 * k, 0.0)",
     "k = -(3 if y.velocity > 9.0 else 2147483647) - 2147483647\nreturn LawState(1.0 * k, 0.0)",
+    # what a bare annotation leaves as it is
+    "x = y.velocity\nx: float\nreturn LawState(x, 0.0)",
+    "x = y.velocity\nfor i in range(3):\n    x = x + i\n    x: float\nreturn LawState(x, 0.0)",
+    # what a compiler complains of where the same stands on both sides
+    "k = 1\nfor i in range(3):\n    if k + i == i + k and not 2 * k - i > 2 * k - i:\n        k = k + i\n"
+    "return LawState(1.0 * k, 0.0)",
+    # signs that only copysign shows
+    "return LawState(ops.copysign(1.0, -math.nan), ops.copysign(1.0, -0.0))",
 ]
 
 
@@ -113,6 +126,23 @@ def test_c_does_what_python_does(body: str, changes: dict[str, object], tmp_path
 
 
 REFUSED = [
+    # whole numbers that a float would stand for: their 0 has no minus, and their products are exact
+    (
+        "u = 1000000007 if r.value > 0.0 else 0.5\nreturn LawState(u * u * u, 0.0)",
+        0,
+        "a choice of a float",
+        "1.0",
+    ),
+    ("return LawState(-ops.where(r.value > 0.0, 0.5, 0), 0.0)", 0, "a choice of a float", "1.0"),
+    ("return LawState(-ops.maximum(-y.velocity, 0), 0.0)", 0, "for ops.maximum", "write 1.0 and not 1"),
+    ("return LawState(ops.clip(y.velocity, -10, 10), 0.0)", 0, "for ops.clip", "write 1.0 and not 1"),
+    (
+        "p = Pair(1.0, 0)\nq = ops.where(r.value > 0.0, p, Pair(0.0, 1.0))\nreturn LawState(q.left, 0.0)",
+        1,
+        "a choice of two kinds of values",
+        "one kind",
+    ),
+    ("if y.velocity > 9.0:\n    return LawState(0, 0.0)\nreturn s", 2, "different types", "one type"),
     ("return LawState(math.tanh(y.velocity), 0.0)", 0, "math.tanh", "use ops.tanh"),
     ("return LawState(max(y.velocity, 0.0), 0.0)", 0, "max", "use ops.maximum"),
     ("u = 1.0\nreturn LawState(abs(u), 0.0)", 1, "abs", "use ops.absolute"),
@@ -216,3 +246,45 @@ def test_what_has_no_equal_in_c_is_refused(
     assert way_out in message
     if line is not None and "without a return" not in problem:
         assert f"line {FIRST + line}, Law.step" in message
+
+
+@pytest.mark.parametrize("method", ["init", "step"])
+@pytest.mark.parametrize("decorator", ["staticmethod", "classmethod", "property", "functools.cache"])
+def test_a_law_whose_own_methods_are_no_plain_ones_is_refused(
+    method: str, decorator: str, tmp_path: Path
+) -> None:
+    text = TEXT.replace(f"    def {method}(", f"    @{decorator}\n    def {method}(") + "        return s\n"
+    message = refused_text(text, tmp_path)
+    assert f"law.py: {method} of Law is no method of its own (" in message
+    assert "plain method of the class" in message
+
+
+def test_a_law_that_inherits_its_methods_is_refused(tmp_path: Path) -> None:
+    text = TEXT.replace("class Law(", "class Base(") + "        return s\n\n\nclass Law(Base):\n    pass\n"
+    assert "init of Law is no method of its own (inherited)" in refused_text(text, tmp_path)
+
+
+def refused_text(text: str, folder: Path) -> str:
+    with pytest.raises(TranslationError) as caught:
+        exported_unit(loop_of(folder, text), Part.CONTROLLER, **NAMED)
+    assert "\n" not in str(caught.value)
+    return str(caught.value)
+
+
+@pytest.mark.parametrize("read", ["self.table[1]", "y.velocity"])
+def test_an_array_is_in_the_c_only_if_something_reads_it(read: str, tmp_path: Path) -> None:
+    needs("gcc")
+    field = "    table: np.ndarray = np.array([1.5, -0.0, 4.25])\n\n    def init"
+    text = TEXT.replace("\n    def init", field, 1) + f"        return LawState({read}, 0.0)\n"
+    loop = loop_of(tmp_path, text)
+    assert ("table" in exported_unit(loop, Part.CONTROLLER, **NAMED).source) is ("table" in read)
+    assert_same(loop, tmp_path)
+
+
+def test_a_number_of_numpy_is_exported_as_the_float_that_runs_take_it_for(tmp_path: Path) -> None:
+    body = "return LawState(self.gain * y.velocity, 1.0 * self.turns)"
+    units = [
+        translated(tmp_path, body, gain=gain, turns=turns)
+        for gain, turns in ((np.float32(0.1), np.int64(3)), (float(np.float32(0.1)), 3))
+    ]
+    assert units[0] == units[1]

@@ -11,6 +11,7 @@ import numpy as np
 from hydroservo._version import __version__
 from hydroservo.block import Block, leaves
 from hydroservo.cautions import quietly
+from hydroservo.checks import checked
 from hydroservo.errors import LoopError
 from hydroservo.export.c.liveness import Needed
 from hydroservo.export.c.primitives import WRITTEN
@@ -85,6 +86,7 @@ def exported_unit(
     single = precision is Precision.SINGLE
     if single and part is not Part.CONTROLLER:
         raise LoopError(f"a {part} is exported in double precision only; its time and states need the digits")
+    loop = checked(loop)  # its numbers are floats from here on, in its hash too
     ready_loop = with_its_substeps(ready(loop)) if part in STEPPED else ready(loop)
     try:
         unit = translated(Program(WRITTEN, prefix), block_of(ready_loop, part), part)

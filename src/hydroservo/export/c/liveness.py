@@ -23,6 +23,7 @@ from hydroservo.export.translate.terms import (
     Record,
     Return,
     Statement,
+    Table,
     Type,
     Unary,
     Variable,
@@ -54,6 +55,7 @@ class Needed:
         self.arguments: set[tuple[Function, str]] = set()
         self.locals: dict[Function, set[str]] = {}
         self.reached: dict[Function, None] = {}
+        self.tables: set[Table] = set()
         for record in whole:
             self.keep(record)
         size = -1
@@ -160,8 +162,10 @@ class Needed:
                 yield from self.names(b)
             case Unary(a=a) | Conversion(a=a):
                 yield from self.names(a)
-            case Element(index=index) if isinstance(index, Expression):
-                yield from self.names(index)
+            case Element(table=table, index=index):
+                self.tables.add(table)
+                if isinstance(index, Expression):
+                    yield from self.names(index)
 
 
 def matters(statement: Statement, names: set[str]) -> bool:

@@ -26,7 +26,7 @@ class Translation(NamedTuple):
         arguments: name and record of what ``step`` is given besides the state.
         command: ``step`` returns the state's ``u``.
         records: all that its functions know.
-        tables: all that its functions read.
+        tables: all that its functions know.
     """
 
     block: Block
@@ -131,7 +131,7 @@ def texts(unit: Translation, needed: Needed, form: Form) -> Texts:
     read = any("self" in dict(needed.takes(one)) for one in (unit.init, unit.step))
     defaults = defaults_text(unit, writer, form.inlined) if read or not form.inlined else ""
     matrices = {one.returns for one in needed.reached if isinstance(one.returns, Matrix)}
-    tables = [table_text(writer, table) for table in unit.tables]
+    tables = [table_text(writer, table) for table in unit.tables if table in needed.tables]
     constants = [constant_text(one) for one in writer.constants.values()]  # those now seen
     parts = [
         comment(form.about),

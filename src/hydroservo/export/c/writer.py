@@ -314,7 +314,7 @@ class Writer:
         if not math.isfinite(value):
             name = "NAN" if math.isnan(value) else "INFINITY"  # which C has as floats
             text = name if self.real == "float" else f"(double){name}"
-            return f"-{text}" if value < 0.0 else text, UNARY
+            return f"-{text}" if math.copysign(1.0, value) < 0.0 else text, UNARY
         text = repr(float(value)) if self.real == "double" else single_literal(value)
         return text, UNARY if text[0] == "-" else ATOM
 

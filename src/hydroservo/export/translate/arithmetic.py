@@ -18,9 +18,11 @@ from hydroservo.export.translate.terms import (
     Function,
     Known,
     Literal,
+    Member,
     Operation,
     Unary,
     Variable,
+    Whole,
 )
 
 __all__ = ["Arithmetic"]
@@ -116,10 +118,10 @@ class Arithmetic:
         sign, compare = COMPARISONS[type(op)]
         if isinstance(a, Known) and isinstance(b, Known):
             return Known(compare(a.value, b.value))
-        if isinstance(a, Variable) and isinstance(b, Variable) and a.name == b.name and a.type == INT:
-            return Known(compare(0, 0))
         if self.whole(a) and self.whole(b):
-            return Operation(BOOL, sign, self.integer(a, node), self.integer(b, node))
+            first, second = self.integer(a, node), self.integer(b, node)
+            same = equal(first, second)  # which C compilers complain of
+            return Known(compare(0, 0)) if same else Operation(BOOL, sign, first, second)
         return Operation(BOOL, sign, self.real(a, node), self.real(b, node))
 
     def joined(self, sign: str, conditions: Sequence[Expression | Known]) -> Expression | Known:
@@ -147,11 +149,12 @@ class Arithmetic:
     def alike(self, a: Value, b: Value, node: ast.AST) -> tuple[Expression, Expression]:
         """Two values of one type."""
         first, second = self.runtime(a, node), self.runtime(b, node)
-        if first.type != second.type:  # in Python the minus of a whole 0 is no -0.0
-            zero = any(isinstance(one, Known) and one.value == 0 for one in (a, b))
-            if zero or INT in {one.type for one in (a, b) if isinstance(one, Expression)}:
-                raise self.error("a choice of a float and a whole number", node, "write 0.0 and not 0")
-            first, second = self.real(a, node), self.real(b, node)
+        if {first.type, second.type} == {REAL, INT}:  # -0 is no -0.0, and products of whole numbers are exact
+            raise self.error(
+                "a choice of a float and a whole number", node, "write 1.0 and not 1 for a float"
+            )
+        if first.type != second.type:
+            raise self.error("a choice of two kinds of values", node, "make them of one kind")
         return first, second
 
     def whole(self, value: Value) -> bool:
@@ -192,6 +195,21 @@ class Arithmetic:
 
     def error(self, problem: str, node: ast.AST, way_out: str | None = None) -> TranslationError:
         return self.scope.error(problem, node, WAY_OUT if way_out is None else way_out)
+
+
+def equal(a: Expression, b: Expression) -> bool:
+    """True for whole numbers that are computed in the same way."""
+    match a, b:
+        case (Whole(value=x), Whole(value=y)) | (Variable(name=x), Variable(name=y)):
+            return bool(x == y)
+        case (Unary(a=x), Unary(a=y)):
+            return equal(x, y)
+        case (Member(base=x, name=name), Member(base=y, name=other)):
+            return name == other and equal(x, y)
+        case (Operation(operator=sign, a=x, b=y), Operation(operator=other, a=v, b=w)):
+            same = equal(x, v) and equal(y, w)
+            return sign == other and (same or (sign != "-" and equal(x, w) and equal(y, v)))
+    return False
 
 
 def exact(value: int) -> bool:

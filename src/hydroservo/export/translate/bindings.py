@@ -7,8 +7,9 @@ reaches both are two variables, though they share a name. In C each variable has
 import ast
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
 
-__all__ = ["Binding", "Bindings", "bound_names"]
+__all__ = ["Binding", "Bindings", "bindings_of", "bound_names"]
 
 Block = tuple[int, ...]  # a block of statements: the way to it, a number for each block around
 Reaching = dict[str, frozenset[int]]  # the assignments whose value each name may have
@@ -103,6 +104,8 @@ class Bindings:
             case ast.For(target=target, iter=counted, body=body):
                 self.reads(counted, block, now)
                 return self.repeated(now, lambda start: self.turned(None, target, body, block, start))
+            case ast.AnnAssign(value=None):  # gives no value, and takes none away
+                return now
         self.reads(node, block, now)
         after = dict(now)
         for one in sorted(stores(node), key=lambda one: (one.lineno, one.col_offset)):
@@ -166,6 +169,12 @@ class Bindings:
         for node, one in self.given.items():
             parts.setdefault(self.root(node), []).append(one)
         return {root: variable(givers) for root, givers in parts.items()}
+
+
+@lru_cache(maxsize=1024)
+def bindings_of(tree: ast.FunctionDef) -> Bindings:
+    """The variables of a function, found once for all the types that it is translated for."""
+    return Bindings(tree)
 
 
 def variable(givers: Sequence[Given]) -> Binding:

@@ -34,6 +34,7 @@ from hydroservo.ops import basic
 __all__ = ["Calls", "is_op"]
 
 PLAIN = (inspect.Parameter.POSITIONAL_ONLY, inspect.Parameter.POSITIONAL_OR_KEYWORD)
+SELECTING = (basic.clip, basic.maximum, basic.minimum)  # return what they are given
 EQUALS = {
     "fabs": "absolute",
     "abs": "absolute",
@@ -140,8 +141,15 @@ class Calls:
         for name, parameter in signature.parameters.items():
             value = found[name] if name in found else self.default(parameter.default, node)
             wants_real = parameter.annotation is float and self.arithmetic.whole(value)
-            values.append(self.arithmetic.real(value, node) if wants_real else value)
+            values.append(self.floating(function, value, node) if wants_real and is_op(function) else value)
         return values
+
+    def floating(self, function: FunctionType, value: Value, node: ast.AST) -> Expression:
+        """A whole number as an argument of an op, all but some of which make a float of it."""
+        if function in SELECTING:  # -0 is no -0.0, and products of whole numbers are exact
+            problem = f"a whole number for ops.{function.__name__}, which takes floats"
+            raise self.scope.error(problem, node, "write 1.0 and not 1, and float(n) for a name")
+        return self.arithmetic.real(value, node)
 
     def default(self, value: object, node: ast.AST) -> Value:
         """A parameter's default as a value."""
@@ -164,9 +172,7 @@ class Calls:
         for name in names:
             if name not in found:
                 raise self.scope.error(f"{cls.__name__} is given no {name}", node, "give every field")
-            value = found[name]
-            known = isinstance(value, Known)
-            values[name] = (self.arithmetic.real if known else self.arithmetic.runtime)(value, node)
+            values[name] = self.arithmetic.runtime(found[name], node)
             self.scope.limit(values[name], LARGEST_REAL, node)
         kinds = {name: value.type for name, value in values.items()}
         try:

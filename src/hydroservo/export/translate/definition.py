@@ -7,8 +7,9 @@ from collections.abc import Iterator
 from functools import lru_cache
 from types import CodeType, FunctionType
 
-__all__ = ["DoubtError", "changed_class", "definition"]
+__all__ = ["DoubtError", "changed_class", "definition", "own_method"]
 
+INHERITED = {"_asdict", "_make", "_replace"}  # what every NamedTuple class has
 PLAIN_FIELD = type(namedtuple("Plain", "field").field)  # type: ignore[attr-defined]
 
 
@@ -31,6 +32,16 @@ def definition(origin: FunctionType) -> ast.FunctionDef:
         raise DoubtError(f"it is made by a decorator or inside of another function, and uses {names} of that")
     if changed := {"__wrapped__", "__signature__"} & vars(origin).keys():
         raise DoubtError(f"a decorator gave it {min(changed)}, which hides what runs")
+    return written(code)
+
+
+@lru_cache(maxsize=1024)
+def written(code: CodeType) -> ast.FunctionDef:
+    """The syntax tree of what runs.
+
+    Raises:
+        DoubtError: the text is not there, or is not what runs.
+    """
     try:
         lines, _ = inspect.findsource(code)
         found = definitions("".join(lines))
@@ -65,6 +76,19 @@ def codes(code: CodeType) -> Iterator[CodeType]:
         if isinstance(one, CodeType):
             yield one
             yield from codes(one)
+
+
+def own_method(cls: type, name: str) -> FunctionType:
+    """A method that a record's class has itself.
+
+    Raises:
+        DoubtError: it is inherited, or something else than a plain method.
+    """
+    found = vars(cls).get(name)
+    if isinstance(found, FunctionType) and name not in INHERITED:
+        return found
+    what = "inherited" if found is None or name in INHERITED else type(found).__name__
+    raise DoubtError(f"{name} of {cls.__name__} is no method of its own ({what})")
 
 
 def changed_class(cls: type) -> str:

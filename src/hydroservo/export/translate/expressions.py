@@ -5,7 +5,7 @@ import builtins
 import math
 from collections.abc import Sequence
 from numbers import Number
-from types import FunctionType, ModuleType
+from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -14,6 +14,7 @@ from hydroservo.export.names import identifier
 from hydroservo.export.translate.arithmetic import Arithmetic
 from hydroservo.export.translate.bindings import Binding
 from hydroservo.export.translate.calls import Calls
+from hydroservo.export.translate.definition import DoubtError, own_method
 from hydroservo.export.translate.scope import Scope, Value
 from hydroservo.export.translate.terms import (
     BOOL,
@@ -39,8 +40,6 @@ from hydroservo.export.translate.terms import (
 )
 
 __all__ = ["Expressions"]
-
-INHERITED = {"_asdict", "_make", "_replace"}  # what every NamedTuple class has
 
 
 class Expressions:
@@ -151,15 +150,13 @@ class Expressions:
     def method(self, base: Expression, record: Record, name: str, node: ast.AST) -> Bound:
         """A method that a record's class has itself."""
         cls = record.cls
-        found = vars(cls).get(name) if cls else None
-        if isinstance(found, FunctionType) and name not in INHERITED:
-            return Bound(base, found)
-        called = cls.__name__ if cls else record.name
-        if cls is not None and hasattr(cls, name):
-            what = type(found).__name__ if found is not None and name not in INHERITED else "inherited"
-            problem = f"{name} of {called} is no method of its own ({what})"
-            raise self.scope.error(problem, node, "write it as a plain method of the class")
-        raise self.scope.error(f"{called} has neither a field nor a method {name!r}", node)
+        if cls is None or not hasattr(cls, name):
+            called = cls.__name__ if cls else record.name
+            raise self.scope.error(f"{called} has neither a field nor a method {name!r}", node)
+        try:
+            return Bound(base, own_method(cls, name))
+        except DoubtError as doubt:
+            raise self.scope.error(str(doubt), node, "write it as a plain method of the class") from None
 
     def member(self, base: Expression, name: str) -> Value:
         kind = base.type.fields[name]  # type: ignore[union-attr]

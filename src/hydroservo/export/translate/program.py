@@ -5,6 +5,7 @@ a function in C for a method in Python, with the same names, operations and orde
 known while translating (switches, numbers of bits, arrays of records) becomes part of the code.
 """
 
+import inspect
 from collections.abc import Callable, Mapping, Sequence, Set
 from typing import Any
 
@@ -13,7 +14,7 @@ import numpy as np
 from hydroservo.block import is_block
 from hydroservo.export.names import identifier, numbered, snake
 from hydroservo.export.translate.body import Body
-from hydroservo.export.translate.definition import changed_class
+from hydroservo.export.translate.definition import DoubtError, changed_class, own_method
 from hydroservo.export.translate.scope import TranslationError, place
 from hydroservo.export.translate.terms import REAL, Function, Known, Record, Table, Translator, Type
 
@@ -90,8 +91,19 @@ class Program:
         return self.functions[key]
 
     def method(self, record: Record, name: str, arguments: Sequence[Type]) -> Function:
-        """The C function of a record's method."""
-        return self.function(vars(record.cls)[name], [record, *arguments], record.cls)
+        """The C function of a record's method.
+
+        Raises:
+            TranslationError: it has no equal in C, or is no plain method of the record's class.
+        """
+        assert record.cls is not None
+        try:
+            found = own_method(record.cls, name)
+        except DoubtError as doubt:
+            file = inspect.getsourcefile(record.cls)
+            problem = f"{file}: {doubt}; write it as a plain method of the class"
+            raise TranslationError(problem) from None
+        return self.function(found, [record, *arguments], record.cls)
 
     def function_name(self, name: str) -> str:
         """A name for a function that no other one has, nor a local, a public name or a type."""

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 from hydroservo.errors import LoopError
 from hydroservo.export.names import identifier
-from hydroservo.export.translate.bindings import Binding, Bindings
+from hydroservo.export.translate.bindings import Binding, bindings_of
 from hydroservo.export.translate.definition import DoubtError, definition
 from hydroservo.export.translate.ranges import LARGEST, LARGEST_REAL, Ranges
 from hydroservo.export.translate.terms import (
@@ -84,7 +84,7 @@ class Scope:
         self.origin = origin
         self.tree = parsed(origin)
         self.function = Function(name, [], origin=origin, owner=owner)
-        self.bindings = Bindings(self.tree)
+        self.bindings = bindings_of(self.tree)
         self.local_name = local_name
         self.taken: set[str] = set()
         self.in_c: dict[Binding, str] = {}
