@@ -18,7 +18,7 @@ class Law(NamedTuple):
     reverse: bool = {reverse}
 {fields}
     def init(self):
-        return LawState(0.0, 0.5, Inner(1.0, -0.0))
+        return {first}
 {methods}
     def step(self, s, y, r, dt):
 {step}
@@ -125,7 +125,7 @@ class Filling(dict[str, str]):
         return ways.get(key, lambda: writer.block(depth - 1))()
 
 
-def step_of(random: Random) -> str:
+def step_of(random: Random, odd: bool) -> str:
     """The statements of a step."""
     writer = Writer(random, parts.REALS, (*parts.REAL_FORMS, *MADE), parts.SIMPLE, LAST)
     first = [*FIRST]
@@ -140,7 +140,7 @@ def step_of(random: Random) -> str:
     if random.random() < 0.05:
         first.append(random.choice(parts.SHADOWS))
     lines = [writer.statement(2) for _ in range(random.randint(2, 6))]
-    if random.random() < ODDITY:
+    if odd:
         lines.insert(random.randint(0, len(lines)), writer.filled(random.choice(parts.ODD), 2))
     return "\n".join([*first, *lines, writer.filled(LAST, 1)])
 
@@ -173,20 +173,22 @@ def used(texts: Mapping[str, str], name: str, text: str) -> list[str]:
 
 def fuzzed_law(random: Random) -> str:
     """The text of a file with a random law."""
-    step = step_of(random)
+    odd = random.random() < ODDITY
+    step, first = step_of(random, odd), random.choice(parts.FIRST_STATES)
     decorated = f"@{random.choice(parts.DECORATORS)}\ndef decorated(self, x=1.0):\n    return 0.5 * x\n"
-    methods = used(
-        {**parted(parts.METHODS, "\n\n"), "made": method_of(random), "decorated": decorated},
-        r"self\.{}\b",
-        step,
-    )
-    body = "\n".join([*methods, step])
+    known = {**parted(parts.METHODS, "\n\n"), "made": method_of(random), "decorated": decorated}
+    methods = used(known, r"self\.{}\b", step)
+    body = "\n".join([first, *methods, step])
     law = LAW.format(
         turns=random.randint(1, 4),
         reverse=random.random() < 0.5,
         fields="".join(f"    {one}\n" for one in used(FIELDS, r"self\.{}\b", body)),
+        first=first,
         methods="".join(f"\n{indent(one, '    ')}" for one in methods),
         step=indent(step, "        "),
     )
-    head = parts.HEAD.format(level=random.choice(parts.LEVELS), edge=random.choice(parts.EDGES))
-    return "\n\n".join([head, *(used(parted(parts.RECORDS, "\n\n\n"), r"\b{}\b", law)), law])
+    records = used(parted(parts.RECORDS, "\n\n\n"), r"\b{}\b", law)
+    levels = parts.LEVELS + (parts.ODD_LEVELS if odd else ())
+    edges = parts.EDGES + (parts.ODD_EDGES if odd else ())
+    head = parts.HEAD.format(level=random.choice(levels), edge=random.choice(edges))
+    return "\n\n".join([head, *records, law])

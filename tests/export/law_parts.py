@@ -14,11 +14,14 @@ __all__ = [
     "COUNTS",
     "DECORATORS",
     "EDGES",
+    "FIRST_STATES",
     "HEAD",
     "LEVELS",
     "METHODS",
     "NAMES",
     "ODD",
+    "ODD_EDGES",
+    "ODD_LEVELS",
     "REALS",
     "REAL_FORMS",
     "RECORDS",
@@ -52,13 +55,23 @@ EDGE = {edge}
 '''
 LEVELS = (
     "0.1", "-0.0", "1e308", "5e-324", "2.0**53", "math.nan", "math.inf", "-math.inf", "math.pi", "1 / 3",
-    "np.float64(0.1)", "np.finfo(float).eps", "np.float32(0.1)", "Fraction(1, 3)", "Decimal('0.1')", "0.5j",
-    "np.array(0.5)", "(0.5, 1.5)", "'0.5'", "None",
+    "np.float64(0.1)", "np.finfo(float).eps",
 )  # fmt: skip
 EDGES = (
-    "3", "-1", "0", "2**31 - 1", "2**31", "-(2**31)", "2**32", "2**53", "2**53 - 1", "-(2**53)", "2**62",
-    "2**63 - 1", "-(2**63)", "2**63", "10**30", "True", "np.int64(3)", "np.int32(2**31 - 1)",
-    "np.bool_(True)",
+    "3", "-1", "0", "2**31 - 1", "2**31", "-(2**31)", "2**32", "2**53", "2**53 - 1", "-(2**53)",
+)  # fmt: skip
+ODD_LEVELS = (
+    "np.float32(0.1)", "Fraction(1, 3)", "Decimal('0.1')", "0.5j", "np.array(0.5)", "(0.5, 1.5)", "'0.5'",
+    "None", "7", "True",
+)  # fmt: skip
+ODD_EDGES = (
+    "2**62", "2**63 - 1", "-(2**63)", "2**63", "10**30", "True", "np.int64(3)", "np.int32(2**31 - 1)",
+    "np.bool_(True)", "0.5",
+)  # fmt: skip
+FIRST_STATES = (
+    "LawState(0.0, 0.5, Inner(1.0, -0.0))", "LawState(-0.0, self.gain, Inner(self.band.high, math.nan))",
+    "LawState(u=1.0 / self.gain, inner=Inner(2.0 * self.turns, 0.0), beside=float(self.table[2]))",
+    "LawState(0.0, 5e-324, Inner(math.inf if self.reverse else -1e308, ops.sqrt(self.gain)))",
 )  # fmt: skip
 
 # Classes, functions and methods, each in a law's text only if something there names it.
@@ -223,10 +236,11 @@ REALS = (
     "s.u", "s.beside", "s.inner.memory", "p.left", "p.right", "q.pair.left", "self.band.high",
     "self.table[2]", "float(self.table[-1])", "self.grid[1, 2]", "-0.0", "math.nan", "math.inf", "1e308",
     "5e-324", "math.pi", "1e-9",
+    "LEVEL",
 )  # fmt: skip
 WHOLES = (
     "k", "n", "k", "n", "2", "-3", "self.turns", "TURNS", "1000000000", "46341", "(1 << 40)", "7", "0",
-    "self.band.steps", "2147483647", "2147483648", "-2147483648", "4294967296", "self.table.size",
+    "self.band.steps", "2147483647", "2147483648", "-2147483648", "4294967296", "self.table.size", "EDGE",
 )  # fmt: skip
 REAL_FORMS = (
     "({x} + {y})", "({x} - {y})", "{x} * {y}", "-({x} - {y})", "({x} / (1.0 + {y} * {y}))", "({x} / {y})",
@@ -246,6 +260,8 @@ REAL_FORMS = (
 WHOLE_FORMS = (
     "({m} + {n})", "({m} - {n})", "({m} * {n})", "({m} // 3)", "({m} // 1000003)", "-{m}",
     "({m} if a > b else {n})", "self.whole({m})", "self.whole({m}, by={n})",
+    "((2147483648 if a > b else {m}) * 4294967295 // 1000003)",
+    "((1023 if flag else -1023) * 9007199254740991 // 1000003)",
 )  # fmt: skip
 CONDITIONS = (
     "flag", "self.reverse", "a > b", "ops.isnan(a)", "ops.isfinite(b)",

@@ -271,6 +271,18 @@ def refused_text(text: str, folder: Path) -> str:
     return str(caught.value)
 
 
+def test_a_whole_number_for_a_block_that_takes_floats_is_refused_with_the_laws_line(tmp_path: Path) -> None:
+    text = TEXT.replace(
+        "from hydroservo import ops\n",
+        "from hydroservo import ops\nfrom hydroservo.time_series import TimeSeries\n",
+    )
+    text = text.replace("\n    def init", "    series: TimeSeries = TimeSeries()\n\n    def init", 1)
+    text += "        return LawState(self.series.value(1), 0.0)\n"
+    message = refused_text(text, tmp_path)
+    assert f"line {text.count(chr(10))}, Law.step: a whole number for TimeSeries.value" in message
+    assert "write 1.0 and not 1" in message
+
+
 @pytest.mark.parametrize("read", ["self.table[1]", "y.velocity"])
 def test_an_array_is_in_the_c_only_if_something_reads_it(read: str, tmp_path: Path) -> None:
     needs("gcc")

@@ -34,7 +34,7 @@ from hydroservo.ops import basic
 __all__ = ["Calls", "is_op"]
 
 PLAIN = (inspect.Parameter.POSITIONAL_ONLY, inspect.Parameter.POSITIONAL_OR_KEYWORD)
-SELECTING = (basic.clip, basic.maximum, basic.minimum)  # return what they are given
+SELECTING = (basic.clip, basic.maximum, basic.minimum)  # of ops, which return what they are given
 EQUALS = {
     "fabs": "absolute",
     "abs": "absolute",
@@ -140,16 +140,19 @@ class Calls:
         values = []
         for name, parameter in signature.parameters.items():
             value = found[name] if name in found else self.default(parameter.default, node)
-            wants_real = parameter.annotation is float and self.arithmetic.whole(value)
-            values.append(self.floating(function, value, node) if wants_real and is_op(function) else value)
+            takes_floats = parameter.annotation is float and function.__module__.startswith("hydroservo.")
+            values.append(self.floating(function, value, node) if takes_floats else value)
         return values
 
-    def floating(self, function: FunctionType, value: Value, node: ast.AST) -> Expression:
-        """A whole number as an argument of an op, all but some of which make a float of it."""
-        if function in SELECTING:  # -0 is no -0.0, and products of whole numbers are exact
-            problem = f"a whole number for ops.{function.__name__}, which takes floats"
-            raise self.scope.error(problem, node, "write 1.0 and not 1, and float(n) for a name")
-        return self.arithmetic.real(value, node)
+    def floating(self, function: FunctionType, value: Value, node: ast.AST) -> Value:
+        """An argument of what takes floats, and may return what it is given, but for most of ops."""
+        if not self.arithmetic.whole(value):
+            return value
+        if is_op(function) and function not in SELECTING:
+            return self.arithmetic.real(value, node)
+        called = f"ops.{function.__name__}" if is_op(function) else function.__qualname__
+        problem = f"a whole number for {called}, which takes floats"
+        raise self.scope.error(problem, node, "write 1.0 and not 1, and float(n) for a name")
 
     def default(self, value: object, node: ast.AST) -> Value:
         """A parameter's default as a value."""

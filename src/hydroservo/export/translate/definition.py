@@ -60,8 +60,7 @@ def definitions(text: str) -> dict[CodeType, ast.FunctionDef]:
     tree = ast.parse(text)
     places = {
         (node.name, min([node.lineno, *(one.lineno for one in node.decorator_list)])): node
-        for node in ast.walk(tree)
-        if isinstance(node, ast.FunctionDef)
+        for node in functions(tree)
     }
     whole = compile(text, "text", "exec", dont_inherit=True)
     return {
@@ -69,6 +68,15 @@ def definitions(text: str) -> dict[CodeType, ast.FunctionDef]:
         for code in codes(whole)
         if (code.co_name, code.co_firstlineno) in places
     }
+
+
+def functions(node: ast.AST) -> Iterator[ast.FunctionDef]:
+    """The functions in a tree, without a look at its expressions."""
+    for one in ast.iter_child_nodes(node):
+        if isinstance(one, ast.FunctionDef):
+            yield one
+        if not isinstance(one, ast.expr):
+            yield from functions(one)
 
 
 def codes(code: CodeType) -> Iterator[CodeType]:
