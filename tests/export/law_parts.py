@@ -223,6 +223,17 @@ def whole(self, n, by=1):
 def level(self, i):
     return self.gain * i - float(self.table[-1])
 
+def high(self, x, /, least=3.0):
+    if x > 1e6:
+        return True
+    return x > least and not self.reverse
+
+def found(self, table, i, band):
+    return table[i] * band.high - band.within(table[-1])
+
+def itself(self):
+    return self
+
 def swept(self, x):
     u = x
     for i in range(2):
@@ -256,6 +267,8 @@ REAL_FORMS = (
     "self.series.value({x})", "self.series.rate({x})", "(p if {so} else self.turned(1.0)).left",
     "ops.where({so}, p, Pair({x}, {y})).right", "q.deeper().pair.right", "q.deeper(by={x}).depth",
     "ops.sqrt({m})",
+    "self.found(self.table, 2, self.band)", "self.found(self.table, 0, Band(-2.0, {x}, 3))",
+    "self.itself().gain", "(1.0 if self.high({x}) else {y})",
 )  # fmt: skip
 WHOLE_FORMS = (
     "({m} + {n})", "({m} - {n})", "({m} * {n})", "({m} // 3)", "({m} // 1000003)", "-{m}",
@@ -272,6 +285,7 @@ CONDITION_FORMS = (
     "({x} >= 0.0 and self.turned({x}).right > {y})", "({x} < 0.0 or self.turned({x}).left > {y})",
     "({m} == {n} and {x} > {y})", "(self.reverse or {x} > {y})", "(flag and {x} > {y})", "not flag",
     "not ({x} < 0.0 or not self.turned({x}).left > {y})", "({x} > 1.0 if flag else {y} > 2.0)",
+    "self.high({x})", "(self.high({x}, {y}) or self.high({y}, least=-1.0))",
 )  # fmt: skip
 RECORD_FORMS = (
     "Pair({x}, {y})", "Pair(right={x}, left={y})", "self.turned(ops.absolute({x}))", "p.swapped()", "q.pair",

@@ -259,6 +259,29 @@ def test_a_law_whose_own_methods_are_no_plain_ones_is_refused(
     assert "plain method of the class" in message
 
 
+@pytest.mark.parametrize(
+    ("old", "new", "problem"),
+    [
+        ("step(self, s, y, r, dt)", "step(self, s, y, r)", "Law.step: it takes 4 arguments, and is given 5"),
+        ("step(self, s, y, r, dt)", "step(self, s, y, r, dt, x=1.0)", "it takes 6 arguments, and is given 5"),
+        ("init(self)", "init(self, x=1.0)", "Law.init: it takes 2 arguments, and is given 1"),
+        ("def step(", "def steps(", "law.py: Law has no method step"),
+    ],
+)
+def test_a_law_whose_methods_take_other_arguments_is_refused(
+    old: str, new: str, problem: str, tmp_path: Path
+) -> None:
+    assert problem in refused_text(TEXT.replace(old, new) + "        return s\n", tmp_path)
+
+
+def test_a_method_may_take_arguments_by_position_alone(tmp_path: Path) -> None:
+    needs("gcc")
+    text = TEXT.replace("def early(self, a, b)", "def early(self, a, /, b)").replace("r, dt)", "r, dt, /)")
+    text += "        return LawState(self.early(y.velocity, b=2.0), dt)\n"
+    assert text.count("/") > TEXT.count("/") + 1
+    assert_same(loop_of(tmp_path, text), tmp_path)
+
+
 def test_a_law_that_inherits_its_methods_is_refused(tmp_path: Path) -> None:
     text = TEXT.replace("class Law(", "class Base(") + "        return s\n\n\nclass Law(Base):\n    pass\n"
     assert "init of Law is no method of its own (inherited)" in refused_text(text, tmp_path)

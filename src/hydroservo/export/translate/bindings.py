@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 
-__all__ = ["Binding", "Bindings", "bindings_of", "bound_names"]
+__all__ = ["Binding", "Bindings", "bindings_of", "bound_names", "parameters"]
 
 Block = tuple[int, ...]  # a block of statements: the way to it, a number for each block around
 Reaching = dict[str, frozenset[int]]  # the assignments whose value each name may have
@@ -57,13 +57,14 @@ class Bindings:
         self.joined: dict[int, int] = {}
         self.seen: dict[int, frozenset[int]] = {}
         self.orders: dict[int, int] = {}
-        self.bound = {*bound_names(tree), *(argument.arg for argument in tree.args.args)}
+        given = parameters(tree)
+        self.bound = {*bound_names(tree), *(argument.arg for argument in given)}
         first: Reaching = {}
-        for argument in tree.args.args:
+        for argument in given:
             self.give(argument, argument.arg, (), first)
         self.flow(tree.body, (), first)
         self.variables = self.found()
-        self.arguments = {one.arg: self.variables[self.root(id(one))] for one in tree.args.args}
+        self.arguments = {one.arg: self.variables[self.root(id(one))] for one in given}
 
     def assigned(self, node: ast.AST) -> Binding:
         """The variable that a node gives a value."""
@@ -192,6 +193,11 @@ def merged(a: Reaching | None, b: Reaching | None) -> Reaching | None:
         return b if a is None else a
     nothing: frozenset[int] = frozenset()
     return {name: a.get(name, nothing) | b.get(name, nothing) for name in [*a, *b]}
+
+
+def parameters(tree: ast.FunctionDef) -> list[ast.arg]:
+    """The parameters of a function that takes none with * or by name alone."""
+    return [*tree.args.posonlyargs, *tree.args.args]
 
 
 def loads(node: ast.AST) -> Iterator[tuple[ast.AST, str]]:

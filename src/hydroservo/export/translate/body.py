@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from types import FunctionType
 
 from hydroservo.export.names import identifier, snake
-from hydroservo.export.translate.bindings import Binding
+from hydroservo.export.translate.bindings import Binding, parameters
 from hydroservo.export.translate.calls import is_op
 from hydroservo.export.translate.expressions import Expressions
 from hydroservo.export.translate.ranges import LARGEST_REAL
@@ -54,7 +54,11 @@ class Body:
         tree = self.scope.tree
         if tree.args.vararg or tree.args.kwarg or tree.args.kwonlyargs:
             raise self.scope.error("arguments with * cannot be translated to C", tree)
-        for argument, kind in zip(tree.args.args, arguments, strict=True):
+        taken = parameters(tree)
+        if len(taken) != len(arguments):
+            problem = f"it takes {len(taken)} arguments, and is given {len(arguments)}"
+            raise self.scope.error(problem, tree, "take what is given")
+        for argument, kind in zip(taken, arguments, strict=True):
             self.scope.parameter(argument.arg, kind)
 
     def translated(self) -> Function:

@@ -95,6 +95,8 @@ def own_method(cls: type, name: str) -> FunctionType:
     found = vars(cls).get(name)
     if isinstance(found, FunctionType) and name not in INHERITED:
         return found
+    if not hasattr(cls, name):
+        raise DoubtError(f"{cls.__name__} has no method {name}")
     what = "inherited" if found is None or name in INHERITED else type(found).__name__
     raise DoubtError(f"{name} of {cls.__name__} is no method of its own ({what})")
 
