@@ -294,16 +294,25 @@ def refused_text(text: str, folder: Path) -> str:
     return str(caught.value)
 
 
-def test_a_whole_number_for_a_block_that_takes_floats_is_refused_with_the_laws_line(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("given", "problem"),
+    [
+        ("1", "a whole number for TimeSeries.value, which takes floats; write 1.0 and not 1"),
+        ("s", "a number is needed here"),
+        ("y.velocity > 0.0", "a truth value is no number in C"),
+    ],
+)
+def test_what_is_no_float_for_a_block_that_takes_floats_is_refused_with_the_laws_line(
+    given: str, problem: str, tmp_path: Path
+) -> None:
     text = TEXT.replace(
         "from hydroservo import ops\n",
         "from hydroservo import ops\nfrom hydroservo.time_series import TimeSeries\n",
     )
     text = text.replace("\n    def init", "    series: TimeSeries = TimeSeries()\n\n    def init", 1)
-    text += "        return LawState(self.series.value(1), 0.0)\n"
+    text += f"        return LawState(self.series.value({given}), 0.0)\n"
     message = refused_text(text, tmp_path)
-    assert f"line {text.count(chr(10))}, Law.step: a whole number for TimeSeries.value" in message
-    assert "write 1.0 and not 1" in message
+    assert f"line {text.count(chr(10))}, Law.step: {problem}" in message
 
 
 @pytest.mark.parametrize("read", ["self.table[1]", "y.velocity"])

@@ -146,13 +146,11 @@ class Calls:
 
     def floating(self, function: FunctionType, value: Value, node: ast.AST) -> Value:
         """An argument of what takes floats, and may return what it is given, but for most of ops."""
-        if not self.arithmetic.whole(value):
-            return value
-        if is_op(function) and function not in SELECTING:
-            return self.arithmetic.real(value, node)
-        called = f"ops.{function.__name__}" if is_op(function) else function.__qualname__
-        problem = f"a whole number for {called}, which takes floats"
-        raise self.scope.error(problem, node, "write 1.0 and not 1, and float(n) for a name")
+        if self.arithmetic.whole(value) and (function in SELECTING or not is_op(function)):
+            called = f"ops.{function.__name__}" if is_op(function) else function.__qualname__
+            problem = f"a whole number for {called}, which takes floats"
+            raise self.scope.error(problem, node, "write 1.0 and not 1, and float(n) for a name")
+        return self.arithmetic.real(value, node)
 
     def default(self, value: object, node: ast.AST) -> Value:
         """A parameter's default as a value."""
