@@ -51,7 +51,7 @@ class Writer:
         self, random: Random, reals: Sequence[str], forms: Sequence[str], simple: Sequence[str], last: str
     ) -> None:
         self.random, self.forms, self.simple, self.last = random, forms, simple, last
-        self.reals, self.targets = [*reals], ["a", "b", "c"]
+        self.reals, self.targets = [*reals] * 3 + [*parts.EXTREMES], ["a", "b", "c"]
         self.counters: list[str] = []
 
     def filled(self, form: str, depth: int) -> str:

@@ -14,6 +14,7 @@ __all__ = [
     "COUNTS",
     "DECORATORS",
     "EDGES",
+    "EXTREMES",
     "FIRST_STATES",
     "HEAD",
     "LEVELS",
@@ -245,9 +246,10 @@ def swept(self, x):
 REALS = (
     "a", "b", "c", "a", "b", "c", "y.velocity", "r.value", "self.gain", "SLOPE", "ROOT", "0.5", "-3.0", "dt",
     "s.u", "s.beside", "s.inner.memory", "p.left", "p.right", "q.pair.left", "self.band.high",
-    "self.table[2]", "float(self.table[-1])", "self.grid[1, 2]", "-0.0", "math.nan", "math.inf", "1e308",
-    "5e-324", "math.pi", "1e-9",
-    "LEVEL",
+    "self.table[2]", "float(self.table[-1])", "self.grid[1, 2]", "math.pi", "1e-9",
+)  # fmt: skip
+EXTREMES = (
+    "-0.0", "math.nan", "math.inf", "1e308", "5e-324", "LEVEL",
 )  # fmt: skip
 WHOLES = (
     "k", "n", "k", "n", "2", "-3", "self.turns", "TURNS", "1000000000", "46341", "(1 << 40)", "7", "0",
@@ -273,15 +275,18 @@ REAL_FORMS = (
 WHOLE_FORMS = (
     "({m} + {n})", "({m} - {n})", "({m} * {n})", "({m} // 3)", "({m} // 1000003)", "-{m}",
     "({m} if a > b else {n})", "self.whole({m})", "self.whole({m}, by={n})",
+    "((46341 if a > b else 2147483647) * (1000000000 if flag else -3))",
+    "((2 if flag else 2147483647) + (1 if a > b else 2147483647))",
     "((2147483648 if a > b else {m}) * 4294967295 // 1000003)",
     "((1023 if flag else -1023) * 9007199254740991 // 1000003)",
 )  # fmt: skip
 CONDITIONS = (
-    "flag", "self.reverse", "a > b", "ops.isnan(a)", "ops.isfinite(b)",
+    "flag", "self.reverse", "a > b", "ops.isnan(a)", "ops.isfinite(b)", "-2.0 < b <= c < a",
 )  # fmt: skip
 CONDITION_FORMS = (
     "{x} > {y}", "not {x} <= {y}", "({x} < {y} or {y} > 1.0)", "{x} < {y} < 2.0", "{m} > {n}",
-    "0.0 <= {x} <= {y} < 9.0", "{m} < {n} <= 7", "{x} == {y}", "{x} != {y}", "{m} != {n}", "{x} < {m}",
+    "0.0 <= {x} <= {y} < 9.0", "-9.0 < {x} < 9.0 > {y} > -1.0", "{m} < {n} <= 7", "{x} == {y}", "{x} != {y}",
+    "{m} != {n}", "{x} < {m}",
     "({x} >= 0.0 and self.turned({x}).right > {y})", "({x} < 0.0 or self.turned({x}).left > {y})",
     "({m} == {n} and {x} > {y})", "(self.reverse or {x} > {y})", "(flag and {x} > {y})", "not flag",
     "not ({x} < 0.0 or not self.turned({x}).left > {y})", "({x} > 1.0 if flag else {y} > 2.0)",
@@ -298,10 +303,11 @@ SIMPLE = (
     "flag = flag and {so}", "flag = not flag", "p = {p}", "p = {p}", "{t} = p.left - p.right",
     "q = Nest({p}, {x})", "q = q.deeper({x})", "{t}, {t2} = p", "a, b = {x}, {y}", "a, b = b, a",
     "{t} = {t2} = {x}", "c, (a, b) = {x}, (b, {y})", "b, _ = self.pair({x}, {y})", "a, c = self.pair({x}, c)",
-    "{w} = n - k", "a: float", "pass", '"""A text."""', "s = LawState({x}, s.u, s.inner)",
+    "{w} = n - k", "{t}: float", "pass", '"""A text."""', "s = LawState({x}, s.u, s.inner)",
     "s = LawState(s.u, {x}, Inner(s.beside, {y}))", "f = p.total\np = {p}\n{t} = f()",
 )  # fmt: skip
 AROUND = (
+    "for {i} in range(3):\n    {t} = {t} + {x}\n    {t}: float\n{short}",
     "if {so}:\n{block}", "if {so}:\n{block}\nelse:\n{other}",
     "if {so}:\n{block}\nelif {so}:\n{third}\nelse:\n{other}", "if {so}:\n{short}\n    {last}",
     "if self.reverse:\n{block}\nelse:\n{other}", "for {i} in range({count}):\n{block}",

@@ -41,6 +41,8 @@ ROWS = [
     (Y._replace(velocity=-1.75), R._replace(value=3.5)),
     (Y._replace(velocity=40.0), R._replace(value=-0.0)),
     (Y._replace(velocity=0.0), R._replace(value=-9.0)),
+    (Y._replace(velocity=3.25), R._replace(value=1.5)),
+    (Y._replace(velocity=-0.5), R._replace(value=0.0625)),
     (Y._replace(velocity=1e300), R._replace(value=-1e300)),
     (Y._replace(velocity=math.nan), R._replace(value=math.inf)),
 ]
