@@ -91,9 +91,9 @@ def limited() -> Iterator[None]:
 
 
 @pytest.fixture(autouse=True)
-def _not_laid_out(monkeypatch: pytest.MonkeyPatch) -> None:
+def _not_formatted(monkeypatch: pytest.MonkeyPatch) -> None:
     """The layout of C is not what is tried here, and takes a program of its own."""
-    monkeypatch.setattr(source, "laid_out", str)
+    monkeypatch.setattr(source, "formatted", str)
 
 
 def tried(name: str, text: str, folder: Path, inlined: bool = False) -> Tried | str:
@@ -239,7 +239,7 @@ def test_laws_that_were_wrong_once_are_no_more(flags: tuple[str, ...], tmp_path:
 
 
 if __name__ == "__main__":
-    source.laid_out = str
+    source.formatted = str
     total, start = int(sys.argv[1]), int((*sys.argv, "0")[2])
     for at in range(start, start + total, 500):
         with tempfile.TemporaryDirectory() as place:
