@@ -104,10 +104,21 @@ def test_two_fmus_fit_into_one_program(sources: dict[str, Path], tmp_path: Path)
 def test_random_calls_of_a_clock_are_answered_as_fmi_has_them(
     sources: dict[str, Path], tmp_path: Path
 ) -> None:
-    folder, words = sources["toy"], ("-O1", *SANITIZED)
-    calls = one_object(folder, Path(__file__).parent / "clock_driver.c", tmp_path / "calls.o", *words)
-    run(tmp_path, "gcc", *words, *compiled(folder, tmp_path, *words), calls, "-o", "calls", "-lm")
-    assert run(tmp_path, "./calls") == "300000 calls\n"
+    assert random_calls(sources["toy"], "clock_driver.c", tmp_path) == "300000 calls\n"
+
+
+@pytest.mark.parametrize("sources", FmiVersion, indirect=True)
+def test_random_calls_of_equations_are_answered_as_fmi_has_them(
+    sources: dict[str, Path], tmp_path: Path
+) -> None:
+    assert random_calls(sources["axis"], "equations_driver.c", tmp_path) == "300000 calls\n"
+
+
+def random_calls(folder: Path, program: str, out: Path) -> str:
+    words = ("-O1", *SANITIZED)
+    calls = one_object(folder, Path(__file__).parent / program, out / "calls.o", *words)
+    run(out, "gcc", *words, *compiled(folder, out, *words), calls, "-o", "calls", "-lm")
+    return run(out, "./calls")
 
 
 def compiled(folder: Path, out: Path, *words: str) -> list[str]:

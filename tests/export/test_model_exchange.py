@@ -125,8 +125,9 @@ def test_nothing_is_seen_of_a_jump_before_its_event(folder: Path) -> None:
     with Exchange(folder) as one:
         assert one.begin().go_on() == 0.0105
         assert one.get("load.force") == [10.0]
-        one.model.setTime(0.0105)
-        assert one.get("load.force") == [10.0]
+        for time in (math.nextafter(0.0105, 0.0), 0.0105):
+            one.model.setTime(time)
+            assert one.get("load.force") == [10.0]
         one.model.setTime(0.0106)  # an integrator that looks ahead
         assert one.get("load.force") == [10.0]
         before = one.rates(0.0105, one.states)
@@ -137,9 +138,19 @@ def test_nothing_is_seen_of_a_jump_before_its_event(folder: Path) -> None:
         assert after[1:].tolist() == before[1:].tolist()
 
 
+@pytest.mark.parametrize("start", [0.0, 0.1, 2.0, -3.0, 1e6])
+def test_a_jump_comes_at_the_event_that_is_announced(folder: Path, start: float) -> None:
+    """Not a rounding before it, where there would be an event again and again."""
+    with Exchange(folder) as one:
+        announced = one.begin(start=start).go_on()
+        assert announced == pytest.approx(start + 0.0105, abs=1e-9)
+        assert one.event(announced) is None
+        assert one.get("load.force") == [90.0]
+
+
 def test_the_start_time_is_where_a_run_starts(folder: Path) -> None:
     with Exchange(folder) as one:
-        assert one.begin(start=2.0).go_on() == 2.0105
+        assert one.begin(start=2.0).go_on() == pytest.approx(2.0105)
         one.model.setTime(2.0105)
         assert one.get("load.force", "time") == [10.0, 2.0105]
 
@@ -159,6 +170,21 @@ def test_a_parameter_may_change_at_an_event(folder: Path) -> None:
         one.set({"controller.u": 1.0})
         text = refused(one, lambda: one.set({"plant.mechanism.mass": 9.0}))
         assert text == "plant.mechanism.mass cannot be set in the continuous-time mode: it is a parameter"
+
+
+def test_states_may_be_set_one_by_one_where_they_are_integrated(folder: Path) -> None:
+    with Exchange(folder) as one:
+        one.begin().go_on()
+        before = one.rates(0.001, one.states)
+        one.set({"plant.velocity": 0.25})
+        assert one.states[0] == 0.25
+        assert one.rates(0.001, one.states)[0] < before[0]
+        with pytest.raises(FMICallException) as caught:
+            one.set({"plant.velocity": math.nan})
+        assert caught.value.status == 2
+        assert one.get("plant.velocity") == [0.25]
+        one.model.enterEventMode()
+        assert "the model computes it" in refused(one, lambda: one.set({"plant.velocity": 0.5}))
 
 
 def test_saved_states_hold_the_time_and_the_mode(folder: Path) -> None:

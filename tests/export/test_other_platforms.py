@@ -145,6 +145,12 @@ def test_random_calls_of_a_clock(emulated: Emulated, tmp_path: Path) -> None:
     assert driven(emulated, files, "clock_driver.c", tmp_path) == ["300000 calls"]
 
 
+@each_emulated
+def test_random_calls_of_equations(emulated: Emulated, tmp_path: Path) -> None:
+    files = fmu_files(equations(), 1.0, FmiVersion.FMI3)
+    assert driven(emulated, files, "equations_driver.c", tmp_path) == ["300000 calls"]
+
+
 def driven(emulated: Emulated, files: Files, driver: str, folder: Path) -> list[str]:
     """What a driver prints that is linked with the sources of an FMU."""
     emulated.need()

@@ -203,7 +203,7 @@ class EquationsUnit(NamedTuple):
     ) -> EquationsUnitState:
         """The rates and what else can be seen."""
         m = self.loop
-        t = ops.where(instant.t < instant.until, instant.t, BEFORE * instant.until)
+        t = ops.minimum(instant.t, BEFORE * instant.until)
         force = m.load.force(t)
         return EquationsUnitState(
             start=start,

@@ -1,4 +1,5 @@
 #include "equations.h"
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -38,9 +39,16 @@ status equations_enter_events(instance *self) {
     return STATUS_OK;
 }
 
+/* The first time of an importer at which as much as this has passed since the start: the sum may be rounded to the
+   number below, and an event at that time would come too soon, again and again. */
+static double time_after(const instance *self, double passed) {
+    const double time = self->now.start + passed;
+    return time - self->now.start < passed ? time + DBL_EPSILON * fabs(time) : time;
+}
+
 status equations_update(instance *self, double *next) {
     self->now.jump = model_jump(instance_numbers(self));
-    *next = self->now.start + self->now.jump;
+    *next = time_after(self, self->now.jump);
     return STATUS_OK;
 }
 

@@ -143,9 +143,21 @@ static status out_of_range(instance *self, const model_variable *variable, doubl
                             variable->name, value, variable->least);
 }
 
+/* One state by its reference, as all of them in an array. */
+static status check_state(instance *self, const model_variable *variable, double value) {
+    if (isnan(value)) {
+        return instance_discard(self, "%s stays as it is and is not set to %g: a state is a number", variable->name,
+                                value);
+    }
+    return STATUS_OK;
+}
+
 static status check_value(instance *self, const model_variable *variable, double value) {
     if (variable->kind == VARIABLE_CONSTANT) {
         return instance_refuse(self, "%s cannot be set: it is constant", variable->name);
+    }
+    if (variable->kind == VARIABLE_INTEGRATED && self->now.phase == CONTINUOUS) {
+        return check_state(self, variable, value);
     }
     if (!is_parameter(variable) && variable->kind != VARIABLE_INPUT) {
         return instance_refuse(self, "%s cannot be set: the model computes it", variable->name);
@@ -234,6 +246,7 @@ void instance_reset(instance *self) {
     memcpy(self->now.token, MODEL_TOKEN, sizeof MODEL_TOKEN);
     self->now.phase = INSTANTIATED;
     self->now.stop = INFINITY;
+    self->now.jump = INFINITY;
     self->now.given = MODEL_EXCHANGES;
     model_defaults(&self->now.numbers);
     model_init(&self->now.numbers);
