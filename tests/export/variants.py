@@ -8,7 +8,7 @@ from benchmarks.targets.sources import width
 from numpy.typing import NDArray
 from toy import toy
 
-from hydroservo.export.unit import Unit
+from hydroservo.export.unit import Part, Unit
 
 __all__ = ["changed", "each_unit", "idling", "inlined", "inputs", "single", "without_arguments"]
 
@@ -54,7 +54,7 @@ def without_arguments() -> Unit:
     source = unit.source.replace(arguments, "").replace("double toy_step", "void toy_step")
     source = source.replace("demand->value - measurement->velocity", "0.5 - state->integral")
     source = source.replace("    return state->u;\n", "")
-    return unit._replace(header=header, source=source, arguments=(), command=False)
+    return unit._replace(header=header, source=source, arguments=(), part=Part.LOOP)
 
 
 def idling(instructions: int) -> Unit:
