@@ -6,6 +6,7 @@ import shlex
 import shutil
 import subprocess
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from types import ModuleType
 
@@ -34,7 +35,11 @@ class Reader(ModuleType):
         done = self.done(command)
         assert done.returncode == 2
         assert len(done.stderr.strip().splitlines()) == 1
-        assert "; use ops." in done.stderr
+        assert "; use ops." in done.stderr or "apt-get install" in done.stderr
+
+    def table(self, header: Sequence[str], rows: Sequence[Sequence[object]]) -> None:
+        assert rows
+        assert all(len(row) == len(header) for row in rows)
 
     def done(self, command: str) -> "subprocess.CompletedProcess[str]":
         self.ran.append(command)
