@@ -98,9 +98,9 @@ def mass() -> Unit:
     )
 
 
-def unpacked(exported: Unit, version: FmiVersion, folder: Path, *, clocked: bool = False) -> Path:
+def unpacked(unit: Unit, version: FmiVersion, folder: Path, *, clocked: bool = False) -> Path:
     """The folder of an export's FMU, which lies beside it."""
-    file = write_fmu(exported, folder / "one.fmu", stop_time=1.0, version=version, clocked=clocked)
+    file = write_fmu(unit, folder / "one.fmu", stop_time=1.0, version=version, clocked=clocked)
     return Path(fmpy.extract(str(file), unzipdir=str(folder / "unpacked")))
 
 

@@ -26,7 +26,7 @@ export_app = typer.Typer(
 )
 
 
-UnitOption = Annotated[
+PartOption = Annotated[
     Part,
     typer.Option(
         "--unit",
@@ -83,7 +83,7 @@ def c(
     changes: Changes,
     plugins: Plugins,
     out: OutFolder,
-    unit: UnitOption = Part.CONTROLLER,
+    part: PartOption = Part.CONTROLLER,
     prefix: Prefix = None,
     precision: Annotated[
         Precision, typer.Option("--precision", help="Of all numbers in the C; single for a controller alone.")
@@ -115,23 +115,23 @@ def c(
     loop = loaded(scenario, changes, plugins)
     check_project(out)  # before anything is computed; the names of the sources are known after it
     with progress_bar("translating") as report:
-        found = translated(scenario, loop, unit, prefix, precision=precision, inlined=inline)
-        check_project(out, found.prefix)
+        unit = translated(scenario, loop, part, prefix, precision=precision, inlined=inline)
+        check_project(out, unit.prefix)
         report(0.2, "making test vectors, and replaying them")
-        vectors, proof = proven_vectors(loop, unit, found)
+        vectors, proof = proven_vectors(loop, part, unit)
         report(0.9, "writing files")
-        left = write_or_keep(out, lambda place: write_c_project(found, vectors, place, proof))
+        left = write_or_keep(out, lambda place: write_c_project(unit, vectors, place, proof))
         left.check()
-    sizes, files = memory(found), list(map(str, left.files))
+    sizes, files = memory(unit), list(map(str, left.files))
     if json:
-        about = {**identity(scenario, unit, found), **sizes._asdict(), "proof": proof._asdict()}
+        about = {**identity(scenario, part, unit), **sizes._asdict(), "proof": proof._asdict()}
         typer.echo(as_json({**about, "files": files}))
         return
     typer.echo(
-        f"{found.title}: {sizes.state_bytes} bytes of state, {sizes.parameter_bytes} of parameters, "
+        f"{unit.title}: {sizes.state_bytes} bytes of state, {sizes.parameter_bytes} of parameters, "
         f"{precision} precision"
     )
-    typer.echo(proof_line(proof, found.prefix))
+    typer.echo(proof_line(proof, unit.prefix))
     typer.echo(f"written to {out}: {', '.join(file.name for file in left.files)}")
     typer.echo(f"next: make -C {shlex.quote(str(out))} check")
 
@@ -142,7 +142,7 @@ def fmu(
     changes: Changes,
     plugins: Plugins,
     out: OutFile,
-    unit: UnitOption = Part.CONTROLLER,
+    part: PartOption = Part.CONTROLLER,
     prefix: Prefix = None,
     version: Version = FmiVersion.FMI2,
     clocked: Annotated[
@@ -178,19 +178,19 @@ def fmu(
     loop = loaded(scenario, changes, plugins)
     check_outputs([checked_ending(out)])
     if clocked:
-        check_clock(version, unit)
+        check_clock(version, part)
     platforms = check_tools(platforms)
     stop_time = loop.simulation.duration
     with progress_bar("translating") as report:
-        found = translated(scenario, loop, unit, prefix)
+        unit = translated(scenario, loop, part, prefix)
         report(0.2, "making test vectors, and replaying them")
-        _, proof = proven_vectors(loop, unit, found)
+        _, proof = proven_vectors(loop, part, unit)
         report(0.9, "writing the FMU")
         write_or_keep(
             out.parent,
             lambda place: [
                 write_fmu(
-                    found,
+                    unit,
                     place / out.name,
                     stop_time=stop_time,
                     version=version,
@@ -200,17 +200,17 @@ def fmu(
             ],
         ).check()
     if json:
-        about = {**identity(scenario, unit, found), "proof": proof._asdict()}
+        about = {**identity(scenario, part, unit), "proof": proof._asdict()}
         written = {"fmi": version, "clocked": clocked, "platforms": platforms, "file": str(out)}
         typer.echo(as_json(about | written))
         return
-    kinds = Counter(one.causality for one in variables_of(found))
+    kinds = Counter(one.causality for one in variables_of(unit))
     counts = [counted(kinds[kind], kind) for kind in ("input", "output")]
-    samples = f"{'a clock' if clocked else 'steps'} of {found.period:g} s"
-    means = "model exchange" if unit is Part.EQUATIONS else samples
-    parameters = counted(len(found.parameters), "parameter")
-    typer.echo(f"{found.title}: {', '.join([*counts, parameters])}, FMI {version}, {means}")
-    typer.echo(proof_line(proof, found.prefix))
+    samples = f"{'a clock' if clocked else 'steps'} of {unit.period:g} s"
+    means = "model exchange" if part is Part.EQUATIONS else samples
+    parameters = counted(len(unit.parameters), "parameter")
+    typer.echo(f"{unit.title}: {', '.join([*counts, parameters])}, FMI {version}, {means}")
+    typer.echo(proof_line(proof, unit.prefix))
     typer.echo(f"written: {out}, {out.stat().st_size / 1024:.0f} KiB, for {', '.join(platforms)}")
     say_untried(platforms)
     typer.echo(f"next: fmpy validate {shlex.quote(str(out))}")
@@ -262,8 +262,8 @@ def ssp(
             ],
         ).check()
     if json:
-        found = [identity(scenario, part, units[part]) | {"proof": proofs[part]._asdict()} for part in PARTS]
-        typer.echo(as_json({"units": found, "fmi": version, "platforms": platforms, "file": str(out)}))
+        about = [identity(scenario, part, units[part]) | {"proof": proofs[part]._asdict()} for part in PARTS]
+        typer.echo(as_json({"units": about, "fmi": version, "platforms": platforms, "file": str(out)}))
         return
     for part in PARTS:
         typer.echo(f"{units[part].title}: {proof_line(proofs[part], units[part].prefix)}")
@@ -276,7 +276,7 @@ def ssp(
 def translated(
     scenario: str,
     loop: "Loop",
-    unit: Part,
+    part: Part,
     prefix: str | None,
     *,
     precision: Precision = Precision.DOUBLE,
@@ -286,9 +286,9 @@ def translated(
     from hydroservo.export.of_loop import exported_unit
     from hydroservo.export.prefix import default_prefix
 
-    name = default_prefix(scenario, unit) if prefix is None else prefix
-    about = title(scenario, loop, unit)
-    return exported_unit(loop, unit, prefix=name, title=about, precision=precision, inlined=inlined)
+    name = default_prefix(scenario, part) if prefix is None else prefix
+    about = title(scenario, loop, part)
+    return exported_unit(loop, part, prefix=name, title=about, precision=precision, inlined=inlined)
 
 
 def say_untried(platforms: "Sequence[Platform]") -> None:
@@ -303,24 +303,24 @@ def counted(number: int, what: str) -> str:
     return f"{number} {what}" if number == 1 else f"{number} {what}s"
 
 
-def title(scenario: str, loop: "Loop", unit: Part) -> str:
+def title(scenario: str, loop: "Loop", part: Part) -> str:
     """What is exported, such as "TSMC of scenario paper/sine-tsmc"."""
     from hydroservo.scenario import builtin_scenarios
     from hydroservo.simulate import named
 
-    what = named(loop.controller, "controller") if unit is Part.CONTROLLER else unit.value.capitalize()
+    what = named(loop.controller, "controller") if part is Part.CONTROLLER else part.value.capitalize()
     name = scenario if scenario in builtin_scenarios() else Path(scenario).stem
     return f"{what} of scenario {name}"
 
 
-def identity(scenario: str, unit: Part, exported: "Unit") -> dict[str, object]:
+def identity(scenario: str, part: Part, unit: "Unit") -> dict[str, object]:
     """What names an export in JSON."""
     return {
         "scenario": scenario,
-        "hash": exported.hash,
-        "version": exported.version,
-        "unit": unit,
-        "prefix": exported.prefix,
-        "precision": "single" if exported.real == "float" else "double",
-        "period": exported.period,
+        "hash": unit.hash,
+        "version": unit.version,
+        "unit": part,
+        "prefix": unit.prefix,
+        "precision": "single" if unit.real == "float" else "double",
+        "period": unit.period,
     }

@@ -22,7 +22,7 @@ TAKEN = re.compile(
 def default_prefix(scenario: str, part: Part) -> str:
     """A prefix from a scenario's name or file: ``sine_tsmc`` from ``paper/sine-tsmc``, for its controller.
 
-    Those of its machine, its demand and its loop begin with that word, so that all can be linked together.
+    Those of other parts begin with the word for the part, so that all can be linked together.
     """
     name = PurePath(scenario).name.removesuffix(".toml")
     word = re.sub(r"[^A-Za-z0-9]+", "_", name).strip("_").lower()

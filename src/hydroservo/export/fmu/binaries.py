@@ -61,13 +61,13 @@ def options(platform: Platform) -> tuple[str, ...]:
 
 
 def binaries(
-    files: Files, exported: Unit, version: FmiVersion, platforms: Iterable[Platform]
+    files: Files, unit: Unit, version: FmiVersion, platforms: Iterable[Platform]
 ) -> dict[str, bytes]:
     """A shared library for each platform, and the licences of what cross compilers link into them.
 
     Args:
         files: the other files of the FMU, by their path in it.
-        exported: what the FMU holds.
+        unit: what the FMU holds.
         version: of FMI.
         platforms: for which.
 
@@ -79,8 +79,8 @@ def binaries(
     """
     found = {}
     for platform in platforms:
-        place = place_of(version, exported.prefix, platform)
-        found[place] = built(files, exported, version, platform)
+        place = place_of(version, unit.prefix, platform)
+        found[place] = built(files, unit, version, platform)
         if licence := TOOLCHAINS[platform].licence:
             found["documentation/licenses/mingw-w64.txt"] = runtime_licence(Path(licence))
     return found
@@ -98,7 +98,7 @@ def runtime_licence(file: Path) -> bytes:
     return file.read_bytes() if file.exists() else b"The terms of MinGW-w64's runtime: www.mingw-w64.org\n"
 
 
-def built(files: Files, exported: Unit, version: FmiVersion, platform: Platform) -> bytes:
+def built(files: Files, unit: Unit, version: FmiVersion, platform: Platform) -> bytes:
     """The binary of the sources for a platform."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
@@ -107,7 +107,7 @@ def built(files: Files, exported: Unit, version: FmiVersion, platform: Platform)
             (folder / path).write_text(text, encoding="utf-8", newline="\n")
         sources = folder / "sources"
         names = sorted(one.name for one in sources.glob("*.c"))
-        library = f"{exported.prefix}{TOOLCHAINS[platform].ending}"
-        unprefixed = interface_of(version, exported.part).unprefixed
+        library = f"{unit.prefix}{TOOLCHAINS[platform].ending}"
+        unprefixed = interface_of(version, unit.part).unprefixed
         words = [*options(platform), f"-D{unprefixed}", "-Iinclude", *names]
         return compiled(sources, words, library, compiler_for(platform)).read_bytes()

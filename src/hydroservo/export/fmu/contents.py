@@ -21,7 +21,7 @@ Files = dict[str, str]
 """Texts by their path in the FMU."""
 
 
-def fmu_files(exported: Unit, stop_time: float, version: FmiVersion, clocked: bool = False) -> Files:
+def fmu_files(unit: Unit, stop_time: float, version: FmiVersion, clocked: bool = False) -> Files:
     """All but the binary.
 
     The token that ties the description to the sources is a digest of both, so that equal exports have equal
@@ -31,47 +31,47 @@ def fmu_files(exported: Unit, stop_time: float, version: FmiVersion, clocked: bo
         ParameterError: a name cannot be that of a variable, or it cannot have a clock.
         HydroservoError: the package fmpy is missing.
     """
-    interface = interface_of(version, exported.part, clocked)
-    context = context_of(exported, stop_time, version, interface)
-    plain = model_files(exported, interface, {**context, "token": ""})
+    interface = interface_of(version, unit.part, clocked)
+    context = context_of(unit, stop_time, version, interface)
+    plain = model_files(unit, interface, {**context, "token": ""})
     digest = hashlib.sha256("\0".join(part for one in sorted(plain.items()) for part in one).encode())
     token = str(uuid.UUID(digest.hexdigest()[:32]))
-    files = model_files(exported, interface, {**context, "token": token})
+    files = model_files(unit, interface, {**context, "token": token})
     own = {f"sources/include/{name}": text for name, text in headers(interface.headers).items()}
     return files | documentation(context) | own
 
 
-def context_of(exported: Unit, stop_time: float, version: FmiVersion, interface: Interface) -> dict[str, Any]:
+def context_of(unit: Unit, stop_time: float, version: FmiVersion, interface: Interface) -> dict[str, Any]:
     """What the templates are filled with."""
-    variables = variables_of(exported)
+    variables = variables_of(unit)
     clock = clock_after(variables) if interface.clocked else None
     return {
-        "exported": exported,
-        "interface": "ModelExchange" if exported.part is Part.EQUATIONS else "CoSimulation",
+        "unit": unit,
+        "interface": "ModelExchange" if unit.part is Part.EQUATIONS else "CoSimulation",
         "version": version,
-        "description": f"{exported.title}; hash {exported.hash}",
+        "description": f"{unit.title}; hash {unit.hash}",
         "stop_time": stop_time,
         "variables": variables,
         "clock": clock,
-        "structure": structure_of(exported, variables, clock),
+        "structure": structure_of(unit, variables, clock),
         "first_index": interface.first_index,
         "integrated": [one for one in variables if one.kind is Kind.INTEGRATED],
         "rates": [one for one in variables if one.kind is Kind.RATE],
         "units": {one.unit: base_unit(one.unit) for one in variables if one.unit},
-        "sources": [f"{exported.prefix}.c", "model.c", *interface.sources],
+        "sources": [f"{unit.prefix}.c", "model.c", *interface.sources],
         "options": BITS,
-        "parameters": ", &numbers->parameters" if exported.parameters else "",
+        "parameters": ", &numbers->parameters" if unit.parameters else "",
     }
 
 
-def model_files(exported: Unit, interface: Interface, context: Mapping[str, Any]) -> Files:
+def model_files(unit: Unit, interface: Interface, context: Mapping[str, Any]) -> Files:
     """The model description and the sources."""
     folder = resources.files("hydroservo.export.fmu") / "sources"
     own = (*interface.sources, *interface.own_headers)
     return {
         "modelDescription.xml": rendered(interface.description, context),
-        f"sources/{exported.prefix}.h": exported.header,
-        f"sources/{exported.prefix}.c": exported.source,
+        f"sources/{unit.prefix}.h": unit.header,
+        f"sources/{unit.prefix}.c": unit.source,
         "sources/model.h": rendered("fmu/model.h", context),
         "sources/model.c": rendered("fmu/model.c", context),
         **{path: rendered(template, context) for path, template in interface.texts.items()},
@@ -82,7 +82,7 @@ def model_files(exported: Unit, interface: Interface, context: Mapping[str, Any]
 def documentation(context: Mapping[str, Any]) -> Files:
     return {
         "documentation/index.html": rendered("fmu/index.html", context),
-        "documentation/scenario.toml": context["exported"].scenario,
+        "documentation/scenario.toml": context["unit"].scenario,
         "documentation/licenses/license.txt": rendered("fmu/license.txt", {"own": licence("hydroservo")}),
         "documentation/licenses/fmpy.txt": licence("fmpy"),
     }

@@ -87,14 +87,14 @@ class Variable(NamedTuple):
         return self.kind is not Kind.TIME and self.initial != "calculated"
 
 
-def variables_of(exported: Unit) -> tuple[Variable, ...]:
+def variables_of(unit: Unit) -> tuple[Variable, ...]:
     """The time, the parameters, the arguments and the states, in this order.
 
     Raises:
         ParameterError: a name is there twice, or is none in FMI.
     """
     time = Variable("time", 0, Kind.TIME, "", "s", "time", 0.0)
-    listed = of_equations(exported) if exported.part is Part.EQUATIONS else numbers(exported)
+    listed = of_equations(unit) if unit.part is Part.EQUATIONS else numbers(unit)
     found = (time, *(one._replace(reference=i) for i, one in enumerate(listed, 1)))
     references = {f"der({one.name})": one.reference for one in found}
     found = tuple(one._replace(rate_of=references.get(one.name, 0)) for one in found)
@@ -113,26 +113,26 @@ def clock_after(variables: Sequence[Variable]) -> Variable:
     return Variable(CLOCK, len(variables), Kind.INPUT, "", "", meaning, 0.0)
 
 
-def numbers(exported: Unit) -> Iterator[Variable]:
-    for one in exported.parameters:
+def numbers(unit: Unit) -> Iterator[Variable]:
+    for one in unit.parameters:
         yield variable(one, parameter_kind(one), "parameters")
-    for argument in exported.arguments:
+    for argument in unit.arguments:
         for one in argument.signals:
             yield variable(one, Kind.INPUT, argument.name)
-    for one in exported.states:
-        yield variable(one, state_kind(exported, one), "state")
+    for one in unit.states:
+        yield variable(one, state_kind(unit, one), "state")
 
 
-def of_equations(exported: Unit) -> Iterator[Variable]:
+def of_equations(unit: Unit) -> Iterator[Variable]:
     """Without what the importer does not see: its instant, the start, and when the load jumps next."""
-    for one in exported.parameters:
+    for one in unit.parameters:
         yield variable(one, parameter_kind(one), "parameters")
-    for argument in exported.arguments:
+    for argument in unit.arguments:
         kind = Kind.INTEGRATED if argument.name == INTEGRATED else Kind.INPUT
         if argument.name != "instant":
             for one in argument.signals:
                 yield variable(one, kind, argument.name)._replace(continuous=True)
-    for one in exported.states:
+    for one in unit.states:
         if one.path.startswith(RATES):
             rate = one._replace(path=f"der({one.path.removeprefix(RATES)})")
             yield variable(rate, Kind.RATE, "state")
@@ -152,6 +152,6 @@ def parameter_kind(signal: Signal) -> Kind:
     return Kind.FIXED if signal.fixed else Kind.TUNABLE
 
 
-def state_kind(exported: Unit, signal: Signal) -> Kind:
+def state_kind(unit: Unit, signal: Signal) -> Kind:
     """A controller's output is its command; of other units each number of the state is one."""
-    return Kind.LOCAL if exported.command and signal.place != "u" else Kind.OUTPUT
+    return Kind.LOCAL if unit.command and signal.place != "u" else Kind.OUTPUT

@@ -20,7 +20,7 @@ EPOCH = (1980, 1, 1, 0, 0, 0)  # of every file in the zip, so that equal content
 
 
 def write_fmu(
-    exported: Unit,
+    unit: Unit,
     path: Path | str,
     *,
     stop_time: float,
@@ -34,7 +34,7 @@ def write_fmu(
     with the same compilers. The file is written whole or not at all.
 
     Args:
-        exported: what it holds; in double precision, with its parameters as variables.
+        unit: what it holds; in double precision, with its parameters as variables.
         path: of the file, which ends in ".fmu".
         stop_time: of the default experiment [s]; a whole number of sample periods.
         version: of FMI.
@@ -54,14 +54,14 @@ def write_fmu(
     Fails to run the binaries for other platforms: an error of a cross compiler would stay unseen.
     """
     path = checked_ending(Path(path))
-    content = fmu_content(exported, stop_time, version, platforms, clocked=clocked)
+    content = fmu_content(unit, stop_time, version, platforms, clocked=clocked)
     with atomic_path(path) as temporary:
         pack(content, temporary)
     return path
 
 
 def fmu_content(
-    exported: Unit,
+    unit: Unit,
     stop_time: float,
     version: FmiVersion,
     platforms: Iterable[str],
@@ -69,11 +69,11 @@ def fmu_content(
     clocked: bool = False,
 ) -> dict[str, bytes]:
     """All files of an FMU, as :func:`write_fmu` packs them."""
-    check(exported, stop_time)
+    check(unit, stop_time)
     chosen = platforms_named(platforms)
-    files = fmu_files(exported, stop_time, version, clocked)
+    files = fmu_files(unit, stop_time, version, clocked)
     content = {name: text.encode() for name, text in files.items()}
-    return content | binaries(files, exported, version, chosen)
+    return content | binaries(files, unit, version, chosen)
 
 
 def check_tools(platforms: Iterable[str] = ()) -> list[Platform]:
@@ -103,10 +103,10 @@ def checked_ending(path: Path, ending: str = ".fmu") -> Path:
     return path
 
 
-def check(exported: Unit, stop_time: float) -> None:
-    if exported.real != "double":
-        raise ParameterError("precision", exported.real, "an FMU is in double precision")
-    if exported.inlined:
+def check(unit: Unit, stop_time: float) -> None:
+    if unit.real != "double":
+        raise ParameterError("precision", unit.real, "an FMU is in double precision")
+    if unit.inlined:
         raise ParameterError("inlined", True, "an FMU has its parameters as variables; do not inline them")
     if not 0.0 < stop_time < math.inf:
         raise ParameterError("stop_time", stop_time, "must be positive and finite")
