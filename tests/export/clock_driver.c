@@ -1,4 +1,4 @@
-/* Calls the toy's PI with a clock in random order, and holds what each call says against the states of FMI 3.0. */
+/* Calls the toy's PI with a clock in random order, and compares each answer with the states of FMI 3.0. */
 #include "model.h" /* first: it names the prefix of FMI's functions */
 
 #include "fmi3Functions.h"
@@ -25,7 +25,8 @@ static fmi3FMUState saved;
 static int messages, ticks;
 static uint64_t drawn = 1;
 
-static const fmi3ValueReference velocity[] = {5}, integral[] = {8}, sample[] = {MODEL_CLOCK}, none[] = {MODEL_CLOCK + 1};
+static const fmi3ValueReference velocity[] = {5}, integral[] = {8}, sample[] = {MODEL_CLOCK},
+                                none[] = {MODEL_CLOCK + 1};
 static const double values[] = {0.0, -0.1, 0.2, 0.3, 1e308, -1e308, 5e-324, INFINITY, NAN};
 static const double sizes[] = {1.0, 2.0, 3.0, 4.0, 9.0}, no_sizes[] = {0.0, -4.0, INFINITY, NAN};
 
@@ -83,7 +84,8 @@ static void step(void) {
 }
 
 static void tick(fmi3Clock active) {
-    if (taken(fmi3SetClock(c, sample, 1, &active), EVENT | TICK, !active || now.time == now.due, "set a clock")) {
+    if (taken(fmi3SetClock(c, sample, 1, &active), EVENT | TICK, !active || now.time == now.due,
+              "set a clock")) {
         now.mode = active ? TICK : EVENT;
     }
 }
@@ -93,7 +95,8 @@ static void look(void) {
     double u;
     const fmi3ValueReference command[] = {7};
     must(fmi3GetClock(c, sample, 1, &active) == fmi3OK && active == (now.mode == TICK), "get a clock");
-    must(fmi3GetFloat64(c, command, 1, &u, 1) == fmi3OK && !(fabs(u) > 10.0), "the command is within its limit");
+    must(fmi3GetFloat64(c, command, 1, &u, 1) == fmi3OK && !(fabs(u) > 10.0),
+         "the command is within its limit");
 }
 
 static void begin(void) {
@@ -213,12 +216,12 @@ static void go_on(void) {
 
 int main(void) {
     int active = 0;
-    c = fmi3InstantiateCoSimulation("a", MODEL_TOKEN, NULL, fmi3False, fmi3True, fmi3False, fmi3False, NULL, 0, NULL,
-                                    count, NULL);
+    c = fmi3InstantiateCoSimulation("a", MODEL_TOKEN, NULL, fmi3False, fmi3True, fmi3False, fmi3False, NULL,
+                                    0, NULL, count, NULL);
     must(c == NULL && messages == 1, "a clock needs the event mode");
     messages = 0;
-    c = fmi3InstantiateCoSimulation("a", MODEL_TOKEN, NULL, fmi3False, fmi3True, fmi3True, fmi3False, NULL, 0, NULL,
-                                    count, NULL);
+    c = fmi3InstantiateCoSimulation("a", MODEL_TOKEN, NULL, fmi3False, fmi3True, fmi3True, fmi3False, NULL, 0,
+                                    NULL, count, NULL);
     must(c != NULL, "instantiate");
     now.mode = NEW;
     must(fmi3GetFMUState(c, &saved) == fmi3OK, "save");

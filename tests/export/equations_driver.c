@@ -1,5 +1,5 @@
-/* Calls the equations of an axis in random order, in either version of FMI, and holds what each call says and does
-   against the states of FMI's model exchange. */
+/* Calls the equations of an axis in random order, in either version of FMI, and compares what each call says
+   and does with the states of FMI's model exchange. */
 #include "model.h" /* first: it names the prefix of FMI's functions */
 
 #ifdef FMI2_FUNCTION_PREFIX
@@ -40,7 +40,7 @@ enum status { OK, WARNING, DISCARD, ERROR };
 /* What the instance must think of itself. */
 typedef struct {
     enum mode mode;
-    int between; /* the events, so that the next one's jump is not seen */
+    int between;  /* the events, so that the next one's jump is not seen */
     double start; /* [s] */
     double time;  /* [s] */
     double jump;  /* [s] when an update said that the load jumps, since the start */
@@ -65,7 +65,8 @@ static unsigned draw(unsigned count) {
 
 static void must(int right, const char *what) {
     if (!right) {
-        printf("wrong: %s, in mode %d at %.17g s, started at %g s\n", what, (int)now.mode, now.time, now.start);
+        printf("wrong: %s, in mode %d at %.17g s, started at %g s\n", what, (int)now.mode, now.time,
+               now.start);
         exit(1);
     }
 }
@@ -86,8 +87,8 @@ static int same(const double *one, const double *other, size_t count) {
 /* --- what differs between the versions --- */
 
 #ifdef FMI2_FUNCTION_PREFIX
-static void count(fmi2ComponentEnvironment environment, fmi2String name, fmi2Status status, fmi2String category,
-                  fmi2String message, ...) {
+static void count(fmi2ComponentEnvironment environment, fmi2String name, fmi2Status status,
+                  fmi2String category, fmi2String message, ...) {
     (void)environment, (void)name, (void)status, (void)category, (void)message;
     messages++;
 }
@@ -126,7 +127,8 @@ static int lacking(void) {
     return (int)(draw(2) ? fmi2GetInteger(c, some, 1, &whole) : fmi2SetInteger(c, some, 1, &whole));
 }
 #else
-static void count(fmi3InstanceEnvironment environment, fmi3Status status, fmi3String category, fmi3String message) {
+static void count(fmi3InstanceEnvironment environment, fmi3Status status, fmi3String category,
+                  fmi3String message) {
     (void)environment, (void)status, (void)category, (void)message;
     messages++;
 }
@@ -149,7 +151,8 @@ static int set(unsigned into, double value) {
 
 static int update(double *next) {
     fmi3Boolean needed, ended, nominals, continuous, defined;
-    const fmi3Status status = fmi3UpdateDiscreteStates(c, &needed, &ended, &nominals, &continuous, &defined, next);
+    const fmi3Status status =
+        fmi3UpdateDiscreteStates(c, &needed, &ended, &nominals, &continuous, &defined, next);
     *next = status == fmi3OK && defined ? *next : (double)INFINITY;
     return (int)status;
 }
@@ -164,7 +167,7 @@ static int lacking(void) {
 
 /* --- calls --- */
 
-/* Whether a call was taken, which may come in these modes, and there is discarded where its values are not right. */
+/* Whether a call was taken. It may come in these modes, and is discarded there where its values are wrong. */
 static int taken(int status, unsigned modes, int right, const char *what) {
     const int allowed = ((unsigned)now.mode & modes) != 0;
     must(status == (!allowed ? ERROR : right ? OK : DISCARD), what);
@@ -202,8 +205,10 @@ static void renew(void) {
         now.next = next;
         now.jump = jumped() ? (double)INFINITY : load_time;
         must(isfinite(next) != jumped(), "a jump that is still to come is announced");
-        must(jumped() || (next > now.time && next - now.start >= load_time), "an event is late enough to be one");
-        must(jumped() || fabs(next - now.start - load_time) < 1e-9, "an event is not later than it has to be");
+        must(jumped() || (next > now.time && next - now.start >= load_time),
+             "an event is late enough to be one");
+        must(jumped() || fabs(next - now.start - load_time) < 1e-9,
+             "an event is not later than it has to be");
     }
 }
 
@@ -255,7 +260,8 @@ static void set_start(double value) {
 
 static void complete(void) {
     FMI(Boolean) enter, end;
-    (void)taken((int)FMI(CompletedIntegratorStep)(c, FMI(True), &enter, &end), CONTINUOUS, 1, "complete a step");
+    (void)taken((int)FMI(CompletedIntegratorStep)(c, FMI(True), &enter, &end), CONTINUOUS, 1,
+                "complete a step");
 }
 
 /* What never is right. */
@@ -322,7 +328,8 @@ static void call(void) {
         break;
     case 9:
     case 10:
-        (void)taken(set(reference("controller.u"), value), BEFORE_EVENTS | EVENT | CONTINUOUS, 1, "set an input");
+        (void)taken(set(reference("controller.u"), value), BEFORE_EVENTS | EVENT | CONTINUOUS, 1,
+                    "set an input");
         break;
     case 11:
         (void)taken(set(reference("plant.mechanism.mass"), value), BEFORE_EVENTS | EVENT,
@@ -356,7 +363,8 @@ static int rates_of(double *rates) {
 
 static void look(void) {
     double x[MODEL_STATES], rates[MODEL_STATES], again[MODEL_STATES], sizes[MODEL_STATES], time, force;
-    must((int)FMI(GetContinuousStates)(c, x, MODEL_STATES) == OK && same(x, now.x, MODEL_STATES), "the states");
+    must((int)FMI(GetContinuousStates)(c, x, MODEL_STATES) == OK && same(x, now.x, MODEL_STATES),
+         "the states");
     must(get(0, &time) == OK && same(&time, &now.time, 1), "the time");
     must(get(reference("load.force"), &force) == OK, "get the load");
     must(force == load_force[jumped()], "the load is that of the last event");
@@ -436,7 +444,8 @@ static void keep(void) {
 int main(void) {
     c = instance();
     must(c != NULL, "instantiate");
-    must(get(reference("load.time"), &load_time) == OK && get(reference("load.initial"), &load_force[0]) == OK &&
+    must(get(reference("load.time"), &load_time) == OK &&
+             get(reference("load.initial"), &load_force[0]) == OK &&
              get(reference("load.final"), &load_force[1]) == OK && load_force[0] != load_force[1],
          "the load");
     must((int)FMI(GetContinuousStates)(c, first, MODEL_STATES) == OK, "the states at the start");
@@ -458,7 +467,8 @@ int main(void) {
     }
     must((int)STATE(Free)(c, &saved) == OK, "free a state");
     FMI(FreeInstance)(c);
-    must(steps > CALLS / 5 && jumps > CALLS / 200, "many calls came where an importer integrates, and at events");
+    must(steps > CALLS / 5 && jumps > CALLS / 200,
+         "many calls came where an importer integrates, and at events");
     printf("%d calls\n", CALLS);
     return 0;
 }

@@ -8,8 +8,8 @@
 
 static int messages;
 
-static void count(fmi2ComponentEnvironment environment, fmi2String name, fmi2Status status, fmi2String category,
-                  fmi2String message, ...) {
+static void count(fmi2ComponentEnvironment environment, fmi2String name, fmi2Status status,
+                  fmi2String category, fmi2String message, ...) {
     (void)environment, (void)name, (void)status, (void)category, (void)message;
     messages++;
 }
@@ -23,7 +23,8 @@ static void must(int right, const char *what) {
 
 static fmi2Component started(const char *name) {
     const fmi2CallbackFunctions callbacks = {count, NULL, NULL, NULL, NULL};
-    fmi2Component c = fmi2Instantiate(name, fmi2CoSimulation, MODEL_TOKEN, NULL, &callbacks, fmi2False, fmi2True);
+    fmi2Component c =
+        fmi2Instantiate(name, fmi2CoSimulation, MODEL_TOKEN, NULL, &callbacks, fmi2False, fmi2True);
     must(c != NULL, "instantiate");
     must(fmi2SetupExperiment(c, fmi2False, 0.0, 0.0, fmi2False, 0.0) == fmi2OK, "setup");
     must(fmi2EnterInitializationMode(c) == fmi2OK, "enter");
@@ -32,7 +33,8 @@ static fmi2Component started(const char *name) {
 }
 
 int main(void) {
-    const fmi2ValueReference all[] = {0, 1, 2, 3, 4, 5, 6, 7, 8}, command[] = {4}, beyond[] = {MODEL_VARIABLES};
+    const fmi2ValueReference all[] = {0, 1, 2, 3, 4, 5, 6, 7, 8}, command[] = {4},
+                             beyond[] = {MODEL_VARIABLES};
     double values[9], u = 1.0;
     fmi2FMUstate saved = NULL, again = NULL;
     size_t size;

@@ -1,4 +1,4 @@
-/* Integrates equations through FMI 2.0 with Euler's method, with every kind of call, right ones and wrong ones. */
+/* Integrates equations through FMI 2.0 with Euler's method, with every kind of call, right and wrong. */
 #include "model.h" /* first: it names the prefix of FMI's functions */
 
 #include "fmi2Functions.h"
@@ -8,8 +8,8 @@
 
 static int messages;
 
-static void count(fmi2ComponentEnvironment environment, fmi2String name, fmi2Status status, fmi2String category,
-                  fmi2String message, ...) {
+static void count(fmi2ComponentEnvironment environment, fmi2String name, fmi2Status status,
+                  fmi2String category, fmi2String message, ...) {
     (void)environment, (void)name, (void)status, (void)category, (void)message;
     messages++;
 }
@@ -30,7 +30,8 @@ int main(void) {
     fmi2FMUstate saved = NULL;
     must(fmi2Instantiate("a", fmi2CoSimulation, MODEL_TOKEN, NULL, &callbacks, fmi2False, fmi2True) == NULL,
          "another interface");
-    fmi2Component a = fmi2Instantiate("a", fmi2ModelExchange, MODEL_TOKEN, NULL, &callbacks, fmi2False, fmi2True);
+    fmi2Component a =
+        fmi2Instantiate("a", fmi2ModelExchange, MODEL_TOKEN, NULL, &callbacks, fmi2False, fmi2True);
     must(a != NULL, "instantiate");
     must(fmi2SetupExperiment(a, fmi2False, 0.0, 0.0, fmi2False, 0.0) == fmi2OK, "setup");
     must(fmi2EnterInitializationMode(a) == fmi2OK, "enter");

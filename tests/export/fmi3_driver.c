@@ -22,8 +22,8 @@ static void must(int right, const char *what) {
 }
 
 static fmi3Instance started(const char *name) {
-    fmi3Instance c = fmi3InstantiateCoSimulation(name, MODEL_TOKEN, NULL, fmi3False, fmi3True, fmi3False, fmi3False,
-                                                 NULL, 0, NULL, count, NULL);
+    fmi3Instance c = fmi3InstantiateCoSimulation(name, MODEL_TOKEN, NULL, fmi3False, fmi3True, fmi3False,
+                                                 fmi3False, NULL, 0, NULL, count, NULL);
     must(c != NULL, "instantiate");
     must(fmi3EnterInitializationMode(c, fmi3False, 0.0, 0.0, fmi3False, 0.0) == fmi3OK, "enter");
     must(fmi3ExitInitializationMode(c) == fmi3OK, "exit");
@@ -37,7 +37,8 @@ static fmi3Status step(fmi3Instance c, double point, double size) {
 }
 
 int main(void) {
-    const fmi3ValueReference all[] = {0, 1, 2, 3, 4, 5, 6, 7, 8}, command[] = {4}, beyond[] = {MODEL_VARIABLES};
+    const fmi3ValueReference all[] = {0, 1, 2, 3, 4, 5, 6, 7, 8}, command[] = {4},
+                             beyond[] = {MODEL_VARIABLES};
     double values[9], u = 1.0;
     fmi3FMUState saved = NULL, again = NULL;
     size_t size;

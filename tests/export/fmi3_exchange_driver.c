@@ -1,4 +1,4 @@
-/* Integrates equations through FMI 3.0 with Euler's method, with every kind of call, right ones and wrong ones. */
+/* Integrates equations through FMI 3.0 with Euler's method, with every kind of call, right and wrong. */
 #include "model.h" /* first: it names the prefix of FMI's functions */
 
 #include "fmi3Functions.h"
@@ -24,7 +24,8 @@ static void must(int right, const char *what) {
 static int updated(fmi3Instance a) {
     fmi3Boolean again, end, sizes, states, defined;
     fmi3Float64 next;
-    return fmi3UpdateDiscreteStates(a, &again, &end, &sizes, &states, &defined, &next) == fmi3OK && !again && !end;
+    return fmi3UpdateDiscreteStates(a, &again, &end, &sizes, &states, &defined, &next) == fmi3OK && !again &&
+           !end;
 }
 
 int main(void) {
@@ -33,8 +34,8 @@ int main(void) {
     fmi3Boolean enter, end;
     size_t states, indicators;
     fmi3FMUState saved = NULL;
-    must(fmi3InstantiateCoSimulation("a", MODEL_TOKEN, NULL, fmi3False, fmi3True, fmi3False, fmi3False, NULL, 0, NULL,
-                                     count, NULL) == NULL,
+    must(fmi3InstantiateCoSimulation("a", MODEL_TOKEN, NULL, fmi3False, fmi3True, fmi3False, fmi3False, NULL,
+                                     0, NULL, count, NULL) == NULL,
          "another interface");
     fmi3Instance a = fmi3InstantiateModelExchange("a", MODEL_TOKEN, NULL, fmi3False, fmi3True, NULL, count);
     must(a != NULL, "instantiate");

@@ -1,8 +1,9 @@
-/* Loads the library of an FMU and steps it: runner LIBRARY TOKEN < rows. FMI says of which version.
+/* Loads the library of an FMU and steps it: runner LIBRARY TOKEN < rows. The macro FMI is its version.
 
-   All numbers that it reads and prints are 64 bits in hexadecimal. Read are the sample period, the numbers of inputs,
-   outputs and samples, the references of inputs and outputs, and the inputs of each sample. Printed are the outputs once
-   the inputs of a sample are set, and again after its step; at the end, what a wrong step is answered with. */
+   All numbers that it reads and prints are 64 bits in hexadecimal. It reads the sample period, the numbers of
+   inputs, outputs and samples, the references of inputs and outputs, and the inputs of each sample. It prints
+   the outputs once the inputs of a sample are set, and again after its step; at the end, the answer to a
+   wrong step. */
 #include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -22,14 +23,22 @@ typedef fmi3ValueReference reference;
 #include <windows.h>
 typedef HMODULE library;
 typedef FARPROC function;
-static library opened(const char *path) { return LoadLibraryA(path); }
-static function named(library from, const char *name) { return GetProcAddress(from, name); }
+static library opened(const char *path) {
+    return LoadLibraryA(path);
+}
+static function named(library from, const char *name) {
+    return GetProcAddress(from, name);
+}
 #else
 #include <dlfcn.h>
 typedef void *library;
 typedef void *function;
-static library opened(const char *path) { return dlopen(path, RTLD_NOW | RTLD_LOCAL); }
-static function named(library from, const char *name) { return dlsym(from, name); }
+static library opened(const char *path) {
+    return dlopen(path, RTLD_NOW | RTLD_LOCAL);
+}
+static function named(library from, const char *name) {
+    return dlsym(from, name);
+}
 #endif
 
 enum { MOST = 200 };
@@ -69,8 +78,8 @@ static double number(void) {
 
 #if FMI == 2
 
-static void heard(fmi2ComponentEnvironment environment, fmi2String name, fmi2Status status, fmi2String category,
-                  fmi2String message, ...) {
+static void heard(fmi2ComponentEnvironment environment, fmi2String name, fmi2Status status,
+                  fmi2String category, fmi2String message, ...) {
     (void)environment;
     printf("%s: %d %s %s\n", name, (int)status, category, message);
 }
@@ -103,14 +112,15 @@ static void freed(instance c) {
 
 #else
 
-static void heard(fmi3InstanceEnvironment environment, fmi3Status status, fmi3String category, fmi3String message) {
+static void heard(fmi3InstanceEnvironment environment, fmi3Status status, fmi3String category,
+                  fmi3String message) {
     (void)environment;
     printf("one: %d %s %s\n", (int)status, category, message);
 }
 
 static instance started(const char *token) {
-    instance c = CALL(fmi3InstantiateCoSimulation)("one", token, NULL, fmi3False, fmi3True, fmi3False, fmi3False, NULL, 0,
-                                                   NULL, heard, NULL);
+    instance c = CALL(fmi3InstantiateCoSimulation)("one", token, NULL, fmi3False, fmi3True, fmi3False,
+                                                   fmi3False, NULL, 0, NULL, heard, NULL);
     must(c != NULL, "instantiate");
     must(CALL(fmi3EnterInitializationMode)(c, fmi3False, 0.0, 0.0, fmi3False, 0.0) == fmi3OK, "enter");
     must(CALL(fmi3ExitInitializationMode)(c) == fmi3OK, "exit");

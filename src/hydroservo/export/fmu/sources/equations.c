@@ -39,8 +39,8 @@ status equations_enter_events(instance *self) {
     return STATUS_OK;
 }
 
-/* The first time of an importer at which as much as this has passed since the start: the sum may be rounded to the
-   number below, and an event at that time would come too soon, again and again. */
+/* The first time of an importer at which as much as this has passed since the start: the sum may be rounded
+   down, and an event at that time would come too soon, again and again. */
 static double time_after(const instance *self, double passed) {
     const double time = self->now.start + passed;
     return time - self->now.start < passed ? time + DBL_EPSILON * fabs(time) : time;
@@ -69,7 +69,8 @@ status equations_set_states(instance *self, const double values[], size_t count)
         }
     }
     for (size_t i = 0; i < count; i++) {
-        memcpy((char *)&self->now.numbers + model_variables[model_states[i]].place, &values[i], sizeof values[i]);
+        memcpy((char *)&self->now.numbers + model_variables[model_states[i]].place, &values[i],
+               sizeof values[i]);
     }
     self->ahead_known = false;
     return STATUS_OK;
@@ -81,7 +82,8 @@ status equations_get_states(instance *self, double values[], size_t count) {
 }
 
 status equations_get_rates(instance *self, double values[], size_t count) {
-    if (check_array(self, values, count) != STATUS_OK || instance_get(self, model_rates, count, values) != STATUS_OK) {
+    if (check_array(self, values, count) != STATUS_OK ||
+        instance_get(self, model_rates, count, values) != STATUS_OK) {
         return STATUS_ERROR;
     }
     for (size_t i = 0; i < count; i++) {

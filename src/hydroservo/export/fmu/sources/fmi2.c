@@ -25,7 +25,8 @@ static const char *objection(fmi2String name, fmi2Type type, fmi2String guid) {
         return "the name of an instance must not be empty";
     }
     if (type != (MODEL_EXCHANGES ? fmi2ModelExchange : fmi2CoSimulation)) {
-        return MODEL_EXCHANGES ? "this FMU is for model exchange alone" : "this FMU is for co-simulation alone";
+        return MODEL_EXCHANGES ? "this FMU is for model exchange alone"
+                               : "this FMU is for co-simulation alone";
     }
     if (guid == NULL || strcmp(guid, MODEL_TOKEN) != 0) {
         return "the GUID is not that of this FMU";
@@ -45,7 +46,8 @@ const char *fmi2GetVersion(void) {
 
 fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean loggingOn, size_t nCategories,
                                const fmi2String categories[]) {
-    return c == NULL ? fmi2Error : (fmi2Status)instance_log(c, loggingOn != fmi2False, nCategories, categories);
+    return c == NULL ? fmi2Error
+                     : (fmi2Status)instance_log(c, loggingOn != fmi2False, nCategories, categories);
 }
 
 fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2String fmuGUID,
@@ -81,28 +83,28 @@ fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean toleranceDefined, fm
                                fmi2Real startTime, fmi2Boolean stopTimeDefined, fmi2Real stopTime) {
     (void)toleranceDefined; /* the steps of the integrator are those of the scenario */
     (void)tolerance;
-    if (c == NULL || instance_expect(c, INSTANTIATED, "fmi2SetupExperiment") != STATUS_OK) {
+    if (!instance_allows(c, INSTANTIATED, "fmi2SetupExperiment")) {
         return fmi2Error;
     }
     return (fmi2Status)instance_setup(c, startTime, stopTimeDefined != fmi2False, stopTime);
 }
 
 fmi2Status fmi2EnterInitializationMode(fmi2Component c) {
-    if (c == NULL || instance_expect(c, INSTANTIATED, "fmi2EnterInitializationMode") != STATUS_OK) {
+    if (!instance_allows(c, INSTANTIATED, "fmi2EnterInitializationMode")) {
         return fmi2Error;
     }
     return (fmi2Status)instance_enter_initialization(c);
 }
 
 fmi2Status fmi2ExitInitializationMode(fmi2Component c) {
-    if (c == NULL || instance_expect(c, INITIALIZATION, "fmi2ExitInitializationMode") != STATUS_OK) {
+    if (!instance_allows(c, INITIALIZATION, "fmi2ExitInitializationMode")) {
         return fmi2Error;
     }
     return (fmi2Status)instance_exit_initialization(c);
 }
 
 fmi2Status fmi2Terminate(fmi2Component c) {
-    if (c == NULL || instance_expect(c, RUNNING, "fmi2Terminate") != STATUS_OK) {
+    if (!instance_allows(c, RUNNING, "fmi2Terminate")) {
         return fmi2Error;
     }
     return (fmi2Status)instance_terminate(c);
@@ -123,7 +125,7 @@ fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nv
 }
 
 fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2Real value[]) {
-    if (c == NULL || instance_expect(c, INSTANTIATED | INITIALIZATION | RUNNING, "fmi2SetReal") != STATUS_OK) {
+    if (!instance_allows(c, INSTANTIATED | INITIALIZATION | RUNNING, "fmi2SetReal")) {
         return fmi2Error;
     }
     return (fmi2Status)instance_set(c, vr, nvr, value);
@@ -151,19 +153,22 @@ fmi2Status fmi2GetString(fmi2Component c, const fmi2ValueReference vr[], size_t 
     return lacking(c, nvr, "String");
 }
 
-fmi2Status fmi2SetInteger(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2Integer value[]) {
+fmi2Status fmi2SetInteger(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
+                          const fmi2Integer value[]) {
     (void)vr;
     (void)value;
     return lacking(c, nvr, "Integer");
 }
 
-fmi2Status fmi2SetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2Boolean value[]) {
+fmi2Status fmi2SetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
+                          const fmi2Boolean value[]) {
     (void)vr;
     (void)value;
     return lacking(c, nvr, "Boolean");
 }
 
-fmi2Status fmi2SetString(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2String value[]) {
+fmi2Status fmi2SetString(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
+                         const fmi2String value[]) {
     (void)vr;
     (void)value;
     return lacking(c, nvr, "String");
@@ -192,7 +197,8 @@ fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate FMUstate, si
     return c == NULL ? fmi2Error : (fmi2Status)instance_saved_size(c, size);
 }
 
-fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate FMUstate, fmi2Byte serializedState[], size_t size) {
+fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate FMUstate, fmi2Byte serializedState[],
+                                 size_t size) {
     return c == NULL ? fmi2Error : (fmi2Status)instance_serialize(c, FMUstate, serializedState, size);
 }
 
@@ -203,8 +209,8 @@ fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte serializedSta
 
 /* --- what this FMU does not do --- */
 
-fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReference vUnknown_ref[], size_t nUnknown,
-                                        const fmi2ValueReference vKnown_ref[], size_t nKnown,
+fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReference vUnknown_ref[],
+                                        size_t nUnknown, const fmi2ValueReference vKnown_ref[], size_t nKnown,
                                         const fmi2Real dvKnown[], fmi2Real dvUnknown[]) {
     (void)vUnknown_ref;
     (void)nUnknown;

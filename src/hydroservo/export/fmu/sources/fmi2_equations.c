@@ -4,20 +4,20 @@
 #include "fmi2Functions.h"
 #include <math.h>
 
-static bool allows(fmi2Component c, unsigned phases, const char *call) {
-    return c != NULL && instance_expect(c, phases, call) == STATUS_OK;
-}
-
 fmi2Status fmi2EnterEventMode(fmi2Component c) {
-    return allows(c, EVENTS | CONTINUOUS, "fmi2EnterEventMode") ? (fmi2Status)equations_enter_events(c) : fmi2Error;
+    if (!instance_allows(c, EVENTS | CONTINUOUS, "fmi2EnterEventMode")) {
+        return fmi2Error;
+    }
+    return (fmi2Status)equations_enter_events(c);
 }
 
 fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *eventInfo) {
-    if (!allows(c, EVENTS, "fmi2NewDiscreteStates")) {
+    if (!instance_allows(c, EVENTS, "fmi2NewDiscreteStates")) {
         return fmi2Error;
     }
     if (eventInfo == NULL) {
-        return (fmi2Status)instance_refuse(c, "a null pointer stands for where a result of fmi2NewDiscreteStates goes");
+        return (fmi2Status)instance_refuse(
+            c, "a null pointer stands for where a result of fmi2NewDiscreteStates goes");
     }
     const status done = equations_update(c, &eventInfo->nextEventTime);
     eventInfo->newDiscreteStatesNeeded = fmi2False;
@@ -29,19 +29,21 @@ fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *eventInfo) {
 }
 
 fmi2Status fmi2EnterContinuousTimeMode(fmi2Component c) {
-    return allows(c, EVENTS, "fmi2EnterContinuousTimeMode") ? (fmi2Status)equations_enter_continuous(c) : fmi2Error;
+    if (!instance_allows(c, EVENTS, "fmi2EnterContinuousTimeMode")) {
+        return fmi2Error;
+    }
+    return (fmi2Status)equations_enter_continuous(c);
 }
 
 fmi2Status fmi2CompletedIntegratorStep(fmi2Component c, fmi2Boolean noSetFMUStatePriorToCurrentPoint,
                                        fmi2Boolean *enterEventMode, fmi2Boolean *terminateSimulation) {
     (void)noSetFMUStatePriorToCurrentPoint; /* nothing is kept of earlier steps */
-    if (!allows(c, CONTINUOUS, "fmi2CompletedIntegratorStep")) {
+    if (!instance_allows(c, CONTINUOUS, "fmi2CompletedIntegratorStep")) {
         return fmi2Error;
     }
     if (enterEventMode == NULL || terminateSimulation == NULL) {
-        return (fmi2Status)instance_refuse(c,
-                                           "a null pointer stands for where a result of "
-                                           "fmi2CompletedIntegratorStep goes");
+        return (fmi2Status)instance_refuse(c, "a null pointer stands for where a result of "
+                                              "fmi2CompletedIntegratorStep goes");
     }
     *enterEventMode = fmi2False;
     *terminateSimulation = fmi2False;
@@ -49,11 +51,17 @@ fmi2Status fmi2CompletedIntegratorStep(fmi2Component c, fmi2Boolean noSetFMUStat
 }
 
 fmi2Status fmi2SetTime(fmi2Component c, fmi2Real time) {
-    return allows(c, EVENTS | CONTINUOUS, "fmi2SetTime") ? (fmi2Status)equations_set_time(c, time) : fmi2Error;
+    if (!instance_allows(c, EVENTS | CONTINUOUS, "fmi2SetTime")) {
+        return fmi2Error;
+    }
+    return (fmi2Status)equations_set_time(c, time);
 }
 
 fmi2Status fmi2SetContinuousStates(fmi2Component c, const fmi2Real x[], size_t nx) {
-    return allows(c, CONTINUOUS, "fmi2SetContinuousStates") ? (fmi2Status)equations_set_states(c, x, nx) : fmi2Error;
+    if (!instance_allows(c, CONTINUOUS, "fmi2SetContinuousStates")) {
+        return fmi2Error;
+    }
+    return (fmi2Status)equations_set_states(c, x, nx);
 }
 
 fmi2Status fmi2GetContinuousStates(fmi2Component c, fmi2Real x[], size_t nx) {

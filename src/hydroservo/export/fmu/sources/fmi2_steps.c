@@ -6,7 +6,7 @@
 fmi2Status fmi2DoStep(fmi2Component c, fmi2Real currentCommunicationPoint, fmi2Real communicationStepSize,
                       fmi2Boolean noSetFMUStatePriorToCurrentPoint) {
     (void)noSetFMUStatePriorToCurrentPoint; /* nothing is kept of earlier steps */
-    if (c == NULL || instance_expect(c, STEPPING, "fmi2DoStep") != STATUS_OK) {
+    if (!instance_allows(c, STEPPING, "fmi2DoStep")) {
         return fmi2Error;
     }
     return (fmi2Status)steps_take(c, currentCommunicationPoint, communicationStepSize);
@@ -28,7 +28,8 @@ fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind s, fmi2Boo
         return fmi2Error;
     }
     if (s != fmi2Terminated) {
-        return (fmi2Status)instance_discard(c, "of the logical states of a step, only its termination is known");
+        return (fmi2Status)instance_discard(c,
+                                            "of the logical states of a step, only its termination is known");
     }
     *value = fmi2False; /* this FMU never ends a run by itself */
     return fmi2OK;
@@ -37,7 +38,8 @@ fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind s, fmi2Boo
 /* --- what this FMU does not do: steps that run on their own, interpolation, derivatives --- */
 
 fmi2Status fmi2CancelStep(fmi2Component c) {
-    return c == NULL ? fmi2Error : (fmi2Status)instance_refuse(c, "no step is pending that could be cancelled");
+    return c == NULL ? fmi2Error
+                     : (fmi2Status)instance_refuse(c, "no step is pending that could be cancelled");
 }
 
 fmi2Status fmi2GetStatus(fmi2Component c, const fmi2StatusKind s, fmi2Status *value) {
@@ -64,7 +66,8 @@ fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference
     (void)nvr;
     (void)order;
     (void)value;
-    return c == NULL ? fmi2Error : (fmi2Status)instance_refuse(c, "inputs are held over a step, not interpolated");
+    return c == NULL ? fmi2Error
+                     : (fmi2Status)instance_refuse(c, "inputs are held over a step, not interpolated");
 }
 
 fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,

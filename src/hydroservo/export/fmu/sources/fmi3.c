@@ -61,10 +61,11 @@ void fmi3FreeInstance(fmi3Instance c) {
 }
 
 fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean toleranceDefined, fmi3Float64 tolerance,
-                                       fmi3Float64 startTime, fmi3Boolean stopTimeDefined, fmi3Float64 stopTime) {
+                                       fmi3Float64 startTime, fmi3Boolean stopTimeDefined,
+                                       fmi3Float64 stopTime) {
     (void)toleranceDefined; /* the steps of the integrator are those of the scenario */
     (void)tolerance;
-    if (c == NULL || instance_expect(c, INSTANTIATED, "fmi3EnterInitializationMode") != STATUS_OK ||
+    if (!instance_allows(c, INSTANTIATED, "fmi3EnterInitializationMode") ||
         instance_setup(c, startTime, stopTimeDefined, stopTime) != STATUS_OK) {
         return fmi3Error;
     }
@@ -72,14 +73,14 @@ fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean toleranceDefi
 }
 
 fmi3Status fmi3ExitInitializationMode(fmi3Instance c) {
-    if (c == NULL || instance_expect(c, INITIALIZATION, "fmi3ExitInitializationMode") != STATUS_OK) {
+    if (!instance_allows(c, INITIALIZATION, "fmi3ExitInitializationMode")) {
         return fmi3Error;
     }
     return (fmi3Status)instance_exit_initialization(c);
 }
 
 fmi3Status fmi3Terminate(fmi3Instance c) {
-    if (c == NULL || instance_expect(c, RUNNING, "fmi3Terminate") != STATUS_OK) {
+    if (!instance_allows(c, RUNNING, "fmi3Terminate")) {
         return fmi3Error;
     }
     return (fmi3Status)instance_terminate(c);
@@ -104,7 +105,8 @@ static fmi3Status check_count(fmi3Instance c, size_t references, size_t values) 
         return fmi3Error;
     }
     if (references != values) {
-        return (fmi3Status)instance_refuse(c, "%lu value references have %lu values; all variables are scalars",
+        return (fmi3Status)instance_refuse(c,
+                                           "%lu value references have %lu values; all variables are scalars",
                                            (unsigned long)references, (unsigned long)values);
     }
     return fmi3OK;
@@ -121,7 +123,7 @@ fmi3Status fmi3GetFloat64(fmi3Instance c, const fmi3ValueReference valueReferenc
 fmi3Status fmi3SetFloat64(fmi3Instance c, const fmi3ValueReference valueReferences[], size_t nValueReferences,
                           const fmi3Float64 values[], size_t nValues) {
     if (check_count(c, nValueReferences, nValues) != fmi3OK ||
-        instance_expect(c, INSTANTIATED | INITIALIZATION | RUNNING, "fmi3SetFloat64") != STATUS_OK) {
+        !instance_allows(c, INSTANTIATED | INITIALIZATION | RUNNING, "fmi3SetFloat64")) {
         return fmi3Error;
     }
     return (fmi3Status)instance_set(c, valueReferences, nValueReferences, values);
@@ -150,7 +152,8 @@ fmi3Status fmi3SerializedFMUStateSize(fmi3Instance c, fmi3FMUState FMUState, siz
     return c == NULL ? fmi3Error : (fmi3Status)instance_saved_size(c, size);
 }
 
-fmi3Status fmi3SerializeFMUState(fmi3Instance c, fmi3FMUState FMUState, fmi3Byte serializedState[], size_t size) {
+fmi3Status fmi3SerializeFMUState(fmi3Instance c, fmi3FMUState FMUState, fmi3Byte serializedState[],
+                                 size_t size) {
     return c == NULL ? fmi3Error : (fmi3Status)instance_serialize(c, FMUState, serializedState, size);
 }
 

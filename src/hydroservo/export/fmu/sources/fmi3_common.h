@@ -18,7 +18,8 @@ typedef struct {
     fmi3LogMessageCallback log;
 } beginning;
 
-/* Makes an instance; logs why not and returns NULL where there is an objection, or the name or token is none. */
+/* Makes an instance. Where there is an objection, or the name or the token is wrong, it logs that and returns
+   NULL. */
 fmi3Instance fmi3_begin(const beginning *given, const char *objection);
 
 /* Logs the reason as an error and leaves the instance FAILED; returns fmi3Error. */

@@ -4,10 +4,6 @@
 
 #include <math.h>
 
-static bool allows(fmi3Instance c, unsigned phases, const char *call) {
-    return c != NULL && instance_expect(c, phases, call) == STATUS_OK;
-}
-
 fmi3Instance fmi3InstantiateModelExchange(fmi3String instanceName, fmi3String instantiationToken,
                                           fmi3String resourcePath, fmi3Boolean visible, fmi3Boolean loggingOn,
                                           fmi3InstanceEnvironment instanceEnvironment,
@@ -19,11 +15,17 @@ fmi3Instance fmi3InstantiateModelExchange(fmi3String instanceName, fmi3String in
 }
 
 fmi3Status fmi3EnterEventMode(fmi3Instance c) {
-    return allows(c, EVENTS | CONTINUOUS, "fmi3EnterEventMode") ? (fmi3Status)equations_enter_events(c) : fmi3Error;
+    if (!instance_allows(c, EVENTS | CONTINUOUS, "fmi3EnterEventMode")) {
+        return fmi3Error;
+    }
+    return (fmi3Status)equations_enter_events(c);
 }
 
 fmi3Status fmi3EvaluateDiscreteStates(fmi3Instance c) {
-    return allows(c, EVENTS, "fmi3EvaluateDiscreteStates") ? fmi3OK : fmi3Error;
+    if (!instance_allows(c, EVENTS, "fmi3EvaluateDiscreteStates")) {
+        return fmi3Error;
+    }
+    return fmi3OK;
 }
 
 fmi3Status fmi3UpdateDiscreteStates(fmi3Instance c, fmi3Boolean *discreteStatesNeedUpdate,
@@ -31,11 +33,12 @@ fmi3Status fmi3UpdateDiscreteStates(fmi3Instance c, fmi3Boolean *discreteStatesN
                                     fmi3Boolean *nominalsOfContinuousStatesChanged,
                                     fmi3Boolean *valuesOfContinuousStatesChanged,
                                     fmi3Boolean *nextEventTimeDefined, fmi3Float64 *nextEventTime) {
-    if (!allows(c, EVENTS, "fmi3UpdateDiscreteStates")) {
+    if (!instance_allows(c, EVENTS, "fmi3UpdateDiscreteStates")) {
         return fmi3Error;
     }
-    if (discreteStatesNeedUpdate == NULL || terminateSimulation == NULL || nominalsOfContinuousStatesChanged == NULL ||
-        valuesOfContinuousStatesChanged == NULL || nextEventTimeDefined == NULL || nextEventTime == NULL) {
+    if (discreteStatesNeedUpdate == NULL || terminateSimulation == NULL ||
+        nominalsOfContinuousStatesChanged == NULL || valuesOfContinuousStatesChanged == NULL ||
+        nextEventTimeDefined == NULL || nextEventTime == NULL) {
         return fmi3_refuse(c, "a null pointer stands for where a result of fmi3UpdateDiscreteStates goes");
     }
     const status done = equations_update(c, nextEventTime);
@@ -48,13 +51,16 @@ fmi3Status fmi3UpdateDiscreteStates(fmi3Instance c, fmi3Boolean *discreteStatesN
 }
 
 fmi3Status fmi3EnterContinuousTimeMode(fmi3Instance c) {
-    return allows(c, EVENTS, "fmi3EnterContinuousTimeMode") ? (fmi3Status)equations_enter_continuous(c) : fmi3Error;
+    if (!instance_allows(c, EVENTS, "fmi3EnterContinuousTimeMode")) {
+        return fmi3Error;
+    }
+    return (fmi3Status)equations_enter_continuous(c);
 }
 
 fmi3Status fmi3CompletedIntegratorStep(fmi3Instance c, fmi3Boolean noSetFMUStatePriorToCurrentPoint,
                                        fmi3Boolean *enterEventMode, fmi3Boolean *terminateSimulation) {
     (void)noSetFMUStatePriorToCurrentPoint; /* nothing is kept of earlier steps */
-    if (!allows(c, CONTINUOUS, "fmi3CompletedIntegratorStep")) {
+    if (!instance_allows(c, CONTINUOUS, "fmi3CompletedIntegratorStep")) {
         return fmi3Error;
     }
     if (enterEventMode == NULL || terminateSimulation == NULL) {
@@ -66,12 +72,18 @@ fmi3Status fmi3CompletedIntegratorStep(fmi3Instance c, fmi3Boolean noSetFMUState
 }
 
 fmi3Status fmi3SetTime(fmi3Instance c, fmi3Float64 time) {
-    return allows(c, EVENTS | CONTINUOUS, "fmi3SetTime") ? (fmi3Status)equations_set_time(c, time) : fmi3Error;
+    if (!instance_allows(c, EVENTS | CONTINUOUS, "fmi3SetTime")) {
+        return fmi3Error;
+    }
+    return (fmi3Status)equations_set_time(c, time);
 }
 
 fmi3Status fmi3SetContinuousStates(fmi3Instance c, const fmi3Float64 continuousStates[],
                                    size_t nContinuousStates) {
-    return allows(c, CONTINUOUS, "fmi3SetContinuousStates") ? (fmi3Status)equations_set_states(c, continuousStates, nContinuousStates) : fmi3Error;
+    if (!instance_allows(c, CONTINUOUS, "fmi3SetContinuousStates")) {
+        return fmi3Error;
+    }
+    return (fmi3Status)equations_set_states(c, continuousStates, nContinuousStates);
 }
 
 fmi3Status fmi3GetContinuousStates(fmi3Instance c, fmi3Float64 continuousStates[], size_t nContinuousStates) {

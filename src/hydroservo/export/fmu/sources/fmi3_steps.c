@@ -28,12 +28,12 @@ fmi3Instance fmi3InstantiateCoSimulation(fmi3String instanceName, fmi3String ins
     return fmi3_begin(&given, objection(eventModeUsed, nRequiredIntermediateVariables));
 }
 
-fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 currentCommunicationPoint, fmi3Float64 communicationStepSize,
-                      fmi3Boolean noSetFMUStatePriorToCurrentPoint, fmi3Boolean *eventHandlingNeeded,
-                      fmi3Boolean *terminateSimulation, fmi3Boolean *earlyReturn,
-                      fmi3Float64 *lastSuccessfulTime) {
+fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 currentCommunicationPoint,
+                      fmi3Float64 communicationStepSize, fmi3Boolean noSetFMUStatePriorToCurrentPoint,
+                      fmi3Boolean *eventHandlingNeeded, fmi3Boolean *terminateSimulation,
+                      fmi3Boolean *earlyReturn, fmi3Float64 *lastSuccessfulTime) {
     (void)noSetFMUStatePriorToCurrentPoint; /* nothing is kept of earlier steps */
-    if (c == NULL || instance_expect(c, STEPPING, "fmi3DoStep") != STATUS_OK) {
+    if (!instance_allows(c, STEPPING, "fmi3DoStep")) {
         return fmi3Error;
     }
     if (eventHandlingNeeded == NULL || terminateSimulation == NULL || earlyReturn == NULL ||

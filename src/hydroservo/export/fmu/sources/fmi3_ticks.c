@@ -7,7 +7,7 @@
 /* --- the event mode --- */
 
 fmi3Status fmi3EnterEventMode(fmi3Instance c) {
-    if (c == NULL || instance_expect(c, STEPPING, "fmi3EnterEventMode") != STATUS_OK) {
+    if (!instance_allows(c, STEPPING, "fmi3EnterEventMode")) {
         return fmi3Error;
     }
     ticks_enter_events(c);
@@ -15,7 +15,7 @@ fmi3Status fmi3EnterEventMode(fmi3Instance c) {
 }
 
 fmi3Status fmi3EnterStepMode(fmi3Instance c) {
-    if (c == NULL || instance_expect(c, EVENTS, "fmi3EnterStepMode") != STATUS_OK) {
+    if (!instance_allows(c, EVENTS, "fmi3EnterStepMode")) {
         return fmi3Error;
     }
     ticks_leave_events(c);
@@ -31,7 +31,7 @@ fmi3Status fmi3UpdateDiscreteStates(fmi3Instance c, fmi3Boolean *discreteStatesN
                                     fmi3Boolean *nominalsOfContinuousStatesChanged,
                                     fmi3Boolean *valuesOfContinuousStatesChanged,
                                     fmi3Boolean *nextEventTimeDefined, fmi3Float64 *nextEventTime) {
-    if (c == NULL || instance_expect(c, AT_EVENTS, "fmi3UpdateDiscreteStates") != STATUS_OK) {
+    if (!instance_allows(c, AT_EVENTS, "fmi3UpdateDiscreteStates")) {
         return fmi3Error;
     }
     if (discreteStatesNeedUpdate == NULL || terminateSimulation == NULL ||
@@ -63,7 +63,7 @@ fmi3Status fmi3GetClock(fmi3Instance c, const fmi3ValueReference valueReferences
 
 fmi3Status fmi3SetClock(fmi3Instance c, const fmi3ValueReference valueReferences[], size_t nValueReferences,
                         const fmi3Clock values[]) {
-    if (c == NULL || instance_expect(c, AT_EVENTS, "fmi3SetClock") != STATUS_OK ||
+    if (!instance_allows(c, AT_EVENTS, "fmi3SetClock") ||
         ticks_expect_clock(c, valueReferences, nValueReferences, values) != STATUS_OK) {
         return fmi3Error;
     }
@@ -78,7 +78,7 @@ fmi3Status fmi3SetClock(fmi3Instance c, const fmi3ValueReference valueReferences
 fmi3Status fmi3GetIntervalDecimal(fmi3Instance c, const fmi3ValueReference valueReferences[],
                                   size_t nValueReferences, fmi3Float64 intervals[],
                                   fmi3IntervalQualifier qualifiers[]) {
-    if (c == NULL || instance_expect(c, INITIALIZATION | AT_EVENTS, "fmi3GetIntervalDecimal") != STATUS_OK ||
+    if (!instance_allows(c, INITIALIZATION | AT_EVENTS, "fmi3GetIntervalDecimal") ||
         ticks_expect_clock(c, valueReferences, nValueReferences, intervals) != STATUS_OK ||
         ticks_expect_clock(c, valueReferences, nValueReferences, qualifiers) != STATUS_OK) {
         return fmi3Error;
@@ -92,7 +92,7 @@ fmi3Status fmi3GetIntervalDecimal(fmi3Instance c, const fmi3ValueReference value
 
 fmi3Status fmi3GetShiftDecimal(fmi3Instance c, const fmi3ValueReference valueReferences[],
                                size_t nValueReferences, fmi3Float64 shifts[]) {
-    if (c == NULL || instance_expect(c, INITIALIZATION | AT_EVENTS, "fmi3GetShiftDecimal") != STATUS_OK ||
+    if (!instance_allows(c, INITIALIZATION | AT_EVENTS, "fmi3GetShiftDecimal") ||
         ticks_expect_clock(c, valueReferences, nValueReferences, shifts) != STATUS_OK) {
         return fmi3Error;
     }

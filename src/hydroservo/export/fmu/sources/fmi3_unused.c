@@ -1,18 +1,15 @@
-/* The functions of FMI 3.0 that no FMU here has a use for. All must exist, and each says why it does nothing. */
+/* The functions of FMI 3.0 that no FMU here has a use for. All must exist; each says why it does nothing. */
 #include "fmi3_common.h"
 
 #ifdef __GNUC__
 #pragma GCC diagnostic ignored "-Wunused-parameter" /* C99 has no parameters without a name */
 #endif
 
-fmi3Instance fmi3InstantiateScheduledExecution(fmi3String instanceName, fmi3String instantiationToken,
-                                               fmi3String resourcePath, fmi3Boolean visible,
-                                               fmi3Boolean loggingOn,
-                                               fmi3InstanceEnvironment instanceEnvironment,
-                                               fmi3LogMessageCallback logMessage,
-                                               fmi3ClockUpdateCallback clockUpdate,
-                                               fmi3LockPreemptionCallback lockPreemption,
-                                               fmi3UnlockPreemptionCallback unlockPreemption) {
+fmi3Instance fmi3InstantiateScheduledExecution(
+    fmi3String instanceName, fmi3String instantiationToken, fmi3String resourcePath, fmi3Boolean visible,
+    fmi3Boolean loggingOn, fmi3InstanceEnvironment instanceEnvironment, fmi3LogMessageCallback logMessage,
+    fmi3ClockUpdateCallback clockUpdate, fmi3LockPreemptionCallback lockPreemption,
+    fmi3UnlockPreemptionCallback unlockPreemption) {
     const beginning given = {instanceName, instantiationToken, loggingOn, instanceEnvironment, logMessage};
     return fmi3_begin(&given, "this FMU is not for scheduled execution");
 }
@@ -24,14 +21,14 @@ fmi3Status fmi3ActivateModelPartition(fmi3Instance c, fmi3ValueReference clockRe
 
 /* --- variables of types that no variable has --- */
 
-#define LACKS(Type)                                                                                             \
-    fmi3Status fmi3Get##Type(fmi3Instance c, const fmi3ValueReference valueReferences[],                        \
-                             size_t nValueReferences, fmi3##Type values[], size_t nValues) {                    \
-        return c == NULL ? fmi3Error : (fmi3Status)instance_lacks(c, nValueReferences, #Type);                  \
-    }                                                                                                           \
-    fmi3Status fmi3Set##Type(fmi3Instance c, const fmi3ValueReference valueReferences[],                        \
-                             size_t nValueReferences, const fmi3##Type values[], size_t nValues) {              \
-        return c == NULL ? fmi3Error : (fmi3Status)instance_lacks(c, nValueReferences, #Type);                  \
+#define LACKS(Type)                                                                                          \
+    fmi3Status fmi3Get##Type(fmi3Instance c, const fmi3ValueReference valueReferences[],                     \
+                             size_t nValueReferences, fmi3##Type values[], size_t nValues) {                 \
+        return c == NULL ? fmi3Error : (fmi3Status)instance_lacks(c, nValueReferences, #Type);               \
+    }                                                                                                        \
+    fmi3Status fmi3Set##Type(fmi3Instance c, const fmi3ValueReference valueReferences[],                     \
+                             size_t nValueReferences, const fmi3##Type values[], size_t nValues) {           \
+        return c == NULL ? fmi3Error : (fmi3Status)instance_lacks(c, nValueReferences, #Type);               \
     }
 
 LACKS(Float32)
@@ -78,8 +75,9 @@ fmi3Status fmi3GetDirectionalDerivative(fmi3Instance c, const fmi3ValueReference
 }
 
 fmi3Status fmi3GetAdjointDerivative(fmi3Instance c, const fmi3ValueReference unknowns[], size_t nUnknowns,
-                                    const fmi3ValueReference knowns[], size_t nKnowns, const fmi3Float64 seed[],
-                                    size_t nSeed, fmi3Float64 sensitivity[], size_t nSensitivity) {
+                                    const fmi3ValueReference knowns[], size_t nKnowns,
+                                    const fmi3Float64 seed[], size_t nSeed, fmi3Float64 sensitivity[],
+                                    size_t nSensitivity) {
     return fmi3_refuse(c, "adjoint derivatives are not provided");
 }
 

@@ -47,7 +47,7 @@ status instance_discard(instance *self, const char *format, ...) {
     return STATUS_DISCARD;
 }
 
-/* The severity that a category is of; STATUS_OK, which has none, where it is not one of the model description. */
+/* The severity of a category; STATUS_OK, which has none, where it is not one of the model description. */
 static status severity_of(const char *category) {
     for (status severity = STATUS_WARNING; category != NULL && severity <= STATUS_ERROR; severity++) {
         if (strcmp(category, categories_of[severity]) == 0) {
@@ -62,7 +62,8 @@ status instance_log(instance *self, bool on, size_t count, const char *const cat
     for (size_t i = 0; i < count; i++) {
         const status severity = categories == NULL ? STATUS_OK : severity_of(categories[i]);
         if (severity == STATUS_OK) {
-            return instance_warn(self, "a log category is not one of the model description: messages stay as they were");
+            return instance_warn(
+                self, "a log category is not one of the model description: messages stay as they were");
         }
         wanted[severity] = true;
     }
@@ -94,11 +95,12 @@ static const char *phase_text(uint64_t in) {
     }
 }
 
-status instance_expect(instance *self, unsigned phases, const char *call) {
-    if ((self->now.phase & phases) == 0) {
-        return instance_refuse(self, "%s must not be called %s", call, phase_text(self->now.phase));
+bool instance_allows(instance *self, unsigned phases, const char *call) {
+    if (self != NULL && (self->now.phase & phases) == 0) {
+        (void)instance_refuse(self, "%s must not be called %s", call, phase_text(self->now.phase));
+        return false;
     }
-    return STATUS_OK;
+    return self != NULL;
 }
 
 status instance_lacks(instance *self, size_t count, const char *type) {
@@ -117,14 +119,16 @@ static bool is_parameter(const model_variable *variable) {
     return variable->kind == VARIABLE_FIXED || variable->kind == VARIABLE_TUNABLE;
 }
 
-static status check_references(instance *self, const unsigned references[], size_t count, const double values[]) {
+static status check_references(instance *self, const unsigned references[], size_t count,
+                               const double values[]) {
     if (count > 0 && (references == NULL || values == NULL)) {
         return instance_refuse(self, "a null pointer stands for %lu value references or values",
                                (unsigned long)count);
     }
     for (size_t i = 0; i < count; i++) {
         if (references[i] >= MODEL_VARIABLES) {
-            return instance_refuse(self, "no variable of this type has the value reference %u", references[i]);
+            return instance_refuse(self, "no variable of this type has the value reference %u",
+                                   references[i]);
         }
     }
     return STATUS_OK;
@@ -132,12 +136,13 @@ static status check_references(instance *self, const unsigned references[], size
 
 static status out_of_range(instance *self, const model_variable *variable, double value) {
     if (isfinite(variable->most)) {
-        return instance_discard(self, "%s stays as it is and is not set to %.10g: it lies from %.10g to %.10g",
+        return instance_discard(self,
+                                "%s stays as it is and is not set to %.10g: it lies from %.10g to %.10g",
                                 variable->name, value, variable->least, variable->most);
     }
     if (variable->least > 0.0 && variable->least < DBL_MIN) {
-        return instance_discard(self, "%s stays as it is and is not set to %.10g: it must be above 0", variable->name,
-                                value);
+        return instance_discard(self, "%s stays as it is and is not set to %.10g: it must be above 0",
+                                variable->name, value);
     }
     return instance_discard(self, "%s stays as it is and is not set to %.10g: it must be at least %.10g",
                             variable->name, value, variable->least);
@@ -146,8 +151,8 @@ static status out_of_range(instance *self, const model_variable *variable, doubl
 /* One state by its reference, as all of them in an array. */
 static status check_state(instance *self, const model_variable *variable, double value) {
     if (isnan(value)) {
-        return instance_discard(self, "%s stays as it is and is not set to %g: a state is a number", variable->name,
-                                value);
+        return instance_discard(self, "%s stays as it is and is not set to %g: a state is a number",
+                                variable->name, value);
     }
     return STATUS_OK;
 }
@@ -175,7 +180,8 @@ static status check_value(instance *self, const model_variable *variable, double
                                variable->name);
     }
     if (is_parameter(variable) && !isfinite(value)) {
-        return instance_discard(self, "%s stays as it is and is not set to %g: a parameter is a finite number",
+        return instance_discard(self,
+                                "%s stays as it is and is not set to %g: a parameter is a finite number",
                                 variable->name, value);
     }
     if (is_parameter(variable) && !(value >= variable->least && value <= variable->most)) {
@@ -211,7 +217,8 @@ status instance_get(instance *self, const unsigned references[], size_t count, d
     const model_numbers *numbers = instance_numbers(self);
     for (size_t i = 0; i < count; i++) {
         const model_variable *variable = &model_variables[references[i]];
-        values[i] = variable->kind == VARIABLE_TIME ? instance_time(self) : instance_number(numbers, variable);
+        values[i] =
+            variable->kind == VARIABLE_TIME ? instance_time(self) : instance_number(numbers, variable);
     }
     return STATUS_OK;
 }
@@ -262,7 +269,8 @@ status instance_setup(instance *self, double start, bool stop_defined, double st
         return instance_refuse(self, "a start time of %g s is not a finite number", start);
     }
     if (stop_defined && !(stop >= start)) {
-        return instance_refuse(self, "the stop time of %.10g s comes before the start time of %.10g s", stop, start);
+        return instance_refuse(self, "the stop time of %.10g s comes before the start time of %.10g s", stop,
+                               start);
     }
     self->now.start = start;
     self->now.time = start;
@@ -350,8 +358,8 @@ status instance_serialize(instance *self, const void *saved, void *bytes, size_t
         return instance_refuse(self, "what is to be serialized is no saved state of this FMU");
     }
     if (size < sizeof(snapshot)) {
-        return instance_refuse(self, "a saved state needs %lu bytes, not %lu", (unsigned long)sizeof(snapshot),
-                               (unsigned long)size);
+        return instance_refuse(self, "a saved state needs %lu bytes, not %lu",
+                               (unsigned long)sizeof(snapshot), (unsigned long)size);
     }
     memcpy(bytes, saved, sizeof(snapshot));
     return STATUS_OK;

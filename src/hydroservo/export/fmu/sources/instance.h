@@ -1,8 +1,8 @@
 /* One instance of the model, for both versions of FMI: its life, its variables and its saved states.
 
-   fmi2.c and fmi3.c translate between this and the functions of their version; steps.h is co-simulation, ticks.h
-   its clock, and equations.h model exchange. Nothing here is global, and
-   nothing but saved states is allocated. */
+   fmi2.c and fmi3.c translate between this and the functions of their version; steps.h is co-simulation,
+   ticks.h its clock, and equations.h model exchange. Nothing here is global, and nothing but saved states is
+   allocated. */
 #ifndef INSTANCE_H
 #define INSTANCE_H
 
@@ -17,7 +17,7 @@
 #define instance_warn FMU_NAME(instance_warn)
 #define instance_refuse FMU_NAME(instance_refuse)
 #define instance_discard FMU_NAME(instance_discard)
-#define instance_expect FMU_NAME(instance_expect)
+#define instance_allows FMU_NAME(instance_allows)
 #define instance_lacks FMU_NAME(instance_lacks)
 #define instance_setup FMU_NAME(instance_setup)
 #define instance_enter_initialization FMU_NAME(instance_enter_initialization)
@@ -48,7 +48,7 @@ typedef enum {
     FAILED = 16, /* after an error, as FMI wants it: only reading, restoring, resetting and freeing go on */
     EVENTS = 32,
     CONTINUOUS = 64, /* an importer integrates */
-    TICKING = 128, /* in the event mode, with an active clock */
+    TICKING = 128,   /* in the event mode, with an active clock */
     LAST_PHASE = TICKING
 } phase;
 
@@ -56,7 +56,7 @@ typedef enum {
 
 /* All that a saved state holds. */
 typedef struct {
-    char token[40];   /* of the FMU that it belongs to */
+    char token[40]; /* of the FMU that it belongs to */
     uint64_t phase;
     uint64_t samples; /* taken since the start */
     double start;     /* [s] time of the start */
@@ -95,8 +95,8 @@ status instance_refuse(instance *self, const char *format, ...);
 /* Logs that a request has no answer, or that a value is not taken; returns STATUS_DISCARD. */
 status instance_discard(instance *self, const char *format, ...);
 
-/* Refuses a call that must not come in this phase. */
-status instance_expect(instance *self, unsigned phases, const char *call);
+/* False, with a message, for a call that must not come in this phase; false where there is no instance. */
+bool instance_allows(instance *self, unsigned phases, const char *call);
 
 /* Refuses to get or set variables of a type that no variable has. */
 status instance_lacks(instance *self, size_t count, const char *type);
@@ -107,9 +107,9 @@ status instance_exit_initialization(instance *self);
 status instance_terminate(instance *self);
 void instance_reset(instance *self);
 
-/* The numbers as an importer sees them: those of a controller follow its inputs at once, from the initialization on,
-   until a step takes the sample, or where it has a clock, while that is active; those of equations follow whatever
-   is set. */
+/* The numbers as an importer sees them. Those of a controller follow its inputs at once, from the
+   initialization on until a step takes the sample, or where it has a clock, while that is active. Those of
+   equations follow whatever is set. */
 const model_numbers *instance_numbers(instance *self);
 double instance_number(const model_numbers *numbers, const model_variable *variable);
 

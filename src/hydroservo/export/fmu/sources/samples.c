@@ -1,13 +1,15 @@
 #include "samples.h"
 #include <math.h>
 
-/* Finds outputs that samples have lost. Numbers that were not finite before them do not count: observers start with
-   what they do not know yet as nan. Nor do others than outputs: a law whose sensor fails gets over its nan. */
+/* Finds outputs that are no longer finite after samples. Numbers that were not finite before do not count:
+   observers start with nan for what they do not know yet. Nor do states that are no outputs: a law whose
+   sensor fails recovers from its nan. */
 static status check_outputs(instance *self, const model_numbers *before) {
     status worst = STATUS_OK;
     for (size_t i = MODEL_FIRST_STATE; i < MODEL_VARIABLES; i++) {
         const model_variable *variable = &model_variables[i];
-        const bool lost = variable->kind == VARIABLE_OUTPUT && !isfinite(instance_number(&self->now.numbers, variable)) &&
+        const bool lost = variable->kind == VARIABLE_OUTPUT &&
+                          !isfinite(instance_number(&self->now.numbers, variable)) &&
                           isfinite(instance_number(before, variable));
         if (lost && variable->vital) {
             return instance_refuse(self, "%s diverged: it is no longer finite at %.10g s", variable->name,
@@ -34,12 +36,12 @@ status samples_take(instance *self, uint64_t count) {
 status samples_check_point(instance *self, double point, double size, double tolerance) {
     const double time = instance_time(self);
     if (!(fabs(point - time) < tolerance)) {
-        return instance_refuse(self, "the communication point %.10g s is not the time of this instance, %.10g s",
-                               point, time);
+        return instance_refuse(
+            self, "the communication point %.10g s is not the time of this instance, %.10g s", point, time);
     }
     if (time + size > self->now.stop + tolerance) {
-        return instance_refuse(self, "a step from %.10g s by %.10g s passes the stop time of %.10g s", time, size,
-                               self->now.stop);
+        return instance_refuse(self, "a step from %.10g s by %.10g s passes the stop time of %.10g s", time,
+                               size, self->now.stop);
     }
     return STATUS_OK;
 }

@@ -1,5 +1,5 @@
-/* Co-simulation: what a communication step does. An FMU has it from steps.c, where a step takes whole samples, or from
-   ticks.c, where a step lets time pass and a clock takes them. */
+/* Co-simulation: what a communication step does. It is in steps.c for an FMU whose steps take whole samples,
+   and in ticks.c for one whose steps let time pass and whose clock takes the samples. */
 #ifndef STEPS_H
 #define STEPS_H
 

@@ -57,8 +57,8 @@ bool ticks_active(const instance *self) {
 status ticks_set(instance *self, bool active) {
     const double due = self->now.due;
     if (active && !(fabs(self->now.time - due) < TOLERANCE)) {
-        return instance_refuse(self, "the clock %s is due at %.10g s and cannot tick at %.10g s", MODEL_CLOCK_NAME,
-                               due, self->now.time);
+        return instance_refuse(self, "the clock %s is due at %.10g s and cannot tick at %.10g s",
+                               MODEL_CLOCK_NAME, due, self->now.time);
     }
     self->now.phase = active ? TICKING : EVENTS;
     return STATUS_OK;

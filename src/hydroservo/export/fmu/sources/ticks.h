@@ -1,4 +1,5 @@
-/* A clock: while it is active, in the event mode, the model answers its inputs, and the end of that takes the sample. */
+/* A clock: while it is active, in the event mode, the model answers its inputs; the end of the tick takes the
+   sample. */
 #ifndef TICKS_H
 #define TICKS_H
 
@@ -19,7 +20,7 @@ status ticks_expect_clock(instance *self, const unsigned references[], size_t co
 
 bool ticks_active(const instance *self);
 
-/* Activates the clock, where it is due, or deactivates it, and nothing has happened. */
+/* Activates the clock where it is due, or deactivates it as if nothing had happened. */
 status ticks_set(instance *self, bool active);
 
 /* Takes the sample of a clock that is active. */
