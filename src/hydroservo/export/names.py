@@ -5,7 +5,7 @@ import re
 import unicodedata
 from collections.abc import Callable
 
-__all__ = ["identifier", "is_identifier", "numbered", "snake"]
+__all__ = ["identifier", "is_identifier", "numbered", "place_in_c", "snake"]
 
 KEYWORDS = (
     "auto break case char const continue default do double else enum extern float for goto if inline int "
@@ -50,6 +50,11 @@ def identifier(name: str) -> str:
     if re.match("_[A-Z_]", plain):  # all of these are the compiler's
         plain = f"own_{plain.strip('_')}"
     return f"{plain}_" if taken_by_c(plain) else plain
+
+
+def place_in_c(path: str) -> str:
+    """The place in C of the number at a dotted path in Python."""
+    return ".".join(map(identifier, path.split(".")))
 
 
 def taken_by_c(name: str) -> bool:

@@ -16,7 +16,7 @@ from hydroservo.errors import LoopError
 from hydroservo.export.c.liveness import Needed
 from hydroservo.export.c.primitives import WRITTEN
 from hydroservo.export.c.source import Form, Translation, texts
-from hydroservo.export.names import identifier
+from hydroservo.export.names import place_in_c
 from hydroservo.export.parts import Command, ExternalForce, Instant, block_of, with_its_substeps
 from hydroservo.export.prefix import checked_prefix, plain_title
 from hydroservo.export.translate.fixed import computed_once
@@ -31,8 +31,7 @@ from hydroservo.simulate import first_state, ready, simulate
 
 __all__ = ["exported_unit"]
 
-
-TAKES = {
+TAKES = {  # name and type of each argument of step besides the state
     Part.CONTROLLER: (("measurement", Measurement), ("demand", Demand)),
     Part.MACHINE: (("command", Command), ("external", ExternalForce)),
     Part.EQUATIONS: (
@@ -46,15 +45,15 @@ TAKES = {
 }
 
 
+STEPPED = (Part.MACHINE, Part.LOOP)  # by an integrator of its own
+MACHINE = ("plant.", "valve.", "supply.")  # records of a machine's state
+
+
 class Size(NamedTuple):
-    """Of a number that is integrated."""
+    """Where an integrated number starts, and its largest absolute value in the scenario."""
 
     start: float
     largest: float
-
-
-STEPPED = (Part.MACHINE, Part.LOOP)  # by an integrator of its own
-MACHINE = ("plant.", "valve.", "supply.")  # records of a machine's state
 
 
 def exported_unit(
@@ -79,31 +78,27 @@ def exported_unit(
     Raises:
         TranslationError: a block does what has no equal in C.
         ParameterError: a parameter is out of range, or the prefix cannot be one.
-        LoopError: single precision where it cannot be.
+        LoopError: single precision where it cannot be, or an expression that nests too deep.
     """
     checked_prefix(prefix)
     title = plain_title(title)
     single = precision is Precision.SINGLE
     if single and part is not Part.CONTROLLER:
-        raise LoopError(f"a {part} is exported in double precision only; its time and states need the digits")
+        raise LoopError(f"{part}: exported in double precision only; time and states need the digits")
     loop = checked(loop)  # its numbers are floats from here on, in its hash too
     ready_loop = with_its_substeps(ready(loop)) if part in STEPPED else ready(loop)
-    try:
-        unit = translated(Program(WRITTEN, prefix), block_of(ready_loop, part), part)
-    except RecursionError:
-        raise LoopError(
-            f"the {part} nests too deep to be translated; name parts of its expressions"
-        ) from None
+    translation = translated(ready_loop, part, prefix)
     first_state(ready_loop)  # what goes wrong in Python at once, such as a signal that nothing measures
-    read, later = needed_by(unit, init=True), needed_by(unit, init=False)
-    parameters = [unit.block] if inlined else []  # which may change between samples where they are not
-    computed_once({unit.init: parameters, unit.step: parameters})
-    needed = needed_by(unit, init=True)
+    read, later = needed_by(translation, init=True), needed_by(translation, init=False)
+    parameters = [translation.block] if inlined else []  # which may change between samples where they are not
+    computed_once({translation.init: parameters, translation.step: parameters})
+    needed = needed_by(translation, init=True)
     digest, period = scenario_hash(loop), ready_loop.simulation.period
-    about = ABOUT.format(title=title, hash=digest, version=__version__, period=period)
+    sampled = "" if part is Part.EQUATIONS else f", for a sample period of {period!r} s"
+    about = ABOUT.format(title=title, hash=digest, version=__version__, sampled=sampled)
     real = "float" if single else "double"
-    header, source = texts(unit, needed, Form(prefix, real, inlined, about, digest, __version__))
-    start = unit.block.init()
+    header, source = texts(translation, needed, Form(prefix, real, inlined, about, digest, __version__))
+    start = translation.block.init()
     integrated = sizes(ready_loop, start.start) if part is Part.EQUATIONS else {}
     return Unit(
         part=part,
@@ -117,31 +112,43 @@ def exported_unit(
         inlined=inlined,
         header=header,
         source=source,
-        parameters=tuple(parameter_signals(unit, read, later)),
+        parameters=tuple(parameter_signals(translation, read, later)),
         arguments=tuple(
             Argument(name, tuple(argument_signals(name, record, needed, integrated)))
-            for name, record in unit.arguments
+            for name, record in translation.arguments
             if needed.kept(record)
         ),
-        states=tuple(state_signals(unit, needed, start, part)),
-        functions=dict(blocks_functions(unit, needed, prefix)),
+        states=tuple(state_signals(translation, needed, start, part)),
+        functions=dict(blocks_functions(translation, needed, prefix)),
     )
 
 
 ABOUT = """\
 {title}
 
-Written by hydroservo {version} from the scenario with hash {hash}, for a sample period of {period!r} s.
+Written by hydroservo {version} from the scenario with hash {hash}{sampled}.
 What is computed here is, operation by operation, what the simulation computes: with IEEE 754 numbers, no
 contraction of a*b + c, which is switched off below, and no -ffast-math, results agree to the last bit.
 SPDX-License-Identifier: BSD-3-Clause"""
 
 
-def translated(program: Program, block: Block, part: Part) -> Translation:
-    """A unit's functions and records."""
+def translated(loop: Loop, part: Part, prefix: str) -> Translation:
+    """A unit's functions and records.
+
+    Raises:
+        TranslationError: a block does what has no equal in C.
+        LoopError: an expression nests too deep.
+    """
+    try:
+        return translation_of(Program(WRITTEN, prefix), block_of(loop, part), part)
+    except RecursionError:
+        raise LoopError(f"{part}: an expression nests too deep to be translated; name parts of it") from None
+
+
+def translation_of(program: Program, block: Block, part: Part) -> Translation:
     record = program.type_of(block)
     assert isinstance(record, Record)
-    arguments = tuple((name, taken(program, name, cls, block)) for name, cls in TAKES[part])
+    arguments = tuple((name, argument_record(program, name, cls, block)) for name, cls in TAKES[part])
     if part is Part.CONTROLLER:
         check_law(program, record.fields["controller"], [kind for _, kind in arguments])
     init = program.method(record, "init", [])
@@ -150,10 +157,10 @@ def translated(program: Program, block: Block, part: Part) -> Translation:
     step = program.method(record, "step", [state, *(kind for _, kind in arguments)])
     record.name, state.name = "parameters", "state"
     known = tuple(program.records.values()), tuple(program.tables.values())
-    return Translation(block, record, init, step, arguments, part is Part.CONTROLLER, *known)
+    return Translation(block, record, init, step, arguments, part, *known)
 
 
-def taken(program: Program, name: str, cls: Any, block: Block) -> Record:
+def argument_record(program: Program, name: str, cls: Any, block: Block) -> Record:
     """The record of an argument: of numbers alone, but for the state of equations."""
     if name != INTEGRATED:
         return program.record(cls, dict.fromkeys(cls._fields, REAL), name)
@@ -163,34 +170,34 @@ def taken(program: Program, name: str, cls: Any, block: Block) -> Record:
     return record
 
 
-def blocks_functions(unit: Translation, needed: Needed, prefix: str) -> Iterator[tuple[str, str]]:
+def blocks_functions(translation: Translation, needed: Needed, prefix: str) -> Iterator[tuple[str, str]]:
     """What of the C are methods of blocks, and not ops or arithmetic on states: name, and place in Python."""
-    yield from ((one.name, method(one.origin)) for one in needed.reached if one.owner)
-    yield f"{prefix}_init", method(unit.init.origin)
-    yield f"{prefix}_step", method(unit.step.origin)
+    yield from ((one.name, place_of(one.origin)) for one in needed.reached if one.owner)
+    yield f"{prefix}_init", place_of(translation.init.origin)
+    yield f"{prefix}_step", place_of(translation.step.origin)
 
 
-def method(origin: FunctionType) -> str:
+def place_of(origin: FunctionType) -> str:
     """Where a method stands, such as ``PI.step (pi.py, line 40)``."""
     code = origin.__code__
     return f"{origin.__qualname__} ({Path(code.co_filename).name}, line {code.co_firstlineno})"
 
 
-def needed_by(unit: Translation, *, init: bool) -> Needed:
+def needed_by(translation: Translation, *, init: bool) -> Needed:
     """What a unit's functions need: both of them, or ``step`` alone."""
-    functions = [unit.init, unit.step] if init else [unit.step]
-    given = [record for name, record in unit.arguments if name != INTEGRATED]
-    state = unit.init.returns
+    functions = [translation.init, translation.step] if init else [translation.step]
+    given = [record for name, record in translation.arguments if name != INTEGRATED]
+    state = translation.init.returns
     assert isinstance(state, Record)
-    timed = init and "period" in unit.parameters.fields
-    return Needed(functions, [state], given, [(unit.parameters, "period")] if timed else [])
+    timed = init and "period" in translation.parameters.fields
+    return Needed(functions, [state], given, [(translation.parameters, "period")] if timed else [])
 
 
-def parameter_signals(unit: Translation, needed: Needed, later: Needed) -> Iterator[Signal]:
-    for place, record, name in numbers(unit.parameters, needed):
+def parameter_signals(translation: Translation, needed: Needed, later: Needed) -> Iterator[Signal]:
+    for place, record, name in numbers(translation.parameters, needed):
         path = "simulation.period" if place == "period" else place.removeprefix("loop.")
         fixed = not later.has(record, name) or place == "period"
-        found = signal(path, place, record, name, at(unit.block, place))
+        found = signal(path, place, record, name, number_in(translation.block, place))
         least, most = bounds(declared(record, name))
         yield found._replace(fixed=fixed, least=least, most=most)
 
@@ -209,17 +216,17 @@ def argument_signals(
 
 
 def sizes(loop: Loop, start: Block) -> dict[str, Size]:
-    """Where each state of a machine starts, and its largest absolute value in the scenario."""
+    """The size of each state of a machine, from a run of the scenario."""
     run = quietly(simulate)(loop, record=[path for path, _ in leaves(start)])
     return {path: Size(value, float(np.nanmax(np.abs(run[path])))) for path, value in leaves(start)}
 
 
-def state_signals(unit: Translation, needed: Needed, start: Block, part: Part) -> Iterator[Signal]:
-    for place, record, name in numbers(unit.init.returns, needed):
+def state_signals(translation: Translation, needed: Needed, start: Block, part: Part) -> Iterator[Signal]:
+    for place, record, name in numbers(translation.init.returns, needed):
         own = place.removeprefix("loop.")
         integrated = part is not Part.CONTROLLER and own.startswith(MACHINE)
         path = f"controller.{own}" if part is Part.CONTROLLER else own
-        found = signal(path, place, record, name, at(start, place))
+        found = signal(path, place, record, name, number_in(start, place))
         if own.startswith(RATES):
             found = found._replace(unit=f"{found.unit or 1}/s", meaning=f"rate of the {found.meaning}")
         yield found._replace(integrated=integrated)
@@ -227,8 +234,7 @@ def state_signals(unit: Translation, needed: Needed, start: Block, part: Part) -
 
 def signal(path: str, place: str, record: Record, name: str, value: float) -> Signal:
     field = declared(record, name)
-    in_c = ".".join(map(identifier, place.split(".")))
-    return Signal(path, in_c, field.unit, field.meaning, float(value))
+    return Signal(path, place_in_c(place), field.unit, field.meaning, float(value))
 
 
 def declared(record: Record, name: str) -> Field:
@@ -256,7 +262,7 @@ def numbers(record: Any, needed: Needed, place: str = "") -> Iterator[tuple[str,
             yield place + name, record, name
 
 
-def at(block: Block, place: str) -> float:
+def number_in(block: Block, place: str) -> float:
     for name in place.split("."):
         block = getattr(block, name)
     return float(block)

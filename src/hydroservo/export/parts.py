@@ -62,13 +62,13 @@ def infinite(state: Block) -> bool:
 
 
 class Command(NamedTuple):
-    """What a machine is given at a sample."""
+    """What a machine is given at a sample and holds until the next, or its equations at an instant."""
 
-    u: Annotated[float, Field("V", "command, held until the next sample as the hold says")]
+    u: Annotated[float, Field("V", "command")]
 
 
 class ExternalForce(NamedTuple):
-    """What mechanics of others do to the rod."""
+    """What mechanics that are modelled elsewhere do to the rod."""
 
     force: Annotated[float, Field("N", "force on the rod besides that of the load, positive against motion")]
 
@@ -281,5 +281,6 @@ def block_of(loop: Loop, part: Part) -> Block:
         return DemandUnit(loop.reference, period)
     if part is Part.EQUATIONS:
         return EquationsUnit(loop)
-    seeded = loop._replace(simulation=loop.simulation._replace(seed=float(loop.simulation.seed)))  # type: ignore[arg-type]
+    seed = float(loop.simulation.seed)
+    seeded = loop._replace(simulation=loop.simulation._replace(seed=seed))  # type: ignore[arg-type]
     return MachineUnit(seeded, period) if part is Part.MACHINE else LoopUnit(seeded, period)

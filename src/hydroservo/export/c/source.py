@@ -11,6 +11,7 @@ from hydroservo.export.c.writer import Ends, NamedConstant, Writer
 from hydroservo.export.comments import comment, in_comment
 from hydroservo.export.names import identifier
 from hydroservo.export.translate.terms import Function, Matrix, Record, Table
+from hydroservo.export.unit import Part
 
 __all__ = ["Form", "Translation", "texts"]
 
@@ -24,7 +25,7 @@ class Translation(NamedTuple):
         init: makes the first state.
         step: makes the next one.
         arguments: name and record of what ``step`` is given besides the state.
-        command: ``step`` returns the state's ``u``.
+        part: of the loop.
         records: all that its functions know.
         tables: all that its functions know.
     """
@@ -34,7 +35,7 @@ class Translation(NamedTuple):
     init: Function
     step: Function
     arguments: tuple[tuple[str, Record], ...]
-    command: bool
+    part: Part
     records: tuple[Record, ...]
     tables: tuple[Table, ...]
 
@@ -68,7 +69,13 @@ class Texts(NamedTuple):
 
 INIT = "The state before the first sample; also what brings a unit back to its start."
 STEP = "One sample: the state becomes the next one."
-COMMAND = "One sample: the state becomes the next one; returns the command [V], which is also state->u."
+PURPOSES = {  # of init and step
+    Part.CONTROLLER: (INIT, f"{STEP[:-1]}; returns the command [V], which is also state->u."),
+    Part.EQUATIONS: (
+        "The state at the start, without a command.",
+        "The rates of a machine, and what else can be seen of it, at an instant and in any state of it.",
+    ),
+}
 
 PREAMBLE = """\
 #include "{prefix}.h"
@@ -119,19 +126,22 @@ extern "C" {{
 """
 
 
-def texts(unit: Translation, needed: Needed, form: Form) -> Texts:
+def texts(translation: Translation, needed: Needed, form: Form) -> Texts:
     """Header and source of a unit."""
     writer = Writer(form.prefix, form.real, needed)
-    state = unit.init.returns
-    public = [unit.parameters] * (not form.inlined) + [state, *(record for _, record in unit.arguments)]
+    state = translation.init.returns
+    public = [translation.parameters] * (not form.inlined) + [
+        state,
+        *(record for _, record in translation.arguments),
+    ]
     shown = ordered(public, needed)
-    hidden = [record for record in ordered(unit.records, needed) if record not in shown]
-    functions = documented_functions(unit, writer)
-    entries = entry_texts(unit, writer, form.inlined)
-    read = any("self" in dict(needed.takes(one)) for one in (unit.init, unit.step))
-    defaults = defaults_text(unit, writer, form.inlined) if read or not form.inlined else ""
+    hidden = [record for record in ordered(translation.records, needed) if record not in shown]
+    functions = documented_functions(translation, writer)
+    entries = entry_texts(translation, writer, form.inlined)
+    read = any("self" in dict(needed.takes(one)) for one in (translation.init, translation.step))
+    defaults = defaults_text(translation, writer, form.inlined) if read or not form.inlined else ""
     matrices = {one.returns for one in needed.reached if isinstance(one.returns, Matrix)}
-    tables = [table_text(writer, table) for table in unit.tables if table in needed.tables]
+    tables = [table_text(writer, table) for table in translation.tables if table in needed.tables]
     constants = [constant_text(one) for one in writer.constants.values()]  # those now seen
     parts = [
         comment(form.about),
@@ -145,7 +155,7 @@ def texts(unit: Translation, needed: Needed, form: Form) -> Texts:
         *entries,
     ]
     records = [writer.record(one) for one in shown]
-    header = header_text(form, records, declarations(unit, writer, form.inlined))
+    header = header_text(form, records, declarations(translation, writer, form.inlined))
     return Texts(formatted(header), formatted(joined(parts)))
 
 
@@ -168,34 +178,34 @@ def header_text(form: Form, records: Sequence[str], declared: Sequence[str]) -> 
     )
 
 
-def declarations(unit: Translation, writer: Writer, inlined: bool) -> list[str]:
+def declarations(translation: Translation, writer: Writer, inlined: bool) -> list[str]:
     """The declarations of ``init`` and ``step``, each below what it does."""
-    said = (INIT, COMMAND if unit.command else STEP)
-    pairs = zip(said, heads(unit, writer, inlined), strict=True)
+    purposes = PURPOSES.get(translation.part, (INIT, STEP))
+    pairs = zip(purposes, heads(translation, writer, inlined), strict=True)
     return [f"{comment(text)}{head};\n" for text, head in pairs]
 
 
-def heads(unit: Translation, writer: Writer, inlined: bool) -> tuple[str, str]:
+def heads(translation: Translation, writer: Writer, inlined: bool) -> tuple[str, str]:
     """The first lines of ``init`` and ``step``."""
     p = writer.prefix
     given = [] if inlined else [f"const {p}_parameters *parameters"]
     state = f"{p}_state *state"
-    taken = [(name, record) for name, record in unit.arguments if writer.needed.kept(record)]
+    taken = [(name, record) for name, record in translation.arguments if writer.needed.kept(record)]
     arguments = [f"const {writer.type(record)} *{name}" for name, record in taken]
-    result = writer.real if unit.command else "void"
+    result = writer.real if translation.part is Part.CONTROLLER else "void"
     return (
         f"void {p}_init({', '.join([state, *given])})",
         f"{result} {p}_step({', '.join([state, *given, *arguments])})",
     )
 
 
-def entry_texts(unit: Translation, writer: Writer, inlined: bool) -> list[str]:
+def entry_texts(translation: Translation, writer: Writer, inlined: bool) -> list[str]:
     """The definitions of ``init`` and ``step``."""
     renamed = {"self": f"{writer.prefix}_fixed" if inlined else "parameters"}
-    last = ["return state->u;"] if unit.command else []
+    last = ["return state->u;"] if translation.part is Part.CONTROLLER else []
     texts = []
     for function, head, end in zip(
-        (unit.init, unit.step), heads(unit, writer, inlined), ([], last), strict=True
+        (translation.init, translation.step), heads(translation, writer, inlined), ([], last), strict=True
     ):
         unread = not inlined and "self" not in dict(writer.needed.takes(function))
         first = ["(void)parameters;"] if unread else []
@@ -229,11 +239,11 @@ def table_text(writer: Writer, table: Table) -> str:
     return f"static const {writer.real} {writer.prefix}_{table.name}[{len(numbers)}] = {{{body}}};\n"
 
 
-def defaults_text(unit: Translation, writer: Writer, inlined: bool) -> str:
+def defaults_text(translation: Translation, writer: Writer, inlined: bool) -> str:
     """The object that holds the scenario's parameters."""
     name = f"{writer.prefix}_fixed" if inlined else f"{writer.prefix}_defaults"
     kind = f"{'static ' if inlined else ''}const {writer.prefix}_parameters"
-    lines = defaults_lines(unit.block, unit.parameters, writer)
+    lines = defaults_lines(translation.block, translation.parameters, writer)
     return "\n".join([f"{kind} {name} = {{", *lines, "};", ""])
 
 
@@ -251,16 +261,16 @@ def defaults_lines(block: Block, record: Record, writer: Writer) -> Iterator[str
             yield f".{identifier(name)} = {writer.number(value)[0]},{said}"
 
 
-def documented_functions(unit: Translation, writer: Writer) -> list[str]:
+def documented_functions(translation: Translation, writer: Writer) -> list[str]:
     """The functions, the first of each block's below what the block is: its equation, source and limits."""
-    told: set[type] = set()
-    found = []
+    documented: set[type] = set()
+    texts = []
     for function in writer.needed.reached:
-        if function in (unit.init, unit.step):
+        if function in (translation.init, translation.step):
             continue
         owner = function.owner
-        if owner is not None and owner not in told and function.body:
-            told.add(owner)
-            found.append(comment(f"{owner.__name__}\n\n{inspect.getdoc(owner) or ''}"))
-        found.append(writer.function(function))
-    return found
+        if owner is not None and owner not in documented and function.body:
+            documented.add(owner)
+            texts.append(comment(f"{owner.__name__}\n\n{inspect.getdoc(owner) or ''}"))
+        texts.append(writer.function(function))
+    return texts

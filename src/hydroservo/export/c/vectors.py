@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from hydroservo.block import Block, leaves, replace
 from hydroservo.errors import LoopError
-from hydroservo.export.names import identifier
+from hydroservo.export.names import identifier, place_in_c
 from hydroservo.export.parts import Command, ExternalForce, Instant, block_of, with_its_substeps
 from hydroservo.export.unit import Part, Unit
 from hydroservo.loop import Loop, LoopState
@@ -148,10 +148,10 @@ def driven(loop: Loop, part: Part, after: Iterable[tuple[float, LoopState]]) -> 
     """What a machine or its equations are given at samples whose controller has run."""
     inputs: list[Records] = []
     for i, (t, s) in enumerate(after):
-        pushed = (i // IN_A_ROW) % 2
+        pushes = (i // IN_A_ROW) % 2
         records: Records = {
             "command": Command(s.controller.u),
-            "external": ExternalForce(0.1 * loop.plant.load_force(s.plant) * pushed),
+            "external": ExternalForce(0.1 * loop.plant.load_force(s.plant) * pushes),
         }
         if part is Part.EQUATIONS:
             records = {**records, "instant": Instant(t, loop.load.next_jump(t)), "machine": loop.machine(s)}
@@ -222,7 +222,7 @@ def records_of(unit: Unit, row: NDArray[np.float64], like: Records) -> Records:
     """The arguments of a step that reads this row; what it does not read is as in others."""
     numbers, found = iter(row.tolist()), dict(like)
     for argument in unit.arguments:
-        own = {in_c(path): path for path, _ in leaves(like[argument.name])}
+        own = {place_in_c(path): path for path, _ in leaves(like[argument.name])}
         changes = {own[signal.place]: next(numbers) for signal in argument.signals}
         found[argument.name] = replace(like[argument.name], changes)
     return found
@@ -233,8 +233,3 @@ def number_at(record: Block, place: str) -> float:
     for name in place.split("."):
         record = next(getattr(record, own) for own in record._fields if identifier(own) == name)
     return float(record)
-
-
-def in_c(path: str) -> str:
-    """The place in C of the number at a path in Python."""
-    return ".".join(map(identifier, path.split(".")))
