@@ -17,7 +17,7 @@ from benchmarks.machines import loops
 from benchmarks.machines import machines as machine_times
 from benchmarks.masters import ALL as MASTERS
 from benchmarks.masters.measure import RESULTS as MASTERS_RESULTS
-from benchmarks.masters.measure import exported, updated
+from benchmarks.masters.measure import exported_systems, updated
 from benchmarks.masters.table import page as masters_page
 from benchmarks.masters.table import table as masters_table
 from benchmarks.measure import measured
@@ -127,7 +127,7 @@ def masters(
     wanted = named(only, [one.name for one in MASTERS])
     chosen = [one for one in MASTERS if one.name in wanted]
     with TemporaryDirectory() as folder:
-        results = updated(load(MASTERS_RESULTS), chosen, exported(Path(folder)), tell)
+        results = updated(load(MASTERS_RESULTS), chosen, exported_systems(Path(folder)), tell)
     save(MASTERS_RESULTS, results)
     put("docs/export.md", masters_page(results))
     show([("", masters_table(results))])

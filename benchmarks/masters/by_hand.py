@@ -54,13 +54,13 @@ def opened(system: System, part: Part) -> Iterator[Opened]:
 
 
 def run(step: Step, system: System) -> Sequence[float]:
-    found = []
+    velocities = []
     with ExitStack() as stack:
         units = {part: stack.enter_context(opened(system, part)) for part in PARTS}
         for k in range(SAMPLES):
-            found.append(units[Part.MACHINE].get(VELOCITY))
+            velocities.append(units[Part.MACHINE].get(VELOCITY))
             step(system, units, k * system.period)
-    return found
+    return velocities
 
 
 def in_order(system: System, units: Units, time: float) -> None:

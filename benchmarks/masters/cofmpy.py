@@ -25,8 +25,8 @@ def velocities(system: System, method: str) -> Sequence[float]:
     master.init_simulation()
     for _ in range(SAMPLES - 1):
         master.do_step(system.period)
-    found = master.get_results()[Part.MACHINE.value, VELOCITY]
-    return [0.0, *(float(value) for value in found)]  # it records after its steps
+    values = master.get_results()[Part.MACHINE.value, VELOCITY]
+    return [0.0, *(float(value) for value in values)]  # it records after its steps
 
 
 MASTERS = (

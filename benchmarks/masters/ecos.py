@@ -12,13 +12,13 @@ __all__ = ["MASTERS"]
 def velocities(system: System) -> Sequence[float]:
     from ecospy import EcosSimulation
 
-    found = []
+    values = []
     with EcosSimulation(step_size=system.period, ssp_path=str(system.ssp)) as simulation:
         simulation.init()
         for _ in range(SAMPLES):
-            found.append(simulation.get_real(f"{Part.MACHINE}::{VELOCITY}"))
+            values.append(simulation.get_real(f"{Part.MACHINE}::{VELOCITY}"))
             simulation.step()
-    return found
+    return values
 
 
 MASTERS = (Master("Ecos", "ecospy", "steps all, hands all outputs over", velocities),)

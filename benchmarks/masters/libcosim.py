@@ -24,8 +24,8 @@ def velocities(system: System) -> Sequence[float]:
     observer.start_time_series(machine, variables[VELOCITY], CosimVariableType.REAL)
     if not execution.step(SAMPLES - 1):
         raise RuntimeError("a step failed")
-    _, _, found = observer.time_series_real_samples(machine, variables[VELOCITY], 1, SAMPLES - 1)
-    return [0.0, *found]  # it observes after its steps
+    _, _, values = observer.time_series_real_samples(machine, variables[VELOCITY], 1, SAMPLES - 1)
+    return [0.0, *values]  # it observes after its steps
 
 
 MASTERS = (Master("libcosim", "libcosimpy", "steps all, hands all outputs over", velocities),)

@@ -18,13 +18,13 @@ def velocities(system: System) -> Sequence[float]:
     model.setFixedStepSize(system.period)
     model.initialize()
     velocity = CRef("loop", Part.MACHINE.value, VELOCITY)
-    found = [model.getValue(velocity)]
+    values = [model.getValue(velocity)]
     for k in range(1, SAMPLES):
         model.stepUntil(k * system.period)
-        found.append(model.getValue(velocity))
+        values.append(model.getValue(velocity))
     model.terminate()
     model.delete()
-    return found
+    return values
 
 
 MASTERS = (

@@ -72,15 +72,16 @@ class System(NamedTuple):
 
 def undelayed() -> Loop:
     """The loop as its scenario has it."""
-    return load_scenario(SCENARIO, lasting())
+    return load_scenario(SCENARIO, duration())
 
 
 def delayed() -> Loop:
     """The loop whose commands come a period late, with gains that were found for it."""
-    return load_scenario(SCENARIO, lasting() | DELAY | GAINS)
+    return load_scenario(SCENARIO, duration() | DELAY | GAINS)
 
 
-def lasting() -> dict[str, object]:
+def duration() -> dict[str, object]:
+    """What a run of so many samples takes, each of which is recorded."""
     return {"simulation.duration": SAMPLES * 1e-3, "simulation.record_period": 1e-3}
 
 
@@ -90,12 +91,12 @@ def system(controlled: Loop, version: FmiVersion, folder: Path) -> System:
     units = {part: unit_of(controlled if part is Part.CONTROLLER else plain, part) for part in PARTS}
     stop_time = plain.simulation.duration
     folder.mkdir()
-    found = System(folder, version, tuple(connections(units)), plain.simulation.period)
-    write_fmu(unit_of(controlled, Part.LOOP), found.fmu(Part.LOOP), stop_time=stop_time, version=version)
-    with zipfile.ZipFile(write_ssp(units, found.ssp, stop_time=stop_time, version=version)) as archive:
+    made = System(folder, version, tuple(connections(units)), plain.simulation.period)
+    write_fmu(unit_of(controlled, Part.LOOP), made.fmu(Part.LOOP), stop_time=stop_time, version=version)
+    with zipfile.ZipFile(write_ssp(units, made.ssp, stop_time=stop_time, version=version)) as archive:
         for part in PARTS:
-            found.fmu(part).write_bytes(archive.read(f"resources/{part}.fmu"))
-    return found
+            made.fmu(part).write_bytes(archive.read(f"resources/{part}.fmu"))
+    return made
 
 
 def unit_of(loop: Loop, part: Part) -> Unit:

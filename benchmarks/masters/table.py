@@ -26,8 +26,8 @@ def page(results: Results) -> str:
 
 def table(results: Results) -> tuple[Line, list[Line]]:
     """A row for each master that was measured, the least error first."""
-    found = [(one, results[one.name]) for one in ALL if one.name in results]
-    return HEADER, [row(*one) for one in sorted(found, key=lambda one: one[1]["error"])]
+    pairs = [(one, results[one.name]) for one in ALL if one.name in results]
+    return HEADER, [row(*pair) for pair in sorted(pairs, key=lambda pair: pair[1]["error"])]
 
 
 def row(master: Master, result: Result) -> Line:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from benchmarks.masters import ALL
 from benchmarks.masters.master import Master
-from benchmarks.masters.measure import RESULTS, Systems, exported, measured, updated
+from benchmarks.masters.measure import RESULTS, Systems, exported_systems, measured, updated
 from benchmarks.masters.system import SAMPLES, System, delayed, error, simulated, undelayed
 from benchmarks.masters.table import page
 from benchmarks.results import load
@@ -22,7 +22,7 @@ EXACT += ("fmucontainer -sequential", "OMSimulator")
 @pytest.fixture(scope="module")
 def systems(tmp_path_factory: pytest.TempPathFactory) -> Systems:
     needs("cc")
-    return exported(tmp_path_factory.mktemp("systems"))
+    return exported_systems(tmp_path_factory.mktemp("systems"))
 
 
 def test_the_page_shows_the_results() -> None:

@@ -155,9 +155,9 @@ def fmu(
 ) -> None:
     """Write a functional mock-up unit: of a machine's equations for model exchange, else for co-simulation.
 
-    The communication step of the latter is the scenario's sample period, or with a clock any. It holds C and
-    a binary for each platform, no Python. The C is held against Python before it is written, as for export c;
-    binaries for other platforms are not run.
+    A communication step is the scenario's sample period, or any with a clock. The file holds C and a binary
+    for each platform, no Python. The C is held against Python before it is written, as for export c; binaries
+    for other platforms are not run.
 
     Examples:
 
@@ -171,7 +171,7 @@ def fmu(
     from hydroservo.cli.proofs import proof_line
     from hydroservo.cli.writing import write_or_keep
     from hydroservo.export.c.proof import proven_vectors
-    from hydroservo.export.fmu import check_clock, check_tools, checked_ending, variables_of, write_fmu
+    from hydroservo.export.fmu import check_clock, check_tools, checked_ending, write_fmu
     from hydroservo.outputs import check_outputs
     from hydroservo.results import as_json
 
@@ -204,12 +204,7 @@ def fmu(
         written = {"fmi": version, "clocked": clocked, "platforms": platforms, "file": str(out)}
         typer.echo(as_json(about | written))
         return
-    kinds = Counter(one.causality for one in variables_of(unit))
-    counts = [counted(kinds[kind], kind) for kind in ("input", "output")]
-    samples = f"{'a clock' if clocked else 'steps'} of {unit.period:g} s"
-    means = "model exchange" if part is Part.EQUATIONS else samples
-    parameters = counted(len(unit.parameters), "parameter")
-    typer.echo(f"{unit.title}: {', '.join([*counts, parameters])}, FMI {version}, {means}")
+    typer.echo(summary(unit, version, clocked))
     typer.echo(proof_line(proof, unit.prefix))
     typer.echo(f"written: {out}, {out.stat().st_size / 1024:.0f} KiB, for {', '.join(platforms)}")
     say_untried(platforms)
@@ -289,6 +284,18 @@ def translated(
     name = default_prefix(scenario, part) if prefix is None else prefix
     about = title(scenario, loop, part)
     return exported_unit(loop, part, prefix=name, title=about, precision=precision, inlined=inlined)
+
+
+def summary(unit: "Unit", version: FmiVersion, clocked: bool) -> str:
+    """What an FMU has, and how it is used."""
+    from hydroservo.export.fmu import variables_of
+
+    kinds = Counter(one.causality for one in variables_of(unit))
+    counts = [counted(kinds[kind], kind) for kind in ("input", "output")]
+    parameters = counted(len(unit.parameters), "parameter")
+    samples = f"{'a clock' if clocked else 'steps'} of {unit.period:g} s"
+    use = "model exchange" if unit.part is Part.EQUATIONS else samples
+    return f"{unit.title}: {', '.join([*counts, parameters])}, FMI {version}, {use}"
 
 
 def say_untried(platforms: "Sequence[Platform]") -> None:

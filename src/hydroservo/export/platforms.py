@@ -25,7 +25,7 @@ class Platform(StrEnum):
 
 
 class Toolchain(NamedTuple):
-    """What becomes a binary for a platform, and where it goes in an FMU.
+    """What makes a binary for a platform, and where it goes in an FMU.
 
     Attributes:
         folder: of its binaries in FMI 2.0, which has names of its own for x86, and since 2.0.4 those of FMI
@@ -112,8 +112,8 @@ def platforms_named(names: Iterable[str]) -> list[Platform]:
         ParameterError: a name is that of no platform.
         HydroservoError: none is named, and FMI has no name for this machine.
     """
-    found = dict.fromkeys(names)
-    for name in found:
+    chosen = dict.fromkeys(names)
+    for name in chosen:
         if name not in list(Platform):
             raise ParameterError("platforms", name, f"must be one of {', '.join(Platform)}")
-    return [Platform(name) for name in found] or [this_platform()]
+    return [Platform(name) for name in chosen] or [this_platform()]

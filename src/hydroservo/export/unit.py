@@ -124,6 +124,10 @@ class Unit(NamedTuple):
     states: tuple[Signal, ...]
     functions: Mapping[str, str] = MappingProxyType({})
 
+    def places(self, argument: str) -> tuple[str, ...]:
+        """The places of what ``step`` is given in an argument; none where it has no such argument."""
+        return tuple(signal.place for one in self.arguments if one.name == argument for signal in one.signals)
+
     @property
     def command(self) -> bool:
         """True where ``step`` returns the command, which is the state's number ``u``."""

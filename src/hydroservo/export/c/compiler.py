@@ -35,14 +35,14 @@ def compiled(folder: Path, words: Sequence[str], made: str, command: Sequence[st
     Raises:
         CompilerError: there is no compiler, or it fails.
     """
-    words = [*(command or compiler()), "-std=c99", "-O2", *BITS, *words, "-o", made, "-lm"]
-    done = ran(folder, words)
+    call = [*(command or compiler()), "-std=c99", "-O2", *BITS, *words, "-o", made, "-lm"]
+    done = ran(folder, call)
     if done.returncode != 0:
         lines = [line for line in done.stderr.splitlines() if "error" in line] or done.stderr.splitlines()
         said = lines[0] if lines else f"exit status {done.returncode}"
-        raise CompilerError(f"the C compiler {words[0]} fails: {said}")
+        raise CompilerError(f"the C compiler {call[0]} fails: {said}")
     if not (folder / made).exists():
-        raise CompilerError(f"the C compiler {words[0]} makes no file")
+        raise CompilerError(f"the C compiler {call[0]} makes no file")
     return folder / made
 
 

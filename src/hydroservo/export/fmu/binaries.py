@@ -77,13 +77,13 @@ def binaries(
     Raises:
         CompilerError: a compiler is missing or fails.
     """
-    found = {}
+    content = {}
     for platform in platforms:
         place = place_of(version, unit.prefix, platform)
-        found[place] = built(files, unit, version, platform)
+        content[place] = library_of(files, unit, version, platform)
         if licence := TOOLCHAINS[platform].licence:
-            found["documentation/licenses/mingw-w64.txt"] = runtime_licence(Path(licence))
-    return found
+            content["documentation/licenses/mingw-w64.txt"] = runtime_licence(Path(licence))
+    return content
 
 
 def place_of(version: FmiVersion, name: str, platform: Platform) -> str:
@@ -98,8 +98,8 @@ def runtime_licence(file: Path) -> bytes:
     return file.read_bytes() if file.exists() else b"The terms of MinGW-w64's runtime: www.mingw-w64.org\n"
 
 
-def built(files: Files, unit: Unit, version: FmiVersion, platform: Platform) -> bytes:
-    """The binary of the sources for a platform."""
+def library_of(files: Files, unit: Unit, version: FmiVersion, platform: Platform) -> bytes:
+    """The shared library that the compiler for a platform makes of the sources."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         for path, text in files.items():

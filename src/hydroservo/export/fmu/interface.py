@@ -1,4 +1,4 @@
-"""The two versions of FMI, and what differs between them in a file."""
+"""What an FMU is made of, by the version of FMI and by what it is for."""
 
 from collections.abc import Mapping
 from typing import NamedTuple
@@ -10,7 +10,7 @@ __all__ = ["Interface", "check_clock", "interface_of"]
 
 
 class Interface(NamedTuple):
-    """What one version of FMI needs, for co-simulation or model exchange.
+    """What an FMU of one version of FMI needs, for co-simulation or model exchange.
 
     Attributes:
         description: template of modelDescription.xml.
@@ -20,7 +20,7 @@ class Interface(NamedTuple):
         unprefixed: macro that gives the functions of a shared library their names without a prefix.
         first_index: what ModelStructure counts variables from.
         texts: templates of more files, by their path in the FMU.
-        clocked: samples are taken at the ticks of a clock.
+        clocked: the ticks of a clock take the samples.
     """
 
     description: str
@@ -35,7 +35,8 @@ class Interface(NamedTuple):
 
 FMI2_SOURCES = ("instance.c", "fmi2.c")
 FMI3_SOURCES = ("instance.c", "fmi3.c", "fmi3_unused.c")
-INTERFACES = {
+
+CO_SIMULATION = {
     FmiVersion.FMI2: Interface(
         "fmu/modelDescription2.xml",
         (*FMI2_SOURCES, "samples.c", "steps.c", "fmi2_steps.c"),
@@ -48,8 +49,13 @@ INTERFACES = {
     FmiVersion.FMI3: Interface(
         "fmu/modelDescription3.xml",
         (
-            *(*FMI3_SOURCES, "samples.c", "steps.c", "fmi3_steps.c"),
-            *("fmi3_no_events.c", "fmi3_no_clocks.c", "fmi3_no_equations.c"),
+            *FMI3_SOURCES,
+            "samples.c",
+            "steps.c",
+            "fmi3_steps.c",
+            "fmi3_no_events.c",
+            "fmi3_no_clocks.c",
+            "fmi3_no_equations.c",
         ),
         ("instance.h", "samples.h", "steps.h", "fmi3_common.h"),
         ("fmi3FunctionTypes.h", "fmi3Functions.h", "fmi3PlatformTypes.h"),
@@ -59,20 +65,18 @@ INTERFACES = {
     ),
 }
 
-
-EXCHANGES = {
-    FmiVersion.FMI2: INTERFACES[FmiVersion.FMI2]._replace(
+MODEL_EXCHANGE = {
+    FmiVersion.FMI2: CO_SIMULATION[FmiVersion.FMI2]._replace(
         sources=(*FMI2_SOURCES, "equations.c", "fmi2_equations.c"),
         own_headers=("instance.h", "equations.h"),
     ),
-    FmiVersion.FMI3: INTERFACES[FmiVersion.FMI3]._replace(
+    FmiVersion.FMI3: CO_SIMULATION[FmiVersion.FMI3]._replace(
         sources=(*FMI3_SOURCES, "equations.c", "fmi3_equations.c", "fmi3_no_steps.c", "fmi3_no_clocks.c"),
         own_headers=("instance.h", "equations.h", "fmi3_common.h"),
     ),
 }
 
-
-CLOCKED = INTERFACES[FmiVersion.FMI3]._replace(
+CLOCKED = CO_SIMULATION[FmiVersion.FMI3]._replace(
     sources=(*FMI3_SOURCES, "samples.c", "ticks.c", "fmi3_steps.c", "fmi3_ticks.c", "fmi3_no_equations.c"),
     own_headers=("instance.h", "samples.h", "steps.h", "ticks.h", "fmi3_common.h"),
     clocked=True,
@@ -88,7 +92,7 @@ def interface_of(version: FmiVersion, part: Part, clocked: bool = False) -> Inte
     if clocked:
         check_clock(version, part)
         return CLOCKED
-    return (EXCHANGES if part is Part.EQUATIONS else INTERFACES)[version]
+    return (MODEL_EXCHANGE if part is Part.EQUATIONS else CO_SIMULATION)[version]
 
 
 def check_clock(version: FmiVersion, part: Part) -> None:

@@ -19,7 +19,7 @@ __all__ = ["PARTS", "write_ssp"]
 # Stepped one after the other in this order, each is given what the others put out at its sample.
 PARTS = (Part.CONTROLLER, Part.MACHINE, Part.DEMAND)
 
-OPEN = "external."  # what inputs begin with that are for units of others
+OPEN = "external."  # what the names of inputs begin with that no unit here feeds
 
 
 class Connection(NamedTuple):
@@ -92,19 +92,22 @@ def connectors(part: Part, unit: Unit, links: Iterable[Connection]) -> list[Vari
 
 def base_units(names: Iterable[str]) -> dict[str, Mapping[str, int | float]]:
     """By its name each unit that SSP can say in terms of base units."""
-    found = {name: base_unit(name) for name in names if name}
-    return {name: base for name, base in found.items() if base is not None}
+    bases = {name: base_unit(name) for name in names if name}
+    return {name: base for name, base in bases.items() if base is not None}
 
 
 def connections(units: Mapping[Part, Unit]) -> Iterator[Connection]:
-    """From each output to the inputs of other units that have its name."""
+    """From each output to the inputs of other units that have its name.
+
+    Raises:
+        HydroservoError: an input is no unit's output.
+    """
     variables = {part: variables_of(units[part]) for part in PARTS}
     outputs = {one.name: part for part in PARTS for one in variables[part] if one.kind is Kind.OUTPUT}
     for part in PARTS:
         for one in variables[part]:
-            if one.kind is Kind.INPUT:
-                if one.name.startswith(OPEN):
-                    continue
-                if one.name not in outputs:
-                    raise HydroservoError(f"the input {one.name} of the {part} is no output of another unit")
-                yield Connection(outputs[one.name], part, one.name)
+            if one.kind is not Kind.INPUT or one.name.startswith(OPEN):
+                continue
+            if one.name not in outputs:
+                raise HydroservoError(f"the input {one.name} of the {part} is no output of another unit")
+            yield Connection(outputs[one.name], part, one.name)

@@ -43,26 +43,26 @@ class Structure(NamedTuple):
 def structure_of(unit: Unit, variables: Sequence[Variable], clock: Variable | None) -> Structure:
     """What depends on what.
 
-    A controller answers its inputs at once; a machine, a demand and a loop change in steps alone; of
-    equations the rates depend on all there is, and what can be seen on the state alone.
+    A controller answers its inputs at once. The outputs of a machine, a demand and a loop change in steps
+    alone. Of equations, the rates depend on all there is, and the outputs on the state or the time alone.
     """
     rates = [one for one in variables if one.kind is Kind.RATE]
     outputs = [one for one in variables if one.causality == "output"]
     if clock is not None:  # before its first tick there is nothing to find
-        found = [Unknown(one, [clock, *directly(unit, variables, one)]) for one in outputs]
-        return Structure(found, rates=[], initial=[])
+        ticking = [Unknown(one, [clock, *direct_knowns(unit, variables, one)]) for one in outputs]
+        return Structure(ticking, rates=[], initial=[])
     return Structure(
-        outputs=[Unknown(one, list(directly(unit, variables, one))) for one in outputs],
+        outputs=[Unknown(one, list(direct_knowns(unit, variables, one))) for one in outputs],
         rates=[Unknown(one, None) for one in rates],
         initial=[
-            Unknown(one, initially(unit, variables, one))
+            Unknown(one, initial_knowns(unit, variables, one))
             for one in variables
             if one.kind is Kind.RATE or one.causality == "output"
         ],
     )
 
 
-def directly(unit: Unit, variables: Sequence[Variable], output: Variable) -> Iterator[Variable]:
+def direct_knowns(unit: Unit, variables: Sequence[Variable], output: Variable) -> Iterator[Variable]:
     """What an output depends on after the initialization, without a step between."""
     if unit.command:
         yield from (one for one in variables if one.kind is Kind.INPUT)
@@ -74,11 +74,11 @@ def directly(unit: Unit, variables: Sequence[Variable], output: Variable) -> Ite
         yield from (one for one in variables if one.kind is Kind.INTEGRATED)
 
 
-def initially(unit: Unit, variables: Sequence[Variable], unknown: Variable) -> Sequence[Variable] | None:
+def initial_knowns(unit: Unit, variables: Sequence[Variable], unknown: Variable) -> Sequence[Variable] | None:
     """What an unknown depends on in the initialization.
 
-    A machine's initial outputs come from parameters alone, and a tool that does not know may see an algebraic
-    loop between two units. One without arguments is in no loop.
+    A machine's initial outputs come from parameters alone; a tool that does not know so may see an algebraic
+    loop between two units. A unit without arguments is in no such loop, and nothing is said of its unknowns.
     """
     answers = unit.command or unknown.kind is Kind.RATE
     kinds = (*PARAMETERS, Kind.INPUT) if answers else PARAMETERS

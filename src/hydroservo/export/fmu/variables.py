@@ -15,7 +15,7 @@ __all__ = ["CLOCK", "Kind", "Variable", "clock_after", "variables_of"]
 PLAIN = r"[A-Za-z_]\w*(\.[A-Za-z_]\w*)*"
 NAME = re.compile(rf"{PLAIN}|der\({PLAIN}\)", re.ASCII)  # FMI's structured names
 CLOCK = "sample"  # the name of a clock
-PERIOD = "period"  # the place of the sample period, which steps are counted in and which is compiled in
+PERIOD = "period"  # the place of the sample period, in which steps are counted; it is compiled in
 
 
 class Kind(Enum):
@@ -94,17 +94,17 @@ def variables_of(unit: Unit) -> tuple[Variable, ...]:
         ParameterError: a name is there twice, or is none in FMI.
     """
     time = Variable("time", 0, Kind.TIME, "", "s", "time", 0.0)
-    listed = of_equations(unit) if unit.part is Part.EQUATIONS else numbers(unit)
-    found = (time, *(one._replace(reference=i) for i, one in enumerate(listed, 1)))
-    references = {f"der({one.name})": one.reference for one in found}
-    found = tuple(one._replace(rate_of=references.get(one.name, 0)) for one in found)
-    counts = Counter(one.name for one in found)
+    others = continuous_variables(unit) if unit.part is Part.EQUATIONS else sampled_variables(unit)
+    variables = (time, *(one._replace(reference=i) for i, one in enumerate(others, 1)))
+    references = {f"der({one.name})": one.reference for one in variables}
+    variables = tuple(one._replace(rate_of=references.get(one.name, 0)) for one in variables)
+    counts = Counter(one.name for one in variables)
     for name, count in counts.items():
         if count > 1:
             raise ParameterError("variable", name, f"is the name of {count} variables of the FMU")
         if not NAME.fullmatch(name):
             raise ParameterError("variable", name, "cannot be the name of a variable of an FMU")
-    return found
+    return variables
 
 
 def clock_after(variables: Sequence[Variable]) -> Variable:
@@ -113,7 +113,8 @@ def clock_after(variables: Sequence[Variable]) -> Variable:
     return Variable(CLOCK, len(variables), Kind.INPUT, "", "", meaning, 0.0)
 
 
-def numbers(unit: Unit) -> Iterator[Variable]:
+def sampled_variables(unit: Unit) -> Iterator[Variable]:
+    """The parameters, arguments and states of what takes samples, without their references."""
     for one in unit.parameters:
         yield variable(one, parameter_kind(one), "parameters")
     for argument in unit.arguments:
@@ -123,8 +124,8 @@ def numbers(unit: Unit) -> Iterator[Variable]:
         yield variable(one, state_kind(unit, one), "state")
 
 
-def of_equations(unit: Unit) -> Iterator[Variable]:
-    """Without what the importer does not see: its instant, the start, and when the load jumps next."""
+def continuous_variables(unit: Unit) -> Iterator[Variable]:
+    """Those of equations that an importer sees: not their instant, start, nor when the load jumps next."""
     for one in unit.parameters:
         yield variable(one, parameter_kind(one), "parameters")
     for argument in unit.arguments:
@@ -142,8 +143,8 @@ def of_equations(unit: Unit) -> Iterator[Variable]:
 
 def variable(signal: Signal, kind: Kind, record: str) -> Variable:
     place = f"{record}.{signal.place}"
-    said = (signal.unit, signal.meaning, signal.value, signal.integrated, signal.least, signal.most)
-    return Variable(signal.path, 0, kind, place, *said, nominal=signal.nominal)
+    described = (signal.unit, signal.meaning, signal.value, signal.integrated, signal.least, signal.most)
+    return Variable(signal.path, 0, kind, place, *described, nominal=signal.nominal)
 
 
 def parameter_kind(signal: Signal) -> Kind:

@@ -32,11 +32,11 @@ def definition(origin: FunctionType) -> ast.FunctionDef:
         raise DoubtError(f"it is made by a decorator or inside of another function, and uses {names} of that")
     if changed := {"__wrapped__", "__signature__"} & vars(origin).keys():
         raise DoubtError(f"a decorator gave it {min(changed)}, which hides what runs")
-    return written(code)
+    return syntax_tree(code)
 
 
 @lru_cache(maxsize=1024)
-def written(code: CodeType) -> ast.FunctionDef:
+def syntax_tree(code: CodeType) -> ast.FunctionDef:
     """The syntax tree of what runs.
 
     Raises:

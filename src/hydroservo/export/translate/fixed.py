@@ -1,6 +1,6 @@
-"""What of a translation is the same at every sample: it is computed once, when it is exported.
+"""What is the same at every sample is computed once, when it is exported.
 
-A compiler computes with literals, and with parameters that stand in the source, but does not follow a power
+A C compiler computes with literals, and with parameters that stand in the source, but does not follow a power
 or a sine through its steps. So a call of such a function of ``ops`` becomes a number where its arguments are
 known.
 """
@@ -56,7 +56,7 @@ UNARIES: dict[str, Callable[..., Any]] = {"-": operator.neg, "!": operator.not_}
 
 
 class Varies:
-    """The value of what may differ from sample to sample, or that is not followed."""
+    """Stands for a value that may differ from sample to sample, or that is not followed."""
 
 
 VARIES = Varies()
@@ -68,10 +68,10 @@ def computed_once(given: Mapping[Function, Sequence[Any]]) -> None:
     Args:
         given: the functions that are called from outside, and what is known of their first arguments.
     """
-    known = Values(given)
-    for function in known.reached:
+    values = Values(given)
+    for function in values.reached:
         if function.owner:  # what ops compute inside depends on the format of numbers
-            known.rewrite(function.body, function.name)
+            values.rewrite(function.body, function.name)
 
 
 class Values:
@@ -93,6 +93,7 @@ class Values:
                 self.visit(function, [*values, *[VARIES] * (len(function.parameters) - len(values))])
 
     def varying(self) -> int:
+        """A number that grows with each argument that is new, or that is found to vary."""
         return len(self.arguments) + sum(value is VARIES for value in self.arguments.values())
 
     def visit(self, function: Function, values: Sequence[Any]) -> None:
@@ -104,21 +105,22 @@ class Values:
         if function in self.reached:
             return
         self.reached.add(function)
-        for callee in function.calls:  # by what is written and not translated
+        for callee in function.calls:  # from text that is written in C, not translated
             self.visit(callee, [VARIES] * len(callee.parameters))
         self.follow(function.body, {name: self.arguments[function, name] for name, _ in function.parameters})
 
     def follow(self, body: Sequence[Statement], names: dict[str, Any]) -> None:
+        """What statements give their names, from what is known of those before."""
         for one in body:
-            value = self.value(held(one), names)
+            value = self.value(value_in(one), names)
             if isinstance(one, Let):
                 names[one.name] = value
-            for inner in blocks(one):
+            for inner in bodies(one):
                 self.follow(inner, names)
 
     def value(self, one: Any, names: Mapping[str, Any]) -> Any:
         """A value, or that it varies; the calls in it are visited."""
-        parts = [self.value(part, names) for part in inside(one)]
+        parts = [self.value(part, names) for part in parts_of(one)]
         found: Any = VARIES
         match one:
             case Call(function=function):
@@ -129,15 +131,15 @@ class Values:
             case Variable(name=name, mutable=False):
                 found = names.get(name, VARIES)
             case Member(name=name):
-                found = known(getattr, [*parts, name])
+                found = applied(getattr, [*parts, name])
             case Unary(operator=sign):
-                found = known(UNARIES[sign], parts)
+                found = applied(UNARIES[sign], parts)
             case Operation(operator=sign):
-                found = known(OPERATORS[sign], parts)
+                found = applied(OPERATORS[sign], parts)
             case Choice():
-                found = known(lambda condition, a, b: a if condition else b, parts)
+                found = applied(lambda condition, a, b: a if condition else b, parts)
             case Conversion():
-                found = known(float, parts)
+                found = applied(float, parts)
         return found
 
     def rewrite(self, body: Sequence[Statement], function: str) -> None:
@@ -150,10 +152,11 @@ class Values:
                     one.value = self.with_numbers(value, function)
                 case If(condition=condition) | While(condition=condition):
                     one.condition = self.with_numbers(condition, function)
-            for inner in blocks(one):
+            for inner in bodies(one):
                 self.rewrite(inner, function)
 
     def with_numbers(self, one: Any, function: str) -> Any:
+        """An expression with numbers in place of calls that are known."""
         if isinstance(one, Call) and self.useful(one):
             return self.number(one, f"{function}_{one.function.origin.__name__}")
         changes: dict[str, Any] = {}
@@ -177,7 +180,7 @@ class Values:
         return Computed(REAL, name, self.calls[call], call.text)
 
 
-def held(statement: Statement) -> Any:
+def value_in(statement: Statement) -> Any:
     """The value in a statement."""
     match statement:
         case Let(value=value) | Assign(value=value) | Return(value=value):
@@ -188,7 +191,7 @@ def held(statement: Statement) -> Any:
             return count
 
 
-def blocks(statement: Statement) -> Iterator[list[Statement]]:
+def bodies(statement: Statement) -> Iterator[list[Statement]]:
     """The statements in a statement."""
     match statement:
         case If(body=body, otherwise=otherwise):
@@ -198,7 +201,7 @@ def blocks(statement: Statement) -> Iterator[list[Statement]]:
             yield body
 
 
-def inside(one: Any) -> Iterator[Expression]:
+def parts_of(one: Any) -> Iterator[Expression]:
     """The expressions that one is made of."""
     for field in fields(one):
         part = getattr(one, field.name)
@@ -207,15 +210,15 @@ def inside(one: Any) -> Iterator[Expression]:
 
 
 def result(function: Function, values: Sequence[Any]) -> Any:
-    """What a function gives in Python, where it gives a number, and takes nothing that C is not given."""
+    """What a function gives in Python, where that is a number and C is given each of its arguments."""
     origin = function.origin
     if function.returns != REAL or origin is None or origin.__code__.co_argcount != len(values):
         return VARIES
-    return known(origin, values)
+    return applied(origin, values)
 
 
-def known(function: Any, values: Sequence[Any]) -> Any:
-    """What a function gives; it varies where one of its values does, or Python has no number for it."""
+def applied(function: Any, values: Sequence[Any]) -> Any:
+    """What a function gives; it varies where one of its arguments does, or Python has no number for it."""
     if any(value is VARIES for value in values):
         return VARIES
     try:
