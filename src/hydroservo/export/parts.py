@@ -163,7 +163,7 @@ class EquationsUnitState(NamedTuple):
 
 
 class EquationsUnit(NamedTuple):
-    """The differential equations of a machine (plant, valve, supply, load), for an integrator of others.
+    """The differential equations of a machine (plant, valve, supply, load), for an integrator from elsewhere.
 
     An integrator goes no further than the next jump, and asks up to there with ``until`` = that jump, so that
     its last stage does not see what is beyond; then once with inf at the jump itself, which gives the next.
