@@ -1,7 +1,5 @@
 /* Calls the toy's PI with a clock in random order, and compares each answer with the states of FMI 3.0. */
-#include "model.h" /* first: it names the prefix of FMI's functions */
-
-#include "fmi3Functions.h"
+#include "driver.h"
 #include <math.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -22,7 +20,7 @@ typedef struct {
 static fmi3Instance c;
 static belief now, kept;
 static fmi3FMUState saved;
-static int messages, ticks;
+static int ticks;
 static uint64_t drawn = 1;
 
 static const fmi3ValueReference velocity[] = {5}, integral[] = {8}, sample[] = {MODEL_CLOCK},
@@ -33,12 +31,6 @@ static const double sizes[] = {1.0, 2.0, 3.0, 4.0, 9.0}, no_sizes[] = {0.0, -4.0
 static unsigned draw(unsigned count) {
     drawn = drawn * UINT64_C(6364136223846793005) + UINT64_C(1442695040888963407);
     return (unsigned)((drawn >> 33) % count);
-}
-
-static void count(fmi3InstanceEnvironment environment, fmi3Status status, fmi3String category,
-                  fmi3String message) {
-    (void)environment, (void)status, (void)category, (void)message;
-    messages++;
 }
 
 static void must(int right, const char *what) {

@@ -1,9 +1,14 @@
 /* Calls the equations of an axis in random order, in either version of FMI, and compares what each call says
    and does with the states of FMI's model exchange. */
-#include "model.h" /* first: it names the prefix of FMI's functions */
+#include "driver.h"
+#include <float.h>
+#include <math.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
 
 #ifdef FMI2_FUNCTION_PREFIX
-#include "fmi2Functions.h"
 #define FMI(name) fmi2##name
 #define DERIVATIVES fmi2GetDerivatives
 #define STATE(name) fmi2##name##FMUstate
@@ -12,7 +17,6 @@
 typedef fmi2Component component;
 typedef fmi2FMUstate saved_state;
 #else
-#include "fmi3Functions.h"
 #define FMI(name) fmi3##name
 #define DERIVATIVES fmi3GetContinuousStateDerivatives
 #define STATE(name) fmi3##name##FMUState
@@ -21,12 +25,6 @@ typedef fmi2FMUstate saved_state;
 typedef fmi3Instance component;
 typedef fmi3FMUState saved_state;
 #endif
-#include <float.h>
-#include <math.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
 
 #define CALLS 300000
 #define MOST_BYTES 4096
@@ -51,7 +49,7 @@ typedef struct {
 static component c;
 static belief now, kept;
 static saved_state saved;
-static int messages, jumps, steps;
+static int jumps, steps;
 static uint64_t drawn = 1;
 static double load_time, load_force[2], first[MODEL_STATES];
 
@@ -87,12 +85,6 @@ static int same(const double *one, const double *other, size_t count) {
 /* --- what differs between the versions --- */
 
 #ifdef FMI2_FUNCTION_PREFIX
-static void count(fmi2ComponentEnvironment environment, fmi2String name, fmi2Status status,
-                  fmi2String category, fmi2String message, ...) {
-    (void)environment, (void)name, (void)status, (void)category, (void)message;
-    messages++;
-}
-
 static component instance(void) {
     static const fmi2CallbackFunctions callbacks = {count, NULL, NULL, NULL, NULL};
     return fmi2Instantiate("a", fmi2ModelExchange, MODEL_TOKEN, NULL, &callbacks, fmi2False, fmi2True);
@@ -127,12 +119,6 @@ static int lacking(void) {
     return (int)(draw(2) ? fmi2GetInteger(c, some, 1, &whole) : fmi2SetInteger(c, some, 1, &whole));
 }
 #else
-static void count(fmi3InstanceEnvironment environment, fmi3Status status, fmi3String category,
-                  fmi3String message) {
-    (void)environment, (void)status, (void)category, (void)message;
-    messages++;
-}
-
 static component instance(void) {
     return fmi3InstantiateModelExchange("a", MODEL_TOKEN, NULL, fmi3False, fmi3True, NULL, count);
 }

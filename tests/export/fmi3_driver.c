@@ -1,18 +1,8 @@
 /* Runs the machine of the tests through FMI 3.0, with every kind of call, right ones and wrong ones. */
-#include "model.h" /* first: it names the prefix of FMI's functions */
-
-#include "fmi3Functions.h"
+#include "driver.h"
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
-
-static int messages;
-
-static void count(fmi3InstanceEnvironment environment, fmi3Status status, fmi3String category,
-                  fmi3String message) {
-    (void)environment, (void)status, (void)category, (void)message;
-    messages++;
-}
 
 static void must(int right, const char *what) {
     if (!right) {

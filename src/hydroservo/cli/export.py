@@ -22,7 +22,7 @@ __all__ = ["export_app"]
 export_app = typer.Typer(
     no_args_is_help=True,
     rich_markup_mode="markdown",
-    help="Write a scenario's controller, machine, demand or whole loop as C99 or as an FMU.",
+    help="Write a scenario's controller, machine, equations, demand or whole loop as C99 or as FMUs.",
 )
 
 
@@ -147,7 +147,7 @@ def fmu(
     version: Version = FmiVersion.FMI2,
     clocked: Annotated[
         bool,
-        typer.Option("--clocked", help="Take samples at the ticks of a clock; of a controller, in FMI 3."),
+        typer.Option("--clocked", help="Samples are the ticks of a clock; of a controller, in FMI 3.0."),
     ] = False,
     *,
     platforms: Platforms,

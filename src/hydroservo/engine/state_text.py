@@ -1,8 +1,8 @@
 """The arithmetic on whole states as the text of functions, each for one type of state.
 
 Neither compiled code nor C can loop over the fields of a NamedTuple, so each text has an expression for every
-number. The export translates the same texts that the engine compiles, but for linear systems: C has arrays
-and loops, and without them a machine of 14 states would take twice the code.
+number. The export translates the same texts that the engine compiles, but for linear systems: with the arrays
+and loops that C has, they take less code.
 """
 
 import linecache
