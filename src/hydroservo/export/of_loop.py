@@ -194,22 +194,24 @@ def needed_by(translation: Translation, *, init: bool) -> Needed:
 
 
 def parameter_signals(translation: Translation, needed: Needed, later: Needed) -> Iterator[Signal]:
+    """The parameters that are read; fixed are those that no step reads later."""
     for place, record, name in numbers(translation.parameters, needed):
         path = "simulation.period" if place == "period" else place.removeprefix("loop.")
         fixed = not later.has(record, name) or place == "period"
-        found = signal(path, place, record, name, number_in(translation.block, place))
+        parameter = signal(path, place, record, name, number_in(translation.block, place))
         least, most = bounds(declared(record, name))
-        yield found._replace(fixed=fixed, least=least, most=most)
+        yield parameter._replace(fixed=fixed, least=least, most=most)
 
 
 def argument_signals(
     argument: str, record: Record, needed: Needed, integrated: Mapping[str, Size]
 ) -> Iterator[Signal]:
+    """The numbers of an argument; those that an integrator carries on have a start and a nominal value."""
     for place, owner, name in numbers(record, needed):
         if argument == INTEGRATED:
             start, largest = integrated[place]
-            found = signal(place, place, owner, name, start)
-            yield found._replace(integrated=True, nominal=largest or 1.0)
+            state = signal(place, place, owner, name, start)
+            yield state._replace(integrated=True, nominal=largest or 1.0)
         else:
             path = "controller.u" if owner.cls is Command else f"{argument}.{place}"
             yield signal(path, place, owner, name, 0.0)
@@ -222,14 +224,15 @@ def sizes(loop: Loop, start: Block) -> dict[str, Size]:
 
 
 def state_signals(translation: Translation, needed: Needed, start: Block, part: Part) -> Iterator[Signal]:
+    """The numbers of the state, by their paths in the loop."""
     for place, record, name in numbers(translation.init.returns, needed):
         own = place.removeprefix("loop.")
         integrated = part is not Part.CONTROLLER and own.startswith(MACHINE)
         path = f"controller.{own}" if part is Part.CONTROLLER else own
-        found = signal(path, place, record, name, number_in(start, place))
+        state = signal(path, place, record, name, number_in(start, place))
         if own.startswith(RATES):
-            found = found._replace(unit=f"{found.unit or 1}/s", meaning=f"rate of the {found.meaning}")
-        yield found._replace(integrated=integrated)
+            state = state._replace(unit=f"{state.unit or 1}/s", meaning=f"rate of the {state.meaning}")
+        yield state._replace(integrated=integrated)
 
 
 def signal(path: str, place: str, record: Record, name: str, value: float) -> Signal:

@@ -220,12 +220,12 @@ def input_rows(unit: Unit, inputs: Sequence[Records]) -> NDArray[np.float64]:
 
 def records_of(unit: Unit, row: NDArray[np.float64], like: Records) -> Records:
     """The arguments of a step that reads this row; what it does not read is as in others."""
-    numbers, found = iter(row.tolist()), dict(like)
+    numbers, records = iter(row.tolist()), dict(like)
     for argument in unit.arguments:
         own = {place_in_c(path): path for path, _ in leaves(like[argument.name])}
         changes = {own[signal.place]: next(numbers) for signal in argument.signals}
-        found[argument.name] = replace(like[argument.name], changes)
-    return found
+        records[argument.name] = replace(like[argument.name], changes)
+    return records
 
 
 def number_at(record: Block, place: str) -> float:

@@ -121,26 +121,26 @@ class Values:
     def value(self, one: Any, names: Mapping[str, Any]) -> Any:
         """A value, or that it varies; the calls in it are visited."""
         parts = [self.value(part, names) for part in parts_of(one)]
-        found: Any = VARIES
+        value: Any = VARIES
         match one:
             case Call(function=function):
                 self.visit(function, parts)
-                found = self.calls[one] = result(function, parts)
+                value = self.calls[one] = result(function, parts)
             case Literal(value=number) | Constant(value=number) | Whole(value=number):
-                found = number
+                value = number
             case Variable(name=name, mutable=False):
-                found = names.get(name, VARIES)
+                value = names.get(name, VARIES)
             case Member(name=name):
-                found = applied(getattr, [*parts, name])
+                value = applied(getattr, [*parts, name])
             case Unary(operator=sign):
-                found = applied(UNARIES[sign], parts)
+                value = applied(UNARIES[sign], parts)
             case Operation(operator=sign):
-                found = applied(OPERATORS[sign], parts)
+                value = applied(OPERATORS[sign], parts)
             case Choice():
-                found = applied(lambda condition, a, b: a if condition else b, parts)
+                value = applied(lambda condition, a, b: a if condition else b, parts)
             case Conversion():
-                found = applied(float, parts)
-        return found
+                value = applied(float, parts)
+        return value
 
     def rewrite(self, body: Sequence[Statement], function: str) -> None:
         """The statements with numbers in place of calls that are known."""
