@@ -47,6 +47,7 @@ def test_the_help_has_examples():
     assert len(CHANGES) >= 3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("example", EXAMPLES)
 def test_each_example_of_the_help_runs(example, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)

@@ -15,6 +15,8 @@ from hydroservo.export.c.vectors import Vectors
 from hydroservo.export.unit import Part, Precision, Unit
 from needs import needs
 
+pytestmark = pytest.mark.slow
+
 EMULATOR = "qemu-system-arm"
 FEW = 100  # samples of a machine: the Cortex-M4F has no doubles in hardware
 

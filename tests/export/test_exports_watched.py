@@ -10,6 +10,8 @@ from sanitizers import watched
 
 from needs import needs
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.mark.parametrize("compiler", COMPILERS)
 @each_case

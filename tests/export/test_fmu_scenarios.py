@@ -17,6 +17,8 @@ from hydroservo.export.unit import Part, Signal, Unit
 from hydroservo.loop import Loop
 from hydroservo.scenario import builtin_scenarios, load_scenario
 
+pytestmark = pytest.mark.slow
+
 RUN = ("paper/sine-tsmc", "rig/encoder-tsmc-square", "rig/excavator-link")
 SAMPLES = 1000
 MACHINE = ("plant.", "valve.", "supply.", "sensors.")

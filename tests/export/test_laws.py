@@ -16,6 +16,8 @@ from hydroservo.export.unit import Part, Precision
 from hydroservo.simulate import ready
 from needs import needs
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.mark.parametrize("precision", Precision)
 @pytest.mark.parametrize("name", LAWS)

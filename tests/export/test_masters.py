@@ -14,6 +14,8 @@ from benchmarks.results import load
 from hydroservo.export.fmu import FmiVersion
 from needs import needs
 
+pytestmark = pytest.mark.slow
+
 PAGE = Path(__file__).parents[2] / "docs" / "export.md"
 EXACT = ("by hand: in order", "by hand: unit by unit", "FMPy: loop as one FMU", "FMPy container_fmu")
 EXACT += ("fmucontainer -sequential", "OMSimulator")

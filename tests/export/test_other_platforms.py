@@ -26,6 +26,8 @@ from hydroservo.export.platforms import Platform, this_platform
 from hydroservo.export.unit import Part
 from needs import needs
 
+pytestmark = pytest.mark.slow
+
 FMUS = (
     (Case("rig/excavator-link"), FmiVersion.FMI2),
     (Case("rig/excavator-link", Part.MACHINE), FmiVersion.FMI3),

@@ -32,6 +32,8 @@ from hydroservo.time_series import TimeSeries
 from hydroservo.valves import FirstOrderValve, StaticValve
 from ptx_machine import PtxDevice
 
+pytestmark = pytest.mark.slow
+
 TIME = np.linspace(0.0, 2e-3, 6)
 LOOPS = {
     "tsmc": Loop(Simulation(1e-3, 1e-4, 2), controller=TSMC(observer=TSMObserver(realisation=Implicit()))),

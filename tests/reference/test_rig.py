@@ -6,6 +6,8 @@ import pytest
 from hydroservo import simulate, simulate_batch
 from hydroservo.scenario import builtin_scenarios, load_scenario, scenario_source
 
+pytestmark = pytest.mark.slow
+
 SEEDS = np.arange(20)
 
 # rms error over 3 s in mm/s, as printed by an independent prototype of the same loops: sine, square.

@@ -21,6 +21,8 @@ from hydroservo.engine.ptx import NAME, RAISED, ptx
 from hydroservo.simulate import first_state
 from ptx_machine import PtxDevice, PtxFunction
 
+pytestmark = pytest.mark.slow
+
 LOOP = Loop(Simulation(0.002, 1e-4))
 MASSES = {"plant.mass": np.linspace(4.0, 8.0, 3)}
 

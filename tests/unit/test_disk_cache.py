@@ -14,7 +14,8 @@ import pytest
 import hydroservo
 from hydroservo.engine import disk_cache
 
-slow = pytest.mark.slow  # a process for each run
+pytestmark = pytest.mark.slow  # a process for each run
+
 posix = pytest.mark.skipif(os.name != "posix", reason="permissions are those of POSIX")
 
 RUN = """
@@ -82,14 +83,12 @@ def ran(place: Path, *arguments: str, source: Path | None = None) -> tuple[float
     return finished(started(place, *arguments, source=source))
 
 
-@slow
 def test_a_known_loop_is_not_compiled_again(place: Path) -> None:
     first, compiled = ran(place)
     assert compiled
     assert ran(place) == (first, False)
 
 
-@slow
 def test_an_edited_component_is_seen(place: Path, tmp_path: Path) -> None:
     package = tmp_path / "source" / "hydroservo"
     package.parent.mkdir()
@@ -122,7 +121,6 @@ def mine(tmp_path: Path) -> Path:
     return folder
 
 
-@slow
 def test_an_edited_controller_of_the_user_is_seen(place: Path, mine: Path) -> None:
     before, _ = ran(place, str(mine))
     assert ran(place, str(mine)) == (before, False)
@@ -132,7 +130,6 @@ def test_an_edited_controller_of_the_user_is_seen(place: Path, mine: Path) -> No
     assert after != before
 
 
-@slow
 def test_an_edited_number_that_the_controller_imports_is_seen(place: Path, mine: Path) -> None:
     before, _ = ran(place, str(mine))
     (mine / "mine_gains.py").write_text("GAIN = 2.0\n")
@@ -141,7 +138,6 @@ def test_an_edited_number_that_the_controller_imports_is_seen(place: Path, mine:
     assert after != before
 
 
-@slow
 def test_a_deleted_module_of_the_user_does_no_harm(place: Path, mine: Path) -> None:
     own, _ = ran(place, str(mine))
     others, _ = ran(place)
@@ -150,7 +146,6 @@ def test_a_deleted_module_of_the_user_does_no_harm(place: Path, mine: Path) -> N
     assert own != others
 
 
-@slow
 def test_two_processes_at_once(place: Path) -> None:
     processes = [started(place) for _ in range(2)]
     first, second = (finished(process)[0] for process in processes)
@@ -158,7 +153,6 @@ def test_two_processes_at_once(place: Path) -> None:
     assert ran(place) == (first, False), "each left the kernel whole"
 
 
-@slow
 @pytest.mark.parametrize("damage", [b"", b"nonsense", None], ids=["empty", "nonsense", "cut"])
 def test_a_damaged_file_is_made_anew(place: Path, damage: bytes | None) -> None:
     before, _ = ran(place)
@@ -169,7 +163,6 @@ def test_a_damaged_file_is_made_anew(place: Path, damage: bytes | None) -> None:
     assert ran(place) == (before, False)
 
 
-@slow
 def test_a_home_that_cannot_be_written(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("not a directory")
     before, compiled = ran(tmp_path / "file" / "cache")
@@ -194,7 +187,6 @@ def test_a_cache_that_can_only_be_read_serves(own: Path, monkeypatch: pytest.Mon
     assert disk_cache.read("0") == ("f", b"code")
 
 
-@slow
 @posix
 def test_code_that_others_could_have_written_is_not_loaded(place: Path) -> None:
     before, _ = ran(place)
@@ -202,7 +194,6 @@ def test_code_that_others_could_have_written_is_not_loaded(place: Path) -> None:
     assert ran(place) == (before, True)
 
 
-@slow
 @posix
 def test_the_cache_is_the_users_own(place: Path) -> None:
     ran(place)

@@ -18,6 +18,8 @@ from hydroservo.engine.native import argument
 from hydroservo.errors import LoopError
 from hydroservo.time_series import TimeSeries
 
+pytestmark = pytest.mark.slow
+
 GUARDED = Path(__file__).parent.parent / "guarded.py"
 
 posix = pytest.mark.skipif(os.name != "posix", reason="mprotect is POSIX")
