@@ -20,6 +20,7 @@ from hydroservo.controllers.pi import PI
 from hydroservo.holds.zero_order import ZeroOrderHold
 from hydroservo.integrators.rk4 import RK4
 from hydroservo.loads.sine import Sine as SineLoad
+from hydroservo.outline import outline, outline_table
 from hydroservo.plants.design_model import DesignModel
 from hydroservo.plants.load_pressure import LoadPressurePlant
 from hydroservo.references.sine import Sine as SineReference
@@ -116,6 +117,13 @@ class Loop(NamedTuple):
     controller: Controller = PI()
     hold: Hold = ZeroOrderHold()
     nominal: DesignModel = DesignModel()
+
+    def __repr__(self) -> str:
+        return outline(self)
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows."""
+        return outline_table(self)
 
     def init(self) -> LoopState:
         return LoopState(

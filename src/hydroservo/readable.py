@@ -22,6 +22,15 @@ __all__ = [
 MINUS = "\N{MINUS SIGN}"
 TIMES = "\N{MULTIPLICATION SIGN}"
 NONE = "\N{EN DASH}"  # stands where there is no number
+COMMON = {  # the units of datasheets, whatever the size of a number
+    "m": ("mm", 1e3),
+    "m/s": ("mm/s", 1e3),
+    "m/V": ("mm/V", 1e3),
+    "m^2": ("cm²", 1e4),
+    "m^3": ("cm³", 1e6),
+    "m^3/s": ("L/min", 6e4),
+    "Pa": ("bar", 1e-5),
+}
 SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
@@ -30,14 +39,12 @@ def readable_unit(unit: str, largest: float) -> tuple[str, float]:
 
     For instance ``("mm/s", 1e3)`` for "m/s", and ``("mV", 1e3)`` for "V" where everything is below 1 V.
     """
-    if unit in ("m", "m/s"):
-        return f"m{unit}", 1e3
+    if unit in COMMON:
+        return COMMON[unit]
     if unit == "V" and largest < 1.0:
         return "mV", 1e3
     if unit == "s" and 0.0 < largest < 1.0:
         return ("ms", 1e3) if largest >= 1e-3 else ("µs", 1e6)
-    if unit == "Pa":
-        return "bar", 1e-5
     if unit in ("N", "N/s") and largest >= 1e4:
         return (f"k{unit}", 1e-3) if largest < 1e7 else (f"M{unit}", 1e-6)
     return unit.replace("^2", "²").replace("^3", "³"), 1.0

@@ -26,6 +26,10 @@ from hydroservo.readable import MINUS, NONE, TIMES, column, common_unit, number,
         ("s", 0.0, ("s", 1.0)),
         ("Pa", 4e6, ("bar", 1e-5)),
         ("Pa", 100.0, ("bar", 1e-5)),
+        ("m^2", 4.91e-4, ("cm²", 1e4)),
+        ("m^3", 4e-5, ("cm³", 1e6)),
+        ("m^3/s", 3e-4, ("L/min", 6e4)),
+        ("m/V", 1e-4, ("mm/V", 1e3)),
         ("", 1.0, ("", 1.0)),
     ],
 )
@@ -35,7 +39,19 @@ def test_units_are_those_an_engineer_reads(unit, largest, shown):
 
 @pytest.mark.parametrize(
     ("unit", "largest"),
-    [("m/s", 0.1), ("m", 0.1), ("V", 0.1), ("N/s", 1e5), ("Pa", 1e6), ("s", 0.1), ("s", 1e-5)],
+    [
+        ("m/s", 0.1),
+        ("m", 0.1),
+        ("V", 0.1),
+        ("N/s", 1e5),
+        ("Pa", 1e6),
+        ("s", 0.1),
+        ("s", 1e-5),
+        ("m^2", 1e-3),
+        ("m^3", 1e-5),
+        ("m^3/s", 1e-4),
+        ("m/V", 1e-4),
+    ],
 )
 def test_factors_agree_with_the_units_library(unit, largest):
     import pint

@@ -1,0 +1,87 @@
+"""Blocks as a reader sees them: a line for each, or a table."""
+
+import re
+from typing import Annotated, NamedTuple
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+
+from hydroservo.controllers import PI, TSMC
+from hydroservo.field import Field
+from hydroservo.loop import AUTO, Loop, Simulation
+from hydroservo.oils import AeratedOil
+from hydroservo.outline import WIDTH, outline, outline_table
+from hydroservo.plants import Cylinder
+from hydroservo.scenario import load_scenario
+
+
+class Inner(NamedTuple):
+    """What is nested."""
+
+    area: Annotated[float, Field("m^2", "area <A>")] = 4.91e-4
+
+
+class Outer(NamedTuple):
+    """Numbers of all kinds."""
+
+    pressure: Annotated[float, Field("Pa", "pressure")] = 4e6
+    count: Annotated[int, Field("", "how many", auto=AUTO)] = 1
+    samples: np.ndarray = np.zeros(3)
+    printed: bool = False
+    unknown: object = None
+    inner: Inner = Inner()
+    other: Inner = Inner(1e-4)
+
+
+def test_a_line_for_each_block_with_units_of_datasheets():
+    assert outline(Outer(unknown=2.5)).splitlines() == [
+        "Outer: unknown 2.5, pressure 40 bar, count 1, samples 3 numbers, printed False",
+        "  inner  Inner: area 4.91 cm²",
+        "  other  Inner: area 1 cm²",
+    ]
+
+
+def test_what_differs_comes_first_and_what_is_open_says_so():
+    first = outline(Outer(count=AUTO, printed=True)).splitlines()[0]
+    assert first == "Outer: count auto, printed True, pressure 40 bar, samples 3 numbers"
+
+
+def test_nested_blocks_that_are_default_are_left_out():
+    lines = outline(Loop(controller=TSMC())).splitlines()
+    assert lines[0] == "Loop"
+    assert [line.split()[0] for line in lines[1:]] == list(Loop._fields)
+    changed = outline(Loop(plant=Cylinder(oil=AeratedOil())))
+    assert re.search(r"^    oil +AeratedOil: ", changed, re.MULTILINE)
+    assert "Mass" not in changed
+
+
+@pytest.mark.parametrize("name", ["paper/sine-tsmc", "rig/excavator-link", "rig/encoder-tsmc-sine"])
+def test_lines_of_a_loop_fit_a_terminal(name):
+    text = repr(load_scenario(name))
+    assert max(map(len, text.splitlines())) <= WIDTH
+    assert len(text.splitlines()) < 40
+    assert text.splitlines()[1].startswith("  simulation")
+
+
+def test_what_differs_is_said_of_a_loop():
+    loop = Loop(Simulation(duration=2.0, substeps=AUTO), controller=PI(5.0, 100.0))
+    assert "Simulation: duration 2 s, substeps auto, " in repr(loop)
+    assert "PI: proportional_gain 5 V s/m, integral_gain 100 V/m, " in repr(loop)
+
+
+def test_a_notebook_shows_every_number_with_its_meaning():
+    loop = load_scenario("rig/excavator-link")
+    page = ElementTree.fromstring(f"<div>{loop._repr_html_()}</div>")  # noqa: S314
+    assert len(page.findall("details")) == len(Loop._fields)
+    rows = [["".join(cell.itertext()) for cell in row.findall("td")] for row in page.iter("tr")]
+    assert ["air_content", "0.005", "", "volume share of free air at atmospheric pressure"] in rows
+    assert ["supply_pressure", "160", "bar", "supply pressure p_s"] in rows
+    assert "plant.friction LuGre" in ["".join(row.itertext()) for row in page.iter("tr")]
+
+
+def test_a_table_marks_what_differs_and_escapes_text():
+    page = outline_table(Outer(inner=Inner(2e-4)))
+    assert "<b>2</b>" in page
+    assert "<b>40</b>" not in page
+    assert "area &lt;A&gt;" in page
