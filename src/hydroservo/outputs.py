@@ -14,8 +14,9 @@ import shutil
 import signal
 import stat
 import sys
+import tempfile
 import threading
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO
@@ -31,8 +32,10 @@ __all__ = [
     "check_outputs",
     "digests",
     "existing_folder",
+    "keep_elsewhere",
     "staged",
     "write_text",
+    "written_or_kept",
 ]
 
 PREFIX = ".hydroservo-writing-"
@@ -101,6 +104,38 @@ def write_text(path: Path | str, text: str) -> Path:
     with atomic_path(path) as temporary:
         temporary.write_text(text, encoding="utf-8", newline="\n")
     return Path(path)
+
+
+def written_or_kept(folder: Path, write: Callable[[Path], Sequence[Path]]) -> Sequence[Path]:
+    """Write files into a folder, all or none; if none, into a temporary folder that the error names.
+
+    Args:
+        folder: where they go.
+        write: writes them into a folder and returns which they are.
+
+    Raises:
+        OutputError: they are not where they should be.
+    """
+    try:
+        return write(folder)
+    except OutputError as error:
+        raise keep_elsewhere(error, write) from error
+
+
+def keep_elsewhere(problem: OutputError, write: Callable[[Path], object]) -> OutputError:
+    """The problem, and where else the files are now, if they could be written to the temporary folder."""
+    try:
+        folder = Path(tempfile.mkdtemp(prefix="hydroservo-"))
+    except OSError:
+        return problem
+    try:
+        write(folder)
+    except BaseException as error:
+        shutil.rmtree(folder, ignore_errors=True)
+        if isinstance(error, OutputError):
+            return problem
+        raise
+    return OutputError(f"{problem}; kept in {folder} instead")
 
 
 def check_outputs(files: Iterable[Path]) -> None:

@@ -36,9 +36,9 @@ COMMANDS = [
     (BATCH, "runs.csv", "", "hydroservo.batch.simulate_batch"),
     (TUNE, "gains.toml", "", "hydroservo.tuning.tune"),
     (("paper",), "DIR", "trajectories/sine-pi.parquet", "hydroservo.papers.tsmc_eha_2021.study.run_study"),
-    (("export", "c", "paper/sine-pi"), "DIR", "sine_pi.h", "hydroservo.export.c.proof.proven_vectors"),
-    (("export", "fmu", "paper/sine-pi"), "law.fmu", "", "hydroservo.export.c.proof.proven_vectors"),
-    (("export", "ssp", "paper/sine-pi"), "loop.ssp", "", "hydroservo.export.c.proof.proven_vectors"),
+    (("export", "c", "paper/sine-pi"), "DIR", "sine_pi.h", "hydroservo.export.products.proven_vectors"),
+    (("export", "fmu", "paper/sine-pi"), "law.fmu", "", "hydroservo.export.products.proven_vectors"),
+    (("export", "ssp", "paper/sine-pi"), "loop.ssp", "", "hydroservo.export.products.proven_vectors"),
 ]
 
 needs_posix = pytest.mark.skipif(os.name != "posix", reason="POSIX signals and pipes")

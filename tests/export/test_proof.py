@@ -8,12 +8,12 @@ import pytest
 from small_laws import FIRST, NAMED, law
 
 from hydroservo import Loop, LoopError
-from hydroservo.cli.proofs import proof_line
 from hydroservo.errors import HydroservoError
 from hydroservo.export.c.project import Proof
 from hydroservo.export.c.proof import proven_vectors
 from hydroservo.export.c.vectors import Vectors
 from hydroservo.export.of_loop import exported_unit
+from hydroservo.export.products import proof_line
 from hydroservo.export.unit import Part, Precision, Unit
 from hydroservo.scenario import load_scenario
 from needs import needs

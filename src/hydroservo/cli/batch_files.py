@@ -5,9 +5,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hydroservo.cli.variations import Drawn
-from hydroservo.cli.writing import Written, keep_elsewhere
+from hydroservo.cli.writing import Written
 from hydroservo.errors import HydroservoError
-from hydroservo.outputs import OutputError, staged
+from hydroservo.outputs import OutputError, keep_elsewhere, staged
 from hydroservo.results import FORMATS, as_json, save
 from hydroservo.scenario.build import Argument
 

@@ -15,7 +15,6 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from hydroservo.export.unit import Unit
-    from hydroservo.loop import Loop
 
 __all__ = ["export_app"]
 
@@ -106,33 +105,33 @@ def c(
     - `hydroservo export c rig/encoder-pi-sine --out controller --prefix rig --precision single --inline`
     """
     from hydroservo.cli.progress import progress_bar
-    from hydroservo.cli.proofs import proof_line
-    from hydroservo.cli.writing import write_or_keep
-    from hydroservo.export.c.project import check_project, memory, write_c_project
-    from hydroservo.export.c.proof import proven_vectors
+    from hydroservo.export.c.project import memory
+    from hydroservo.export.products import export_c, proof_line
     from hydroservo.results import as_json
 
     loop = loaded(scenario, changes, plugins)
-    check_project(out)  # before anything is computed; the names of the sources are known after it
     with progress_bar("translating") as report:
-        unit = translated(scenario, loop, part, prefix, precision=precision, inlined=inline)
-        check_project(out, unit.prefix)
-        report(0.2, "making test vectors, and replaying them")
-        vectors, proof = proven_vectors(loop, part, unit)
-        report(0.9, "writing files")
-        left = write_or_keep(out, lambda place: write_c_project(unit, vectors, place, proof))
-        left.check()
-    sizes, files = memory(unit), list(map(str, left.files))
+        unit, proof, files = export_c(
+            loop,
+            out,
+            part=part,
+            prefix=prefix,
+            name=name_of(scenario),
+            precision=precision,
+            inlined=inline,
+            progress=report,
+        )
+    sizes = memory(unit)
     if json:
-        about = {**identity(scenario, part, unit), **sizes._asdict(), "proof": proof._asdict()}
-        typer.echo(as_json({**about, "files": files}))
+        about = {**identity(scenario, unit), **sizes._asdict(), "proof": proof._asdict()}
+        typer.echo(as_json({**about, "files": list(map(str, files))}))
         return
     typer.echo(
         f"{unit.title}: {sizes.state_bytes} bytes of state, {sizes.parameter_bytes} of parameters, "
         f"{precision} precision"
     )
     typer.echo(proof_line(proof, unit.prefix))
-    typer.echo(f"written to {out}: {', '.join(file.name for file in left.files)}")
+    typer.echo(f"written to {out}: {', '.join(file.name for file in files)}")
     typer.echo(f"next: make -C {shlex.quote(str(out))} check")
 
 
@@ -168,39 +167,25 @@ def fmu(
     - `hydroservo export fmu paper/sine-pi --platform x86_64-linux --platform x86_64-windows --out pi.fmu`
     """
     from hydroservo.cli.progress import progress_bar
-    from hydroservo.cli.proofs import proof_line
-    from hydroservo.cli.writing import write_or_keep
-    from hydroservo.export.c.proof import proven_vectors
-    from hydroservo.export.fmu import check_clock, check_tools, checked_ending, write_fmu
-    from hydroservo.outputs import check_outputs
+    from hydroservo.export.platforms import platforms_named
+    from hydroservo.export.products import export_fmu, proof_line
     from hydroservo.results import as_json
 
-    loop = loaded(scenario, changes, plugins)
-    check_outputs([checked_ending(out)])
-    if clocked:
-        check_clock(version, part)
-    platforms = check_tools(platforms)
-    stop_time = loop.simulation.duration
+    loop, platforms = loaded(scenario, changes, plugins), platforms_named(platforms)
     with progress_bar("translating") as report:
-        unit = translated(scenario, loop, part, prefix)
-        report(0.2, "making test vectors, and replaying them")
-        _, proof = proven_vectors(loop, part, unit)
-        report(0.9, "writing the FMU")
-        write_or_keep(
-            out.parent,
-            lambda place: [
-                write_fmu(
-                    unit,
-                    place / out.name,
-                    stop_time=stop_time,
-                    version=version,
-                    clocked=clocked,
-                    platforms=platforms,
-                )
-            ],
-        ).check()
+        unit, proof, _ = export_fmu(
+            loop,
+            out,
+            part=part,
+            prefix=prefix,
+            name=name_of(scenario),
+            version=version,
+            clocked=clocked,
+            platforms=platforms,
+            progress=report,
+        )
     if json:
-        about = {**identity(scenario, part, unit), "proof": proof._asdict()}
+        about = {**identity(scenario, unit), "proof": proof._asdict()}
         written = {"fmi": version, "clocked": clocked, "platforms": platforms, "file": str(out)}
         typer.echo(as_json(about | written))
         return
@@ -232,58 +217,24 @@ def ssp(
     - `hydroservo export ssp rig/1khz-tsmc-sine --out loop.ssp`
     """
     from hydroservo.cli.progress import progress_bar
-    from hydroservo.cli.proofs import proof_line
-    from hydroservo.cli.writing import write_or_keep
-    from hydroservo.export.c.proof import proven_vectors
-    from hydroservo.export.fmu import PARTS, check_tools, checked_ending, write_ssp
-    from hydroservo.outputs import check_outputs
+    from hydroservo.export.platforms import platforms_named
+    from hydroservo.export.products import export_ssp, proof_line
     from hydroservo.results import as_json
 
-    loop = loaded(scenario, changes, plugins)
-    check_outputs([checked_ending(out, ".ssp")])
-    platforms = check_tools(platforms)
-    stop_time = loop.simulation.duration
+    loop, platforms = loaded(scenario, changes, plugins), platforms_named(platforms)
     with progress_bar("translating") as report:
-        units = {part: translated(scenario, loop, part, None) for part in PARTS}
-        proofs = {}
-        for i, part in enumerate(PARTS):
-            report(0.2 + 0.2 * i, f"making test vectors of the {part}, and replaying them")
-            proofs[part] = proven_vectors(loop, part, units[part])[1]
-        report(0.9, "writing the system")
-        write_or_keep(
-            out.parent,
-            lambda place: [
-                write_ssp(units, place / out.name, stop_time=stop_time, version=version, platforms=platforms)
-            ],
-        ).check()
+        exports = export_ssp(
+            loop, out, name=name_of(scenario), version=version, platforms=platforms, progress=report
+        )
     if json:
-        about = [identity(scenario, part, units[part]) | {"proof": proofs[part]._asdict()} for part in PARTS]
+        about = [identity(scenario, unit) | {"proof": proof._asdict()} for unit, proof, _ in exports]
         typer.echo(as_json({"units": about, "fmi": version, "platforms": platforms, "file": str(out)}))
         return
-    for part in PARTS:
-        typer.echo(f"{units[part].title}: {proof_line(proofs[part], units[part].prefix)}")
-    period = units[PARTS[0]].period
-    size = f"{out.stat().st_size / 1024:.0f} KiB"
+    for unit, proof, _ in exports:
+        typer.echo(f"{unit.title}: {proof_line(proof, unit.prefix)}")
+    period, size = exports[0].unit.period, f"{out.stat().st_size / 1024:.0f} KiB"
     typer.echo(f"written: {out}, {size}, FMI {version}, steps of {period:g} s, for {', '.join(platforms)}")
     say_untried(platforms)
-
-
-def translated(
-    scenario: str,
-    loop: "Loop",
-    part: Part,
-    prefix: str | None,
-    *,
-    precision: Precision = Precision.DOUBLE,
-    inlined: bool = False,
-) -> "Unit":
-    """The export of a scenario's part."""
-    from hydroservo.export.of_loop import exported_unit
-    from hydroservo.export.prefix import default_prefix
-
-    name = default_prefix(scenario, part) if prefix is None else prefix
-    about = title(scenario, loop, part)
-    return exported_unit(loop, part, prefix=name, title=about, precision=precision, inlined=inlined)
 
 
 def summary(unit: "Unit", version: FmiVersion, clocked: bool) -> str:
@@ -310,23 +261,20 @@ def counted(number: int, what: str) -> str:
     return f"{number} {what}" if number == 1 else f"{number} {what}s"
 
 
-def title(scenario: str, loop: "Loop", part: Part) -> str:
-    """What is exported, such as "TSMC of scenario paper/sine-tsmc"."""
+def name_of(scenario: str) -> str:
+    """What a scenario is called in titles: its name, or its file's without folder and ending."""
     from hydroservo.scenario import builtin_scenarios
-    from hydroservo.simulate import named
 
-    what = named(loop.controller, "controller") if part is Part.CONTROLLER else part.value.capitalize()
-    name = scenario if scenario in builtin_scenarios() else Path(scenario).stem
-    return f"{what} of scenario {name}"
+    return scenario if scenario in builtin_scenarios() else Path(scenario).stem
 
 
-def identity(scenario: str, part: Part, unit: "Unit") -> dict[str, object]:
+def identity(scenario: str, unit: "Unit") -> dict[str, object]:
     """What names an export in JSON."""
     return {
         "scenario": scenario,
         "hash": unit.hash,
         "version": unit.version,
-        "unit": part,
+        "unit": unit.part,
         "prefix": unit.prefix,
         "precision": "single" if unit.real == "float" else "double",
         "period": unit.period,

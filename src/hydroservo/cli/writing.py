@@ -1,16 +1,15 @@
 """Writes what a command computed: where it was asked to, or else where it can be kept."""
 
 import shutil
-import tempfile
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
 import typer
 
-from hydroservo.outputs import OutputError, check_outputs, existing_folder
+from hydroservo.outputs import OutputError, check_outputs, existing_folder, written_or_kept
 
-__all__ = ["Written", "keep_elsewhere", "try_outputs", "write_or_keep"]
+__all__ = ["Written", "try_outputs", "write_or_keep"]
 
 MIB = 2**20  # bytes
 
@@ -58,22 +57,6 @@ def write_or_keep(folder: Path | None, write: Callable[[Path], Sequence[Path]]) 
         write: writes them into a folder and returns which they are.
     """
     try:
-        return Written(() if folder is None else write(folder))
+        return Written(() if folder is None else written_or_kept(folder, write))
     except OutputError as error:
-        return Written((), keep_elsewhere(error, write))
-
-
-def keep_elsewhere(problem: OutputError, write: Callable[[Path], object]) -> OutputError:
-    """The problem, and where else the files are now, if they could be written to the temporary folder."""
-    try:
-        folder = Path(tempfile.mkdtemp(prefix="hydroservo-"))
-    except OSError:
-        return problem
-    try:
-        write(folder)
-    except BaseException as error:
-        shutil.rmtree(folder, ignore_errors=True)
-        if isinstance(error, OutputError):
-            return problem
-        raise
-    return OutputError(f"{problem}; kept in {folder} instead")
+        return Written((), error)

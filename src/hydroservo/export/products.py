@@ -1,0 +1,261 @@
+"""What a loop becomes on its way to a target: a folder of C, an FMU, or a system of FMUs."""
+
+from collections.abc import Callable, Iterable
+from enum import StrEnum
+from pathlib import Path
+from typing import NamedTuple, TypeVar
+
+from hydroservo.errors import ParameterError
+from hydroservo.export.c.project import Proof, check_project, write_c_project
+from hydroservo.export.c.proof import proven_vectors
+from hydroservo.export.c.vectors import Vectors
+from hydroservo.export.fmu import PARTS, check_clock, check_tools, checked_ending, write_fmu, write_ssp
+from hydroservo.export.of_loop import exported_unit
+from hydroservo.export.prefix import default_prefix
+from hydroservo.export.unit import FmiVersion, Part, Precision, Unit
+from hydroservo.loop import Loop
+from hydroservo.nearest import one_of
+from hydroservo.outputs import check_outputs, written_or_kept
+from hydroservo.simulate import named
+
+__all__ = ["Export", "Progress", "export_c", "export_fmu", "export_ssp", "proof_line"]
+
+Progress = Callable[[float, str], None]  # called with the fraction done, and what is being done
+Choice = TypeVar("Choice", bound=StrEnum)
+
+
+class Export(NamedTuple):
+    """A part of a loop that was exported.
+
+    Attributes:
+        unit: its C, and every number of it.
+        proof: what was shown of it before it was written.
+        files: those written.
+    """
+
+    unit: Unit
+    proof: Proof
+    files: tuple[Path, ...]
+
+    def __repr__(self) -> str:
+        names = ", ".join(file.name for file in self.files)
+        written = f"written to {self.files[0].parent}: {names}"
+        return f"{self.unit.title}\n{proof_line(self.proof, self.unit.prefix)}\n{written}"
+
+
+def export_c(
+    loop: Loop,
+    folder: Path | str,
+    *,
+    part: str = Part.CONTROLLER,
+    prefix: str | None = None,
+    name: str = "",
+    precision: str = Precision.DOUBLE,
+    inlined: bool = False,
+    progress: Progress | None = None,
+) -> Export:
+    """Write a part of a loop as C99, with test vectors, a program that replays them, a Makefile and a README.
+
+    In double precision the C gives the bits of the strict simulation. Where this computer has a C compiler,
+    the C is held against Python before it is written, on samples that reach all branches for which some are
+    found. Other files in the folder are left alone.
+
+    Args:
+        loop: the loop.
+        folder: missing ones are made.
+        part: "controller", with its observer and wrappers; "machine", from its command to its sensors;
+            "equations", those of the machine, for other integrators; "demand"; or "loop", all of it.
+        prefix: what names in C and files begin with, a C identifier; from the name if None.
+        name: of the scenario, for the title and the prefix; the law's own if there is none.
+        precision: "double", or "single" for a controller.
+        inlined: the parameters are constants of the source; they are a record otherwise.
+        progress: called now and then.
+
+    Returns:
+        What was exported, what was shown of it, and the paths of PREFIX.h, PREFIX.c, PREFIX_vectors.h,
+        PREFIX_replay.c, Makefile and README.md.
+
+    Raises:
+        TranslationError: a block does what has no equal in C; the message has file and line.
+        ParameterError: a parameter is out of range, or an argument is not one of those above.
+        LoopError: single precision where it cannot be, or the C is not what Python is.
+        HydroservoError: a file cannot be written, or one of another origin is there under its name; what
+            cannot be written for want of space is kept in a temporary folder, which the message names.
+
+    Fails to prove anything where there is no C compiler; the proof says so.
+    """
+    place, report = Path(folder), progress or silent
+    wanted, digits = chosen(Part, "part", part), chosen(Precision, "precision", precision)
+    check_project(place)  # before anything is computed; the names of the sources are known after it
+    report(0.0, "translating")
+    unit = translated(loop, wanted, name, prefix, digits, inlined)
+    check_project(place, unit.prefix)
+    vectors, proof = proven(loop, unit, 0.2, report)
+    report(0.9, "writing files")
+    files = written_or_kept(place, lambda to: write_c_project(unit, vectors, to, proof))
+    return Export(unit, proof, tuple(files))
+
+
+def export_fmu(
+    loop: Loop,
+    file: Path | str,
+    *,
+    part: str = Part.CONTROLLER,
+    prefix: str | None = None,
+    name: str = "",
+    version: str = FmiVersion.FMI2,
+    clocked: bool = False,
+    platforms: Iterable[str] = (),
+    progress: Progress | None = None,
+) -> Export:
+    """Write a part of a loop as a functional mock-up unit (FMU), with binaries and without Python.
+
+    One of the machine's equations is for model exchange, others are for co-simulation, in steps of the sample
+    period, or of any size with a clock. The C is held against Python before it is written, as by
+    :func:`export_c`.
+
+    Args:
+        loop: the loop; its duration is the end of the default experiment.
+        file: ends in ".fmu".
+        part: as of :func:`export_c`.
+        prefix: as there.
+        name: as there.
+        version: of FMI, "2" or "3".
+        clocked: samples are the ticks of a clock; of a controller, in FMI 3.0.
+        platforms: what it holds binaries for, by their names in FMI 3.0 such as "x86_64-linux"; that of this
+            computer if there are none, others with a cross compiler.
+        progress: called now and then.
+
+    Returns:
+        What was exported, what was shown of it, and the path written.
+
+    Raises:
+        TranslationError, ParameterError, LoopError, HydroservoError: as of :func:`export_c`; also where the
+            package fmpy or a C compiler is missing, a platform is none, or there can be no clock.
+
+    Fails to run the binaries for other platforms.
+    """
+    path, report = checked_ending(Path(file)), progress or silent
+    wanted, fmi = chosen(Part, "part", part), chosen(FmiVersion, "version", version)
+    check_outputs([path])
+    if clocked:
+        check_clock(fmi, wanted)
+    built_for = check_tools(platforms)
+    report(0.0, "translating")
+    unit = translated(loop, wanted, name, prefix)
+    _, proof = proven(loop, unit, 0.2, report)
+    report(0.9, "writing the FMU")
+    duration = loop.simulation.duration
+
+    def write(to: Path) -> list[Path]:
+        place = to / path.name
+        return [write_fmu(unit, place, version=fmi, stop_time=duration, clocked=clocked, platforms=built_for)]
+
+    return Export(unit, proof, tuple(written_or_kept(path.parent, write)))
+
+
+def export_ssp(
+    loop: Loop,
+    file: Path | str,
+    *,
+    name: str = "",
+    version: str = FmiVersion.FMI2,
+    platforms: Iterable[str] = (),
+    progress: Progress | None = None,
+) -> list[Export]:
+    """Write a loop's controller, machine and demand as FMUs in one file, with how they are connected.
+
+    A tool that asks for outputs in the order of their dependencies closes the loop as it is simulated. Each C
+    is held against Python before it is written, as by :func:`export_c`.
+
+    Args:
+        loop: the loop; its duration is the end of the default experiment.
+        file: ends in ".ssp".
+        name: as of :func:`export_c`.
+        version: as of :func:`export_fmu`.
+        platforms: as there.
+        progress: called now and then.
+
+    Returns:
+        The controller, the machine and the demand, each with the path written.
+
+    Raises:
+        TranslationError, ParameterError, LoopError, HydroservoError: as of :func:`export_fmu`.
+
+    Source: SSP 1.0, https://ssp-standard.org.
+    Fails to say in which order a tool shall ask, as :func:`~hydroservo.export.fmu.write_ssp` has it.
+    """
+    path, report = checked_ending(Path(file), ".ssp"), progress or silent
+    fmi = chosen(FmiVersion, "version", version)
+    check_outputs([path])
+    built_for = check_tools(platforms)
+    report(0.0, "translating")
+    units = {part: translated(loop, part, name, None) for part in PARTS}
+    proofs = [proven(loop, units[part], 0.2 + 0.2 * i, report)[1] for i, part in enumerate(PARTS)]
+    report(0.9, "writing the system")
+    duration = loop.simulation.duration
+
+    def write(to: Path) -> list[Path]:
+        return [write_ssp(units, to / path.name, stop_time=duration, version=fmi, platforms=built_for)]
+
+    files = tuple(written_or_kept(path.parent, write))
+    return [Export(units[part], proof, files) for part, proof in zip(PARTS, proofs, strict=True)]
+
+
+def translated(
+    loop: Loop,
+    part: Part,
+    name: str,
+    prefix: str | None,
+    precision: Precision = Precision.DOUBLE,
+    inlined: bool = False,
+) -> Unit:
+    """A part of a loop in C, with a title such as "TSMC of scenario paper/sine-tsmc"."""
+    law = named(loop.controller, "controller")
+    what = law if part is Part.CONTROLLER else part.value.capitalize()
+    return exported_unit(
+        loop,
+        part,
+        prefix=default_prefix(name or law, part) if prefix is None else prefix,
+        title=f"{what} of scenario {name}" if name else what,
+        precision=precision,
+        inlined=inlined,
+    )
+
+
+def proven(loop: Loop, unit: Unit, done: float, report: Progress) -> tuple[Vectors, Proof]:
+    """The test vectors of a unit, which its C has passed."""
+    report(done, f"making test vectors of the {unit.part}, and replaying them")
+    return proven_vectors(loop, unit.part, unit)
+
+
+def chosen(choices: type[Choice], argument: str, value: str) -> Choice:
+    """The choice that a word stands for.
+
+    Raises:
+        ParameterError: it stands for none.
+    """
+    words = [choice.value for choice in choices]
+    if value not in words:
+        raise ParameterError(argument, value, one_of(str(value), words))
+    return choices(value)
+
+
+def silent(done: float, what: str) -> None:
+    """Report nothing."""
+
+
+def proof_line(proof: Proof, prefix: str) -> str:
+    """Whether the C passed its vectors here, and how much of it they reach."""
+    passed = f"checked with {proof.compiler}: {proof.samples} samples bit for bit"
+    said = f"not checked: {proof.unproved}" if proof.unproved else passed
+    if proof.uncounted:
+        return said if proof.uncounted == proof.unproved else f"{said}; {proof.uncounted}"
+    if not proof.branches:
+        return f"{said}; its blocks have no branches"
+    reached = f"{said}; {proof.reached} of {proof.branches} branches of its blocks reached"
+    if not proof.missed:
+        return reached
+    numbers, left = ", ".join(map(str, proof.missed)), proof.branches - proof.reached
+    lines = f"line{'s' if len(proof.missed) > 1 else ''} {numbers} of {prefix}.c"
+    return f"{reached}, {left} not reached, in {lines}: {', '.join(proof.methods)}"
