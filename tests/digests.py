@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hydroservo import HydroservoWarning, simulate
-from hydroservo.scenario import builtin_scenarios, load_scenario
+from hydroservo.scenario import load_scenario, scenarios
 
 __all__ = ["digest", "digests_of", "stored"]
 
@@ -41,5 +41,5 @@ def stored() -> dict[str, dict[str, str]]:
 
 
 if __name__ == "__main__":
-    digests = {name: digests_of(name) for name in builtin_scenarios()}
+    digests = {name: digests_of(name) for name in scenarios()}
     FILE.write_text(json.dumps(digests, indent=1) + "\n", "utf-8")

@@ -10,7 +10,7 @@ from hydroservo import Loop, Simulation
 from hydroservo.export.c.vectors import made_vectors
 from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.unit import Part, Precision, Unit
-from hydroservo.scenario import builtin_scenarios, load_scenario
+from hydroservo.scenario import load_scenario, scenarios
 
 __all__ = ["controllers", "units"]
 
@@ -22,7 +22,7 @@ def controllers() -> dict[str, Loop]:
     """Loops by the names of their laws, then by those of their scenarios."""
     laws = {name: Loop(Simulation(period=PERIOD), controller=law) for name, law in LAWS.items()}
     found: dict[tuple[type, ...], tuple[str, Loop]] = {}
-    for name in builtin_scenarios():
+    for name in scenarios():
         loop = load_scenario(name)
         found.setdefault(tuple(types_in(loop.controller)), (name, loop))
     return laws | dict(found.values())

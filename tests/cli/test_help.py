@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 
 import hydroservo
 from hydroservo.cli.app import app
-from hydroservo.scenario import builtin_scenarios, load_scenario, parse_override, scenario_source
+from hydroservo.scenario import load_scenario, parse_override, scenario_source, scenarios
 from needs import needs
 
 
@@ -67,7 +67,7 @@ def test_each_change_that_the_help_shows_is_one(change):
 
 def test_scenarios_lists_each_with_its_title():
     text = succeeded("scenarios")
-    for name, title in builtin_scenarios().items():
+    for name, title in scenarios().items():
         assert [name, *title.split()] in [line.split() for line in text.splitlines()]
 
 

@@ -9,13 +9,13 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from hydroservo.block import leaves
-from hydroservo.scenario import builtin_scenarios, load_scenario, scenario_source
+from hydroservo.scenario import load_scenario, scenario_source, scenarios
 
 __all__ = ["KINDS", "Case", "case"]
 
 Words = list[str]
 
-SCENARIOS = tuple(builtin_scenarios())
+SCENARIOS = tuple(scenarios())
 COSTLY = {"export": 0.1, "steps": 0.15, "written": 0.05}  # the share of what takes long, where others have 1
 TINY = ("paper/sine-pi", "--set", "simulation.duration=1 ms")
 SHORT = ("--set", "simulation.duration=0.02 s", "--set", "simulation.record_period=1 ms")

@@ -9,12 +9,12 @@ from digests import digest, stored
 from hydroservo import simulate
 from hydroservo.block import leaves
 from hydroservo.export.parts import Command, ControllerUnit, ExternalForce, MachineUnit
-from hydroservo.scenario import builtin_scenarios, load_scenario
+from hydroservo.scenario import load_scenario, scenarios
 from hydroservo.simulate import ready
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", builtin_scenarios())
+@pytest.mark.parametrize("name", scenarios())
 def test_built_in_scenarios(name: str, tmp_path: Path) -> None:
     # tests/regression holds the strict simulation against the same digests.
     found = {path: digest(values) for path, values in run_in_c(load_scenario(name), tmp_path).items()}

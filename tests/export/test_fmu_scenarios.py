@@ -15,7 +15,7 @@ from hydroservo.export.fmu.contents import fmu_files
 from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.unit import Part, Signal, Unit
 from hydroservo.loop import Loop
-from hydroservo.scenario import builtin_scenarios, load_scenario
+from hydroservo.scenario import load_scenario, scenarios
 
 pytestmark = pytest.mark.slow
 
@@ -24,7 +24,7 @@ SAMPLES = 1000
 MACHINE = ("plant.", "valve.", "supply.", "sensors.")
 
 
-@pytest.mark.parametrize("name", builtin_scenarios())
+@pytest.mark.parametrize("name", scenarios())
 def test_descriptions_are_valid(name: str, tmp_path: Path) -> None:
     loop = load_scenario(name)
     for part in Part:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hydroservo import simulate, simulate_batch
-from hydroservo.scenario import builtin_scenarios, load_scenario, scenario_source
+from hydroservo.scenario import load_scenario, scenario_source, scenarios
 
 pytestmark = pytest.mark.slow
 
@@ -38,7 +38,7 @@ def test_rms_error(scenario: str, printed: str) -> None:
     assert 1e3 * float(runs["rms_error"].mean()) < float(printed) + half_digit
 
 
-@pytest.mark.parametrize("scenario", [name for name in builtin_scenarios() if name.startswith("rig/")])
+@pytest.mark.parametrize("scenario", [name for name in scenarios() if name.startswith("rig/")])
 def test_a_rig_file_says_how_its_gains_were_found(scenario: str) -> None:
     comment = [line for line in scenario_source(scenario).splitlines() if line.startswith("#")]
     assert any(line.startswith("# hydroservo tune rig/") and scenario in line for line in comment)

@@ -3,11 +3,11 @@
 import pytest
 
 from digests import digests_of, stored
-from hydroservo.scenario import builtin_scenarios
+from hydroservo.scenario import scenarios
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("scenario", builtin_scenarios())
+@pytest.mark.parametrize("scenario", scenarios())
 def test_strict_results_are_as_they_were(scenario: str) -> None:
     before, now = stored()[scenario], digests_of(scenario)
     assert {name: digest for name, digest in now.items() if before.get(name) != digest} == {}
@@ -15,4 +15,4 @@ def test_strict_results_are_as_they_were(scenario: str) -> None:
 
 
 def test_each_scenario_has_digests() -> None:
-    assert set(stored()) == set(builtin_scenarios())
+    assert set(stored()) == set(scenarios())

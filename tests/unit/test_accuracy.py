@@ -29,7 +29,7 @@ from hydroservo.loads import Constant, Square
 from hydroservo.loop import AUTO
 from hydroservo.plants import LoadPressurePlant
 from hydroservo.references import Square as SquareDemand
-from hydroservo.scenario import builtin_scenarios, load_scenario, parse_override
+from hydroservo.scenario import load_scenario, parse_override, scenarios
 from hydroservo.signals import Demand, Measurement
 from hydroservo.valves import FirstOrderValve
 
@@ -100,7 +100,7 @@ def test_only_what_is_finite_counts() -> None:
     assert fastest(LOOP, lost) == 0.0
 
 
-@pytest.mark.parametrize("name", list(builtin_scenarios()))
+@pytest.mark.parametrize("name", list(scenarios()))
 def test_built_in_scenarios_are_trusted(name: str) -> None:
     loop = load_scenario(name, {"simulation.duration": "0.1 s"})
     data = simulate(loop)

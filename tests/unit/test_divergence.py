@@ -10,7 +10,7 @@ from hydroservo import Field, Loop, Simulation, ops, simulate, simulate_batch
 from hydroservo.block import leaves
 from hydroservo.controllers import PI
 from hydroservo.divergence import first_loss, watched_paths
-from hydroservo.scenario import builtin_scenarios, load_scenario
+from hydroservo.scenario import load_scenario, scenarios
 from hydroservo.sensors import NoPosition, RigSensors
 from hydroservo.signals import Demand, Measurement
 from hydroservo.simulate import ready
@@ -93,7 +93,7 @@ def test_what_the_machine_loses_is_named_after_what_the_law_lost() -> None:
         assert first_loss(state, watched, list(numbers.values()), 2.0).path == path
 
 
-@pytest.mark.parametrize("name", builtin_scenarios())
+@pytest.mark.parametrize("name", scenarios())
 def test_all_but_the_unknown_and_the_comparisons_are_watched(name: str) -> None:
     state = ready(load_scenario(name)).init()
     others = {path for path, _ in leaves(state)} - set(watched_paths(state))

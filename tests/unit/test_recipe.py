@@ -16,7 +16,7 @@ from hydroservo.engine import kernel as engine_kernel
 from hydroservo.engine import lanes
 from hydroservo.engine.recipe import Recipe, UnknownContentError, content_lines
 from hydroservo.loop import AUTO
-from hydroservo.scenario import builtin_scenarios, load_scenario
+from hydroservo.scenario import load_scenario, scenarios
 from hydroservo.signals import Demand, Measurement
 
 BLOCK = """
@@ -244,7 +244,7 @@ def stopped(recipe: Recipe, *_: object) -> None:
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 PLUGINS = {"my": ["my_controller.py"]}  # of the examples
-SCENARIOS = [*builtin_scenarios(), *(str(path) for path in sorted(EXAMPLES.glob("*.toml")))]
+SCENARIOS = [*scenarios(), *(str(path) for path in sorted(EXAMPLES.glob("*.toml")))]
 
 
 @pytest.mark.parametrize("name", SCENARIOS)

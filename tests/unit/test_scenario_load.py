@@ -15,7 +15,7 @@ from hydroservo.observers import Implicit, ModelDerivative, TSMObserver
 from hydroservo.plants import Cylinder, DesignModel
 from hydroservo.references import Sine as SineReference
 from hydroservo.references import Square
-from hydroservo.scenario import builtin_scenarios, load_scenario, parse_override, scenario_source
+from hydroservo.scenario import load_scenario, parse_override, scenario_source, scenarios
 from hydroservo.valves import FirstOrderValve
 
 DELTA = {
@@ -61,7 +61,7 @@ def test_uncertainty_is_the_machine_s_alone(scale: float) -> None:
 
 
 def test_builtin_names_and_text() -> None:
-    names = builtin_scenarios()
+    names = scenarios()
     loops = ("1khz", "10khz", "noisy-1khz", "noisy-10khz", "encoder")
     assert set(names) == {
         *(f"paper/{d}-{c}" for d in ("sine", "square") for c in ("pi", "backstepping", "tsmc")),

@@ -235,10 +235,10 @@ def paper(
 def scenarios(context: typer.Context) -> None:
     """List the built-in scenarios, or show one."""
     from hydroservo.cli.tables import show_scenarios
-    from hydroservo.scenario import builtin_scenarios
+    from hydroservo.scenario import scenarios
 
     if context.invoked_subcommand is None:
-        show_scenarios(builtin_scenarios())
+        show_scenarios(scenarios())
 
 
 @scenarios_app.command("show")

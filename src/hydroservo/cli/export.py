@@ -263,9 +263,9 @@ def counted(number: int, what: str) -> str:
 
 def name_of(scenario: str) -> str:
     """What a scenario is called in titles: its name, or its file's without folder and ending."""
-    from hydroservo.scenario import builtin_scenarios
+    from hydroservo.scenario import scenarios
 
-    return scenario if scenario in builtin_scenarios() else Path(scenario).stem
+    return scenario if scenario in scenarios() else Path(scenario).stem
 
 
 def identity(scenario: str, unit: "Unit") -> dict[str, object]:

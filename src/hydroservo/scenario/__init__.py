@@ -1,16 +1,16 @@
 """Scenarios: TOML files with units that describe a loop, and the built-in ones."""
 
-from hydroservo.scenario.catalogue import builtin_scenarios, scenario_source
+from hydroservo.scenario.catalogue import scenario_source, scenarios
 from hydroservo.scenario.datasheets import datasheet_columns
 from hydroservo.scenario.load import load_scenario
 from hydroservo.scenario.overrides import parse_override
 from hydroservo.scenario.plugins import load_plugin
 
 __all__ = [
-    "builtin_scenarios",
     "datasheet_columns",
     "load_plugin",
     "load_scenario",
     "parse_override",
     "scenario_source",
+    "scenarios",
 ]

@@ -12,12 +12,12 @@ from hydroservo.nearest import nearest
 from hydroservo.scenario.files import exists, read_text
 from hydroservo.scenario.tables import Origin
 
-__all__ = ["builtin_scenarios", "located", "scenario_source"]
+__all__ = ["located", "scenario_source", "scenarios"]
 
 LARGEST = 1 << 20  # bytes; a scenario is a few thousand
 
 
-def builtin_scenarios() -> dict[str, str]:
+def scenarios() -> dict[str, str]:
     """The name and title of each built-in scenario."""
     return {name: tomllib.loads(text)["title"] for name, text in builtin_texts().items()}
 
