@@ -46,7 +46,9 @@ def svg(fig: Figure) -> str:
 
 
 xr.set_options(display_expand_attrs=False)  # type: ignore[no-untyped-call]
-get_ipython().display_formatter.formatters["image/svg+xml"].for_type(Figure, svg)
+formatters = get_ipython().display_formatter.formatters
+formatters["image/svg+xml"].for_type(Figure, svg)
+formatters["image/png"].for_type(Figure, lambda _: None)
 
 
 def examples() -> None:

@@ -1,38 +1,16 @@
-"""A workbench for electro-hydraulic servo actuators."""
+"""A workbench for electro-hydraulic servo actuators: ``import hydroservo as hs``.
+
+What it offers is imported when it is first asked for, so that the package itself is there at once.
+"""
 
 import sys
 
-from hydroservo._version import __version__
+from hydroservo._version import __version__ as __version__
 
-TYPE_CHECKING = False  # as typing has it, which takes longer to import than all the rest here
-if TYPE_CHECKING:
-    from types import ModuleType
-
-    from hydroservo.batch import simulate_batch
-    from hydroservo.block import Field, replace
-    from hydroservo.errors import HydroservoError, HydroservoWarning, LoopError, ParameterError, ScenarioError
-    from hydroservo.loop import AUTO, Loop, Simulation
-    from hydroservo.simulate import simulate
-
-__all__ = [
-    "AUTO",
-    "Field",
-    "HydroservoError",
-    "HydroservoWarning",
-    "Loop",
-    "LoopError",
-    "ParameterError",
-    "ScenarioError",
-    "Simulation",
-    "__version__",
-    "replace",
-    "simulate",
-    "simulate_batch",
-]
-
-HOMES = {
+_HOMES = {  # what is offered, and the module that it comes from; none for a package of blocks
     "AUTO": "loop",
-    "Field": "block",
+    "Aim": "tuning",
+    "Field": "field",
     "HydroservoError": "errors",
     "HydroservoWarning": "errors",
     "Loop": "loop",
@@ -40,9 +18,88 @@ HOMES = {
     "ParameterError": "errors",
     "ScenarioError": "errors",
     "Simulation": "loop",
+    "__version__": "_version",
+    "controllers": "",
+    "differences": "conditions",
+    "export_c": "export.products",
+    "export_fmu": "export.products",
+    "holds": "",
+    "integrators": "",
+    "load_scenario": "scenario",
+    "loads": "",
+    "mechanics": "",
+    "metrics_of": "results",
+    "observers": "",
+    "oils": "",
+    "ops": "",
+    "plants": "",
+    "plot": "figures.plotting",
+    "references": "",
     "replace": "block",
+    "save": "results",
+    "scenarios": "scenario",
+    "sensors": "",
+    "simulate": "simulate",
     "simulate_batch": "batch",
+    "supplies": "",
+    "tune": "tuning",
+    "valves": "",
+    "winners": "conditions",
 }
+__all__ = list(_HOMES)
+
+TYPE_CHECKING = False  # as typing has it, which takes longer to import than all the rest here
+if TYPE_CHECKING:  # the same once more, for those who read types; a test compares the two
+    from hydroservo import controllers as controllers
+    from hydroservo import holds as holds
+    from hydroservo import integrators as integrators
+    from hydroservo import loads as loads
+    from hydroservo import mechanics as mechanics
+    from hydroservo import observers as observers
+    from hydroservo import oils as oils
+    from hydroservo import ops as ops
+    from hydroservo import plants as plants
+    from hydroservo import references as references
+    from hydroservo import sensors as sensors
+    from hydroservo import supplies as supplies
+    from hydroservo import valves as valves
+    from hydroservo.batch import simulate_batch as simulate_batch
+    from hydroservo.block import replace as replace
+    from hydroservo.conditions import differences as differences
+    from hydroservo.conditions import winners as winners
+    from hydroservo.errors import HydroservoError as HydroservoError
+    from hydroservo.errors import HydroservoWarning as HydroservoWarning
+    from hydroservo.errors import LoopError as LoopError
+    from hydroservo.errors import ParameterError as ParameterError
+    from hydroservo.errors import ScenarioError as ScenarioError
+    from hydroservo.export.products import export_c as export_c
+    from hydroservo.export.products import export_fmu as export_fmu
+    from hydroservo.field import Field as Field
+    from hydroservo.figures.plotting import plot as plot
+    from hydroservo.loop import AUTO as AUTO
+    from hydroservo.loop import Loop as Loop
+    from hydroservo.loop import Simulation as Simulation
+    from hydroservo.results import metrics_of as metrics_of
+    from hydroservo.results import save as save
+    from hydroservo.scenario import load_scenario as load_scenario
+    from hydroservo.scenario import scenarios as scenarios
+    from hydroservo.simulate import simulate as simulate
+    from hydroservo.tuning import Aim as Aim
+    from hydroservo.tuning import tune as tune
+
+
+def __getattr__(name: str) -> object:
+    """What the package offers, imported when it is first asked for."""
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from importlib import import_module
+
+    home = _HOMES[name]
+    return getattr(import_module(f"{__name__}.{home}"), name) if home else import_module(f"{__name__}.{name}")
+
+
+def __dir__() -> list[str]:
+    return __all__
 
 
 class Package(type(sys)):  # type: ignore[misc]
@@ -50,34 +107,11 @@ class Package(type(sys)):  # type: ignore[misc]
 
     @property
     def simulate(self) -> object:
-        return imported("simulate").simulate
+        return __getattr__("simulate")
 
     @simulate.setter
     def simulate(self, module: object) -> None:
         pass
-
-
-def __getattr__(name: str) -> object:
-    """What the package offers, and its modules, each imported when first asked for."""
-    if name in HOMES:
-        return getattr(imported(HOMES[name]), name)
-    try:
-        return imported(name)
-    except ModuleNotFoundError as error:
-        if error.name != f"{__name__}.{name}":
-            raise
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-
-
-def __dir__() -> list[str]:
-    return __all__
-
-
-def imported(name: str) -> "ModuleType":
-    """A module of the package."""
-    from importlib import import_module
-
-    return import_module(f"{__name__}.{name}")
 
 
 sys.modules[__name__].__class__ = Package

@@ -42,14 +42,14 @@ class Aim(NamedTuple):
 
     Attributes:
         loops: the loops, all with the same controller.
-        weights: of each loop's metric in the geometric mean.
+        weights: of each loop's metric in the geometric mean; alike if none are given.
         metric: name of a metric that is the better the smaller it is.
         seeds: how many seeds each candidate is simulated with, from the loop's own on.
         effort: exponent e of the command's total variation, at least 0.
     """
 
     loops: Sequence[Loop]
-    weights: Sequence[float]
+    weights: Sequence[float] = ()
     metric: str = "rms_error"
     seeds: int = 1
     effort: float = 0.0
@@ -151,7 +151,8 @@ def check(aim: Aim, ranges: Mapping[str, tuple[float, float]]) -> None:
         raise ParameterError("metric", aim.metric, f"must be one of {', '.join(SMALLER_IS_BETTER)}")
     if not aim.loops:
         raise ParameterError("loops", list(aim.loops), "must be at least one")
-    if len(aim.weights) != len(aim.loops) or not all(0.0 < weight < math.inf for weight in aim.weights):
+    weights = weights_of(aim)
+    if len(weights) != len(aim.loops) or not all(0.0 < weight < math.inf for weight in weights):
         raise ParameterError("weights", list(aim.weights), "must be a finite number above 0 for each loop")
     if aim.seeds < 1:
         raise ParameterError("seeds", aim.seeds, "must be a whole number from 1 on")
@@ -288,8 +289,14 @@ def activity(aim: Aim, runs: "xr.Dataset") -> Numbers:
 def costs(aim: Aim, metrics: Sequence[Any]) -> Any:
     """What is made small: the logarithm of the loops' geometric mean, and a penalty where a run was lost."""
     bounded = [np.clip(metric, 1.0 / LOST, LOST) for metric in metrics]
-    total = sum(weight * np.log(one) for weight, one in zip(aim.weights, bounded, strict=True))
-    return total / sum(aim.weights) + np.where(np.max(metrics, axis=0) < SAFE, 0.0, PENALTY)
+    weights = weights_of(aim)
+    total = sum(weight * np.log(one) for weight, one in zip(weights, bounded, strict=True))
+    return total / sum(weights) + np.where(np.max(metrics, axis=0) < SAFE, 0.0, PENALTY)
+
+
+def weights_of(aim: Aim) -> Sequence[float]:
+    """The weight of each loop."""
+    return aim.weights if len(aim.weights) else [1.0] * len(aim.loops)
 
 
 def geometric_mean(cost: float) -> float:

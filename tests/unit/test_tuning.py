@@ -294,3 +294,12 @@ def test_effort_makes_the_command_calmer_and_is_not_in_the_metric() -> None:
 def test_an_effort_that_is_none_is_refused(effort: float) -> None:
     with pytest.raises(ParameterError, match=r"effort.*must be a finite number from 0 on"):
         tune(Aim([SINE], [1.0], effort=effort), WIDE)
+
+
+def test_loops_weigh_alike_where_no_weights_are_given() -> None:
+    ranges = {"controller.proportional_gain": (1.0, 10.0)}
+    loops = [
+        replace(Loop(), {"simulation.duration": 0.01, "load.amplitude": force}) for force in (0.0, 100.0)
+    ]
+    alike = tune(Aim(loops), ranges, candidates=64)
+    assert alike.cost == tune(Aim(loops, (1.0, 1.0)), ranges, candidates=64).cost

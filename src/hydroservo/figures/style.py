@@ -1,5 +1,6 @@
 """One look for every figure of the project, and one way to save it."""
 
+import io
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -23,6 +24,7 @@ COLOURS = {
 }
 WIDTH = 6.3  # inch, the text width of an A4 page
 RESOLUTION = 200  # dots per inch of a PNG
+SHOWN = 110  # and of one in a notebook
 METADATA: Mapping[str, tuple[str, str]] = {  # what would differ each time, and what may hold the origin
     ".png": ("Software", "Identifier"),
     ".svg": ("Date", "Identifier"),
@@ -66,12 +68,22 @@ def style() -> Iterator[None]:
         yield
 
 
+class Picture(Figure):
+    """A figure that notebooks show, although it belongs to no window."""
+
+    def _repr_png_(self) -> bytes:
+        content = io.BytesIO()
+        with style():
+            self.savefig(content, format="png", dpi=SHOWN)
+        return content.getvalue()
+
+
 def figure(height: float, width: float = WIDTH) -> Figure:
     """An empty figure of a size in inch; it belongs to no window and no global list of figures.
 
     Call it, and draw on it, inside :func:`style`.
     """
-    return Figure(figsize=(width, height), layout="constrained")
+    return Picture(figsize=(width, height), layout="constrained")
 
 
 def save_figure(fig: Figure, stem: Path, origin: str) -> list[Path]:
