@@ -76,6 +76,13 @@ class Tuned(NamedTuple):
     edges: Sequence[str]
     tables: Sequence[Any]  # datasets of xarray, which is heavy to import
 
+    def __repr__(self) -> str:
+        lines = [f"{path} = {value:g}" for path, value in self.parameters.items()]
+        metrics = enumerate(zip(self.before, self.after, strict=True), 1)
+        lines += [f"loop {i}: {before:.3g} -> {after:.3g}" for i, (before, after) in metrics]
+        edges = f"; at an end of its range: {', '.join(self.edges)}" if self.edges else ""
+        return "\n".join([*lines, f"{self.runs} closed loops were simulated{edges}"])
+
 
 def tune(
     aim: Aim,

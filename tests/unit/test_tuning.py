@@ -302,4 +302,6 @@ def test_loops_weigh_alike_where_no_weights_are_given() -> None:
         replace(Loop(), {"simulation.duration": 0.01, "load.amplitude": force}) for force in (0.0, 100.0)
     ]
     alike = tune(Aim(loops), ranges, candidates=64)
+    assert repr(alike).splitlines()[0].startswith("controller.proportional_gain = ")
+    assert repr(alike).splitlines()[3].startswith("128 closed loops were simulated")
     assert alike.cost == tune(Aim(loops, (1.0, 1.0)), ranges, candidates=64).cost
