@@ -12,7 +12,14 @@ from hydroservo import Loop, Simulation, simulate
 from hydroservo.scenario import load_scenario
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
-COVERED = {"my_controller.py", "my.toml", "compare_in_python.py", "recorded.toml", "recorded_demand.csv"}
+COVERED = {
+    "axis.toml",
+    "compare_in_python.py",
+    "my.toml",
+    "my_controller.py",
+    "recorded.toml",
+    "recorded_demand.csv",
+}
 
 
 def command(*arguments: str, folder: Path) -> "subprocess.CompletedProcess[str]":
@@ -59,6 +66,14 @@ def test_recorded_demand_and_load() -> None:
     assert not data["stroke_left"]
     assert float(data["reference.value"].max()) == pytest.approx(0.025, rel=0.01)  # 25 mm/s in the file
     assert float(data["load.force"].max()) == pytest.approx(120.0)  # 0.12 kN
+
+
+def test_an_axis_from_datasheets() -> None:
+    data = simulate(load_scenario(EXAMPLES / "axis.toml"))
+    assert not data["diverged"]
+    assert not data["stroke_left"]
+    assert float(data["max_error"]) < 0.05 * float(data["reference.value"].max())
+    assert "warning" not in data.attrs
 
 
 def test_comparison_in_python() -> None:

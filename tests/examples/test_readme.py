@@ -5,10 +5,12 @@ import shlex
 import shutil
 from importlib import import_module
 from pathlib import Path
+from runpy import run_path
 
 import pytest
 from typer.testing import CliRunner
 
+import hydroservo as hs
 from hydroservo.cli.app import app
 
 simulate = import_module("hydroservo.simulate")  # the module, which the package's function hides
@@ -33,7 +35,8 @@ def test_links_lead_somewhere() -> None:
 
 def test_no_number_is_typed() -> None:
     """Measured numbers belong in what a command makes."""
-    generated = r"<!-- (?:benchmarks|rig|rig limits): begin -->.*?<!-- (?:benchmarks|rig|rig limits): end -->"
+    made = r"(?:axis|benchmarks|rig|rig limits)"
+    generated = rf"<!-- {made}: begin -->.*?<!-- {made}: end -->"
     text = re.sub(rf"{generated}|```.*?```|\(https?:[^)]*\)|`[^`]*`", "", README, flags=re.DOTALL)
     text = (
         text.replace("doi:10.1007/s42401-021-00087-w", "")
@@ -41,6 +44,20 @@ def test_no_number_is_typed() -> None:
         .replace("BSD-3-Clause", "")
     )
     assert re.findall(r"\d+", text) == []
+
+
+def test_the_first_screen_is_an_example() -> None:
+    (block,) = re.findall(r"^```toml\n(.*?)^```$", README, re.MULTILINE | re.DOTALL)
+    assert (ROOT / "examples" / "axis.toml").read_text(encoding="utf-8").endswith(f"\n\n{block}")
+    first_command = re.findall(r"^```sh\n(hydroservo .*)\n```$", README, re.MULTILINE)[0]
+    assert first_command in taste()
+
+
+@pytest.mark.slow
+def test_the_first_table_is_what_its_script_makes() -> None:
+    axis = run_path(str(ROOT / "scripts" / "axis"))
+    run = hs.simulate(hs.load_scenario(ROOT / "examples" / "axis.toml"), strict=True)
+    assert f"{axis['BEGIN']}{axis['table'](run)}{axis['END']}" in README
 
 
 def taste() -> list[str]:
@@ -55,7 +72,7 @@ def test_the_taste_starts_from_the_install() -> None:
 
 
 QUICK = ["--set", "simulation.duration=10 ms"]
-SHORT = {"run": QUICK, "compare": QUICK, "tune": [*QUICK, "--candidates", "2"]}
+SHORT = {"run": QUICK, "compare": QUICK, "batch": QUICK, "tune": [*QUICK, "--candidates", "2"]}
 
 
 @pytest.mark.parametrize("line", [line for line in taste() if line.startswith("hydroservo ")])

@@ -112,12 +112,12 @@ def export_fmu(
 
     One of the machine's equations is for model exchange, others are for co-simulation, in steps of the sample
     period, or of any size with a clock. The C is held against Python before it is written, as by
-    :func:`export_c`.
+    :func:`~hydroservo.export_c`.
 
     Args:
         loop: the loop; its duration is the end of the default experiment.
         file: ends in ".fmu".
-        part: as of :func:`export_c`.
+        part: as of :func:`~hydroservo.export_c`.
         prefix: as there.
         name: as there.
         version: of FMI, "2" or "3".
@@ -130,8 +130,8 @@ def export_fmu(
         What was exported, what was shown of it, and the path written.
 
     Raises:
-        TranslationError, ParameterError, LoopError, HydroservoError: as of :func:`export_c`; also where the
-            package fmpy or a C compiler is missing, a platform is none, or there can be no clock.
+        TranslationError, ParameterError, LoopError, HydroservoError: as of :func:`~hydroservo.export_c`; also
+            where the package fmpy or a C compiler is missing, a platform is none, or there can be no clock.
 
     Fails to run the binaries for other platforms.
     """
@@ -166,13 +166,13 @@ def export_ssp(
     """Write a loop's controller, machine and demand as FMUs in one file, with how they are connected.
 
     A tool that asks for outputs in the order of their dependencies closes the loop as it is simulated. Each C
-    is held against Python before it is written, as by :func:`export_c`.
+    is held against Python before it is written, as by :func:`~hydroservo.export_c`.
 
     Args:
         loop: the loop; its duration is the end of the default experiment.
         file: ends in ".ssp".
-        name: as of :func:`export_c`.
-        version: as of :func:`export_fmu`.
+        name: as of :func:`~hydroservo.export_c`.
+        version: as of :func:`~hydroservo.export_fmu`.
         platforms: as there.
         progress: called now and then.
 
@@ -180,7 +180,7 @@ def export_ssp(
         The controller, the machine and the demand, each with the path written.
 
     Raises:
-        TranslationError, ParameterError, LoopError, HydroservoError: as of :func:`export_fmu`.
+        TranslationError, ParameterError, LoopError, HydroservoError: as of :func:`~hydroservo.export_fmu`.
 
     Source: SSP 1.0, https://ssp-standard.org.
     Fails to say in which order a tool shall ask, as :func:`~hydroservo.export.fmu.write_ssp` has it.
