@@ -113,8 +113,8 @@ def measured(part: str) -> Section:
     from hydroservo.engine.kernel import CompiledRun, Wanted
     from hydroservo.engine.lanes import LANES, CompiledLanes, Group
     from hydroservo.metrics import Sample
+    from hydroservo.running import first_state, measured_paths, studied
     from hydroservo.scenario import load_scenario
-    from hydroservo.simulate import first_state, measured_paths, studied
 
     loop = load_scenario(SCENARIO)
     state = first_state(loop)

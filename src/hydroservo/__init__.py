@@ -39,7 +39,7 @@ _HOMES = {  # what is offered, and the module that it comes from; none for a pac
     "save": "results",
     "scenarios": "scenario",
     "sensors": "",
-    "simulate": "simulate",
+    "simulate": "running",
     "simulate_batch": "batch",
     "supplies": "",
     "tune": "tuning",
@@ -81,9 +81,9 @@ if TYPE_CHECKING:  # the same once more, for those who read types; a test compar
     from hydroservo.loop import Simulation as Simulation
     from hydroservo.results import metrics_of as metrics_of
     from hydroservo.results import save as save
+    from hydroservo.running import simulate as simulate
     from hydroservo.scenario import load_scenario as load_scenario
     from hydroservo.scenario import scenarios as scenarios
-    from hydroservo.simulate import simulate as simulate
     from hydroservo.tuning import Aim as Aim
     from hydroservo.tuning import tune as tune
 

@@ -22,7 +22,7 @@ from hydroservo.loop import AUTO, Loop
 from hydroservo.metrics import FLAGS, METRIC_FIELDS, MetricsState, Sample, summary
 from hydroservo.provenance import provenance
 from hydroservo.record_coverage import check_records
-from hydroservo.simulate import (
+from hydroservo.running import (
     Progress,
     compilation,
     first_state,

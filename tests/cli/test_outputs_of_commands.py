@@ -30,9 +30,9 @@ GAIN = ("--vary", "controller.proportional_gain=1..10")
 TUNE = ("tune", "paper/sine-pi", *SHORT, *GAIN, "--candidates", "64")
 FULL = "cannot be written: No space left on device"
 COMMANDS = [
-    (RUN, "DIR", "metrics.json", "hydroservo.simulate.simulate"),
-    (RUN, "DIR", "run.svg", "hydroservo.simulate.simulate"),
-    (COMPARE, "DIR", "comparison.png", "hydroservo.simulate.simulate"),
+    (RUN, "DIR", "metrics.json", "hydroservo.running.simulate"),
+    (RUN, "DIR", "run.svg", "hydroservo.running.simulate"),
+    (COMPARE, "DIR", "comparison.png", "hydroservo.running.simulate"),
     (BATCH, "runs.csv", "", "hydroservo.batch.simulate_batch"),
     (TUNE, "gains.toml", "", "hydroservo.tuning.tune"),
     (("paper",), "DIR", "trajectories/sine-pi.parquet", "hydroservo.papers.tsmc_eha_2021.study.run_study"),

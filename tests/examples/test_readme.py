@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 import hydroservo as hs
 from hydroservo.cli.app import app
 
-simulate = import_module("hydroservo.simulate")  # the module, which the package's function hides
+simulate = import_module("hydroservo.running")  # the module, which the package's function hides
 
 ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")

@@ -15,8 +15,8 @@ from hydroservo.block import Controller, leaves
 from hydroservo.engine import flat
 from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.unit import Part
+from hydroservo.running import ready
 from hydroservo.signals import Demand, Measurement
-from hydroservo.simulate import ready
 from needs import needs
 from roles import playing
 

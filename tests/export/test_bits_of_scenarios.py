@@ -9,8 +9,8 @@ from digests import digest, stored
 from hydroservo import simulate
 from hydroservo.block import leaves
 from hydroservo.export.parts import Command, ControllerUnit, ExternalForce, MachineUnit
+from hydroservo.running import ready
 from hydroservo.scenario import load_scenario, scenarios
-from hydroservo.simulate import ready
 
 
 @pytest.mark.slow

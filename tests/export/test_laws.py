@@ -13,7 +13,7 @@ from sanitizers import watched
 from hydroservo import Loop
 from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.unit import Part, Precision
-from hydroservo.simulate import ready
+from hydroservo.running import ready
 from needs import needs
 
 pytestmark = pytest.mark.slow

@@ -19,9 +19,9 @@ from hydroservo.export.unit import Part
 from hydroservo.loads import Step
 from hydroservo.loop import Loop
 from hydroservo.plants import Cylinder
+from hydroservo.running import ready
 from hydroservo.scenario import load_scenario
 from hydroservo.signals import MachineOutputs
-from hydroservo.simulate import ready
 
 FORCE = "external.force"
 SAMPLES = 500

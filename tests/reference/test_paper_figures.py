@@ -16,7 +16,7 @@ from hydroservo.loop import Loop
 from hydroservo.observers import Explicit, Implicit, TSMObserver
 from hydroservo.plants import DesignModel
 from hydroservo.references import Square
-from hydroservo.simulate import simulate
+from hydroservo.running import simulate
 from hydroservo.theory import lemma_2
 
 WIDE = TSMObserver(switching_gain_2=1e5)  # the printed D_2 = 100 N/s is short

@@ -13,8 +13,8 @@ from hydroservo.checks import checked, consistent
 from hydroservo.mechanics import LuGre, OneLinkArm, Stribeck
 from hydroservo.oils import ConstantOil
 from hydroservo.plants import Cylinder, LoadPressurePlant
+from hydroservo.running import simulate
 from hydroservo.scenario import load_scenario
-from hydroservo.simulate import simulate
 from hydroservo.supplies import GasAccumulator, IdealSupply, PumpSupply, ReliefValve
 from hydroservo.valves import FirstOrderValve, FourEdges, SecondOrderValve, StaticValve
 

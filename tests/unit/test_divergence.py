@@ -10,10 +10,10 @@ from hydroservo import Field, Loop, Simulation, ops, simulate, simulate_batch
 from hydroservo.block import leaves
 from hydroservo.controllers import PI
 from hydroservo.divergence import first_loss, watched_paths
+from hydroservo.running import ready
 from hydroservo.scenario import load_scenario, scenarios
 from hydroservo.sensors import NoPosition, RigSensors
 from hydroservo.signals import Demand, Measurement
-from hydroservo.simulate import ready
 from hydroservo.tuning import Aim, tune
 
 PERIOD = 1e-3

@@ -19,8 +19,8 @@ from hydroservo.metrics import METRIC_FIELDS, Metrics, Sample, TrackingMetrics, 
 from hydroservo.plants.load_pressure import LoadPressurePlant
 from hydroservo.references.ramp import Ramp
 from hydroservo.references.square import Square
+from hydroservo.running import simulate
 from hydroservo.signals import Demand
-from hydroservo.simulate import simulate
 
 STROKE = 0.078
 DT = 2.0**-10  # exact, as are the random trajectories, so that no comparison hangs on rounding

@@ -111,7 +111,7 @@ def test_what_a_command_imports_before_it_hears_interrupts_is_lighter_still(modu
 
 def test_each_name_is_there_whatever_was_imported_before() -> None:
     names = ", ".join(hydroservo.__all__)
-    code = f"import hydroservo.simulate, hydroservo.cli.app; from hydroservo import {names}; print(simulate)"
+    code = f"import hydroservo.running, hydroservo.cli.app; from hydroservo import {names}; print(simulate)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.startswith("<function simulate")
 

@@ -17,8 +17,8 @@ from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.unit import Part
 from hydroservo.loop import AUTO, Loop, Simulation
 from hydroservo.record_coverage import check_records
+from hydroservo.running import ready, simulate
 from hydroservo.scenario import load_scenario
-from hydroservo.simulate import ready, simulate
 from hydroservo.time_series import TimeSeries
 from hydroservo.tuning import Aim, tune
 

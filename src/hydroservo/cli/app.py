@@ -109,7 +109,7 @@ def run(
     from hydroservo.cli.tables import show_run
     from hydroservo.cli.writing import write_or_keep
     from hydroservo.results import as_json
-    from hydroservo.simulate import simulate
+    from hydroservo.running import simulate
 
     loop, ending = loaded(scenario, changes, plugins), ENDINGS[form]
     if out:
@@ -167,7 +167,7 @@ def compare(
     from hydroservo.cli.writing import write_or_keep
     from hydroservo.conditions import differences, winners
     from hydroservo.results import as_json
-    from hydroservo.simulate import simulate
+    from hydroservo.running import simulate
 
     loops = [loaded(scenario, changes, plugins) for scenario in scenarios]
     if out:
@@ -265,7 +265,7 @@ def show_source(
 def announce(files: Sequence[Path], loops: Sequence["Loop"]) -> None:
     """Before a run: try its files, and say how much memory large trajectories will take."""
     from hydroservo.cli.writing import try_outputs
-    from hydroservo.simulate import trace_size
+    from hydroservo.running import trace_size
 
     size = sum(map(trace_size, loops))
     try_outputs(files, size)

@@ -13,7 +13,7 @@ from hydroservo.cli.remarks import say_remarks
 
 if TYPE_CHECKING:
     from hydroservo.cli.progress import Report
-    from hydroservo.simulate import Progress
+    from hydroservo.running import Progress
 
 __all__ = ["batch"]
 

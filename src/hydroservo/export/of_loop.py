@@ -26,8 +26,8 @@ from hydroservo.export.unit import INTEGRATED, RATES, Argument, Part, Precision,
 from hydroservo.field import Field, declared_fields
 from hydroservo.loop import Loop, MachineState
 from hydroservo.provenance import scenario_hash, scenario_text
+from hydroservo.running import first_state, ready, simulate
 from hydroservo.signals import Demand, Measurement
-from hydroservo.simulate import first_state, ready, simulate
 
 __all__ = ["exported_unit"]
 

@@ -10,8 +10,8 @@ from hydroservo.cautions import quietly
 from hydroservo.export.unit import Part
 from hydroservo.integrators.jumps import BEFORE
 from hydroservo.loop import AUTO, External, Loop, MachineState
+from hydroservo.running import simulate
 from hydroservo.signals import Demand, MachineOutputs, Measurement
-from hydroservo.simulate import simulate
 from hydroservo.sources import CHOSEN
 
 __all__ = [

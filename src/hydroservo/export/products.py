@@ -16,7 +16,7 @@ from hydroservo.export.unit import FmiVersion, Part, Precision, Unit
 from hydroservo.loop import Loop
 from hydroservo.nearest import one_of
 from hydroservo.outputs import check_outputs, written_or_kept
-from hydroservo.simulate import named
+from hydroservo.running import named
 
 __all__ = ["Export", "Progress", "export_c", "export_fmu", "export_ssp", "proof_line"]
 

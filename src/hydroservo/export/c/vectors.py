@@ -13,8 +13,8 @@ from hydroservo.export.names import identifier, place_in_c
 from hydroservo.export.parts import Command, ExternalForce, Instant, block_of, with_its_substeps
 from hydroservo.export.unit import Part, Unit
 from hydroservo.loop import Loop, LoopState
+from hydroservo.running import Mode, compilation, first_state, plan_of, prepared, ready
 from hydroservo.signals import Demand, Measurement
-from hydroservo.simulate import Mode, compilation, first_state, plan_of, prepared, ready
 
 __all__ = [
     "HUGE",

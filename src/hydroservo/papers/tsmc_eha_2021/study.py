@@ -19,8 +19,8 @@ from hydroservo.papers.tsmc_eha_2021.conditions import (
     all_runs,
     runs_of,
 )
+from hydroservo.running import simulate
 from hydroservo.scenario import load_scenario
-from hydroservo.simulate import simulate
 
 if TYPE_CHECKING:
     import pandas as pd

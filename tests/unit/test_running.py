@@ -17,11 +17,11 @@ from hydroservo.controllers import PI
 from hydroservo.holds import ZeroOrderHoldState
 from hydroservo.metrics import METRIC_FIELDS
 from hydroservo.references import Step
+from hydroservo.running import trace_size, whole
 from hydroservo.signals import Demand, Measurement
-from hydroservo.simulate import trace_size, whole
 from hydroservo.valves import Orifice
 
-SIMULATE = import_module("hydroservo.simulate")  # the package's attribute of that name is the function
+SIMULATE = import_module("hydroservo.running")  # the package's attribute of that name is the function
 PATHS = ["plant.velocity", "controller.u", "disturbance.d2"]
 
 LOOP = Loop(simulation=Simulation(0.05, 1e-4, 1, 1e-3), controller=PI(0.3, 100.0))
@@ -389,13 +389,13 @@ def test_what_does_not_fit_is_named(changes: dict[str, object], says: str) -> No
     [
         (
             Stumbling(),
-            r"the controller Stumbling does not fit this loop: one\\ntwo \(.*test_simulate.py, line \d+\)",
+            r"the controller Stumbling does not fit this loop: one\\ntwo \(.*test_running.py, line \d+\)",
         ),
         (
             Stumbling(endless=True),
             "the controller Stumbling does not fit this loop: maximum recursion depth exceeded .*",
         ),
-        (Stumbling(later=True), r".*Stumbling stopped: RuntimeError: one\\ntwo \(.*simulate.py, line \d+\)"),
+        (Stumbling(later=True), r".*Stumbling stopped: RuntimeError: one\\ntwo \(.*running.py, line \d+\)"),
     ],
 )
 def test_whatever_a_law_raises_is_one_line(law: Stumbling, says: str) -> None:
