@@ -3,10 +3,6 @@
 What it offers is imported when it is first asked for, so that the package itself is there at once.
 """
 
-import sys
-
-from hydroservo._version import __version__ as __version__
-
 _HOMES = {  # what is offered, and the module that it comes from; none for a package of blocks
     "AUTO": "loop",
     "Aim": "tuning",
@@ -63,6 +59,7 @@ if TYPE_CHECKING:  # the same once more, for those who read types; a test compar
     from hydroservo import sensors as sensors
     from hydroservo import supplies as supplies
     from hydroservo import valves as valves
+    from hydroservo._version import __version__ as __version__
     from hydroservo.batch import simulate_batch as simulate_batch
     from hydroservo.block import replace as replace
     from hydroservo.conditions import differences as differences
@@ -100,18 +97,3 @@ def __getattr__(name: str) -> object:
 
 def __dir__() -> list[str]:
     return __all__
-
-
-class Package(type(sys)):  # type: ignore[misc]
-    """The package, whose ``simulate`` is the function, of which the import system would make the module."""
-
-    @property
-    def simulate(self) -> object:
-        return __getattr__("simulate")
-
-    @simulate.setter
-    def simulate(self, module: object) -> None:
-        pass
-
-
-sys.modules[__name__].__class__ = Package

@@ -7,7 +7,6 @@ import re
 import signal
 import subprocess
 import time
-from importlib import import_module
 from pathlib import Path
 
 import numpy as np
@@ -56,18 +55,12 @@ def temporary(tmp_path_factory, monkeypatch):
     return folder
 
 
-def patch(monkeypatch, path, value):
-    """Like monkeypatch's own, for a module that its package hides behind a function of the same name."""
-    module, _, name = path.rpartition(".")
-    monkeypatch.setattr(import_module(module), name, value)
-
-
 @needs_posix
 @pytest.mark.parametrize(("words", "out", "file", "computes"), COMMANDS)
 def test_what_cannot_be_replaced_is_said_before_anything_is_computed(
     tmp_path, monkeypatch, words, out, file, computes
 ):
-    patch(monkeypatch, computes, never)
+    monkeypatch.setattr(computes, never)
     (tmp_path / out / file).parent.mkdir(parents=True, exist_ok=True)
     os.mkfifo(tmp_path / out / file)
     result = hydroservo_(*words, "--out", tmp_path / out)
@@ -87,7 +80,7 @@ def test_a_read_only_folder_is_said_before_anything_is_computed(
         mkdir(path, *args, **options)
 
     monkeypatch.setattr(Path, "mkdir", refusing)
-    patch(monkeypatch, computes, never)
+    monkeypatch.setattr(computes, never)
     result = hydroservo_(*words, "--out", tmp_path / out)
     assert result.exit_code == 2
     assert re.fullmatch(

@@ -4,14 +4,23 @@ import math
 import re
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from importlib import import_module
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 import pytest
 import xarray as xr
 
-from hydroservo import HydroservoError, Loop, LoopError, ParameterError, Simulation, ops, replace, simulate
+from hydroservo import (
+    HydroservoError,
+    Loop,
+    LoopError,
+    ParameterError,
+    Simulation,
+    ops,
+    replace,
+    running,
+    simulate,
+)
 from hydroservo.block import Block, Field
 from hydroservo.controllers import PI
 from hydroservo.holds import ZeroOrderHoldState
@@ -21,7 +30,6 @@ from hydroservo.running import trace_size, whole
 from hydroservo.signals import Demand, Measurement
 from hydroservo.valves import Orifice
 
-SIMULATE = import_module("hydroservo.running")  # the package's attribute of that name is the function
 PATHS = ["plant.velocity", "controller.u", "disturbance.d2"]
 
 LOOP = Loop(simulation=Simulation(0.05, 1e-4, 1, 1e-3), controller=PI(0.3, 100.0))
@@ -39,7 +47,7 @@ def trace(result: xr.Dataset) -> np.ndarray:
 
 @pytest.mark.parametrize("chunk", [1, 7, 10, 499, 500, 501, 10_000])
 def test_chunks_do_not_change_a_bit(monkeypatch: pytest.MonkeyPatch, run: xr.Dataset, chunk: int) -> None:
-    monkeypatch.setattr(SIMULATE, "CHUNK", chunk)
+    monkeypatch.setattr(running, "CHUNK", chunk)
     assert simulate(LOOP, record=PATHS).identical(run)
 
 
@@ -167,7 +175,7 @@ def test_trace_size_is_what_the_trace_takes(run: xr.Dataset) -> None:
 
 
 def test_progress_rises_to_one(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(SIMULATE, "CHUNK", 100)
+    monkeypatch.setattr(running, "CHUNK", 100)
     seen: list[float] = []
     simulate(LOOP, record=PATHS, progress=seen.append)
     assert seen == pytest.approx([100 / 501, 200 / 501, 300 / 501, 400 / 501, 500 / 501, 1.0])
@@ -176,7 +184,7 @@ def test_progress_rises_to_one(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_an_interrupt_goes_through_and_leaves_nothing_behind(
     monkeypatch: pytest.MonkeyPatch, run: xr.Dataset
 ) -> None:
-    monkeypatch.setattr(SIMULATE, "CHUNK", 100)
+    monkeypatch.setattr(running, "CHUNK", 100)
     seen: list[float] = []
 
     def interrupt(done: float) -> None:
