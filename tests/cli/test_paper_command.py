@@ -6,7 +6,7 @@ from hydroservo.papers.tsmc_eha_2021 import study as paper_study
 
 
 def test_paper_runs_the_study_writes_the_report_and_shows_verdicts(tmp_path, monkeypatch):
-    from hydroservo.figures import report
+    from hydroservo.papers.tsmc_eha_2021.report import folder
 
     one = paper_study.Verdict(
         **dict.fromkeys(paper_study.Verdict._fields, ""),
@@ -26,7 +26,7 @@ def test_paper_runs_the_study_writes_the_report_and_shows_verdicts(tmp_path, mon
         return out / "report.html"
 
     monkeypatch.setattr(paper_study, "run_study", run_study)
-    monkeypatch.setattr(report, "write_report", write_report)
+    monkeypatch.setattr(folder, "write_report", write_report)
     text = succeeded("paper", "--out", tmp_path / "report")
     assert steps == [(Study, tmp_path / "report")]
     row = next(line for line in text.splitlines() if "All track" in line)

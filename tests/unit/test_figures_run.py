@@ -1,4 +1,6 @@
 import math
+import subprocess
+import sys
 
 import matplotlib as mpl
 import numpy as np
@@ -11,11 +13,10 @@ import hydroservo
 from hydroservo import HydroservoError, Simulation
 from hydroservo.controllers import PI, TSMC
 from hydroservo.figures.comparison import distinct_colours, literal, plot_comparison, remark
-from hydroservo.figures.names import controller_name
 from hydroservo.figures.panels import Curve, Panel, beyond, enlarged, panel_limits
 from hydroservo.figures.run import plot_run
 from hydroservo.figures.style import COLOURS, PALETTE, figure, save_figure, style
-from hydroservo.figures.trace import length_shown, observer_path, trace_of
+from hydroservo.figures.trace import controller_name, length_shown, observer_path, trace_of
 from hydroservo.loop import Loop
 from hydroservo.references import Square
 
@@ -66,6 +67,27 @@ def test_controllers_have_their_own_colours(pi, tsmc):
     assert plot_run(pi).axes[0].lines[0].get_color() == COLOURS["PI"]
     assert plot_run(tsmc).axes[0].lines[0].get_color() == COLOURS["TSMC"]
     assert controller_name(tsmc) == "TSMC"
+
+
+def test_plotting_a_run_imports_no_paper() -> None:
+    code = """
+import sys
+import numpy as np
+import xarray as xr
+from hydroservo.figures.batch import plot_batch
+from hydroservo.figures.comparison import plot_comparison
+from hydroservo.figures.run import plot_run
+names = ("reference.value", "plant.velocity", "controller.u")
+run = xr.Dataset(
+    {**dict.fromkeys(names, ("time", np.arange(4.0))), "diverged": False},
+    coords={"time": np.arange(4.0)},
+    attrs={"scenario": '[controller]\\ntype = "PI"\\n'},
+)
+plot_run(run)
+print(*(name for name in sys.modules if name.startswith("hydroservo.papers")))
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout == "\n"
 
 
 def test_legends_lie_above_their_axes(tsmc, tmp_path):

@@ -9,24 +9,24 @@ import zlib
 import numpy as np
 import pandas as pd
 import pytest
-from test_figures_paper import lost, made_up_runs
+from test_report_figures import lost, made_up_runs
 
-from hydroservo.figures import paper, report, report_page
-from hydroservo.figures.judgements import SourcedRatio, sourced, worst_case
-from hydroservo.figures.overview import draw_overview, shares
-from hydroservo.figures.paper import FIGURES
-from hydroservo.figures.report import report_files, write_report
-from hydroservo.figures.report_tables import best
-from hydroservo.figures.typeset import symbols
-from hydroservo.figures.verdicts import BINS, cells, colour_class, draw_map
 from hydroservo.metrics import METRIC_FIELDS
 from hydroservo.papers.tsmc_eha_2021.claims import CLAIMS, Claim, Outcome, over
 from hydroservo.papers.tsmc_eha_2021.conditions import LITERAL, REPRODUCED, Condition, Run, all_runs, runs_of
+from hydroservo.papers.tsmc_eha_2021.report.figures import FIGURES
+from hydroservo.papers.tsmc_eha_2021.report.folder import report_files, write_report
+from hydroservo.papers.tsmc_eha_2021.report.overview import draw_overview, shares
+from hydroservo.papers.tsmc_eha_2021.report.reasons import SourcedRatio, sourced, worst_case
+from hydroservo.papers.tsmc_eha_2021.report.tables import best
+from hydroservo.papers.tsmc_eha_2021.report.typeset import symbols
+from hydroservo.papers.tsmc_eha_2021.report.verdict_map import BINS, cells, colour_class, draw_map
 from hydroservo.papers.tsmc_eha_2021.study import Study, judged, metrics_table
 from hydroservo.papers.tsmc_eha_2021.study import verdicts as judge
 from hydroservo.readable import MINUS, TIMES
 from hydroservo.results import foreign_files
 
+REPORT = "hydroservo.papers.tsmc_eha_2021.report"
 SETTLED = ("error", "s1", "s2", "xi1", "xi2", "miss1", "miss2")
 
 
@@ -65,8 +65,8 @@ def folder(study, tmp_path_factory):
 
 
 def two_figures(patch):
-    patch.setattr(paper, "FIGURES", FIGURES[:2])
-    patch.setattr(report_page, "FIGURES", FIGURES[:2])
+    patch.setattr(f"{REPORT}.figures.FIGURES", FIGURES[:2])
+    patch.setattr(f"{REPORT}.page.FIGURES", FIGURES[:2])
 
 
 def contents(folder):
@@ -96,7 +96,7 @@ def test_the_folder_holds_everything(folder):
 
 
 def test_what_will_be_written_is_known_beforehand(folder, monkeypatch):
-    monkeypatch.setattr(report, "FIGURES", FIGURES[:2])
+    monkeypatch.setattr(f"{REPORT}.folder.FIGURES", FIGURES[:2])
     assert sorted(report_files(folder)) == sorted(folder / name for name in contents(folder))
 
 

@@ -215,7 +215,7 @@ def paper(
     from hydroservo.cli.progress import progress_bar
     from hydroservo.cli.tables import show_verdicts
     from hydroservo.cli.writing import try_outputs, write_or_keep
-    from hydroservo.figures.report import report_files, write_report
+    from hydroservo.papers.tsmc_eha_2021.report.folder import report_files, write_report
     from hydroservo.papers.tsmc_eha_2021.study import run_study
 
     try_outputs(report_files(out))

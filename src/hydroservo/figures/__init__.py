@@ -1,1 +1,1 @@
-"""Plots and reports."""
+"""Plots of any run, comparison or batch."""

@@ -8,9 +8,8 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from hydroservo.conditions import differences
-from hydroservo.figures.names import controller_name
 from hydroservo.figures.style import COLOURS, PALETTE, style
-from hydroservo.figures.trace import trace_of
+from hydroservo.figures.trace import controller_name, trace_of
 from hydroservo.figures.tracking import TracedRun, tracking_figure
 
 __all__ = ["plot_comparison"]
@@ -22,8 +21,8 @@ REMARK, LINE = 7, 100  # points, and the characters of that size that fit in a l
 def plot_comparison(datasets: Sequence[xr.Dataset], labels: Sequence[str]) -> Figure:
     """Velocity, error and command of several runs, overlaid.
 
-    The error is velocity less demand. The first run of each of the paper's controllers has the colour that
-    this controller has in all figures. A run that diverged is shown up to where its error is lost, as
+    The error is velocity less demand. The first run of a PI, Backstepping or TSMC controller has the colour
+    that this controller has in all figures. A run that diverged is shown up to where its error is lost, as
     ``metrics.lost_error`` has it. Where the runs differ in more than their controllers, a
     line below says in what.
 

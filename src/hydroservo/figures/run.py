@@ -5,10 +5,9 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from hydroservo.figures.names import controller_name
 from hydroservo.figures.panels import Panel, draw_panel
 from hydroservo.figures.style import COLOURS, PALETTE, style
-from hydroservo.figures.trace import Samples, Trace, trace_of
+from hydroservo.figures.trace import Samples, Trace, controller_name, trace_of
 from hydroservo.figures.tracking import TracedRun, add_legend, tracking_figure, truth
 
 __all__ = ["plot_run"]

@@ -16,9 +16,9 @@ __all__ = ["COLOURS", "PALETTE", "figure", "save_figure", "save_picture", "style
 
 # Source: Okabe and Ito, Color Universal Design, 2008; told apart with any common colour vision.
 PALETTE = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
-COLOURS = {
+COLOURS = {  # of controllers by their type, and of the demand
     "PI": PALETTE[0],
-    "backstepping": PALETTE[1],
+    "Backstepping": PALETTE[1],
     "TSMC": PALETTE[2],
     "demand": "#000000",
 }

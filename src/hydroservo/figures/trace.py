@@ -11,7 +11,7 @@ from hydroservo.errors import HydroservoError
 from hydroservo.metrics import lost_error
 from hydroservo.results import scenario_of
 
-__all__ = ["Samples", "Trace", "trace_of"]
+__all__ = ["Samples", "Trace", "controller_name", "trace_of"]
 
 Samples = NDArray[np.float64]
 
@@ -53,6 +53,11 @@ def trace_of(dataset: xr.Dataset) -> Trace:
         estimates=tuple(values[:end] for values in estimates if both),
         diverged=diverged,
     )
+
+
+def controller_name(dataset: xr.Dataset) -> str:
+    """What plots call the controller of a run: its type."""
+    return str(scenario_of(dataset)["controller"]["type"])
 
 
 def stroke_of(dataset: xr.Dataset) -> float:

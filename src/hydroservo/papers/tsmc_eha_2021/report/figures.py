@@ -7,22 +7,24 @@ from typing import NamedTuple
 import xarray as xr
 from matplotlib.figure import Figure
 
-from hydroservo.figures.captions import (
+from hydroservo.figures.panels import Curve, Panel, panel_figure
+from hydroservo.figures.style import COLOURS, save_figure, style
+from hydroservo.figures.trace import Samples, Trace, trace_of
+from hydroservo.papers.tsmc_eha_2021.conditions import CONTROLLERS
+from hydroservo.papers.tsmc_eha_2021.report.captions import (
     CAPTIONS,
     seen_errors,
     seen_estimates,
     seen_surfaces,
     seen_velocities,
 )
-from hydroservo.figures.names import NAMES, Trajectories
-from hydroservo.figures.panels import Curve, Panel, panel_figure
-from hydroservo.figures.style import COLOURS, save_figure, style
-from hydroservo.figures.trace import Samples, Trace, trace_of
-from hydroservo.figures.windows import CLOSE, SHORT, WHOLE
-from hydroservo.papers.tsmc_eha_2021.conditions import CONTROLLERS
+from hydroservo.papers.tsmc_eha_2021.report.names import NAMES, Trajectories
+from hydroservo.papers.tsmc_eha_2021.report.windows import CLOSE, SHORT, WHOLE
 from hydroservo.papers.tsmc_eha_2021.study import Progress
 
 __all__ = ["FIGURES", "draw_figures"]
+
+LAW_COLOURS = {"pi": COLOURS["PI"], "backstepping": COLOURS["Backstepping"], "tsmc": COLOURS["TSMC"]}
 
 # A wide curve shows on both sides of a narrow one on it.
 WIDTHS = {"pi": 2.4, "backstepping": 1.2, "tsmc": 1.0}
@@ -140,7 +142,7 @@ def shown(trajectories: Trajectories, demand: str, controller: str) -> xr.Datase
 
 
 def controller_curve(name: str, trace: Trace, values: Samples) -> Curve:
-    return Curve(NAMES[name], trace.time, values, COLOURS[NAMES[name]], WIDTHS[name])
+    return Curve(NAMES[name], trace.time, values, LAW_COLOURS[name], WIDTHS[name])
 
 
 def paper_figure(

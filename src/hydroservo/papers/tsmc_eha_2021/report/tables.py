@@ -4,9 +4,6 @@ from collections.abc import Mapping, Sequence
 from itertools import product
 from typing import Any
 
-from hydroservo.figures.judgements import worst_case
-from hydroservo.figures.names import DELTAS, NAMES, Trajectories, condition_name, run_name
-from hydroservo.figures.verdicts import colour_class
 from hydroservo.metrics import FLAGS, METRIC_FIELDS
 from hydroservo.papers.tsmc_eha_2021.claims import CLAIMS, Claim
 from hydroservo.papers.tsmc_eha_2021.conditions import (
@@ -22,6 +19,9 @@ from hydroservo.papers.tsmc_eha_2021.conditions import (
     Condition,
     runs_of,
 )
+from hydroservo.papers.tsmc_eha_2021.report.names import DELTAS, NAMES, Trajectories, condition_name, run_name
+from hydroservo.papers.tsmc_eha_2021.report.reasons import worst_case
+from hydroservo.papers.tsmc_eha_2021.report.verdict_map import colour_class
 from hydroservo.papers.tsmc_eha_2021.study import Study
 from hydroservo.readable import column, measured, number, yes_or_no
 from hydroservo.results import best_runs, metrics_of, scenario_of

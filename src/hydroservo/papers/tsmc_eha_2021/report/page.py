@@ -5,17 +5,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hydroservo.controllers.saturation import Saturation
-from hydroservo.figures import report_tables as tables
-from hydroservo.figures import report_theory as theory
-from hydroservo.figures.names import Trajectories, condition_name
-from hydroservo.figures.paper import FIGURES
-from hydroservo.figures.typeset import symbols
-from hydroservo.figures.verdicts import BINS, FILLS
 from hydroservo.loop import Simulation
 from hydroservo.papers import tsmc_eha_2021 as paper
 from hydroservo.papers.tsmc_eha_2021 import conditions
 from hydroservo.papers.tsmc_eha_2021.claims import CLAIMS
 from hydroservo.papers.tsmc_eha_2021.errata import ERRATA
+from hydroservo.papers.tsmc_eha_2021.report import tables, theory
+from hydroservo.papers.tsmc_eha_2021.report.figures import FIGURES
+from hydroservo.papers.tsmc_eha_2021.report.names import Trajectories, condition_name
+from hydroservo.papers.tsmc_eha_2021.report.typeset import symbols
+from hydroservo.papers.tsmc_eha_2021.report.verdict_map import BINS, FILLS
 from hydroservo.papers.tsmc_eha_2021.study import Study
 from hydroservo.readable import quantity
 
@@ -69,7 +68,7 @@ def template() -> "jinja2.Template":
     import jinja2
 
     environment = jinja2.Environment(
-        loader=jinja2.PackageLoader("hydroservo.figures"),
+        loader=jinja2.PackageLoader("hydroservo.papers.tsmc_eha_2021.report"),
         autoescape=True,
         undefined=jinja2.StrictUndefined,
         trim_blocks=True,

@@ -5,18 +5,13 @@ import math
 import numpy as np
 import pytest
 import xarray as xr
-from hypothesis import given
-from hypothesis import strategies as st
 
 from hydroservo import Loop
 from hydroservo.controllers import PI, TSMC, Backstepping
-from hydroservo.figures import paper
-from hydroservo.figures.panels import WHOLE, Curve, Panel, Window, clipped, inside
-from hydroservo.figures.paper import FIGURES, draw_figures
-from hydroservo.figures.ranges import limits
 from hydroservo.metrics import METRIC_FIELDS
+from hydroservo.papers.tsmc_eha_2021.report import figures
+from hydroservo.papers.tsmc_eha_2021.report.figures import FIGURES, draw_figures
 from hydroservo.provenance import provenance
-from hydroservo.readable import MINUS
 
 LAWS = {"pi": PI(), "backstepping": Backstepping(), "tsmc": TSMC()}
 ERRORS = {"pi": 0.4e-3, "backstepping": 20e-3, "tsmc": -0.3e-3}
@@ -93,7 +88,7 @@ def drawn(runs):
 
 
 def test_all_figures_are_written_in_both_formats_with_the_same_bytes_each_time(runs, tmp_path, monkeypatch):
-    monkeypatch.setattr(paper, "FIGURES", FIGURES[:2])
+    monkeypatch.setattr(figures, "FIGURES", FIGURES[:2])
     steps = []
     written = draw_figures(runs, tmp_path, "abc", lambda *step: steps.append(step))
     assert [path.name for path in written] == ["fig03.png", "fig03.svg", "fig04.png", "fig04.svg"]
@@ -191,12 +186,6 @@ def test_the_last_sample_is_never_drawn(runs, drawn):
     assert panels(drawn[4])[0].get_xlim() == (0.0, 8.0)
 
 
-def test_a_window_shows_its_samples_and_those_on_its_ends():
-    curve = Curve("x", np.arange(4.0), np.array([0.0, 1.0, 2.0, 99.0]), "k")
-    assert inside(curve, WHOLE).values.tolist() == [0.0, 1.0, 2.0, 99.0]
-    assert inside(curve, Window("", 1.0, 2.0)).time.tolist() == [1.0, 2.0]
-
-
 def test_captions_name_the_windows_that_are_drawn(drawn):
     for number, words in ((3, "First 30 ms"), (4, "first 30 ms"), (5, "Jump at 2 s"), (3, "Trough at 3 s")):
         assert words in FIGURES[number - 3].caption
@@ -204,26 +193,3 @@ def test_captions_name_the_windows_that_are_drawn(drawn):
     assert panels(drawn[5])[1].get_title(loc="left") == "(b) jump at 2 s"
     start, stop = panels(drawn[3])[2].get_xlim()
     assert start < 3.0 < stop
-
-
-@given(st.lists(st.floats(-1e6, 1e6), min_size=1, max_size=40), st.floats(-1e6, 1e6))
-def test_limits_hold_every_sample_and_leave_a_margin(values, other):
-    low, high = limits([np.array(values), np.array([other, np.nan])], 0.0)
-    assert low < min(*values, other) <= max(*values, other) < high
-
-
-def test_limits_leave_spikes_out_and_say_so():
-    values = np.sin(np.linspace(0.0, 20.0, 1000))
-    values[[100, 500]] = [-80.0, 50.0]
-    low, high = limits([values], 0.03)
-    assert -1.5 < low < -1.0
-    assert 1.0 < high < 1.5
-    curve = Curve("force", np.arange(1000.0), values, "k")
-    panel = Panel("force", "N", [curve], fitted=["force"])
-    assert clipped(panel) == f"clipped: force to {MINUS}80.0 N"
-    assert clipped(panel._replace(fitted=())) == ""
-    assert clipped(panel._replace(window=Window("", 0.0, 999.0))) == ""
-
-
-def test_limits_of_nothing_finite_are_finite():
-    assert limits([np.full(3, np.nan), np.array([])], 0.0) == (-1.0, 1.0)

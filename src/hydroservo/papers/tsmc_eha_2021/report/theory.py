@@ -8,11 +8,11 @@ import numpy as np
 import xarray as xr
 
 from hydroservo.controllers.tsmc import TSMC
-from hydroservo.figures.names import Trajectories, run_name
-from hydroservo.figures.report_tables import Table
 from hydroservo.observers.tsm import TSMObserver
 from hydroservo.papers.tsmc_eha_2021.claims import AMPLITUDE, CONVERGED, SURFACE_GAIN
 from hydroservo.papers.tsmc_eha_2021.conditions import CONTROLLERS, DEMANDS
+from hydroservo.papers.tsmc_eha_2021.report.names import Trajectories, run_name
+from hydroservo.papers.tsmc_eha_2021.report.tables import Table
 from hydroservo.readable import NONE, number, quantity
 from hydroservo.results import scenario_of
 from hydroservo.theory import condition_17, condition_25, lemma_2, settling_bound

@@ -12,9 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch, Rectangle
 from numpy.typing import NDArray
 
-from hydroservo.figures.names import DELTAS
 from hydroservo.figures.style import figure, style
-from hydroservo.figures.typeset import mathematical, plain_signs
 from hydroservo.papers.tsmc_eha_2021.claims import CLAIMS
 from hydroservo.papers.tsmc_eha_2021.conditions import (
     LITERAL,
@@ -26,6 +24,8 @@ from hydroservo.papers.tsmc_eha_2021.conditions import (
     VALVES,
     Condition,
 )
+from hydroservo.papers.tsmc_eha_2021.report.names import DELTAS
+from hydroservo.papers.tsmc_eha_2021.report.typeset import mathematical, plain_signs
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -1,26 +1,19 @@
-"""What controllers, runs and conditions are called in figures and tables."""
+"""What the paper's controllers, runs and conditions are called in the report."""
 
 from collections.abc import Mapping
 
 import xarray as xr
 
-from hydroservo.figures.typeset import plain_signs
 from hydroservo.papers.tsmc_eha_2021.conditions import Condition, Run
+from hydroservo.papers.tsmc_eha_2021.report.typeset import plain_signs
 from hydroservo.readable import MINUS, NONE
-from hydroservo.results import scenario_of
 
-__all__ = ["DELTAS", "NAMES", "Trajectories", "condition_name", "controller_name", "run_name"]
+__all__ = ["DELTAS", "NAMES", "Trajectories", "condition_name", "run_name"]
 
 Trajectories = Mapping[str, xr.Dataset]  # the six runs shown, by demand and controller, such as "sine-tsmc"
 
 NAMES = {"pi": "PI", "backstepping": "backstepping", "tsmc": "TSMC"}
 DELTAS = {-1: f"{MINUS}Δ", 0: "nominal", 1: "+Δ"}  # the six uncertain parameters
-
-
-def controller_name(dataset: xr.Dataset) -> str:
-    """The controller of a run: the paper's by their names here, another by its type."""
-    kind = str(scenario_of(dataset)["controller"]["type"])
-    return NAMES.get(kind.lower(), kind)
 
 
 def run_name(demand: str, controller: str) -> str:

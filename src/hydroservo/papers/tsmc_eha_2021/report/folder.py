@@ -4,15 +4,15 @@ import hashlib
 from pathlib import Path
 from typing import Any
 
-from hydroservo.figures.overview import draw_overview
-from hydroservo.figures.paper import FIGURES, draw_figures
-from hydroservo.figures.report_page import page
 from hydroservo.figures.style import save_figure
-from hydroservo.figures.verdicts import draw_map
 from hydroservo.metrics import FLAGS, METRIC_FIELDS
 from hydroservo.outputs import staged, write_text
 from hydroservo.papers import tsmc_eha_2021 as paper
 from hydroservo.papers.tsmc_eha_2021.conditions import CONTROLLERS, DEMANDS
+from hydroservo.papers.tsmc_eha_2021.report.figures import FIGURES, draw_figures
+from hydroservo.papers.tsmc_eha_2021.report.overview import draw_overview
+from hydroservo.papers.tsmc_eha_2021.report.page import page
+from hydroservo.papers.tsmc_eha_2021.report.verdict_map import draw_map
 from hydroservo.papers.tsmc_eha_2021.study import Progress, Study
 from hydroservo.results import METRICS, metrics_csv, save, write_metrics
 

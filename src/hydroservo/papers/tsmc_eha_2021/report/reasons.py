@@ -3,9 +3,9 @@
 from typing import Self
 
 from hydroservo.field import Field
-from hydroservo.figures.names import NAMES, run_name
 from hydroservo.metrics import METRIC_FIELDS
 from hydroservo.papers.tsmc_eha_2021.claims import Claim, Outcome, Results
+from hydroservo.papers.tsmc_eha_2021.report.names import NAMES, run_name
 from hydroservo.readable import number, quantity
 
 __all__ = ["worst_case"]

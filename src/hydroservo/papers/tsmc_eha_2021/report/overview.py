@@ -9,11 +9,11 @@ from matplotlib.axes import Axes
 from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
 
-from hydroservo.figures.names import DELTAS
 from hydroservo.figures.style import figure, style
-from hydroservo.figures.typeset import mathematical, plain_signs
 from hydroservo.papers.tsmc_eha_2021.claims import CLAIMS
 from hydroservo.papers.tsmc_eha_2021.conditions import Condition
+from hydroservo.papers.tsmc_eha_2021.report.names import DELTAS
+from hydroservo.papers.tsmc_eha_2021.report.typeset import mathematical, plain_signs
 from hydroservo.papers.tsmc_eha_2021.study import Verdict
 
 if TYPE_CHECKING:
