@@ -12,12 +12,12 @@ import pytest
 from test_report_figures import lost, made_up_runs
 
 from hydroservo.metrics import METRIC_FIELDS
-from hydroservo.papers.tsmc_eha_2021.claims import CLAIMS, Claim, Outcome, over
+from hydroservo.papers.tsmc_eha_2021.claims import CLAIMS, Claim, Judgement, Outcome
 from hydroservo.papers.tsmc_eha_2021.conditions import LITERAL, REPRODUCED, Condition, Run, all_runs, runs_of
 from hydroservo.papers.tsmc_eha_2021.report.figures import FIGURES
 from hydroservo.papers.tsmc_eha_2021.report.folder import report_files, write_report
 from hydroservo.papers.tsmc_eha_2021.report.overview import draw_overview, shares
-from hydroservo.papers.tsmc_eha_2021.report.reasons import SourcedRatio, sourced, worst_case
+from hydroservo.papers.tsmc_eha_2021.report.reasons import worst_case
 from hydroservo.papers.tsmc_eha_2021.report.tables import best
 from hydroservo.papers.tsmc_eha_2021.report.typeset import symbols
 from hydroservo.papers.tsmc_eha_2021.report.verdict_map import BINS, cells, colour_class, draw_map
@@ -281,8 +281,8 @@ def claim_named(name):
 
 
 def test_a_verdict_names_the_worst_run_and_what_is_allowed():
-    claim = Claim("", "", "", lambda r: max(over(r[key].metrics["steady_rms_error"], 0.003) for key in r))
-    said = worst_case(claim, results(steady_rms_error=(("square", "backstepping"), 2.0)))
+    claim = Claim("", "", "", lambda _: Judgement("square", "backstepping", "steady_rms_error", 2.0, 0.003))
+    said = worst_case(claim, results())
     assert said == (
         "backstepping on the square: 2000 mm/s (rms of the velocity error, second half), "
         "667 times the 3.00 mm/s allowed"
@@ -328,13 +328,33 @@ def test_the_best_of_each_demand_is_marked_and_nothing_where_all_are_alike():
     assert best(runs, "overshoot") == [False] * 5 + [True]
 
 
-def test_words_and_table_come_from_one_number(study):
+def test_what_decides_a_claim_is_a_number_of_the_run_it_names(study):
     for claim in CLAIMS:
         for condition in (REPRODUCED, LITERAL):
             every = {key: study.outcomes[run] for key, run in runs_of(condition).items()}
-            traced = claim.ratio({key: sourced(key, run) for key, run in every.items()})
-            assert float(traced) == claim.ratio(every)
-            assert isinstance(traced, SourcedRatio) == (0.0 < traced < math.inf)
+            judgement = claim.judge(every)
+            run = every[judgement.demand, judgement.controller]
+            measured = (dict(run.settled) | dict(run.metrics))[judgement.name]
+            assert judgement.measured == measured or run.metrics["diverged"]
+            if judgement.rival and math.isfinite(judgement.allowed):
+                rival = every[judgement.demand, judgement.rival]
+                assert judgement.allowed == rival.metrics[judgement.name]
+
+
+@pytest.mark.parametrize(
+    ("measured", "allowed", "ratio"),
+    [
+        (1.0, 4.0, 0.25),
+        (math.inf, 1.0, math.inf),
+        (math.nan, 1.0, math.inf),
+        (1.0, 0.0, math.inf),
+        (1.0, math.nan, math.inf),
+        (1.0, math.inf, 0.0),
+        (math.inf, math.inf, math.inf),
+    ],
+)
+def test_a_ratio_is_a_number_or_infinite(measured, allowed, ratio):
+    assert Judgement("sine", "tsmc", "rms_error", measured, allowed).ratio == ratio
 
 
 @pytest.mark.parametrize(

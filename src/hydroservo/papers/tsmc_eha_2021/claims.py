@@ -1,7 +1,8 @@
 """The paper's claims as predicates over results.
 
-Each claim is a ratio of what was measured to what it allows, the worst over what it speaks of; it holds
-where the ratio is below 1. A run that diverged or has no number gives infinity: a result, not an error.
+Each claim compares what was measured with what it allows, at the worst of what it speaks of; it holds where
+their ratio is below 1. A run without that number gives infinity, as does one that diverged where the loop is
+spoken of; estimates are judged by their errors alone.
 """
 
 import math
@@ -16,7 +17,17 @@ from hydroservo.metrics import METRIC_FIELDS
 from hydroservo.observers.tsm import TSMObserver
 from hydroservo.references.square import Square
 
-__all__ = ["AMPLITUDE", "CLAIMS", "CONVERGED", "SURFACE_GAIN", "Claim", "Outcome", "Results", "outcome"]
+__all__ = [
+    "AMPLITUDE",
+    "CLAIMS",
+    "CONVERGED",
+    "SURFACE_GAIN",
+    "Claim",
+    "Judgement",
+    "Outcome",
+    "Results",
+    "outcome",
+]
 
 AMPLITUDE = Square().amplitude  # [m/s] of both demands
 LOAD = Constant().amplitude  # [N] of both loads
@@ -50,13 +61,40 @@ class Outcome(NamedTuple):
 Results = Mapping[tuple[str, str], Outcome]  # by demand and controller
 
 
+class Judgement(NamedTuple):
+    """What decides a claim: a number of one run, and the number that it must stay below.
+
+    Attributes:
+        demand: of the run.
+        controller: of the run.
+        name: which of the outcome's metrics or settled sizes it is.
+        measured: its value in SI units; infinite where the run diverged.
+        allowed: the limit in the same unit; infinite where a rival is to be beaten and none is left.
+        rival: the controller whose number the limit is; "" where it is the claim's own.
+    """
+
+    demand: str
+    controller: str
+    name: str
+    measured: float
+    allowed: float
+    rival: str = ""
+
+    @property
+    def ratio(self) -> float:
+        """measured/allowed; infinity where that is not a number."""
+        if not math.isfinite(self.measured) or not self.allowed > 0.0:
+            return math.inf
+        return self.measured / self.allowed
+
+
 class Claim(NamedTuple):
-    """A claim of the paper, what it is taken to mean, and how far a condition is from breaking it."""
+    """A claim of the paper, what it is taken to mean, and what decides it under one condition."""
 
     name: str
     title: str
     test: str
-    ratio: Callable[[Results], float]
+    judge: Callable[[Results], Judgement]
 
 
 def outcome(data: Any, demand: str) -> Outcome:
@@ -78,41 +116,42 @@ def outcome(data: Any, demand: str) -> Outcome:
     return Outcome(metrics, {name: largest(values.to_numpy()) for name, values in signals.items()})
 
 
-def over(measured: float, allowed: float) -> float:
-    """measured/allowed; infinity where that is not a number."""
-    if not math.isfinite(measured) or allowed <= 0.0:
-        return math.inf
-    return measured / allowed
-
-
-def worst(ratios: Iterable[float]) -> float:
-    return max(ratios)
+def worst(judgements: Iterable[Judgement]) -> Judgement:
+    return max(judgements, key=lambda judgement: judgement.ratio)
 
 
 def stable(run: Outcome) -> bool:
     return run.metrics["diverged"] == 0.0
 
 
-def tracking(results: Results, controllers: tuple[str, ...]) -> float:
+def metric(run: Outcome, name: str) -> float:
+    """A metric of a run; infinite where the run diverged."""
+    return run.metrics[name] if stable(run) else math.inf
+
+
+def settled(run: Outcome, name: str) -> float:
+    """The largest size of a signal once settled; infinite where the run diverged."""
+    return run.settled[name] if stable(run) else math.inf
+
+
+def tracking(results: Results, controllers: tuple[str, ...]) -> Judgement:
+    name = "steady_rms_error"
     return worst(
-        over(run.metrics["steady_rms_error"], TRACKING * DEMAND_RMS[demand]) if stable(run) else math.inf
+        Judgement(demand, controller, name, metric(run, name), TRACKING * DEMAND_RMS[demand])
         for (demand, controller), run in results.items()
         if controller in controllers
     )
 
 
-def against_rivals(results: Results, metric: str, demands: tuple[str, ...]) -> float:
-    """TSMC's metric over its best rival's, worst over the demands; a rival that diverged is no rival."""
+def against_rivals(results: Results, name: str, demands: tuple[str, ...]) -> Judgement:
+    """TSMC's metric against its best rival's, worst over the demands; a rival that diverged is no rival."""
 
-    def one(demand: str) -> float:
-        own = results[demand, "tsmc"]
-        rivals = [results[demand, name] for name in ("pi", "backstepping")]
-        best = min((r.metrics[metric] for r in rivals if stable(r)), default=math.inf)
-        if not stable(own) or not math.isfinite(own.metrics[metric]):
-            return math.inf
-        return 0.0 if best == math.inf else over(own.metrics[metric], best)
+    def against_best(demand: str) -> Judgement:
+        rivals = {rival: metric(results[demand, rival], name) for rival in ("pi", "backstepping")}
+        best = min(rivals, key=lambda rival: rivals[rival])
+        return Judgement(demand, "tsmc", name, metric(results[demand, "tsmc"], name), rivals[best], best)
 
-    return worst(one(demand) for demand in demands)
+    return worst(against_best(demand) for demand in demands)
 
 
 def disturbance(run: Outcome, i: int) -> float:
@@ -120,30 +159,34 @@ def disturbance(run: Outcome, i: int) -> float:
     return max(size, LEAST_DISTURBANCE[i - 1]) if math.isfinite(size) else math.nan
 
 
-def estimate(results: Results, i: int) -> float:
-    runs = [results[demand, "tsmc"] for demand in ("sine", "square")]
-    return worst(over(run.metrics[f"estimate_rms_error_{i}"], ESTIMATE * disturbance(run, i)) for run in runs)
-
-
-def loop_stable(results: Results) -> float:
-    runs = [results[demand, "tsmc"] for demand in ("sine", "square")]
-    return worst(over(run.settled["error"], AMPLITUDE) if stable(run) else math.inf for run in runs)
-
-
-def settled(results: Results, scales: Mapping[str, float]) -> float:
-    runs = [results[demand, "tsmc"] for demand in ("sine", "square")]
+def estimated(results: Results, i: int) -> Judgement:
+    name = f"estimate_rms_error_{i}"
     return worst(
-        over(run.settled[name], CONVERGED * scale) if stable(run) else math.inf
-        for run in runs
-        for name, scale in scales.items()
+        Judgement(demand, "tsmc", name, run.metrics[name], ESTIMATE * disturbance(run, i))
+        for demand, run in runs_of_tsmc(results)
     )
 
 
-def estimates_settled(results: Results) -> float:
-    runs = [results[demand, "tsmc"] for demand in ("sine", "square")]
+def converged(results: Results, limits: Mapping[str, float]) -> Judgement:
+    """The settled sizes named, each against its limit."""
     return worst(
-        over(run.settled[f"miss{i}"], ESTIMATE * disturbance(run, i)) for run in runs for i in (1, 2)
+        Judgement(demand, "tsmc", name, settled(run, name), limit)
+        for demand, run in runs_of_tsmc(results)
+        for name, limit in limits.items()
     )
+
+
+def estimates_converged(results: Results) -> Judgement:
+    return worst(
+        Judgement(demand, "tsmc", f"miss{i}", run.settled[f"miss{i}"], ESTIMATE * disturbance(run, i))
+        for demand, run in runs_of_tsmc(results)
+        for i in (1, 2)
+    )
+
+
+def runs_of_tsmc(results: Results) -> list[tuple[str, Outcome]]:
+    """TSMC's runs by demand."""
+    return [(demand, results[demand, "tsmc"]) for demand in ("sine", "square")]
 
 
 CLAIMS = (
@@ -193,42 +236,42 @@ CLAIMS = (
         "3 (d1)",
         "The estimate of d_L1 is consistent with the load",
         f"rms error of the estimate {OF_DISTURBANCE} {FLOORS}, second half, both demands",
-        lambda r: estimate(r, 1),
+        lambda r: estimated(r, 1),
     ),
     Claim(
         "3 (d2)",
         "The estimate of d_L2 is consistent with the model functions",
         f"rms error of the estimate {OF_DISTURBANCE} {FLOORS}, second half, both demands",
-        lambda r: estimate(r, 2),
+        lambda r: estimated(r, 2),
     ),
     Claim(
         "4 (loop)",
         "The loop with TSMC is stable",
         f"no divergence, and {SETTLED} an error below the demand's amplitude, both demands",
-        loop_stable,
+        lambda r: converged(r, {"error": AMPLITUDE}),
     ),
     Claim(
         "4 (observer)",
         "The observer's surfaces converge",
         f"{SETTLED} |s1| below {SMALL_VELOCITY} and |s2| below {SMALL_FORCE}, both demands",
-        lambda r: settled(r, {"s1": AMPLITUDE, "s2": LOAD}),
+        lambda r: converged(r, {"s1": CONVERGED * AMPLITUDE, "s2": CONVERGED * LOAD}),
     ),
     Claim(
         "4 (surfaces)",
         "The controller's surfaces converge",
         f"{SETTLED} |xi1| below {SMALL_VELOCITY} and |xi2| below mu_1 times that, both demands",
-        lambda r: settled(r, {"xi1": AMPLITUDE, "xi2": SURFACE_GAIN * AMPLITUDE}),
+        lambda r: converged(r, {"xi1": CONVERGED * AMPLITUDE, "xi2": CONVERGED * (SURFACE_GAIN * AMPLITUDE)}),
     ),
     Claim(
         "5 (state)",
         "The velocity error converges in finite time",
         f"{SETTLED} below {SMALL_VELOCITY}, and it stays there, both demands",
-        lambda r: settled(r, {"error": AMPLITUDE}),
+        lambda r: converged(r, {"error": CONVERGED * AMPLITUDE}),
     ),
     Claim(
         "5 (observer)",
         "The estimation errors converge in finite time",
         f"{SETTLED} {OF_DISTURBANCE} {FLOORS}, and they stay there, both demands",
-        estimates_settled,
+        estimates_converged,
     ),
 )

@@ -131,7 +131,7 @@ def judged(outcomes: dict[Run, Outcome]) -> "pd.DataFrame":
     for condition in all_conditions():
         results = {key: outcomes[run] for key, run in runs_of(condition).items()}
         for claim in CLAIMS:
-            ratio = claim.ratio(results)
+            ratio = claim.judge(results).ratio
             rows.append({"claim": claim.name} | condition._asdict() | {"ratio": ratio, "holds": ratio < 1.0})
     return pd.DataFrame(rows)
 
