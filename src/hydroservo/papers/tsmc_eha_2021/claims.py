@@ -11,14 +11,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from hydroservo.controllers.tsmc import TSMC
-from hydroservo.loads.constant import Constant
 from hydroservo.metrics import METRIC_FIELDS
-from hydroservo.observers.tsm import TSMObserver
-from hydroservo.references.square import Square
+from hydroservo.papers.tsmc_eha_2021.machine import AMPLITUDE, LOAD, OBSERVER, PERIOD, TERMINAL
 
 __all__ = [
-    "AMPLITUDE",
     "CLAIMS",
     "CONVERGED",
     "SURFACE_GAIN",
@@ -29,16 +25,14 @@ __all__ = [
     "outcome",
 ]
 
-AMPLITUDE = Square().amplitude  # [m/s] of both demands
-LOAD = Constant().amplitude  # [N] of both loads
 DEMAND_RMS = {"sine": AMPLITUDE / math.sqrt(2.0), "square": AMPLITUDE}
-SURFACE_GAIN = TSMC().linear_gain_1  # [1/s] mu_1, which carries a velocity error into xi2
+SURFACE_GAIN = TERMINAL.linear_gain_1  # [1/s] mu_1, which carries a velocity error into xi2
 TRACKING = 0.20  # tracking, generously: steady rms error below this part of the demand's rms
 ESTIMATE = 0.10  # an estimate is consistent: error below this part of what it estimates
 CONVERGED = 0.01  # converged: below this part of the signal's natural scale
-LEAST_DISTURBANCE = (1.0, TSMObserver().switching_gain_2)  # [m/s^2], [N/s] a smaller one counts as this large
+LEAST_DISTURBANCE = (1.0, OBSERVER.switching_gain_2)  # [m/s^2], [N/s] a smaller one counts as this large
 SETTLED_AFTER = 1.0  # [s] after the start and after each jump of the demand
-HALF_PERIOD = 0.5 * Square().period  # [s] between jumps of the square demand
+HALF_PERIOD = 0.5 * PERIOD  # [s] between jumps of the square demand
 
 TRACKS = f"below {100 * TRACKING:g} % of the demand's rms, on both demands"
 OF_DISTURBANCE = f"below {100 * ESTIMATE:g} % of the disturbance's rms"

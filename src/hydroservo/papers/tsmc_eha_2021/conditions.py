@@ -3,6 +3,8 @@
 from itertools import product
 from typing import Any, NamedTuple
 
+from hydroservo.papers.tsmc_eha_2021.machine import VALVE_LAG
+
 __all__ = [
     "CONTROLLERS",
     "DEMANDS",
@@ -26,7 +28,10 @@ CONTROLLERS = ("pi", "backstepping", "tsmc")
 READINGS = ("corrected", "as printed")
 SCALES = (-1, 0, 1)
 REALISATIONS = {"explicit": "Explicit", "boundary layer": "BoundaryLayer", "implicit": "Implicit"}
-VALVES = {"static": "StaticValve", "10 ms lag": "FirstOrderValve"}
+VALVES: dict[str, dict[str, object]] = {
+    "static": {"valve.type": "StaticValve"},
+    "10 ms lag": {"valve.type": "FirstOrderValve", "valve.time_constant": VALVE_LAG},
+}
 PERIODS = {"10 us": 1e-5, "100 us": 1e-4, "1 ms": 1e-3}
 STEP = 1e-5  # [s] the machine is integrated with this step whatever the sample period
 
@@ -68,8 +73,7 @@ class Run(NamedTuple):
             "simulation.period": period,
             "simulation.substeps": round(period / STEP),
             "plant.as_printed": self.reading == "as printed",
-            "valve.type": VALVES[self.valve],
-        }
+        } | VALVES[self.valve]
         if self.controller != "pi":
             changes["controller.as_printed"] = self.reading == "as printed"
         if self.realisation:

@@ -4,12 +4,11 @@ import base64
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hydroservo.controllers.saturation import Saturation
-from hydroservo.loop import Simulation
 from hydroservo.papers import tsmc_eha_2021 as paper
 from hydroservo.papers.tsmc_eha_2021 import conditions
 from hydroservo.papers.tsmc_eha_2021.claims import CLAIMS
 from hydroservo.papers.tsmc_eha_2021.errata import ERRATA
+from hydroservo.papers.tsmc_eha_2021.machine import COMMAND_LIMIT, DURATION
 from hydroservo.papers.tsmc_eha_2021.report import tables, theory
 from hydroservo.papers.tsmc_eha_2021.report.figures import FIGURES
 from hydroservo.papers.tsmc_eha_2021.report.names import Trajectories, condition_name
@@ -40,8 +39,8 @@ def page(study: Study, out: Path, fingerprint: str) -> str:
         scenarios=[{"name": f"paper/{name}", "hash": one.attrs["hash"]} for name, one in data.items()],
         grid=tables.grid(),
         runs=len(study.outcomes),
-        duration=quantity(Simulation().duration, "s"),
-        limit=quantity(Saturation().limit, "V"),
+        duration=quantity(DURATION, "s"),
+        limit=quantity(COMMAND_LIMIT.limit, "V"),
         step=f"{1e6 * conditions.STEP:g} µs",
         summary=tables.summary(study),
         reproduced=", ".join(condition_name(conditions.REPRODUCED)),

@@ -9,8 +9,9 @@ import xarray as xr
 
 from hydroservo.controllers.tsmc import TSMC
 from hydroservo.observers.tsm import TSMObserver
-from hydroservo.papers.tsmc_eha_2021.claims import AMPLITUDE, CONVERGED, SURFACE_GAIN
+from hydroservo.papers.tsmc_eha_2021.claims import CONVERGED, SURFACE_GAIN
 from hydroservo.papers.tsmc_eha_2021.conditions import CONTROLLERS, DEMANDS
+from hydroservo.papers.tsmc_eha_2021.machine import AMPLITUDE
 from hydroservo.papers.tsmc_eha_2021.report.names import Trajectories, run_name
 from hydroservo.papers.tsmc_eha_2021.report.tables import Table
 from hydroservo.readable import NONE, number, quantity

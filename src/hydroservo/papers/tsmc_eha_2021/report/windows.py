@@ -2,17 +2,15 @@
 
 from hydroservo.figures import panels
 from hydroservo.figures.panels import Window
-from hydroservo.loop import Simulation
-from hydroservo.references.square import Square
+from hydroservo.papers.tsmc_eha_2021.machine import DURATION, PERIOD
 
-__all__ = ["CLOSE", "JUMP", "PERIOD", "SHORT", "START", "TROUGH", "WHOLE"]
+__all__ = ["CLOSE", "JUMP", "SHORT", "START", "TROUGH", "WHOLE"]
 
-PERIOD = Square().period  # [s] of both demands
 START = 0.03  # [s] how much of the start from rest is shown
 JUMP = 0.5 * PERIOD  # [s] the square's first
 TROUGH = 0.75 * PERIOD  # [s] the sine's first
 
-WHOLE = panels.WHOLE._replace(stop=Simulation().duration)
+WHOLE = panels.WHOLE._replace(stop=DURATION)
 SHORT = {
     "sine": Window("start", 0.0, START, label="time [ms]", factor=1e3, dots=True),
     "square": Window(
