@@ -43,6 +43,7 @@ PACKAGES = (
     "supplies",
     "sensors",
     "plants",
+    "papers.tsmc_eha_2021.printed",
 )
 PLAIN = {"designed", "missing", "simplified"}  # methods that only Python calls
 NOTHING = ("NoPosition", "NoPressure")  # blocks whose answer, nan, is that there is none

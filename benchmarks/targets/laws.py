@@ -27,6 +27,7 @@ from hydroservo.observers import (
     PositionKalmanObserver,
     TSMObserver,
 )
+from hydroservo.papers.tsmc_eha_2021.printed import PrintedBackstepping, PrintedTSMC
 
 __all__ = ["LAWS", "PARTS", "types_in"]
 
@@ -42,11 +43,11 @@ LAWS: dict[str, Controller] = {
     "PI": PI(anti_windup=50.0),
     "backstepping": Backstepping(derivative=ModelDerivative()),
     "backstepping filtered": Backstepping(derivative=FilteredDerivative()),
-    "backstepping as printed": Backstepping(as_printed=True),
+    "backstepping as printed": PrintedBackstepping(),
     "TSMC": TSMC(observer=TSMObserver(realisation=BoundaryLayer()), reaching=ExplicitReaching()),
     "TSMC explicit": TSMC(observer=TSMObserver(realisation=Explicit()), reaching=SmoothReaching()),
     "TSMC implicit": TSMC(observer=TSMObserver(realisation=Implicit()), reaching=ImplicitReaching()),
-    "TSMC as printed": TSMC(as_printed=True),
+    "TSMC as printed": PrintedTSMC(),
     "TSMC Kalman": TSMC(observer=KalmanObserver()),
     "TSMC position Kalman": TSMC(observer=PositionKalmanObserver(), reaching=ImplicitReaching()),
     "anti-windup": AntiWindup(controller=PI(saturation=Saturation(1000.0))),

@@ -39,8 +39,6 @@ def rows(maker: Callable[..., Any]) -> Iterator[Row]:
         default, field = known.get(name), fields.get(name)
         if is_block(default):
             yield Row(name, type(default).__name__, "", "", f"nested block, a {role(maker, name)}", "")
-        elif name == "as_printed":
-            yield Row(name, "false", "", "true or false", "the print to the letter", "")
         elif field is None:
             yield Row(name, written(default), "", "", "nested", "")
         else:

@@ -99,7 +99,6 @@ def test_disturbances_are_defined_against_the_model_that_varies():
         ("mass=1..2", "mass: is no number that can vary"),
         ("nominal.plant.mass=1..2", "is no number that can vary; did you mean "),
         ("plant=1..2", "plant: is no number that can vary"),
-        ("plant.as_printed=0..1", "plant.as_printed: must be one of plant.mass"),
         ("simulation.period=1..2", "simulation.period: is no number that can vary"),
         ("simulation.seed=1..2", "simulation.seed: is varied by --seeds"),
         ("plant.mass", "'plant.mass' must be of the form PATH=LOW..HIGH"),

@@ -57,7 +57,11 @@ WRONG_TEXT = {
     "two lines of text": (PI + '[plant]\nmass = """a\nb"""\n', "plant.mass: 'a\\nb' is not a quantity"),
     "power tower": (PI + '[plant]\nmass = "9**9**9 kg"\n', "plant.mass: '9**9**9 kg' has a unit that cannot"),
     "boolean for a number": (PI + "[plant]\nmass = true\n", "plant.mass: True must be a finite number"),
-    "number for a boolean": (PI + "[plant]\nas_printed = 1\n", "plant.as_printed: 1 must be true or false"),
+    "plant as printed": (
+        PI + "[plant]\nas_printed = true\n",
+        "plant.as_printed: True is no switch any more; see PrintedTSMC, PrintedBackstepping and ",
+    ),
+    "law as printed": (TSMC + "as_printed = 1\n", "controller.as_printed: 1 is no switch any more"),
     "date": (PI + "[plant]\nmass = 2026-01-01\n", "plant.mass: datetime.date(2026, 1, 1) must be"),
     "array": (PI + "[plant]\nmass = [6]\n", "plant.mass: [6] must be"),
     "table for a number": (PI + "[plant.mass]\n", "plant.mass: {} must be"),
@@ -87,7 +91,6 @@ WRONG_TEXT = {
     ),
     "uncertain path, nearest": (PI + "[uncertainty]\nplant.dampin = 0.1\n", "did you mean plant.damping?"),
     "uncertain group": (PI + "[uncertainty]\nplant = 0.1\n", "uncertainty.plant: unknown key (value 0.1)"),
-    "uncertain choice": (PI + "[uncertainty]\nplant.as_printed = 0.1\n", "as_printed: unknown key"),
     "uncertain control": (
         PI + "[uncertainty]\ncontroller.integral_gain = 0.1\n",
         "integral_gain: unknown key",

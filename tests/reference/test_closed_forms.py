@@ -41,11 +41,11 @@ def jacobian(plant: LoadPressurePlant) -> np.ndarray:
     return np.column_stack([by_velocity, by_force])
 
 
-@pytest.mark.parametrize(("as_printed", "printed_ratio"), [(False, 0.356), (True, 0.004)])
-def test_natural_frequency_and_damping_ratio(as_printed: bool, printed_ratio: float) -> None:
-    eigenvalues = np.linalg.eigvals(jacobian(LoadPressurePlant(as_printed=as_printed)))
+@pytest.mark.parametrize(("leakage", "printed_ratio"), [(LEAKAGE, 0.356), (LEAKAGE * AREA, 0.004)])
+def test_natural_frequency_and_damping_ratio(leakage: float, printed_ratio: float) -> None:
+    eigenvalues = np.linalg.eigvals(jacobian(LoadPressurePlant(leakage=leakage)))
     frequency, ratio = abs(eigenvalues[0]), -eigenvalues[0].real / abs(eigenvalues[0])
-    decay = 4.0 * BULK / VOLUME * LEAKAGE * (AREA if as_printed else 1.0)  # [1/s]
+    decay = 4.0 * BULK / VOLUME * leakage  # [1/s]
     exact = math.sqrt(STIFFNESS / MASS + decay * DAMPING / MASS)
     assert frequency == pytest.approx(exact, rel=1e-9)
     assert ratio == pytest.approx((decay + DAMPING / MASS) / (2.0 * exact), rel=1e-9)

@@ -48,7 +48,6 @@ def test_an_interrupt_stops_the_batch() -> None:
         ({"plant.mss": MASSES}, "no 'mss' there"),
         ({"plant": MASSES}, "must be a float outside the simulation and hold blocks"),
         ({"simulation.period": MASSES}, "must be a float outside the simulation and hold blocks"),
-        ({"plant.as_printed": MASSES}, "must be a float outside the simulation and hold blocks"),
         ({"plant.mass": [1.0, -2.0, 3.0]}, r"plant.mass = -2.0: must be a finite number above 0 \[kg\]"),
         ({"plant.mass": [1.0, float("nan")]}, "plant.mass = nan: must be a finite number"),
         ({"plant.mass": []}, r"must be an array of shape \(runs,\)"),

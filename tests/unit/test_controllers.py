@@ -10,6 +10,7 @@ from hydroservo import ops
 from hydroservo.block import Block
 from hydroservo.controllers import PI, TSMC, Backstepping, PIState, Saturation
 from hydroservo.observers import FilteredDerivative, ModelDerivative
+from hydroservo.papers.tsmc_eha_2021.printed import PrintedBackstepping, PrintedTSMC
 from hydroservo.plants import DesignModel
 from hydroservo.signals import Demand, Measurement
 
@@ -113,7 +114,7 @@ def test_backstepping_gives_its_error_dynamics_on_the_nominal_model(
 def test_printed_backstepping_takes_the_integral_of_the_demand_for_the_velocity(
     y: Measurement, r: Demand
 ) -> None:
-    law = Backstepping(as_printed=True)
+    law = PrintedBackstepping()
     first = after(law, y, r)
     second = law.step(first, y, r, DT)
     assert first.z1 == y.velocity
@@ -173,7 +174,7 @@ def test_tsmc_surfaces_take_the_observers_in(y: Measurement, r: Demand, told: To
 def test_printed_tsmc_differs_where_the_print_does(y: Measurement, r: Demand, told: Told) -> None:
     """d1 for its rate, the second derivative of the demand for the third, s1 for xi1 in one power."""
     corrected = after(TSMC(observer=told, saturation=NO_LIMIT), y, r)
-    printed = after(TSMC(observer=told, saturation=NO_LIMIT, as_printed=True), y, r)
+    printed = after(PrintedTSMC(observer=told, saturation=NO_LIMIT), y, r)
     law = TSMC()
     xi1_rate = MODEL.f1(y.velocity) + MODEL.g1() * y.load_force + told.d1 - r.rate
     slope = law.exponent_1 * (abs(corrected.xi1) + 1e-4) ** (law.exponent_1 - 1.0)

@@ -38,13 +38,6 @@ def test_energy(v: float, x2: float, flow: float, load: float) -> None:
     assert stored == pytest.approx(sum(taken), abs=1e-11 * (1.0 + sum(map(abs, taken)) + abs(x2 * v)))
 
 
-def test_as_printed_the_leakage_is_smaller_by_the_area() -> None:
-    corrected, printed = LoadPressurePlant(), LoadPressurePlant(as_printed=True)
-    ratio = printed.free_force_rate(0.0, 100.0) / corrected.free_force_rate(0.0, 100.0)
-    assert ratio == pytest.approx(corrected.piston_area)
-    assert printed.free_force_rate(0.1, 0.0) == corrected.free_force_rate(0.1, 0.0)
-
-
 def test_it_starts_at_rest_in_the_middle() -> None:
     plant = LoadPressurePlant()
     assert plant.init() == (0.0, 0.0, 0.5 * plant.stroke)

@@ -361,7 +361,7 @@ def test_a_ratio_is_a_number_or_infinite(measured, allowed, ratio):
     ("text", "shown"),
     [
         ("|xi1| below mu_1", "|<i>&xi;</i><sub>1</sub>| below <i>&mu;</i><sub>1</sub>"),
-        ("plant.as_printed chooses", "<code>plant.as_printed</code> chooses"),
+        ("plant.start_position is", "<code>plant.start_position</code> is"),
         (
             "xi1^(p1/q1) < 2",
             "<i>&xi;</i><sub>1</sub><sup><i>p</i><sub>1</sub>/<i>q</i><sub>1</sub></sup> &lt; 2",

@@ -156,7 +156,6 @@ def test_without_a_model_in_the_controller_nominal_is_the_machine_before_uncerta
 def test_changes_take_what_a_file_can_hold() -> None:
     changes = {
         "plant.mass": "7000 g",
-        "plant.as_printed": True,
         "simulation.period": 1e-3,
         "valve.type": "FirstOrderValve",
         "valve.time_constant": "5 ms",
@@ -164,7 +163,7 @@ def test_changes_take_what_a_file_can_hold() -> None:
         "uncertainty.scale": 0,
     }
     loop = load_scenario("paper/sine-pi", changes)
-    assert loop.plant == Loop().plant._replace(mass=7.0, as_printed=True)
+    assert loop.plant == Loop().plant._replace(mass=7.0)
     assert loop.simulation.period == 1e-3
     assert loop.valve == FirstOrderValve(time_constant=5e-3)
     assert loop.controller == PI()._replace(saturation=PI().saturation._replace(limit=5.0))
@@ -194,7 +193,7 @@ def test_a_nested_type_is_changed_alone() -> None:
         ('supply.supply_pressure="40 bar"', "supply.supply_pressure", "40 bar"),
         ("controller.type=TSMC", "controller.type", "TSMC"),
         ("controller.exponent_1=5/7", "controller.exponent_1", "5/7"),
-        ("plant.as_printed=true", "plant.as_printed", True),
+        ("controller.free=true", "controller.free", True),
         ("uncertainty.scale=-1", "uncertainty.scale", -1),
         ("reference.series.file=a=b.csv", "reference.series.file", "a=b.csv"),
         ("a=1\nb = 2", "a", "1\nb = 2"),

@@ -95,6 +95,15 @@ def test_a_missing_default_must_be_given(tmp_path: Path) -> None:
     assert load_scenario("paper/sine-pi", {**changes, "controller.needed": "1 mm"}).controller.needed == 1e-3
 
 
+def test_a_switch_must_be_true_or_false(tmp_path: Path) -> None:
+    text = BLOCK.format(name="Switched", default="0.0\n    on: bool = False")
+    plugin = written(tmp_path, "Switched", text)
+    changes = {"controller.type": "Switched"}
+    with pytest.raises(ScenarioError, match=r"controller\.on: 1 must be true or false"):
+        load_scenario("paper/sine-pi", {**changes, "controller.on": 1}, [plugin])
+    assert load_scenario("paper/sine-pi", {**changes, "controller.on": True}).controller.on is True
+
+
 def test_a_name_of_two_classes_is_refused(tmp_path: Path) -> None:
     plugin = written(tmp_path, "two", BLOCK.format(name="Backstepping", default="0.0"))
     with pytest.raises(ScenarioError, match="names two classes"):

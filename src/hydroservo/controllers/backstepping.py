@@ -2,7 +2,6 @@
 
 from typing import Annotated, NamedTuple
 
-from hydroservo import ops
 from hydroservo.block import Block, Differentiator, Field
 from hydroservo.controllers.saturation import Saturation
 from hydroservo.observers.model_derivative import ModelDerivative
@@ -19,7 +18,6 @@ class BacksteppingState(NamedTuple):
     u: Annotated[float, Field("V", "command")]
     z1: Annotated[float, Field("m/s", "velocity error z1")]
     z2: Annotated[float, Field("N", "error of the virtual control z2 = x2 - zeta1")]
-    demand_position: Annotated[float, Field("m", "y_d, integral of the demand; the printed z1 uses it")]
     derivative: Block
 
 
@@ -32,9 +30,8 @@ class Backstepping(NamedTuple):
         u     = (-k2 z2 - f2 - g1 z1 + dzeta1/dt)/g2
 
     dzeta1/dt comes from the nested block: analytic on the nominal model, or a filtered difference.
-    ``as_printed`` takes f1 = +b x1/m and z1 = x1 - y_d as the print has them.
 
-    Source: eq. (26) of doi:10.1007/s42401-021-00087-w.
+    Source: eq. (26) of doi:10.1007/s42401-021-00087-w, with the sign of its f1 and its z1 mended.
     Fails under load and parametric errors: with no integral action the velocity error they cause stays.
     """
 
@@ -43,26 +40,22 @@ class Backstepping(NamedTuple):
     model: DesignModel = DesignModel()
     derivative: Differentiator = ModelDerivative()
     saturation: Saturation = Saturation()
-    as_printed: bool = False
 
     def init(self) -> BacksteppingState:
-        return BacksteppingState(0.0, 0.0, 0.0, 0.0, self.derivative.init())
+        return BacksteppingState(0.0, 0.0, 0.0, self.derivative.init())
 
     def step(self, s: BacksteppingState, y: Measurement, r: Demand, dt: float) -> BacksteppingState:
         m = self.model
         x1, x2 = y.velocity, y.load_force
-        f1 = ops.where(self.as_printed, -m.f1(x1), m.f1(x1))
-        f1_slope = ops.where(self.as_printed, -m.f1_slope(), m.f1_slope())
-        g1 = m.g1()
-        z1 = ops.where(self.as_printed, x1 - s.demand_position, x1 - r.value)
-        demand_rate = ops.where(self.as_printed, r.value, r.rate)
+        f1, f1_slope, g1 = m.f1(x1), m.f1_slope(), m.g1()
+        z1 = x1 - r.value
         zeta1 = (-self.velocity_gain * z1 - f1 + r.rate) * (1.0 / g1)
         acceleration = f1 + g1 * x2
-        model_rate = (
-            -self.velocity_gain * (acceleration - demand_rate) - f1_slope * acceleration + r.jerk
-        ) * (1.0 / g1)
+        model_rate = (-self.velocity_gain * (acceleration - r.rate) - f1_slope * acceleration + r.jerk) * (
+            1.0 / g1
+        )
         derivative = self.derivative.step(s.derivative, zeta1, model_rate, dt)
         z2 = x2 - zeta1
         numerator = -self.force_gain * z2 - m.f2(x1, x2) - g1 * z1 + derivative.rate
         u = self.saturation.apply(numerator / m.g2(x2, y.command))
-        return BacksteppingState(u, z1, z2, s.demand_position + dt * r.value, derivative)
+        return BacksteppingState(u, z1, z2, derivative)

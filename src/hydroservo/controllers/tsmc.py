@@ -2,7 +2,6 @@
 
 from typing import Annotated, NamedTuple
 
-from hydroservo import ops
 from hydroservo.block import Block, Differentiator, Field, Observer, Reaching
 from hydroservo.controllers.explicit_reaching import ExplicitReaching
 from hydroservo.controllers.saturation import Saturation
@@ -38,10 +37,9 @@ class TSMC(NamedTuple):
 
     d(xi1^a1)/dt = a1 |xi1|^(a1-1) dxi1 is singular in the print at xi1 = 0; how the pulls on xi1 and xi2 are
     realised in discrete time is the nested ``reaching``. dd1/dt comes from a nested derivative block. x1 and
-    x2 are as the observer hands them on. ``as_printed`` follows eq. (22) to the letter: d1 undifferentiated,
-    the second derivative of y_d for the third, and d(s1^a1)/dt for d(xi1^a1)/dt.
+    x2 are as the observer hands them on.
 
-    Source: eqs. (19)-(22) of doi:10.1007/s42401-021-00087-w.
+    Source: eqs. (19)-(22) of doi:10.1007/s42401-021-00087-w, with the slips of (22) mended.
     Fails where sgn is explicit (the derivative of a switching estimate reaches u, which chatters), where
     the valve lags by more than about 1/mu1, and where mu1 times the sample period nears 1.
     """
@@ -65,7 +63,6 @@ class TSMC(NamedTuple):
     derivative: Differentiator = FilteredDerivative()
     saturation: Saturation = Saturation()
     reaching: Reaching = ExplicitReaching()
-    as_printed: bool = False
 
     def init(self) -> TSMCState:
         return TSMCState(0.0, 0.0, 0.0, self.observer.init(), self.derivative.init())
@@ -80,21 +77,13 @@ class TSMC(NamedTuple):
         xi1_rate = acceleration - r.rate
         pull = self.reaching.first(xi1, self.linear_gain_1, self.power_gain_1, self.exponent_1, dt)
         xi2 = xi1_rate + pull.rate + g1 * o.s2 + f1_slope * o.s1
-        signal = ops.where(self.as_printed, ops.signed_power(o.s1, self.exponent_1), o.d1)
-        derivative = self.derivative.step(s.derivative, signal, 0.0, dt)
-        estimate_rate = ops.where(self.as_printed, o.d1, derivative.rate)
-        demand_term = ops.where(self.as_printed, r.rate, r.jerk)
-        pull_rate = ops.where(
-            self.as_printed,
-            self.linear_gain_1 * xi1_rate + self.power_gain_1 * derivative.rate,
-            pull.slope * xi1_rate,
-        )
+        derivative = self.derivative.step(s.derivative, o.d1, 0.0, dt)
         drift = (
             f1_slope * acceleration
             + g1 * (m.f2(x1, x2) + o.d2)
-            + estimate_rate
-            - demand_term
-            + pull_rate
+            + derivative.rate
+            - r.jerk
+            + pull.slope * xi1_rate
             + self.reaching.second(xi2, self.linear_gain_2, self.power_gain_2, self.exponent_2, dt)
         )
         u = self.saturation.apply(-drift * (1.0 / (g1 * m.g2(x2, y.command))))

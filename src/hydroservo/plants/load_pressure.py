@@ -2,7 +2,6 @@
 
 from typing import Annotated, NamedTuple
 
-from hydroservo import ops
 from hydroservo.block import Field, MeteringEdges
 from hydroservo.plants.stroke import check_start
 from hydroservo.signals import MachineOutputs, PortFlows, Pressures
@@ -28,8 +27,6 @@ class LoadPressurePlant(NamedTuple):
            dx2/dt = 4 beta_e A_p/V_t Q_L - 4 beta_e A_p^2/V_t x1 - 4 beta_e C_tl/V_t x2
            dy/dt  = x1
 
-    ``as_printed`` uses the leakage term of the print, 4 beta_e A_p C_tl/V_t x2, whose units do not match.
-
     Source: eqs. (3)-(5) of doi:10.1007/s42401-021-00087-w; Merritt, Hydraulic Control Systems, 1967, ch. 6.
     V_t is the total compressed volume (the print calls it half).
     Fails where the chambers differ (single rod, piston far from mid-stroke), where a chamber
@@ -52,7 +49,6 @@ class LoadPressurePlant(NamedTuple):
     ] = 2.5e-11
     stroke: Annotated[float, Field("m", "stroke L_max", TSMC_EHA_2021, above=0)] = 0.078
     start_position: Annotated[float, Field("m", "piston position at the start", CHOSEN, at_least=0)] = 0.039
-    as_printed: bool = False
 
     def check(self) -> None:
         check_start(self.start_position, self.stroke)
@@ -91,8 +87,10 @@ class LoadPressurePlant(NamedTuple):
     def free_force_rate(self, velocity: float, load_force: float) -> float:
         """dx2/dt with the valve closed [N/s]: f2 of eq. (7)."""
         stiffness = 4.0 * self.bulk_modulus / self.total_volume
-        leakage = ops.where(self.as_printed, self.piston_area * self.leakage, self.leakage)
-        return -stiffness * self.piston_area * self.piston_area * velocity - stiffness * leakage * load_force
+        return (
+            -stiffness * self.piston_area * self.piston_area * velocity
+            - stiffness * self.leakage * load_force
+        )
 
     def flow_gain(self) -> float:
         """dx2/dt per load flow, 4 beta_e A_p/V_t [N/m^3]."""

@@ -1,13 +1,14 @@
 """Blocks from tables."""
 
 import inspect
+import warnings
 from collections.abc import Collection, Hashable, Iterator, Mapping
 from functools import cache
 from typing import Any, NamedTuple, get_args, get_type_hints
 
 from hydroservo.block import Block
 from hydroservo.checks import allowed, checked, number
-from hydroservo.errors import ParameterError
+from hydroservo.errors import HydroservoWarning, ParameterError
 from hydroservo.field import Field, declared_fields
 from hydroservo.nearest import one_of
 from hydroservo.plants.design_model import DesignModel
@@ -21,6 +22,7 @@ from hydroservo.time_series import TimeSeries
 __all__ = ["Argument", "Draft", "draft", "hints", "number_from"]
 
 LARGEST_INTEGER = 2**63  # TOML's integers have 64 bits
+AS_PRINTED = "as_printed"
 NO_FIELD = Field("", "")
 
 
@@ -96,10 +98,24 @@ def draft(hint: Any, default: Block | None, table: Table, nominal: DesignModel |
     base = default._asdict() if default is not None and type(default) is maker else defaults(maker)
     table = table.retyped(type(default).__name__, base)
     for name in table.names():
-        if name not in (*base, "type"):
+        if name == AS_PRINTED and name not in base:
+            check_as_printed(table.entry(name))
+        elif name not in (*base, "type"):
             raise table.entry(name).unknown(name, base)
     members = {name: member(maker, name, value, table, nominal) for name, value in base.items()}
     return Draft(maker, members, table)
+
+
+def check_as_printed(entry: Entry) -> None:
+    """Refuse ``as_printed``, which was a switch of the paper's blocks, where it asks for the print.
+
+    Raises:
+        ScenarioError: its value is not false.
+    """
+    if entry.value is not False:
+        types = "PrintedTSMC, PrintedBackstepping and printed_leakage"
+        raise entry.error(f"is no switch any more; see {types} in hydroservo.papers.tsmc_eha_2021.printed")
+    warnings.warn(f"{entry.key} = false is no key any more; leave it out", HydroservoWarning, stacklevel=2)
 
 
 def maker_of(hint: Any, default: Block | None, table: Table) -> Maker:

@@ -36,8 +36,6 @@ def decrease(
     power_gain: float,
     exponent: float,
     dead_zone: float,
-    *,
-    as_printed: bool = False,
 ) -> Decrease:
     """The decrease of V = s^2/2 that a terminal reaching law promises, checked between samples of s.
 
@@ -62,12 +60,12 @@ def decrease(
         power_gain: eps [unit of s^(1 - a)/s], above 0.
         exponent: a, above 0 and below 1.
         dead_zone: in the unit of s, at least 0.
-        as_printed: k V in place of 2 k V, as (17) is printed: weaker, so it holds wherever the other does.
 
     Raises:
         ParameterError: an argument out of range, or fewer than two samples.
 
-    Source: eqs. (16)-(17) and (24)-(25) of doi:10.1007/s42401-021-00087-w.
+    Source: eqs. (16)-(17) and (24)-(25) of doi:10.1007/s42401-021-00087-w. (17) prints k V for 2 k V: weaker,
+    and met by half the linear gain.
     Fails to see what happens between samples. A law that is itself a backward Euler step decays by
     1/(1 + k T) a period, which falls short of e^(-k T) by (k T)^2/2: a violation if D has no room to spare.
     """
@@ -78,8 +76,7 @@ def decrease(
     value = 0.5 * np.where(np.abs(s) <= dead_zone, 0.0, s) ** 2
     before, after = value[:-1], value[1:]
     alpha = 0.5 * (1.0 + exponent)
-    linear_rate = (1.0 if as_printed else 2.0) * linear_gain
-    allowed = decayed(before, linear_rate, 2.0**alpha * power_gain, alpha, np.diff(t))
+    allowed = decayed(before, 2.0 * linear_gain, 2.0**alpha * power_gain, alpha, np.diff(t))
     judged = (before > 0.0) | (after > 0.0)
     holds = judged & (after <= allowed + ROUNDING * before)
     count = np.count_nonzero(judged)
@@ -87,9 +84,7 @@ def decrease(
     return Decrease((after - allowed) / np.diff(t), judged, holds, fraction)
 
 
-def condition_17(
-    data: "xr.Dataset", observer: TSMObserver, period: float, *, as_printed: bool = False
-) -> tuple[Decrease, Decrease]:
+def condition_17(data: "xr.Dataset", observer: TSMObserver, period: float) -> tuple[Decrease, Decrease]:
     """Condition (17) for both observer surfaces of a simulated run that recorded them.
 
     The dead zone is 2 T max(D_i, max |d_Li|): what the switching term and the disturbance together can move a
@@ -99,7 +94,6 @@ def condition_17(
         data: what ``simulate`` returned, with ``controller.observer.s1`` and ``s2``.
         observer: the observer that ran.
         period: sample period T of the controller [s].
-        as_printed: k_d V in place of 2 k_d V.
 
     Raises:
         ParameterError: as :func:`decrease`.
@@ -122,7 +116,6 @@ def condition_17(
             eps,
             observer.exponent,
             2.0 * period * max(D, float(data[f"disturbance_max_{i}"])),
-            as_printed=as_printed,
         )
         for i, (k, D, eps) in enumerate(gains, start=1)
     )

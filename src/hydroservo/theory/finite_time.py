@@ -16,8 +16,6 @@ def settling_bound(
     exponent: float,
     initial: float,
     start: float = 0.0,
-    *,
-    as_printed: bool = False,
 ) -> float:
     """The instant t_f [s] by which a function V that decreases as in Lemma 1 is zero.
 
@@ -33,21 +31,18 @@ def settling_bound(
         exponent: alpha, above 0 and below 1.
         initial: V(t_0), in the unit of V, at least 0.
         start: t_0 [s].
-        as_printed: 1 + alpha in place of 1 - alpha in the first factor, as eq. (9) is printed. That is no
-            bound: it is shorter by the factor (1 - alpha)/(1 + alpha).
 
     Raises:
         ParameterError: an argument out of range.
 
-    Source: eqs. (8)-(9) of doi:10.1007/s42401-021-00087-w; the right form follows from (8) with
-    W = V^(1 - alpha), which is linear: dW/dt <= -(1 - alpha) (mu W + delta).
+    Source: eq. (8) of doi:10.1007/s42401-021-00087-w, of which W = V^(1 - alpha) makes a linear one,
+    dW/dt <= -(1 - alpha) (mu W + delta); its eq. (9) prints 1 + alpha in the first factor.
     Fails as a forecast where the condition holds with much room to spare: it is an upper bound.
     """
     require_rates(linear_rate, power_rate, exponent)
     require_not_negative("initial", initial)
-    factor = 1.0 + exponent if as_printed else 1.0 - exponent
     ratio = linear_rate * initial ** (1.0 - exponent) / power_rate
-    return start + math.log1p(ratio) / (linear_rate * factor)
+    return start + math.log1p(ratio) / (linear_rate * (1.0 - exponent))
 
 
 def decayed(

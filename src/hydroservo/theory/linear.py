@@ -27,8 +27,6 @@ def damping_ratio(plant: LoadPressurePlant) -> float:
 
     zeta_h = (4 beta_e C_tl/V_t + b/m)/(2 omega_h)
 
-    With the plant's ``as_printed``, leakage counts A_p C_tl in place of C_tl, and next to no damping is left.
-
     Source: Merritt, Hydraulic Control Systems, 1967, ch. 6.
     Fails away from rest, where the valve's flow-pressure slope adds most of the damping.
     """

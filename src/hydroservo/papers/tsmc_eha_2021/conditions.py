@@ -66,16 +66,13 @@ class Run(NamedTuple):
         return f"paper/{self.demand}-{self.controller}"
 
     def changes(self) -> dict[str, Any]:
-        """What this run changes in its scenario, as ``--set`` would."""
+        """What this run changes in its scenario, as ``--set`` would; its reading is no part of that."""
         period = PERIODS[self.period]
         changes: dict[str, Any] = {
             "uncertainty.scale": float(self.delta),
             "simulation.period": period,
             "simulation.substeps": round(period / STEP),
-            "plant.as_printed": self.reading == "as printed",
         } | VALVES[self.valve]
-        if self.controller != "pi":
-            changes["controller.as_printed"] = self.reading == "as printed"
         if self.realisation:
             changes["controller.observer.realisation.type"] = REALISATIONS[self.realisation]
         return changes

@@ -21,7 +21,7 @@ ERRATA = (
         "leakage term 4 beta_e A_p C_tl/V_t x2",
         "4 beta_e C_tl/V_t x2",
         "x2 is A_p p_L already; as printed the units do not match and the damping all but vanishes",
-        "plant.as_printed chooses the printed term",
+        "printed.printed_leakage takes the printed term",
     ),
     Erratum(
         "(7)",
@@ -49,7 +49,7 @@ ERRATA = (
         "t_f - t_0 <= ln(...)/(mu (1 + alpha))",
         "t_f - t_0 <= ln(...)/(mu (1 - alpha))",
         "integrate (8) with W = V^(1 - alpha); the printed bound is too short",
-        "both forms are in hydroservo.theory",
+        "hydroservo.theory.settling_bound, and printed.printed_settling_bound for the printed form",
     ),
     Erratum(
         "(13), (19)",
@@ -63,7 +63,7 @@ ERRATA = (
         "exponents p + q/q",
         "(p + q)/q",
         "brackets are missing; and (17) bounds k s^2 by k V where it is 2 k V, weaker but true",
-        "hydroservo.theory has both forms of the decrease",
+        "hydroservo.theory.condition_17 takes 2 k V; half the linear gain gives the printed form",
     ),
     Erratum(
         "(18)",
@@ -77,14 +77,14 @@ ERRATA = (
         "the second derivative of y_d, in the text as it reached us",
         "the third derivative of y_d",
         "differentiating (20) once more raises the order",
-        "references give the demand with two derivatives; controller.as_printed puts the first into (22)",
+        "references give the demand with two derivatives; PrintedTSMC puts the first into (22)",
     ),
     Erratum(
         "(22)",
         "d(s1^(p1/q1))/dt",
         "d(xi1^(p1/q1))/dt",
         "(21), from which (22) follows, has xi1",
-        "controller.as_printed differentiates s1^(p1/q1) numerically",
+        "PrintedTSMC differentiates s1^(p1/q1) numerically",
     ),
     Erratum(
         "(22)",
@@ -98,14 +98,14 @@ ERRATA = (
         "the estimate of d_L1 undifferentiated in one place, in the text as it reached us",
         "its time derivative",
         "(21) has the derivative, which contains that of a sgn and must be estimated",
-        "controller.derivative, a filtered difference; controller.as_printed leaves the estimate as it is",
+        "controller.derivative, a filtered difference; PrintedTSMC leaves the estimate as it is",
     ),
     Erratum(
         "(26)",
         "f1 = +b x1/m, z1 = x1 - y_d, xi_1 and zeta_1 for one thing, sgn(eta u) with eta undefined",
         "f1 = -b x1/m, z1 = x1 - dy_d/dt, zeta_1 is the virtual control",
         "(7) has -b x1/m, and the demand is a velocity",
-        "controller.as_printed takes the letter: the velocity then follows a position demand",
+        "PrintedBackstepping takes the letter: the velocity then follows a position demand",
     ),
     Erratum(
         "Lemma 2",

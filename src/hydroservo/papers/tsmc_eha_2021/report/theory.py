@@ -12,6 +12,7 @@ from hydroservo.observers.tsm import TSMObserver
 from hydroservo.papers.tsmc_eha_2021.claims import CONVERGED, SURFACE_GAIN
 from hydroservo.papers.tsmc_eha_2021.conditions import CONTROLLERS, DEMANDS
 from hydroservo.papers.tsmc_eha_2021.machine import AMPLITUDE
+from hydroservo.papers.tsmc_eha_2021.printed import printed_settling_bound
 from hydroservo.papers.tsmc_eha_2021.report.names import Trajectories, run_name
 from hydroservo.papers.tsmc_eha_2021.report.tables import Table
 from hydroservo.readable import NONE, number, quantity
@@ -56,13 +57,12 @@ def bounds(run: xr.Dataset, surface: Surface) -> dict[str, str]:
     first = int(np.argmax(size))
     alpha = 0.5 * (1.0 + surface.exponent)
     row = {"largest": quantity(size[first], surface.unit)}
-    for form in ("right", "printed"):
-        bound = settling_bound(
+    for form, bound_of in (("right", settling_bound), ("printed", printed_settling_bound)):
+        bound = bound_of(
             linear_rate=2.0 * surface.linear_gain,
             power_rate=2.0**alpha * surface.power_gain,
             exponent=alpha,
             initial=0.5 * float(size[first]) ** 2,
-            as_printed=form == "printed",
         )
         after = int(np.searchsorted(time, time[first] + bound))
         row[form] = quantity(bound, "s")
