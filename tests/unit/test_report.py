@@ -368,6 +368,7 @@ def test_a_ratio_is_a_number_or_infinite(measured, allowed, ratio):
         ),
         ("-Delta 3/36, 10 us", f"{MINUS}Δ 3/36, 10 µs"),
         ("f1 = -b x1/m +-D", f"<i>f</i><sub>1</sub> = {MINUS}b <i>x</i><sub>1</sub>/m ±D"),
+        ("as it reached us", "as it reached us"),
         ("0.5 mm/s rms error of PI", "0.5 mm/s rms error of PI"),
         (f"8.1 {TIMES} 10⁻⁴ <b>", f"8.1 {TIMES} 10⁻⁴ &lt;b&gt;"),
         ("(20)-(22), half-volume", "(20)-(22), half-volume"),

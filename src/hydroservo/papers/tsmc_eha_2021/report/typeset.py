@@ -7,7 +7,7 @@ from hydroservo.readable import MINUS
 
 __all__ = ["mathematical", "plain_signs", "symbols"]
 
-SIGNS = {"+-": "±", "<=": "≤", "-Delta": f"{MINUS}Δ", "Delta": "Δ", " us": " µs", "m/s^2": "m/s²"}
+SIGNS = {"+-": "±", "<=": "≤", "-Delta": f"{MINUS}Δ", "Delta": "Δ", "m/s^2": "m/s²"}
 GREEK = ("alpha", "beta", "delta", "mu", "rho", "xi", "zeta")  # as HTML names them
 LETTER = "|".join(GREEK)
 SYMBOL = re.compile(
@@ -29,6 +29,7 @@ def plain_signs(text: str) -> str:
     """The text with the signs that it stands for: ± for +-, a true minus, Δ for Delta."""
     for typed, read in SIGNS.items():
         text = text.replace(typed, read)
+    text = re.sub(r"(?<=\d) us\b", " µs", text)
     return re.sub(r"(?<=[ (])-(?=[ \w])", MINUS, text)
 
 
