@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import hydroservo
-from hydroservo import HydroservoError, Simulation
+from hydroservo import HydroservoError, Simulation, controllers
 from hydroservo.controllers import PI, TSMC
 from hydroservo.figures.comparison import distinct_colours, literal, plot_comparison, remark
 from hydroservo.figures.panels import Curve, Panel, beyond, enlarged, panel_limits
@@ -67,6 +67,7 @@ def test_controllers_have_their_own_colours(pi, tsmc):
     assert plot_run(pi).axes[0].lines[0].get_color() == COLOURS["PI"]
     assert plot_run(tsmc).axes[0].lines[0].get_color() == COLOURS["TSMC"]
     assert controller_name(tsmc) == "TSMC"
+    assert set(COLOURS) - {"demand"} <= set(controllers.__all__)
 
 
 def test_plotting_a_run_imports_no_paper() -> None:

@@ -1,1 +1,1 @@
-"""Published studies, reproduced and judged: one sourced parameter set and its claims per paper."""
+"""Published studies, reproduced and judged: all of a paper in one folder, and none of it elsewhere."""
