@@ -20,11 +20,8 @@ from hydroservo.papers.tsmc_eha_2021.conditions import (
     all_runs,
     runs_of,
 )
-<<<<<<< HEAD
-from hydroservo.running import simulate
-=======
 from hydroservo.papers.tsmc_eha_2021.printed import printed
->>>>>>> 380bf7b (Misprints are blocks and functions of the paper; laws, plant and theory lose as_printed)
+from hydroservo.running import simulate
 from hydroservo.scenario import load_scenario
 
 if TYPE_CHECKING:
