@@ -4,7 +4,7 @@ import math
 import shlex
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -14,16 +14,13 @@ from hydroservo.cli.remarks import say_remarks
 if TYPE_CHECKING:
     from hydroservo.cli.progress import Report
     from hydroservo.loop import Loop
-    from hydroservo.scenario.build import Argument
+    from hydroservo.scenario.load import Assembly
+    from hydroservo.scenario.search import Search
     from hydroservo.tuning import Progress
 
 __all__ = ["tune"]
 
 VARY = "--vary"
-MOST_CANDIDATES = 10_000_000
-MOST_SEEDS = 10_000
-LARGEST_SEED = 2**63 - 1
-SEARCHED = ("controller", "sensors")  # what a search may set; the rest is given
 NO_MATTER = ("out", "threads", "json", "verbose")  # options that change nothing of what is found
 
 
@@ -44,40 +41,45 @@ def tune(
             show_default=False,
             help="Search a number of the controller or the sensors between two values, such as "
             "0.1..30 V s/m, or relative to that of the first scenario, such as -50%..+100%; evenly in its "
-            "logarithm if the range does not hold 0. May be given again.",
+            "logarithm if the range does not hold 0. May be given again. [default: `[tune.vary]`]",
         ),
     ],
     metric: Annotated[
-        str, typer.Option("--metric", metavar="NAME", help="The metric that is to be small.")
-    ] = "rms_error",
+        str | None,
+        typer.Option(
+            "--metric", metavar="NAME", show_default="rms_error", help="The metric that is to be small."
+        ),
+    ] = None,
     weights: Annotated[
-        str,
+        str | None,
         typer.Option(
             "--weights",
             metavar="W,W,...",
             show_default="all 1",
             help="Weight of each scenario in the geometric mean of their metrics.",
         ),
-    ] = "",
+    ] = None,
     seeds: Annotated[
-        int,
+        int | None,
         typer.Option(
             "--seeds",
             metavar="N",
+            show_default="1",
             help="Seeds over which each scenario's metric is averaged, from its own on.",
         ),
-    ] = 1,
+    ] = None,
     effort: Annotated[
-        float,
+        float | None,
         typer.Option(
             "--effort",
             metavar="E",
+            show_default="0",
             help="Multiply each metric by the E-th power of the command's total variation: with 0.1, one "
             "a tenth as lively is worth a fifth of the metric.",
         ),
-    ] = 0.0,
+    ] = None,
     scales: Annotated[
-        str,
+        str | None,
         typer.Option(
             "--scales",
             metavar="S,S,...",
@@ -85,18 +87,22 @@ def tune(
             help="Take each scenario at several scales of its uncertainty, such as -1,0,1, for values that "
             "serve all these machines.",
         ),
-    ] = "",
+    ] = None,
     candidates: Annotated[
-        int,
+        int | None,
         typer.Option(
             "--candidates",
             metavar="N",
+            show_default="4096",
             help="How many sets of values to try; rounded up to a multiple of 64.",
         ),
-    ] = 4096,
+    ] = None,
     seed: Annotated[
-        int, typer.Option("--seed", metavar="S", help="Seed of the search, a whole number from 0 on.")
-    ] = 0,
+        int | None,
+        typer.Option(
+            "--seed", metavar="S", show_default="0", help="Seed of the search, a whole number from 0 on."
+        ),
+    ] = None,
     out: Annotated[
         Path | None,
         typer.Option(
@@ -119,8 +125,12 @@ def tune(
     geometric mean of their metrics. A run that diverges is worse than any that does not. The same seed finds
     the same values again; another one may find better ones.
 
+    What no option says is as the table `[tune]` of the first scenario says. Several scenarios on the command
+    line stand in place of those, and of their weights, in `[tune]`.
+
     Examples:
 
+    - `hydroservo tune rig/1khz-pi-sine`
     - `hydroservo tune rig/1khz-pi-sine --vary controller.proportional_gain=0.3..30 --vary
       controller.integral_gain=10..5000`
     - `hydroservo tune rig/1khz-pi-sine rig/1khz-pi-square --weights 1,8 --vary
@@ -136,21 +146,30 @@ def tune(
     from hydroservo.results import as_json
     from hydroservo.tuning import Aim, tune
 
-    check(metric, candidates, seeds, seed, ranges)
-    factors = checked_scales(scales)
-    loops = [machine(scenario, changes, plugins, scale) for scenario in scenarios for scale in factors]
-    check_scales(scales, loops, len(factors))
-    each = [weight for weight in checked_weights(weights, len(scenarios)) for _ in factors]
-    aim = Aim(loops, each, metric, seeds, effort)
-    names = scenarios
+    options = given_by_options(metric, weights, seeds, effort, scales, candidates, seed)
+    search = assembly_of(scenarios[0], changes, plugins).search._replace(**options)
+    search = search._replace(**together(scenarios, search, weighed=weights is not None))
+    names = list(map(str, search.scenarios))
+    assemblies = [assembly_of(name, changes, plugins) for name in names]
+    wanted = ranges_for(ranges, search, names, assemblies)
+    factors: Sequence[float | None] = search.scales or [None]
+    loops = [machine(name, changes, plugins, scale) for name in names for scale in factors]
+    check_scales(search.scales, loops)
+    each = [weight for weight in search.weights for _ in factors]
+    aim = Aim(loops, each, search.metric, search.seeds, search.effort)
     scenarios = [named(name, scale) for name in names for scale in factors]
-    arguments = [constructed(scenario, changes, plugins) for scenario in names]
-    wanted = searched(ranges, scenarios, loops, arguments)
     if out:
         try_outputs([out])
     with log_kernels(verbose), progress_bar("preparing") as report:
-        progress = told(report, metric, candidates)
-        found = tune(aim, wanted, candidates=candidates, seed=seed, threads=threads, progress=progress)
+        progress = told(report, search.metric, search.candidates)
+        found = tune(
+            aim,
+            wanted,
+            candidates=search.candidates,
+            seed=search.seed,
+            threads=threads,
+            progress=progress,
+        )
     for scenario, table in zip(scenarios, found.tables, strict=True):
         say_remarks(scenario, table)
     command = typed(context)
@@ -161,77 +180,84 @@ def tune(
         left.check()
         return
     show_tuned(scenarios, aim, wanted, found)
-    one = " and the first seed" if seeds > 1 else ""
+    one = " and the first seed" if search.seeds > 1 else ""
     typer.echo(f"with these values{one}: {replay(names, changes, plugins, found.parameters)}")
     if left.files:
         typer.echo(f"written: {out}")
     left.check()
 
 
-def check(metric: str, candidates: int, seeds: int, seed: int, ranges: Sequence[str]) -> None:
-    """Refuse what nothing can be searched with.
+def given_by_options(
+    metric: str | None,
+    weights: str | None,
+    seeds: int | None,
+    effort: float | None,
+    scales: str | None,
+    candidates: int | None,
+    seed: int | None,
+) -> dict[str, Any]:
+    """What options say of a search, by the key of ``[tune]`` that each overrides.
 
     Raises:
-        HydroservoError: in one line, what is wrong and what is allowed.
-    """
-    from hydroservo.errors import HydroservoError, ParameterError
-    from hydroservo.metrics import SMALLER_IS_BETTER
-    from hydroservo.nearest import one_of
-
-    limits = (
-        ("--candidates", candidates, 1, MOST_CANDIDATES),
-        ("--seeds", seeds, 1, MOST_SEEDS),
-        ("--seed", seed, 0, LARGEST_SEED),
-    )
-    for option, value, least, most in limits:
-        if not least <= value <= most:
-            raise ParameterError(option, value, f"must be a whole number from {least} to {most}")
-    if metric not in SMALLER_IS_BETTER:
-        raise ParameterError("--metric", metric, one_of(metric, SMALLER_IS_BETTER))
-    if not ranges:
-        raise HydroservoError(f"nothing to search: give {VARY} PATH=LOW..HIGH")
-
-
-def checked_weights(text: str, count: int) -> Sequence[float]:
-    """One weight for each scenario.
-
-    Raises:
-        ParameterError: the text is not that.
+        ParameterError: in one line, what is wrong and what is allowed.
     """
     from hydroservo.errors import ParameterError
+    from hydroservo.scenario.search import READERS
 
-    if not text:
-        return [1.0] * count
-    weights = numbers(text)
-    if len(weights) != count or not all(0.0 < weight < float("inf") for weight in weights):
-        wanted = "must be a number above 0 for each scenario, with commas between them"
-        raise ParameterError("--weights", text, f"{wanted}; there are {count}" if count > 1 else wanted)
-    return weights
+    lists = {"weights": weights, "scales": scales}
+    plain = {"metric": metric, "seeds": seeds, "effort": effort, "candidates": candidates, "seed": seed}
+    found = {}
+    for name, text in (lists | plain).items():
+        if text is not None:
+            try:
+                found[name] = READERS[name](numbers(str(text)) if name in lists else text)
+            except ValueError as error:
+                commas = ", with commas between them" if name in lists else ""
+                raise ParameterError(f"--{name}", text, f"{error}{commas}") from None
+    return found
 
 
 def numbers(text: str) -> list[float]:
     """Numbers with commas between them; one that is none for a text that is not that."""
     try:
-        return [float(part) for part in text.split(",")] if text else []
+        return [float(part) for part in text.split(",")]
     except ValueError:
         return [math.nan]
 
 
-def checked_scales(text: str) -> Sequence[float | None]:
-    """The scales of uncertainty; None for that of a scenario itself.
+def together(scenarios: Sequence[str], search: "Search", *, weighed: bool) -> dict[str, Any]:
+    """The scenarios that are tuned together, and a weight for each.
+
+    Args:
+        scenarios: those on the command line.
+        search: what is said of the first one's search, by its ``[tune]`` and by options.
+        weighed: whether an option gives the weights.
 
     Raises:
-        ParameterError: the text is not that.
+        HydroservoError: the scenarios in ``[tune]`` are others, or there are more or fewer weights.
     """
-    from hydroservo.errors import ParameterError
+    from hydroservo.errors import HydroservoError, ParameterError
+    from hydroservo.scenario.catalogue import same_place
 
-    scales = numbers(text)
-    if not all(map(math.isfinite, scales)) or len(set(scales)) < len(scales):
-        raise ParameterError("--scales", text, "must be different numbers with commas between them")
-    return scales or [None]
+    names: Sequence[str | Path] = scenarios
+    weights = search.weights if weighed or len(scenarios) == 1 else ()
+    if len(scenarios) == 1 and search.scenarios:
+        names = search.scenarios
+        if same_place(scenarios[0]) not in map(same_place, names):
+            others = ", ".join(map(str, names))
+            raise HydroservoError(
+                f"{scenarios[0]}: tune.scenarios: must hold the scenario itself; they are {others}"
+            )
+    if weights and len(weights) != len(names):
+        text = ",".join(f"{weight:g}" for weight in weights)
+        problem = (
+            f"must be a number above 0 for each scenario, with commas between them; there are {len(names)}"
+        )
+        raise ParameterError("--weights", text, problem)
+    return {"scenarios": names, "weights": weights or [1.0] * len(names)}
 
 
-def check_scales(text: str, loops: "Sequence[Loop]", count: int) -> None:
+def check_scales(scales: Sequence[float], loops: "Sequence[Loop]") -> None:
     """Refuse scales that make no difference.
 
     Raises:
@@ -240,8 +266,10 @@ def check_scales(text: str, loops: "Sequence[Loop]", count: int) -> None:
     from hydroservo.errors import ParameterError
     from hydroservo.provenance import scenario_hash
 
+    count = len(scales) or 1
     for start in range(0, len(loops), count):
         if len({scenario_hash(loop) for loop in loops[start : start + count]}) < count:
+            text = ",".join(f"{scale:g}" for scale in scales)
             raise ParameterError("--scales", text, "changes nothing in a scenario without [uncertainty]")
 
 
@@ -254,42 +282,40 @@ def named(scenario: str, scale: float | None) -> str:
     return scenario if scale is None else f"{scenario}, scale {scale:g}"
 
 
-def constructed(scenario: str, changes: Sequence[str], plugins: Sequence[Path]) -> "Mapping[str, Argument]":
-    """What the constructors of a scenario take."""
+def assembly_of(scenario: str, changes: Sequence[str], plugins: Sequence[Path]) -> "Assembly":
+    """A scenario, and what it is made of."""
     from hydroservo.scenario import parse_override
     from hydroservo.scenario.load import assembled
 
-    return assembled(scenario, dict(map(parse_override, changes)), plugins).arguments
+    return assembled(scenario, dict(map(parse_override, changes)), plugins)
 
 
-def searched(
-    ranges: Sequence[str],
-    scenarios: Sequence[str],
-    loops: "Sequence[Loop]",
-    arguments: "Sequence[Mapping[str, Argument]]",
+def ranges_for(
+    texts: Sequence[str], search: "Search", names: Sequence[str], assemblies: "Sequence[Assembly]"
 ) -> dict[str, tuple[float, float]]:
-    """What --vary asks for, in SI units by path.
+    """Between what each number is searched, in SI units by path: what --vary says, else what ``[tune]`` says.
 
     Raises:
-        ScenarioError: in one line, the path, the value and what is allowed.
+        HydroservoError: in one line, the path, the value and what is allowed.
     """
     from hydroservo.block import leaves
-    from hydroservo.cli.variations import variations
-    from hydroservo.errors import ScenarioError
+    from hydroservo.cli.variations import option_ranges
+    from hydroservo.errors import HydroservoError, ScenarioError
+    from hydroservo.scenario.search import searched_range
 
-    found = variations(ranges, loops[0], loops[0], arguments[0])
-    wanted = {one.path: (one.low, one.high) for one in found}
-    for path in wanted:
-        if path.partition(".")[0] not in SEARCHED:
-            problem = f"must be in the {' or '.join(SEARCHED)}, which a search may choose"
-            raise ScenarioError(VARY, path, problem)
-        if any(path in own for own in arguments):
-            problem = "is what a constructor takes; a search sets numbers of the block that it makes"
-            raise ScenarioError(VARY, path, problem)
-        for scenario, loop in zip(scenarios, loops, strict=True):
-            if path not in dict(leaves(loop)):
-                raise ScenarioError(VARY, path, f"is no number of {scenario}")
-    return wanted
+    first = assemblies[0]
+    options = option_ranges(texts)
+    wanted = {
+        path: searched_range(path, entry, first.loop, first.arguments) for path, entry in options.items()
+    }
+    wanted = wanted or dict(search.ranges)
+    if not wanted:
+        raise HydroservoError(f"nothing to search: give {VARY} PATH=LOW..HIGH, or the scenario [tune.vary]")
+    for path, one in wanted.items():
+        for name, assembly in zip(names, assemblies, strict=True):
+            if path not in dict(leaves(assembly.loop)) or path in assembly.arguments:
+                raise ScenarioError(one.entry.origin.name, one.entry.key, f"is no number of {name}")
+    return {path: (one.low, one.high) for path, one in wanted.items()}
 
 
 def told(report: "Report", metric: str, candidates: int) -> "Progress":

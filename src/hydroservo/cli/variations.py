@@ -1,31 +1,28 @@
 """What varies between the runs of a batch: ranges as they are typed, and the numbers drawn from them."""
 
-import re
-from collections.abc import Callable, Container, Iterable, Mapping, Sequence
+from collections.abc import Callable, Container, Mapping, Sequence
 from hashlib import sha256
+from pathlib import Path
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.block import field_at, leaves, value_at
-from hydroservo.checks import allowed, within
+from hydroservo.block import field_at, value_at
 from hydroservo.errors import ScenarioError, short
-from hydroservo.field import Field
 from hydroservo.loop import Loop
-from hydroservo.nearest import nearest, one_of
 from hydroservo.scenario.build import Argument
 from hydroservo.scenario.load import Machine, with_nominal
 from hydroservo.scenario.overrides import PATH
-from hydroservo.scenario.quantities import si_value
+from hydroservo.scenario.ranges import both_ends, check_path
+from hydroservo.scenario.tables import Entry, Origin
 from hydroservo.varied import SEED, Columns
 
-__all__ = ["Drawn", "Variation", "drawn_runs", "variations"]
+__all__ = ["Drawn", "Variation", "drawn_runs", "option_ranges", "variations"]
 
 OPTION = "--vary"
 LONGEST = 4096  # characters of one option
-QUANTITY = re.compile(r"[+-]?[0-9.]+(?:[eE][+-]?[0-9]+)?(?:\s*/\s*[0-9]+)?\s*(.*)", re.DOTALL)
 NO_ARGUMENTS: Mapping[str, Argument] = MappingProxyType({})
 
 Numbers = NDArray[np.float64]
@@ -93,92 +90,35 @@ def variations(
     Raises:
         ScenarioError: in one line, the path, the value and what is allowed.
     """
-    found: dict[str, Variation] = {}
-    for text in texts:
-        one = variation(text, loop, nominal, arguments)
-        if one.path in found:
-            raise ScenarioError(OPTION, one.path, "is given twice")
-        found[one.path] = one
-    return list(found.values())
+    return [variation(path, entry, loop, nominal, arguments) for path, entry in option_ranges(texts).items()]
 
 
-def variation(text: str, loop: Loop, nominal: Loop, arguments: Mapping[str, Argument]) -> Variation:
-    path, equals, value = (part.strip() for part in text.partition("="))
-    start, dots, end = (part.strip() for part in value.partition(".."))
-    if not (equals and dots and PATH.fullmatch(path)) or len(text) > LONGEST:
-        raise ScenarioError(OPTION, "", f"{short(text)} must be of the form PATH=LOW..HIGH")
-    check_path(path, loop, arguments)
-    field, middle = arguments.get(path) or (field_at(loop, path), float(value_at(nominal, path)))
-    machine = path.partition(".")[0] in Machine._fields
-    try:
-        ends = both_ends(start, end, field, middle)
-    except ValueError as error:
-        raise ScenarioError(OPTION, path, f"{error}; it must be {allowed(field)}") from None
-    for one in ends:
-        if not within(one, field):
-            raise ScenarioError(OPTION, path, f"{short(value)} reaches {one:g}; it must be {allowed(field)}")
-    low, high = sorted(ends)
-    if low == high:
-        raise ScenarioError(OPTION, path, f"{short(value)} is no range: both its ends are {low:g}")
-    known = middle not in (0.0, field.auto)
-    return Variation(path, low, high, middle if machine and known else None)
-
-
-def check_path(path: str, loop: Loop, arguments: Iterable[str]) -> None:
-    """Refuse what is not a number that can differ between runs."""
-    numbers = (path for path, value in leaves(loop) if isinstance(value, float))
-    known = [known for known in dict.fromkeys((*arguments, *numbers)) if varies(known)]
-    if path in known:
-        return
-    parent = path.rpartition(".")[0]
-    beside = [name for name in known if parent and name.rpartition(".")[0] == parent]
-    problem = one_of(path, beside) if beside else f"is no number that can vary{nearest(path, known)}"
-    if path == SEED:
-        problem = "is varied by --seeds"
-    raise ScenarioError(OPTION, path, problem)
-
-
-def varies(path: str) -> bool:
-    """False for what is common to all runs, and for what a scenario has no table for."""
-    return not path.startswith(("simulation.", "hold.", "nominal."))
-
-
-def both_ends(low: str, high: str, field: Field, nominal: float) -> tuple[float, float]:
-    """Both ends of a range in SI units; one unit at the end serves both.
+def option_ranges(texts: Sequence[str]) -> dict[str, Entry]:
+    """The texts LOW..HIGH by path, each path once.
 
     Raises:
-        ValueError: they are not what they must be; the message says why.
+        ScenarioError: a text is not of the form PATH=LOW..HIGH, or a path is given twice.
     """
-    units = [unit_in(low), unit_in(high)]
-    if units[1] and not units[0]:
-        low, units[0] = f"{low} {units[1]}", units[1]
-    relative = "%" in units
-    plain = not any(units)
-    unit = "" if relative or plain else field.unit
-    if relative and units[1] != "%":
-        raise ValueError(f"{short(high)} has no % while {short(low)} has one")
-    if relative and nominal in (0.0, field.auto):
-        present = "0" if nominal == 0.0 else '"auto"'
-        raise ValueError(f"is {present} in the scenario, of which there is no percentage")
-    first, last = value_of(low, unit), value_of(high, unit)
-    if first > last:
-        raise ValueError(f"{short(low)} is more than {short(high)}, its upper end")
-    if relative:
-        return nominal * (1.0 + first), nominal * (1.0 + last)
-    return first, last
+    found: dict[str, Entry] = {}
+    for text in texts:
+        path, equals, value = (part.strip() for part in text.partition("="))
+        if not (equals and ".." in value and PATH.fullmatch(path)) or len(text) > LONGEST:
+            raise ScenarioError(OPTION, "", f"{short(text)} must be of the form PATH=LOW..HIGH")
+        if path in found:
+            raise ScenarioError(OPTION, path, "is given twice")
+        found[path] = Entry(Origin(OPTION, Path()), path, value)
+    return found
 
 
-def unit_in(text: str) -> str:
-    """What follows the number in a quantity."""
-    match = QUANTITY.fullmatch(text.replace("\N{MINUS SIGN}", "-"))
-    return match[1] if match else ""
-
-
-def value_of(text: str, unit: str) -> float:
-    try:
-        return si_value(text, unit)
-    except ValueError as error:
-        raise ValueError(f"{short(text)} {error}") from None
+def variation(
+    path: str, entry: Entry, loop: Loop, nominal: Loop, arguments: Mapping[str, Argument]
+) -> Variation:
+    check_path(path, entry, loop, arguments)
+    field, middle = arguments.get(path) or (field_at(loop, path), float(value_at(nominal, path)))
+    low, high = both_ends(entry, field, middle)
+    known = middle not in (0.0, field.auto)
+    machine = path.partition(".")[0] in Machine._fields
+    return Variation(path, low, high, middle if machine and known else None)
 
 
 def drawn_runs(

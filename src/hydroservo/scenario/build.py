@@ -96,7 +96,7 @@ def draft(hint: Any, default: Block | None, table: Table, nominal: DesignModel |
         default = nominal
     maker = maker_of(hint, default, table)
     base = default._asdict() if default is not None and type(default) is maker else defaults(maker)
-    table = table.retyped(type(default).__name__, base)
+    table = table.retyped(type(default).__name__, lambda entry: defaults(maker_named(hint, default, entry)))
     for name in table.names():
         if name == AS_PRINTED and name not in base:
             check_as_printed(table.entry(name))
@@ -124,7 +124,15 @@ def maker_of(hint: Any, default: Block | None, table: Table) -> Maker:
         if default is not None:
             return type(default)
         raise table.error(f"a type is needed; it {one_of('', type_names(hint))}")
-    entry = table.entry("type")
+    return maker_named(hint, default, table.entry("type"))
+
+
+def maker_named(hint: Any, default: Block | None, entry: Entry) -> Maker:
+    """The class or constructor that a ``type`` names.
+
+    Raises:
+        ScenarioError: there is none of that name for the field.
+    """
     if is_role(hint):
         return maker_in_role(hint, entry)
     found = makers(hint if is_block_class(hint) else type(default))

@@ -7,23 +7,24 @@ from importlib.resources import files
 from importlib.resources.abc import Traversable
 from pathlib import Path
 
-from hydroservo.errors import ScenarioError, one_line
+from hydroservo.errors import ScenarioError, one_line, short
 from hydroservo.nearest import nearest
 from hydroservo.scenario.files import exists, read_text
-from hydroservo.scenario.tables import Origin
+from hydroservo.scenario.tables import Entry, Origin
 
-__all__ = ["located", "scenario_source", "scenarios"]
+__all__ = ["located", "named_source", "same_place", "scenario_source", "scenarios"]
 
 LARGEST = 1 << 20  # bytes; a scenario is a few thousand
 
 
 def scenarios() -> dict[str, str]:
-    """The name and title of each built-in scenario."""
-    return {name: tomllib.loads(text)["title"] for name, text in builtin_texts().items()}
+    """The name and title of each built-in scenario; without a title it is only what others build on."""
+    titles = {name: tomllib.loads(text).get("title") for name, text in builtin_texts().items()}
+    return {name: title for name, title in titles.items() if title is not None}
 
 
 def scenario_source(source: str | Path) -> str:
-    """The TOML text of a scenario.
+    """The TOML text of a scenario, without that of its base.
 
     Args:
         source: a built-in name such as ``paper/sine-tsmc``, or the path of a file.
@@ -40,13 +41,38 @@ def located(source: str | Path) -> tuple[Origin, str]:
         return Origin(source, Path()), builtin_texts()[source]
     path, name = Path(source), one_line(str(source))
     if not exists(path):
-        near = nearest(name, builtin_texts())
+        near = nearest(name, scenarios())
         raise ScenarioError(name, "", f"there is no such file, and no built-in scenario of that name{near}")
     return Origin(name, path.parent), read_text(path, LARGEST, name)
 
 
+def named_source(entry: Entry) -> str | Path:
+    """The scenario that a value names: a built-in name, or a path from the folder of the file it stands in.
+
+    Raises:
+        ScenarioError: there is none.
+    """
+    if not isinstance(entry.value, str):
+        raise entry.error("must be a string: the name of a built-in scenario, or the path of a file")
+    if entry.value in builtin_texts():
+        return entry.value
+    path = entry.origin.folder / entry.value
+    if not exists(path):
+        folder = short(str(entry.origin.folder.absolute()))
+        near = nearest(entry.value, builtin_texts())
+        raise entry.error(f"is no built-in name, and there is no such file in {folder}{near}")
+    return path
+
+
+def same_place(source: str | Path) -> str | Path:
+    """Equal for sources that are the same scenario, however its path is written."""
+    builtin = isinstance(source, str) and source in builtin_texts()
+    return source if builtin else Path(source).resolve()
+
+
 @cache
 def builtin_texts() -> dict[str, str]:
+    """The texts of the built-in scenarios, and of what they build on, by name."""
     root = files("hydroservo.scenario") / "builtin"
     return dict(sorted(texts(root, "")))
 

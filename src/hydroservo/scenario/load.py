@@ -1,7 +1,6 @@
 """A loop from a scenario."""
 
 from collections.abc import Mapping, Sequence
-from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -12,11 +11,11 @@ from hydroservo.loop import Loop
 from hydroservo.nearest import one_of
 from hydroservo.plants.design_model import DesignModel
 from hydroservo.scenario.build import Argument, Draft, draft, hints
-from hydroservo.scenario.catalogue import located
-from hydroservo.scenario.overrides import nested
+from hydroservo.scenario.layers import layered
 from hydroservo.scenario.plugins import load_plugin
 from hydroservo.scenario.registry import names_in_role
-from hydroservo.scenario.tables import Table, parsed
+from hydroservo.scenario.search import Search, tune_search
+from hydroservo.scenario.tables import Table
 from hydroservo.scenario.uncertainty import Deviations, deviations
 
 __all__ = ["Assembly", "Machine", "assembled", "load_scenario", "model_path", "with_nominal"]
@@ -40,6 +39,7 @@ class Assembly(NamedTuple):
     drafts: Mapping[str, Draft]  # by field of the loop, those of the machine before uncertainty
     deviations: Deviations
     arguments: Mapping[str, Argument]  # of constructors, by the path that changes take, before uncertainty
+    search: Search  # of the loop's numbers
 
 
 def load_scenario(
@@ -48,15 +48,18 @@ def load_scenario(
     """The loop that a scenario describes.
 
     A scenario is a TOML file with a table for each field of :class:`~hydroservo.loop.Loop` but ``nominal``,
-    tables in them for nested blocks, and ``[uncertainty]``. What it leaves out takes the blocks' defaults;
-    only the type of the controller must be there. The controller believes in the machine before its
-    uncertainty, unless its own tables (``[controller.model.plant]`` ...) say otherwise. An uncertainty is a
-    relative deviation of a parameter of the machine, or of what a constructor takes that its ``type`` names.
+    tables in them for nested blocks, ``[uncertainty]``, and ``[tune]`` for the search of its numbers. With
+    ``base = "rig/1khz"`` or the path of a file it builds on another: what it gives lies over that one's,
+    key by key, and another ``type`` drops what the new one does not have. What neither gives takes the
+    blocks' defaults; only the type of the controller must be there. The controller believes in the machine
+    before its uncertainty, unless its own tables (``[controller.model.plant]`` ...) say otherwise. An
+    uncertainty is a relative deviation of a parameter of the machine, or of what a constructor takes that its
+    ``type`` names.
 
     Args:
         source: the path of a TOML file, or the name of a built-in scenario such as ``paper/sine-tsmc``.
-        changes: values by dotted path, such as ``{"plant.mass": "7 kg"}``, that override those of the file;
-            another ``type`` for a table drops what the file gives in it, and of its uncertainty, and the new
+        changes: values by dotted path, such as ``{"plant.mass": "7 kg"}``, that override those of the files;
+            another ``type`` for a table drops what the files give in it, and of its uncertainty, and the new
             type does not have.
         plugins: Python files whose NamedTuple classes ``type`` may name; they are executed.
 
@@ -76,8 +79,7 @@ def assembled(
     """
     for plugin in plugins:
         load_plugin(plugin)
-    origin, text = located(source)
-    scenario = Table(origin, "", parsed(text, origin.name), nested(changes or {}))
+    scenario = layered(source, changes or {})
     check_tables(scenario)
     drafts = {name: part(scenario, name, None) for name in Machine._fields}
     machine = Machine(**{name: one.made() for name, one in drafts.items()})
@@ -87,13 +89,13 @@ def assembled(
     digital["sensors"] = informed(digital["sensors"], scenario.table("sensors"), machine.plant)
     uncertainty = scenario.table("uncertainty")
     arguments = arguments_of(drafts, machine)
-    given = deviations(uncertainty, machine, arguments, partial(retyped, scenario))
+    given = deviations(scenario, machine, arguments)
     true_machine = perturbed(machine, drafts, arguments, given, uncertainty)
     check_true(true_machine, uncertainty)
     loop = Loop(**true_machine._asdict(), **digital, nominal=nominal)
     model = model_path(loop.controller)
     loop = loop if model is None else loop._replace(nominal=value_at(loop, model))
-    return Assembly(loop, drafts, given, arguments)
+    return Assembly(loop, drafts, given, arguments, tune_search(scenario, loop, arguments))
 
 
 def arguments_of(drafts: Mapping[str, Draft], machine: Machine) -> dict[str, Argument]:
@@ -145,16 +147,6 @@ def check_true(machine: Machine, uncertainty: Table) -> None:
         raise uncertainty.error(f"leads to {error}") from None
 
 
-def retyped(scenario: Table, path: str) -> bool:
-    """Whether a change gives a block along a path another type, as in ``{"plant.type": "Cylinder"}``."""
-    table = scenario
-    for name in path.split(".")[:-1]:
-        table = table.table(name)
-        if "type" in table.changes:
-            return True
-    return False
-
-
 def model_path(controller: Block, path: str = "controller") -> str | None:
     """Where a controller's own model is, such as ``controller.model``; None if it has none.
 
@@ -181,7 +173,7 @@ def with_nominal(loop: Loop, path: str) -> list[str]:
 
 def check_tables(scenario: Table) -> None:
     """Refuse tables that a scenario does not have, and a scenario without a controller."""
-    allowed = ("title", *(name for name in Loop._fields if name != "nominal"), "uncertainty")
+    allowed = ("title", *(name for name in Loop._fields if name != "nominal"), "uncertainty", "tune")
     for name in scenario.names():
         if name not in allowed:
             raise scenario.entry(name).unknown(name, allowed)

@@ -8,7 +8,7 @@ from typing import Any
 from hydroservo.errors import ScenarioError, short
 from hydroservo.scenario.tables import DEEPEST
 
-__all__ = ["nested", "parse_override"]
+__all__ = ["OVERRIDES", "PATH", "nested", "parse_override"]
 
 PATH = re.compile(r"[\w-]+(?:\.[\w-]+)*")
 OVERRIDES = "overrides"

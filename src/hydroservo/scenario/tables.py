@@ -1,15 +1,16 @@
-"""Tables of a scenario file, with what overrides them, and where each value came from."""
+"""Tables of a scenario, layer over layer, and where each value came from."""
 
 import re
 import tomllib
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from itertools import takewhile
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from hydroservo.errors import ScenarioError, short
 from hydroservo.nearest import one_of
 
-__all__ = ["DEEPEST", "Entry", "Origin", "Table", "parsed"]
+__all__ = ["DEEPEST", "Entry", "Layer", "Origin", "Table", "parsed"]
 
 DEEPEST = 16  # tables within tables
 KEY_PART = r"""(?:[A-Za-z0-9_-]++|"[^"\n]*+"|'[^'\n]*+')"""
@@ -44,31 +45,40 @@ class Entry(NamedTuple):
         return ScenarioError(self.origin.name, self.key, problem)
 
 
-class Table(NamedTuple):
-    """A table of the file, and the changes to it."""
+class Layer(NamedTuple):
+    """What one file gives in a table, or what overrides the files."""
 
     origin: Origin
-    path: str
     given: Mapping[str, Any]
-    changes: Mapping[str, Any]
+
+
+class Table(NamedTuple):
+    """A table of a scenario, in layers: what overrides its files, its own file, then base upon base."""
+
+    path: str
+    layers: tuple[Layer, ...]  # the first that has a key gives its value
+
+    @property
+    def origin(self) -> Origin:
+        """What an error about the whole table names: the first of the files that gives anything in it."""
+        files = self.layers[1:]
+        return next((layer.origin for layer in files if layer.given), files[0].origin)
 
     def names(self) -> list[str]:
-        """The keys in either, in order."""
-        return list(dict.fromkeys((*self.given, *self.changes)))
+        """The keys in any layer, those of the lowest first."""
+        return list(dict.fromkeys(name for layer in reversed(self.layers) for name in layer.given))
 
     def has(self, name: str) -> bool:
-        return name in self.given or name in self.changes
+        return any(name in layer.given for layer in self.layers)
 
     def key(self, name: str) -> str:
         """The dotted key of a name in this table."""
         return f"{self.path}.{name}" if self.path else name
 
     def entry(self, name: str) -> Entry:
-        """The value of a key, that of the changes first."""
-        if name in self.changes:
-            changed = Origin(f"{self.origin.name}, overridden", Path())
-            return Entry(changed, self.key(name), self.changes[name])
-        return Entry(self.origin, self.key(name), self.given[name])
+        """The value of a key, that of the first layer that has it."""
+        layer = next(layer for layer in self.layers if name in layer.given)
+        return Entry(layer.origin, self.key(name), layer.given[name])
 
     def table(self, name: str) -> "Table":
         """The nested table of a name; empty where there is none.
@@ -77,19 +87,45 @@ class Table(NamedTuple):
             ScenarioError: what is there is no table.
         """
         key = self.key(name)
-        if name in self.changes and not isinstance(self.changes[name], Mapping):
-            raise self.entry(name).error(f"must be a table: give {key}.type or the keys in it")
-        given = self.given.get(name, {})
-        if not isinstance(given, Mapping):
-            raise Entry(self.origin, key, given).error(f"must be a table: [{key}]")
-        return Table(self.origin, key, given, self.changes.get(name, {}))
+        layers = tuple(Layer(origin, given.get(name, {})) for origin, given in self.layers)
+        for i, (origin, given) in enumerate(layers):
+            if not isinstance(given, Mapping):
+                what = f"[{key}]" if i else f"give {key}.type or the keys in it"
+                raise Entry(origin, key, given).error(f"must be a table: {what}")
+        return Table(key, layers)
 
-    def retyped(self, default: str, names: Iterable[str]) -> "Table":
-        """This table without what the file gives under other names, if its ``type`` is overridden."""
-        type_given = self.given.get("type", default)
-        if self.changes.get("type", type_given) == type_given:
-            return self
-        return self._replace(given={name: self.given[name] for name in names if name in self.given})
+    def retyped(self, default: str, names: Callable[[Entry], Iterable[str]]) -> "Table":
+        """This table without what a layer gives under keys that another ``type`` above it does not have.
+
+        Args:
+            default: the type where none is given.
+            names: says which keys there are with the type that an entry names.
+
+        Raises:
+            ScenarioError: a layer gives a type that there is not, over other keys.
+        """
+        kept: list[Layer] = []
+        present = default
+        for layer in reversed(self.layers):
+            wanted = layer.given.get("type", present)
+            if wanted != present and any(below.given for below in kept):
+                own = set(names(Entry(layer.origin, self.key("type"), wanted)))
+                kept = [
+                    Layer(origin, {name: value for name, value in given.items() if name in own})
+                    for origin, given in kept
+                ]
+            present = wanted
+            kept.append(layer)
+        return self._replace(layers=tuple(reversed(kept)))
+
+    def has_type_above(self, origin: Origin, path: str) -> bool:
+        """Whether a layer above that of an origin gives a ``type`` to a table along a path in this one."""
+        above = [layer.given for layer in takewhile(lambda layer: layer.origin is not origin, self.layers)]
+        for name in path.split(".")[:-1]:
+            above = [given[name] for given in above if isinstance(given.get(name), Mapping)]
+            if any("type" in given for given in above):
+                return True
+        return False
 
     def error(self, problem: str) -> ScenarioError:
         """An error about this table as a whole."""

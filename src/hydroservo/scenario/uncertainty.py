@@ -1,6 +1,6 @@
 """The machine's parameters moved away from their nominal values."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
 from hydroservo.block import Block, field_at, leaves, replace, value_at
@@ -79,28 +79,29 @@ class Deviations(NamedTuple):
         return replace(block, changes)
 
 
-def deviations(
-    table: Table, machine: Block, arguments: Mapping[str, Argument], retyped: Callable[[str], bool]
-) -> Deviations:
-    """The deviations that a table gives.
+def deviations(scenario: Table, machine: Block, arguments: Mapping[str, Argument]) -> Deviations:
+    """The deviations that the table ``[uncertainty]`` of a scenario gives.
+
+    It holds a ``scale`` (1 if not given), and a deviation for each path of a parameter. What a layer gives
+    of one that is no parameter any more, because a layer above gives a block along its path a type, does
+    not count.
 
     Args:
-        table: ``scale`` (1 if not given), and a deviation for each path of a parameter.
+        scenario: all its tables.
         machine: the blocks of the machine, as one block.
         arguments: what may deviate besides the numbers of the blocks.
-        retyped: says of a path whether a block along it has another type than in the file. What the file
-            gives of one that is then no parameter any more does not count.
 
     Raises:
         ScenarioError: a path of no parameter, or a deviation that is no number.
     """
+    table = scenario.table("uncertainty")
     scale = number_from(table.entry("scale"), SCALE, float) if table.has("scale") else 1.0
     known = [path for path, value in leaves(machine) if isinstance(value, float)]
     of_arguments: dict[str, Deviation] = {}
     of_numbers: dict[str, Deviation] = {}
     for path, entry in entries(table, ""):
         if path not in known and path not in arguments:
-            if entry.origin is table.origin and retyped(path):
+            if scenario.has_type_above(entry.origin, path):
                 continue
             raise entry.unknown(path, (*known, *arguments))
         one = Deviation(entry, scale, number_from(entry, RELATIVE, float))

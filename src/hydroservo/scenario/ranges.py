@@ -1,0 +1,112 @@
+"""Ranges of numbers of a loop, such as "0.1..30 V s/m" or "-50%..+100%"."""
+
+import re
+from collections.abc import Collection
+
+from hydroservo.block import leaves
+from hydroservo.checks import allowed, within
+from hydroservo.errors import ScenarioError, short
+from hydroservo.field import Field
+from hydroservo.loop import Loop
+from hydroservo.nearest import nearest, one_of
+from hydroservo.scenario.quantities import si_value
+from hydroservo.scenario.tables import Entry
+from hydroservo.varied import SEED
+
+__all__ = ["both_ends", "check_path"]
+
+QUANTITY = re.compile(r"[+-]?[0-9.]+(?:[eE][+-]?[0-9]+)?(?:\s*/\s*[0-9]+)?\s*(.*)", re.DOTALL)
+
+
+def check_path(path: str, entry: Entry, loop: Loop, arguments: Collection[str]) -> None:
+    """Refuse what is not a number that can differ between runs.
+
+    Args:
+        path: the number's.
+        entry: its range, which an error names.
+        loop: the loop that has it.
+        arguments: the paths of what constructors take.
+
+    Raises:
+        ScenarioError: there is none at the path, or it is common to all runs.
+    """
+    numbers = (path for path, value in leaves(loop) if isinstance(value, float))
+    known = [known for known in dict.fromkeys((*arguments, *numbers)) if varies(known)]
+    if path in known:
+        return
+    parent = path.rpartition(".")[0]
+    beside = [name for name in known if parent and name.rpartition(".")[0] == parent]
+    problem = one_of(path, beside) if beside else f"is no number that can vary{nearest(path, known)}"
+    if path == SEED:
+        problem = "is varied by --seeds"
+    raise ScenarioError(entry.origin.name, entry.key, problem)
+
+
+def varies(path: str) -> bool:
+    """False for what is common to all runs, and for what a scenario has no table for."""
+    return not path.startswith(("simulation.", "hold.", "nominal."))
+
+
+def both_ends(entry: Entry, field: Field, nominal: float) -> tuple[float, float]:
+    """Both ends of a range in SI units, the lower one first.
+
+    Args:
+        entry: the text LOW..HIGH; one unit at its end serves both.
+        field: the declaration of the number that it is for.
+        nominal: the value that percentages are of.
+
+    Raises:
+        ScenarioError: it is no such text, is out of the field's range, or both its ends are the same.
+    """
+    if not isinstance(entry.value, str) or ".." not in entry.value:
+        raise entry.error('must be a range, a string such as "0.1..30 V s/m" or "-50%..+100%"')
+    start, _, end = (part.strip() for part in entry.value.partition(".."))
+    try:
+        ends = quantities(start, end, field, nominal)
+    except ValueError as error:
+        raise ScenarioError(entry.origin.name, entry.key, f"{error}; it must be {allowed(field)}") from None
+    for one in ends:
+        if not within(one, field):
+            raise entry.error(f"reaches {one:g}; it must be {allowed(field)}")
+    low, high = sorted(ends)
+    if low == high:
+        raise entry.error(f"is no range: both its ends are {low:g}")
+    return low, high
+
+
+def quantities(low: str, high: str, field: Field, nominal: float) -> tuple[float, float]:
+    """Two texts in SI units; one unit at the end serves both.
+
+    Raises:
+        ValueError: they are not what they must be; the message says why.
+    """
+    units = [unit_in(low), unit_in(high)]
+    if units[1] and not units[0]:
+        low, units[0] = f"{low} {units[1]}", units[1]
+    relative = "%" in units
+    plain = not any(units)
+    unit = "" if relative or plain else field.unit
+    if relative and units[1] != "%":
+        raise ValueError(f"{short(high)} has no % while {short(low)} has one")
+    if relative and nominal in (0.0, field.auto):
+        present = "0" if nominal == 0.0 else '"auto"'
+        raise ValueError(f"is {present} in the scenario, of which there is no percentage")
+    first, last = value_of(low, unit), value_of(high, unit)
+    if first > last:
+        raise ValueError(f"{short(low)} is more than {short(high)}, its upper end")
+    if relative:
+        return nominal * (1.0 + first), nominal * (1.0 + last)
+    return first, last
+
+
+def unit_in(text: str) -> str:
+    """What follows the number in a quantity."""
+    match = QUANTITY.fullmatch(text.replace("\N{MINUS SIGN}", "-"))
+    return match[1] if match else ""
+
+
+def value_of(text: str, unit: str) -> float:
+    try:
+        return si_value(text, unit)
+    except ValueError as error:
+        raise ValueError(f"{short(text)} {error}") from None
