@@ -6,10 +6,8 @@ import re
 import shlex
 import shutil
 import subprocess
-import sys
 from collections.abc import Iterable, Mapping, Sequence
-from importlib.machinery import SourceFileLoader
-from importlib.util import module_from_spec, spec_from_loader
+from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 from types import ModuleType
 
@@ -58,10 +56,9 @@ def examples() -> None:
 
 def script(name: str) -> ModuleType:
     """A program of ``scripts/`` as a module, so that a page and the README show what one text computes."""
-    loader = SourceFileLoader(name, str(Path(__file__).parents[2] / "scripts" / name))
-    module = module_from_spec(spec_from_loader(name, loader))  # type: ignore[arg-type]
-    sys.modules[name] = module
-    loader.exec_module(module)
+    spec = spec_from_file_location(name, Path(__file__).parents[2] / "scripts" / f"{name}.py")
+    module = module_from_spec(spec)  # type: ignore[arg-type]
+    spec.loader.exec_module(module)  # type: ignore[union-attr]
     return module
 
 

@@ -324,3 +324,94 @@ def test_scales_of_no_uncertainty_are_refused(tmp_path):
     own.write_text('[controller]\ntype = "PI"\n')
     vary = ("--vary", f"{GAIN}=0.3..30")
     assert "--scales = '-1,1': changes nothing" in failed("tune", own, *vary, "--scales=-1,1", *FEW)
+
+
+SEARCH = """\
+base = "paper/sine-pi"
+[simulation]
+duration = "50 ms"
+period = "1 ms"
+substeps = 4
+[valve]
+type = "FirstOrderValve"
+[tune]
+scenarios = ["my.toml", "square.toml"]
+weights = [1, 2.5]
+scales = [-1, 1]
+seeds = 2
+seed = 2
+candidates = 64
+[tune.vary]
+controller.proportional_gain = "0.3..30 V s/m"
+controller.integral_gain = "1..100 V/m"
+"""
+SQUARE = 'base = "my.toml"\nreference.type = "Square"\nreference.period = "4 s"\nload.type = "Constant"\n'
+
+
+@pytest.fixture
+def search(tmp_path, monkeypatch):
+    """Two scenarios that are tuned together, the second built on the first."""
+    (tmp_path / "my.toml").write_text(SEARCH)
+    (tmp_path / "square.toml").write_text(SQUARE)
+    monkeypatch.chdir(tmp_path)
+
+
+@pytest.mark.usefixtures("search")
+def test_the_search_of_a_scenario_is_that_of_the_options():
+    """Whichever of the scenarios is named."""
+    said = json.loads(succeeded("tune", "my.toml", "--json"))
+    vary = ("--vary", f"{GAIN}=0.3..30 V s/m", "--vary", "controller.integral_gain=1..100 V/m")
+    options = ("--weights", "1,2.5", "--scales=-1,1", "--seeds", "2", "--seed", "2", "--candidates", "64")
+    bare = ("--set", "tune.seeds=1", "--set", "tune.candidates=4096")
+    full = json.loads(succeeded("tune", "my.toml", "square.toml", *bare, *vary, *options, "--json"))
+    other = json.loads(succeeded("tune", "square.toml", "--json"))
+    assert shlex.split(said.pop("command")) == ["hydroservo", "tune", "my.toml"]
+    for one in (full, other):
+        assert one.pop("command")
+        assert one == said
+    assert [row["scenario"] for row in said["scenarios"]] == [
+        f"{name}, scale {scale}" for name in ("my.toml", "square.toml") for scale in (-1, 1)
+    ]
+    assert said["runs"] == 64 * 2 * 4
+
+
+@pytest.mark.usefixtures("search")
+def test_options_override_the_search_of_a_scenario():
+    said = json.loads(
+        succeeded("tune", "my.toml", "--vary", f"{GAIN}=1..2", "--scales=1", "--seeds", "1", "--json")
+    )
+    assert list(said["parameters"]) == [GAIN]
+    assert [row["weight"] for row in said["scenarios"]] == [1.0, 2.5]
+    assert said["runs"] == 64 * 2
+    alone = ("--set", 'tune.scenarios=["my.toml"]', "--weights", "1")
+    assert "there are 1" in failed("tune", "my.toml", *alone[:2])  # the two weights of the file
+    said = json.loads(succeeded("tune", "my.toml", "--set", "tune.weights=[1]", *alone, "--json"))
+    assert [row["scenario"] for row in said["scenarios"]] == ["my.toml, scale -1", "my.toml, scale 1"]
+
+
+@pytest.mark.usefixtures("search")
+def test_scenarios_on_the_command_line_stand_in_place_of_those_of_the_search():
+    said = json.loads(succeeded("tune", "my.toml", "my.toml", "--scales=1", "--json"))
+    assert [(row["scenario"], row["weight"]) for row in said["scenarios"]] == [("my.toml, scale 1", 1.0)] * 2
+
+
+@pytest.mark.usefixtures("search")
+def test_a_search_must_hold_its_own_scenario(tmp_path):
+    (tmp_path / "third.toml").write_text(SQUARE)
+    assert "third.toml: tune.scenarios: must hold the scenario itself; they are" in failed(
+        "tune", "third.toml"
+    )
+
+
+@pytest.mark.usefixtures("search")
+def test_a_number_that_another_scenario_does_not_have_is_named_with_its_file(tmp_path):
+    (tmp_path / "square.toml").write_text('base = "my.toml"\ncontroller.type = "TSMC"\n')
+    message = failed("tune", "my.toml")
+    assert f"my.toml: tune.vary.{GAIN}: is no number of square.toml" in message
+
+
+@pytest.mark.usefixtures("search")
+def test_weights_of_an_option_are_counted_with_the_scenarios_of_the_search():
+    assert "--weights = '1,2,3': must be a number above 0 for each scenario, with commas" in failed(
+        "tune", "my.toml", "--weights", "1,2,3"
+    )

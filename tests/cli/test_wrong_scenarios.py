@@ -110,7 +110,7 @@ WRONG_TEXT = {
     "quoted key with a line break": (PI + '"a\\nb" = 1\n', "controller.a\\nb: unknown key (value 1)"),
     "long key": (PI + f"{'a' * LARGE} = 1\n", "unknown key (value 1)"),
     "not TOML": (PI + "[plant\nmass = 6\n", "is not TOML: "),
-    "truncated": (scenario_source("paper/sine-tsmc")[:-6], "is not TOML: "),
+    "truncated": (scenario_source("paper/machine")[:-6], "is not TOML: "),
     "the same key twice": (PI + 'type = "TSMC"\n', "is not TOML: "),
     "million digits": (PI + f"[plant]\nmass = {'9' * 10**6}\n", "holds an integer of too many digits"),
     "million digits after the point": (
@@ -280,10 +280,11 @@ SNIPPETS = st.one_of(
         ]
     ),
     st.sampled_from(
-        ["type", "plant", "controller", "model", "TSMC", "PI", "Sine", "bar", "%", "scale", "9**9"]
+        ["type", "plant", "controller", "model", "TSMC", "PI", "Sine", "bar", "%", "scale", "9**9", "base"]
     ),
 )
-SOURCES = st.sampled_from([scenario_source(f"paper/{name}") for name in ("sine-tsmc", "square-backstepping")])
+NAMES = ("paper/machine", "paper/sine-tsmc", "paper/square-backstepping", "rig/noisy-1khz-pi-sine")
+SOURCES = st.sampled_from([scenario_source(name) for name in NAMES])
 
 
 @example(text=scenario_source("paper/sine-tsmc"), cuts=[])
@@ -327,6 +328,9 @@ PATHS = st.lists(
             "file",
             "reference",
             "title",
+            "base",
+            "tune",
+            "vary",
         ]
     ),
     min_size=1,

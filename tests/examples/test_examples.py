@@ -17,6 +17,7 @@ COVERED = {
     "compare_in_python.py",
     "my.toml",
     "my_controller.py",
+    "on_the_rig.toml",
     "recorded.toml",
     "recorded_demand.csv",
 }
@@ -58,6 +59,15 @@ def test_scenario_alone_runs_no_code(tmp_path: Path) -> None:
     assert done.stderr.startswith("hydroservo: my.toml: controller.type: 'PressureFeedbackPI'")
     assert done.stderr.count("\n") == 1
     assert not (tmp_path / "executed").exists()
+
+
+def test_a_law_on_the_rig_and_its_search() -> None:
+    done = command("run", "on_the_rig.toml", folder=EXAMPLES)
+    assert done.returncode == 0, done.stderr
+    assert "did not diverge" in done.stdout
+    done = command("tune", "on_the_rig.toml", "--candidates", "64", folder=EXAMPLES)
+    assert done.returncode == 0, done.stderr
+    assert "192 closed loops were simulated." in done.stdout
 
 
 def test_recorded_demand_and_load() -> None:

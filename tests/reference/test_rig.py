@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 
 from hydroservo import simulate, simulate_batch
-from hydroservo.scenario import load_scenario, scenario_source, scenarios
+from hydroservo.block import leaves
+from hydroservo.scenario import load_scenario, scenarios
+from hydroservo.scenario.load import assembled
 
 pytestmark = pytest.mark.slow
 
@@ -39,9 +41,13 @@ def test_rms_error(scenario: str, printed: str) -> None:
 
 
 @pytest.mark.parametrize("scenario", [name for name in scenarios() if name.startswith("rig/")])
-def test_a_rig_file_says_how_its_gains_were_found(scenario: str) -> None:
-    comment = [line for line in scenario_source(scenario).splitlines() if line.startswith("#")]
-    assert any(line.startswith("# hydroservo tune rig/") and scenario in line for line in comment)
+def test_a_rig_scenario_holds_the_search_that_found_its_gains(scenario: str) -> None:
+    assembly = assembled(scenario)
+    numbers = dict(leaves(assembly.loop))
+    assert scenario in (assembly.search.scenarios or [scenario])
+    assert assembly.search.ranges
+    for path, between in assembly.search.ranges.items():
+        assert between.low <= numbers[path] <= between.high
 
 
 @pytest.mark.parametrize("law", ["pi", "tsmc"])

@@ -70,7 +70,8 @@ def test_builtin_names_and_text() -> None:
         "rig/excavator-link-pi",
     }
     assert all(title for title in names.values())
-    assert 'mass = "6 kg"' in scenario_source("paper/sine-pi")
+    assert 'base = "paper/machine"' in scenario_source("paper/sine-pi")
+    assert 'mass = "6 kg"' in scenario_source("paper/machine")
 
 
 def test_a_builtin_text_saved_as_a_file_is_the_same_scenario(scenario) -> None:

@@ -66,8 +66,12 @@ def named_source(entry: Entry) -> str | Path:
 
 def same_place(source: str | Path) -> str | Path:
     """Equal for sources that are the same scenario, however its path is written."""
-    builtin = isinstance(source, str) and source in builtin_texts()
-    return source if builtin else Path(source).resolve()
+    if isinstance(source, str) and source in builtin_texts():
+        return source
+    try:
+        return Path(source).resolve()
+    except (OSError, RuntimeError, ValueError):  # a circle of links, a null character
+        return Path(source)
 
 
 @cache

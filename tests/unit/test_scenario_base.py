@@ -1,0 +1,298 @@
+"""Scenarios that build on others: what lies over what, and which file an error names."""
+
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from hydroservo import ScenarioError, simulate
+from hydroservo.controllers import DAC, PI, TSMC
+from hydroservo.loads import Recorded
+from hydroservo.provenance import scenario_hash
+from hydroservo.scenario import builtin_scenarios, datasheet_columns, load_scenario
+from hydroservo.scenario.catalogue import builtin_texts
+from hydroservo.valves import FirstOrderValve, SecondOrderValve, StaticValve
+
+MACHINE = """\
+title = "A machine"
+
+[plant]
+mass = "8 kg"
+damping = "60 N s/m"
+
+[valve]
+type = "SecondOrderValve"
+damping_ratio = 0.6
+gain = "4e-4 m/V"
+
+[controller]
+type = "TSMC"
+linear_gain_1 = "2000 1/s"
+
+[uncertainty]
+plant.mass = "10 %"
+valve.damping_ratio = "20 %"
+"""
+
+
+@pytest.fixture
+def files(tmp_path: Path):
+    """Writes files, by name, and gives the path of the first."""
+
+    def write(**texts: str) -> Path:
+        for name, text in texts.items():
+            path = tmp_path / f"{name.replace('__', '/')}.toml"
+            path.parent.mkdir(exist_ok=True)
+            path.write_text(text, encoding="utf-8")
+        return tmp_path / f"{next(iter(texts)).replace('__', '/')}.toml"
+
+    return write
+
+
+def refused(path: Path, changes: dict[str, object] | None = None) -> str:
+    with pytest.raises(ScenarioError) as caught:
+        load_scenario(path, changes)
+    assert "\n" not in str(caught.value)
+    return str(caught.value)
+
+
+def test_what_a_file_gives_lies_over_its_base_key_by_key(files) -> None:
+    own = files(
+        own='base = "machine.toml"\n[plant]\nmass = "9 kg"\n[uncertainty]\nscale = 0', machine=MACHINE
+    )
+    loop = load_scenario(own)
+    assert (loop.plant.mass, loop.plant.damping) == (9.0, 60.0)
+    assert loop.controller.linear_gain_1 == 2000.0
+
+
+def test_a_base_may_have_a_base(files) -> None:
+    own = files(
+        own='base = "middle.toml"\nplant.stroke = "70 mm"\nuncertainty.scale = 0',
+        middle='base = "machine.toml"\nplant.mass = "7 kg"',
+        machine=MACHINE,
+    )
+    plant = load_scenario(own).plant
+    assert (plant.stroke, plant.mass, plant.damping) == (0.07, 7.0, 60.0)
+
+
+def test_a_base_may_be_built_in(files) -> None:
+    own = files(own='base = "rig/1khz-pi-square"\nplant.mass = "7 kg"')
+    assert load_scenario(own) == load_scenario("rig/1khz-pi-square", {"plant.mass": 7.0})
+
+
+def test_a_base_without_controller_is_no_scenario(files) -> None:
+    assert "rig/1khz" in builtin_texts()
+    assert "rig/1khz" not in builtin_scenarios()
+    with pytest.raises(ScenarioError, match=r"^rig/1khz: controller: a \[controller\] table with a type is"):
+        load_scenario("rig/1khz")
+    own = files(own='base = "rig/1khz"\ncontroller.type = "PI"')
+    assert load_scenario(own).controller == PI()
+    assert load_scenario(own).simulation == load_scenario("rig/1khz-pi-sine").simulation
+
+
+def test_a_title_is_not_inherited() -> None:
+    """Whoever has none is no scenario of the list, whatever the titles below it."""
+    untitled = set(builtin_texts()) - set(builtin_scenarios())
+    assert untitled == {
+        *("paper/machine", "rig/machine", "rig/excavator", "rig/1khz", "rig/10khz"),
+        *("rig/noisy-1khz", "rig/noisy-10khz", "rig/encoder"),
+    }
+
+
+def test_another_type_drops_what_it_does_not_have(files) -> None:
+    own = files(own='base = "machine.toml"\nvalve.type = "FirstOrderValve"', machine=MACHINE)
+    loop = load_scenario(own)
+    assert type(loop.valve) is FirstOrderValve
+    assert loop.valve.gain == 4e-4
+    assert loop.plant.mass == 8.0 * 1.1
+
+
+def test_another_type_drops_only_what_is_below_it(files) -> None:
+    """The uncertainty of a file must be one of its own valve."""
+    own = files(
+        own='base = "machine.toml"\nvalve.type = "FirstOrderValve"\nuncertainty.valve.damping_ratio = 0.1',
+        machine=MACHINE,
+    )
+    assert refused(own).startswith(f"{own}: uncertainty.valve.damping_ratio: unknown key")
+
+
+def test_the_same_type_drops_nothing(files) -> None:
+    own = files(own='base = "machine.toml"\ncontroller.type = "TSMC"', machine=MACHINE)
+    assert load_scenario(own) == load_scenario(own.with_name("machine.toml"))
+
+
+def test_what_a_type_dropped_does_not_come_back(files) -> None:
+    """A file that has a base is as one that holds all that comes of the two."""
+    own = files(
+        own='base = "middle.toml"\nvalve.type = "SecondOrderValve"\nuncertainty.scale = 0',
+        middle='base = "machine.toml"\nvalve.type = "StaticValve"',
+        machine=MACHINE,
+    )
+    assert type(load_scenario(own.with_name("middle.toml")).valve) is StaticValve
+    assert load_scenario(own).valve.damping_ratio == SecondOrderValve().damping_ratio
+
+
+def test_a_law_may_be_wrapped_anew(files) -> None:
+    own = files(
+        own='base = "machine.toml"\n[controller]\ntype = "DAC"\ncontroller.type = "PI"', machine=MACHINE
+    )
+    assert load_scenario(own).controller == DAC(controller=PI())
+
+
+def test_changes_lie_on_top(files) -> None:
+    own = files(own='base = "machine.toml"\nplant.mass = "9 kg"', machine=MACHINE)
+    changes = {"plant.mass": "10 kg", "uncertainty.scale": 0, "valve.type": "StaticValve"}
+    loop = load_scenario(own, changes)
+    assert (loop.plant.mass, type(loop.valve)) == (10.0, StaticValve)
+    assert type(load_scenario(own, {"controller.type": "PI"}).controller) is PI
+
+
+def test_a_base_cannot_be_changed(files) -> None:
+    own = files(own=MACHINE)
+    assert refused(own, {"base": "rig/1khz"}).startswith("overrides: base: cannot be overridden")
+
+
+def test_files_are_looked_for_beside_the_file_that_names_them(files, tmp_path: Path, monkeypatch) -> None:
+    (tmp_path / "log").mkdir()
+    (tmp_path / "log" / "force.csv").write_text("t [s],F [N]\n0,0\n1,50\n")
+    own = files(
+        own='base = "log/middle.toml"\n[simulation]\nduration = "1 s"',
+        log__middle='base = "../machine.toml"\n[load]\ntype = "Recorded"\nseries.file = "force.csv"',
+        machine=MACHINE,
+    )
+    monkeypatch.chdir(tmp_path.parent)
+    load = load_scenario(own).load
+    assert type(load) is Recorded
+    assert load.series.value(1.0) == pytest.approx(50.0)
+    overriding = {"load.series.file": str(tmp_path / "log" / "force.csv")}
+    assert load_scenario(own, overriding).load.series.knots.tolist() == load.series.knots.tolist()
+
+
+def test_a_column_of_the_same_record_can_be_chosen_above_it(files, tmp_path: Path) -> None:
+    (tmp_path / "force.csv").write_text("t [s],F [N],G [N]\n0,0,0\n1,50,70\n")
+    own = files(
+        own='base = "machine.toml"\nload.series.column = "G"',
+        machine=MACHINE + '[load]\ntype = "Recorded"\nseries.file = "force.csv"\n',
+    )
+    assert load_scenario(own).load.series.value(1.0) == pytest.approx(70.0)
+
+
+def test_what_constructors_take_may_stand_in_a_base(files) -> None:
+    sheet = 'plant.type = "Cylinder.from_diameters"\nplant.bore = "40 mm"\nplant.rod = "22 mm"\n'
+    rest = 'plant.stroke = "200 mm"\ncontroller.type = "PI"\n'
+    own = files(own='base = "sheet.toml"\nplant.rod = "25 mm"', sheet=sheet + rest)
+    columns = datasheet_columns(own, {"plant.bore": np.array([0.04, 0.05])})
+    assert columns["plant.area_a"][0] == load_scenario(own).plant.area_a
+    assert columns["plant.area_a"][1] > columns["plant.area_a"][0]
+    assert columns["plant.area_b"][0] == pytest.approx(np.pi / 4 * (0.04**2 - 0.025**2))
+
+
+CIRCLE = "makes a circle: "
+
+
+def test_a_circle_is_refused(files) -> None:
+    own = files(own='base = "a.toml"', a='base = "b.toml"', b='base = "./a.toml"')
+    text = refused(own)
+    folder = own.parent
+    assert text.startswith(f"{folder / 'b.toml'}: base: './a.toml' {CIRCLE}")
+    assert text.endswith(f"{folder / 'a.toml'}, {folder / 'b.toml'}, {folder / 'a.toml'}")
+
+
+@pytest.mark.skipif(os.name != "posix", reason="links need rights elsewhere")
+def test_a_circle_through_a_link_is_refused(files) -> None:
+    own = files(own='base = "link.toml"')
+    own.with_name("link.toml").symlink_to(own)
+    assert CIRCLE in refused(own)
+
+
+def test_a_file_that_is_its_own_base_is_refused(files) -> None:
+    assert CIRCLE in refused(files(own='base = "own.toml"'))
+
+
+def test_too_long_a_row_is_refused(files) -> None:
+    rows = {f"f{i}": f'base = "f{i + 1}.toml"' for i in range(15)}
+    path = files(**rows, f15='controller.type = "PI"')
+    assert load_scenario(path).controller == PI()
+    path = files(**rows, f15='base = "f16.toml"', f16='controller.type = "PI"')
+    assert "f15.toml: base: 'f16.toml' is one base too many: no more than 16 files" in refused(path)
+
+
+@pytest.mark.parametrize(
+    ("base", "problem"),
+    [
+        (
+            '"nowhere.toml"',
+            "own.toml: base: 'nowhere.toml' is no built-in name, and there is no such file in ",
+        ),
+        ('"rig/1kh"', "; did you mean rig/1khz?"),
+        ("3", "own.toml: base: 3 must be a string: the name of a built-in scenario, or the path of a file"),
+        ('["a", "b"]', "base: ['a', 'b'] must be a string"),
+        ('"."', "is a directory, not a file"),
+        ('""', "is a directory, not a file"),
+        ('"a\\u0000b"', "own.toml: base: 'a\\x00b' is no built-in name, and there is no such file in "),
+        (f'"{"a" * 5000}"', "cannot be read: "),
+    ],
+)
+def test_a_base_that_is_none_is_refused(files, base: str, problem: str) -> None:
+    assert problem in refused(files(own=f'base = {base}\ncontroller.type = "PI"'))
+
+
+@pytest.mark.parametrize(
+    ("own", "base", "file", "problem"),
+    [
+        ('plant.mass = "-1 kg"', "", "own", "plant.mass: '-1 kg' must be"),
+        ("", 'plant.mass = "-1 kg"', "base", "plant.mass: '-1 kg' must be"),
+        ('plant.mas = "1 kg"', "", "own", "plant.mas: unknown key (value '1 kg'); it must be one of mass"),
+        ("", 'plant.mas = "1 kg"', "base", "plant.mas: unknown key"),
+        ("plants.mass = 1", "", "own", "plants: unknown key"),
+        ("", "plants.mass = 1", "base", "plants: unknown key"),
+        ("plant = 3", "", "own", "plant: 3 must be a table: [plant]"),
+        ("", "plant = 3", "base", "plant: 3 must be a table: [plant]"),
+        ("plant.mass = 8", "plant = 3", "base", "plant: 3 must be a table: [plant]"),
+        ('valve.type = "Valve"', "", "own", "valve.type: 'Valve' must be one of"),
+        ('valve.type = "StaticValve"', 'valve = {type = "Valve", gain = 1}', "own", ""),
+        ("title = 3", "", "own", "title: 3 must be a string"),
+        ("", 'uncertainty.plant.mass = "x"', "base", "uncertainty.plant.mass: 'x' is not a quantity"),
+        ('plant.start_position = "1 m"', "", "own", "plant: "),
+        ("", 'plant.start_position = "1 m"', "base", "plant: "),
+        ("controller.observer.type = 1", "", "own", "controller.observer.type: 1 must be"),
+        (
+            "",
+            'load.type = "Recorded"\nload.series.file = "no.csv"',
+            "base",
+            "load.series.file: 'no.csv' there",
+        ),
+    ],
+)
+def test_an_error_names_the_file_in_which_the_value_stands(files, own, base, file, problem) -> None:
+    law = 'controller.type = "TSMC"\n'
+    path = files(own=f'base = "base.toml"\n{own}', base=law + base)
+    if problem:
+        assert refused(path).startswith(f"{path.with_name(f'{file}.toml')}: {problem}")
+    else:
+        load_scenario(path)
+
+
+def test_what_is_no_toml_is_said_of_the_base(files) -> None:
+    path = files(own='base = "base.toml"', base="[plant")
+    assert refused(path).startswith(f"{path.with_name('base.toml')}: is not TOML: ")
+
+
+def test_a_run_and_its_hash_do_not_know_the_base(files) -> None:
+    own = files(
+        own='base = "rig/1khz-pi-sine"\nsimulation.duration = "20 ms"',
+        whole='base = "rig/1khz"\nsimulation.duration = "20 ms"\n[controller]\ntype = "PI"\n'
+        'proportional_gain = "3.2318 V s/m"\nintegral_gain = "617.41 V/m"',
+    )
+    loops = [load_scenario(path) for path in (own, own.with_name("whole.toml"))]
+    assert scenario_hash(loops[0]) == scenario_hash(loops[1])
+    runs = [simulate(loop, compiled=False) for loop in loops]
+    assert runs[0].identical(runs[1])
+
+
+def test_laws_that_the_base_had_can_be_compared(files) -> None:
+    own = files(own='base = "machine.toml"\ncontroller.type = "PI"', machine=MACHINE)
+    loops = [load_scenario(path) for path in (own, own.with_name("machine.toml"))]
+    assert [type(loop.controller) for loop in loops] == [PI, TSMC]
+    assert loops[0]._replace(controller=None) == loops[1]._replace(controller=None)

@@ -1,0 +1,189 @@
+"""[tune] of a scenario: what it says of a search, and what is refused."""
+
+from pathlib import Path
+
+import pytest
+
+from hydroservo import ScenarioError
+from hydroservo.metrics import SMALLER_IS_BETTER
+from hydroservo.provenance import scenario_hash
+from hydroservo.scenario import load_scenario
+from hydroservo.scenario.load import assembled
+from hydroservo.scenario.search import Search
+
+LAW = """\
+[controller]
+type = "PI"
+proportional_gain = "2 V s/m"
+integral_gain = "500 V/m"
+"""
+TUNE = """\
+[tune]
+scenarios = ["rig/1khz-pi-sine", "my.toml"]
+weights = [1, 2.5]
+scales = [-1, 0, 1]
+metric = "max_error"
+seeds = 3
+effort = 0.1
+candidates = 512
+seed = 7
+
+[tune.vary]
+controller.integral_gain = "10..1000 V/m"
+controller.proportional_gain = "-50%..+100%"
+"""
+
+
+@pytest.fixture
+def write(tmp_path: Path):
+    def written(text: str, name: str = "my.toml") -> Path:
+        path = tmp_path / name
+        path.write_text(text, encoding="utf-8")
+        return path
+
+    return written
+
+
+def ranges_of(search: Search) -> dict[str, tuple[float, float]]:
+    return {path: (one.low, one.high) for path, one in search.ranges.items()}
+
+
+def test_all_that_a_search_has(write) -> None:
+    path = write(LAW + TUNE)
+    search = assembled(path).search
+    assert search._replace(ranges={}) == Search(
+        scenarios=("rig/1khz-pi-sine", path),
+        weights=(1.0, 2.5),
+        scales=(-1.0, 0.0, 1.0),
+        metric="max_error",
+        seeds=3,
+        effort=0.1,
+        candidates=512,
+        seed=7,
+    )
+    assert ranges_of(search) == {
+        "controller.integral_gain": (10.0, 1000.0),
+        "controller.proportional_gain": (1.0, 4.0),
+    }
+
+
+def test_without_a_table_there_is_nothing_to_search(write) -> None:
+    assert assembled(write(LAW)).search == Search()
+
+
+def test_a_search_is_no_part_of_the_loop(write) -> None:
+    with_search, without = load_scenario(write(LAW + TUNE)), load_scenario(write(LAW, "other.toml"))
+    assert with_search == without
+    assert scenario_hash(with_search) == scenario_hash(without)
+
+
+def test_the_order_of_paths_is_that_of_the_file(write) -> None:
+    """Keys in quotes may stand in any; others by the table that they are in."""
+    sensors = 'sensors.type = "RigSensors"\nsensors.velocity.type = "FilteredDifference"\n'
+    paths = ("controller.integral_gain", "sensors.velocity.time_constant", "controller.proportional_gain")
+    text = sensors + LAW + "[tune.vary]\n"
+    quoted = write(text + "".join(f'"{path}" = "0.1..30"\n' for path in paths))
+    assert list(assembled(quoted).search.ranges) == list(paths)
+    plain = write(text + "".join(f'{path} = "0.1..30"\n' for path in paths))
+    assert list(assembled(plain).search.ranges) == [paths[0], paths[2], paths[1]]
+
+
+def test_a_search_lies_over_that_of_the_base(write) -> None:
+    write(LAW + TUNE)
+    text = 'base = "my.toml"\n[tune]\ncandidates = 64\nvary.controller.integral_gain = "1..2"'
+    above = assembled(write(text, "own.toml")).search
+    assert above._replace(ranges={}) == assembled(write(LAW + TUNE)).search._replace(candidates=64, ranges={})
+    assert ranges_of(above)["controller.integral_gain"] == (1.0, 2.0)
+    assert ranges_of(above)["controller.proportional_gain"] == (1.0, 4.0)
+
+
+def test_another_law_drops_the_ranges_of_the_base(write) -> None:
+    write(LAW + TUNE)
+    own = write(
+        'base = "my.toml"\n[controller]\ntype = "TSMC"\n[tune.vary]\ncontroller.power_gain_1 = "1..9"', "o"
+    )
+    assert ranges_of(assembled(own).search) == {"controller.power_gain_1": (1.0, 9.0)}
+    changed = assembled(write(LAW + TUNE), {"controller.type": "TSMC"})
+    assert ranges_of(changed.search) == {}
+
+
+def test_changes_lie_on_top(write) -> None:
+    changes = {"tune.seeds": 5, "tune.vary.controller.integral_gain": "3..4 V/m"}
+    search = assembled(write(LAW + TUNE), changes).search
+    assert search.seeds == 5
+    assert ranges_of(search)["controller.integral_gain"] == (3.0, 4.0)
+
+
+@pytest.mark.parametrize(
+    ("text", "problem"),
+    [
+        ("tune = 3", "tune: 3 must be a table: [tune]"),
+        (
+            "tune.candidate = 64",
+            "tune.candidate: unknown key (value 64); it must be one of vary, scenarios, ",
+        ),
+        ("tune.candidate = 64", "did you mean candidates?"),
+        ("tune.candidates = 0", "tune.candidates: 0 must be a whole number from 1 to 10000000"),
+        ("tune.candidates = 64.0", "tune.candidates: 64.0 must be a whole number"),
+        ("tune.candidates = true", "tune.candidates: True must be a whole number"),
+        ("tune.seeds = 10001", "tune.seeds: 10001 must be a whole number from 1 to 10000"),
+        ("tune.seed = -1", "tune.seed: -1 must be a whole number from 0 to "),
+        ("tune.effort = -0.1", "tune.effort: -0.1 must be a finite number from 0 on"),
+        ("tune.effort = nan", "tune.effort: nan must be a finite number from 0 on"),
+        ('tune.metric = "rms"', f"tune.metric: 'rms' must be one of {SMALLER_IS_BETTER[0]}, "),
+        ("tune.metric = 1", "tune.metric: 1 must be one of "),
+        ("tune.weights = 1", "tune.weights: 1 must be a number above 0 for each scenario"),
+        ("tune.weights = [0]", "tune.weights: [0] must be a number above 0 for each scenario"),
+        (
+            "tune.weights = [1, 2]",
+            "tune.weights: [1, 2] must be a number above 0 for each scenario; there are 1",
+        ),
+        ('tune.scales = ["1"]', "tune.scales: ['1'] must be different numbers"),
+        ("tune.scales = [1, 1.0]", "tune.scales: [1, 1.0] must be different numbers"),
+        ("tune.scales = [inf]", "tune.scales: [inf] must be different numbers"),
+        ('tune.scenarios = "my.toml"', "tune.scenarios: 'my.toml' must be a list of scenarios"),
+        ("tune.scenarios = [1]", "tune.scenarios: 1 must be a string"),
+        (
+            'tune.scenarios = ["rig/1khz-pi-sin"]',
+            "'rig/1khz-pi-sin' is no built-in name, and there is no such",
+        ),
+        ('tune.scenarios = ["rig/1khz-pi-sin"]', "did you mean rig/1khz-pi-sine?"),
+        ("tune.vary = 3", "tune.vary: 3 must be a table: [tune.vary]"),
+        ('tune.vary.controller = "1..2"', "tune.vary.controller: is no number that can vary"),
+        ('tune.vary.controller.gain = "1..2"', "tune.vary.controller.gain: must be one of controller."),
+        ('tune.vary.plant.mass = "1..2"', "tune.vary.plant.mass: must be in the controller or sensors"),
+        (
+            "tune.vary.controller.integral_gain = 3",
+            "tune.vary.controller.integral_gain: 3 must be a range, a string",
+        ),
+        ('tune.vary.controller.integral_gain = "3"', "'3' must be a range, a string such as"),
+        (
+            'tune.vary.controller.integral_gain = "1..2 mm"',
+            "'1 mm' does not convert to V/m; it must be a finite",
+        ),
+        ('tune.vary.controller.integral_gain = "2..1"', "'2' is more than '1', its upper end"),
+        (
+            'tune.vary.controller.integral_gain = "-1..1"',
+            "reaches -1; it must be a finite number at least 0 [V/m]",
+        ),
+        (
+            'tune.vary.controller.anti_windup = "-1%..1%"',
+            "is 0 in the scenario, of which there is no percentage",
+        ),
+    ],
+)
+def test_what_is_wrong_is_one_line(write, text: str, problem: str) -> None:
+    path = write(text + "\n" + LAW)
+    with pytest.raises(ScenarioError) as caught:
+        load_scenario(path)
+    assert str(caught.value).startswith(f"{path}: tune")
+    assert problem in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_an_error_names_the_file_in_which_the_value_stands(write) -> None:
+    write(LAW + '[tune.vary]\ncontroller.integral_gain = "1..2 mm"\n', "base.toml")
+    with pytest.raises(ScenarioError, match=r"base\.toml: tune\.vary\.controller\.integral_gain: '1 mm' "):
+        load_scenario(write('base = "base.toml"\ntune.seeds = 2\n'))
+    with pytest.raises(ScenarioError, match=r"overridden: tune\.seeds: 0 must be"):
+        load_scenario(write(LAW), {"tune.seeds": 0})
