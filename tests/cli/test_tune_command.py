@@ -396,6 +396,13 @@ def test_scenarios_on_the_command_line_stand_in_place_of_those_of_the_search():
 
 
 @pytest.mark.usefixtures("search")
+def test_what_is_found_builds_on_the_scenario_with_one_line(tmp_path):
+    found = json.loads(succeeded("tune", "my.toml", "--out", "gains.toml", "--json"))["parameters"]
+    (tmp_path / "tuned.toml").write_text('base = "my.toml"\n' + (tmp_path / "gains.toml").read_text())
+    assert load_scenario(tmp_path / "tuned.toml") == load_scenario(tmp_path / "my.toml", found)
+
+
+@pytest.mark.usefixtures("search")
 def test_a_search_must_hold_its_own_scenario(tmp_path):
     (tmp_path / "third.toml").write_text(SQUARE)
     assert "third.toml: tune.scenarios: must hold the scenario itself; they are" in failed(

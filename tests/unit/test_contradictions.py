@@ -109,18 +109,28 @@ def test_the_path_stands_before_what_a_nested_block_says() -> None:
 
 SHORT = {"simulation.duration": "2 ms", "simulation.substeps": 1}
 LINK = "rig/excavator-link-pi"
+CHANGED = f"{LINK}, overridden"
 
 
 @pytest.mark.parametrize(
     ("changes", "says"),
     [
-        ({"plant.mechanism.base_distance": "5 m"}, f"{LINK}: plant: mechanism = 'OneLinkArm': can be at"),
-        ({"plant.start_position": "1 m"}, f"{LINK}: plant: start_position = 1.0: must be at most the stroke"),
-        ({"plant.friction.breakaway": "1 N"}, f"{LINK}: plant.friction: breakaway = 1.0: must be at least"),
-        ({"supply.accumulator.precharge": "300 bar"}, f"{LINK}: supply: accumulator.precharge = 30000000.0"),
+        ({"plant.mechanism.base_distance": "5 m"}, f"{CHANGED}: plant: mechanism = 'OneLinkArm': can be at"),
+        (
+            {"plant.start_position": "1 m"},
+            f"{CHANGED}: plant: start_position = 1.0: must be at most the stroke",
+        ),
+        (
+            {"plant.friction.breakaway": "1 N"},
+            f"{CHANGED}: plant.friction: breakaway = 1.0: must be at least",
+        ),
+        (
+            {"supply.accumulator.precharge": "300 bar"},
+            f"{CHANGED}: supply: accumulator.precharge = 30000000.0",
+        ),
         (
             {"uncertainty.plant.friction.coulomb": 0.6},
-            f"{LINK}: uncertainty: leads to plant.friction.breakaway",
+            f"{CHANGED}: uncertainty: leads to plant.friction.breakaway",
         ),
     ],
 )

@@ -245,11 +245,12 @@ def scenarios(context: typer.Context) -> None:
 def show_source(
     name: Annotated[str, typer.Argument(metavar="NAME", help="A built-in name, or a scenario file.")],
 ) -> None:
-    """Print a scenario as TOML: the start of one of your own.
+    """Print a scenario, or what others build on, as TOML: the start of one of your own.
 
     Example:
 
     - `hydroservo scenarios show paper/sine-tsmc > my.toml`
+    - `hydroservo scenarios show rig/1khz`
     """
     from hydroservo.scenario import scenario_source
 

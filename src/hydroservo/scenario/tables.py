@@ -56,13 +56,12 @@ class Table(NamedTuple):
     """A table of a scenario, in layers: what overrides its files, its own file, then base upon base."""
 
     path: str
-    layers: tuple[Layer, ...]  # the first that has a key gives its value
+    layers: tuple[Layer, ...]  # the first that has a key gives its value; the second is the scenario's own
 
     @property
     def origin(self) -> Origin:
-        """What an error about the whole table names: the first of the files that gives anything in it."""
-        files = self.layers[1:]
-        return next((layer.origin for layer in files if layer.given), files[0].origin)
+        """What an error about the whole table names: that of the first layer that gives anything in it."""
+        return next((layer.origin for layer in self.layers if layer.given), self.layers[1].origin)
 
     def names(self) -> list[str]:
         """The keys in any layer, those of the lowest first."""
