@@ -5,9 +5,10 @@ from pathlib import Path
 import pytest
 
 from hydroservo import ScenarioError
+from hydroservo.block import leaves
 from hydroservo.metrics import SMALLER_IS_BETTER
 from hydroservo.provenance import scenario_hash
-from hydroservo.scenario import load_scenario
+from hydroservo.scenario import builtin_scenarios, load_scenario
 from hydroservo.scenario.load import assembled
 from hydroservo.scenario.search import Search
 
@@ -46,6 +47,16 @@ def write(tmp_path: Path):
 
 def ranges_of(search: Search) -> dict[str, tuple[float, float]]:
     return {path: (one.low, one.high) for path, one in search.ranges.items()}
+
+
+@pytest.mark.parametrize("scenario", [name for name in builtin_scenarios() if name.startswith("rig/")])
+def test_a_rig_scenario_holds_the_search_that_found_its_gains(scenario: str) -> None:
+    assembly = assembled(scenario)
+    numbers = dict(leaves(assembly.loop))
+    assert scenario in (assembly.search.scenarios or [scenario])
+    assert assembly.search.ranges
+    for path, between in assembly.search.ranges.items():
+        assert between.low <= numbers[path] <= between.high
 
 
 def test_all_that_a_search_has(write) -> None:
