@@ -10,7 +10,7 @@ from hydroservo import ScenarioError, simulate
 from hydroservo.controllers import DAC, PI, TSMC
 from hydroservo.loads import Recorded
 from hydroservo.provenance import scenario_hash
-from hydroservo.scenario import builtin_scenarios, datasheet_columns, load_scenario
+from hydroservo.scenario import datasheet_columns, load_scenario, scenarios
 from hydroservo.scenario.catalogue import builtin_texts
 from hydroservo.valves import FirstOrderValve, SecondOrderValve, StaticValve
 
@@ -83,7 +83,7 @@ def test_a_base_may_be_built_in(files) -> None:
 
 def test_a_base_without_controller_is_no_scenario(files) -> None:
     assert "rig/1khz" in builtin_texts()
-    assert "rig/1khz" not in builtin_scenarios()
+    assert "rig/1khz" not in scenarios()
     with pytest.raises(ScenarioError, match=r"^rig/1khz: controller: a \[controller\] table with a type is"):
         load_scenario("rig/1khz")
     own = files(own='base = "rig/1khz"\ncontroller.type = "PI"')
@@ -93,7 +93,7 @@ def test_a_base_without_controller_is_no_scenario(files) -> None:
 
 def test_a_title_is_not_inherited() -> None:
     """Whoever has none is no scenario of the list, whatever the titles below it."""
-    untitled = set(builtin_texts()) - set(builtin_scenarios())
+    untitled = set(builtin_texts()) - set(scenarios())
     assert untitled == {
         *("paper/machine", "rig/machine", "rig/excavator", "rig/1khz", "rig/10khz"),
         *("rig/noisy-1khz", "rig/noisy-10khz", "rig/encoder"),

@@ -8,7 +8,7 @@ from hydroservo import ScenarioError
 from hydroservo.block import leaves
 from hydroservo.metrics import SMALLER_IS_BETTER
 from hydroservo.provenance import scenario_hash
-from hydroservo.scenario import builtin_scenarios, load_scenario
+from hydroservo.scenario import load_scenario, scenarios
 from hydroservo.scenario.load import assembled
 from hydroservo.scenario.search import Search
 
@@ -49,7 +49,7 @@ def ranges_of(search: Search) -> dict[str, tuple[float, float]]:
     return {path: (one.low, one.high) for path, one in search.ranges.items()}
 
 
-@pytest.mark.parametrize("scenario", [name for name in builtin_scenarios() if name.startswith("rig/")])
+@pytest.mark.parametrize("scenario", [name for name in scenarios() if name.startswith("rig/")])
 def test_a_rig_scenario_holds_the_search_that_found_its_gains(scenario: str) -> None:
     assembly = assembled(scenario)
     numbers = dict(leaves(assembly.loop))
