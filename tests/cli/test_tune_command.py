@@ -324,6 +324,8 @@ def test_scales_of_no_uncertainty_are_refused(tmp_path):
     own.write_text('[controller]\ntype = "PI"\n')
     vary = ("--vary", f"{GAIN}=0.3..30")
     assert "--scales = '-1,1': changes nothing" in failed("tune", own, *vary, "--scales=-1,1", *FEW)
+    own.write_text('controller.type = "PI"\ntune.scales = [0, 1]\n')
+    assert "tune.scales = '0,1': changes nothing" in failed("tune", own, *vary, *FEW)
 
 
 SEARCH = """\

@@ -154,7 +154,7 @@ def tune(
     wanted = ranges_for(ranges, search, names, assemblies)
     factors: Sequence[float | None] = search.scales or [None]
     loops = [machine(name, changes, plugins, scale) for name in names for scale in factors]
-    check_scales(search.scales, loops)
+    check_scales("tune.scales" if scales is None else "--scales", search.scales, loops)
     each = [weight for weight in search.weights for _ in factors]
     aim = Aim(loops, each, search.metric, search.seeds, search.effort)
     scenarios = [named(name, scale) for name in names for scale in factors]
@@ -163,12 +163,7 @@ def tune(
     with log_kernels(verbose), progress_bar("preparing") as report:
         progress = told(report, search.metric, search.candidates)
         found = tune(
-            aim,
-            wanted,
-            candidates=search.candidates,
-            seed=search.seed,
-            threads=threads,
-            progress=progress,
+            aim, wanted, candidates=search.candidates, seed=search.seed, threads=threads, progress=progress
         )
     for scenario, table in zip(scenarios, found.tables, strict=True):
         say_remarks(scenario, table)
@@ -257,8 +252,13 @@ def together(scenarios: Sequence[str], search: "Search", *, weighed: bool) -> di
     return {"scenarios": names, "weights": weights or [1.0] * len(names)}
 
 
-def check_scales(scales: Sequence[float], loops: "Sequence[Loop]") -> None:
+def check_scales(name: str, scales: Sequence[float], loops: "Sequence[Loop]") -> None:
     """Refuse scales that make no difference.
+
+    Args:
+        name: what gives them.
+        scales: of the uncertainty; none for each scenario's own.
+        loops: those of each scenario, scale by scale.
 
     Raises:
         ParameterError: a scenario is the same machine at each of them.
@@ -270,7 +270,7 @@ def check_scales(scales: Sequence[float], loops: "Sequence[Loop]") -> None:
     for start in range(0, len(loops), count):
         if len({scenario_hash(loop) for loop in loops[start : start + count]}) < count:
             text = ",".join(f"{scale:g}" for scale in scales)
-            raise ParameterError("--scales", text, "changes nothing in a scenario without [uncertainty]")
+            raise ParameterError(name, text, "changes nothing in a scenario without [uncertainty]")
 
 
 def machine(scenario: str, changes: Sequence[str], plugins: Sequence[Path], scale: float | None) -> "Loop":
