@@ -11,7 +11,7 @@ from benchmarks.jobs import Job
 from benchmarks.machine import described
 from benchmarks.worker import Failed, Worker
 from hydroservo import Loop
-from hydroservo.block import Integrator, leaves
+from hydroservo.block import leaves
 from hydroservo.controllers import DAC, PI
 from hydroservo.engine.lanes import LANES
 from hydroservo.holds import DelayedHold
@@ -21,6 +21,7 @@ from hydroservo.mechanics import LuGre, OneLinkArm, Stribeck
 from hydroservo.oils import AeratedOil
 from hydroservo.plants import Cylinder
 from hydroservo.references import Sine
+from hydroservo.roles import Integrator
 from hydroservo.sensors import RigSensors
 from hydroservo.supplies import GasAccumulator, PumpSupply
 from hydroservo.valves import FourEdges, SecondOrderValve

@@ -12,6 +12,7 @@ from typing import Annotated, NamedTuple
 
 from hydroservo import Field, ops
 from hydroservo.controllers import Saturation
+from hydroservo.roles import Controller, role
 from hydroservo.signals import Demand, Measurement
 
 
@@ -23,6 +24,7 @@ class PressureFeedbackPIState(NamedTuple):
     slow_force: Annotated[float, Field("N", "load force through the low-pass")]
 
 
+@role(Controller)
 class PressureFeedbackPI(NamedTuple):
     """PI with demand feedforward and dynamic pressure feedback, which damps the hydraulic resonance.
 

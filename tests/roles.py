@@ -5,31 +5,9 @@ from collections.abc import Mapping
 from functools import cache
 from importlib import import_module
 from types import FunctionType
-from typing import Any, Protocol, get_type_hints
+from typing import Any, get_type_hints
 
-from hydroservo.block import (
-    Accumulator,
-    Controller,
-    Differentiator,
-    EndStops,
-    Friction,
-    Hold,
-    Load,
-    Mechanism,
-    MeteringEdges,
-    Observer,
-    Oil,
-    Plant,
-    PositionSensor,
-    PressureSensor,
-    Reaching,
-    Realisation,
-    Reference,
-    Sensors,
-    Supply,
-    Valve,
-    VelocityEstimator,
-)
+from hydroservo.scenario.fits import said_roles
 
 PACKAGES = (
     "controllers",
@@ -49,50 +27,6 @@ PLAIN = {"designed", "missing", "simplified"}  # methods that only Python calls
 NOTHING = ("NoPosition", "NoPressure")  # blocks whose answer, nan, is that there is none
 
 
-class Limiter(Protocol):
-    def apply(self, u: float) -> float: ...
-
-
-class Model(Protocol):
-    def f1(self, velocity: float) -> float: ...
-    def f1_slope(self) -> float: ...
-    def g1(self) -> float: ...
-    def f2(self, velocity: float, load_force: float) -> float: ...
-    def g2(self, load_force: float, command: float) -> float: ...
-
-
-class Relief(Protocol):
-    def flow(self, pressure: float) -> float: ...
-
-
-ROLES: tuple[type, ...] = (
-    Accumulator,
-    Controller,
-    Differentiator,
-    EndStops,
-    Friction,
-    Hold,
-    Limiter,
-    Load,
-    Mechanism,
-    MeteringEdges,
-    Model,
-    Observer,
-    Oil,
-    Plant,
-    Reaching,
-    PositionSensor,
-    PressureSensor,
-    Realisation,
-    Reference,
-    Relief,
-    Sensors,
-    Supply,
-    Valve,
-    VelocityEstimator,
-)
-
-
 def methods(cls: type) -> Mapping[str, tuple[str, ...]]:
     """The public methods of a block class or role, with the names of their arguments."""
     found = {name: f for name, f in vars(cls).items() if isinstance(f, FunctionType) and name[0] != "_"}
@@ -102,19 +36,15 @@ def methods(cls: type) -> Mapping[str, tuple[str, ...]]:
 
 
 def role_of(cls: type) -> type:
-    """The one role whose methods a block has.
+    """The one role that a block says.
 
     Raises:
-        LookupError: the contract knows no such role, or more than one.
+        LookupError: it says none, or more than one.
     """
-    own = methods(cls)
-    fitting = [role for role in ROLES if methods(role).items() <= own.items()]
-    if len(fitting) != 1:
-        raise LookupError(
-            f"{cls.__module__}.{cls.__name__} with methods {own} has roles {fitting}: "
-            "give it the methods of one role, or teach the contract a new one"
-        )
-    return fitting[0]
+    said = said_roles(cls)
+    if len(said) != 1:
+        raise LookupError(f"{cls.__module__}.{cls.__name__} says {len(said)} roles: say @role(...) above it")
+    return said[0]
 
 
 def blocks() -> list[type]:

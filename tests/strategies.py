@@ -8,16 +8,18 @@ import numpy as np
 from hypothesis import strategies as st
 from hypothesis.strategies import SearchStrategy
 
-from hydroservo.block import Block, Reaching, Realisation, is_block, leaves, replace
+from hydroservo.block import Block, is_block, leaves, replace
 from hydroservo.checks import consistent, in_range, within
 from hydroservo.errors import ParameterError
 from hydroservo.field import Field, declared_fields
 from hydroservo.holds import HeldTwice
 from hydroservo.plants import DesignModel
+from hydroservo.roles import Reaching, Realisation
+from hydroservo.scenario.fits import ROLES
 from hydroservo.signals import Demand, Draws, MachineOutputs, Measurement, PortFlows, Pressures
 from hydroservo.time_series import TimeSeries
 from hydroservo.valves import Orifice
-from roles import NOTHING, ROLES, playing, wraps
+from roles import NOTHING, playing, wraps
 
 
 class Range(NamedTuple):

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from hydroservo.block import Block, Controller, Differentiator, Observer, Reaching, Realisation, is_block
+from hydroservo.block import Block, is_block
 from hydroservo.controllers import (
     DAC,
     PI,
@@ -28,6 +28,7 @@ from hydroservo.observers import (
     TSMObserver,
 )
 from hydroservo.papers.tsmc_eha_2021.printed import PrintedBackstepping, PrintedTSMC
+from hydroservo.roles import Controller, Differentiator, Observer, Reaching, Realisation
 
 __all__ = ["LAWS", "PARTS", "types_in"]
 

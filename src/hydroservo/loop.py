@@ -3,19 +3,7 @@
 from typing import Annotated, Any, NamedTuple
 
 from hydroservo import ops
-from hydroservo.block import (
-    Block,
-    Controller,
-    Field,
-    Hold,
-    Integrator,
-    Load,
-    Plant,
-    Reference,
-    Sensors,
-    Supply,
-    Valve,
-)
+from hydroservo.block import Block, Field
 from hydroservo.controllers.pi import PI
 from hydroservo.holds.zero_order import ZeroOrderHold
 from hydroservo.integrators.rk4 import RK4
@@ -24,6 +12,7 @@ from hydroservo.outline import outline, outline_table
 from hydroservo.plants.design_model import DesignModel
 from hydroservo.plants.load_pressure import LoadPressurePlant
 from hydroservo.references.sine import Sine as SineReference
+from hydroservo.roles import Controller, Hold, Integrator, Load, Plant, Reference, Sensors, Supply, Valve
 from hydroservo.sensors.ideal import IdealSensors
 from hydroservo.signals import Demand, Draws
 from hydroservo.sources import CHOSEN

@@ -9,12 +9,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from hydroservo.accuracy import check_substeps, checked_steps, machine_paths, with_exact_delay
-from hydroservo.block import Block, at_rest, designed, field_at, is_block, leaves, value_at
+from hydroservo.block import Block, field_at, is_block, leaves, value_at
 from hydroservo.cautions import pressure_caution, warns, with_warning
 from hydroservo.checks import checked
 from hydroservo.divergence import NOTHING, Loss, diverged_by, first_loss, watched_paths
 from hydroservo.errors import LoopError, ParameterError
 from hydroservo.field import Field
+from hydroservo.hooks import at_rest, designed
 from hydroservo.loop import Loop
 from hydroservo.metrics import METRIC_FIELDS, Metrics, MetricsState, Sample, TrackingMetrics, summary
 from hydroservo.provenance import provenance

@@ -8,8 +8,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hydroservo.block import Block, Load
+from hydroservo.block import Block
 from hydroservo.loads import Sine, Square, Step
+from hydroservo.roles import Load
 from roles import identifier, playing
 from strategies import ORDINARY, block_of
 

@@ -9,11 +9,11 @@ from hypothesis import Phase, assume, given, settings
 from hypothesis import strategies as st
 
 from hydroservo import Loop, Simulation, replace, simulate
-from hydroservo.block import at_rest
 from hydroservo.errors import ParameterError
 from hydroservo.holds import DelayedHold
+from hydroservo.hooks import at_rest
 from hydroservo.record_coverage import check_records
-from roles import ROLES
+from hydroservo.scenario.fits import ROLES
 from strategies import ORDINARY, wired
 
 PERIODS = 200

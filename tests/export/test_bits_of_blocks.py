@@ -11,7 +11,8 @@ from benchmarks.targets.laws import LAWS, types_in
 from hydroservo import Loop, Simulation, replace
 from hydroservo.block import Block
 from hydroservo.holds import DelayedHold
-from roles import NOTHING, ROLES, blocks
+from hydroservo.scenario.fits import ROLES
+from roles import NOTHING, blocks
 from strategies import choices
 
 PERIOD = 1e-4

@@ -11,10 +11,11 @@ from benchmarks.targets.sources import Rows
 
 from compiling import compiled
 from hydroservo import Loop, Simulation
-from hydroservo.block import Controller, leaves
+from hydroservo.block import leaves
 from hydroservo.engine import flat
 from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.unit import Part
+from hydroservo.roles import Controller
 from hydroservo.running import ready
 from hydroservo.signals import Demand, Measurement
 from needs import needs

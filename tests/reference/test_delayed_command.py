@@ -12,11 +12,12 @@ import pytest
 
 from compiling import compiled
 from hydroservo import ops
-from hydroservo.block import Block, Field, Integrator
+from hydroservo.block import Block, Field
 from hydroservo.holds import DelayedHold
 from hydroservo.holds.delayed import DelayedHoldState, HeldTwice
 from hydroservo.integrators import RK4, Rosenbrock, Tsit5
 from hydroservo.loads import Sine, Square, Step
+from hydroservo.roles import Integrator
 
 PERIOD, LAG = 1e-3, 1e-2  # [s]
 SAMPLES = 200

@@ -7,7 +7,6 @@ import pytest
 import xarray as xr
 
 from hydroservo import Loop, Simulation, replace, simulate
-from hydroservo.block import Integrator
 from hydroservo.controllers import PI
 from hydroservo.errors import HydroservoWarning
 from hydroservo.integrators import RK4, Rosenbrock, Tsit5
@@ -17,6 +16,7 @@ from hydroservo.mechanics import Stops, Stribeck
 from hydroservo.oils import AeratedOil
 from hydroservo.plants import Cylinder
 from hydroservo.references import Square
+from hydroservo.roles import Integrator
 from hydroservo.supplies import PumpSupply
 from hydroservo.valves import FirstOrderValve, FourEdges
 

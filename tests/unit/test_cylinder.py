@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hydroservo import Loop, Simulation, simulate
-from hydroservo.block import at_rest
 from hydroservo.controllers import PI
+from hydroservo.hooks import at_rest
 from hydroservo.mechanics import LuGre, Mass, NoStops, OneLinkArm, Stops, Stribeck, StribeckState, Viscous
 from hydroservo.oils import AeratedOil, ConstantOil
 from hydroservo.plants import Cylinder, CylinderState, LoadPressurePlant

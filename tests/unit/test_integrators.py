@@ -14,11 +14,12 @@ from scipy.integrate import solve_ivp
 import hydroservo.engine.arithmetic  # noqa: F401 - lets compiled code add states
 from compiling import compiled
 from hydroservo import Loop, integrators, ops, replace
-from hydroservo.block import Block, Integrator, declared_fields, leaves
+from hydroservo.block import Block, declared_fields, leaves
 from hydroservo.integrators import RK4, Rosenbrock, Tsit5
 from hydroservo.loads import Square, Step
 from hydroservo.loop import MachineState
 from hydroservo.plants import LoadPressureState
+from hydroservo.roles import Integrator
 from hydroservo.states import axpy, factored, misses, scaled, solved
 from hydroservo.supplies import IdealSupplyState
 from hydroservo.valves import FirstOrderValve, FirstOrderValveState

@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from hydroservo.block import Realisation
 from hydroservo.observers import (
     BoundaryLayer,
     Explicit,
@@ -21,6 +20,7 @@ from hydroservo.observers import (
     TSMObserver,
 )
 from hydroservo.plants.design_model import DesignModel
+from hydroservo.roles import Realisation
 from hydroservo.signals import Measurement
 from hydroservo.theory import settling_bound
 

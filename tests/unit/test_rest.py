@@ -8,11 +8,12 @@ import pytest
 
 from hydroservo import Loop, ParameterError, ScenarioError, Simulation, replace, simulate
 from hydroservo.batch import simulate_batch
-from hydroservo.block import Block, at_rest
+from hydroservo.block import Block
 from hydroservo.cli.variations import variations
 from hydroservo.controllers import PI
 from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.unit import Part
+from hydroservo.hooks import at_rest
 from hydroservo.loads import Constant, Sine, Step
 from hydroservo.mechanics import LuGre, Mass, MassSpringDamper, OneLinkArm
 from hydroservo.oils import AeratedOil, ConstantOil

@@ -3,9 +3,10 @@
 from typing import Annotated, NamedTuple
 
 from hydroservo import ops
-from hydroservo.block import Block, Controller, Field
+from hydroservo.block import Block, Field
 from hydroservo.controllers.pi import PI
 from hydroservo.controllers.saturation import Saturation
+from hydroservo.roles import Controller, role
 from hydroservo.signals import Demand, Measurement
 from hydroservo.sources import TSMC_EHA_2021
 
@@ -22,6 +23,7 @@ class AntiWindupState(NamedTuple):
     r: Demand
 
 
+@role(Controller)
 class AntiWindup(NamedTuple):
     """A nested law that remembers only demands which could be met: Hanus' conditioning.
 

@@ -2,10 +2,11 @@
 
 from typing import Annotated, NamedTuple
 
-from hydroservo.block import Block, Differentiator, Field
+from hydroservo.block import Block, Field
 from hydroservo.controllers.saturation import Saturation
 from hydroservo.observers.model_derivative import ModelDerivative
 from hydroservo.plants.design_model import DesignModel
+from hydroservo.roles import Controller, Differentiator, role
 from hydroservo.signals import Demand, Measurement
 from hydroservo.sources import TSMC_EHA_2021
 
@@ -21,6 +22,7 @@ class BacksteppingState(NamedTuple):
     derivative: Block
 
 
+@role(Controller)
 class Backstepping(NamedTuple):
     """Two-step backstepping for the strict-feedback model, without disturbance estimates.
 

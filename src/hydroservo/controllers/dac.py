@@ -3,8 +3,9 @@
 from typing import Annotated, NamedTuple
 
 from hydroservo import ops
-from hydroservo.block import Block, Controller, Field
+from hydroservo.block import Block, Field
 from hydroservo.controllers.pi import PI
+from hydroservo.roles import Controller, role
 from hydroservo.signals import Demand, Measurement
 from hydroservo.sources import CHOSEN
 
@@ -18,6 +19,7 @@ class DACState(NamedTuple):
     controller: Block
 
 
+@role(Controller)
 class DAC(NamedTuple):
     """The command of a nested law, rounded to the nearest step of a converter.
 

@@ -2,8 +2,9 @@
 
 from typing import Annotated, NamedTuple
 
-from hydroservo.block import Block, Controller, Field
+from hydroservo.block import Block, Field
 from hydroservo.controllers.pi import PI
+from hydroservo.roles import Controller, role
 from hydroservo.signals import Demand, Measurement
 
 __all__ = ["Delay", "DelayState"]
@@ -16,6 +17,7 @@ class DelayState(NamedTuple):
     controller: Block
 
 
+@role(Controller)
 class Delay(NamedTuple):
     """The command that a nested law gave at the sample before: u_k = u_law,(k-1), and 0 at the first.
 

@@ -4,12 +4,14 @@ from typing import Annotated, NamedTuple
 
 from hydroservo import ops
 from hydroservo.block import Field
+from hydroservo.roles import Reaching, role
 from hydroservo.signals import Pull
 from hydroservo.sources import CHOSEN
 
 __all__ = ["ExplicitReaching"]
 
 
+@role(Reaching)
 class ExplicitReaching(NamedTuple):
     """k s + eps |s|^a sgn(s) at the measured surface (forward Euler).
 

@@ -3,6 +3,7 @@
 from typing import NamedTuple
 
 from hydroservo import ops
+from hydroservo.roles import Reaching, role
 from hydroservo.signals import Pull
 
 __all__ = ["ImplicitReaching"]
@@ -10,6 +11,7 @@ __all__ = ["ImplicitReaching"]
 LEAST = 1e-300  # keeps the slope's power finite at the surface itself
 
 
+@role(Reaching)
 class ImplicitReaching(NamedTuple):
     """The pull evaluated at the surface of the next sample (backward Euler).
 

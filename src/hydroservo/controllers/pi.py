@@ -4,6 +4,7 @@ from typing import Annotated, NamedTuple
 
 from hydroservo.block import Field
 from hydroservo.controllers.saturation import Saturation
+from hydroservo.roles import Controller, role
 from hydroservo.signals import Demand, Measurement
 from hydroservo.sources import TSMC_EHA_2021
 
@@ -18,6 +19,7 @@ class PIState(NamedTuple):
     unlimited: Annotated[float, Field("V", "command before saturation")]
 
 
+@role(Controller)
 class PI(NamedTuple):
     """u = sat(k_p e + k_i int e dt) with e the velocity error.
 

@@ -4,10 +4,12 @@ from typing import Annotated, NamedTuple
 
 from hydroservo import ops
 from hydroservo.block import Field
+from hydroservo.roles import Limiter, role
 
 __all__ = ["Saturation"]
 
 
+@role(Limiter)
 class Saturation(NamedTuple):
     """u held within +-limit.
 

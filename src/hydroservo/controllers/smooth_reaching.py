@@ -4,12 +4,14 @@ from typing import Annotated, NamedTuple
 
 from hydroservo import ops
 from hydroservo.block import Field
+from hydroservo.roles import Reaching, role
 from hydroservo.signals import Pull
 from hydroservo.sources import CHOSEN
 
 __all__ = ["SmoothReaching"]
 
 
+@role(Reaching)
 class SmoothReaching(NamedTuple):
     """k s + eps s (|s| + phi)^(a-1): the terminal power where |s| is large, linear within the layer phi.
 

@@ -2,12 +2,13 @@
 
 from typing import Annotated, NamedTuple
 
-from hydroservo.block import Block, Differentiator, Field, Observer, Reaching
+from hydroservo.block import Block, Field
 from hydroservo.controllers.explicit_reaching import ExplicitReaching
 from hydroservo.controllers.saturation import Saturation
 from hydroservo.observers.filtered_derivative import FilteredDerivative
 from hydroservo.observers.tsm import TSMObserver
 from hydroservo.plants.design_model import DesignModel
+from hydroservo.roles import Controller, Differentiator, Observer, Reaching, role
 from hydroservo.signals import Demand, Measurement
 from hydroservo.sources import TSMC_EHA_2021
 
@@ -24,6 +25,7 @@ class TSMCState(NamedTuple):
     derivative: Block
 
 
+@role(Controller)
 class TSMC(NamedTuple):
     """Terminal sliding mode velocity control on the nominal model and the observer's estimates.
 

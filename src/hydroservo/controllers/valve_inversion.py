@@ -4,9 +4,10 @@ import math
 from typing import Annotated, NamedTuple
 
 from hydroservo import ops
-from hydroservo.block import Block, Controller, Field
+from hydroservo.block import Block, Field
 from hydroservo.controllers.pi import PI
 from hydroservo.controllers.saturation import Saturation
+from hydroservo.roles import Controller, role
 from hydroservo.signals import Demand, Measurement
 from hydroservo.sources import CHOSEN, TSMC_EHA_2021
 
@@ -21,6 +22,7 @@ class ValveInversionState(NamedTuple):
     controller: Block
 
 
+@role(Controller)
 class ValveInversion(NamedTuple):
     """A law for a valve without lag on a valve of first order, through a one-step model of the spool.
 

@@ -5,11 +5,12 @@ from typing import Annotated, Any, NamedTuple
 
 from hydroservo import ops
 from hydroservo.accuracy import with_substeps
-from hydroservo.block import Block, Controller, Field, Reference, leaves
+from hydroservo.block import Block, Field, leaves
 from hydroservo.cautions import quietly
 from hydroservo.export.unit import Part
 from hydroservo.integrators.jumps import BEFORE
 from hydroservo.loop import AUTO, External, Loop, MachineState
+from hydroservo.roles import Controller, Reference
 from hydroservo.running import simulate
 from hydroservo.signals import Demand, MachineOutputs, Measurement
 from hydroservo.sources import CHOSEN

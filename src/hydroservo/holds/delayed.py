@@ -5,6 +5,7 @@ from typing import Annotated, NamedTuple
 
 from hydroservo import ops
 from hydroservo.block import Field
+from hydroservo.roles import Hold, role
 from hydroservo.sources import CHOSEN
 
 __all__ = ["DelayedHold", "DelayedHoldState", "HeldTwice"]
@@ -25,6 +26,7 @@ class HeldTwice(NamedTuple):
     switch: Annotated[float, Field("s", "switching instant")]
 
 
+@role(Hold)
 class DelayedHold(NamedTuple):
     """u(t) = u_(k-1) for t_k <= t < t_k + delay, and u_k from there on: the controller's computing time.
 

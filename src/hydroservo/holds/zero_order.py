@@ -3,6 +3,8 @@
 import math
 from typing import NamedTuple
 
+from hydroservo.roles import Hold, role
+
 __all__ = ["ZeroOrderHold", "ZeroOrderHoldState"]
 
 
@@ -10,6 +12,7 @@ class ZeroOrderHoldState(NamedTuple):
     """A hold without delay remembers nothing but the command, which the controller keeps."""
 
 
+@role(Hold)
 class ZeroOrderHold(NamedTuple):
     """u(t) = u_k for t_k <= t < t_(k+1): the controller takes no time.
 

@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 from hydroservo import ops
 from hydroservo.block import Block
 from hydroservo.integrators.jumps import BEFORE
+from hydroservo.roles import Integrator, role
 from hydroservo.states import axpy
 
 __all__ = ["RK4"]
@@ -14,6 +15,7 @@ TRUSTED = 0.5  # largest h |lambda|
 SUBSTEPS = 10**6  # at most
 
 
+@role(Integrator)
 class RK4(NamedTuple):
     """The classical fourth-order method, in equal substeps that end on the samples.
 

@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 from hydroservo import ops
 from hydroservo.block import Block
 from hydroservo.integrators.jumps import BEFORE
+from hydroservo.roles import Integrator, role
 from hydroservo.states import axpy, factored, solved
 
 __all__ = ["Rosenbrock"]
@@ -13,6 +14,7 @@ __all__ = ["Rosenbrock"]
 GAMMA = 0.435866521508459
 
 
+@role(Integrator)
 class Rosenbrock(NamedTuple):
     """ROS34PW2: four stages with one Jacobian, in equal substeps that end on the samples.
 

@@ -6,6 +6,7 @@ from typing import Annotated, Any, NamedTuple
 from hydroservo import ops
 from hydroservo.block import Block, Field
 from hydroservo.integrators.jumps import AFTER, BEFORE
+from hydroservo.roles import Integrator, role
 from hydroservo.sources import CHOSEN
 from hydroservo.states import axpy, misses, scaled
 
@@ -15,6 +16,7 @@ TRUSTED = 0.5  # largest h |lambda| of the shortest step
 SAFETY, LEAST_FACTOR, LARGEST_FACTOR = 0.9, 0.2, 5.0  # of one step's length over the last
 
 
+@role(Integrator)
 class Tsit5(NamedTuple):
     """Tsitouras' pair of order 5(4): steps as long as a tolerance allows, ending on samples and on jumps.
 

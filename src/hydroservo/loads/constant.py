@@ -4,11 +4,13 @@ import math
 from typing import Annotated, NamedTuple
 
 from hydroservo.block import Field
+from hydroservo.roles import Load, role
 from hydroservo.sources import TSMC_EHA_2021
 
 __all__ = ["Constant"]
 
 
+@role(Load)
 class Constant(NamedTuple):
     """F_L = amplitude, from t = 0 on, positive against motion.
 

@@ -3,11 +3,13 @@
 from typing import Annotated, NamedTuple
 
 from hydroservo.block import Field
+from hydroservo.roles import Load, role
 from hydroservo.time_series import TimeSeries
 
 __all__ = ["Recorded"]
 
 
+@role(Load)
 class Recorded(NamedTuple):
     """F_L read from a record, smoothly interpolated, positive against motion.
 

@@ -5,11 +5,13 @@ from typing import Annotated, NamedTuple
 
 from hydroservo import ops
 from hydroservo.block import Field
+from hydroservo.roles import Load, role
 from hydroservo.sources import CHOSEN, TSMC_EHA_2021
 
 __all__ = ["Sine"]
 
 
+@role(Load)
 class Sine(NamedTuple):
     """F_L = offset + amplitude sin(2 pi frequency t + phase), positive against motion.
 

@@ -4,11 +4,13 @@ from typing import Annotated, NamedTuple
 
 from hydroservo import ops
 from hydroservo.block import Field
+from hydroservo.roles import Load, role
 from hydroservo.sources import CHOSEN
 
 __all__ = ["Square"]
 
 
+@role(Load)
 class Square(NamedTuple):
     """F_L = offset +- amplitude, starting with +, half a period each, positive against motion.
 

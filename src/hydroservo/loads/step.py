@@ -5,11 +5,13 @@ from typing import Annotated, NamedTuple
 
 from hydroservo import ops
 from hydroservo.block import Field
+from hydroservo.roles import Load, role
 from hydroservo.sources import CHOSEN
 
 __all__ = ["Step"]
 
 
+@role(Load)
 class Step(NamedTuple):
     """F_L = initial before the switching instant, final from it on, positive against motion.
 

@@ -6,6 +6,7 @@ from typing import Annotated, NamedTuple
 from hydroservo import ops
 from hydroservo.block import Field
 from hydroservo.mechanics.dry import check_breakaway
+from hydroservo.roles import Friction, role
 from hydroservo.sources import CHOSEN, TSMC_EHA_2021
 
 __all__ = ["LuGre", "LuGreState"]
@@ -19,6 +20,7 @@ class LuGreState(NamedTuple):
     deflection: Annotated[float, Field("m", "bristle deflection z")]
 
 
+@role(Friction)
 class LuGre(NamedTuple):
     """Friction with memory: presliding displacement, frictional lag, breakaway that depends on the rate.
 

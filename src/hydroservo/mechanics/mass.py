@@ -3,11 +3,13 @@
 from typing import Annotated, NamedTuple
 
 from hydroservo.block import Field
+from hydroservo.roles import Mechanism, role
 from hydroservo.sources import TSMC_EHA_2021
 
 __all__ = ["Mass"]
 
 
+@role(Mechanism)
 class Mass(NamedTuple):
     """m dv/dt = the sum of the forces on the rod; piston and rod are part of m.
 

@@ -3,11 +3,13 @@
 from typing import Annotated, NamedTuple
 
 from hydroservo.block import Field
+from hydroservo.roles import Mechanism, role
 from hydroservo.sources import CHOSEN, TSMC_EHA_2021
 
 __all__ = ["MassSpringDamper"]
 
 
+@role(Mechanism)
 class MassSpringDamper(NamedTuple):
     """m dv/dt = the sum of the forces on the rod - k_s (x - x_0) - b_s v.
 

@@ -2,9 +2,12 @@
 
 from typing import NamedTuple
 
+from hydroservo.roles import EndStops, role
+
 __all__ = ["NoStops"]
 
 
+@role(EndStops)
 class NoStops(NamedTuple):
     """No force at the ends of the stroke, as in the load-pressure form.
 

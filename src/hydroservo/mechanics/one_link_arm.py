@@ -7,6 +7,7 @@ from hydroservo import ops
 from hydroservo.block import Field
 from hydroservo.constants import GRAVITY
 from hydroservo.errors import ParameterError
+from hydroservo.roles import Mechanism, role
 from hydroservo.sources import CHOSEN
 
 __all__ = ["OneLinkArm"]
@@ -14,6 +15,7 @@ __all__ = ["OneLinkArm"]
 LEAST_SINE = 0.02  # of the hinge's angle: one degree off a dead point
 
 
+@role(Mechanism)
 class OneLinkArm(NamedTuple):
     """A one-link manipulator: hinge, cylinder base and rod pin form a triangle with sides l_b, l_p and l.
 

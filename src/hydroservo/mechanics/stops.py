@@ -4,11 +4,13 @@ from typing import Annotated, NamedTuple
 
 from hydroservo import ops
 from hydroservo.block import Field
+from hydroservo.roles import EndStops, role
 from hydroservo.sources import CHOSEN
 
 __all__ = ["Stops"]
 
 
+@role(EndStops)
 class Stops(NamedTuple):
     """A contact with a spring and a damping that grows with the penetration, at both ends.
 

@@ -5,6 +5,7 @@ from typing import Annotated, NamedTuple
 from hydroservo import ops
 from hydroservo.block import Field
 from hydroservo.mechanics.dry import check_breakaway
+from hydroservo.roles import Friction, role
 from hydroservo.sources import CHOSEN, TSMC_EHA_2021
 
 __all__ = ["Stribeck", "StribeckState"]
@@ -14,6 +15,7 @@ class StribeckState(NamedTuple):
     """Dry friction remembers nothing."""
 
 
+@role(Friction)
 class Stribeck(NamedTuple):
     """Coulomb friction with stiction, Stribeck's fall of it and viscous friction.
 

@@ -3,6 +3,7 @@
 from typing import Annotated, NamedTuple
 
 from hydroservo.block import Field
+from hydroservo.roles import Friction, role
 from hydroservo.sources import TSMC_EHA_2021
 
 __all__ = ["Viscous", "ViscousState"]
@@ -12,6 +13,7 @@ class ViscousState(NamedTuple):
     """Viscous friction remembers nothing."""
 
 
+@role(Friction)
 class Viscous(NamedTuple):
     """F = b v.
 

@@ -4,12 +4,14 @@ from typing import Annotated, NamedTuple
 
 from hydroservo import ops
 from hydroservo.block import Field
+from hydroservo.roles import Realisation, role
 from hydroservo.signals import Correction
 from hydroservo.sources import CHOSEN
 
 __all__ = ["BoundaryLayer"]
 
 
+@role(Realisation)
 class BoundaryLayer(NamedTuple):
     """The reaching law with tanh(s/phi) in place of sgn(s).
 

@@ -3,11 +3,13 @@
 from typing import NamedTuple
 
 from hydroservo import ops
+from hydroservo.roles import Realisation, role
 from hydroservo.signals import Correction
 
 __all__ = ["Explicit"]
 
 
+@role(Realisation)
 class Explicit(NamedTuple):
     """The reaching law evaluated at the measured surface (forward Euler).
 

@@ -5,6 +5,7 @@ from typing import Annotated, NamedTuple
 
 from hydroservo import ops
 from hydroservo.block import Field
+from hydroservo.roles import Differentiator, role
 from hydroservo.sources import CHOSEN
 
 __all__ = ["FilteredDerivative", "FilteredDerivativeState"]
@@ -17,6 +18,7 @@ class FilteredDerivativeState(NamedTuple):
     last: Annotated[float, Field("", "the signal at the sample before, in its own unit")]
 
 
+@role(Differentiator)
 class FilteredDerivative(NamedTuple):
     """Backward difference through a first-order low-pass, discretised by backward Euler.
 

@@ -3,11 +3,13 @@
 from typing import NamedTuple
 
 from hydroservo import ops
+from hydroservo.roles import Realisation, role
 from hydroservo.signals import Correction
 
 __all__ = ["Implicit"]
 
 
+@role(Realisation)
 class Implicit(NamedTuple):
     """The reaching law evaluated at the surface of the next instant, with xi in Sgn(s_hat).
 

@@ -7,6 +7,7 @@ from hydroservo import ops
 from hydroservo.block import Field
 from hydroservo.observers.kalman_gain import rates_of, steady_gain
 from hydroservo.plants.design_model import DesignModel
+from hydroservo.roles import Observer, role
 from hydroservo.signals import Measurement
 from hydroservo.sources import CHOSEN
 
@@ -26,6 +27,7 @@ class KalmanObserverState(NamedTuple):
     load_force: Annotated[float, Field("N", "estimated load force, which the law takes")]
 
 
+@role(Observer)
 class KalmanObserver(NamedTuple):
     """Estimates of velocity, load force and both lumped disturbances from noisy measurements.
 

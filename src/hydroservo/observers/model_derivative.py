@@ -3,6 +3,7 @@
 from typing import Annotated, NamedTuple
 
 from hydroservo.block import Field
+from hydroservo.roles import Differentiator, role
 
 __all__ = ["ModelDerivative", "ModelDerivativeState"]
 
@@ -13,6 +14,7 @@ class ModelDerivativeState(NamedTuple):
     rate: Annotated[float, Field("", "rate by the nominal model, in the signal's unit per second")]
 
 
+@role(Differentiator)
 class ModelDerivative(NamedTuple):
     """The rate that the caller derived from its model, passed through.
 

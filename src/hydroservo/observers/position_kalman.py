@@ -9,6 +9,7 @@ from hydroservo import ops
 from hydroservo.block import Field
 from hydroservo.observers.kalman_gain import rates_of, steady_gain
 from hydroservo.plants.design_model import DesignModel
+from hydroservo.roles import Observer, role
 from hydroservo.signals import Measurement
 from hydroservo.sources import CHOSEN
 
@@ -29,6 +30,7 @@ class PositionKalmanObserverState(NamedTuple):
     position: Annotated[float, Field("m", "estimated position")]
 
 
+@role(Observer)
 class PositionKalmanObserver(NamedTuple):
     """As KalmanObserver, with the measured position y in place of the velocity.
 

@@ -4,9 +4,10 @@ import math
 from typing import Annotated, NamedTuple
 
 from hydroservo import ops
-from hydroservo.block import Field, Realisation
+from hydroservo.block import Field
 from hydroservo.observers.boundary_layer import BoundaryLayer
 from hydroservo.plants.design_model import DesignModel
+from hydroservo.roles import Observer, Realisation, role
 from hydroservo.signals import Measurement
 from hydroservo.sources import TSMC_EHA_2021
 
@@ -27,6 +28,7 @@ class TSMObserverState(NamedTuple):
     g2: Annotated[float, Field("N/(s V)", "input gain g2 of this period")]
 
 
+@role(Observer)
 class TSMObserver(NamedTuple):
     """Estimates of the lumped disturbances from two terminal sliding surfaces s_i = v_i - x_i.
 

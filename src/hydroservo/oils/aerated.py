@@ -5,6 +5,7 @@ from typing import Annotated, NamedTuple
 from hydroservo import ops
 from hydroservo.block import Field
 from hydroservo.constants import ATMOSPHERE
+from hydroservo.roles import Oil, role
 from hydroservo.sources import CHOSEN
 
 __all__ = ["AeratedOil"]
@@ -12,6 +13,7 @@ __all__ = ["AeratedOil"]
 LEAST = 1e-3  # [Pa] absolute: below it the oil is as soft as there
 
 
+@role(Oil)
 class AeratedOil(NamedTuple):
     """Liquid with free air in it, beta_e = -V dp/dV of the two together.
 

@@ -3,11 +3,13 @@
 from typing import Annotated, NamedTuple
 
 from hydroservo.block import Field
+from hydroservo.roles import Oil, role
 from hydroservo.sources import TSMC_EHA_2021
 
 __all__ = ["ConstantOil"]
 
 
+@role(Oil)
 class ConstantOil(NamedTuple):
     """beta_e = -V dp/dV is the same at every pressure: V = V_0 exp(-p/beta_e).
 

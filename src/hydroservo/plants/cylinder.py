@@ -4,7 +4,7 @@ import math
 from typing import Annotated, NamedTuple
 
 from hydroservo import ops
-from hydroservo.block import Block, EndStops, Field, Friction, Mechanism, MeteringEdges, Oil
+from hydroservo.block import Block, Field
 from hydroservo.constants import ATMOSPHERE
 from hydroservo.errors import ParameterError
 from hydroservo.mechanics.mass import Mass
@@ -13,6 +13,7 @@ from hydroservo.mechanics.viscous import Viscous
 from hydroservo.oils.constant import ConstantOil
 from hydroservo.plants.load_pressure import LoadPressurePlant
 from hydroservo.plants.stroke import check_start
+from hydroservo.roles import EndStops, Friction, Mechanism, MeteringEdges, Oil, Plant, role
 from hydroservo.signals import MachineOutputs, PortFlows, Pressures
 from hydroservo.sources import CHOSEN, TSMC_EHA_2021
 
@@ -40,6 +41,7 @@ class CylinderState(NamedTuple):
     friction: Block
 
 
+@role(Plant)
 class Cylinder(NamedTuple):
     """A cylinder of one or two rods with its two chambers, which moves a mechanism of inertia M.
 

@@ -5,6 +5,7 @@ from typing import Annotated, NamedTuple
 from hydroservo import ops
 from hydroservo.block import Field
 from hydroservo.plants.load_pressure import LoadPressurePlant
+from hydroservo.roles import Model, role
 from hydroservo.sources import TSMC_EHA_2021
 from hydroservo.supplies.ideal import IdealSupply
 from hydroservo.valves.orifice import Orifice
@@ -20,6 +21,7 @@ class NominalMotion(NamedTuple):
     travel: Annotated[float, Field("m", "way gone since the start")]
 
 
+@role(Model)
 class DesignModel(NamedTuple):
     """The machine in strict-feedback form with nominal parameters and a valve without lag.
 

@@ -2,8 +2,9 @@
 
 from typing import Annotated, NamedTuple
 
-from hydroservo.block import Field, MeteringEdges
+from hydroservo.block import Field
 from hydroservo.plants.stroke import check_start
+from hydroservo.roles import MeteringEdges, Plant, role
 from hydroservo.signals import MachineOutputs, PortFlows, Pressures
 from hydroservo.sources import CHOSEN, TSMC_EHA_2021
 
@@ -18,6 +19,7 @@ class LoadPressureState(NamedTuple):
     position: Annotated[float, Field("m", "piston position from the lower end of the stroke")]
 
 
+@role(Plant)
 class LoadPressurePlant(NamedTuple):
     """A symmetric cylinder that moves a mass, described by its load pressure.
 

@@ -5,12 +5,14 @@ from typing import Annotated, NamedTuple
 
 from hydroservo import ops
 from hydroservo.block import Field
+from hydroservo.roles import Reference, role
 from hydroservo.signals import Demand
 from hydroservo.sources import CHOSEN
 
 __all__ = ["Chirp"]
 
 
+@role(Reference)
 class Chirp(NamedTuple):
     """A sine whose frequency rises or falls linearly over the sweep and then stays, with exact derivatives.
 

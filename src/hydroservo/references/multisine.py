@@ -5,12 +5,14 @@ from typing import Annotated, NamedTuple
 
 from hydroservo import ops
 from hydroservo.block import Field
+from hydroservo.roles import Reference, role
 from hydroservo.signals import Demand
 from hydroservo.sources import CHOSEN
 
 __all__ = ["Multisine"]
 
 
+@role(Reference)
 class Multisine(NamedTuple):
     """N equal harmonics of one frequency, with Schroeder's phases and exact derivatives.
 

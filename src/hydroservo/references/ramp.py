@@ -4,12 +4,14 @@ from typing import Annotated, NamedTuple
 
 from hydroservo import ops
 from hydroservo.block import Field
+from hydroservo.roles import Reference, role
 from hydroservo.signals import Demand
 from hydroservo.sources import CHOSEN
 
 __all__ = ["Ramp"]
 
 
+@role(Reference)
 class Ramp(NamedTuple):
     """dy_d/dt = initial, then at a constant acceleration to final, which is held.
 

@@ -3,12 +3,14 @@
 from typing import Annotated, NamedTuple
 
 from hydroservo.block import Field
+from hydroservo.roles import Reference, role
 from hydroservo.signals import Demand
 from hydroservo.time_series import TimeSeries
 
 __all__ = ["Recorded"]
 
 
+@role(Reference)
 class Recorded(NamedTuple):
     """dy_d/dt read from a record, smoothly interpolated, held before its first and after its last sample.
 

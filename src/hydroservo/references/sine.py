@@ -5,12 +5,14 @@ from typing import Annotated, NamedTuple
 
 from hydroservo import ops
 from hydroservo.block import Field
+from hydroservo.roles import Reference, role
 from hydroservo.signals import Demand
 from hydroservo.sources import CHOSEN, TSMC_EHA_2021
 
 __all__ = ["Sine"]
 
 
+@role(Reference)
 class Sine(NamedTuple):
     """dy_d/dt = offset + amplitude sin(2 pi frequency t + phase), with its exact derivatives.
 

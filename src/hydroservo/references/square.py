@@ -4,12 +4,14 @@ from typing import Annotated, NamedTuple
 
 from hydroservo import ops
 from hydroservo.block import Field
+from hydroservo.roles import Reference, role
 from hydroservo.signals import Demand
 from hydroservo.sources import CHOSEN, TSMC_EHA_2021
 
 __all__ = ["Square"]
 
 
+@role(Reference)
 class Square(NamedTuple):
     """dy_d/dt = offset +- amplitude, starting with +, half a period each; both derivatives are 0.
 

@@ -4,12 +4,14 @@ from typing import Annotated, NamedTuple
 
 from hydroservo import ops
 from hydroservo.block import Field
+from hydroservo.roles import Reference, role
 from hydroservo.signals import Demand
 from hydroservo.sources import CHOSEN
 
 __all__ = ["Step"]
 
 
+@role(Reference)
 class Step(NamedTuple):
     """dy_d/dt = initial before the switching instant, final from it on; both derivatives are 0.
 

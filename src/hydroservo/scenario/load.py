@@ -4,9 +4,10 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from hydroservo.block import Block, at_rest, field_at, leaves, value_at
+from hydroservo.block import Block, field_at, leaves, value_at
 from hydroservo.checks import consistent
 from hydroservo.errors import ParameterError, ScenarioError
+from hydroservo.hooks import at_rest
 from hydroservo.loop import Loop
 from hydroservo.nearest import one_of
 from hydroservo.plants.design_model import DesignModel

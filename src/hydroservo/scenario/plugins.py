@@ -1,5 +1,6 @@
 """Blocks from a user's own Python file."""
 
+import ast
 import copyreg
 import importlib.util
 import sys
@@ -13,6 +14,7 @@ from typing import Any
 from hydroservo.errors import ScenarioError
 from hydroservo.field import declared_fields
 from hydroservo.scenario.files import read_text
+from hydroservo.scenario.fits import check_said
 
 __all__ = ["is_block_class", "load_plugin", "plugin_classes"]
 
@@ -32,7 +34,8 @@ def load_plugin(path: str | Path) -> tuple[type, ...]:
         The classes that the file defines.
 
     Raises:
-        ScenarioError: the file cannot be read or executed, or defines no NamedTuple class; with its line.
+        ScenarioError: the file cannot be read or executed, or defines no NamedTuple class, or a class without
+            what the role that it says asks for; with its line.
     """
     name = str(path)
     text = read_text(Path(path), LARGEST, name)
@@ -100,10 +103,32 @@ def executed(text: str, place: Path, module_name: str, name: str) -> ModuleType:
         exec(compile(text, str(place), "exec"), module.__dict__)  # what the caller asked for
         for cls in defined_in(module):
             declared_fields(cls)  # resolves its annotations
+            check_role(cls, text, name)
+    except ScenarioError:
+        del sys.modules[module_name]
+        raise
     except (Exception, SystemExit) as error:
         del sys.modules[module_name]
         raise ScenarioError(name, line_of(error, place), f"{type(error).__name__}: {said(error)}") from error
     return module
+
+
+def check_role(cls: type, text: str, name: str) -> None:
+    """Refuse a class that has not what the role that it says asks for.
+
+    Raises:
+        ScenarioError: with its line.
+    """
+    try:
+        check_said(cls)
+    except ValueError as error:
+        raise ScenarioError(name, f"line {line_of_class(text, cls)}", str(error)) from None
+
+
+def line_of_class(text: str, cls: type) -> int:
+    """Where a file's text defines a class."""
+    classes = (node for node in ast.walk(ast.parse(text)) if isinstance(node, ast.ClassDef))
+    return next((node.lineno for node in classes if node.name == cls.__name__), 1)
 
 
 def line_of(error: BaseException, place: Path) -> str:

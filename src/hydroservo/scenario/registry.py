@@ -1,9 +1,7 @@
 """Which block classes a scenario may name, and in which role."""
 
-import inspect
 from collections.abc import Callable
 from functools import cache
-from types import FunctionType
 from typing import Any
 
 from hydroservo import (
@@ -21,10 +19,11 @@ from hydroservo import (
     valves,
 )
 from hydroservo.nearest import one_of
+from hydroservo.scenario.fits import misfit
 from hydroservo.scenario.plugins import is_block_class, plugin_classes
 from hydroservo.scenario.tables import Entry
 
-__all__ = ["Maker", "maker_in_role", "makers", "misfit", "names_in_role"]
+__all__ = ["Maker", "maker_in_role", "makers", "names_in_role", "shipped_classes"]
 
 Maker = Callable[..., Any]  # a block's class, or a classmethod of it whose arguments are declared as fields
 
@@ -53,7 +52,7 @@ def makers(cls: type) -> dict[str, Maker]:
 
 
 def maker_in_role(role: type, entry: Entry) -> Maker:
-    """What a ``type`` names, among what makes blocks that have the methods of a role.
+    """What a ``type`` names, among what makes blocks of a role.
 
     Raises:
         ScenarioError: there is none, or more than one.
@@ -76,50 +75,12 @@ def names_in_role(role: type) -> list[str]:
     return sorted({name for cls in known_classes() if misfit(cls, role) is None for name in makers(cls)})
 
 
-def misfit(cls: type, role: type) -> str | None:
-    """Why a class cannot take a role; None if it can.
-
-    hydroservo's own blocks name their arguments as the role does, and those names tell roles with methods
-    of the same name apart; a plugin's methods need only take as many.
-    """
-    own = cls in shipped_classes()
-    for name, wanted in role_methods(role).items():
-        method = getattr(cls, name, None)
-        if not isinstance(method, FunctionType):
-            return f"it has no method {name}{wanted}"
-        arguments = inspect.signature(method)
-        if not takes(arguments, len(wanted.parameters)) or (
-            own and [*arguments.parameters] != [*wanted.parameters]
-        ):
-            return f"its method {name} must be {name}{wanted}"
-    return None
-
-
 def known_classes() -> tuple[type, ...]:
     return (*shipped_classes(), *plugin_classes())
 
 
 @cache
 def shipped_classes() -> tuple[type, ...]:
+    """The classes of blocks and states that hydroservo has."""
     exported = (getattr(package, name) for package in PACKAGES for name in package.__all__)
     return tuple(value for value in exported if is_block_class(value))
-
-
-@cache
-def role_methods(role: type) -> dict[str, inspect.Signature]:
-    methods = {name: value for name, value in vars(role).items() if isinstance(value, FunctionType)}
-    return {name: bare(inspect.signature(m)) for name, m in methods.items() if not name.startswith("_")}
-
-
-def bare(signature: inspect.Signature) -> inspect.Signature:
-    """A signature without annotations, as a message shows it."""
-    parameters = [p.replace(annotation=inspect.Parameter.empty) for p in signature.parameters.values()]
-    return inspect.Signature(parameters)
-
-
-def takes(signature: inspect.Signature, count: int) -> bool:
-    try:
-        signature.bind(*[None] * count)
-    except TypeError:
-        return False
-    return True

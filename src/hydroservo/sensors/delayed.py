@@ -4,7 +4,8 @@ import math
 from typing import NamedTuple
 
 from hydroservo import ops
-from hydroservo.block import Block, Sensors
+from hydroservo.block import Block
+from hydroservo.roles import Sensors, role
 from hydroservo.sensors.ideal import IdealSensors
 from hydroservo.sensors.missing import missing_signals
 from hydroservo.signals import Draws, MachineOutputs, Measurement
@@ -20,6 +21,7 @@ class DelayedSensorsState(NamedTuple):
     passed: MachineOutputs
 
 
+@role(Sensors)
 class DelayedSensors(NamedTuple):
     """Readings of nested sensors, one sample period late: y_k = y'_(k-1), and y_0 = y'_0.
 

@@ -5,6 +5,7 @@ from typing import Annotated, NamedTuple
 
 from hydroservo import ops
 from hydroservo.block import Field
+from hydroservo.roles import VelocityEstimator, role
 from hydroservo.signals import Draws, MachineOutputs
 
 __all__ = ["Difference", "DifferenceState"]
@@ -17,6 +18,7 @@ class DifferenceState(NamedTuple):
     position: Annotated[float, Field("m", "measured position at this sample")]
 
 
+@role(VelocityEstimator)
 class Difference(NamedTuple):
     """The backward difference of the measured position: v_k = (y_k - y_(k-1))/h, and 0 at the first sample.
 

@@ -4,7 +4,8 @@ import math
 from typing import Annotated, NamedTuple
 
 from hydroservo import ops
-from hydroservo.block import Block, Field, Sensors
+from hydroservo.block import Block, Field
+from hydroservo.roles import Sensors, role
 from hydroservo.sensors.ideal import IdealSensors
 from hydroservo.sensors.missing import missing_signals
 from hydroservo.signals import Draws, MachineOutputs, Measurement
@@ -22,6 +23,7 @@ class DropoutState(NamedTuple):
     received: MachineOutputs
 
 
+@role(Sensors)
 class Dropout(NamedTuple):
     """Readings of nested sensors of which each sample's is lost with a probability: the last one is kept.
 

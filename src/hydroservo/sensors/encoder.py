@@ -4,6 +4,7 @@ from typing import Annotated, NamedTuple
 
 from hydroservo import ops
 from hydroservo.block import Field
+from hydroservo.roles import PositionSensor, role
 from hydroservo.sensors.ideal_position import PositionReading
 from hydroservo.signals import Draws
 from hydroservo.sources import CHOSEN
@@ -11,6 +12,7 @@ from hydroservo.sources import CHOSEN
 __all__ = ["Encoder"]
 
 
+@role(PositionSensor)
 class Encoder(NamedTuple):
     """Position in whole counts of an incremental or absolute scale, the nearest one.
 

@@ -5,6 +5,7 @@ from typing import Annotated, NamedTuple
 
 from hydroservo import ops
 from hydroservo.block import Field
+from hydroservo.roles import VelocityEstimator, role
 from hydroservo.signals import Draws, MachineOutputs
 from hydroservo.sources import CHOSEN
 
@@ -20,6 +21,7 @@ class ExactDifferentiatorState(NamedTuple):
     position: Annotated[float, Field("m", "smoothed position")]
 
 
+@role(VelocityEstimator)
 class ExactDifferentiator(NamedTuple):
     """First-order robust exact differentiator (super-twisting), the sign solved for in each step.
 

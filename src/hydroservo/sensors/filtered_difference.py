@@ -5,6 +5,7 @@ from typing import Annotated, NamedTuple
 
 from hydroservo import ops
 from hydroservo.block import Field
+from hydroservo.roles import VelocityEstimator, role
 from hydroservo.signals import Draws, MachineOutputs
 from hydroservo.sources import CHOSEN
 
@@ -18,6 +19,7 @@ class FilteredDifferenceState(NamedTuple):
     position: Annotated[float, Field("m", "measured position at this sample")]
 
 
+@role(VelocityEstimator)
 class FilteredDifference(NamedTuple):
     """The backward difference through a first-order low-pass, discretised by backward Euler.
 

@@ -2,6 +2,7 @@
 
 from typing import NamedTuple
 
+from hydroservo.roles import Sensors, role
 from hydroservo.signals import Draws, MachineOutputs, Measurement
 
 __all__ = ["IdealSensors", "IdealSensorsState"]
@@ -11,6 +12,7 @@ class IdealSensorsState(NamedTuple):
     """Ideal sensors remember nothing."""
 
 
+@role(Sensors)
 class IdealSensors(NamedTuple):
     """Velocity, load pressure and position without noise, delay or quantisation.
 

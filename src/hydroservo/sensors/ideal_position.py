@@ -3,6 +3,7 @@
 from typing import Annotated, NamedTuple
 
 from hydroservo.block import Field
+from hydroservo.roles import PositionSensor, role
 from hydroservo.signals import Draws
 
 __all__ = ["IdealPosition", "PositionReading"]
@@ -14,6 +15,7 @@ class PositionReading(NamedTuple):
     value: Annotated[float, Field("m", "measured piston position")]
 
 
+@role(PositionSensor)
 class IdealPosition(NamedTuple):
     """The position itself.
 

@@ -2,8 +2,9 @@
 
 from typing import Any, NoReturn
 
-from hydroservo.block import Block, Sensors
+from hydroservo.block import Block
 from hydroservo.field import declared_fields
+from hydroservo.roles import Sensors
 from hydroservo.signals import Draws, MachineOutputs, Measurement
 
 __all__ = ["Lacking", "MissingSignalError", "Unmeasured", "missing_signals"]

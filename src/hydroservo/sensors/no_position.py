@@ -3,12 +3,14 @@
 import math
 from typing import NamedTuple
 
+from hydroservo.roles import PositionSensor, role
 from hydroservo.sensors.ideal_position import PositionReading
 from hydroservo.signals import Draws
 
 __all__ = ["NoPosition"]
 
 
+@role(PositionSensor)
 class NoPosition(NamedTuple):
     """The position is not measured: its reading is nan, and a law that uses it is refused.
 

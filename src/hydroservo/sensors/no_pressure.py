@@ -4,6 +4,7 @@ import math
 from typing import Annotated, NamedTuple
 
 from hydroservo.block import Field
+from hydroservo.roles import PressureSensor, role
 from hydroservo.signals import Draws
 
 __all__ = ["NoPressure", "PressureReading"]
@@ -15,6 +16,7 @@ class PressureReading(NamedTuple):
     value: Annotated[float, Field("Pa", "measured pressure")]
 
 
+@role(PressureSensor)
 class NoPressure(NamedTuple):
     """The chamber's pressure is not measured: its reading is nan, and a law that uses it is refused.
 

@@ -4,6 +4,7 @@ from typing import Annotated, NamedTuple
 
 from hydroservo import ops
 from hydroservo.block import Field
+from hydroservo.roles import Sensors, role
 from hydroservo.signals import Draws, MachineOutputs, Measurement
 from hydroservo.sources import CHOSEN
 
@@ -17,6 +18,7 @@ class NoisySensorsState(NamedTuple):
     load_force: Annotated[float, Field("N", "measured load-pressure force")]
 
 
+@role(Sensors)
 class NoisySensors(NamedTuple):
     """Velocity and load pressure with additive Gaussian noise, new at each sample; position without.
 

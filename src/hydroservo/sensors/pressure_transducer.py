@@ -5,6 +5,7 @@ from typing import Annotated, NamedTuple
 
 from hydroservo import ops
 from hydroservo.block import Field
+from hydroservo.roles import PressureSensor, role
 from hydroservo.signals import Draws
 from hydroservo.sources import CHOSEN
 
@@ -18,6 +19,7 @@ class PressureTransducerState(NamedTuple):
     followed: Annotated[float, Field("Pa", "pressure behind the transducer's own lag")]
 
 
+@role(PressureSensor)
 class PressureTransducer(NamedTuple):
     """A transducer of limited range with a lag, an offset and noise, read by a converter of so many bits.
 

@@ -2,7 +2,8 @@
 
 from typing import Annotated, NamedTuple
 
-from hydroservo.block import Block, Field, PositionSensor, PressureSensor, VelocityEstimator
+from hydroservo.block import Block, Field
+from hydroservo.roles import PositionSensor, PressureSensor, Sensors, VelocityEstimator, role
 from hydroservo.sensors.difference import Difference
 from hydroservo.sensors.encoder import Encoder
 from hydroservo.sensors.pressure_transducer import PressureTransducer
@@ -24,6 +25,7 @@ class RigSensorsState(NamedTuple):
     pressure_b: Block
 
 
+@role(Sensors)
 class RigSensors(NamedTuple):
     """A position sensor, a velocity from it or from a sensor of its own, and a pressure sensor each chamber.
 

@@ -4,6 +4,7 @@ from typing import Annotated, NamedTuple
 
 from hydroservo import ops
 from hydroservo.block import Field
+from hydroservo.roles import VelocityEstimator, role
 from hydroservo.signals import Draws, MachineOutputs
 
 __all__ = ["VelocityReading", "VelocitySensor"]
@@ -15,6 +16,7 @@ class VelocityReading(NamedTuple):
     value: Annotated[float, Field("m/s", "measured piston velocity")]
 
 
+@role(VelocityEstimator)
 class VelocitySensor(NamedTuple):
     """A tachometer: the machine's velocity with additive Gaussian noise, new at each sample.
 

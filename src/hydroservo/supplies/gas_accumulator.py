@@ -5,11 +5,13 @@ from typing import Annotated, NamedTuple
 from hydroservo import ops
 from hydroservo.block import Field
 from hydroservo.constants import ATMOSPHERE
+from hydroservo.roles import Accumulator, role
 from hydroservo.sources import CHOSEN
 
 __all__ = ["GasAccumulator"]
 
 
+@role(Accumulator)
 class GasAccumulator(NamedTuple):
     """A bladder filled with gas, which the oil compresses above the precharge pressure.
 

@@ -4,6 +4,7 @@ from typing import Annotated, NamedTuple
 
 from hydroservo.block import Field
 from hydroservo.errors import ParameterError
+from hydroservo.roles import Supply, role
 from hydroservo.signals import Pressures
 from hydroservo.sources import TSMC_EHA_2021
 
@@ -14,6 +15,7 @@ class IdealSupplyState(NamedTuple):
     """An ideal supply remembers nothing."""
 
 
+@role(Supply)
 class IdealSupply(NamedTuple):
     """Constant supply and return pressure, whatever the flow: p_s and p_r of the paper.
 

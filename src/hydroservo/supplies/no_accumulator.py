@@ -2,9 +2,12 @@
 
 from typing import NamedTuple
 
+from hydroservo.roles import Accumulator, role
+
 __all__ = ["NoAccumulator"]
 
 
+@role(Accumulator)
 class NoAccumulator(NamedTuple):
     """No accumulator: its compliance is 0.
 

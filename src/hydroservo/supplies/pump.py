@@ -3,9 +3,10 @@
 from typing import Annotated, NamedTuple
 
 from hydroservo import ops
-from hydroservo.block import Accumulator, Field
+from hydroservo.block import Field
 from hydroservo.constants import ATMOSPHERE
 from hydroservo.errors import ParameterError
+from hydroservo.roles import Accumulator, Supply, role
 from hydroservo.signals import Pressures
 from hydroservo.sources import CHOSEN, DATASHEET, TSMC_EHA_2021
 from hydroservo.supplies.ideal import IdealSupply
@@ -42,6 +43,7 @@ class PumpSupplyState(NamedTuple):
     pressure: Annotated[float, Field("Pa", "pressure in the supply line")]
 
 
+@role(Supply)
 class PumpSupply(NamedTuple):
     """A fixed-displacement pump turned by a speed-controlled motor, feeding a line with a relief valve.
 

@@ -5,6 +5,7 @@ from typing import Annotated, NamedTuple
 from hydroservo import ops
 from hydroservo.block import Field
 from hydroservo.errors import ParameterError
+from hydroservo.roles import Relief, role
 from hydroservo.sources import CHOSEN, DATASHEET, TSMC_EHA_2021
 
 __all__ = ["ReliefValve"]
@@ -14,6 +15,7 @@ Override = Annotated[float, Field("Pa", "pressure beyond cracking at a flow", DA
 OverrideFlow = Annotated[float, Field("m^3/s", "flow at the override", DATASHEET, above=0)]
 
 
+@role(Relief)
 class ReliefValve(NamedTuple):
     """Q = G max(p - p_c, 0): shut up to the cracking pressure p_c, then in proportion; it shuts as it opened.
 

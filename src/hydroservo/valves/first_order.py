@@ -4,8 +4,9 @@ import math
 from typing import Annotated, NamedTuple
 
 from hydroservo import ops
-from hydroservo.block import Field, MeteringEdges
+from hydroservo.block import Field
 from hydroservo.errors import ParameterError
+from hydroservo.roles import MeteringEdges, Valve, role
 from hydroservo.sources import DATASHEET, TSMC_EHA_2021
 from hydroservo.valves.orifice import Orifice, check_opens
 
@@ -24,6 +25,7 @@ class FirstOrderValveState(NamedTuple):
     opening: Annotated[float, Field("m", "spool position x_v")]
 
 
+@role(Valve)
 class FirstOrderValve(NamedTuple):
     """A spool that follows its command with a first-order lag.
 

@@ -7,6 +7,7 @@ from typing import Annotated, NamedTuple
 from hydroservo import ops
 from hydroservo.block import Field
 from hydroservo.errors import ParameterError
+from hydroservo.roles import MeteringEdges, role
 from hydroservo.signals import PortFlows, Pressures
 from hydroservo.sources import CHOSEN, TSMC_EHA_2021
 from hydroservo.valves.orifice import (
@@ -46,6 +47,7 @@ def rising_root(function: Callable[[float], float], value: float, most: float) -
     return float(brentq(lambda x: function(x) - value, 0.0, most, xtol=1e-24, rtol=1e-15))
 
 
+@role(MeteringEdges)
 class FourEdges(NamedTuple):
     """The edges P-A, A-T, P-B and B-T of a spool, each of which may flow either way.
 

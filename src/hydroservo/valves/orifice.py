@@ -4,8 +4,9 @@ import math
 from typing import Annotated, NamedTuple
 
 from hydroservo import ops
-from hydroservo.block import Field, MeteringEdges
+from hydroservo.block import Field
 from hydroservo.errors import ParameterError
+from hydroservo.roles import MeteringEdges, role
 from hydroservo.signals import PortFlows, Pressures
 from hydroservo.sources import DATASHEET, TSMC_EHA_2021
 
@@ -20,6 +21,7 @@ RatedDrop = Annotated[float, Field("Pa", "rated pressure drop over both edges", 
 RatedOpening = Annotated[float, Field("m", "spool position at the rated flow", DATASHEET, above=0)]
 
 
+@role(MeteringEdges)
 class Orifice(NamedTuple):
     """Turbulent flow through sharp metering edges, matched, symmetric and critically lapped.
 

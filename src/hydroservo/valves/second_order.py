@@ -4,8 +4,9 @@ import math
 from typing import Annotated, NamedTuple
 
 from hydroservo import ops
-from hydroservo.block import Field, MeteringEdges
+from hydroservo.block import Field
 from hydroservo.errors import ParameterError
+from hydroservo.roles import MeteringEdges, Valve, role
 from hydroservo.sources import CHOSEN, DATASHEET, TSMC_EHA_2021
 from hydroservo.valves.orifice import Orifice, check_opens
 
@@ -29,6 +30,7 @@ class SecondOrderValveState(NamedTuple):
     speed: Annotated[float, Field("m/s", "spool speed")]
 
 
+@role(Valve)
 class SecondOrderValve(NamedTuple):
     """A spool with inertia, a largest speed, a limited travel and hysteresis.
 

@@ -3,7 +3,8 @@
 from typing import Annotated, NamedTuple
 
 from hydroservo import ops
-from hydroservo.block import Field, MeteringEdges
+from hydroservo.block import Field
+from hydroservo.roles import MeteringEdges, Valve, role
 from hydroservo.sources import TSMC_EHA_2021
 from hydroservo.valves.orifice import Orifice, check_opens
 
@@ -14,6 +15,7 @@ class StaticValveState(NamedTuple):
     """A static valve remembers nothing."""
 
 
+@role(Valve)
 class StaticValve(NamedTuple):
     """x_v = K_sv u within +-x_max, with no lag.
 

@@ -2,10 +2,11 @@
 
 from typing import Annotated, NamedTuple
 
-from hydroservo.block import Block, Differentiator, Field
+from hydroservo.block import Block, Field
 from hydroservo.controllers.saturation import Saturation
 from hydroservo.papers.tsmc_eha_2021.machine import BACKSTEPPING, COMMAND_LIMIT, MODEL
 from hydroservo.plants.design_model import DesignModel
+from hydroservo.roles import Controller, Differentiator, role
 from hydroservo.signals import Demand, Measurement
 from hydroservo.sources import TSMC_EHA_2021
 
@@ -22,6 +23,7 @@ class PrintedBacksteppingState(NamedTuple):
     derivative: Block
 
 
+@role(Controller)
 class PrintedBackstepping(NamedTuple):
     """Two-step backstepping to the letter of the print.
 

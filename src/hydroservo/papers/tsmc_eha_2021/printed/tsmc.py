@@ -3,17 +3,19 @@
 from typing import Annotated, NamedTuple
 
 from hydroservo import ops
-from hydroservo.block import Differentiator, Field, Observer
+from hydroservo.block import Field
 from hydroservo.controllers.saturation import Saturation
 from hydroservo.controllers.tsmc import TSMCState
 from hydroservo.papers.tsmc_eha_2021.machine import COMMAND_LIMIT, MODEL, OBSERVER, TERMINAL
 from hydroservo.plants.design_model import DesignModel
+from hydroservo.roles import Controller, Differentiator, Observer, role
 from hydroservo.signals import Demand, Measurement
 from hydroservo.sources import TSMC_EHA_2021
 
 __all__ = ["PrintedTSMC"]
 
 
+@role(Controller)
 class PrintedTSMC(NamedTuple):
     """Terminal sliding mode velocity control to the letter of the print.
 

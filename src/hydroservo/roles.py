@@ -1,0 +1,344 @@
+"""The roles that a block can play: what each must be able to do.
+
+A block says its role above its class::
+
+    @role(Controller)
+    class Proportional(NamedTuple): ...
+
+A role is a Protocol: the methods that its blocks have, with as many arguments. What a block may have besides
+is in :data:`hydroservo.hooks.HOOKS`.
+"""
+
+from collections.abc import Callable
+from typing import Any, Protocol, TypeVar
+
+from hydroservo.signals import (
+    Correction,
+    Demand,
+    Draws,
+    MachineOutputs,
+    Measurement,
+    PortFlows,
+    Pressures,
+    Pull,
+)
+
+__all__ = [
+    "Accumulator",
+    "Block",
+    "Controller",
+    "Differentiator",
+    "EndStops",
+    "Friction",
+    "Hold",
+    "Integrator",
+    "Limiter",
+    "Load",
+    "Mechanism",
+    "MeteringEdges",
+    "Model",
+    "Observer",
+    "Oil",
+    "Plant",
+    "PositionSensor",
+    "PressureSensor",
+    "Reaching",
+    "Realisation",
+    "Reference",
+    "Relief",
+    "Sensors",
+    "Supply",
+    "Valve",
+    "VelocityEstimator",
+    "role",
+]
+
+Block = Any  # a NamedTuple with methods; Python's type system has no name for "some NamedTuple"
+BlockClass = TypeVar("BlockClass", bound=type)
+
+
+def role(*roles: Any) -> Callable[[BlockClass], BlockClass]:
+    """Says which role a block plays, as its class's attribute ``role``; several where it plays several.
+
+    A decorator, for type checkers take a line ``role = Controller`` in a NamedTuple for one more field.
+    Whether the class has what the role asks for is found out where a file is loaded as a plug-in, and by the
+    contract.
+    """
+
+    def say(cls: BlockClass) -> BlockClass:
+        cls.role = roles[0] if len(roles) == 1 else roles  # type: ignore[attr-defined]
+        return cls
+
+    return say
+
+
+class Controller(Protocol):
+    """A sampled control law: measurement and demand in, a new state with its command ``u`` [V] out.
+
+    What is computed before a run is, by ``designed(model, period)``, which blocks in a law may have too; a
+    ``model`` of its own is what it, and what is in it, believes of the machine. A law that wraps another has
+    that as its field ``controller``.
+    """
+
+    def init(self) -> Block: ...
+    def step(self, s: Block, y: Measurement, r: Demand, dt: float) -> Block: ...
+
+
+class Observer(Protocol):
+    """A sampled disturbance observer.
+
+    Its state holds the estimates ``d1`` [m/s^2] and ``d2`` [N/s], the surfaces ``s1`` [m/s] and ``s2`` [N],
+    and the ``velocity`` [m/s] and ``load_force`` [N] that a law is to take.
+    """
+
+    def init(self) -> Block: ...
+    def step(self, s: Block, model: Block, y: Measurement, dt: float) -> Block: ...
+
+
+class Realisation(Protocol):
+    """How a reaching law's sgn is realised in discrete time, for each of the two surfaces."""
+
+    def velocity(self, s: float, k: float, D: float, eps: float, a: float, dt: float) -> Correction: ...
+    def force(self, s: float, k: float, D: float, eps: float, a: float, dt: float) -> Correction: ...
+
+
+class Reaching(Protocol):
+    """How a law draws its two surfaces to 0 in discrete time: the rate k s + eps |s|^a sgn(s), and its slope.
+
+    The slope is the rate's derivative by s [1/s]; the second surface needs none.
+    """
+
+    def first(self, s: float, k: float, eps: float, a: float, dt: float) -> Pull: ...
+    def second(self, s: float, k: float, eps: float, a: float, dt: float) -> float: ...
+
+
+class Differentiator(Protocol):
+    """The rate of a sampled signal; its state holds the estimate ``rate``."""
+
+    def init(self) -> Block: ...
+    def step(self, s: Block, value: float, model_rate: float, dt: float) -> Block: ...
+
+
+class Reference(Protocol):
+    """A velocity demand as a function of time, with its first two derivatives."""
+
+    def at(self, t: float) -> Demand: ...
+
+
+class Load(Protocol):
+    """An external force on the piston rod [N] as a function of time, positive against motion.
+
+    ``next_jump`` is the first instant after ``t`` at which the force or one of its derivatives jumps, inf if
+    there is none; what the force jumps to holds from that instant on. Integrators end their steps there.
+    """
+
+    def force(self, t: float) -> float: ...
+    def next_jump(self, t: float) -> float: ...
+
+
+class MeteringEdges(Protocol):
+    """What a spool opens.
+
+    ``flow`` is the load flow [m^3/s] to a cylinder described by its load pressure, ``port_flows`` are the
+    flows to one with two chambers, ``simplified`` is the Orifice that a design model takes the edges for.
+    Edges that overlap have their overlap as a field ``lap`` [m].
+    """
+
+    def flow(self, opening: float, supply_drop: float, load_pressure: float) -> float: ...
+    def port_flows(
+        self, opening: float, line: Pressures, pressure_a: float, pressure_b: float
+    ) -> PortFlows: ...
+    def simplified(self) -> Block: ...
+
+
+class Valve(Protocol):
+    """A servo valve: a spool driven by the command, and the metering edges that its opening [m] uncovers.
+
+    ``gain`` [m/V] is what a design model knows of the spool.
+    """
+
+    @property
+    def gain(self) -> float: ...
+    @property
+    def orifice(self) -> MeteringEdges: ...
+
+    def init(self) -> Block: ...
+    def deriv(self, s: Block, u: float) -> Block: ...
+    def opening(self, s: Block, u: float) -> float: ...
+
+
+class Supply(Protocol):
+    """Where the pressure comes from, when a flow [m^3/s] is drawn at the valve's port P.
+
+    ``simplified`` is the IdealSupply that a design model takes it for.
+    """
+
+    def init(self) -> Block: ...
+    def deriv(self, s: Block, drawn: float) -> Block: ...
+    def pressures(self, s: Block) -> Pressures: ...
+    def simplified(self) -> Block: ...
+
+
+class Accumulator(Protocol):
+    """What a supply line stores besides its oil: volume per pressure [m^3/Pa] at a gauge pressure [Pa].
+
+    One that takes in nothing up to some pressure has that as a field ``precharge`` [Pa].
+    """
+
+    def compliance(self, pressure: float) -> float: ...
+
+
+class Oil(Protocol):
+    """The compressed oil: its effective bulk modulus [Pa] at a gauge pressure [Pa]."""
+
+    def bulk_modulus(self, pressure: float) -> float: ...
+
+
+class Friction(Protocol):
+    """What resists the piston's motion; positive against a positive velocity.
+
+    ``net`` is the sum of all other forces on the moving parts [N] and ``mass`` their inertia [kg], from which
+    a friction that sticks knows what holds them. ``simplified`` is the viscous coefficient [N s/m] that a
+    design model takes it for.
+    """
+
+    def init(self) -> Block: ...
+    def deriv(self, s: Block, velocity: float) -> Block: ...
+    def force(self, s: Block, velocity: float, net: float, mass: float) -> float: ...
+    def simplified(self) -> float: ...
+
+
+class EndStops(Protocol):
+    """The force of the ends of the stroke on the piston [N], positive where it pushes outwards."""
+
+    def force(self, position: float, velocity: float, stroke: float) -> float: ...
+
+
+class Mechanism(Protocol):
+    """What the rod moves: inertia(x) dv/dt = (sum of the forces on the rod) - resistance(x, v).
+
+    The inertia [kg] may depend on the position; the resistance [N] is that of gravity, springs and a changing
+    inertia, positive against a positive velocity. A mechanism that cannot take every position says which it
+    can, by ``positions()``.
+    """
+
+    def inertia(self, position: float) -> float: ...
+    def resistance(self, position: float, velocity: float) -> float: ...
+
+
+class Plant(Protocol):
+    """A cylinder and what it moves, from the valve's flows and an external force on the rod [N].
+
+    ``flows`` asks the valve's edges for what the cylinder takes. ``load_force`` is that of the oil on the
+    piston, and linear in the state, so that it also gives its rate from the state's. States have ``velocity``
+    [m/s] and ``position`` [m], plants have ``stroke`` [m]. ``simplified`` is the LoadPressurePlant that a
+    design model takes it for. A plant whose start may be left open has ``at_rest(line, force)``. Sensors of
+    pressures take the piston's areas ``area_a`` and ``area_b`` [m^2] from it, or ``piston_area`` for both.
+    """
+
+    @property
+    def stroke(self) -> float: ...
+
+    def init(self) -> Block: ...
+    def flows(self, s: Block, edges: MeteringEdges, opening: float, line: Pressures) -> PortFlows: ...
+    def deriv(self, s: Block, flows: PortFlows, force: float) -> Block: ...
+    def load_force(self, s: Block) -> float: ...
+    def outputs(self, s: Block, line: Pressures) -> MachineOutputs: ...
+    def simplified(self) -> Block: ...
+
+
+class Hold(Protocol):
+    """How a command is held between samples.
+
+    ``step`` comes at a sample, before the controller, with the command that it replaces; ``held`` is what
+    integrators carry to the machine, ``at`` its value at an instant and ``next_jump`` the first instant after
+    it at which it jumps. ``applied`` is the mean command over the period just ended, and ``steady`` what is
+    held of a command that never changes. A hold that comes late has its ``delay`` [s] as a field.
+    """
+
+    def init(self) -> Block: ...
+    def step(self, s: Block, u: float, t: float) -> Block: ...
+    def held(self, s: Block, u: float) -> Any: ...
+    def steady(self, u: float) -> Any: ...
+    def at(self, held: Any, t: float) -> float: ...
+    def next_jump(self, held: Any, t: float) -> float: ...
+    def applied(self, s: Block, u: float, dt: float) -> float: ...
+
+
+class Integrator(Protocol):
+    """Carries a system's continuous state ``x`` from one sample to the next, under what is held of a command.
+
+    The system has ``deriv(t, x, u)`` and ``next_jump(t, u)``, which is as a load's. ``substeps`` is how many
+    equal steps a fixed-step method takes in ``dt``. ``trusted_rate`` is the largest |lambda| [1/s] of the
+    system's Jacobian that such steps can be trusted with, and ``substeps_for`` how many of them follow one
+    that moves at a ``rate`` [1/s] to a relative ``tolerance``.
+
+    A method that has ``substep(system, t, x, u, h)`` says that ``advance`` is this, ``substeps`` times with
+    h = dt/substeps; many runs side by side then call it directly.
+    """
+
+    def advance(self, system: Block, t: float, x: Block, u: Any, dt: float, substeps: int) -> Block: ...
+    def trusted_rate(self, dt: float, substeps: int) -> float: ...
+    def substeps_for(self, rate: float, dt: float, tolerance: float) -> int: ...
+
+
+class Sensors(Protocol):
+    """What the controller sees of the machine: a sampled state (noise, filters), and the measurement from it.
+
+    ``step`` comes first at a sample; ``measure`` then sees its new state. Sensors that leave fields of the
+    measurement unmeasured, as nan, have a method ``missing()`` that names them. Those with fields ``area_a``
+    and ``area_b`` [m^2] are given the plant's; those that wrap others have them as their field ``sensors``.
+    """
+
+    def init(self) -> Block: ...
+    def step(self, s: Block, machine: MachineOutputs, draws: Draws, dt: float) -> Block: ...
+    def measure(self, s: Block, machine: MachineOutputs, command: float) -> Measurement: ...
+
+
+class PositionSensor(Protocol):
+    """A sensor of the piston's position [m]; its state holds the reading ``value``, nan if it has none."""
+
+    def init(self) -> Block: ...
+    def step(self, s: Block, position: float, draws: Draws, dt: float) -> Block: ...
+
+
+class VelocityEstimator(Protocol):
+    """The piston's velocity [m/s]; its state holds it as ``value``.
+
+    It is estimated from the ``position`` as measured, or measured at the machine itself.
+    """
+
+    def init(self) -> Block: ...
+    def step(self, s: Block, machine: MachineOutputs, position: float, draws: Draws, dt: float) -> Block: ...
+
+
+class PressureSensor(Protocol):
+    """A sensor of a chamber's pressure [Pa]; its state holds the reading ``value``, nan if it has none."""
+
+    def init(self) -> Block: ...
+    def step(self, s: Block, pressure: float, draws: Draws, dt: float) -> Block: ...
+
+
+class Limiter(Protocol):
+    """The limit of a command [V]."""
+
+    def apply(self, u: float) -> float: ...
+
+
+class Model(Protocol):
+    """What a law believes of the machine, in strict-feedback form with x1 the velocity and x2 the load force.
+
+    dx1/dt = f1(x1) + g1 x2 and dx2/dt = f2(x1, x2) + g2(x2, u) u; ``f1_slope`` is df1/dx1 [1/s].
+    """
+
+    def f1(self, velocity: float) -> float: ...
+    def f1_slope(self) -> float: ...
+    def g1(self) -> float: ...
+    def f2(self, velocity: float, load_force: float) -> float: ...
+    def g2(self, load_force: float, command: float) -> float: ...
+
+
+class Relief(Protocol):
+    """What lets a supply's oil off to the tank: its flow [m^3/s] at a gauge pressure [Pa]."""
+
+    def flow(self, pressure: float) -> float: ...

@@ -1,0 +1,61 @@
+"""The table of what a block may have besides its role's methods is what the code asks blocks for."""
+
+import ast
+from collections.abc import Iterator
+from pathlib import Path
+
+import hydroservo
+from hydroservo.hooks import HOOKS
+
+SOURCES = Path(hydroservo.__file__).parent
+OF_ROLES = {"gain", "orifice", "simplified"}  # which blocks of a role have; asked for to say who does not
+OF_OTHERS = {  # of Python and of libraries
+    *(
+        "SIGINT",
+        "SIGALRM",
+        "setitimer",
+        "sched_getaffinity",
+        "O_NOFOLLOW",
+        "O_NONBLOCK",
+        "O_CLOEXEC",
+        "O_BINARY",
+    ),
+    *("lineno", "obj", "co_exceptiontable", "libs", "PTXSource", "possibilities"),
+}
+COMPUTED = {  # where an attribute that may be missing is looked for under a name that is computed
+    "engine/recipe.py",  # what a function's code names
+    "export/translate/definition.py",
+    "export/translate/expressions.py",
+    "scenario/fits.py",  # the methods of roles, and the hooks
+    "simulate.py",  # the field that a wrapper wraps: controller, sensors
+}
+
+
+def lookups() -> Iterator[tuple[str, set[str]]]:
+    """File and names, of each attribute that is looked for and may be missing; "" for a computed name."""
+    for path in sorted(SOURCES.rglob("*.py")):
+        file, tree = path.relative_to(SOURCES).as_posix(), ast.parse(path.read_text(encoding="utf-8"))
+        listed: dict[str, set[str]] = {}
+        for node in ast.walk(tree):
+            match node:
+                case ast.comprehension(target=ast.Name(target), iter=ast.Tuple(elts=names)):
+                    listed.setdefault(target, set()).update(map(constant, names))
+        for node in ast.walk(tree):
+            match node:
+                case ast.Call(func=ast.Name("hasattr"), args=[_, name]):
+                    yield file, listed.get(ast.unparse(name), {constant(name)})
+                case ast.Call(func=ast.Name("getattr"), args=[_, name, _]):
+                    yield file, listed.get(ast.unparse(name), {constant(name)})
+
+
+def constant(node: ast.expr) -> str:
+    return str(node.value) if isinstance(node, ast.Constant) else ""
+
+
+def test_the_code_asks_for_what_the_table_has_and_for_nothing_else() -> None:
+    asked = {name for _, names in lookups() for name in names if name and not name.startswith("_")}
+    assert asked - OF_ROLES - OF_OTHERS == {hook.name for hook in HOOKS}
+
+
+def test_what_may_be_missing_is_looked_for_by_name() -> None:
+    assert {file for file, names in lookups() if "" in names} == COMPUTED

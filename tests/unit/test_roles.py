@@ -1,0 +1,146 @@
+"""Roles are said by blocks, and what a file's class says is held against what it has."""
+
+import inspect
+import pickle
+from pathlib import Path
+from typing import NamedTuple
+
+import pytest
+
+from hydroservo import ScenarioError
+from hydroservo.controllers import PI
+from hydroservo.export.translate.definition import changed_class
+from hydroservo.hooks import HOOKS
+from hydroservo.loads import Sine
+from hydroservo.roles import Block, Controller, Load, Observer, PositionSensor, Reference, role
+from hydroservo.scenario import load_plugin, load_scenario, plugins
+from hydroservo.scenario.fits import ROLES, check_said, misfit, roles_of, said_roles
+from hydroservo.scenario.registry import names_in_role, shipped_classes
+
+unpickled = pickle.loads
+
+
+class Silent(NamedTuple):
+    def init(self) -> Block: ...
+    def step(self, s: Block, y: Block, r: Block, dt: float) -> Block: ...
+
+
+@role(Load, Reference)
+class Both(NamedTuple):
+    def force(self, t: float) -> float: ...
+    def next_jump(self, t: float) -> float: ...
+    def at(self, t: float) -> Block: ...
+
+
+@pytest.fixture(autouse=True)
+def forgotten(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What a test loads, no other test sees."""
+    monkeypatch.setattr(plugins, "loaded", {})
+
+
+def test_every_shipped_block_with_methods_says_its_role_and_has_what_it_asks_for() -> None:
+    for cls in shipped_classes():
+        own = [name for name, value in vars(cls).items() if inspect.isfunction(value) and name[0] != "_"]
+        assert bool(said_roles(cls)) == bool(own), cls
+        check_said(cls)
+
+
+def test_each_role_is_played() -> None:
+    assert [one for one in ROLES if not names_in_role(one)] == []
+
+
+def test_a_class_takes_the_role_that_it_says_and_no_other() -> None:
+    assert PI.role is Controller
+    assert said_roles(PI) == roles_of(PI) == (Controller,)
+    assert misfit(PI, Controller) is None
+    assert misfit(PI, Observer) == "it says that its role is Controller"
+    assert misfit(Sine, Reference) == "it says that its role is Load"
+
+
+def test_a_class_that_says_none_takes_each_role_whose_methods_it_has() -> None:
+    assert {Controller, PositionSensor} <= set(roles_of(Silent))
+    assert Load not in roles_of(Silent)
+    assert misfit(Silent, Load) == "it has no method force(self, t)"
+
+
+def test_a_class_may_play_two_roles() -> None:
+    assert said_roles(Both) == roles_of(Both) == (Load, Reference)
+    assert misfit(Both, Reference) is None
+    assert misfit(Both, Controller) == "it says that its role is Load and Reference"
+
+
+def test_a_role_is_no_field_and_changes_nothing_else() -> None:
+    assert "role" not in PI._fields
+    assert unpickled(pickle.dumps(PI())) == PI()
+    assert changed_class(PI) == ""
+
+
+CLASS = """\
+from typing import NamedTuple
+
+from hydroservo.roles import Controller, Load, role
+
+
+@role({role})
+class Mine(NamedTuple):
+    def init(self):
+        return None
+
+    def {step}:
+        return s
+{more}"""
+STEP = "step(self, s, y, r, dt)"
+
+
+def written(folder: Path, role: str = "Controller", step: str = STEP, more: str = "") -> Path:
+    path = folder / "mine.py"
+    path.write_text(CLASS.format(role=role, step=step, more=more), encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize(
+    ("changes", "problem"),
+    [
+        ({"role": "Load"}, "says that its role is Load: it has no method force(self, t)"),
+        (
+            {"step": "step(self, s, y, r)"},
+            "says that its role is Controller: its method step must be step(self, s, y, r, dt)",
+        ),
+        (
+            {"step": "stop(self, s, y, r, dt)"},
+            "says that its role is Controller: it has no method step(self, s, y, r, dt)",
+        ),
+        (
+            {"more": "\n    def designed(self, period):\n        return self\n"},
+            "says that its role is Controller: its method designed must be designed(self, model, period)",
+        ),
+        ({"role": "'Controller'"}, "says that its role is 'Controller', which hydroservo.roles has not"),
+    ],
+)
+def test_a_class_without_what_its_role_asks_for_is_refused_where_it_is_loaded(
+    tmp_path: Path, changes: dict[str, str], problem: str
+) -> None:
+    path = written(tmp_path, **changes)
+    with pytest.raises(ScenarioError) as caught:
+        load_plugin(path)
+    assert str(caught.value) == f"{path}: line 7: Mine {problem}"
+
+
+def test_a_class_in_a_place_of_another_role_is_refused_with_both(tmp_path: Path) -> None:
+    with pytest.raises(ScenarioError) as caught:
+        load_scenario("paper/sine-pi", {"load.type": "Mine"}, [written(tmp_path)])
+    assert str(caught.value).endswith("'Mine' cannot be a Load: it says that its role is Controller")
+
+
+def test_a_role_may_be_a_line_of_the_class(tmp_path: Path) -> None:
+    path = tmp_path / "mine.py"
+    text = CLASS.format(role="Controller", step=STEP, more="")
+    path.write_text(text.replace("@role(Controller)\n", "").replace("):\n", "):\n    role = Controller\n", 1))
+    (mine,) = load_plugin(path)
+    assert said_roles(mine) == (Controller,)
+
+
+def test_what_a_block_may_have_besides_stands_in_its_role() -> None:
+    for hook in HOOKS:
+        if hook.role is not None:
+            assert f"``{hook.name}" in str(hook.role.__doc__), hook
