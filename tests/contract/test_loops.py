@@ -14,7 +14,8 @@ from hydroservo.holds import DelayedHold
 from hydroservo.hooks import at_rest
 from hydroservo.record_coverage import check_records
 from hydroservo.scenario.fits import ROLES
-from strategies import ORDINARY, wired
+from hydroservo.testing.drawing import ORDINARY
+from strategies import wired
 
 PERIODS = 200
 

@@ -5,12 +5,12 @@ from pathlib import Path
 import numpy as np
 from benchmarks.targets.host import library
 
-from bits import bits
 from hydroservo import Loop, Simulation
 from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.unit import Part
 from hydroservo.scenario import load_plugin
 from hydroservo.signals import Demand, Measurement
+from hydroservo.testing.bits import bits
 
 __all__ = ["FIRST", "HEAD", "NAMED", "R", "Y", "assert_same", "law", "loop_of"]
 

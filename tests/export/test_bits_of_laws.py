@@ -9,10 +9,10 @@ from benchmarks.targets.host import library
 from benchmarks.targets.laws import LAWS, PARTS, types_in
 from benchmarks.targets.sources import Rows
 
-from compiling import compiled
 from hydroservo import Loop, Simulation
 from hydroservo.block import leaves
 from hydroservo.engine import flat
+from hydroservo.engine.compiling import compiled
 from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.unit import Part
 from hydroservo.roles import Controller

@@ -10,9 +10,9 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import hydroservo.engine.arithmetic  # noqa: F401 - lets compiled code add states
-from compiling import compiled
 from hydroservo import Loop
 from hydroservo.block import Block, leaves
+from hydroservo.engine.compiling import compiled
 from hydroservo.integrators import RK4, Rosenbrock, Tsit5
 from hydroservo.loads import Sine
 from hydroservo.loop import MachineState

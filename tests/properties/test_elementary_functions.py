@@ -11,8 +11,8 @@ import pytest
 from hypothesis import assume, example, given
 from hypothesis import strategies as st
 
-from compiling import compiled
 from hydroservo import ops
+from hydroservo.engine.compiling import compiled
 
 ULP = 2.0**-52  # relative
 LEAST_NORMAL = 2.0**-1022

@@ -10,9 +10,9 @@ from typing import Annotated, NamedTuple
 
 import pytest
 
-from compiling import compiled
 from hydroservo import ops
 from hydroservo.block import Block, Field
+from hydroservo.engine.compiling import compiled
 from hydroservo.holds import DelayedHold
 from hydroservo.holds.delayed import DelayedHoldState, HeldTwice
 from hydroservo.integrators import RK4, Rosenbrock, Tsit5

@@ -10,7 +10,7 @@ import pytest
 from scipy.integrate import quad, solve_ivp
 from scipy.optimize import brentq
 
-from compiling import compiled
+from hydroservo.engine.compiling import compiled
 from hydroservo.integrators import RK4
 from hydroservo.mechanics import LuGre, LuGreState, Stops, Stribeck, StribeckState
 

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from compiling import compiled
 from hydroservo import Loop, Simulation, simulate
 from hydroservo.block import Block, leaves
 from hydroservo.controllers import PI
+from hydroservo.engine.compiling import compiled
 from hydroservo.integrators import RK4
 from hydroservo.loads import Sine as SineLoad
 from hydroservo.loop import MachineState

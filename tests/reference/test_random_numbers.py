@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from numpy.typing import ArrayLike, NDArray
 from scipy import stats
 
-from compiling import compiled
 from hydroservo import ops
+from hydroservo.engine.compiling import compiled
 from hydroservo.ops.random import philox
 
 # Rows "philox4x32 10" of tests/kat_vectors in Random123 1.14.0: counter, key, answer

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from numba.core.errors import TypingError
 
-from compiling import compiled
 from hydroservo import ops
 from hydroservo.block import Block
+from hydroservo.engine.compiling import compiled
 from hydroservo.engine.flat import reader, recorder
 from hydroservo.engine.kernel import CompiledRun, InterpretedRun, Study, Wanted
 from hydroservo.engine.native import RunError

@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 import hydroservo.engine.arithmetic  # noqa: F401 - lets compiled code add states
-from compiling import compiled
 from hydroservo import Loop, integrators, ops, replace
 from hydroservo.block import Block, declared_fields, leaves
+from hydroservo.engine.compiling import compiled
 from hydroservo.integrators import RK4, Rosenbrock, Tsit5
 from hydroservo.loads import Square, Step
 from hydroservo.loop import MachineState

@@ -1,6 +1,5 @@
 """Roles are said by blocks, and what a file's class says is held against what it has."""
 
-import inspect
 import pickle
 from pathlib import Path
 from typing import NamedTuple
@@ -14,8 +13,8 @@ from hydroservo.hooks import HOOKS
 from hydroservo.loads import Sine
 from hydroservo.roles import Block, Controller, Load, Observer, PositionSensor, Reference, role
 from hydroservo.scenario import load_plugin, load_scenario, plugins
-from hydroservo.scenario.fits import ROLES, check_said, misfit, roles_of, said_roles
-from hydroservo.scenario.registry import names_in_role, shipped_classes
+from hydroservo.scenario.fits import ROLES, misfit, roles_of, said_roles
+from hydroservo.scenario.registry import names_in_role
 
 unpickled = pickle.loads
 
@@ -36,13 +35,6 @@ class Both(NamedTuple):
 def forgotten(monkeypatch: pytest.MonkeyPatch) -> None:
     """What a test loads, no other test sees."""
     monkeypatch.setattr(plugins, "loaded", {})
-
-
-def test_every_shipped_block_with_methods_says_its_role_and_has_what_it_asks_for() -> None:
-    for cls in shipped_classes():
-        own = [name for name, value in vars(cls).items() if inspect.isfunction(value) and name[0] != "_"]
-        assert bool(said_roles(cls)) == bool(own), cls
-        check_said(cls)
 
 
 def test_each_role_is_played() -> None:

@@ -10,6 +10,7 @@ import typer
 
 from hydroservo._version import __version__
 from hydroservo.cli.batch import batch
+from hydroservo.cli.check import check
 from hydroservo.cli.differences import unequal_lines
 from hydroservo.cli.export import export_app
 from hydroservo.cli.failures import Commands
@@ -199,6 +200,7 @@ def compare(
 
 app.command()(batch)
 app.command()(tune)
+app.command()(check)
 
 
 @app.command()

@@ -18,8 +18,9 @@ if TYPE_CHECKING:
     from rich.console import RenderableType
 
     from hydroservo.papers.tsmc_eha_2021.study import Verdict
+    from hydroservo.testing import Answer
 
-__all__ = ["show_comparison", "show_run", "show_scenarios", "show_toml", "show_verdicts"]
+__all__ = ["show_answers", "show_comparison", "show_run", "show_scenarios", "show_toml", "show_verdicts"]
 
 PIPED_WIDTH = 120  # characters a line where there is no terminal to ask
 
@@ -112,6 +113,29 @@ def show_toml(text: str) -> None:
     """A scenario with its syntax in colour, for a terminal."""
     highlighted = Syntax("", "toml", background_color="default").highlight(text)
     Console().print(highlighted, soft_wrap=True, end="")
+
+
+def show_answers(file: str, answers: "Sequence[Answer]") -> None:
+    """What was asked of the blocks of a file, and what came of it."""
+    table = Table(title=escape(file), title_justify="left")
+    table.add_column("block", no_wrap=True)
+    table.add_column("role", no_wrap=True)
+    table.add_column("asked", no_wrap=True)
+    table.add_column("answer", overflow="fold")
+    for before, one in zip([None, *answers], answers, strict=False):
+        same = before is not None and (before.block, before.role) == (one.block, one.role)
+        if before is not None and not same:
+            table.add_section()
+        about = ("", "") if same else (escape(one.block), escape(one.role))
+        table.add_row(*about, one.question, answer_text(one))
+    show(table)
+
+
+def answer_text(answer: "Answer") -> str:
+    if answer.ok:
+        return f"[green]ok[/]{escape(f' ({answer.remark})' if answer.remark else '')}"
+    place = f"line {answer.line}: " if answer.line else ""
+    return f"[bold red]{place}[/]{escape(answer.remark)}"
 
 
 def show_verdicts(verdicts: "Sequence[Verdict]") -> None:

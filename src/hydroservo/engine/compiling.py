@@ -1,4 +1,4 @@
-"""Functions compiled as kernels are, to be called from Python."""
+"""A function compiled as kernels are, to be called from Python."""
 
 from collections.abc import Callable
 from typing import Any

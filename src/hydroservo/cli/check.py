@@ -1,0 +1,78 @@
+"""The command that asks of a user's blocks what hydroservo asks of its own."""
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from hydroservo.cli.failures import USER_ERROR, say_error
+from hydroservo.cli.options import Json
+
+if TYPE_CHECKING:
+    from hydroservo.testing import Answer
+
+__all__ = ["check"]
+
+File = Annotated[
+    Path, typer.Argument(metavar="FILE", help="A Python file, which is executed as --plugin executes it.")
+]
+
+
+def check(file: File, json: Json = False) -> None:
+    """Ask of each block in a Python file what a block must be.
+
+    That it has all that belongs to its role, declares its numbers, stays finite, gives the same bits in
+    plain Python, compiled, and in C as `hydroservo export` writes it, and more. The answers have the line of
+    what is wrong, and the exit status is 2 if anything is.
+
+    Examples:
+
+    - `hydroservo check my_controller.py`
+    - `hydroservo check my_controller.py --json`
+    """
+    from hydroservo.cli.progress import progress_bar
+    from hydroservo.results import as_json
+
+    blocks = blocks_in(file)
+    with progress_bar(str(file)) as report:
+        found = list(answers_of(blocks, report))
+    wrong = [answer for answer in found if not answer.ok]
+    if json:
+        typer.echo(as_json({"file": str(file), "ok": not wrong, "answers": [one._asdict() for one in found]}))
+    else:
+        from hydroservo.cli.tables import show_answers
+
+        show_answers(str(file), found)
+    if wrong:
+        say_error(f"{file}: wrong are {len(wrong)} of {len(found)} answers")
+        raise typer.Exit(USER_ERROR)
+
+
+def blocks_in(file: Path) -> Sequence[type]:
+    """The classes of a file that say a role or have the methods of one.
+
+    Raises:
+        ScenarioError: the file cannot be read or executed, or has no block.
+    """
+    from hydroservo.errors import ScenarioError
+    from hydroservo.scenario import load_plugin
+    from hydroservo.scenario.fits import roles_of
+
+    found = [cls for cls in load_plugin(file) if roles_of(cls)]
+    if not found:
+        problem = "has no block: no class says a role, as by @role(Controller), or has the methods of one"
+        raise ScenarioError(str(file), "", problem)
+    return found
+
+
+def answers_of(blocks: Sequence[type], report: Any) -> Iterator["Answer"]:
+    """All answers, with their progress."""
+    from hydroservo.testing import answers
+    from hydroservo.testing.contract import QUESTIONS
+
+    for i, cls in enumerate(blocks):
+        for j, answer in enumerate(answers(cls)):
+            yield answer
+            done = min(i + (j + 1) / len(QUESTIONS), i + 1)
+            report(done / len(blocks), cls.__name__)

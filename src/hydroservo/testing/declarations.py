@@ -1,0 +1,145 @@
+"""What a block must say of itself, and have."""
+
+import pickle
+from collections.abc import Iterator
+from typing import Any, get_type_hints
+
+from hydroservo.block import Block, is_block, leaves, value_at
+from hydroservo.checks import checked
+from hydroservo.errors import ParameterError
+from hydroservo.field import declared_fields
+from hydroservo.roles import (
+    Controller,
+    Differentiator,
+    Observer,
+    Plant,
+    PositionSensor,
+    PressureSensor,
+    VelocityEstimator,
+)
+from hydroservo.scenario.fits import ROLES, check_said, misfit
+from hydroservo.scenario.units import factor_and_dimension
+from hydroservo.testing.bits import bits
+from hydroservo.testing.case import Case, ContractError
+from hydroservo.testing.lines import line_of
+
+__all__ = [
+    "check_declared",
+    "check_documented",
+    "check_floats",
+    "check_numbers",
+    "check_pickles",
+    "check_role",
+]
+
+STATES: dict[Any, tuple[str, ...]] = {  # the numbers that others read in the state of a role
+    Controller: ("u",),
+    Observer: ("d1", "d2", "s1", "s2", "velocity", "load_force"),
+    Differentiator: ("rate",),
+    Plant: ("velocity", "position"),
+    PositionSensor: ("value",),
+    VelocityEstimator: ("value",),
+    PressureSensor: ("value",),
+}
+
+
+def check_role(case: Case) -> None:
+    """It has the methods of its role, what others read of it and of its state, and blocks in it that fit."""
+    problem = misfit(case.cls, case.role)
+    if problem is not None:
+        raise case.error(f"cannot be a {case.role.__name__}: {problem}")
+    try:
+        check_said(case.cls)
+    except ValueError as error:
+        raise case.error(str(error)) from None
+    for name, member in vars(case.role).items():
+        if isinstance(member, property) and not hasattr(case.block, name):
+            raise case.error(f"has no {name}, which a {case.role.__name__} must have")
+    check_state(case)
+    check_parts(case)
+
+
+def check_state(case: Case) -> None:
+    if not hasattr(case.role, "init"):
+        return
+    state = case.block.init()
+    if not is_block(state):
+        raise case.error(f"init returns {state!r}: must be a NamedTuple", "init")
+    for name in STATES.get(case.role, ()):
+        if name not in state._fields:
+            owner = case.role.__name__
+            raise case.error(f"its state has no {name}, which that of a {owner} must have", "init")
+
+
+def check_parts(case: Case) -> None:
+    hints = get_type_hints(case.cls)
+    for name, part in case.block._asdict().items():
+        problem = misfit(type(part), hints[name]) if hints.get(name) in ROLES else None
+        if problem is not None:
+            raise case.error(f"{name} cannot be a {hints[name].__name__}: {problem}", name)
+
+
+def check_documented(case: Case) -> None:
+    """It has a docstring."""
+    text = vars(case.cls).get("__doc__") or ""
+    if not text.strip() or text.startswith(f"{case.cls.__name__}("):  # what NamedTuple writes
+        raise case.error("has no docstring: what it is, its equation, where that is from and where it fails")
+
+
+def check_declared(case: Case) -> None:
+    """Each number of it and of its state is declared, with a unit that is one, and what it means."""
+    for owner, name in [*parameters(case.block), *state_numbers(case)]:
+        cls: Any = type(owner)
+        field, line = declared_fields(cls).get(name), line_of(cls, name)
+        if field is None:
+            way = f"{name}: Annotated[float, Field(unit, meaning, ...)]"
+            raise ContractError(f"{name} has no unit; write {way}", line)
+        try:
+            factor_and_dimension(field.unit)
+        except ValueError as error:
+            raise ContractError(f"the unit {field.unit!r} of {name} {error}", line) from None
+        if not field.meaning:
+            raise ContractError(f"{name} has no meaning: Field({field.unit!r}, meaning, ...)", line)
+
+
+def parameters(block: Block) -> Iterator[tuple[Block, str]]:
+    """The numbers of a block itself, but for flags."""
+    for name, value in block._asdict().items():
+        if not is_block(value) and not isinstance(value, bool):
+            yield block, name
+
+
+def state_numbers(case: Case) -> Iterator[tuple[Block, str]]:
+    if not hasattr(case.role, "init"):
+        return
+    state = case.block.init()
+    for path, _ in leaves(state):
+        parent, _, name = path.rpartition(".")
+        yield (value_at(state, parent) if parent else state), name
+
+
+def check_numbers(case: Case) -> None:
+    """Its numbers are in the ranges that it declares, and go together."""
+    try:
+        checked(case.block)
+    except ParameterError as error:
+        raise case.error(str(error), error.path.partition(".")[0]) from None
+
+
+def check_floats(case: Case) -> None:
+    """The numbers of its first state are floats, and a controller's first command is 0 V."""
+    if not hasattr(case.role, "init"):
+        return
+    state: Any = case.block.init()
+    for path, value in leaves(state):
+        if type(value) is not float:
+            raise case.error(f"{path} of init is {value!r}: must be a float", "init")
+    if case.role is Controller and state.u != 0.0:
+        raise case.error(f"its first command, u of init, is {state.u:g} V: must be 0 V", "init")
+
+
+def check_pickles(case: Case) -> None:
+    """It can be pickled, to be run in other processes."""
+    again = pickle.loads(pickle.dumps(case.block))  # noqa: S301 - what was pickled here
+    if bits(again) != bits(case.block):
+        raise case.error(f"comes back from a pickle as {again!r}")

@@ -1,0 +1,233 @@
+"""Random parameters, states and inputs of blocks, by hypothesis."""
+
+from collections.abc import Callable
+from functools import cache
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+from hypothesis import strategies as st
+from hypothesis.strategies import SearchStrategy
+
+from hydroservo.block import Block, is_block, leaves, replace
+from hydroservo.checks import consistent, in_range, within
+from hydroservo.errors import ParameterError
+from hydroservo.field import Field, declared_fields
+from hydroservo.plants import DesignModel
+from hydroservo.roles import Reaching, Realisation
+from hydroservo.scenario.fits import role_methods
+from hydroservo.signals import Demand, Draws, MachineOutputs, Measurement, PortFlows, Pressures
+from hydroservo.time_series import TimeSeries
+from hydroservo.valves import Orifice
+
+__all__ = ["ORDINARY", "WIDE", "Range", "arguments", "block_of"]
+
+
+class Range(NamedTuple):
+    """How far from a block's defaults its parameters may be.
+
+    Attributes:
+        decades: number of powers of ten to either side.
+        margin: share of a range bounded at both sides that is left out at each end.
+    """
+
+    decades: float
+    margin: float
+
+
+ORDINARY = Range(1.0, 0.2)
+WIDE = Range(4.0, 0.0)
+
+
+def block_of(example: Block, spread: Range) -> SearchStrategy[Block]:
+    """Blocks of an example's class with random parameters around its own, in their ranges.
+
+    Where those do not go together, as the block's ``check`` says, it is the example itself.
+    """
+    if isinstance(example, TimeSeries):
+        return series()
+    cls: Any = type(example)
+    fields = declared_fields(cls)
+    parts = {
+        name: block_of(value, spread)
+        if is_block(value)
+        else number(value, fields.get(name, Field("", name)), spread)
+        for name, value in zip(example._fields, example, strict=True)
+    }
+    return st.builds(cls, **parts).map(in_range).map(lambda one: one if fits(one) else example)
+
+
+def fits(block: Block) -> bool:
+    """Whether the numbers of a block go together."""
+    try:
+        consistent(block)
+    except ParameterError:
+        return False
+    return True
+
+
+def number(default: Any, field: Field, spread: Range) -> SearchStrategy[Any]:
+    if isinstance(default, bool):
+        return st.booleans()
+    if default == field.auto:
+        return positive(1e6, spread.decades)  # a start pressure
+    low = field.above if field.above is not None else field.at_least
+    high = field.below if field.below is not None else field.at_most
+    if isinstance(default, int):
+        return st.integers(int(low or 0), min(int(high or 50), 50))
+    if low is not None and high is not None:
+        inset = spread.margin * (high - low)
+        return st.floats(low + inset, high - inset).filter(lambda x: within(x, field))
+    near = negative if high == 0.0 else around if low is None else positive
+    some = near(default or 1.0, spread.decades).filter(lambda x: within(x, field))
+    return st.one_of(some, st.just(0.0)) if within(0.0, field) else some
+
+
+def positive(scale: float, decades: float) -> SearchStrategy[float]:
+    """A scale, some powers of ten up and down."""
+    return st.floats(-decades, decades).map(lambda power: abs(scale) * 10.0**power)
+
+
+def negative(scale: float, decades: float) -> SearchStrategy[float]:
+    """The same below zero."""
+    return positive(scale, decades).map(lambda x: -x)
+
+
+def around(scale: float, decades: float) -> SearchStrategy[float]:
+    """Both signs of a scale, some powers of ten up and down, and 0."""
+    size = positive(scale, decades)
+    return st.one_of(size, negative(scale, decades), st.just(0.0))
+
+
+@st.composite
+def series(draw: Any) -> TimeSeries:
+    steps = draw(st.lists(st.floats(1e-4, 10.0), min_size=2, max_size=8))
+    values = draw(st.lists(st.floats(-1e3, 1e3), min_size=len(steps), max_size=len(steps)))
+    return TimeSeries.from_samples(np.cumsum(steps), values)
+
+
+SCALES = {
+    "D": 100.0,
+    "a": 0.5,
+    "command": 1.0,
+    "drawn": 1e-5,
+    "drop": 4e6,
+    "dt": 1e-4,
+    "eps": 10.0,
+    "force": 100.0,
+    "k": 1000.0,
+    "load_force": 100.0,
+    "load_pressure": 1e6,
+    "mass": 10.0,
+    "model_rate": 10.0,
+    "net": 100.0,
+    "opening": 1e-4,
+    "position": 0.03,
+    "pressure": 1e6,
+    "pressure_a": 1e6,
+    "pressure_b": 1e6,
+    "rate": 100.0,
+    "stroke": 0.08,
+    "supply_drop": 4e6,
+    "t": 1.0,
+    "tolerance": 1e-6,
+    "u": 1.0,
+    "value": 1.0,
+    "velocity": 0.03,
+}
+NEVER_NEGATIVE = {"D", "dt", "eps", "k", "mass", "rate", "stroke", "t", "tolerance"}
+RECORDS: dict[str, Any] = {
+    "y": Measurement,
+    "r": Demand,
+    "machine": MachineOutputs,
+    "line": Pressures,
+    "flows": PortFlows,
+}
+
+
+class Swinging(NamedTuple):
+    """The state of a system for integrators."""
+
+    position: Annotated[float, Field("m", "position")]
+    velocity: Annotated[float, Field("m/s", "velocity")]
+
+
+class Oscillator(NamedTuple):
+    """A system for integrators: x'' = 400 (u - x) - 4 x'."""
+
+    def deriv(self, t: float, x: Swinging, u: float) -> Swinging:
+        return Swinging(x.velocity, 400.0 * (u - x.position) - 4.0 * x.velocity)
+
+    def next_jump(self, t: float, u: float) -> float:
+        return np.inf
+
+
+MADE: dict[str, Callable[[Range], SearchStrategy[Any]]] = {
+    "draws": lambda _: st.builds(Draws, whole_below(2**53), whole_below(2**16), whole_below(2**53)),
+    "model": lambda spread: block_of(DesignModel(), spread),
+    "edges": lambda spread: block_of(Orifice(), spread),
+    "substeps": lambda _: st.integers(1, 5),
+    "system": lambda _: st.just(Oscillator()),
+    "x": lambda _: state(Swinging(0.0, 0.0), ordinary=True),
+}
+
+
+@st.composite
+def arguments(draw: Any, block: Block, role: type, name: str, ordinary: bool) -> list[Any]:
+    """Arguments of a block's method: ordinary ones, or any that a 64-bit float can be.
+
+    Args:
+        draw: given by hypothesis.
+        block: whose state they hold.
+        role: whose method it is.
+        name: of the method.
+        ordinary: of a size that is met with, and finite.
+    """
+    states = hasattr(role, "init")
+    rows = []
+    for wanted in role_methods(role)[name][1:]:
+        if wanted == "s" and states:
+            rows.append(draw(state(block.init(), ordinary)))
+        elif wanted == "held":
+            rows.append(block.held(draw(state(block.init(), ordinary)), draw(argument(role, "u", ordinary))))
+        else:
+            rows.append(draw(argument(role, wanted, ordinary)))
+    return rows
+
+
+@cache
+def argument(role: type, name: str, ordinary: bool) -> SearchStrategy[Any]:
+    """Values of an argument of a role's methods.
+
+    Raises:
+        LookupError: the contract does not know the argument.
+    """
+    spread = ORDINARY if ordinary else WIDE
+    if name in MADE:
+        return MADE[name](spread)
+    if name in RECORDS:
+        return state(RECORDS[name](*(1.0 for _ in RECORDS[name]._fields)), ordinary)
+    if role in (Reaching, Realisation) and name == "s":
+        return signal(1e-3, ordinary)
+    if role in (Reaching, Realisation) and name == "a":
+        return st.floats(0.2, 0.8) if ordinary else st.floats(0.01, 0.99)
+    if name not in SCALES:
+        raise LookupError(f"{role.__name__} has an argument {name!r} that the contract does not know")
+    if name in NEVER_NEGATIVE:
+        return positive(SCALES[name], spread.decades)
+    return signal(SCALES[name], ordinary)
+
+
+def whole_below(limit: int) -> SearchStrategy[float]:
+    return st.integers(0, limit - 1).map(float)
+
+
+def signal(scale: float, ordinary: bool) -> SearchStrategy[float]:
+    near = around(scale, 1.0)
+    return near if ordinary else st.one_of(near, st.floats())
+
+
+def state(example: Block, ordinary: bool) -> SearchStrategy[Block]:
+    """States of the type of an example."""
+    paths = [path for path, _ in leaves(example)]
+    values = st.fixed_dictionaries({path: signal(0.1, ordinary) for path in paths})
+    return values.map(lambda changes: replace(example, changes))

@@ -1,0 +1,37 @@
+"""Where a class says what it says."""
+
+import ast
+import inspect
+import textwrap
+import traceback
+
+__all__ = ["file_of", "line_of", "line_reached"]
+
+
+def line_of(cls: type, member: str = "") -> int:
+    """The line of a class, or of a field or method of it, in its file; 0 where the text is not there."""
+    try:
+        lines, first = inspect.getsourcelines(cls)
+        tree = ast.parse(textwrap.dedent("".join(lines)))
+    except (OSError, TypeError, SyntaxError):
+        return 0
+    defined = next(node for node in tree.body if isinstance(node, ast.ClassDef))
+    for node in defined.body:
+        name = node.target if isinstance(node, ast.AnnAssign) else node
+        if getattr(name, "id", getattr(name, "name", "")) == member:
+            return first + node.lineno - 1
+    return first + defined.lineno - 1
+
+
+def line_reached(error: BaseException, cls: type) -> int:
+    """The last line of a class's file that an error went through; 0 for none."""
+    frames = traceback.extract_tb(error.__traceback__)
+    return next((one.lineno or 0 for one in reversed(frames) if one.filename == file_of(cls)), 0)
+
+
+def file_of(cls: type) -> str:
+    """The file of a class; "" where there is none."""
+    try:
+        return inspect.getsourcefile(cls) or ""
+    except (OSError, TypeError):
+        return ""

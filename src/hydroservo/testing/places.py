@@ -1,0 +1,69 @@
+"""A loop in which a block of any role works."""
+
+from collections import deque
+from collections.abc import Iterator
+from typing import Any, NamedTuple, get_type_hints
+
+from hydroservo.block import Block, is_block, replace, value_at
+from hydroservo.loop import Loop, Simulation
+from hydroservo.roles import Hold
+from hydroservo.scenario.fits import ROLES, said_roles
+from hydroservo.scenario.registry import shipped_classes
+
+__all__ = ["loop_with"]
+
+PERIOD = 1e-4  # s
+PERIODS = 1000
+
+
+class Place(NamedTuple):
+    """A field of a block in a loop."""
+
+    loop: Loop
+    path: str
+    kind: Any  # the type that the field is declared with
+
+
+def loop_with(block: Block, role: type) -> Loop | None:
+    """The first loop, by how deep it is nested, that takes a block in a role; None where no loop does.
+
+    Blocks around it are those that hydroservo has, with their defaults.
+    """
+    for place in places():
+        if place.kind in (role, type(block)):
+            late = getattr(block, "delay", 0.0) if role is Hold else 0.0
+            period = 2.0 * late or PERIOD  # one of the two steps in it ends where the command comes
+            simulation = Simulation(PERIODS * period, period, substeps=2, record_period=period)
+            found: Loop = replace(place.loop, {"simulation": simulation, place.path: block})
+            return found
+    return None
+
+
+def places() -> Iterator[Place]:
+    """The fields that hold blocks, in a loop and in each block that it may hold."""
+    seen: set[type] = set()
+    waiting = deque((Loop(), path) for path in Loop._fields)
+    while waiting:
+        loop, path = waiting.popleft()
+        here, kind = value_at(loop, path), kind_at(loop, path)
+        if not is_block(here):
+            continue
+        yield Place(loop, path, kind)
+        others = playing(kind) if kind in ROLES else []
+        for cls in dict.fromkeys([type(here), *others]):
+            if cls not in seen:
+                seen.add(cls)
+                block: Block = here if cls is type(here) else cls()
+                inside = replace(loop, {path: block})
+                waiting.extend((inside, f"{path}.{name}") for name in block._fields)
+
+
+def playing(role: type) -> list[type]:
+    """The blocks that hydroservo has for a role."""
+    return [cls for cls in shipped_classes() if role in said_roles(cls)]
+
+
+def kind_at(loop: Loop, path: str) -> Any:
+    parent, _, name = path.rpartition(".")
+    holder = value_at(loop, parent) if parent else loop
+    return get_type_hints(type(holder))[name]

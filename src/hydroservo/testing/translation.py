@@ -1,0 +1,47 @@
+"""Whether a block can be exported as C, and gives the same bits there."""
+
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from hydroservo.errors import HydroservoError
+from hydroservo.export.c.proof import replay
+from hydroservo.export.c.vectors import made_vectors
+from hydroservo.export.of_loop import exported_unit
+from hydroservo.export.unit import Part, Unit
+from hydroservo.loop import Loop
+from hydroservo.roles import Controller
+from hydroservo.sensors.missing import missing_signals
+from hydroservo.testing.case import Case
+from hydroservo.testing.places import loop_with
+
+__all__ = ["check_translated"]
+
+
+def check_translated(case: Case) -> str:
+    """A loop with it is exported as C, which gives the bits of plain Python.
+
+    Returns:
+        What was not tried, and why; "" if all was.
+    """
+    loop = loop_with(case.block, case.role)
+    if loop is None:
+        return f"not tried: no block of hydroservo takes a {case.role.__name__} of one's own"
+    if "velocity" in missing_signals(loop.sensors):
+        return "not tried: the controller beside it needs the velocity"
+    if case.role is Controller:
+        translated(case, loop, Part.CONTROLLER)  # as export does, which refuses what a whole loop may have
+    unit = translated(case, loop, Part.LOOP)
+    try:
+        vectors = made_vectors(loop, Part.LOOP, unit)
+        with TemporaryDirectory() as folder:
+            _, unproved = replay(unit, vectors, Path(folder))
+    except HydroservoError as error:
+        raise case.error(str(error)) from error
+    return f"bits not compared: {unproved}" if unproved else ""
+
+
+def translated(case: Case, loop: Loop, part: Part) -> Unit:
+    try:
+        return exported_unit(loop, part, prefix="block", title=case.cls.__name__)
+    except HydroservoError as error:
+        raise case.error(str(error)) from error
