@@ -13,12 +13,14 @@ PLUGIN = '''
 from typing import Annotated, NamedTuple
 
 from hydroservo import Field
+from hydroservo.roles import Controller, role
 
 
 class FixedState(NamedTuple):
     u: Annotated[float, Field("V", "command")]
 
 
+@role(Controller)
 class Fixed(NamedTuple):
     """A command that never changes."""
 

@@ -16,11 +16,15 @@ def line_of(cls: type, member: str = "") -> int:
     except (OSError, TypeError, SyntaxError):
         return 0
     defined = next(node for node in tree.body if isinstance(node, ast.ClassDef))
-    for node in defined.body:
-        name = node.target if isinstance(node, ast.AnnAssign) else node
-        if getattr(name, "id", getattr(name, "name", "")) == member:
-            return first + node.lineno - 1
-    return first + defined.lineno - 1
+    named = {name_of(node): node.lineno for node in defined.body}
+    return first - 1 + (named.get(member, 0) or defined.lineno)
+
+
+def name_of(node: ast.stmt) -> str | None:
+    """The name of a field or method; None of anything else."""
+    if isinstance(node, ast.AnnAssign):
+        return ast.unparse(node.target)
+    return node.name if isinstance(node, ast.FunctionDef) else None
 
 
 def line_reached(error: BaseException, cls: type) -> int:

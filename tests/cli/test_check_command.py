@@ -1,0 +1,139 @@
+"""hydroservo check."""
+
+import json
+import sys
+
+import pytest
+from cli_runner import failed, hydroservo_, succeeded
+
+from hydroservo.testing import contract
+from hydroservo.testing.contract import QUESTIONS
+
+LAW = '''\
+from typing import Annotated, NamedTuple
+
+from hydroservo import Field
+from hydroservo.roles import Controller, role
+
+
+class State(NamedTuple):
+    u: Annotated[float, Field("V", "command")]
+
+
+@role(Controller)
+class Law(NamedTuple):
+    """u = k e."""
+
+    gain: Annotated[float, Field("V s/m", "gain k", above=0)] = 2.0
+
+    def init(self):
+        return State(0.0)
+
+    def step(self, s, y, r, dt):
+        return State(min(self.gain * (r.value - y.velocity), 10.0))
+'''
+
+
+@pytest.fixture(autouse=True)
+def forgotten(monkeypatch):
+    monkeypatch.setattr("hydroservo.scenario.plugins.loaded", {})
+
+
+@pytest.fixture
+def few(monkeypatch):
+    """The questions that need no compiler."""
+    monkeypatch.setattr(contract, "QUESTIONS", QUESTIONS[:6])
+
+
+@pytest.fixture
+def mine(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    path = tmp_path / "mine.py"
+    path.write_text(LAW, encoding="utf-8")
+    return path
+
+
+@pytest.mark.usefixtures("few")
+def test_a_good_file(mine):
+    shown = succeeded("check", "mine.py")
+    assert "Law" in shown
+    assert "Controller" in shown
+    assert shown.count("ok") == 6
+    assert json.loads(succeeded("check", "mine.py", "--json"))["ok"] is True
+
+
+@pytest.mark.usefixtures("few")
+def test_a_bad_file(mine):
+    mine.write_text(LAW.replace("0.0)", "0)").replace('"gain k"', '""'), encoding="utf-8")
+    result = hydroservo_("check", "mine.py")
+    assert result.exit_code == 2
+    assert result.stderr == "hydroservo: mine.py: wrong are 2 of 6 answers\n"
+    assert "line 15: gain has no meaning" in result.stdout
+    assert "line 17: u of init is 0: must be a float" in result.stdout
+
+
+@pytest.mark.usefixtures("few")
+def test_answers_as_json(mine):
+    mine.write_text(LAW.replace("0.0)", "0)"), encoding="utf-8")
+    result = hydroservo_("check", "mine.py", "--json")
+    assert result.exit_code == 2
+    found = json.loads(result.stdout)
+    assert (found["file"], found["ok"]) == ("mine.py", False)
+    assert [one["question"] for one in found["answers"]] == [question.name for question in QUESTIONS[:6]]
+    (wrong,) = [one for one in found["answers"] if not one["ok"]]
+    assert wrong == {
+        "block": "Law",
+        "role": "Controller",
+        "question": "starts with floats, at rest",
+        "ok": False,
+        "remark": "u of init is 0: must be a float",
+        "line": 17,
+    }
+
+
+def test_what_export_would_refuse_is_said_with_its_line(mine):
+    result = hydroservo_("check", "mine.py")
+    assert result.exit_code == 2
+    assert result.stderr == f"hydroservo: mine.py: wrong are 1 of {len(QUESTIONS)} answers\n"
+    assert "line 21: Law.step: min has no equal in C here; use ops.minimum" in result.stdout
+
+
+@pytest.mark.usefixtures("few")
+def test_a_block_without_a_role_is_asked_for_it(mine):
+    mine.write_text(LAW.replace("@role(Controller)\n", ""), encoding="utf-8")
+    result = hydroservo_("check", "mine.py")
+    assert result.exit_code == 2
+    assert "say which it is, by @role(...)" in " ".join(result.stdout.replace("│", " ").split())
+
+
+@pytest.mark.parametrize(
+    ("text", "problem"),
+    [
+        ("x = 1\n", "defines no block: a class with NamedTuple as its base"),
+        (
+            LAW[: LAW.index("@role")],
+            "has no block: no class says a role, as by @role(Controller), or has the methods of one",
+        ),
+        ("x = 1\ndef f(:\n", "line 2: SyntaxError: invalid syntax"),
+        (
+            LAW.replace("step(self, s, y, r, dt)", "step(self, s, y)"),
+            "line 12: Law says that its role is Controller: its method step must be step(self, s, y, r, dt)",
+        ),
+    ],
+)
+def test_a_file_that_cannot_be_asked(mine, text, problem):
+    mine.write_text(text, encoding="utf-8")
+    assert failed("check", "mine.py") == f"hydroservo: mine.py: {problem}\n"
+
+
+def test_a_file_that_is_not_there(mine):
+    assert failed("check", "none.py") == "hydroservo: none.py: cannot be read: no such file or directory\n"
+
+
+def test_without_hypothesis(mine, monkeypatch):
+    for name in ("behaviour", "drawing"):
+        monkeypatch.delitem(sys.modules, f"hydroservo.testing.{name}", raising=False)
+        monkeypatch.delattr(f"hydroservo.testing.{name}", raising=False)
+    monkeypatch.setitem(sys.modules, "hypothesis", None)
+    said = failed("check", "mine.py")
+    assert said == "hydroservo: hypothesis is needed here: pip install 'hydroservo[testing]'\n"

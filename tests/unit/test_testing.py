@@ -1,0 +1,317 @@
+"""Each thing that the contract asks of a block has a block that is not so, and is found."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import pytest
+
+from hydroservo import HydroservoError
+from hydroservo.controllers import PI
+from hydroservo.export.c import compiler
+from hydroservo.roles import Load, Reference, role
+from hydroservo.scenario import load_plugin, plugins
+from hydroservo.scenario.fits import ROLES, roles_of
+from hydroservo.scenario.registry import shipped_classes
+from hydroservo.sensors import NoPosition
+from hydroservo.signals import Demand
+from hydroservo.testing import BlockContract, ContractError, answers, check_block
+from hydroservo.testing.contract import QUESTIONS, Answer, answer_of, case_of
+from hydroservo.testing.places import loop_with
+from needs import needs
+
+LAW = '''\
+from typing import Annotated, NamedTuple
+
+from hydroservo import Field, ops
+from hydroservo.controllers import PI
+from hydroservo.roles import Controller, Observer, role
+from hydroservo.observers import Implicit
+
+
+class State(NamedTuple):
+    u: Annotated[float, Field("V", "command")]
+
+
+@role(Controller)
+class Law(NamedTuple):
+    """u = k e."""
+
+    gain: Annotated[float, Field("V s/m", "gain k", above=0)] = 2.0
+
+    def init(self):
+        return State(0.0)
+
+    def step(self, s, y, r, dt):
+        return State(self.gain * (r.value - y.velocity))
+'''
+LOAD = '''\
+from typing import Annotated, NamedTuple
+
+from itertools import count
+
+from hydroservo import Field, ops
+from hydroservo.roles import Load, role
+
+
+@role(Load)
+class Push(NamedTuple):
+    """A force."""
+
+    size: Annotated[float, Field("N", "force")] = 2.0
+
+    def force(self, t):
+        return self.size
+
+    def next_jump(self, t):
+        return 1e300
+'''
+ROLE, DOCUMENTED, DECLARED, RANGES, FLOATS, PICKLES, RETURNS, FINITE, COMPILED, AGAIN, IN_C = (
+    question.name for question in QUESTIONS
+)
+
+
+@pytest.fixture(autouse=True)
+def forgotten(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What a test loads, no other test sees."""
+    monkeypatch.setattr(plugins, "loaded", {})
+
+
+def block_class(folder: Path, text: str) -> type:
+    """The last class that a file with this text defines."""
+    path = folder / "mine.py"
+    path.write_text(text, encoding="utf-8")
+    return load_plugin(path)[-1]
+
+
+def answer(cls: type, name: str) -> Answer:
+    question = next(one for one in QUESTIONS if one.name == name)
+    return answer_of(question, case_of(cls))
+
+
+class Wrong(NamedTuple):
+    """A block that is not as it must be, by what is changed in the text of a good one."""
+
+    question: str
+    text: str
+    changes: dict[str, str]
+    line: str  # how the line begins at which it is found
+    remark: str  # how the remark begins
+
+
+SIZE = "return self.size"
+STEP, FORCE, GAIN = "    def step", "    def force", "    gain"  # how lines begin
+FIELD = 'Annotated[float, Field("V s/m", "gain k", above=0)]'
+WRONG = {
+    "no role": Wrong(
+        *(ROLE, LAW, {"@role(Controller)\n": "", "def step": "def stop"}),
+        *("class Law", "says no role, and has not the methods of any"),
+    ),
+    "an unclear role": Wrong(
+        *(ROLE, LAW, {"@role(Controller)\n": ""}),
+        *("class Law", "has the methods of Controller, Observer, Differentiator"),
+    ),
+    "no command": Wrong(
+        *(ROLE, LAW, {"    u: Anno": "    v: Anno"}),
+        *("    def init", "its state has no u, which that of a Controller must have"),
+    ),
+    "a part of another role": Wrong(
+        *(ROLE, LAW, {"= 2.0\n": "= 2.0\n    observer: Observer = Implicit()\n"}),
+        *("    observer", "observer cannot be a Observer: it says that its role is Realisation"),
+    ),
+    "no state": Wrong(
+        *(ROLE, LAW, {"State(0.0)": "(0.0,)"}, "    def init", "init returns (0.0,): must be a NamedTuple")
+    ),
+    "no default": Wrong(
+        *(ROLE, LAW, {" = 2.0": ""}, GAIN, "has no default for gain: give one, or ask of an example")
+    ),
+    "no docstring": Wrong(DOCUMENTED, LAW, {'    """u = k e."""\n': ""}, "class Law", "has no docstring"),
+    "no field": Wrong(DECLARED, LAW, {FIELD: "float"}, GAIN, "gain has no unit; write gain: Annotated["),
+    "no unit": Wrong(DECLARED, LAW, {'"V s/m"': '"Volt-s/m"'}, GAIN, "the unit 'Volt-s/m' of gain "),
+    "no meaning": Wrong(
+        *(DECLARED, LAW, {'"gain k"': '""'}, GAIN, "gain has no meaning: Field('V s/m', meaning, ...)")
+    ),
+    "no meaning in a state": Wrong(DECLARED, LAW, {'"command"': '""'}, "    u", "u has no meaning"),
+    "out of range": Wrong(
+        RANGES, LAW, {"= 2.0": "= -2.0"}, GAIN, "gain = -2.0: must be a finite number above"
+    ),
+    "a check that stops": Wrong(
+        *(RANGES, LAW, {"    def init": "    def check(self):\n        ops.no()\n\n    def init"}),
+        *("        ops.no()", "AttributeError: module 'hydroservo.ops' has no attribute 'no'"),
+    ),
+    "a whole number": Wrong(
+        *(FLOATS, LAW, {"State(0.0)": "State(0)"}, "    def init", "u of init is 0: must be a float")
+    ),
+    "a first command": Wrong(
+        *(FLOATS, LAW, {"State(0.0)": "State(1.0)"}, "    def init", "its first command, u of init, is 1 V")
+    ),
+    "a whole number in a step": Wrong(
+        *(RETURNS, LAW, {"State(self": "State(2 + 0 * int(self", "velocity))": "velocity)))"}),
+        *(STEP, "step returns State(u=2), not like State(u=0.0) of init"),
+    ),
+    "a whole force": Wrong(RETURNS, LOAD, {SIZE: "return 2"}, FORCE, "force returns 2: must be a float"),
+    "infinite": Wrong(FINITE, LOAD, {SIZE: f"{SIZE} * 1e308 * 1e9"}, FORCE, "force gives inf for"),
+    "stops": Wrong(FINITE, LOAD, {SIZE: f"{SIZE} / 0.0"}, f"        {SIZE}", "ZeroDivisionError: "),
+    "not compiled": Wrong(
+        *(COMPILED, LOAD, {SIZE: f"{SIZE} + len(globals())"}, f"        {SIZE}", "force cannot be compiled")
+    ),
+    "other bits": Wrong(
+        *(COMPILED, LOAD, {SIZE: f"{SIZE} if type(t) is float else 0.0"}),
+        *(FORCE, "force gives 2.0 in plain Python and 0.0 compiled, for "),
+    ),
+    "other bits the next time": Wrong(
+        *(AGAIN, LOAD, {SIZE: "return next(self.numbers)", FORCE: f"    numbers = count(0.5)\n\n{FORCE}"}),
+        *(FORCE, "force gives other numbers for the same inputs"),
+    ),
+    "builtins": Wrong(
+        *(IN_C, LAW, {"State(self": "State(max(0.0, self", "velocity))": "velocity)))"}),
+        *("        return State(max", "Law.step: max has no equal in C here; use ops.maximum"),
+    ),
+}
+
+
+@pytest.mark.parametrize("wrong", WRONG.values(), ids=WRONG)
+def test_what_is_wrong_is_found_with_its_line(wrong: Wrong, tmp_path: Path) -> None:
+    text = wrong.text
+    for old, new in wrong.changes.items():
+        assert old in text
+        text = text.replace(old, new, 1)
+    cls = block_class(tmp_path, text)
+    found = next(iter(answers(cls))) if wrong.question == ROLE else answer(cls, wrong.question)
+    assert not found.ok
+    assert found.remark.startswith(wrong.remark)
+    assert text.splitlines()[found.line - 1].startswith(wrong.line)
+
+
+def test_nothing_is_wrong_with_a_good_block(tmp_path: Path) -> None:
+    cls = block_class(tmp_path, LOAD)
+    found = list(answers(cls))
+    assert [one.question for one in found] == [question.name for question in QUESTIONS]
+    assert all(one.ok for one in found), found
+    assert {(one.block, one.role) for one in found} == {("Push", "Load")}
+    check_block(cls(3.0))
+
+
+def test_the_same_block_gives_the_same_answers(tmp_path: Path) -> None:
+    cls = block_class(tmp_path, LOAD.replace(SIZE, "return self.size * 1e308 * t"))
+    assert answer(cls, FINITE) == answer(cls, FINITE)
+
+
+def test_without_pytest_the_first_thing_that_is_wrong_is_raised(tmp_path: Path) -> None:
+    cls = block_class(tmp_path, LOAD.replace("return self.size", "return 2"))
+    with pytest.raises(
+        ContractError, match=r"^Push returns what its role says\? force returns 2: must be"
+    ) as caught:
+        check_block(cls)
+    assert caught.value.line == 15
+
+
+class Locked(NamedTuple):
+    """A block that is another one after a pickle."""
+
+    size: float = 2.0
+
+    def __reduce__(self) -> Any:
+        return Locked, (1.0,)
+
+    def force(self, t: float) -> float:
+        return self.size
+
+    def next_jump(self, t: float) -> float:
+        return 1e300
+
+
+def test_a_pickle_that_is_another_block_is_found() -> None:
+    assert answer(Locked, PICKLES).remark == "comes back from a pickle as Locked(size=1.0)"
+
+
+@role(Load, Reference)
+class Both(NamedTuple):
+    """A force and a demand."""
+
+    def force(self, t: float) -> float:
+        return 1.0
+
+    def next_jump(self, t: float) -> float:
+        return 1e300
+
+    def at(self, t: float) -> Demand:
+        return Demand(1, 0.0, 0.0)
+
+
+def test_a_block_of_two_roles_is_asked_in_both() -> None:
+    found = list(answers(Both))
+    assert [one.role for one in found] == ["Load"] * len(QUESTIONS) + ["Reference"] * len(QUESTIONS)
+    assert next(one.remark for one in found if not one.ok).endswith("whose value is no float")
+    with pytest.raises(ContractError, match=r"has the methods of Load, Reference; ask in one of them"):
+        case_of(Both)
+
+
+def test_a_sensor_may_know_nothing() -> None:
+    assert answer(NoPosition, FINITE).ok
+    assert answer(NoPosition, IN_C).remark == "not tried: the controller beside it needs the velocity"
+
+
+def test_bits_in_c_are_compared_where_there_is_a_compiler(monkeypatch: pytest.MonkeyPatch) -> None:
+    needs("cc")
+    assert answer(PI, IN_C) == Answer("PI", "Controller", IN_C, ok=True)
+    monkeypatch.setattr(compiler, "COMPILERS", ())
+    monkeypatch.delenv("CC", raising=False)
+    assert answer(PI, IN_C).remark.startswith("bits not compared: no C compiler is found")
+
+
+def test_there_is_a_loop_for_a_block_of_each_role() -> None:
+    for cls in shipped_classes():
+        for one in roles_of(cls):
+            assert loop_with(cls(), one) is not None, cls
+    assert {one for cls in shipped_classes() for one in roles_of(cls)} == set(ROLES)
+
+
+def test_each_question_has_a_test_of_its_name() -> None:
+    tests = [name for name in vars(BlockContract) if name.startswith("test_")]
+    assert tests == [f"test_{re.sub(r'[^a-z]+', '_', question.name.lower())}" for question in QUESTIONS]
+
+
+def test_without_hypothesis_it_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("behaviour", "drawing"):
+        monkeypatch.delitem(sys.modules, f"hydroservo.testing.{name}", raising=False)
+        monkeypatch.delattr(f"hydroservo.testing.{name}", raising=False)
+    monkeypatch.setitem(sys.modules, "hypothesis", None)
+    with pytest.raises(HydroservoError, match=r"^hypothesis is needed here: pip install"):
+        check_block(PI)
+
+
+def test_the_package_is_imported_without_what_it_needs_later() -> None:
+    code = "import sys, hydroservo.testing; print({'hypothesis', 'numba', 'pytest'} & sys.modules.keys())"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout == "set()\n"
+
+
+PYTEST = """
+from hydroservo.testing import BlockContract
+from mine import Push
+
+
+class TestPush(BlockContract):
+    block = Push(3.0)
+"""
+
+
+def test_pytest_asks_of_a_users_block(tmp_path: Path) -> None:
+    (tmp_path / "mine.py").write_text(LOAD.replace(SIZE, "return 2"), encoding="utf-8")
+    (tmp_path / "test_mine.py").write_text(PYTEST, encoding="utf-8")
+    words = [
+        sys.executable,
+        "-m",
+        "pytest",
+        "-q",
+        "-p",
+        "no:cacheprovider",
+        "-k",
+        "fits or documented or returns",
+    ]
+    done = subprocess.run([*words, "."], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert "ContractError: force returns 2: must be a float" in done.stdout
+    assert "1 failed, 2 passed, 8 deselected" in done.stdout
