@@ -30,7 +30,7 @@ def check_kinds(case: Case, draw: Draw) -> None:
     for name in case.compiled_methods():
         block, inputs = drawn_run(case, draw, name, ordinary=True)
         wanted = inspect.signature(getattr(case.role, name)).return_annotation
-        if name in ("step", "deriv") and hasattr(case.role, "init"):
+        if name in ("step", "deriv") and case.has_state:
             wanted = block.init()
         for result in results(getattr(case.cls, name), block, name, inputs):
             problem = unlike(result, wanted)

@@ -40,6 +40,11 @@ class Case(NamedTuple):
         """The block's class."""
         return type(self.block)
 
+    @property
+    def has_state(self) -> bool:
+        """Whether blocks of the role have a state."""
+        return "init" in role_methods(self.role)
+
     def compiled_methods(self) -> list[str]:
         """The methods of the role that compiled code calls."""
         return [name for name in role_methods(self.role) if name not in PLAIN]

@@ -60,7 +60,7 @@ def check_role(case: Case) -> None:
 
 
 def check_state(case: Case) -> None:
-    if not hasattr(case.role, "init"):
+    if not case.has_state:
         return
     state = case.block.init()
     if not is_block(state):
@@ -110,7 +110,7 @@ def parameters(block: Block) -> Iterator[tuple[Block, str]]:
 
 
 def state_numbers(case: Case) -> Iterator[tuple[Block, str]]:
-    if not hasattr(case.role, "init"):
+    if not case.has_state:
         return
     state = case.block.init()
     for path, _ in leaves(state):
@@ -128,7 +128,7 @@ def check_numbers(case: Case) -> None:
 
 def check_floats(case: Case) -> None:
     """The numbers of its first state are floats, and a controller's first command is 0 V."""
-    if not hasattr(case.role, "init"):
+    if not case.has_state:
         return
     state: Any = case.block.init()
     for path, value in leaves(state):

@@ -182,7 +182,7 @@ def arguments(draw: Any, block: Block, role: type, name: str, ordinary: bool) ->
         name: of the method.
         ordinary: of a size that is met with, and finite.
     """
-    states = hasattr(role, "init")
+    states = "init" in role_methods(role)
     rows = []
     for wanted in role_methods(role)[name][1:]:
         if wanted == "s" and states:
