@@ -1,6 +1,7 @@
 """hydroservo check."""
 
 import json
+import subprocess
 import sys
 
 import pytest
@@ -96,6 +97,13 @@ def test_what_export_would_refuse_is_said_with_its_line(mine):
     assert result.exit_code == 2
     assert result.stderr == f"hydroservo: mine.py: wrong are 1 of {len(QUESTIONS)} answers\n"
     assert "line 21: Law.step: min has no equal in C here; use ops.minimum" in result.stdout
+
+
+def test_it_leaves_nothing_beside_the_file(mine):
+    code = "from hydroservo.cli import main; main()"
+    done = subprocess.run([sys.executable, "-c", code, "check", "mine.py"], capture_output=True, check=False)
+    assert done.returncode == 2
+    assert [path.name for path in mine.parent.iterdir()] == ["mine.py"]
 
 
 @pytest.mark.usefixtures("few")

@@ -11,7 +11,7 @@ import pytest
 from hydroservo import HydroservoError
 from hydroservo.controllers import PI
 from hydroservo.export.c import compiler
-from hydroservo.roles import Load, Reference, role
+from hydroservo.roles import Limiter, Load, Model, Reference, Relief, role
 from hydroservo.scenario import load_plugin, plugins
 from hydroservo.scenario.fits import ROLES, roles_of
 from hydroservo.scenario.registry import shipped_classes
@@ -19,7 +19,7 @@ from hydroservo.sensors import NoPosition
 from hydroservo.signals import Demand
 from hydroservo.testing import BlockContract, ContractError, answers, check_block
 from hydroservo.testing.contract import QUESTIONS, Answer, answer_of, case_of
-from hydroservo.testing.places import loop_with
+from hydroservo.testing.places import loop_with, places
 from needs import needs
 
 LAW = '''\
@@ -119,7 +119,7 @@ WRONG = {
     ),
     "a part of another role": Wrong(
         *(ROLE, LAW, {"= 2.0\n": "= 2.0\n    observer: Observer = Implicit()\n"}),
-        *("    observer", "observer cannot be a Observer: it says that its role is Realisation"),
+        *("    observer", "observer cannot be an Observer: it says that its role is Realisation"),
     ),
     "no state": Wrong(
         *(ROLE, LAW, {"State(0.0)": "(0.0,)"}, "    def init", "init returns (0.0,): must be a NamedTuple")
@@ -267,6 +267,10 @@ def test_there_is_a_loop_for_a_block_of_each_role() -> None:
         for one in roles_of(cls):
             assert loop_with(cls(), one) is not None, cls
     assert {one for cls in shipped_classes() for one in roles_of(cls)} == set(ROLES)
+
+
+def test_there_is_a_loop_for_a_users_block_of_each_role_that_a_scenario_can_name() -> None:
+    assert set(ROLES) - {place.kind for place in places()} == {Limiter, Model, Relief}
 
 
 def test_each_question_has_a_test_of_its_name() -> None:

@@ -1,7 +1,10 @@
 """The command that asks of a user's blocks what hydroservo asks of its own."""
 
+import os
 from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -13,6 +16,8 @@ if TYPE_CHECKING:
     from hydroservo.testing import Answer
 
 __all__ = ["check"]
+
+NOTES = "HYPOTHESIS_STORAGE_DIRECTORY"  # in the environment: where hypothesis keeps what it saw of files
 
 File = Annotated[
     Path, typer.Argument(metavar="FILE", help="A Python file, which is executed as --plugin executes it.")
@@ -35,7 +40,7 @@ def check(file: File, json: Json = False) -> None:
     from hydroservo.results import as_json
 
     blocks = blocks_in(file)
-    with progress_bar(str(file)) as report:
+    with no_notes_left(), progress_bar(str(file)) as report:
         found = list(answers_of(blocks, report))
     wrong = [answer for answer in found if not answer.ok]
     if json:
@@ -47,6 +52,20 @@ def check(file: File, json: Json = False) -> None:
     if wrong:
         say_error(f"{file}: wrong are {len(wrong)} of {len(found)} answers")
         raise typer.Exit(USER_ERROR)
+
+
+@contextmanager
+def no_notes_left() -> Iterator[None]:
+    """What hypothesis keeps goes into a temporary folder; without that, into one beside the user's files."""
+    if NOTES in os.environ:
+        yield
+        return
+    with TemporaryDirectory() as folder:
+        os.environ[NOTES] = folder
+        try:
+            yield
+        finally:
+            del os.environ[NOTES]
 
 
 def blocks_in(file: Path) -> Sequence[type]:

@@ -8,7 +8,7 @@ from types import FunctionType
 from hydroservo import roles
 from hydroservo.hooks import HOOKS
 
-__all__ = ["ROLES", "check_said", "misfit", "role_methods", "roles_of", "said_roles"]
+__all__ = ["ROLES", "a_role", "check_said", "misfit", "role_methods", "roles_of", "said_roles"]
 
 ROLES: tuple[type, ...] = tuple(
     value
@@ -58,6 +58,11 @@ def check_said(cls: type) -> None:
         problem = lacking(cls, role) or wrong_hook(cls, role)
         if problem is not None:
             raise ValueError(f"{cls.__name__} says that its role is {role.__name__}: {problem}")
+
+
+def a_role(role: type) -> str:
+    """A role in a sentence, such as "an Observer"."""
+    return f"{'an' if role.__name__[0] in 'AEIOU' else 'a'} {role.__name__}"
 
 
 @cache

@@ -19,7 +19,7 @@ from hydroservo import (
     valves,
 )
 from hydroservo.nearest import one_of
-from hydroservo.scenario.fits import misfit
+from hydroservo.scenario.fits import a_role, misfit
 from hydroservo.scenario.plugins import is_block_class, plugin_classes
 from hydroservo.scenario.tables import Entry
 
@@ -66,7 +66,7 @@ def maker_in_role(role: type, entry: Entry) -> Maker:
     if fitting:
         return makers(fitting[0])[wanted]
     if named:
-        raise entry.error(f"cannot be a {role.__name__}: {misfit(named[0], role)}")
+        raise entry.error(f"cannot be {a_role(role)}: {misfit(named[0], role)}")
     raise entry.error(one_of(wanted, names_in_role(role)))
 
 

@@ -17,7 +17,7 @@ from hydroservo.roles import (
     PressureSensor,
     VelocityEstimator,
 )
-from hydroservo.scenario.fits import ROLES, check_said, misfit
+from hydroservo.scenario.fits import ROLES, a_role, check_said, misfit
 from hydroservo.scenario.units import factor_and_dimension
 from hydroservo.testing.bits import bits
 from hydroservo.testing.case import Case, ContractError
@@ -47,14 +47,14 @@ def check_role(case: Case) -> None:
     """It has the methods of its role, what others read of it and of its state, and blocks in it that fit."""
     problem = misfit(case.cls, case.role)
     if problem is not None:
-        raise case.error(f"cannot be a {case.role.__name__}: {problem}")
+        raise case.error(f"cannot be {a_role(case.role)}: {problem}")
     try:
         check_said(case.cls)
     except ValueError as error:
         raise case.error(str(error)) from None
     for name, member in vars(case.role).items():
         if isinstance(member, property) and not hasattr(case.block, name):
-            raise case.error(f"has no {name}, which a {case.role.__name__} must have")
+            raise case.error(f"has no {name}, which {a_role(case.role)} must have")
     check_state(case)
     check_parts(case)
 
@@ -67,8 +67,8 @@ def check_state(case: Case) -> None:
         raise case.error(f"init returns {state!r}: must be a NamedTuple", "init")
     for name in STATES.get(case.role, ()):
         if name not in state._fields:
-            owner = case.role.__name__
-            raise case.error(f"its state has no {name}, which that of a {owner} must have", "init")
+            wanted = f"which that of {a_role(case.role)} must have"
+            raise case.error(f"its state has no {name}, {wanted}", "init")
 
 
 def check_parts(case: Case) -> None:
@@ -76,7 +76,7 @@ def check_parts(case: Case) -> None:
     for name, part in case.block._asdict().items():
         problem = misfit(type(part), hints[name]) if hints.get(name) in ROLES else None
         if problem is not None:
-            raise case.error(f"{name} cannot be a {hints[name].__name__}: {problem}", name)
+            raise case.error(f"{name} cannot be {a_role(hints[name])}: {problem}", name)
 
 
 def check_documented(case: Case) -> None:

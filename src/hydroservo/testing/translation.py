@@ -10,6 +10,7 @@ from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.unit import Part, Unit
 from hydroservo.loop import Loop
 from hydroservo.roles import Controller
+from hydroservo.scenario.fits import a_role
 from hydroservo.sensors.missing import missing_signals
 from hydroservo.testing.case import Case
 from hydroservo.testing.places import loop_with
@@ -25,7 +26,7 @@ def check_translated(case: Case) -> str:
     """
     loop = loop_with(case.block, case.role)
     if loop is None:
-        return f"not tried: no block of hydroservo takes a {case.role.__name__} of one's own"
+        return f"not tried: no block of hydroservo takes {a_role(case.role)} of one's own"
     if "velocity" in missing_signals(loop.sensors):
         return "not tried: the controller beside it needs the velocity"
     if case.role is Controller:
