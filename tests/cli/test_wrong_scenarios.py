@@ -29,11 +29,11 @@ WRONG_TEXT = {
     "misspelt type, nearest": ('[controller]\ntype = "tsmc"\n', "did you mean TSMC?"),
     "type of another role": (
         '[controller]\ntype = "TSMObserver"\n',
-        "'TSMObserver' cannot be a Controller: its method step must be step(self, s, y, r, dt)",
+        "'TSMObserver' cannot be a Controller: it says that its role is Observer",
     ),
-    "type without methods": (
+    "type of a role without state": (
         '[controller]\ntype = "Sine"\n',
-        "cannot be a Controller: it has no method init(",
+        "'Sine' cannot be a Controller: it says that its role is Load",
     ),
     "type of a class of its own": (
         PI + '[controller.saturation]\ntype = "Limit"\n',
