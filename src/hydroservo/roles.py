@@ -6,7 +6,7 @@ A block says its role above its class::
     class Proportional(NamedTuple): ...
 
 A role is a Protocol: the methods that its blocks have, with as many arguments. What a block may have besides
-is in :data:`hydroservo.hooks.HOOKS`.
+is in :mod:`hydroservo.hooks`.
 """
 
 from collections.abc import Callable

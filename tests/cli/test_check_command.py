@@ -7,8 +7,7 @@ import sys
 import pytest
 from cli_runner import failed, hydroservo_, succeeded
 
-from hydroservo.testing import contract
-from hydroservo.testing.contract import QUESTIONS
+from hydroservo.testing.questions import QUESTIONS
 
 LAW = '''\
 from typing import Annotated, NamedTuple
@@ -43,7 +42,7 @@ def forgotten(monkeypatch):
 @pytest.fixture
 def few(monkeypatch):
     """The questions that need no compiler."""
-    monkeypatch.setattr(contract, "QUESTIONS", QUESTIONS[:6])
+    monkeypatch.setattr("hydroservo.testing.asking.QUESTIONS", QUESTIONS[:6])
 
 
 @pytest.fixture

@@ -18,8 +18,10 @@ from hydroservo.scenario.registry import shipped_classes
 from hydroservo.sensors import NoPosition
 from hydroservo.signals import Demand
 from hydroservo.testing import BlockContract, ContractError, answers, check_block
-from hydroservo.testing.contract import QUESTIONS, Answer, answer_of, case_of
+from hydroservo.testing.asking import Answer, answer_of
+from hydroservo.testing.case import case_of
 from hydroservo.testing.places import loop_with, places
+from hydroservo.testing.questions import QUESTIONS
 from needs import needs
 
 LAW = '''\

@@ -3,6 +3,7 @@
 import os
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import asdict
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Annotated, Any
@@ -44,7 +45,7 @@ def check(file: File, json: Json = False) -> None:
         found = list(answers_of(blocks, report))
     wrong = [answer for answer in found if not answer.ok]
     if json:
-        typer.echo(as_json({"file": str(file), "ok": not wrong, "answers": [one._asdict() for one in found]}))
+        typer.echo(as_json({"file": str(file), "ok": not wrong, "answers": [asdict(one) for one in found]}))
     else:
         from hydroservo.cli.tables import show_answers
 
@@ -88,7 +89,7 @@ def blocks_in(file: Path) -> Sequence[type]:
 def answers_of(blocks: Sequence[type], report: Any) -> Iterator["Answer"]:
     """All answers, with their progress."""
     from hydroservo.testing import answers
-    from hydroservo.testing.contract import QUESTIONS
+    from hydroservo.testing.questions import QUESTIONS
 
     for i, cls in enumerate(blocks):
         for j, answer in enumerate(answers(cls)):

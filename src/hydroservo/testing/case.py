@@ -2,13 +2,13 @@
 
 import re
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from hydroservo.block import Block
-from hydroservo.scenario.fits import role_methods
+from hydroservo.scenario.fits import role_methods, roles_of, said_roles
 from hydroservo.testing.lines import file_of, line_of
 
-__all__ = ["PLAIN", "Case", "ContractError"]
+__all__ = ["PLAIN", "Case", "ContractError", "case_of"]
 
 PLAIN = {"simplified", "substeps_for", "trusted_rate"}  # methods of roles that only Python calls
 NAMED = (  # how translation and numba name a place
@@ -56,3 +56,42 @@ class Case(NamedTuple):
             if named is not None and Path(named["file"]).name == Path(file_of(self.cls)).name:
                 return ContractError(place.sub("", problem, count=1), int(named["line"]))
         return ContractError(problem, line_of(self.cls, member))
+
+
+def case_of(block: Any, role: type | None = None) -> Case:
+    """A block to be asked, by itself or by its class, whose defaults it then has.
+
+    Args:
+        block: the block or its class.
+        role: in which it is asked; the one that it says, or whose methods it has, if None.
+
+    Raises:
+        ContractError: the class has no defaults, or the role is not clear.
+    """
+    cls = block if isinstance(block, type) else type(block)
+    return Case(example_of(block) if isinstance(block, type) else block, role or only_role(cls))
+
+
+def only_role(cls: type) -> type:
+    """The role that a class says, or the only one whose methods it has."""
+    try:
+        roles = roles_of(cls)
+    except ValueError as error:
+        raise ContractError(str(error), line_of(cls)) from None
+    names = [role.__name__ for role in roles]
+    if not roles:
+        raise ContractError("says no role, and has not the methods of any", line_of(cls))
+    if len(roles) > 1:
+        way = "ask in one of them" if said_roles(cls) else "say which it is, by @role(...) above the class"
+        raise ContractError(f"has the methods of {', '.join(names)}; {way}", line_of(cls))
+    return roles[0]
+
+
+def example_of(cls: Any) -> Block:
+    """A block with the defaults of its class."""
+    given = getattr(cls, "_field_defaults", {})
+    open_fields = [name for name in cls._fields if name not in given]
+    if open_fields:
+        problem = f"has no default for {', '.join(open_fields)}: give one, or ask of an example"
+        raise ContractError(problem, line_of(cls, open_fields[0]))
+    return cls()
