@@ -108,7 +108,10 @@ def test_another_type_keeps_only_the_keys_that_it_has_too(tmp_path: Path) -> Non
         ({"valve.type": "SecondOrderValve.init"}, "'SecondOrderValve.init' must be one of FirstOrderValve, "),
         ({"valve.type": "SecondOrderValve._make"}, "'SecondOrderValve._make' must be one of FirstOrderValve"),
         ({"valve.type": "SecondOrderValve."}, "'SecondOrderValve.' must be one of FirstOrderValve"),
-        ({"controller.type": "SecondOrderValve.from_response"}, "cannot be a Controller: it has no method"),
+        (
+            {"controller.type": "SecondOrderValve.from_response"},
+            "cannot be a Controller: it says that its role is Valve",
+        ),
     ],
 )
 def test_errors_are_those_of_a_block(changes: dict[str, object], problem: str) -> None:
