@@ -48,7 +48,7 @@ def rk4(c: Row, x1: float, x2: float, x3: float, h: float, push: Three, edge: Th
 
 
 @njit(fastmath=True, error_model="numpy")
-def closed_loop(c: Row, p: Row, samples: int, dt: float) -> float:
+def closed_loop(c: Row, p: Row, steps: int, dt: float) -> float:
     """One run of the closed loop; c and p are in the order of laws.Machine and laws.Law."""
     flow, inv_area, valve_gain, max_opening = c[4], c[5], c[7], c[8]
     amplitude, omega, load_amplitude, load_omega = c[10], c[11], c[12], c[13]
@@ -58,9 +58,9 @@ def closed_loop(c: Row, p: Row, samples: int, dt: float) -> float:
     weight = dt / (time_constant + dt)
     x1, x2, x3 = 0.0, 0.0, c[9]
     u, v1, v2, g2, rate, last = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    half = 0.5 * (samples - 1) * dt
+    half = 0.5 * steps * dt
     squares = 0.0
-    for k in range(samples):
+    for k in range(steps):
         t = k * dt
         value = amplitude * math.sin(omega * t)
         demand_rate = amplitude * omega * math.cos(omega * t)
@@ -100,15 +100,15 @@ def closed_loop(c: Row, p: Row, samples: int, dt: float) -> float:
             load_amplitude * math.sin(load_omega * (t + dt)),
         )
         x1, x2, x3 = rk4(c, x1, x2, x3, dt, (push, push, push), (edge, edge, edge), load)
-    return math.sqrt(squares / (samples - samples // 2))
+    return math.sqrt(squares / (steps // 2))
 
 
 @njit(fastmath=True, error_model="numpy", parallel=True)
-def closed_loops(rows: Any, p: Row, samples: int, dt: float) -> Any:
+def closed_loops(rows: Any, p: Row, steps: int, dt: float) -> Any:
     """The steady rms error of each run."""
     out = np.empty(len(rows))
     for i in prange(len(rows)):
-        out[i] = closed_loop(rows[i], p, samples, dt)
+        out[i] = closed_loop(rows[i], p, steps, dt)
     return out
 
 

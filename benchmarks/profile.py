@@ -45,19 +45,15 @@ def without_sine() -> None:
 
 
 def without_metrics() -> None:
-    from hydroservo.metrics import TrackingMetrics
+    from hydroservo import running
 
-    TrackingMetrics.step = unchanged  # type: ignore[method-assign, assignment]
+    running.monitors_of = lambda _loop: {}
 
 
 def without_integration() -> None:
     from hydroservo.integrators import RK4
 
     RK4.substep = stopped  # type: ignore[method-assign, assignment]
-
-
-def unchanged(_self: Any, s: Any, _t: float, _v: Any) -> Any:
-    return s
 
 
 def stopped(_self: Any, _system: Any, _t: float, x: Any, _u: float, _h: float) -> Any:
@@ -110,15 +106,14 @@ def in_process(part: str) -> Section:
 def measured(part: str) -> Section:
     """Nanoseconds of a sample period without a part, and how many vector operations lanes take."""
     PARTS[part]()
-    from hydroservo.engine.kernel import CompiledRun, Wanted
+    from hydroservo.engine.kernel import CompiledRun
     from hydroservo.engine.lanes import LANES, CompiledLanes, Group
-    from hydroservo.metrics import Sample
-    from hydroservo.running import first_state, measured_paths, studied
+    from hydroservo.running import first_state, ready, studied, wanted_of
     from hydroservo.scenario import load_scenario
 
-    loop = load_scenario(SCENARIO)
+    loop = ready(load_scenario(SCENARIO))
     state = first_state(loop)
-    wanted = Wanted((), measured_paths(state), Sample)
+    wanted = wanted_of(loop, state, ())
     operations = counted()
     run = CompiledRun(studied(loop, SAMPLES), wanted, state, strict=False)
     lanes = CompiledLanes(studied(loop, LANE_SAMPLES), wanted, state, tuple(SPREAD), strict=False)

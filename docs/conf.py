@@ -36,7 +36,7 @@ nitpick_ignore_regex = [
     # Names of other libraries, whose inventories a build without a network cannot read.
     ("py:.*", r"(xr|xarray|pd|pandas|np|numpy|matplotlib|collections|pathlib|typing)\..*"),
     ("py:.*", r".*Annotated\[.*"),
-    ("py:.*", r"(Path|Callable|Sequence|Mapping|Iterator|NDArray|ArrayLike|Figure|Any|optional)"),
+    ("py:.*", r"(Path|Callable|Sequence|Mapping|Iterator|NDArray|ArrayLike|Figure|Any|Block|optional)"),
 ]
 
 autodoc_member_order = "bysource"

@@ -57,7 +57,7 @@ static void together(const Given *given, long count, long samples, double dt, do
             const Valve valve = valve_at(m, u);
             const Plant k1 = rates(m, valve, x, start);
             runs[g].x = rk4(m, x, dt, k1, valve, middle, valve, end);
-            measure(&runs[g].sums, t, half, r, x, u, lumped(&nominal, x, u, k1), estimates[g]);
+            measure(&runs[g].sums, t, half, k == samples - 1, r, x, u, lumped(&nominal, x, u, k1), estimates[g]);
             alive |= any_finite(runs[g].x.velocity) && any_finite(runs[g].x.force);
         }
     }

@@ -1,4 +1,5 @@
-/* Running metrics, sample by sample: the sums that hydroservo keeps. */
+/* Running metrics, sample by sample: the sums that hydroservo keeps. Squares of the error are integrated over the
+   steps, so that the last sample, after which nothing moves, has no weight in them. */
 
 typedef struct {
     real steady_squares;
@@ -14,10 +15,11 @@ static inline Sums no_sums(void) {
     return s;
 }
 
-static inline void measure(Sums *s, double t, double half, Demand r, Plant x, real u, Lumped true, Lumped estimate) {
-    double steady = t >= half ? 1.0 : 0.0;
+static inline void measure(Sums *s, double t, double half, int last, Demand r, Plant x, real u, Lumped true,
+                           Lumped estimate) {
+    double steady = t >= half ? 1.0 : 0.0, lasts = last ? 0.0 : 1.0;
     real error = x.velocity - r.value;
-    s->steady_squares += steady * error * error;
+    s->steady_squares += lasts * steady * error * error;
     double started = s->samples > 0.0 ? 1.0 : 0.0, dt = started * t / (s->samples + (1.0 - started));
     double demand_max = fabs(r.value) > s->demand_max ? fabs(r.value) : s->demand_max, band = 0.05 * demand_max;
     double jump = r.value - s->last_demand - 0.5 * dt * (s->last_rate + r.rate);
@@ -26,9 +28,9 @@ static inline void measure(Sums *s, double t, double half, Demand r, Plant x, re
         s->jump_sign = copysign(1.0, jump);
     }
     real size = magnitude(error), miss1 = estimate.d1 - true.d1, miss2 = estimate.d2 - true.d2;
-    s->error_squares += error * error;
-    s->error_max = larger(size, s->error_max);
-    s->steady_max = larger(steady * size, s->steady_max);
+    s->error_squares += lasts * error * error;
+    s->error_max = larger(lasts * size, s->error_max);
+    s->steady_max = larger(lasts * steady * size, s->steady_max);
     s->command_squares += u * u;
     s->command_max = larger(magnitude(u), s->command_max);
     s->command_variation += started * magnitude(u - s->last_command);
@@ -52,9 +54,9 @@ static inline void measure(Sums *s, double t, double half, Demand r, Plant x, re
 /* The metrics of one run from its sums; the order is that of c.py. */
 static inline void report(const Sums *sums, int lane, long samples, double *out) {
 #define OF(field) (((const double *)&sums->field)[lane])
-    double count = (double)samples, steady = (double)(samples - samples / 2);
-    *out++ = sqrt(OF(steady_squares) / steady);
-    *out++ = sqrt(OF(error_squares) / count);
+    double count = (double)samples, steady = (double)(samples - samples / 2), steps = count - 1.0;
+    *out++ = sqrt(OF(steady_squares) / (double)((samples - 1) / 2));
+    *out++ = sqrt(OF(error_squares) / steps);
     *out++ = OF(error_max);
     *out++ = OF(steady_max);
     *out++ = OF(settling);

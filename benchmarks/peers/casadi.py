@@ -62,7 +62,7 @@ def closed_loops(job: Job) -> Prepared:
     total = squares + ca.if_else(2 * k >= job.steps, error * error, 0.0)
     state = ca.vertcat(k, *x, *s, squares, own)
     step = ca.Function("step", [state], [ca.vertcat(k + 1.0, *after, *controller, total, own)])
-    whole = step.fold(job.steps + 1)
+    whole = step.fold(job.steps)
     first = whole.mx_in(0)
     run = ca.Function("run", [first], [whole(first)], compiled())
     many = run.map(job.runs, "thread", job.threads) if job.threads > 1 else run.map(job.runs, "serial")
@@ -72,7 +72,7 @@ def closed_loops(job: Job) -> Prepared:
     given = np.hstack([at_rest, rows]).T
 
     def call() -> Result:
-        return {"steady_rms_error": np.sqrt(np.asarray(many(given))[10] / (job.steps // 2 + 1))}
+        return {"steady_rms_error": np.sqrt(np.asarray(many(given))[10] / (job.steps // 2))}
 
     return Prepared(call, "machine code from generated C" if compiled() else "interpreted")
 

@@ -83,4 +83,4 @@ def closed_loop(job: Job, c: Machine) -> float:
     time = dt * np.arange(job.steps + 1)
     done = input_output_response(loop, time, initial_state=(*x, *s))
     error = done.states[0] - c.amplitude * np.sin(c.omega * time)
-    return float(np.sqrt(np.mean(error[(job.steps + 1) // 2 :] ** 2)))
+    return float(np.sqrt(np.mean(error[(job.steps + 1) // 2 : -1] ** 2)))

@@ -110,6 +110,6 @@ def closed_loops(job: Job) -> Prepared:
             error = x[0] - r[0]
             return after, s, squares + jnp.where(2 * k >= steps, error * error, 0.0)
 
-        return jnp.sqrt(over_samples(job, c, body) / (steps // 2 + 1))
+        return jnp.sqrt(over_samples(job, c, body) / (steps // 2))
 
     return batched(job, run)._replace(how="Bosh3, one step a sample")

@@ -65,18 +65,18 @@ def closed_loops(job: Job) -> Prepared:
             x, s, error = closed_loop_step(m, c, p, k * dt, x, s, dt)
             return x, s, squares + jnp.where(2 * k >= steps, error * error, 0.0)
 
-        return jnp.sqrt(over_samples(job, c, body) / (steps // 2 + 1))
+        return jnp.sqrt(over_samples(job, c, body) / (steps // 2))
 
     return batched(job, run)
 
 
 def over_samples(job: Job, c: Machine, body: Any) -> Any:
-    """The sum that a body (sample number, carry) -> carry makes over all samples, from rest."""
+    """The sum that a body (sample number, carry) -> carry makes over all sample periods, from rest."""
     import jax
     import jax.numpy as jnp
 
     first = jax.tree.map(jnp.asarray, (*start(c), 0.0))
-    numbers = jnp.arange(job.steps + 1)
+    numbers = jnp.arange(job.steps)
     unroll = 1 if job.varied else 4
     (_, _, total), _ = jax.lax.scan(lambda carry, k: (body(k, carry), None), first, numbers, unroll=unroll)
     return total

@@ -38,7 +38,7 @@ def closed_loop(job: Job) -> Prepared:
     c, p = machine_of(job.loop, job.varied), law_of(job.loop)
     rows = np.column_stack([np.broadcast_to(values, job.runs) for values in c]).astype(np.float64)
     law = tuple(float(value) for value in p)
-    return Prepared(lambda: {"steady_rms_error": closed_loops(rows, law, job.steps + 1, job.period)})
+    return Prepared(lambda: {"steady_rms_error": closed_loops(rows, law, job.steps, job.period)})
 
 
 def plant(job: Job) -> Prepared:

@@ -89,7 +89,7 @@ def closed_loop(job: Job, c: Machine) -> float:
     p, dt = law_of(job.loop), job.period
     x, s = start(c)
     squares = 0.0
-    for k in range(job.steps + 1):
+    for k in range(job.steps):
         t = k * dt
         r = demand(PLAIN, c, t)
         if 2 * k >= job.steps:
@@ -103,4 +103,4 @@ def closed_loop(job: Job, c: Machine) -> float:
 
         done = solve_ivp(rates, (0.0, dt), x, method="RK45", first_step=dt, rtol=1e-3, atol=1e-3)
         x = tuple(done.y[:, -1].tolist())
-    return math.sqrt(squares / (job.steps // 2 + 1))
+    return math.sqrt(squares / (job.steps // 2))

@@ -25,6 +25,7 @@ _HOMES = {  # what is offered, and the module that it comes from; none for a pac
     "loads": "",
     "mechanics": "",
     "metrics_of": "results",
+    "monitors": "",
     "observers": "",
     "oils": "",
     "ops": "",
@@ -51,6 +52,7 @@ if TYPE_CHECKING:  # the same once more, for those who read types; a test compar
     from hydroservo import integrators as integrators
     from hydroservo import loads as loads
     from hydroservo import mechanics as mechanics
+    from hydroservo import monitors as monitors
     from hydroservo import observers as observers
     from hydroservo import oils as oils
     from hydroservo import ops as ops

@@ -16,21 +16,25 @@ from hydroservo.accuracy import hardest, judged_by_rate, warning
 from hydroservo.block import Block, field_at, replace
 from hydroservo.cautions import pressure_caution, quietly, warns, with_warning
 from hydroservo.checks import checked
-from hydroservo.divergence import NOTHING, Loss, diverged_by, first_loss, watched_paths
+from hydroservo.divergence import NOTHING, Loss, first_loss, watched_paths
 from hydroservo.errors import ParameterError
 from hydroservo.loop import AUTO, Loop
-from hydroservo.metrics import FLAGS, METRIC_FIELDS, MetricsState, Sample, summary
+from hydroservo.metrics import declared_metrics, flags_of, monitors_of, values_of
 from hydroservo.provenance import provenance
 from hydroservo.record_coverage import check_records
 from hydroservo.running import (
     Progress,
     compilation,
+    described,
     first_state,
-    measured_paths,
+    judged,
+    lost,
     plan_of,
     ready,
     simulate,
     studied,
+    wanted_of,
+    with_metrics,
 )
 from hydroservo.varied import SEED, Columns, checked_columns, designs, starts
 
@@ -55,6 +59,8 @@ class Job(NamedTuple):
     chunk: int
     samples: int
     columns: Columns
+    watching: Mapping[str, Block]
+    readers: Sequence[Callable[[Sequence[float]], Block]]  # of what each of these gathered
     stop: Event
 
 
@@ -63,6 +69,7 @@ def simulate_batch(
     loop: Loop,
     parameters: Mapping[str, ArrayLike],
     *,
+    metrics: "Mapping[str, Block] | Sequence[Block] | None" = None,
     strict: bool = False,
     threads: int | None = None,
     cuda: bool = False,
@@ -80,6 +87,7 @@ def simulate_batch(
         parameters: arrays of shape (runs,) in SI units by the path of a float of the loop, such as
             ``plant.bulk_modulus``, and seeds by ``simulation.seed``; the nominal model that a controller
             believes in stays as it is, and runs without a seed of their own meet the same noise.
+        metrics: the monitors that judge each run, as of :func:`~hydroservo.simulate`.
         strict: True rounds after every operation, so that each run has the bits of its single strict run.
         threads: how many to use; all cores if None.
         cuda: True computes on a CUDA device, one thread there a run, for which numba-cuda must be installed.
@@ -101,6 +109,7 @@ def simulate_batch(
             signal of which the runs see nothing, or no device.
         LoopError: a block that does not fit the loop.
     """
+    loop = with_metrics(loop, metrics)
     given, loop = loop, ready(loop)
     recorded = check_records(loop)
     columns = checked_columns(loop, parameters)
@@ -110,15 +119,18 @@ def simulate_batch(
     loop, said = with_steps(loop, started, strict)
     runs = next(iter(columns.values())).size
     samples = plan_of(loop, state, ()).samples
-    table, losses = np.empty((len(METRIC_FIELDS), runs)), [NOTHING] * runs
+    table, losses = np.empty((len(declared_metrics(monitors_of(loop))), runs)), [NOTHING] * runs
     told = progress or (lambda _: None)
+    from hydroservo.engine.watch import readers_of
+
     with compilation(loop):
         varied = started | designs(loop, columns)
         begin, size = kernel(loop, state, samples, tuple(varied), strict, cuda)
-        job = Job(loop, begin, size, CUDA_CHUNK if cuda else CHUNK, samples, varied, Event())
+        chunk, watching = CUDA_CHUNK if cuda else CHUNK, monitors_of(loop)
+        job = Job(loop, begin, size, chunk, samples, varied, watching, readers_of(watching), Event())
         with closing(in_turn(job, runs, told) if cuda else side_by_side(job, runs, workers)) as found:
-            for done, (start, metrics, lost) in enumerate(found, 1):
-                table[:, start : start + len(lost)] = metrics
+            for done, (start, numbers, lost) in enumerate(found, 1):
+                table[:, start : start + len(lost)] = numbers
                 losses[start : start + len(lost)] = lost
                 told(min(1.0, done * size / runs))
     data = dataset(loop, columns, table, losses).assign_attrs(said)
@@ -140,9 +152,7 @@ def kernel(
     loop: Loop, state: Block, samples: int, varied: tuple[str, ...], strict: bool, cuda: bool
 ) -> tuple["Callable[[Columns], Group | CudaGroup]", int]:
     """What begins a group of runs with these parameters, and how many runs it takes."""
-    from hydroservo.engine.kernel import Wanted
-
-    study, wanted = studied(loop, samples), Wanted((), measured_paths(state), Sample, watched_paths(state))
+    study, wanted = studied(loop, samples), wanted_of(loop, state, ())
     if cuda:
         from hydroservo.engine.cuda import MOST, CudaGroup, CudaThreads
 
@@ -193,7 +203,7 @@ def in_turn(
 
 def group(job: Job, start: int, progress: Progress | None = None) -> tuple[NDArray[np.float64], list[Loss]]:
     """The metrics of the runs from ``start`` on, one group, shape (metrics, runs), and what they lost."""
-    loop, simulation = job.loop, job.loop.simulation
+    simulation = job.loop.simulation
     parts = {path: values[start : start + job.size] for path, values in job.columns.items()}
     runs = job.begin(parts)
     chunk = max(1, job.chunk // simulation.substeps)
@@ -204,10 +214,11 @@ def group(job: Job, start: int, progress: Progress | None = None) -> tuple[NDArr
         runs.advance(first, last, simulation.period)
         if progress is not None:
             progress(last / job.samples)
-    used = next(iter(parts.values())).size
-    strokes = parts.get("plant.stroke", np.full(used, loop.plant.stroke))
-    sums, losses = runs.sums.T, losses_of(job, runs, used)
-    found = [summary(MetricsState(*sums[i]), strokes[i], losses[i].time) for i in range(used)]
+    losses = losses_of(job, runs, next(iter(parts.values())).size)
+    pairs = zip(runs.sums.T.tolist(), losses, strict=False)
+    found = [
+        values_of(job.watching, (read(sums) for read in job.readers), lost(loss)) for sums, loss in pairs
+    ]
     return np.array(found, dtype=np.float64).T, losses
 
 
@@ -231,19 +242,17 @@ def dataset(loop: Loop, columns: Columns, table: NDArray[np.float64], losses: Se
         path: (
             "run",
             values.astype(np.int64) if path == SEED else values,
-            {"units": field.unit, "long_name": field.meaning},
+            described(field),
         )
         for path, values in columns.items()
         if (field := field_at(loop, path))
     }
+    watching = monitors_of(loop)
+    fields, flags = declared_metrics(watching), flags_of(watching)
     found = {
-        name: (
-            "run",
-            row.astype(bool) if name in FLAGS else row,
-            {"units": field.unit, "long_name": field.meaning},
-        )
-        for row, (name, field) in zip(table, METRIC_FIELDS.items(), strict=True)
+        name: ("run", row.astype(bool) if name in flags else row, judged(field))
+        for row, (name, field) in zip(table, fields.items(), strict=True)
     }
-    causes = [diverged_by(*pair) for pair in zip(losses, found["diverged"][1].tolist(), strict=True)]
-    by = {"diverged_by": ("run", causes, {"long_name": "path of the number that was lost, or the error"})}
+    about = {"long_name": "path of the number that was lost"}
+    by = {"diverged_by": ("run", [loss.path for loss in losses], about)}
     return xr.Dataset(given | found | by, attrs=provenance(loop))

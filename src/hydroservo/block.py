@@ -22,7 +22,18 @@ from hydroservo.field import Field, declared_fields
 from hydroservo.nearest import nearest
 from hydroservo.roles import Block
 
-__all__ = ["Block", "Field", "declared_fields", "field_at", "is_block", "leaves", "replace", "value_at"]
+__all__ = [
+    "Block",
+    "Field",
+    "declared_fields",
+    "estimates_in",
+    "field_at",
+    "is_block",
+    "leaves",
+    "model_in",
+    "replace",
+    "value_at",
+]
 
 
 def __getattr__(name: str) -> Any:
@@ -32,6 +43,21 @@ def __getattr__(name: str) -> Any:
     text = f"hydroservo.block.{name} is hydroservo.roles.{name} now"
     warnings.warn(text, DeprecationWarning, stacklevel=2)
     return getattr(roles, name)
+
+
+def estimates_in(state: Block) -> Block:
+    """The first state in that of a law which holds an observer's estimates d1 and d2; None if none does."""
+    if {"d1", "d2"} <= set(state._fields):
+        return state
+    inner = (estimates_in(value) for value in state if is_block(value))
+    return next((one for one in inner if one is not None), None)
+
+
+def model_in(controller: Block) -> Block:
+    """The model that a law believes in, that of the outermost law in wrappers; None if none has one."""
+    if hasattr(controller, "model"):
+        return controller.model
+    return model_in(controller.controller) if hasattr(controller, "controller") else None
 
 
 def is_block(value: object) -> bool:
@@ -59,6 +85,7 @@ def value_at(block: Block, path: str) -> Any:
     for name in path.split("."):
         if not is_block(value) or name not in value._fields:
             names = ", ".join(value._fields) if is_block(value) else "none: it is a number"
+            names = names or f"none: a {type(value).__name__} has no numbers"
             near = nearest(path, paths(block))
             raise ParameterError("path", path, f"no {name!r} there; the names are {names}{near}")
         value = getattr(value, name)

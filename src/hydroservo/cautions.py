@@ -51,6 +51,8 @@ def warnings_of(data: "xr.Dataset") -> list[str]:
 
 def pressure_caution(data: "xr.Dataset") -> str:
     """That a chamber's pressure fell below absolute zero, in a run or in some of many; else empty."""
+    if "pressure_min" not in data:
+        return ""
     lost = np.isfinite(data["diverged_at"].values)  # what overflows passes every pressure
     lowest = np.where(lost, np.nan, data["pressure_min"].values)
     below = np.atleast_1d(lowest < -ATMOSPHERE)

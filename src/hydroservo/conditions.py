@@ -3,8 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from hydroservo.metrics import SMALLER_IS_BETTER
-from hydroservo.results import best_runs, metrics_of, scenario_of
+from hydroservo.results import best_runs, metric_fields, metrics_of, scenario_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -14,8 +13,7 @@ __all__ = ["differences", "winners"]
 Table = Mapping[str, Any]
 
 NO_CONDITION = ("controller", "simulation.record_period")  # what a comparison is of, and what no metric sees
-MODEL = "nominal"  # follows the controller's own model; only estimates are measured against it
-ESTIMATES = ("estimate_rms_error_1", "estimate_rms_error_2")
+ESTIMATES = ("estimate_rms_error_1", "estimate_rms_error_2")  # of disturbances against the law's own model
 
 
 def differences(runs: Sequence["xr.Dataset"]) -> dict[str, tuple[Any, ...]]:
@@ -34,7 +32,11 @@ def differences(runs: Sequence["xr.Dataset"]) -> dict[str, tuple[Any, ...]]:
 
     Fails to see that a condition has no effect, such as another seed where nothing is random.
     """
-    return {path: values for path, values in all_differences(runs).items() if not within(path, MODEL)}
+    return {
+        path: values
+        for path, values in unequal("", [as_asked(run) for run in runs])
+        if not any(within(path, other) for other in NO_CONDITION)
+    }
 
 
 def winners(runs: Sequence["xr.Dataset"]) -> dict[str, set[int]]:
@@ -46,21 +48,22 @@ def winners(runs: Sequence["xr.Dataset"]) -> dict[str, set[int]]:
     Args:
         runs: what ``simulate`` returned for each.
     """
-    paths, metrics = all_differences(runs), [metrics_of(run) for run in runs]
-    fair, same_model = not any(not within(path, MODEL) for path in paths), not paths
+    metrics, fair = [metrics_of(run) for run in runs], not differences(runs)
+    same_model = not any(True for _ in unequal("", [model_of(run) for run in runs]))
+    judged = {name for run in runs for name, field in metric_fields(run).items() if field.smaller_is_better}
     return {
-        name: best_runs(metrics, name) if (same_model if name in ESTIMATES else fair) else set()
-        for name in SMALLER_IS_BETTER
+        name: best_runs(metrics, name) if fair and (same_model or name not in ESTIMATES) else set()
+        for name in judged
     }
 
 
-def all_differences(runs: Sequence["xr.Dataset"]) -> dict[str, tuple[Any, ...]]:
-    """As :func:`differences`, that of the models against which disturbances are defined included."""
-    return {
-        path: values
-        for path, values in unequal("", [as_asked(run) for run in runs])
-        if not any(within(path, other) for other in NO_CONDITION)
-    }
+def model_of(run: "xr.Dataset") -> Table:
+    """The model that the law of a run believes in, an empty table if it has none."""
+    table = scenario_of(run)["controller"]
+    while "model" not in table and "controller" in table:
+        table = table["controller"]
+    found: Table = table.get("model", {"type": ""})
+    return found
 
 
 def as_asked(run: "xr.Dataset") -> Table:

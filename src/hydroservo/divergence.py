@@ -1,44 +1,51 @@
-"""Which number of a run's state stopped being finite."""
+"""Which number of a run's state was lost: it stopped being finite, or left physical reach."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from hydroservo.block import Block, leaves
 
-__all__ = ["NOTHING", "Loss", "diverged_by", "first_loss", "watched_paths"]
+__all__ = ["BEYOND", "NOTHING", "Loss", "first_loss", "reach_of", "watched_paths"]
 
+BEYOND = "left physical reach, beyond"
 ORDER = ("reference", "sensors", "controller", "hold", "load")  # of a sample; then the machine moves
+REACH: Mapping[
+    str, tuple[float, str]
+] = {  # the largest size of numbers of a machine, far beyond any that is built
+    "plant.velocity": (100.0, "100 m/s"),
+    "plant.pressure_a": (1e9, "10,000 bar"),
+    "plant.pressure_b": (1e9, "10,000 bar"),
+}
 
 
 class Loss(NamedTuple):
-    """The path of the number that a run lost, and when."""
+    """The number that a run lost, and when."""
 
-    path: str
+    path: str  # and, where it was finite, what it went beyond
     time: float  # instant of the sample [s]
 
 
 NOTHING = Loss("nothing", math.nan)
 
 
-def diverged_by(loss: Loss, diverged: bool) -> str:
-    """What a run diverged by: the number that it lost, else the error, or nothing if it did not."""
-    return "the error" if diverged and loss is NOTHING else loss.path
-
-
 def watched_paths(state: Block) -> tuple[str, ...]:
     """The numbers of a loop's state that must stay finite, from its first state.
 
     One that is nan there says that nothing is known yet, as of a signal that nothing measures, and may be so
-    again. The lumped disturbances act on nothing: they only compare the machine with a model.
+    again.
     """
-    return tuple(
-        path for path, value in leaves(state) if math.isfinite(value) and not path.startswith("disturbance.")
-    )
+    return tuple(path for path, value in leaves(state) if math.isfinite(value))
+
+
+def reach_of(state: Block) -> tuple[tuple[str, float], ...]:
+    """How large some numbers of a loop's state may be, by path: velocity [m/s] and pressures [Pa]."""
+    known = {path for path, _ in leaves(state)}
+    return tuple((path, most) for path, (most, _) in REACH.items() if path in known)
 
 
 def first_loss(state: Block, watched: Sequence[str], numbers: Sequence[float], time: float) -> Loss:
-    """The first watched number of a state that is not finite, in the order in which a sample computes them.
+    """The first number of a state that is lost, in the order in which a sample computes them.
 
     Args:
         state: a state of the loop, for its paths.
@@ -46,13 +53,12 @@ def first_loss(state: Block, watched: Sequence[str], numbers: Sequence[float], t
         numbers: the numbers of the state in which something was lost, in the order of its paths.
         time: instant of the sample [s].
     """
-    paths = [path for path, _ in leaves(state)]
-    lost = [
-        path
-        for path, number in zip(paths, numbers, strict=True)
-        if not math.isfinite(number) and path in watched
-    ]
-    return Loss(min(lost, key=place_in_sample), time)
+    values = dict(zip((path for path, _ in leaves(state)), numbers, strict=True))
+    lost = [path for path in watched if not math.isfinite(values[path])]
+    if lost:
+        return Loss(min(lost, key=place_in_sample), time)
+    path = next(path for path, most in reach_of(state) if abs(values[path]) > most)
+    return Loss(f"{path} {BEYOND} {REACH[path][1]}", time)
 
 
 def place_in_sample(path: str) -> int:

@@ -22,6 +22,8 @@ class Field:
         at_most: inclusive upper bound, in ``unit``.
         derived: computed from other parameters before a run, and not to be given.
         auto: the number that asks for the value to be found, "auto" in a scenario; it need be in no range.
+        smaller_is_better: of a metric; False says that more of it is not worse.
+        least_is_worst: of a metric, among those of many runs.
     """
 
     unit: str
@@ -33,6 +35,8 @@ class Field:
     at_most: float | None = None
     derived: bool = False
     auto: float | None = None
+    smaller_is_better: bool = False
+    least_is_worst: bool = False
 
 
 @cache

@@ -3,6 +3,7 @@
 Methods among them are called in plain Python before a run, never compiled. A role's docstring names its own.
 """
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 from hydroservo.block import Block, is_block
@@ -14,6 +15,7 @@ from hydroservo.roles import (
     Integrator,
     Mechanism,
     MeteringEdges,
+    Monitor,
     Plant,
     Sensors,
 )
@@ -49,8 +51,12 @@ HOOKS = (
     Hook("controller", Controller, None, "the controller that this one wraps"),
     Hook("sensors", Sensors, None, "the sensors that these wrap"),
     Hook("missing", Sensors, (), "the fields of a measurement that the sensors do not measure"),
-    Hook("area_a", Sensors, None, "the piston's area [m^2] towards chamber a, taken from the plant"),
-    Hook("area_b", Sensors, None, "the piston's area [m^2] towards chamber b, taken from the plant"),
+    Hook(
+        "area_a", Sensors, None, "the piston's area [m^2] towards chamber a as known; automatic: the plant's"
+    ),
+    Hook(
+        "area_b", Sensors, None, "the piston's area [m^2] towards chamber b as known; automatic: the plant's"
+    ),
     Hook("at_rest", Plant, ("line", "force"), "the plant with what is left open of its start found"),
     Hook("area_a", Plant, None, "the piston's area [m^2] towards chamber a, for sensors of pressures"),
     Hook("area_b", Plant, None, "the piston's area [m^2] towards chamber b, for sensors of pressures"),
@@ -63,28 +69,42 @@ HOOKS = (
         "substep",
         Integrator,
         ("system", "t", "x", "u", "h"),
-        "one of the equal steps that make ``advance``; runs side by side call it directly",
+        "one of the equal steps that make ``advance``; runs side by side, and monitors between them, need it",
     ),
+    Hook(
+        "begin",
+        Integrator,
+        ("t", "dt", "substeps"),
+        "how far a sample period is integrated, at its start; monitors between chosen steps need it",
+    ),
+    Hook(
+        "attempt",
+        Integrator,
+        ("system", "t", "x", "u", "dt", "p"),
+        "the state after one more step that ``advance`` tries, and how far that is: p.gone seconds",
+    ),
+    Hook("at_samples", Monitor, None, "there where its step comes at samples alone"),
 )
 
 
-def designed(block: Block, period: float, model: Block) -> Block:
+def designed(block: Block, period: float, model: Callable[[], Block]) -> Block:
     """A controller with what is computed before a run, in each block that has ``designed(model, period)``.
 
     Args:
         block: the controller or a block in it.
         period: the sample period [s].
-        model: the design model of the block around it; a block's own ``model`` goes before.
+        model: gives the design model for a block that has none around it; a ``model`` around it goes before.
 
     Raises:
         ParameterError: a block's parameters allow no design.
     """
-    model = getattr(block, "model", model)
+    own = getattr(block, "model", None)
+    known = model if own is None else lambda: own
     nested = {
-        name: designed(value, period, model) for name, value in block._asdict().items() if is_block(value)
+        name: designed(value, period, known) for name, value in block._asdict().items() if is_block(value)
     }
     block = block._replace(**nested)
-    return block.designed(model, period) if hasattr(block, "designed") else block
+    return block.designed(known(), period) if hasattr(block, "designed") else block
 
 
 def at_rest(plant: Block, supply: Block, load: Block) -> Block:

@@ -8,8 +8,8 @@ from hydroservo.controllers.pi import PI
 from hydroservo.holds.zero_order import ZeroOrderHold
 from hydroservo.integrators.rk4 import RK4
 from hydroservo.loads.sine import Sine as SineLoad
+from hydroservo.monitors.group import Usual
 from hydroservo.outline import outline, outline_table
-from hydroservo.plants.design_model import DesignModel
 from hydroservo.plants.load_pressure import LoadPressurePlant
 from hydroservo.references.sine import Sine as SineReference
 from hydroservo.roles import Controller, Hold, Integrator, Load, Plant, Reference, Sensors, Supply, Valve
@@ -62,13 +62,6 @@ class MachineState(NamedTuple):
     supply: Block
 
 
-class Lumped(NamedTuple):
-    """What the machine does besides its nominal model."""
-
-    d1: Annotated[float, Field("m/s^2", "lumped disturbance d_L1")]
-    d2: Annotated[float, Field("N/s", "lumped disturbance d_L2")]
-
-
 class External(NamedTuple):
     """What acts on the rod from outside."""
 
@@ -86,14 +79,14 @@ class LoopState(NamedTuple):
     hold: Block
     reference: Block
     load: External
-    disturbance: Lumped
 
 
 class Loop(NamedTuple):
     """A machine, its controller and how to simulate them.
 
-    ``nominal`` is the model against which the lumped disturbances are defined; a scenario takes
-    the controller's own model where it has one, else the machine before its uncertainty.
+    ``metrics`` are the monitors that judge a run: those of :func:`~hydroservo.metrics.usual` where it is left
+    as it is. What a law believes of the machine and what sensors know of it is filled from the machine before
+    a run where it is left open, as :func:`~hydroservo.wiring.wired` does.
     """
 
     simulation: Simulation = Simulation()
@@ -105,7 +98,7 @@ class Loop(NamedTuple):
     reference: Reference = SineReference()
     controller: Controller = PI()
     hold: Hold = ZeroOrderHold()
-    nominal: DesignModel = DesignModel()
+    metrics: Block = Usual()
 
     def __repr__(self) -> str:
         return outline(self)
@@ -124,7 +117,6 @@ class Loop(NamedTuple):
             self.hold.init(),
             Demand(0.0, 0.0, 0.0),
             External(0.0),
-            Lumped(0.0, 0.0),
         )
 
     def sample(self, s: LoopState, t: float, dt: float) -> LoopState:
@@ -135,23 +127,12 @@ class Loop(NamedTuple):
         y = self.sensors.measure(sensors, seen, self.hold.applied(s.hold, s.controller.u, dt))
         hold = self.hold.step(s.hold, s.controller.u, t)
         controller = self.controller.step(s.controller, y, r, dt)
-        disturbance = self.lumped(t, self.machine(s), self.hold.held(hold, controller.u))
         load = External(self.load.force(t))
-        return LoopState(s.plant, s.valve, s.supply, sensors, controller, hold, r, load, disturbance)
+        return LoopState(s.plant, s.valve, s.supply, sensors, controller, hold, r, load)
 
     def draws(self, t: float, dt: float) -> Draws:
         """Where the sensors draw their random numbers."""
         return Draws(float(self.simulation.seed), 0.0, ops.nearest(t / dt))
-
-    def lumped(self, t: float, x: MachineState, held: Any) -> Lumped:
-        """d_L1 and d_L2 of eq. (6): the machine's true rates less those of the nominal model."""
-        m, u = self.nominal, self.hold.at(held, t)
-        x1, x2 = x.plant.velocity, self.plant.load_force(x.plant)
-        rate = self.deriv(t, x, held).plant
-        return Lumped(
-            rate.velocity - (m.f1(x1) + m.g1() * x2),
-            self.plant.load_force(rate) - (m.f2(x1, x2) + m.g2(x2, u) * u),
-        )
 
     def deriv(self, t: float, x: MachineState, held: Any) -> MachineState:
         """Rates of the machine under a held command."""
@@ -181,6 +162,11 @@ class Loop(NamedTuple):
 
     def moved(self, s: LoopState, x: MachineState) -> LoopState:
         """The state with its machine part exchanged."""
+        return LoopState(x.plant, x.valve, x.supply, s.sensors, s.controller, s.hold, s.reference, s.load)
+
+    def between(self, s: LoopState, x: MachineState, t: float) -> LoopState:
+        """The state between samples, with its machine part as it is then, and the demand and the load."""
+        load = External(self.load.force(t))
         return LoopState(
-            x.plant, x.valve, x.supply, s.sensors, s.controller, s.hold, s.reference, s.load, s.disturbance
+            x.plant, x.valve, x.supply, s.sensors, s.controller, s.hold, self.reference.at(t), load
         )

@@ -33,20 +33,27 @@ def describe(block: Block) -> dict[str, Any]:
 
 
 def scenario_text(loop: Block) -> str:
-    """A loop as canonical TOML in SI units."""
-    return tomli_w.dumps(describe(loop))
+    """A loop as canonical TOML in SI units, without what it is judged by, which changes nothing in a run."""
+    tables = describe(loop)
+    del tables["metrics"]
+    return tomli_w.dumps(tables)
 
 
 def scenario_hash(loop: Block) -> str:
     """Twelve hexadecimal digits that name what is simulated, whatever its file looked like."""
-    return hashlib.sha256(scenario_text(loop).encode()).hexdigest()[:12]
+    return text_hash(scenario_text(loop))
+
+
+def text_hash(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()[:12]
 
 
 def provenance(loop: Block) -> dict[str, Any]:
     """The attributes that every result carries."""
+    text = scenario_text(loop)
     return {
-        "scenario": scenario_text(loop),
-        "hash": scenario_hash(loop),
+        "scenario": text,
+        "hash": text_hash(text),
         "version": __version__,
         "seed": loop.simulation.seed,
     }

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hydroservo.errors import HydroservoError
-from hydroservo.metrics import FLAGS, METRIC_FIELDS, SMALLER_IS_BETTER
+from hydroservo.field import Field
 from hydroservo.outputs import atomic_path, digests, write_text
 
 if TYPE_CHECKING:
@@ -21,6 +21,7 @@ __all__ = [
     "as_json",
     "best_runs",
     "foreign_files",
+    "metric_fields",
     "metrics_csv",
     "metrics_of",
     "save",
@@ -78,26 +79,40 @@ def scenario_of(dataset: "xr.Dataset") -> dict[str, Any]:
     return tomllib.loads(dataset.attrs["scenario"])
 
 
-def best_runs(runs: Sequence[Mapping[str, float | bool]], name: str) -> set[int]:
-    """Which runs, given by their metrics, have the best value of one.
+def metric_fields(dataset: "xr.Dataset") -> dict[str, Field]:
+    """The declaration of each metric of a run, or of the table of many, by name."""
+    dims = ("run",) if "run" in dataset.dims else ()
+    return {
+        str(name): Field(
+            about["units"],
+            about["long_name"],
+            smaller_is_better=about.get("better") == "smaller",
+            least_is_worst=about.get("worst") == "least",
+        )
+        for name, variable in dataset.data_vars.items()
+        if variable.dims == dims and "kind" in (about := variable.attrs)
+    }
 
-    None where more is not worse, or there is nothing to choose between. A run that diverged is never best.
+
+def best_runs(runs: Sequence[Mapping[str, float | bool]], name: str) -> set[int]:
+    """Which runs, given by their metrics, have the smallest value of one.
+
+    None where there is nothing to choose between. A run that diverged or lacks the metric is never best.
     """
-    if name not in SMALLER_IS_BETTER:
-        return set()
     values = {
         i: metrics[name]
         for i, metrics in enumerate(runs)
-        if not metrics["diverged"] and math.isfinite(metrics[name])
+        if not metrics["diverged"] and math.isfinite(metrics.get(name, math.nan))
     }
     best = {i for i, value in values.items() if value == min(values.values())}
     return best if len(best) < len(values) else set()
 
 
-def metrics_csv(runs: "pd.DataFrame") -> str:
+def metrics_csv(runs: "pd.DataFrame", fields: Mapping[str, Field]) -> str:
     """A row for each run, in SI units that the headers name; flags are 0 or 1, and nan is nan."""
-    units = {name: f"{name} [{field.unit}]" for name, field in METRIC_FIELDS.items() if field.unit}
-    table = runs.astype(dict.fromkeys(FLAGS, int)).rename(columns=units)
+    units = {name: f"{name} [{field.unit}]" for name, field in fields.items() if field.unit}
+    flags = [name for name, kind in runs.dtypes.items() if kind.kind == "b"]
+    table = runs.astype(dict.fromkeys(flags, int)).rename(columns=units)
     return str(table.to_csv(index=False, na_rep="nan", lineterminator="\n"))
 
 

@@ -37,6 +37,7 @@ __all__ = [
     "Mechanism",
     "MeteringEdges",
     "Model",
+    "Monitor",
     "Observer",
     "Oil",
     "Plant",
@@ -50,6 +51,7 @@ __all__ = [
     "Supply",
     "Valve",
     "VelocityEstimator",
+    "at_samples",
     "role",
 ]
 
@@ -70,6 +72,15 @@ def role(*roles: Any) -> Callable[[BlockClass], BlockClass]:
         return cls
 
     return say
+
+
+def at_samples(cls: BlockClass) -> BlockClass:
+    """Says of a monitor that ``step`` comes at samples alone, after the controller's, with the sample period.
+
+    It stands above the class, beside its role.
+    """
+    cls.at_samples = True  # type: ignore[attr-defined]
+    return cls
 
 
 class Controller(Protocol):
@@ -274,7 +285,11 @@ class Integrator(Protocol):
     that moves at a ``rate`` [1/s] to a relative ``tolerance``.
 
     A method that has ``substep(system, t, x, u, h)`` says that ``advance`` is this, ``substeps`` times with
-    h = dt/substeps; many runs side by side then call it directly.
+    h = dt/substeps; many runs side by side, and runs with monitors, then call it directly. One that chooses
+    its steps says what ``advance`` is by two others: ``begin(t, dt, substeps)`` is how far the period is
+    integrated at its start, and ``attempt(system, t, x, u, dt, p)`` the state and how far it is after one
+    more try, from such a ``p``. Its ``gone`` [s] grows where the try was accepted, until it is ``dt``.
+    Monitors hear each step of either kind, and one a sample period of a method that says neither.
     """
 
     def advance(self, system: Block, t: float, x: Block, u: Any, dt: float, substeps: int) -> Block: ...
@@ -342,3 +357,19 @@ class Relief(Protocol):
     """What lets a supply's oil off to the tank: its flow [m^3/s] at a gauge pressure [Pa]."""
 
     def flow(self, pressure: float) -> float: ...
+
+
+class Monitor(Protocol):
+    """What a run is judged by: numbers gathered while it goes on, and what they come to.
+
+    ``step`` comes before each of the integrator's steps, with the loop, the loop's state at that instant
+    ``t`` and how long the step is; and once more at the end of the run, with ``dt`` = 0. ``values`` is called
+    after the run, and before it with what ``init`` gives, both in plain Python: a NamedTuple of floats and
+    flags, each declared as ``Annotated[float, Field(unit, meaning, smaller_is_better=True)]``. Numbers of the
+    state that are declared likewise can be recorded. Under the decorator ``at_samples``, ``step`` comes at
+    the samples alone.
+    """
+
+    def init(self) -> Block: ...
+    def step(self, m: Block, loop: Block, s: Block, t: float, dt: float) -> Block: ...
+    def values(self, m: Block) -> Block: ...

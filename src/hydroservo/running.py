@@ -2,8 +2,9 @@
 
 import math
 import traceback
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -12,37 +13,29 @@ from hydroservo.accuracy import check_substeps, checked_steps, machine_paths, wi
 from hydroservo.block import Block, field_at, is_block, leaves, value_at
 from hydroservo.cautions import pressure_caution, warns, with_warning
 from hydroservo.checks import checked
-from hydroservo.divergence import NOTHING, Loss, diverged_by, first_loss, watched_paths
+from hydroservo.divergence import NOTHING, Loss, first_loss, reach_of, watched_paths
 from hydroservo.errors import LoopError, ParameterError
 from hydroservo.field import Field
 from hydroservo.hooks import at_rest, designed
 from hydroservo.loop import Loop
-from hydroservo.metrics import METRIC_FIELDS, Metrics, MetricsState, Sample, TrackingMetrics, summary
+from hydroservo.metrics import Divergence, declared_metrics, monitors_of, signals_of, values_of
+from hydroservo.monitors.group import Usual, group
+from hydroservo.monitors.group import named as named_monitors
 from hydroservo.provenance import provenance
 from hydroservo.record_coverage import check_records
 from hydroservo.sensors.missing import Lacking, MissingSignalError, Unmeasured, missing_signals
+from hydroservo.wiring import believed, wired
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from hydroservo.engine.kernel import CompiledRun, InterpretedRun, Study
+    from hydroservo.engine.kernel import CompiledRun, InterpretedRun, Study, Wanted
 
 __all__ = ["Progress", "simulate", "trace_size"]
 
 Progress = Callable[[float], None]  # called with the fraction done, from 0 to 1
 
 CHUNK = 100_000  # integration steps between two looks at the clock and the keyboard
-MEASURED = {
-    "demand": "reference.value",
-    "demand_rate": "reference.rate",
-    "velocity": "plant.velocity",
-    "position": "plant.position",
-    "command": "controller.u",
-    "pressure_a": "plant.pressure_a",
-    "pressure_b": "plant.pressure_b",
-    "d1": "disturbance.d1",
-    "d2": "disturbance.d2",
-}
 LARGEST_TRACE = 2**31  # bytes
 MOST_SAMPLES = 2**51  # of a run: up to there each has a number and an instant of its own in doubles
 
@@ -69,6 +62,7 @@ def simulate(
     loop: Loop,
     *,
     record: Sequence[str] | None = None,
+    metrics: "Mapping[str, Block] | Sequence[Block] | None" = None,
     compiled: bool = True,
     strict: bool = False,
     progress: Progress | None = None,
@@ -77,7 +71,10 @@ def simulate(
 
     Args:
         loop: the loop; its ``simulation`` block says how long, how often and how finely.
-        record: paths of the state to record, such as ``controller.observer.d1``; all of them if None.
+        record: paths of the state to record, such as ``controller.observer.d1``, or of what a monitor
+            declares, such as ``disturbance.d1``; all of them if None.
+        metrics: the monitors that judge the run, in place of the loop's own; those of
+            :func:`~hydroservo.metrics.usual` if neither has any. A list, or a mapping of names to them.
         compiled: False runs the same text in plain Python, thousands of times slower, for debugging.
         strict: True rounds after every operation, as plain Python does, and gives its bits; False lets the
             processor fuse a multiplication with an addition, which is faster and rounds once.
@@ -86,9 +83,9 @@ def simulate(
     Returns:
         Dataset with a ``time`` coordinate [s], one variable for each recorded path, one scalar variable
         for each metric, and attributes scenario, hash, version and seed. A run that diverged is a result: its
-        ``diverged`` is true, and its attribute ``diverged_by`` names the number that stopped being finite
-        (at ``diverged_at``; the trajectory is nan after it), or the error. A run with automatic substeps has
-        the attributes ``substeps`` and ``step_error``; one of which a user should know something, such as
+        ``diverged`` is true, and its attribute ``diverged_by`` names the number that stopped being finite or
+        left physical reach (at ``diverged_at``; the trajectory is nan after it). One with automatic substeps
+        has the attributes ``substeps`` and ``step_error``; one of which a user should know something, such as
         integration steps too coarse to be trusted, an attribute ``warning`` that says so, a line each.
 
     Warns:
@@ -99,26 +96,35 @@ def simulate(
             sees nothing, an unknown path in ``record``.
         LoopError: a block that does not fit the loop, or a trace too large to hold.
     """
-    loop = ready(loop)
+    loop = ready(with_metrics(loop, metrics))
     recorded = check_records(loop)
-    state = first_state(loop)
-    wanted = tuple(record) if record is not None else tuple(path for path, _ in leaves(state))
+    state, watching = first_state(loop), monitors_of(loop)
+    wanted = tuple(record) if record is not None else paths_of(state, watching)
     plan = plan_of(loop, state, tuple(dict.fromkeys((*wanted, *machine_paths(loop)))))
 
     def one(loop: Loop) -> "xr.Dataset":
         out = np.full((plan.rows, len(plan.paths)), np.nan)
         with compilation(loop):
-            m, loss = run(loop, state, plan, out, Mode(compiled, strict), progress)
-        data = dataset(loop, plan, out, summary(m, loop.plant.stroke, loss.time))
-        return data.assign_attrs(diverged_by=diverged_by(loss, bool(data["diverged"])))
+            states, loss = run(loop, state, plan, out, Mode(compiled, strict), progress)
+        values = values_of(watching, states, lost(loss))
+        return dataset(loop, plan, out, values).assign_attrs(diverged_by=loss.path)
 
     data = checked_steps(loop, one)
     data = with_warning(data, [*recorded, pressure_caution(data)])
     return data.drop_vars([path for path in plan.paths if path not in wanted])
 
 
+def with_metrics(loop: Loop, metrics: "Mapping[str, Block] | Sequence[Block] | None") -> Loop:
+    """The loop with these monitors in place of its own; with its own if there are none.
+
+    Raises:
+        ParameterError: what is given is no monitor, or no list or mapping of them.
+    """
+    return loop if metrics is None else loop._replace(metrics=group(named_monitors(metrics)))
+
+
 def ready(loop: Loop) -> Loop:
-    """The loop with its parameters checked, its plant at rest and its controller designed.
+    """The loop with its parameters checked, wired, its plant at rest and its controller designed.
 
     Raises:
         ParameterError: what stands for a block is none; or a parameter is out of range, allows no design or
@@ -129,8 +135,8 @@ def ready(loop: Loop) -> Loop:
             raise ParameterError(name, block, "must be a block: a NamedTuple with the methods of its role")
     loop = checked(loop)
     check_substeps(loop)
-    loop = with_exact_delay(loop)
-    controller = designed(loop.controller, loop.simulation.period, loop.nominal)
+    loop = wired(with_exact_delay(loop))
+    controller = designed(loop.controller, loop.simulation.period, partial(believed, loop))
     return loop._replace(
         plant=at_rest(loop.plant, loop.supply, loop.load), controller=checked(controller, "controller")
     )
@@ -138,7 +144,10 @@ def ready(loop: Loop) -> Loop:
 
 def trace_size(loop: Loop, record: Sequence[str] | None = None) -> int:
     """Bytes that the recorded trajectory of a loop will take."""
-    return plan_size(plan_of(loop, loop.init(), record))
+    state = loop.init()
+    return plan_size(
+        plan_of(loop, state, record if record is not None else paths_of(state, monitors_of(loop)))
+    )
 
 
 def plan_size(plan: Plan) -> int:
@@ -148,8 +157,11 @@ def plan_size(plan: Plan) -> int:
 
 def run(
     loop: Loop, state: Block, plan: Plan, out: np.ndarray, mode: Mode, progress: Progress | None
-) -> tuple[MetricsState, Loss]:
-    """All samples in chunks, so that progress is seen and an interrupt is heard."""
+) -> tuple[list[Block], Loss]:
+    """What each monitor gathered, and what was lost.
+
+    It goes in chunks, so that progress is seen and an interrupt is heard.
+    """
     period = loop.simulation.period
     chunk = max(1, CHUNK // loop.simulation.substeps)
     kernel = prepared(loop, state, plan, mode)
@@ -158,30 +170,59 @@ def run(
         done = kernel.advance(first, last, period, plan.stride, out[-(-first // plan.stride) :])
         if done < last:
             numbers = [value for _, value in leaves(kernel.state)]
-            return kernel.sums, first_loss(state, watched_paths(state), numbers, done * period)
+            lost = first_loss(state, watched_paths(state), numbers, done * period)
+            return gathered(loop, kernel.sums), lost
         if progress is not None:
             progress(last / plan.samples)
-    return kernel.sums, NOTHING
+    return gathered(loop, kernel.sums), NOTHING
+
+
+def gathered(loop: Loop, states: Block) -> list[Block]:
+    """What each monitor of a loop gathered."""
+    from hydroservo.engine.watch import readers_of
+
+    numbers = [value for _, value in leaves(states)]
+    return [read(numbers) for read in readers_of(monitors_of(loop))]
+
+
+def lost(loss: Loss) -> Divergence:
+    """What the metrics say of a loss."""
+    return Divergence(loss is not NOTHING, loss.time)
 
 
 def prepared(loop: Loop, state: Block, plan: Plan, mode: Mode) -> "CompiledRun | InterpretedRun":
     """The kernel of a loop, at its first sample."""
-    from hydroservo.engine.kernel import CompiledRun, InterpretedRun, Wanted
+    from hydroservo.engine.kernel import CompiledRun, InterpretedRun
 
-    study = studied(loop, plan.samples)
-    wanted = Wanted(plan.paths, measured_paths(state), Sample, watched_paths(state))
+    study, wanted = studied(loop, plan.samples), wanted_of(loop, state, plan.paths)
     if not mode.compiled:
         return InterpretedRun(study, wanted, state)
     return CompiledRun(study, wanted, state, strict=mode.strict)
 
 
+def wanted_of(loop: Loop, state: Block, paths: Sequence[str]) -> "Wanted":
+    """What a kernel records of a loop, and what it watches."""
+    from hydroservo.engine.kernel import Wanted
+    from hydroservo.engine.watch import place
+
+    watching = monitors_of(loop)
+    signals = signals_of(watching)
+
+    def source(path: str) -> str:
+        name, _, own = path.partition(".")
+        return f"m.{place(watching, name)}.{own}" if path in signals else f"s.{path}"
+
+    return Wanted(tuple(map(source, paths)), watched_paths(state), reach_of(state))
+
+
 def studied(loop: Loop, samples: int) -> "Study":
     """All that is constant in a run of so many samples."""
     from hydroservo.engine.kernel import Study
+    from hydroservo.engine.watch import watch_of
 
-    simulation = loop.simulation
-    metrics = TrackingMetrics(0.5 * (samples - 1), simulation.period)
-    return Study(loop, simulation.integrator, simulation.substeps, metrics)
+    simulation, watch = loop.simulation, watch_of(monitors_of(loop))
+    system = loop._replace(metrics=Usual())  # which the kernel does not know
+    return Study(system, simulation.integrator, samples - 1, simulation.substeps, watch)
 
 
 @contextmanager
@@ -201,7 +242,7 @@ def compilation(loop: Loop) -> Iterator[None]:
 
 
 def first_state(loop: Loop) -> Block:
-    """The initial state, after one sample run in plain Python to show that the blocks fit together.
+    """The initial state; one sample and what then moves the machine show, in plain Python, that blocks fit.
 
     Raises:
         LoopError: a block reads a signal that is not there, or returns something else than its state's type.
@@ -210,6 +251,7 @@ def first_state(loop: Loop) -> Block:
     try:
         state = loop.init()
         after = lacking(loop).sample(state, 0.0, loop.simulation.period)
+        loop.deriv(0.0, loop.machine(state), loop.held(after))
     except MissingSignalError as error:
         raise LoopError(
             f"{law} needs {error}, which {named(loop.sensors, 'sensors')} does not measure; "
@@ -225,7 +267,32 @@ def first_state(loop: Loop) -> Block:
             )
         if not is_block(before) and not (type(before) is float and isinstance(value, (float, Unmeasured))):
             raise LoopError(f"state {path} must be a float (1.0, not 1) in init and after each step")
+    check_monitors(loop, after)
     return state
+
+
+def check_monitors(loop: Loop, state: Block) -> None:
+    """Let each monitor hear one step in plain Python.
+
+    Raises:
+        LoopError: it reads what is not there, or does not give its state and its metrics.
+    """
+    for name, one in monitors_of(loop).items():
+        try:
+            before = one.init()
+            after = one.step(before, loop, state, 0.0, loop.simulation.period)
+            values = one.values(before)
+        except Exception as error:  # whatever a block stumbles over
+            problem = f"{error} ({place_of(error)})"
+            raise LoopError(
+                f"the metric {name} ({type(one).__name__}) does not fit this loop: {problem}"
+            ) from error
+        if type(after) is not type(before) or not all(isinstance(value, float) for _, value in leaves(after)):
+            raise LoopError(
+                f"the metric {name}: a step must return a state of init's type, with floats alone"
+            )
+        if not is_block(values) or not all(isinstance(value, float | bool) for value in values):
+            raise LoopError(f"the metric {name}: values must be a NamedTuple of floats and flags")
 
 
 def at_fault(loop: Loop, error: Exception) -> str:
@@ -264,7 +331,7 @@ def parts(state: Block, path: str = "") -> Iterator[tuple[str, Any]]:
             yield from parts(getattr(state, name), f"{path}.{name}" if path else name)
 
 
-def plan_of(loop: Loop, state: Block, record: Sequence[str] | None) -> Plan:
+def plan_of(loop: Loop, state: Block, record: Sequence[str]) -> Plan:
     """How a loop is run. What a kernel counts and addresses follows from these numbers alone.
 
     Raises:
@@ -291,9 +358,8 @@ def plan_of(loop: Loop, state: Block, record: Sequence[str] | None) -> Plan:
             f"must be a whole number of sample periods of {simulation.period:g} s",
         )
     stride = min(stride, periods + 1)  # beyond the end, the first sample alone is recorded
-    paths = tuple(record) if record is not None else tuple(path for path, _ in leaves(state))
-    fields = tuple(recordable(state, path) for path in paths)
-    plan = Plan(periods + 1, stride, periods // stride + 1, paths, fields)
+    fields = tuple(recordable(loop, state, path) for path in record)
+    plan = Plan(periods + 1, stride, periods // stride + 1, tuple(record), fields)
     size = plan_size(plan)
     if size > LARGEST_TRACE:
         raise LoopError(
@@ -309,12 +375,20 @@ def whole(ratio: float) -> int | None:
     return nearest if abs(ratio - nearest) <= 1e-9 * max(nearest, 1) else None
 
 
-def recordable(state: Block, path: str) -> Field:
-    """The declaration of the number at a path of a state.
+def paths_of(state: Block, watching: Mapping[str, Block]) -> tuple[str, ...]:
+    """All that can be recorded of a loop's state and of its monitors."""
+    return (*(path for path, _ in leaves(state)), *signals_of(watching))
+
+
+def recordable(loop: Loop, state: Block, path: str) -> Field:
+    """The declaration of the number at a path of a state, or of what a monitor declares.
 
     Raises:
         ParameterError: there is no number at that path.
     """
+    signals = signals_of(monitors_of(loop))
+    if path in signals:
+        return signals[path]
     try:
         value = value_at(state, path)
     except ParameterError as error:
@@ -324,41 +398,34 @@ def recordable(state: Block, path: str) -> Field:
     return field_at(state, path)
 
 
-def measured_paths(state: Block) -> tuple[str | None, ...]:
-    """The path of each number that metrics are computed from; None for what this loop does not have."""
-    observer = observer_path(state.controller, "controller")
-    estimates = {
-        "estimate_1": observer and f"{observer}.d1",
-        "estimate_2": observer and f"{observer}.d2",
-    }
-    known = {path for path, _ in leaves(state)}
-    paths = {**MEASURED, **estimates}
-    return tuple(path if path in known else None for path in (paths[name] for name in Sample._fields))
-
-
-def observer_path(state: Block, path: str) -> str | None:
-    """The path of the first nested state that holds the two estimates d1 and d2."""
-    names = getattr(state, "_fields", ())
-    if {"d1", "d2"} <= set(names):
-        return path
-    found = (observer_path(getattr(state, name), f"{path}.{name}") for name in names)
-    return next((one for one in found if one is not None), None)
-
-
-def dataset(loop: Loop, plan: Plan, out: np.ndarray, metrics: Metrics) -> "xr.Dataset":
+def dataset(loop: Loop, plan: Plan, out: np.ndarray, values: Sequence[float | bool]) -> "xr.Dataset":
     import xarray as xr
 
     time = np.arange(plan.rows) * plan.stride * loop.simulation.period
     trace = {
-        path: ("time", out[:, column], {"units": field.unit, "long_name": field.meaning})
+        path: ("time", out[:, column], described(field))
         for column, (path, field) in enumerate(zip(plan.paths, plan.fields, strict=True))
     }
-    scalars = {
-        name: ((), getattr(metrics, name), {"units": field.unit, "long_name": field.meaning})
-        for name, field in METRIC_FIELDS.items()
-    }
+    fields = declared_metrics(monitors_of(loop))
+    pairs = zip(fields.items(), values, strict=True)
+    scalars = {name: ((), value, judged(field)) for (name, field), value in pairs}
     return xr.Dataset(
         trace | scalars,
         coords={"time": ("time", time, {"units": "s", "long_name": "time"})},
         attrs=provenance(loop),
     )
+
+
+def described(field: Field) -> dict[str, str]:
+    """A declaration as the attributes of a variable."""
+    return {"units": field.unit, "long_name": field.meaning}
+
+
+def judged(field: Field) -> dict[str, str]:
+    """The declaration of a metric as the attributes of a variable."""
+    about = {**described(field), "kind": "metric"}
+    if field.smaller_is_better:
+        about["better"] = "smaller"
+    if field.least_is_worst:
+        about["worst"] = "least"
+    return about

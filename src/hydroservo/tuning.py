@@ -9,13 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydroservo.batch import simulate_batch
-from hydroservo.block import field_at, value_at
+from hydroservo.block import Block, field_at, value_at
 from hydroservo.cautions import quietly, warnings_of
 from hydroservo.checks import checked, within
 from hydroservo.errors import HydroservoError, HydroservoWarning, ParameterError
 from hydroservo.loop import Loop
-from hydroservo.metrics import SMALLER_IS_BETTER
+from hydroservo.metrics import declared_metrics, judged_by, monitors_of
+from hydroservo.nearest import one_of
 from hydroservo.varied import SEED, checked_columns, designs, starts
+from hydroservo.wiring import wired
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -27,6 +29,7 @@ Columns = Mapping[str, Numbers]
 Progress = Callable[[float, float], None]  # called with the fraction done and the best geometric mean so far
 
 LOST = 1e30  # counts as the metric of a run that diverged: beyond that of any other, in whatever unit
+ACTIVITY = "control_total_variation"
 SAFE = 1e20  # a mean over seeds is below this unless it counts a lost run
 CANDIDATES = 64  # of a generation: whole groups of lanes
 PENALTY = 400.0  # on the cost of a lost run: more than metrics between 1/LOST and LOST can differ by
@@ -118,6 +121,7 @@ def tune(
     Source: Storn, Price, Journal of Global Optimization 11, 1997, doi:10.1023/A:1008202821328.
     Fails to promise the best there is: another seed may find a better one.
     """
+    aim = aim._replace(loops=[wired(loop) for loop in aim.loops])
     check(aim, ranges)
     own = [{path: value_at(loop, path) for path in ranges} for loop in aim.loops]
     _, before = at_points(aim, own, threads)
@@ -154,13 +158,16 @@ def tune(
 
 
 def check(aim: Aim, ranges: Mapping[str, tuple[float, float]]) -> None:
-    if aim.metric not in SMALLER_IS_BETTER:
-        raise ParameterError("metric", aim.metric, f"must be one of {', '.join(SMALLER_IS_BETTER)}")
     if not aim.loops:
         raise ParameterError("loops", list(aim.loops), "must be at least one")
+    known = judged_by(aim.loops)
+    if aim.metric not in known:
+        raise ParameterError("metric", aim.metric, one_of(aim.metric, known))
     weights = weights_of(aim)
     if len(weights) != len(aim.loops) or not all(0.0 < weight < math.inf for weight in weights):
         raise ParameterError("weights", list(aim.weights), "must be a finite number above 0 for each loop")
+    if aim.effort and ACTIVITY not in known:
+        raise ParameterError("effort", aim.effort, f"must be 0 for a loop without the metric {ACTIVITY}")
     if aim.seeds < 1:
         raise ParameterError("seeds", aim.seeds, "must be a whole number from 1 on")
     if not 0.0 <= aim.effort < math.inf:
@@ -235,7 +242,7 @@ def at_points(
 def objective(aim: Aim, i: int, candidates: Columns, threads: int | None) -> Numbers:
     """What loop i makes of each candidate; of one that allows no controller, that of a lost run."""
     try:
-        runs = runs_of(aim, i, candidates, threads)
+        runs = runs_of(aim, i, candidates, threads, needed(aim, aim.loops[i]))
         return means(aim, i, runs) * activity(aim, runs)
     except ParameterError:
         count = next(iter(candidates.values())).size
@@ -247,6 +254,14 @@ def objective(aim: Aim, i: int, candidates: Columns, threads: int | None) -> Num
             kept = {path: values[possible] for path, values in candidates.items()}
             found[possible] = objective(aim, i, kept, threads)
         return found
+
+
+def needed(aim: Aim, loop: Loop) -> dict[str, Block]:
+    """The monitors that a search asks for: others would only take time."""
+    wanted = {aim.metric} | ({ACTIVITY} if aim.effort else set())
+    every = monitors_of(loop)
+    own = {name: one for name, one in every.items() if wanted & set(declared_metrics({name: one}))}
+    return own if wanted <= set(declared_metrics(own)) else every
 
 
 def is_possible(loop: Loop, candidates: Columns, k: int) -> bool:
@@ -261,13 +276,22 @@ def is_possible(loop: Loop, candidates: Columns, k: int) -> bool:
     return True
 
 
-def runs_of(aim: Aim, i: int, candidates: Columns, threads: int | None) -> "xr.Dataset":
-    """The runs of loop i: of the first candidate with each seed, of the second, and so on."""
+def runs_of(
+    aim: Aim,
+    i: int,
+    candidates: Columns,
+    threads: int | None,
+    metrics: Mapping[str, Block] | None = None,
+) -> "xr.Dataset":
+    """The runs of loop i: of the first candidate with each seed, of the second, and so on.
+
+    Their metrics are those of some monitors, or all that the loop has.
+    """
     loop = aim.loops[i]
     count = next(iter(candidates.values())).size
     columns: dict[str, Any] = {path: np.repeat(values, aim.seeds) for path, values in candidates.items()}
     columns[SEED] = np.tile(loop.simulation.seed + np.arange(aim.seeds), count)
-    return quietly(simulate_batch)(loop, columns, threads=threads)
+    return quietly(simulate_batch)(loop, columns, metrics=metrics, threads=threads)
 
 
 def means(aim: Aim, i: int, runs: "xr.Dataset") -> Numbers:
@@ -287,7 +311,9 @@ def means(aim: Aim, i: int, runs: "xr.Dataset") -> Numbers:
 
 def activity(aim: Aim, runs: "xr.Dataset") -> Numbers:
     """The factor that the command's total variation, mean over the seeds, is on a candidate's metric."""
-    variation = runs["control_total_variation"].values.reshape(-1, aim.seeds).mean(axis=1)
+    if not aim.effort:
+        return np.ones(runs.sizes["run"] // aim.seeds)
+    variation = runs[ACTIVITY].values.reshape(-1, aim.seeds).mean(axis=1)
     known = np.where(np.isfinite(variation), variation, 1.0)
     factor: Numbers = np.maximum(known, CALMEST) ** aim.effort
     return factor

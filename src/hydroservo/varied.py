@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace as replaced
-from functools import cache
+from functools import cache, partial
 from itertools import repeat
 from typing import Any, NamedTuple
 
@@ -14,6 +14,7 @@ from hydroservo.checks import allowed, check_own, number
 from hydroservo.errors import ParameterError
 from hydroservo.hooks import at_rest, designed
 from hydroservo.loop import Loop
+from hydroservo.wiring import believed
 
 __all__ = ["SEED", "Columns", "checked_columns", "designs", "starts", "vector"]
 
@@ -90,8 +91,10 @@ def column(loop: Loop, path: str, values: ArrayLike) -> NDArray[np.float64]:
         present = value_at(loop, str(path))
     except ParameterError as error:
         raise ParameterError("parameters", path, error.allowed) from None
-    if path != SEED and (not isinstance(present, float) or path.startswith(("simulation.", "hold."))):
-        wanted = "must be a float outside the simulation and hold blocks, or the seed"
+    if path != SEED and (
+        not isinstance(present, float) or path.startswith(("simulation.", "hold.", "metrics."))
+    ):
+        wanted = "must be a float outside simulation, hold and metrics, or the seed"
         raise ParameterError("parameters", path, wanted)
     found = vector(path, values)
     field = field_at(loop, path)
@@ -134,14 +137,14 @@ def designs(loop: Loop, columns: Columns) -> Columns:
         ParameterError: a run's parameters allow no design.
     """
     computed = [path for path, _ in leaves(loop.controller) if field_at(loop.controller, path).derived]
-    ruling = [path for path in columns if path.startswith(("controller.", "nominal."))]
+    ruling = [path for path in columns if path.startswith("controller.")]
     if not computed or not ruling:
         return {}
 
     @cache
     def design(*numbers: float) -> list[float]:
         own = replace(loop, dict(zip(ruling, numbers, strict=True)))
-        controller = designed(own.controller, own.simulation.period, own.nominal)
+        controller = designed(own.controller, own.simulation.period, partial(believed, own))
         return [value_at(controller, path) for path in computed]
 
     rows = zip(*(columns[path].tolist() for path in ruling), strict=True)

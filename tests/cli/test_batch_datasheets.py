@@ -98,7 +98,6 @@ def test_the_numbers_of_each_run_are_what_the_constructor_makes(file):
         )
         assert own.plant == cylinder(bore)
         assert own.valve == FirstOrderValve.from_corner(corner, orifice=Orifice.rated(flow, 70e5, 5e-3))
-        assert own.nominal is loop.nominal
         assert own.controller is loop.controller
 
 
@@ -140,7 +139,7 @@ def test_what_is_0_in_the_scenario_is_set_and_the_belief_kept(file, text):
         settings, parameters = found.of_run(i)
         again = replayed(command(Origin(file, changes, ()), settings, parameters))
         assert scenario_hash(again) == scenario_hash(replace(loop, parameters))
-        assert again.nominal == loop.nominal
+        assert again.controller == loop.controller
 
 
 def test_each_run_starts_at_its_own_rest_and_is_its_single_run(file):
@@ -208,16 +207,13 @@ def test_outside_the_machine_the_value_itself_varies(file, plugin):
         assert scenario_hash(replayed(text)) == scenario_hash(replace(loop, found.of_run(i)[1]))
 
 
-def test_disturbances_are_defined_against_the_model_that_varies(file):
+def test_the_model_of_a_law_varies_by_its_datasheet(file):
     rated = ["rated_flow=7e-4", "rated_drop=70e5", "rated_opening=5e-3", "type=Orifice.rated"]
     changes = [f"controller.model.orifice.{one}" for one in rated]
     loop, found = drawn(file, "controller.model.orifice.rated_flow=-5%..5%", changes=changes, runs=3)
-    assert list(found.parameters) == [
-        f"{place}.orifice.area_gradient" for place in ("controller.model", "nominal")
-    ]
+    assert list(found.parameters) == ["controller.model.orifice.area_gradient"]
     settings, parameters = found.of_run(1)
     again = replayed(command(Origin(file, changes, ()), settings, parameters))
-    assert again.nominal.orifice.area_gradient == parameters["nominal.orifice.area_gradient"]
     assert scenario_hash(again) == scenario_hash(replace(loop, parameters))
 
 
@@ -311,7 +307,7 @@ def test_uncertainty_of_an_argument_is_the_truth_s_alone(file):
     usual = load_scenario(file, {"uncertainty.scale": 2})
     made = Cylinder.from_diameters(63e-3 * 1.02, 45e-3 * 0.998, 0.2)
     assert (loop.plant.area_a, loop.plant.area_b) == (made.area_a, made.area_b * 1.04)
-    assert loop.nominal == usual.nominal
+    assert loop.controller == usual.controller
     assert load_scenario(file, {"plant.type": "Cylinder"}).plant.area_b == pytest.approx(4.91e-4 * 1.02)
     for changes, problem in (
         ({"uncertainty.plant.bore": -0.3}, "uncertainty: leads to plant: rod = .*: must be below the bore"),

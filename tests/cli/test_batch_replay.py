@@ -55,10 +55,13 @@ def test_a_run_is_replayed_to_the_bit(name, changes):
         assert scenario_hash(again) == scenario_hash(replace(loop, parameters))
 
 
-def test_no_replay_is_offered_where_the_nominal_model_would_follow():
+@pytest.mark.parametrize("name", ["paper/sine-pi", NAME])
+def test_what_is_0_is_set_whether_a_law_has_a_model_or_not(name):
     changes = ["plant.leakage=0"]
-    _, found = drawn("plant.leakage=0..1e-11", changes=changes, name="paper/sine-pi")
-    assert command(Origin("paper/sine-pi", changes, ()), *found.of_run(0)) is None
+    loop, found = drawn("plant.leakage=0..1e-11", changes=changes, name=name)
+    settings, parameters = found.of_run(0)
+    again = replayed(command(Origin(name, changes, ()), settings, parameters))
+    assert scenario_hash(again) == scenario_hash(replace(loop, parameters))
 
 
 def test_a_replay_names_plugins_and_quotes_what_a_shell_would_split(tmp_path):

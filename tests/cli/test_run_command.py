@@ -1,28 +1,31 @@
 """Running one scenario."""
 
 import json
-import math
 
 import pandas as pd
 import pytest
-from cli_runner import PLUGIN, QUICK, SHORT, succeeded
+from cli_runner import PLUGIN, QUICK, SHORT, UNSTABLE, succeeded
 
 import hydroservo
 from hydroservo import results
 from hydroservo.cli.summary import RunSummary
 from hydroservo.cli.tables import verdict
-from hydroservo.metrics import METRIC_FIELDS
+from hydroservo.divergence import BEYOND
+from hydroservo.metrics import declared_metrics, usual
 from hydroservo.scenario import load_scenario, scenario_source
+
+METRICS = declared_metrics(usual(load_scenario("paper/sine-pi")))
 
 
 def test_run_prints_metrics_in_engineers_units_and_a_verdict():
     text = succeeded("run", "paper/sine-pi", *QUICK)
     rows = {line.split()[1]: line.split() for line in text.splitlines() if line.startswith(("│", "|"))}
     metrics = json.loads(succeeded("run", "paper/sine-pi", *QUICK, "--json"))["metrics"]
-    assert set(METRIC_FIELDS) <= set(rows)
+    assert set(METRICS) <= set(rows)
     assert rows["rms_error"][3:6] == [f"{1e3 * metrics['rms_error']:.4g}", rows["rms_error"][4], "mm/s"]
     assert rows["control_rms"][5] == "mV"
-    assert rows["estimate_rms_error_1"][3] == "-"
+    assert rows["diverged_at"][3] == "-"
+    assert "estimate_rms_error_1" not in rows  # a PI has no observer
     assert text.splitlines()[-1] == "The run did not diverge, and the piston stayed inside its stroke."
 
 
@@ -43,7 +46,7 @@ def test_json_is_one_object_with_the_numbers_of_the_library():
 
 def test_json_has_null_for_what_is_not_a_number():
     said = json.loads(succeeded("run", "paper/sine-pi", *QUICK, "--json"))
-    assert said["metrics"]["estimate_rms_error_1"] is None
+    assert said["metrics"]["diverged_at"] is None
     assert said["metrics"]["diverged"] is False
 
 
@@ -90,8 +93,24 @@ def test_out_replaces_its_own_files_and_leaves_others(tmp_path):
 
 
 def test_run_says_that_it_diverged():
-    text = succeeded("run", "paper/sine-pi", *QUICK, "--set", "simulation.period=1 ms")
-    assert text.splitlines()[-1].startswith("DIVERGED")
+    text = succeeded("run", "paper/sine-pi", *QUICK, *UNSTABLE)
+    assert text.splitlines()[-1].startswith(
+        "DIVERGED: plant.velocity left physical reach, beyond 100 m/s at "
+    )
+
+
+def test_a_large_error_alone_is_no_divergence():
+    text = succeeded("run", "rig/1khz-pi-square", *SHORT, "--set", "reference.amplitude=1 mm/s")
+    assert text.splitlines()[-1] == "The run did not diverge, and the piston stayed inside its stroke."
+
+
+def test_a_scenario_asks_for_metrics():
+    asked = ("--set", "metrics.usual=false", "--set", "metrics.energy.type=Energy")
+    text = succeeded("run", "paper/sine-pi", *QUICK, *asked)
+    said = json.loads(succeeded("run", "paper/sine-pi", *QUICK, *asked, "--json"))
+    assert list(said["metrics"]) == ["supply_energy", "valve_loss", "diverged", "diverged_at"]
+    assert said["hash"] == json.loads(succeeded("run", "paper/sine-pi", *QUICK, "--json"))["hash"]
+    assert text.splitlines()[-1] == "The run did not diverge."
 
 
 def test_run_says_that_the_piston_left_its_stroke():
@@ -116,9 +135,9 @@ def test_a_name_in_brackets_is_shown_as_it_is(tmp_path):
 
 
 def test_verdict_puts_divergence_first():
-    metrics = dict.fromkeys(METRIC_FIELDS, 1.0) | {"diverged": True, "stroke_left": True}
+    metrics = dict.fromkeys(METRICS, 1.0) | {"diverged": True, "stroke_left": True}
     both = RunSummary("name", "hash", "version", 0, "controller.u", [], metrics)
     assert "DIVERGED[/]: controller.u stopped being finite at 1.00 s" in verdict(both)
     assert "STROKE" not in verdict(both)
-    error = both._replace(diverged_by="the error", metrics=metrics | {"diverged_at": math.nan})
-    assert "DIVERGED[/]: in the second half the error passed both 10 peak demands" in verdict(error)
+    far = both._replace(diverged_by=f"plant.velocity {BEYOND} 100 m/s")
+    assert "DIVERGED[/]: plant.velocity left physical reach, beyond 100 m/s at 1.00 s." in verdict(far)

@@ -23,6 +23,8 @@ GIVEN = (
 SHORT = [word for change in GIVEN for word in ("--set", change)]
 GAIN, FILTER = "controller.proportional_gain", "sensors.velocity.time_constant"
 VARIED = ("--vary", f"{GAIN}=0.3..30 V s/m", "--vary", f"{FILTER}=5e-05..0.2 s")
+WINDUP = "controller.anti_windup"
+RUNAWAY = ("--set", f"{WINDUP}=1e12", "--set", "controller.saturation.limit=50 mV")  # its integral overflows
 FEW = ("--candidates", "64", "--seed", "2")
 TUNE = ("tune", *NAMES, *SHORT, *VARIED, "--weights", "1,2.5", "--seeds", "3", *FEW)
 QUICK = ("tune", NAMES[0], *SHORT, *FEW)
@@ -80,7 +82,7 @@ def test_json_is_one_object_whose_metrics_can_be_had_again(said):
     assert [one["weight"] for one in said["scenarios"]] == [1.0, 2.5]
     for one in said["scenarios"]:
         assert one["after"] == pytest.approx(again(one["scenario"], said["parameters"]), rel=1e-9)
-        assert one["before"] is None  # with the paper's gain the loop diverges
+        assert one["before"] == pytest.approx(again(one["scenario"], {}), rel=1e-9)
     first, second = (one["after"] for one in said["scenarios"])
     assert said["geometric_mean"] == pytest.approx((first * second**2.5) ** (1 / 3.5))
 
@@ -126,11 +128,23 @@ def test_the_screen_shows_values_metrics_and_a_replay(done, said):
     assert rows[FILTER] == [f"{said['parameters'][FILTER]:.5g}", "5e-05", "0.2", "s"]
     assert "rms_error [mm/s], mean over 3 seeds" in text
     for one in said["scenarios"]:
-        expected = [f"{one['weight']:g}", "diverged", f"{1e3 * one['after']:.4g}", "-"]
-        assert rows[one["scenario"]] == expected
-    assert rows["geometric mean"] == ["", "diverged", f"{1e3 * said['geometric_mean']:.4g}", "-"]
+        weight, *numbers, change = rows[one["scenario"]]
+        assert weight == f"{one['weight']:g}"
+        assert numbers == [f"{1e3 * one[when]:.4g}" for when in ("before", "after")]
+        assert change == f"{100.0 * (one['after'] / one['before'] - 1.0):+.3g} %"
+    _, _, after, change = rows["geometric mean"]
+    assert after == f"{1e3 * said['geometric_mean']:.4g}"
+    assert change.startswith("-")
     assert "384 closed loops were simulated." in text
     assert text.splitlines()[-1] == f"written: {file}"
+
+
+def test_values_with_which_the_loop_diverged_have_no_metric(tmp_path):
+    args = (*QUICK, *RUNAWAY, "--vary", f"{WINDUP}=1..100 1/s")
+    assert rows_of(succeeded(*args))[NAMES[0]][1::2] == ["diverged", "-"]
+    (one,) = json.loads(succeeded(*args, "--json"))["scenarios"]
+    assert one["before"] is None
+    assert one["after"] < 1.0
 
 
 def test_the_replay_runs_and_gives_the_metric_shown():
@@ -205,7 +219,7 @@ def test_a_users_own_controller_can_be_searched(tmp_path):
         ((*VARIED, "--metric", "position_min"), "--metric = 'position_min': must be one of"),
         (
             (*VARIED, "--metric", "estimate_rms_error_1", "--set", f"{GAIN}=1"),
-            "metric = 'estimate_rms_error_1': must be one that every loop has; it is nan in loop 1 of 1",
+            "--metric = 'estimate_rms_error_1': must be one of rms_error, max_error, ",
         ),
         ((*VARIED, "--weights", "1,2"), "--weights = '1,2': must be a number above 0 for each scenario"),
         ((*VARIED, "--weights", "-1"), "--weights = '-1': must be a number above 0"),
@@ -226,7 +240,10 @@ def test_a_users_own_controller_can_be_searched(tmp_path):
             ("paper/sine-tsmc", "--vary", f"{GAIN}=1..2"),
             f"--vary: {GAIN}: is no number of paper/sine-tsmc",
         ),
-        (("--vary", f"{GAIN}=250..300"), "nothing found: with each of 64 candidates some run diverged"),
+        (
+            (*RUNAWAY, "--vary", f"{WINDUP}=1e11..1e12"),
+            "nothing found: with each of 64 candidates some run diverged",
+        ),
         (("--set", "plant.mass=-1", *VARIED), "plant.mass: -1 must be"),
     ],
 )
@@ -276,7 +293,7 @@ def test_steps_that_are_too_coarse_are_said():
 
 def test_progress_says_how_many_and_the_best_so_far():
     seen = []
-    progress = command_module.told(lambda fraction, text: seen.append((fraction, text)), "rms_error", 4096)
+    progress = command_module.told(lambda fraction, text: seen.append((fraction, text)), "m/s", 4096)
     for fraction, best in ((0.25, float("inf")), (0.5, 2e-3), (1.0, 1.234e-3)):
         progress(fraction, best)
     assert seen == [

@@ -219,8 +219,7 @@ def path(draw: random.Random, scenario: str) -> str:
 @cache
 def known_paths(scenario: str) -> dict[str, Any]:
     """The numbers of a scenario by their paths."""
-    found = dict(leaves(load_scenario(scenario)))
-    return {name: number for name, number in found.items() if not name.startswith("nominal.")}
+    return dict(leaves(load_scenario(scenario)))
 
 
 @cache

@@ -1,6 +1,7 @@
 """Every file in examples/ runs, as its own text says."""
 
 import importlib
+import json
 import shutil
 import subprocess
 import sys
@@ -17,6 +18,8 @@ COVERED = {
     "compare_in_python.py",
     "my.toml",
     "my_controller.py",
+    "my_metric.py",
+    "my_metric.toml",
     "on_the_rig.toml",
     "recorded.toml",
     "recorded_demand.csv",
@@ -46,6 +49,18 @@ def test_own_controller_from_a_scenario() -> None:
     done = command("run", "my.toml", "--plugin", "my_controller.py", folder=EXAMPLES)
     assert done.returncode == 0, done.stderr
     assert "did not diverge" in done.stdout
+
+
+def test_own_metric_in_python_and_from_a_scenario(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(EXAMPLES)
+    tolerance = importlib.import_module("my_metric").Tolerance(tolerance=0.5e-3)
+    data = simulate(load_scenario("rig/1khz-pi-square"), record=(), metrics=[tolerance])
+    assert data["out_of_tolerance"].attrs["better"] == "smaller"
+    done = command("run", "my_metric.toml", "--plugin", "my_metric.py", "--json", folder=EXAMPLES)
+    assert done.returncode == 0, done.stderr
+    said = json.loads(done.stdout)["metrics"]
+    assert said["out_of_tolerance"] == float(data["out_of_tolerance"])
+    assert said["settling_time"] > 0.0
 
 
 def test_scenario_alone_runs_no_code(tmp_path: Path) -> None:

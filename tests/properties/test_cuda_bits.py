@@ -17,7 +17,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from numba import cuda as numba_cuda
 
-from hydroservo import Loop, Simulation, batch
+from hydroservo import Loop, Simulation, batch, monitors
 from hydroservo.batch import simulate_batch
 from hydroservo.controllers import DAC, PI, TSMC, AntiWindup, Backstepping, RateLimit
 from hydroservo.engine import cuda, native
@@ -25,6 +25,7 @@ from hydroservo.holds import DelayedHold
 from hydroservo.integrators import Tsit5
 from hydroservo.loads import Recorded as RecordedLoad
 from hydroservo.loads import Square as SquareLoad
+from hydroservo.monitors.group import group
 from hydroservo.observers import Explicit, Implicit, ModelDerivative, TSMObserver
 from hydroservo.references import Chirp, Multisine, Recorded, Square
 from hydroservo.sensors import DelayedSensors, Dropout, ExactDifferentiator, NoisySensors, RigSensors
@@ -34,6 +35,7 @@ from ptx_machine import PtxDevice
 
 pytestmark = pytest.mark.slow
 
+PRESSURES = "ChamberPressures"  # a cylinder's, whose parameters have other names
 TIME = np.linspace(0.0, 2e-3, 6)
 LOOPS = {
     "tsmc": Loop(Simulation(1e-3, 1e-4, 2), controller=TSMC(observer=TSMObserver(realisation=Implicit()))),
@@ -66,6 +68,12 @@ LOOPS = {
         load=SquareLoad(period=3e-4),
         reference=Chirp(),
         controller=PI(),
+    ),
+    "every-metric": Loop(
+        Simulation(4e-4, 1e-4, 2),
+        reference=Square(period=3e-4),
+        controller=TSMC(),
+        metrics=group({name: getattr(monitors, name)() for name in monitors.__all__ if name != PRESSURES}),
     ),
 }
 RANGES = {

@@ -13,10 +13,11 @@ from hypothesis import strategies as st
 from hydroservo import Loop, Simulation, batch, replace, simulate
 from hydroservo.batch import simulate_batch
 from hydroservo.controllers import PI, TSMC
-from hydroservo.metrics import METRIC_FIELDS
+from hydroservo.metrics import declared_metrics, monitors_of
 from hydroservo.observers import Implicit, TSMObserver
 from hydroservo.references import Square
 from hydroservo.valves import FirstOrderValve, StaticValve
+from hydroservo.wiring import wired
 
 LOOPS = {
     "tsmc": Loop(Simulation(0.02, 1e-4, 2), controller=TSMC(observer=TSMObserver(realisation=Implicit()))),
@@ -41,9 +42,9 @@ def same(a: float, b: float) -> bool:
 
 def assert_like_single_runs(loop: Loop, parameters: Mapping[str, Any], table: xr.Dataset) -> None:
     for run in range(table.sizes["run"]):
-        own = replace(loop, {path: float(values[run]) for path, values in parameters.items()})
+        own = replace(wired(loop), {path: float(values[run]) for path, values in parameters.items()})
         single = simulate(own, record=[], strict=True)
-        for name in METRIC_FIELDS:
+        for name in declared_metrics(monitors_of(loop)):
             assert same(float(table[name][run]), float(single[name])), (run, name)
 
 

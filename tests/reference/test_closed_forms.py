@@ -1,6 +1,7 @@
 """The machine's figures against closed forms, worked out apart from the code."""
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -8,10 +9,11 @@ from scipy.optimize import fsolve
 
 from hydroservo import Loop, Simulation, replace, simulate
 from hydroservo.controllers import PI
+from hydroservo.controllers.pi import PIState
 from hydroservo.loads import Constant
 from hydroservo.loop import MachineState
-from hydroservo.plants import LoadPressurePlant, LoadPressureState
-from hydroservo.signals import PortFlows
+from hydroservo.plants import DesignModel, LoadPressurePlant, LoadPressureState
+from hydroservo.signals import Demand, Measurement, PortFlows
 from hydroservo.supplies import IdealSupplyState
 from hydroservo.valves import Orifice, StaticValveState
 
@@ -27,6 +29,29 @@ UPWARD = {
     "plant.damping": 1.2 * DAMPING,
 }
 CLOSED = PortFlows(0.0, 0.0, 0.0, 0.0)
+
+
+class NominalState(NamedTuple):
+    u: float
+    d1: float
+    d2: float
+    controller: PIState
+
+
+class Nominal(NamedTuple):
+    """A PI with the nominal model, against which disturbances are counted, and estimates that are 0."""
+
+    controller: PI = PI(0.3, 100.0)
+    model: DesignModel = DesignModel()
+
+    def init(self) -> NominalState:
+        return NominalState(0.0, 0.0, 0.0, self.controller.init())
+
+    def step(self, s: NominalState, y: Measurement, r: Demand, dt: float) -> NominalState:
+        own = self.controller.step(s.controller, y, r, dt)
+        return NominalState(own.u, 0.0, 0.0, own)
+
+
 STIFFNESS = 4.0 * BULK * AREA**2 / VOLUME  # [N/m]
 
 
@@ -83,7 +108,7 @@ def test_half_the_supply_at_the_load_costs_a_factor_of_root_two() -> None:
 
 def test_a_load_of_100_newton_is_a_disturbance_of_16_7() -> None:
     """d_L1 = -(F_L + Delta b x1)/m, eq. (6); the nominal machine has nothing else."""
-    loop = Loop(simulation=Simulation(0.01, 1e-4, 1, 1e-4), load=Constant(100.0))
+    loop = Loop(simulation=Simulation(0.01, 1e-4, 1, 1e-4), load=Constant(100.0), controller=Nominal())
     run = simulate(loop)
     assert run["disturbance.d1"].values == pytest.approx(-100.0 / MASS, abs=1e-9)
     assert float(run.disturbance_max_1) == pytest.approx(16.7, abs=0.05)
@@ -93,7 +118,7 @@ def test_a_load_of_100_newton_is_a_disturbance_of_16_7() -> None:
 def test_perturbed_parameters_make_a_disturbance_of_about_1e4() -> None:
     """Over one second of the sine demand, which holds its peak."""
     simulation = Simulation(1.0, 1e-4, 2, 1e-3)
-    loop = replace(Loop(simulation=simulation, controller=PI(0.3, 100.0)), UPWARD)
+    loop = replace(Loop(simulation=simulation, controller=Nominal()), UPWARD)
     run = simulate(loop, record=["plant.velocity", "plant.load_force", "controller.u", "disturbance.d2"])
     x1, x2, u = (run[name].values for name in ("plant.velocity", "plant.load_force", "controller.u"))
     area = DISCHARGE * GRADIENT * VALVE_GAIN * u

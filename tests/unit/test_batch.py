@@ -7,7 +7,7 @@ import pytest
 
 from hydroservo import Loop, LoopError, ParameterError, Simulation
 from hydroservo.batch import simulate_batch
-from hydroservo.metrics import METRIC_FIELDS
+from hydroservo.metrics import declared_metrics, usual
 from hydroservo.provenance import scenario_hash
 
 LOOP = Loop(Simulation(0.002, 1e-4))
@@ -17,7 +17,7 @@ MASSES = np.linspace(4.0, 8.0, 70)
 def test_a_table_of_metrics_with_units_and_provenance() -> None:
     table = simulate_batch(LOOP, {"plant.mass": MASSES, "controller.integral_gain": np.zeros(70)})
     assert dict(table.sizes) == {"run": 70}
-    assert set(METRIC_FIELDS) < set(table.data_vars)
+    assert set(declared_metrics(usual(LOOP))) < set(table.data_vars)
     assert np.array_equal(table["plant.mass"], MASSES)
     assert table["plant.mass"].attrs["units"] == "kg"
     assert table["rms_error"].attrs["units"] == "m/s"
@@ -46,8 +46,8 @@ def test_an_interrupt_stops_the_batch() -> None:
     [
         ({}, "must name at least one parameter"),
         ({"plant.mss": MASSES}, "no 'mss' there"),
-        ({"plant": MASSES}, "must be a float outside the simulation and hold blocks"),
-        ({"simulation.period": MASSES}, "must be a float outside the simulation and hold blocks"),
+        ({"plant": MASSES}, "must be a float outside simulation, hold and metrics, or the seed"),
+        ({"simulation.period": MASSES}, "must be a float outside simulation, hold and metrics, or the seed"),
         ({"plant.mass": [1.0, -2.0, 3.0]}, r"plant.mass = -2.0: must be a finite number above 0 \[kg\]"),
         ({"plant.mass": [1.0, float("nan")]}, "plant.mass = nan: must be a finite number"),
         ({"plant.mass": []}, r"must be an array of shape \(runs,\)"),

@@ -15,8 +15,9 @@ from hydroservo.loads import Square as SquareLoad
 from hydroservo.references import Sine, Square
 from hydroservo.time_series import TimeSeries
 from hydroservo.valves import FirstOrderValve
+from hydroservo.wiring import wired
 
-LOOP = Loop(Simulation(2e-3, 1e-4, 2, record_period=1e-4), controller=TSMC())
+LOOP = wired(Loop(Simulation(2e-3, 1e-4, 2, record_period=1e-4), controller=TSMC()))
 RIVAL = LOOP._replace(controller=PI())
 
 
@@ -36,7 +37,7 @@ def tsmc() -> xr.Dataset:
         RIVAL._replace(controller=DAC(PI(), 12, 5.0)),
         replace(LOOP, {"controller.power_gain_1": 0.0}),
         replace(RIVAL, {"simulation.record_period": 1e-3}),
-        replace(LOOP, {"controller.model.plant.mass": 7.0, "nominal.plant.mass": 7.0}),
+        replace(LOOP, {"controller.model.plant.mass": 7.0}),
     ],
     ids=["law", "wrapper", "gain", "record", "belief"],
 )
@@ -92,7 +93,7 @@ def test_substeps_that_were_chosen_are_equal_if_the_question_was() -> None:
 
 
 def test_estimates_of_two_models_are_not_ranked() -> None:
-    believed = replace(LOOP, {"controller.model.plant.mass": 7.0, "nominal.plant.mass": 7.0})
+    believed = replace(LOOP, {"controller.model.plant.mass": 7.0})
     gains = replace(LOOP, {"controller.observer.linear_gain_1": 50.0})
     assert winners([run(LOOP), run(gains)])["estimate_rms_error_1"]
     assert winners([run(LOOP), run(believed)])["estimate_rms_error_1"] == set()

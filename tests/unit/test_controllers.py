@@ -86,7 +86,7 @@ def test_pi_winds_up_without_anti_windup_and_not_with_it() -> None:
 
 @given(y=measurements, r=demands)
 def test_saturation_limits_every_law(y: Measurement, r: Demand) -> None:
-    for law in (PI(1e6), Backstepping(), TSMC()):
+    for law in (PI(1e6), Backstepping(model=MODEL), TSMC(model=MODEL)):
         assert abs(after(law._replace(saturation=Saturation(0.5)), y, r).u) <= 0.5
 
 
@@ -95,7 +95,7 @@ def test_backstepping_gives_its_error_dynamics_on_the_nominal_model(
     y: Measurement, r: Demand, k1: float, k2: float
 ) -> None:
     """dz1/dt = -k1 z1 + g1 z2 and dz2/dt = -k2 z2 - g1 z1 when there is no disturbance."""
-    s = after(Backstepping(k1, k2, saturation=NO_LIMIT), y, r)
+    s = after(Backstepping(k1, k2, model=MODEL, saturation=NO_LIMIT), y, r)
     x1, x2, g1 = y.velocity, y.load_force, MODEL.g1()
     zeta = x2 - s.z2
     assert s.z1 == x1 - r.value
@@ -124,8 +124,8 @@ def test_printed_backstepping_takes_the_integral_of_the_demand_for_the_velocity(
 @given(y=measurements, r=demands)
 def test_the_filtered_derivative_serves_backstepping_too(y: Measurement, r: Demand) -> None:
     """Its first sample knows no rate, so the law differs from the analytic one by that term alone."""
-    analytic = after(Backstepping(saturation=NO_LIMIT), y, r)
-    filtered = after(Backstepping(derivative=FilteredDerivative(), saturation=NO_LIMIT), y, r)
+    analytic = after(Backstepping(model=MODEL, saturation=NO_LIMIT), y, r)
+    filtered = after(Backstepping(model=MODEL, derivative=FilteredDerivative(), saturation=NO_LIMIT), y, r)
     missing = analytic.derivative.rate / MODEL.g2(y.load_force, y.command)
     assert filtered.derivative.rate == 0.0
     assert analytic.u - filtered.u == pytest.approx(missing, rel=1e-9, abs=1e-9 * (1.0 + abs(analytic.u)))
@@ -137,7 +137,7 @@ def test_tsmc_gives_its_surface_dynamics_when_the_estimates_are_true(
 ) -> None:
     """dxi2/dt = -mu2 xi2 - delta2 xi2^a2 for true, constant disturbances and surfaces at rest."""
     still = told._replace(s1=0.0, s2=0.0)
-    law = TSMC(observer=still, derivative=ModelDerivative(), saturation=NO_LIMIT)
+    law = TSMC(model=MODEL, observer=still, derivative=ModelDerivative(), saturation=NO_LIMIT)
     s = after(law, y, r)
     x1, x2, g1 = y.velocity, y.load_force, MODEL.g1()
     x1_rate = MODEL.f1(x1) + g1 * x2 + told.d1
@@ -159,7 +159,7 @@ def test_tsmc_gives_its_surface_dynamics_when_the_estimates_are_true(
 @given(y=measurements, r=demands, told=observers)
 def test_tsmc_surfaces_take_the_observers_in(y: Measurement, r: Demand, told: Told) -> None:
     """xi1 gains s1; xi2 gains what follows from it, and g1 s2 - b/m s1."""
-    law = TSMC(observer=told)
+    law = TSMC(model=MODEL, observer=told)
     s = after(law, y, r)
     xi1 = y.velocity - r.value + told.s1
     xi1_rate = MODEL.f1(y.velocity) + MODEL.g1() * y.load_force + told.d1 - r.rate
@@ -173,7 +173,7 @@ def test_tsmc_surfaces_take_the_observers_in(y: Measurement, r: Demand, told: To
 @given(y=measurements, r=demands, told=observers)
 def test_printed_tsmc_differs_where_the_print_does(y: Measurement, r: Demand, told: Told) -> None:
     """d1 for its rate, the second derivative of the demand for the third, s1 for xi1 in one power."""
-    corrected = after(TSMC(observer=told, saturation=NO_LIMIT), y, r)
+    corrected = after(TSMC(model=MODEL, observer=told, saturation=NO_LIMIT), y, r)
     printed = after(PrintedTSMC(observer=told, saturation=NO_LIMIT), y, r)
     law = TSMC()
     xi1_rate = MODEL.f1(y.velocity) + MODEL.g1() * y.load_force + told.d1 - r.rate

@@ -18,7 +18,7 @@ from hydroservo.engine import cuda, native
 from hydroservo.engine.machine_code import inlined
 from hydroservo.engine.native import CompileError, MachineCode
 from hydroservo.engine.ptx import NAME, RAISED, ptx
-from hydroservo.running import first_state
+from hydroservo.running import first_state, ready
 from ptx_machine import PtxDevice, PtxFunction
 
 pytestmark = pytest.mark.slow
@@ -46,7 +46,7 @@ def use(monkeypatch: pytest.MonkeyPatch) -> Callable[[Any], None]:
 
 def ptx_of(law: Any, strict: bool) -> str:
     """The PTX of a loop's kernel."""
-    loop, device = LOOP._replace(controller=law()), Kept()
+    loop, device = ready(LOOP._replace(controller=law())), Kept()
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(native, "READY", {})
         patch.setattr(cuda, "cuda", device)

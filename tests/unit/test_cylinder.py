@@ -17,6 +17,7 @@ from hydroservo.plants import Cylinder, CylinderState, LoadPressurePlant
 from hydroservo.scenario import load_scenario
 from hydroservo.signals import PortFlows, Pressures
 from hydroservo.valves import Orifice
+from hydroservo.wiring import believed
 
 DIFFERENTIAL = Cylinder(
     area_a=2e-3,
@@ -168,4 +169,4 @@ def test_a_scenario_names_its_parts(tmp_path: Path) -> None:
     assert loop.plant.stops == NoStops()
     assert loop.plant.mechanism == OneLinkArm(level_angle=pytest.approx(math.radians(80.0)))
     assert loop.plant.area_b == pytest.approx(3e-4)
-    assert loop.nominal.plant == at_rest(loop.plant, loop.supply, loop.load).simplified()
+    assert believed(loop).plant == at_rest(loop.plant, loop.supply, loop.load).simplified()

@@ -10,12 +10,14 @@ import pytest
 from numba.core.errors import TypingError
 
 from hydroservo import ops
-from hydroservo.block import Block
+from hydroservo.block import Block, leaves
 from hydroservo.engine.compiling import compiled
-from hydroservo.engine.flat import reader, recorder
+from hydroservo.engine.flat import checker, recorder
 from hydroservo.engine.kernel import CompiledRun, InterpretedRun, Study, Wanted
 from hydroservo.engine.native import RunError
-from hydroservo.integrators import RK4
+from hydroservo.engine.watch import readers_of, watch_of
+from hydroservo.integrators import RK4, Tsit5
+from hydroservo.roles import at_samples
 from hydroservo.states import axpy
 
 
@@ -81,15 +83,36 @@ class Decay(NamedTuple):
     def moved(self, s: Inner, x: Inner) -> Inner:
         return x
 
+    def between(self, s: Inner, x: Inner, t: float) -> Inner:
+        return Inner(x.a, t)
 
+
+@at_samples
 class Count(NamedTuple):
-    """Counts samples."""
+    """Counts samples, and keeps when the last one was."""
 
     def init(self) -> Inner:
         return Inner(0.0, 0.0)
 
-    def step(self, s: Inner, t: float, v: Any) -> Inner:
-        return Inner(s.a + 1.0, v.b)
+    def step(self, m: Inner, loop: Block, s: Inner, t: float, dt: float) -> Inner:
+        return Inner(m.a + 1.0, s.b)
+
+
+class Heard(NamedTuple):
+    steps: float
+    area: float  # under a, by the left rule
+    time: float
+    last: float
+
+
+class Area(NamedTuple):
+    """Counts the integrator's steps, and adds up a dt and dt."""
+
+    def init(self) -> Heard:
+        return Heard(0.0, 0.0, 0.0, 0.0)
+
+    def step(self, m: Heard, loop: Block, s: Inner, t: float, dt: float) -> Heard:
+        return Heard(m.steps + 1.0, m.area + s.a * dt, m.time + dt, t)
 
 
 STATE = Outer(Inner(1.0, 2.0), 3.0)
@@ -117,31 +140,47 @@ class TestBothModes:
 
         assert mode(call)(Empty(), 0.5, Empty()) == Empty()
 
-    def test_reader_and_recorder_take_paths(self, mode: Any) -> None:
-        read, record, out = (
-            mode(reader(["c", None, "inner.b"])),
-            mode(recorder(["inner.a", "c"])),
-            np.zeros(4),
-        )
-        first, nothing, last = read(STATE)
-        assert (first, last) == (3.0, 2.0)
-        assert np.isnan(nothing)
-        record(out, 1, STATE)
-        assert out.tolist() == [0.0, 0.0, 1.0, 3.0]
+    def test_a_recorder_takes_paths_of_the_state_and_of_the_monitors(self, mode: Any) -> None:
+        record, out = mode(recorder(["s.inner.a", "m.b"])), np.zeros(4)
+        record(out, 1, STATE, Inner(5.0, 6.0))
+        assert out.tolist() == [0.0, 0.0, 1.0, 6.0]
+
+    def test_a_checker_finds_what_is_not_finite_or_beyond_reach(self, mode: Any) -> None:
+        holds = mode(checker(["inner.a", "c"], {"c": 3.0}))
+        assert holds(STATE)
+        for lost in (math.nan, math.inf, -math.inf):
+            assert not holds(Outer(Inner(lost, 2.0), 3.0))
+            assert holds(Outer(Inner(1.0, lost), 3.0))
+        assert not holds(Outer(Inner(1.0, 2.0), 3.0000001))
+        assert not holds(Outer(Inner(1.0, 2.0), -3.0000001))
 
 
 RUNS = {"interpreted": InterpretedRun, "compiled": partial(CompiledRun, strict=True)}
 START = Inner(1.0, 0.0)
-WANTED = Wanted(("b", "a"), ("a", "b"), Inner, ("a",))
+WANTED = Wanted(("s.b", "s.a"), ("a",), ())
+MONITORS = {"count": Count(), "area": Area(), "again": Count()}
+ENDLESS = 10**9  # periods
+DECAY, EQUAL_STEPS = Decay(), RK4()
+
+
+def study(
+    substeps: int = 2, periods: int = ENDLESS, system: Block = DECAY, integrator: Block = EQUAL_STEPS
+) -> Study:
+    return Study(system, integrator, periods, substeps, watch_of(MONITORS))
+
+
+def heard(run: InterpretedRun | CompiledRun) -> dict[str, Block]:
+    """What each monitor gathered."""
+    numbers = [number for _, number in leaves(run.sums)]
+    return {name: read(numbers) for name, read in zip(MONITORS, readers_of(MONITORS), strict=True)}
 
 
 @pytest.fixture(params=RUNS)
 def make(request: pytest.FixtureRequest) -> Callable[..., InterpretedRun | CompiledRun]:
-    """Starts a run of a decay that records b and a, measures a and b, and watches a."""
+    """Starts a run of a decay that records b and a, and watches a."""
 
-    def started(substeps: int = 2) -> InterpretedRun | CompiledRun:
-        study = Study(Decay(), RK4(), substeps, Count())
-        run: InterpretedRun | CompiledRun = RUNS[request.param](study, WANTED, START)
+    def started(substeps: int = 2, periods: int = ENDLESS) -> InterpretedRun | CompiledRun:
+        run: InterpretedRun | CompiledRun = RUNS[request.param](study(substeps, periods), WANTED, START)
         return run
 
     return started
@@ -154,7 +193,7 @@ def rows(count: int) -> np.ndarray:
 def test_a_run_records_every_third_sample(make: Any) -> None:
     run, out = make(), rows(4)
     assert run.advance(0, 10, 0.1, 3, out) == 10
-    assert run.sums == Inner(10.0, 9 * 0.1)
+    assert heard(run)["count"] == heard(run)["again"] == Inner(10.0, 9 * 0.1)
     assert out[:, 0].tolist() == [0.0, 3 * 0.1, 6 * 0.1, 9 * 0.1]
     assert out[:, 1] == pytest.approx(np.exp([0.0, -0.3, -0.6, -0.9]), rel=1e-7)
     assert run.state.a == pytest.approx(np.exp(-1.0), rel=1e-7)
@@ -173,14 +212,36 @@ def test_a_run_stops_where_the_state_is_lost(make: Any) -> None:
     run, out = make(substeps=1), rows(10)
     assert run.advance(0, 10, 1e50, 1, out) == 1
     assert not math.isfinite(run.state.a)
-    assert run.sums.a == np.isfinite(out[:, 1]).sum() == 2
+    assert heard(run)["count"].a == np.isfinite(out[:, 1]).sum() == 2
 
 
-def test_runs_of_both_modes_are_the_same_bits() -> None:
+def test_a_run_hears_each_step_at_its_instant_and_the_end_once(make: Any) -> None:
+    """The state that is heard is that of the instant: a's left sum over the substeps is that of e^-t."""
+    run, out = make(substeps=4, periods=10), rows(11)
+    assert run.advance(0, 11, 0.1, 1, out) == 11
+    found = heard(run)["area"]
+    assert (found.steps, found.last) == (41.0, 1.0)
+    assert found.time == pytest.approx(1.0, rel=1e-14)
+    instants = 0.025 * np.arange(40)
+    assert found.area == pytest.approx(0.025 * np.exp(-instants).sum(), rel=1e-7)
+    assert out[-1, 1] == run.state.a == pytest.approx(np.exp(-1.0), rel=1e-7)
+
+
+def test_the_last_sample_is_the_end(make: Any) -> None:
+    """No motion comes after it: the state is as it was recorded there."""
+    run, out = make(periods=1), rows(2)
+    assert run.advance(0, 2, 1e50, 1, out) == 0
+    run, out = make(periods=0), rows(1)
+    assert run.advance(0, 1, 1e50, 1, out) == 1
+    assert run.state == Inner(1.0, 0.0)
+
+
+@pytest.mark.parametrize("integrator", [RK4(), Tsit5()])
+def test_runs_of_both_modes_are_the_same_bits(integrator: Block) -> None:
     results = []
     for started in RUNS.values():
         run, out = (
-            started(Study(Decay(), RK4(), 3, Count()), WANTED, START),
+            started(study(3, 99, integrator=integrator), WANTED, START),
             rows(100),
         )
         run.advance(0, 100, 0.0137, 1, out)
@@ -189,9 +250,7 @@ def test_runs_of_both_modes_are_the_same_bits() -> None:
 
 
 def test_one_kernel_serves_all_gains() -> None:
-    runs = [
-        CompiledRun(Study(Decay(rate), RK4(), 1, Count()), WANTED, START, strict=True) for rate in (1.0, 2.0)
-    ]
+    runs = [CompiledRun(study(1, system=Decay(rate)), WANTED, START, strict=True) for rate in (1.0, 2.0)]
     assert runs[0].call is runs[1].call
 
 
@@ -205,12 +264,12 @@ class Shouting(NamedTuple):
             raise ValueError("no")
         return s
 
-    machine, held, moved = Decay.machine, Decay.held, Decay.moved
+    machine, held, moved, between = Decay.machine, Decay.held, Decay.moved, Decay.between
     deriv, next_jump = Decay.deriv, Decay.next_jump
 
 
 def test_an_exception_inside_compiled_code_is_an_error() -> None:
-    run = CompiledRun(Study(Shouting(), RK4(), 1, Count()), WANTED, START, strict=True)
+    run = CompiledRun(study(1, system=Shouting()), WANTED, START, strict=True)
     with pytest.raises(RunError, match="raised an exception"):
         run.advance(0, 1, 0.1, 1, rows(1))
 

@@ -169,10 +169,9 @@ def test_estimates_are_found_by_their_names(names, path):
     assert observer_path(xr.Dataset(dict.fromkeys(names, ("time", np.zeros(2))))) == path
 
 
-def test_diverged_run_is_shown_until_its_error_is_lost(pi):
+def test_diverged_run_is_shown_until_it_is_lost(pi):
     lost = pi.copy(deep=True)
-    lost["plant.velocity"][100:] = 1e200
-    lost["plant.velocity"][200:] = math.nan
+    lost["plant.velocity"][100:] = math.nan
     lost["diverged"] = ((), True)
     trace = trace_of(lost)
     assert trace.time.size == 100
@@ -183,11 +182,10 @@ def test_diverged_run_is_shown_until_its_error_is_lost(pi):
 @given(st.lists(st.floats(width=32), min_size=2, max_size=20))
 def test_length_shown_ends_before_the_first_lost_sample(velocity):
     velocity = np.array(velocity)
-    demand = np.full(velocity.size, 0.03)
-    size = length_shown(demand, velocity, 0.078)
+    size = length_shown(velocity)
     assert 2 <= size <= velocity.size
-    assert np.all(np.abs(velocity[2:size] - 0.03) <= 0.3)
-    assert size in (velocity.size, 2) or not abs(velocity[size] - 0.03) <= 0.3
+    assert np.all(np.isfinite(velocity[2:size]))
+    assert size in (velocity.size, 2) or not np.isfinite(velocity[size])
 
 
 def test_a_signal_that_was_not_recorded_is_named(pi):

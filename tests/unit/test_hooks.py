@@ -8,7 +8,9 @@ import hydroservo
 from hydroservo.hooks import HOOKS
 
 SOURCES = Path(hydroservo.__file__).parent
-OF_ROLES = {"gain", "orifice", "simplified"}  # which blocks of a role have; asked for to say who does not
+OF_ROLES = {  # which blocks of a role have; asked for to say who does not
+    *("gain", "orifice", "simplified", "init", "step", "values")
+}
 OF_OTHERS = {  # of Python and of libraries
     *(
         "SIGINT",
@@ -39,7 +41,10 @@ def lookups() -> Iterator[tuple[str, set[str]]]:
         listed: dict[str, set[str]] = {}
         for node in ast.walk(tree):
             match node:
-                case ast.comprehension(target=ast.Name(target), iter=ast.Tuple(elts=names)):
+                case (
+                    ast.comprehension(target=ast.Name(target), iter=ast.Tuple(elts=names))
+                    | ast.For(target=ast.Name(target), iter=ast.Tuple(elts=names))
+                ):
                     listed.setdefault(target, set()).update(map(constant, names))
         for node in ast.walk(tree):
             match node:

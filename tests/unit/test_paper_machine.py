@@ -20,7 +20,6 @@ def loop_of(demand: str, law: str) -> Loop:
         load=machine.LOADS[demand],
         reference=machine.REFERENCES[demand],
         controller=LAWS[law],
-        nominal=machine.MODEL,
     )
 
 

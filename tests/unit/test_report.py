@@ -11,7 +11,9 @@ import pandas as pd
 import pytest
 from test_report_figures import lost, made_up_runs
 
-from hydroservo.metrics import METRIC_FIELDS
+from hydroservo.controllers import TSMC
+from hydroservo.loop import Loop
+from hydroservo.metrics import declared_metrics, usual
 from hydroservo.papers.tsmc_eha_2021.claims import CLAIMS, Claim, Judgement, Outcome
 from hydroservo.papers.tsmc_eha_2021.conditions import LITERAL, REPRODUCED, Condition, Run, all_runs, runs_of
 from hydroservo.papers.tsmc_eha_2021.report.figures import FIGURES
@@ -25,6 +27,8 @@ from hydroservo.papers.tsmc_eha_2021.study import Study, judged, metrics_table
 from hydroservo.papers.tsmc_eha_2021.study import verdicts as judge
 from hydroservo.readable import MINUS, TIMES
 from hydroservo.results import foreign_files
+
+METRIC_FIELDS = declared_metrics(usual(Loop(controller=TSMC())))  # that such a run has
 
 REPORT = "hydroservo.papers.tsmc_eha_2021.report"
 SETTLED = ("error", "s1", "s2", "xi1", "xi2", "miss1", "miss2")

@@ -8,10 +8,12 @@ import xarray as xr
 
 from hydroservo import Loop
 from hydroservo.controllers import PI, TSMC, Backstepping
-from hydroservo.metrics import METRIC_FIELDS
+from hydroservo.metrics import declared_metrics, usual
 from hydroservo.papers.tsmc_eha_2021.report import figures
 from hydroservo.papers.tsmc_eha_2021.report.figures import FIGURES, draw_figures
 from hydroservo.provenance import provenance
+
+METRIC_FIELDS = declared_metrics(usual(Loop(controller=TSMC())))  # that such a run has
 
 LAWS = {"pi": PI(), "backstepping": Backstepping(), "tsmc": TSMC()}
 ERRORS = {"pi": 0.4e-3, "backstepping": 20e-3, "tsmc": -0.3e-3}
@@ -56,13 +58,12 @@ def made_up_runs():
 
 
 def lost(data):
-    """The same run, diverged after a second: nan from there on, its last samples huge."""
+    """The same run, diverged after a second: nan from there on."""
     time = data["time"].to_numpy()
     broken = data.copy(deep=True)
     for name in data.data_vars:
         if data[name].dims:
             broken[name].values[time > 1.0] = np.nan
-    broken["plant.velocity"].values[(time > 0.9) & (time <= 1.0)] = 1e200
     for name in METRIC_FIELDS:
         broken[name].values = np.array(math.inf if name.endswith("error") else math.nan)
     broken["diverged"].values, broken["stroke_left"].values = np.array(True), np.array(True)

@@ -17,7 +17,7 @@ import hydroservo
 from hydroservo import HydroservoError, Simulation
 from hydroservo.controllers import TSMC
 from hydroservo.loop import Loop
-from hydroservo.metrics import METRIC_FIELDS
+from hydroservo.metrics import declared_metrics, usual
 from hydroservo.outputs import staged, write_text
 from hydroservo.results import (
     METRICS,
@@ -25,6 +25,7 @@ from hydroservo.results import (
     best_runs,
     foreign_files,
     matlab_names,
+    metric_fields,
     metrics_csv,
     metrics_of,
     plain,
@@ -33,6 +34,8 @@ from hydroservo.results import (
     trajectory_of,
     write_metrics,
 )
+
+METRIC_FIELDS = declared_metrics(usual(Loop(controller=TSMC())))  # that such a run has
 
 
 @pytest.fixture(scope="module")
@@ -184,7 +187,8 @@ def test_the_scenario_of_a_run_is_its_loop_as_tables(dataset):
 
 def test_metrics_csv_has_a_row_for_each_run_and_units_in_its_headers(dataset):
     runs = [{"scenario": name, **metrics_of(dataset), "max_error": math.inf} for name in ("a,b", "c")]
-    table = pd.read_csv(io.StringIO(metrics_csv(pd.DataFrame(runs))), index_col="scenario")
+    text = metrics_csv(pd.DataFrame(runs), metric_fields(dataset))
+    table = pd.read_csv(io.StringIO(text), index_col="scenario")
     assert list(table.index) == ["a,b", "c"]
     assert table.loc["c", "rms_error [m/s]"] == float(dataset["rms_error"])
     assert table.loc["c", "max_error [m/s]"] == math.inf
@@ -217,8 +221,18 @@ def test_a_diverged_run_is_never_best():
     assert best_runs(runs, "control_rms") == {1}
 
 
-def test_where_the_piston_was_is_neither_good_nor_bad():
-    assert best_runs([metrics(position_max=1.0), metrics(position_max=2.0)], "position_max") == set()
+def test_a_run_without_the_metric_is_never_best():
+    runs = [metrics(), metrics(rise_time=2.0), metrics(rise_time=1.0)]
+    assert best_runs(runs, "rise_time") == {2}
+
+
+def test_what_metrics_are_declared_as_is_in_their_variables(dataset):
+    fields = metric_fields(dataset)
+    assert fields == METRIC_FIELDS
+    assert fields["rms_error"].smaller_is_better
+    assert not fields["position_max"].smaller_is_better  # where the piston was is neither good nor bad
+    assert fields["position_min"].least_is_worst
+    assert fields["control_rms"].unit == "V"
 
 
 @given(st.lists(st.text(min_size=1, max_size=80), unique=True, max_size=8))

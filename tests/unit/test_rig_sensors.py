@@ -278,7 +278,8 @@ def test_a_transducers_own_lag() -> None:
 
 
 def test_a_rig_with_ideal_parts_sees_what_ideal_sensors_see() -> None:
-    rig = RigSensors(IdealPosition(), VelocitySensor(), EXACT, EXACT)
+    area = MACHINE.load_force / (MACHINE.pressure_a - MACHINE.pressure_b)
+    rig = RigSensors(IdealPosition(), VelocitySensor(), EXACT, EXACT, area, area)
     found, expected = (measurements(one, [MACHINE])[0] for one in (rig, IdealSensors()))
     assert found == pytest.approx(expected, rel=1e-12)
 

@@ -24,13 +24,13 @@ from hydroservo import (
 from hydroservo.block import Block, Field
 from hydroservo.controllers import PI
 from hydroservo.holds import ZeroOrderHoldState
-from hydroservo.metrics import METRIC_FIELDS
 from hydroservo.references import Step
+from hydroservo.results import metrics_of
 from hydroservo.running import trace_size, whole
 from hydroservo.signals import Demand, Measurement
 from hydroservo.valves import Orifice
 
-PATHS = ["plant.velocity", "controller.u", "disturbance.d2"]
+PATHS = ["plant.velocity", "controller.u", "plant.load_force"]
 
 LOOP = Loop(simulation=Simulation(0.05, 1e-4, 1, 1e-3), controller=PI(0.3, 100.0))
 EVERY_SAMPLE = replace(LOOP, {"simulation.record_period": 1e-4})
@@ -57,7 +57,7 @@ def test_decimation_picks_rows_and_leaves_metrics_alone(stride: int) -> None:
     thinned = simulate(replace(LOOP, {"simulation.record_period": stride * 1e-4}), record=PATHS)
     assert thinned.time.values == pytest.approx(np.arange(0, 501, stride) * 1e-4, abs=1e-15)
     assert np.array_equal(trace(thinned), trace(full)[::stride])
-    assert all(thinned[name].equals(full[name]) for name in METRIC_FIELDS)
+    assert all(thinned[name].equals(full[name]) for name in metrics_of(full))
 
 
 def test_a_record_period_below_the_sample_period_records_every_sample() -> None:
@@ -76,8 +76,8 @@ def test_only_what_is_asked_for_is_recorded(run: xr.Dataset) -> None:
 
 def test_nothing_may_be_recorded_and_metrics_still_come(run: xr.Dataset) -> None:
     nothing = simulate(LOOP, record=[])
-    assert set(nothing.data_vars) == set(METRIC_FIELDS)
-    assert all(nothing[name].equals(run[name]) for name in METRIC_FIELDS)
+    assert set(nothing.data_vars) == set(metrics_of(run))
+    assert all(nothing[name].equals(run[name]) for name in metrics_of(run))
 
 
 def test_every_variable_has_unit_and_name() -> None:

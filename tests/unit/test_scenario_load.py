@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from hydroservo import Loop, ParameterError, ScenarioError, replace, simulate
-from hydroservo.block import leaves, value_at
+from hydroservo.block import leaves, model_in, value_at
 from hydroservo.controllers import PI, TSMC, Backstepping, Saturation
 from hydroservo.loads import Constant
 from hydroservo.loads import Sine as SineLoad
@@ -17,6 +17,7 @@ from hydroservo.references import Sine as SineReference
 from hydroservo.references import Square
 from hydroservo.scenario import load_scenario, parse_override, scenario_source, scenarios
 from hydroservo.valves import FirstOrderValve
+from hydroservo.wiring import believed, wired
 
 DELTA = {
     "plant.damping": 0.2,
@@ -45,7 +46,7 @@ def scenario(tmp_path: Path):
 )
 def test_builtin_scenarios_say_what_the_defaults_are(demand: str, law: str, controller: object) -> None:
     nominal = load_scenario(f"paper/{demand}-{law}", {"uncertainty.scale": 0})
-    wanted = Loop(controller=controller)
+    wanted = wired(Loop(controller=controller))
     if demand == "square":
         wanted = wanted._replace(reference=Square(), load=Constant())
     assert nominal == wanted
@@ -57,7 +58,7 @@ def test_uncertainty_is_the_machine_s_alone(scale: float) -> None:
     loop = load_scenario("paper/sine-tsmc", {"uncertainty.scale": scale})
     for path, relative in DELTA.items():
         assert value_at(loop, path) == value_at(Loop(), path) * (1.0 + scale * relative)
-    assert replace(loop, {path: value_at(Loop(), path) for path in DELTA}) == Loop(controller=TSMC())
+    assert replace(loop, {path: value_at(Loop(), path) for path in DELTA}) == wired(Loop(controller=TSMC()))
 
 
 def test_builtin_names_and_text() -> None:
@@ -95,7 +96,7 @@ def test_keys_without_a_type_change_the_default_block(scenario) -> None:
     path = scenario('load.amplitude = "5 N"\ncontroller.type = "TSMC"\ncontroller.observer.exponent = 0.5')
     loop = load_scenario(path)
     assert loop.load == SineLoad(amplitude=5.0)
-    assert loop.controller == TSMC(observer=TSMObserver(exponent=0.5))
+    assert loop.controller == TSMC(model=believed(loop), observer=TSMObserver(exponent=0.5))
 
 
 def test_numbers_are_si_and_floats(scenario) -> None:
@@ -127,7 +128,6 @@ def test_the_controller_believes_in_the_nominal_machine(scenario) -> None:
     assert model.valve_gain == 4e-4
     assert model.orifice.density == 870.0
     assert model.supply.supply_pressure == 60e5
-    assert loop.nominal == model
 
 
 def test_the_controller_s_model_overrides_single_values(scenario) -> None:
@@ -139,18 +139,14 @@ def test_the_controller_s_model_overrides_single_values(scenario) -> None:
     """
     loop = load_scenario(scenario(text))
     assert loop.controller.model.plant == loop.plant._replace(damping=40.0)
-    assert (
-        loop.nominal
-        == loop.controller.model
-        == DesignModel(plant=loop.plant._replace(damping=40.0), least_drop=1e5)
-    )
+    assert loop.controller.model == DesignModel(plant=loop.plant._replace(damping=40.0), least_drop=1e5)
     assert loop.plant.damping == 50.0
 
 
-def test_without_a_model_in_the_controller_nominal_is_the_machine_before_uncertainty(scenario) -> None:
+def test_a_law_that_has_no_model_is_given_none(scenario) -> None:
     path = scenario('controller.type = "PI"\nplant.mass = 7\nuncertainty.plant.mass = 0.5')
     loop = load_scenario(path)
-    assert loop.nominal == DesignModel(plant=loop.plant._replace(mass=7.0))
+    assert model_in(loop.controller) is None
     assert loop.plant.mass == 10.5
 
 
@@ -173,7 +169,7 @@ def test_changes_take_what_a_file_can_hold() -> None:
 def test_another_type_keeps_only_the_keys_that_it_has_too(scenario) -> None:
     path = scenario('[controller]\ntype = "PI"\nproportional_gain = 1\n[controller.saturation]\nlimit = 3')
     loop = load_scenario(path, {"controller.type": "TSMC", "controller.exponent_1": "3/5"})
-    assert loop.controller == TSMC(exponent_1=0.6, saturation=Saturation(3.0))
+    assert loop.controller == TSMC(exponent_1=0.6, model=believed(loop), saturation=Saturation(3.0))
     assert load_scenario(path, {"controller.type": "PI"}).controller.proportional_gain == 1.0
 
 

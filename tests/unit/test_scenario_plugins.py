@@ -14,6 +14,7 @@ from hydroservo.block import Block
 from hydroservo.provenance import describe
 from hydroservo.scenario import load_plugin, load_scenario, plugins
 from hydroservo.scenario.plugins import plugin_classes
+from hydroservo.wiring import believed
 
 BLOCK = """
 from typing import Annotated, NamedTuple
@@ -61,8 +62,8 @@ def test_a_plugin_s_controller_is_loaded_and_runs(tmp_path: Path) -> None:
     loop = load_scenario(scenario, plugins=[plugin])
     assert type(loop.controller).__name__ == "Mine"
     assert loop.controller.gain == 20.0
-    assert loop.nominal == loop.controller.model
-    assert loop.nominal.plant.mass == 7.0
+    assert loop.controller.model == believed(loop)
+    assert loop.controller.model.plant.mass == 7.0
     assert not simulate(loop, compiled=False)["diverged"]
     default = load_scenario(scenario, {"controller.type": "PI"})
     assert type(load_scenario(scenario, {"controller.gain": 5}).controller) is type(loop.controller)
@@ -160,7 +161,7 @@ def test_plugins_that_are_no_python_files(tmp_path: Path) -> None:
             load_plugin(tmp_path / name)
 
 
-def test_a_valve_that_a_controller_cannot_know_is_refused(tmp_path: Path) -> None:
+def test_a_valve_that_a_law_with_a_model_cannot_know_is_refused(tmp_path: Path) -> None:
     plugin = written(
         tmp_path,
         "Bare",
@@ -183,7 +184,7 @@ class Bare(NamedTuple):
 """,
     )
     with pytest.raises(ScenarioError) as caught:
-        load_scenario("paper/sine-pi", {"valve": {"type": "Bare"}}, [plugin])
+        load_scenario("paper/sine-tsmc", {"valve": {"type": "Bare"}}, [plugin])
     message = str(caught.value)
     assert "Bare" in message
     assert "a field gain (a float) and a field orifice, metering edges with simplified()" in message

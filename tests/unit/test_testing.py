@@ -8,9 +8,10 @@ from typing import Any, NamedTuple
 
 import pytest
 
-from hydroservo import HydroservoError
-from hydroservo.controllers import PI
+from hydroservo import HydroservoError, replace
+from hydroservo.controllers import DAC, PI, TSMC
 from hydroservo.export.c import compiler
+from hydroservo.plants import DesignModel
 from hydroservo.roles import Limiter, Load, Model, Reference, Relief, role
 from hydroservo.scenario import load_plugin, plugins
 from hydroservo.scenario.fits import ROLES, roles_of
@@ -69,6 +70,36 @@ class Push(NamedTuple):
 
     def next_jump(self, t):
         return 1e300
+'''
+METRIC = '''\
+from typing import Annotated, NamedTuple
+
+from hydroservo import Field, ops
+from hydroservo.roles import Monitor, role
+
+
+class Crossings(NamedTuple):
+    count: float
+    last: float
+
+
+class Counted(NamedTuple):
+    zero_crossings: Annotated[float, Field("", "zero crossings of the error")]
+
+
+@role(Monitor)
+class ZeroCrossings(NamedTuple):
+    """How often the velocity error changes its sign."""
+
+    def init(self):
+        return Crossings(0.0, 0.0)
+
+    def step(self, m, loop, s, t, dt):
+        error = s.plant.velocity - s.reference.value
+        return Crossings(m.count + ops.where(error * m.last < 0.0, 1.0, 0.0), error)
+
+    def values(self, m):
+        return Counted(m.count)
 '''
 ROLE, DOCUMENTED, DECLARED, RANGES, FLOATS, PICKLES, RETURNS, FINITE, COMPILED, AGAIN, IN_C = (
     question.name for question in QUESTIONS
@@ -167,6 +198,28 @@ WRONG = {
         *(AGAIN, LOAD, {SIZE: "return next(self.numbers)", FORCE: f"    numbers = count(0.5)\n\n{FORCE}"}),
         *(FORCE, "force gives other numbers for the same inputs"),
     ),
+    "no metrics": Wrong(
+        *(ROLE, METRIC, {"Counted(m.count)": "m.count"}),
+        *("    def values", "values returns 0.0: must be a NamedTuple"),
+    ),
+    "a metric in words": Wrong(
+        *(ROLE, METRIC, {"Counted(m.count)": "Counted('few')"}),
+        *("    def values", "zero_crossings of values is 'few': must be a float or a flag"),
+    ),
+    "no unit of a metric": Wrong(
+        *(DECLARED, METRIC, {'Annotated[float, Field("", "zero crossings of the error")]': "float"}),
+        *("    zero_crossings", "zero_crossings has no unit"),
+    ),
+    "a metric that is a flag at times": Wrong(
+        *(RETURNS, METRIC, {"Counted(m.count)": "Counted(m.count or False)"}),
+        *("    def values", "values gives Counted(zero_crossings="),
+    ),
+    "a whole number in a monitor's step": Wrong(
+        *(RETURNS, METRIC, {"0.0), error)": "0.0), 2)"}), *(STEP, "step returns Crossings(count=")
+    ),
+    "an infinite count": Wrong(
+        *(FINITE, METRIC, {"1.0, 0.0)": "1e308, 1e308) * 10.0"}), *(STEP, "step gives inf in count for ")
+    ),
     "builtins": Wrong(
         *(IN_C, LAW, {"State(self": "State(max(0.0, self", "velocity))": "velocity)))"}),
         *("        return State(max", "Law.step: max has no equal in C here; use ops.maximum"),
@@ -194,6 +247,21 @@ def test_nothing_is_wrong_with_a_good_block(tmp_path: Path) -> None:
     assert all(one.ok for one in found), found
     assert {(one.block, one.role) for one in found} == {("Push", "Load")}
     check_block(cls(3.0))
+
+
+def test_a_monitor_is_asked_all_but_for_c(tmp_path: Path) -> None:
+    found = list(answers(block_class(tmp_path, METRIC)))
+    assert [one.question for one in found] == [question.name for question in QUESTIONS]
+    assert all(one.ok for one in found), found
+    assert {one.remark for one in found} == {"", "not tried: a metric is no part of what is exported"}
+
+
+def test_a_law_that_believes_in_its_machine_is_asked_with_a_model() -> None:
+    assert (
+        case_of(TSMC).block.model == case_of(DAC(controller=TSMC())).block.controller.model == DesignModel()
+    )
+    known = replace(DesignModel(), {"plant.mass": 9.0})
+    assert case_of(TSMC(model=known)).block.model == known
 
 
 def test_the_same_block_gives_the_same_answers(tmp_path: Path) -> None:

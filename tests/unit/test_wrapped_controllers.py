@@ -11,12 +11,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hydroservo import Field, Loop, Simulation, replace, simulate
-from hydroservo.block import Block
+from hydroservo.block import Block, model_in, value_at
 from hydroservo.controllers import DAC, PI, TSMC, AntiWindup, Backstepping, Delay, RateLimit, Saturation
 from hydroservo.observers import Implicit, TSMObserver
 from hydroservo.plants import DesignModel
 from hydroservo.scenario import load_scenario
-from hydroservo.scenario.load import model_path
 from hydroservo.signals import Demand, Measurement
 
 H = 1e-3
@@ -230,7 +229,7 @@ def test_a_wrapped_law_believes_in_the_nominal_machine(tmp_path: Path) -> None:
     assert loop.plant.mass == pytest.approx(7.7)
     assert model.plant.mass == 7.0
     assert model.plant.damping == 40.0
-    assert loop.nominal is model
+    assert model_in(loop.controller) is model
 
 
 class Inverse(NamedTuple):
@@ -251,7 +250,7 @@ class Inverse(NamedTuple):
     ],
 )
 def test_where_a_controllers_model_is(controller: Block, path: str | None) -> None:
-    assert model_path(controller) == path
+    assert model_in(controller) is (None if path is None else value_at(Loop(controller=controller), path))
 
 
 def test_the_law_inside_an_anti_windup_is_free_to_ask_for_more(tmp_path: Path) -> None:

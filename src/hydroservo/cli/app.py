@@ -109,7 +109,7 @@ def run(
     from hydroservo.cli.summary import run_summary
     from hydroservo.cli.tables import show_run
     from hydroservo.cli.writing import write_or_keep
-    from hydroservo.results import as_json
+    from hydroservo.results import as_json, metric_fields
     from hydroservo.running import simulate
 
     loop, ending = loaded(scenario, changes, plugins), ENDINGS[form]
@@ -130,7 +130,7 @@ def run(
     if json:
         typer.echo(as_json(summary._asdict()))
     else:
-        show_run(summary)
+        show_run(summary, metric_fields(dataset))
         list_files(left.files)
     left.check()
 
@@ -167,7 +167,7 @@ def compare(
     from hydroservo.cli.tables import show_comparison
     from hydroservo.cli.writing import write_or_keep
     from hydroservo.conditions import differences, winners
-    from hydroservo.results import as_json
+    from hydroservo.results import as_json, metric_fields
     from hydroservo.running import simulate
 
     loops = [loaded(scenario, changes, plugins) for scenario in scenarios]
@@ -193,7 +193,8 @@ def compare(
     if json:
         typer.echo(as_json(said))
     else:
-        show_comparison(summaries, labels, winners(datasets), unequal_lines(unequal, loops))
+        fields = {name: field for one in datasets for name, field in metric_fields(one).items()}
+        show_comparison(summaries, labels, fields, winners(datasets), unequal_lines(unequal, loops))
         list_files(left.files)
     left.check()
 

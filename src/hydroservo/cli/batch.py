@@ -13,6 +13,7 @@ from hydroservo.cli.remarks import say_remarks
 
 if TYPE_CHECKING:
     from hydroservo.cli.progress import Report
+    from hydroservo.loop import Loop
     from hydroservo.running import Progress
 
 __all__ = ["batch"]
@@ -88,17 +89,20 @@ def batch(
     from hydroservo.cli.progress import progress_bar
     from hydroservo.cli.replay import Origin, command
     from hydroservo.cli.variations import drawn_runs, variations
+    from hydroservo.metrics import declared_metrics, monitors_of
     from hydroservo.results import as_json
     from hydroservo.scenario.datasheets import columns_of
 
-    check(runs, seed, metric, bool(ranges or seeds))
+    check(runs, seed, bool(ranges or seeds))
     checked_endings(out)
     origin = Origin(scenario, changes, plugins, strict)
     assembly = origin.assembled({})
     loop, arguments = assembly.loop, assembly.arguments
+    check_metric(metric, loop)
     varied = variations(ranges, loop, origin.nominal(), arguments)
     drawn = drawn_runs(loop, varied, seed, runs, seeds=seeds, arguments=arguments)
-    announce(out, runs, sum(map(len, (drawn.settings, drawn.parameters, drawn.arguments))))
+    columns = len(declared_metrics(monitors_of(loop)))
+    announce(out, runs, columns + sum(map(len, (drawn.settings, drawn.parameters, drawn.arguments))))
     with log_kernels(verbose), progress_bar("preparing") as report:
         start = time.monotonic()
         drawn = drawn.constructed(partial(columns_of, assembly))
@@ -125,15 +129,13 @@ def batch(
     left.check()
 
 
-def check(runs: int, seed: int, metric: str, varies: bool) -> None:
+def check(runs: int, seed: int, varies: bool) -> None:
     """Refuse what no batch can be made of.
 
     Raises:
         HydroservoError: in one line, what is wrong and what is allowed.
     """
     from hydroservo.errors import HydroservoError, ParameterError
-    from hydroservo.metrics import FLAGS, METRIC_FIELDS
-    from hydroservo.nearest import one_of
 
     if not 1 <= runs <= MOST:
         raise ParameterError("--runs", runs, f"must be a whole number from 1 to {MOST}")
@@ -141,7 +143,21 @@ def check(runs: int, seed: int, metric: str, varies: bool) -> None:
         raise ParameterError("--seed", seed, f"must be a whole number from 0 to {LARGEST_SEED}")
     if not varies:
         raise HydroservoError("nothing varies: give --vary PATH=LOW..HIGH, or --seeds, or both")
-    numbers = [name for name in METRIC_FIELDS if name not in FLAGS]
+
+
+def check_metric(metric: str, loop: "Loop") -> None:
+    """Refuse what is no number among the metrics of a loop.
+
+    Raises:
+        HydroservoError: in one line, what is wrong and what is allowed.
+    """
+    from hydroservo.errors import ParameterError
+    from hydroservo.metrics import declared_metrics, flags_of, monitors_of
+    from hydroservo.nearest import one_of
+
+    watching = monitors_of(loop)
+    flags = flags_of(watching)
+    numbers = [name for name in declared_metrics(watching) if name not in flags]
     if metric not in numbers:
         raise ParameterError("--metric", metric, one_of(metric, numbers))
 
@@ -149,9 +165,8 @@ def check(runs: int, seed: int, metric: str, varies: bool) -> None:
 def announce(files: Sequence[Path], runs: int, columns: int) -> None:
     """Before the runs: try the files, and say how much memory a large table will take."""
     from hydroservo.cli.writing import try_outputs
-    from hydroservo.metrics import METRIC_FIELDS
 
-    size = 8 * runs * (columns + len(METRIC_FIELDS))
+    size = 8 * runs * columns
     try_outputs(files, size)
     if size > LARGE_TABLE:
         typer.echo(f"the table of all runs will take {size / 2**20:.0f} MiB of memory", err=True)

@@ -9,15 +9,14 @@ from rich.table import Table
 
 from hydroservo.cautions import warnings_of
 from hydroservo.cli.tables import as_text, show
-from hydroservo.metrics import FLAGS, METRIC_FIELDS
+from hydroservo.field import Field
 from hydroservo.readable import common_unit
+from hydroservo.results import metric_fields
 
 if TYPE_CHECKING:
     import xarray as xr
 
 __all__ = ["BatchSummary", "Spread", "batch_summary", "remarkable_run", "show_batch"]
-
-LEAST_IS_WORST = ("position_min", "pressure_min", "diverged_at")
 
 
 class Spread(NamedTuple):
@@ -53,7 +52,8 @@ def batch_summary(
     scenario: str, seed: int, table: "xr.Dataset", varied: Mapping[str, tuple[float, float]]
 ) -> BatchSummary:
     """The summary of a batch, from its table."""
-    kept = ~table["diverged"].values
+    kept, fields = ~table["diverged"].values, metric_fields(table)
+    numbers = {name: field for name, field in fields.items() if table[name].dtype != bool}
     return BatchSummary(
         scenario=scenario,
         hash=table.attrs["hash"],
@@ -61,20 +61,18 @@ def batch_summary(
         seed=seed,
         runs=table.sizes["run"],
         varied=varied,
-        metrics={
-            name: spread_of(name, table[name].values[kept]) for name in METRIC_FIELDS if name not in FLAGS
-        },
+        metrics={name: spread_of(field, table[name].values[kept]) for name, field in numbers.items()},
         diverged=int(table["diverged"].sum()),
-        stroke_left=int(table["stroke_left"].sum()),
+        stroke_left=int(table["stroke_left"].sum()) if "stroke_left" in table else 0,
         warnings=warnings_of(table),
     )
 
 
-def spread_of(name: str, values: np.ndarray) -> Spread:
+def spread_of(field: Field, values: np.ndarray) -> Spread:
     finite = values[np.isfinite(values)]
     if not finite.size:
         return Spread(*[float("nan")] * 4)
-    worst = finite.min() if name in LEAST_IS_WORST else finite.max()
+    worst = finite.min() if field.least_is_worst else finite.max()
     p05, median, p95 = map(float, np.quantile(finite, (0.05, 0.5, 0.95)))
     return Spread(p05, median, p95, float(worst))
 
@@ -87,13 +85,15 @@ def remarkable_run(table: "xr.Dataset", metric: str) -> tuple[int, str]:
     values = table[metric].values
     if not np.isfinite(values).any():
         return 0, "is the first"
-    worst = np.nanargmin(values) if metric in LEAST_IS_WORST else np.nanargmax(values)
+    least = metric_fields(table)[metric].least_is_worst
+    worst = np.nanargmin(values) if least else np.nanargmax(values)
     return int(worst), f"has the worst {metric}"
 
 
 def show_batch(summary: BatchSummary, table: "xr.Dataset", seconds: float) -> None:
     """What varied, how the metrics are spread, and how many runs failed."""
-    show(ranges(summary, table), spreads(summary), *verdicts(summary))
+    fields = metric_fields(table)
+    show(ranges(summary, table), spreads(summary, fields), *verdicts(summary, fields))
     show(f"{seconds:.3g} s, {rate(summary.runs / seconds)} runs per second, compilation included")
 
 
@@ -118,7 +118,7 @@ def ranges(summary: BatchSummary, table: "xr.Dataset") -> Table:
     return shown
 
 
-def spreads(summary: BatchSummary) -> Table:
+def spreads(summary: BatchSummary, fields: Mapping[str, Field]) -> Table:
     note = "of the runs that did not diverge" if summary.diverged else None
     shown = Table(caption=note, caption_justify="left")
     shown.add_column("metric", no_wrap=True)
@@ -127,21 +127,24 @@ def spreads(summary: BatchSummary) -> Table:
     shown.add_column("unit", no_wrap=True)
     shown.add_column("meaning")
     for name, values in summary.metrics.items():
-        field = METRIC_FIELDS[name]
+        field = fields[name]
         unit, factor = common_unit(values, field.unit)
         shown.add_row(name, *(as_text(value, factor) for value in values), unit, field.meaning)
     return shown
 
 
-def verdicts(summary: BatchSummary) -> list[str]:
+def verdicts(summary: BatchSummary, fields: Mapping[str, Field]) -> list[str]:
     """In a line or two: how many runs diverged, and in how many the piston left its stroke."""
     lines = []
     if summary.diverged:
         tally = share(summary.diverged, summary.runs)
-        lines.append(f"[bold red]DIVERGED[/]: {tally}: {METRIC_FIELDS['diverged'].meaning}.")
+        lines.append(f"[bold red]DIVERGED[/]: {tally}: {fields['diverged'].meaning}.")
     if summary.stroke_left:
         lines.append(f"[bold yellow]LEFT THE STROKE[/]: {share(summary.stroke_left, summary.runs)}.")
-    return lines or ["[green]No run diverged, and no piston left its stroke.[/]"]
+    if lines:
+        return lines
+    stroke = ", and no piston left its stroke" if "stroke_left" in fields else ""
+    return [f"[green]No run diverged{stroke}.[/]"]
 
 
 def share(count: int, runs: int) -> str:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from hydroservo.cli.summary import RunSummary
 from hydroservo.outputs import staged, write_text
-from hydroservo.results import METRICS, metrics_csv, save, write_metrics
+from hydroservo.results import METRICS, metric_fields, metrics_csv, save, write_metrics
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -27,7 +27,7 @@ def write_run(folder: Path, summary: RunSummary, dataset: "xr.Dataset", ending: 
 
     with staged(folder, last=METRICS) as stage:
         save(dataset, stage / f"trajectory{ending}")
-        write_text(stage / "metrics.csv", metrics_csv(table([summary])))
+        write_text(stage / "metrics.csv", metrics_csv(table([summary]), metric_fields(dataset)))
         save_figure(plot_run(dataset), stage / "run", summary.hash)
         write_metrics(stage, summary._asdict())
     return run_files(folder, ending)
@@ -49,9 +49,10 @@ def write_comparison(
     from hydroservo.figures.comparison import plot_comparison
     from hydroservo.figures.style import save_figure
 
+    fields = {name: field for dataset in datasets for name, field in metric_fields(dataset).items()}
     origin = " ".join(summary.hash for summary in summaries)
     with staged(folder, last=METRICS) as stage:
-        write_text(stage / "metrics.csv", metrics_csv(table(summaries)))
+        write_text(stage / "metrics.csv", metrics_csv(table(summaries), fields))
         save_figure(plot_comparison(datasets, labels), stage / "comparison", origin)
         write_metrics(stage, said)
     return comparison_files(folder)

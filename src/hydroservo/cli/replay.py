@@ -1,5 +1,6 @@
 """How one run of a batch is run again, alone and with its trajectory."""
 
+import re
 import shlex
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
@@ -10,7 +11,7 @@ from hydroservo.errors import ScenarioError
 from hydroservo.loop import Loop
 from hydroservo.provenance import scenario_hash
 from hydroservo.scenario import parse_override
-from hydroservo.scenario.load import Assembly, Machine, assembled, model_path
+from hydroservo.scenario.load import Assembly, Machine, assembled
 from hydroservo.scenario.uncertainty import Deviations
 
 __all__ = ["Origin", "command"]
@@ -18,6 +19,7 @@ __all__ = ["Origin", "command"]
 Settings = Mapping[str, float]  # by the path that --set takes
 
 SCALE = "uncertainty.scale"
+MODEL = re.compile(r"controller\.(controller\.)*model\.")  # what a law believes, in wrappers too
 
 
 class Origin(NamedTuple):
@@ -86,8 +88,7 @@ def alone(origin: Origin, loop: Loop, settings: Settings) -> dict[str, float]:
     """What keeps a controller's model, and uncertainty, from following what is set of the machine."""
     machine = [path for path in settings if path.partition(".")[0] in Machine._fields]
     found = {f"uncertainty.{path}": 0.0 for path in machine}
-    model = model_path(loop.controller)
-    if model is None or not machine:
+    if not machine:
         return found
     try:
         follows = dict(leaves(origin.loop({path: settings[path] for path in machine})))
@@ -97,7 +98,7 @@ def alone(origin: Origin, loop: Loop, settings: Settings) -> dict[str, float]:
     return found | {
         path: value
         for path, value in known.items()
-        if path.startswith(f"{model}.") and value != follows.get(path, value)
+        if MODEL.match(path) and value != follows.get(path, value)
     }
 
 

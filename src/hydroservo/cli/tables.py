@@ -11,7 +11,8 @@ from rich.syntax import Syntax
 from rich.table import Table
 
 from hydroservo.cli.summary import RunSummary
-from hydroservo.metrics import LOST_ERROR, METRIC_FIELDS
+from hydroservo.divergence import BEYOND
+from hydroservo.field import Field
 from hydroservo.readable import common_unit, quantity, yes_or_no
 
 if TYPE_CHECKING:
@@ -32,16 +33,16 @@ def show(*things: "RenderableType") -> None:
         console.print(thing)
 
 
-def show_run(summary: RunSummary) -> None:
-    """The metrics of one run and its verdict."""
+def show_run(summary: RunSummary, fields: Mapping[str, Field]) -> None:
+    """The metrics of one run, declared by their fields, and its verdict."""
     heading = f"{escape(summary.scenario)}   (hash {summary.hash}, seed {summary.seed})"
     table = Table(title=heading, title_justify="left")
     table.add_column("metric", no_wrap=True)
     table.add_column("value", justify="right", no_wrap=True)
     table.add_column("unit", no_wrap=True)
     table.add_column("meaning")
-    for name, field in METRIC_FIELDS.items():
-        unit, (text,) = row([summary], name)
+    for name, field in fields.items():
+        unit, (text,) = row([summary], name, field)
         table.add_row(name, text, unit, field.meaning)
     show(table, verdict(summary))
 
@@ -49,6 +50,7 @@ def show_run(summary: RunSummary) -> None:
 def show_comparison(
     summaries: Sequence[RunSummary],
     labels: Sequence[str],
+    fields: Mapping[str, Field],
     winners: Mapping[str, set[int]],
     unequal: Sequence[str],
 ) -> None:
@@ -60,23 +62,23 @@ def show_comparison(
     table.add_column("unit", no_wrap=True)
     for label in labels:
         table.add_column(escape(label), justify="right", overflow="fold")
-    for name in METRIC_FIELDS:
-        unit, values = row(summaries, name)
+    for name, field in fields.items():
+        unit, values = row(summaries, name, field)
         best = winners.get(name, set())
         marked = [f"[bold green]{text} *[/]" if i in best else f"{text}  " for i, text in enumerate(values)]
         table.add_row(name, unit, *marked)
     notes = [
         f"{escape(label)}: {verdict(summary)}"
         for label, summary in zip(labels, summaries, strict=True)
-        if summary.metrics["diverged"] or summary.metrics["stroke_left"]
+        if summary.metrics["diverged"] or summary.metrics.get("stroke_left")
     ]
     show(table, *map(escape, unequal), *notes)
 
 
-def row(summaries: Sequence[RunSummary], name: str) -> tuple[str, list[str]]:
-    """One metric of each run as text, in a common unit."""
-    values = [summary.metrics[name] for summary in summaries]
-    unit, factor = common_unit(values, METRIC_FIELDS[name].unit)
+def row(summaries: Sequence[RunSummary], name: str, field: Field) -> tuple[str, list[str]]:
+    """One metric of each run as text, in a common unit; "-" for a run that does not have it."""
+    values = [summary.metrics.get(name, math.nan) for summary in summaries]
+    unit, factor = common_unit(values, field.unit)
     return unit, [as_text(value, factor) for value in values]
 
 
@@ -90,11 +92,12 @@ def as_text(value: float | bool, factor: float) -> str:
 def verdict(summary: RunSummary) -> str:
     """In one line: did the run diverge and by what, did the piston leave its stroke?"""
     metrics = summary.metrics
-    if math.isfinite(metrics["diverged_at"]):
-        cause, time = escape(summary.diverged_by), quantity(metrics["diverged_at"], "s")
-        return f"[bold red]DIVERGED[/]: {cause} stopped being finite at {time}."
     if metrics["diverged"]:
-        return f"[bold red]DIVERGED[/]: in the second half the error passed {LOST_ERROR}."
+        cause, time = escape(summary.diverged_by), quantity(metrics["diverged_at"], "s")
+        what = cause if BEYOND in cause else f"{cause} stopped being finite"
+        return f"[bold red]DIVERGED[/]: {what} at {time}."
+    if "stroke_left" not in metrics:
+        return "[green]The run did not diverge.[/]"
     if metrics["stroke_left"]:
         low, high = 1e3 * metrics["position_min"], 1e3 * metrics["position_max"]
         return f"[bold yellow]LEFT THE STROKE[/]: the piston went from {low:.4g} mm to {high:.4g} mm."

@@ -154,6 +154,7 @@ def tune(
     wanted = ranges_for(ranges, search, names, assemblies)
     factors: Sequence[float | None] = search.scales or [None]
     loops = [machine(name, changes, plugins, scale) for name in names for scale in factors]
+    unit = unit_of(search.metric, loops)
     check_scales("tune.scales" if scales is None else "--scales", search.scales, loops)
     each = [weight for weight in search.weights for _ in factors]
     aim = Aim(loops, each, search.metric, search.seeds, search.effort)
@@ -161,7 +162,7 @@ def tune(
     if out:
         try_outputs([out])
     with log_kernels(verbose), progress_bar("preparing") as report:
-        progress = told(report, search.metric, search.candidates)
+        progress = told(report, unit, search.candidates)
         found = tune(
             aim, wanted, candidates=search.candidates, seed=search.seed, threads=threads, progress=progress
         )
@@ -318,13 +319,28 @@ def ranges_for(
     return {path: (one.low, one.high) for path, one in wanted.items()}
 
 
-def told(report: "Report", metric: str, candidates: int) -> "Progress":
+def unit_of(metric: str, loops: "Sequence[Loop]") -> str:
+    """The unit of a metric that all loops have.
+
+    Raises:
+        ParameterError: one does not have it.
+    """
+    from hydroservo.errors import ParameterError
+    from hydroservo.metrics import judged_by
+    from hydroservo.nearest import one_of
+
+    known = judged_by(loops)
+    if metric not in known:
+        raise ParameterError("--metric", metric, one_of(metric, known))
+    return known[metric].unit
+
+
+def told(report: "Report", unit: str, candidates: int) -> "Progress":
     """Reports how many candidates are done, and the best so far."""
-    from hydroservo.metrics import METRIC_FIELDS
     from hydroservo.readable import quantity
 
     def progress(fraction: float, best: float) -> None:
-        text = quantity(best, METRIC_FIELDS[metric].unit) if best < float("inf") else "diverged"
+        text = quantity(best, unit) if best < float("inf") else "diverged"
         report(fraction, f"{round(fraction * candidates):,} of {candidates:,} candidates, best {text}")
 
     return progress

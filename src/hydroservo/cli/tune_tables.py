@@ -12,7 +12,6 @@ from rich.table import Table
 from hydroservo._version import __version__
 from hydroservo.block import field_at
 from hydroservo.cli.tables import as_text, show
-from hydroservo.metrics import METRIC_FIELDS
 from hydroservo.outputs import write_text
 from hydroservo.readable import common_unit
 from hydroservo.scenario.overrides import nested
@@ -71,7 +70,7 @@ def values(aim: Aim, ranges: Mapping[str, tuple[float, float]], found: Tuned) ->
 
 
 def metrics(scenarios: Sequence[str], aim: Aim, found: Tuned) -> Table:
-    unit, factor = common_unit(found.after, METRIC_FIELDS[aim.metric].unit)
+    unit, factor = common_unit(found.after, found.tables[0][aim.metric].attrs["units"])
     means = f", mean over {aim.seeds} seeds" if aim.seeds > 1 else ""
     heading = escape(f"{aim.metric} [{unit}]{means}")
     shown = Table(title=heading, title_justify="left")

@@ -13,7 +13,7 @@ from hydroservo.block import field_at, value_at
 from hydroservo.errors import ScenarioError, short
 from hydroservo.loop import Loop
 from hydroservo.scenario.build import Argument
-from hydroservo.scenario.load import Machine, with_nominal
+from hydroservo.scenario.load import Machine
 from hydroservo.scenario.overrides import PATH
 from hydroservo.scenario.ranges import both_ends, check_path
 from hydroservo.scenario.tables import Entry, Origin
@@ -154,7 +154,7 @@ def drawn_runs(
         if one.path in arguments:
             taken[one.path] = values(one, numbers)
         else:
-            parameters |= dict.fromkeys(with_nominal(loop, one.path), values(one, numbers))
+            parameters[one.path] = values(one, numbers)
     if seeds:
         own = loop.simulation.seed + np.arange(runs)
         settings[SEED] = parameters[SEED] = own

@@ -5,7 +5,7 @@ from typing import Annotated, NamedTuple
 from hydroservo.block import Block, Field
 from hydroservo.controllers.saturation import Saturation
 from hydroservo.observers.model_derivative import ModelDerivative
-from hydroservo.plants.design_model import DesignModel
+from hydroservo.plants.design_model import THIS_MACHINE, DesignModel
 from hydroservo.roles import Controller, Differentiator, role
 from hydroservo.signals import Demand, Measurement
 from hydroservo.sources import TSMC_EHA_2021
@@ -39,7 +39,7 @@ class Backstepping(NamedTuple):
 
     velocity_gain: Annotated[float, Field("1/s", "gain k1", TSMC_EHA_2021, above=0)] = 2000.0
     force_gain: Annotated[float, Field("1/s", "gain k2", TSMC_EHA_2021, above=0)] = 1000.0
-    model: DesignModel = DesignModel()
+    model: DesignModel = THIS_MACHINE
     derivative: Differentiator = ModelDerivative()
     saturation: Saturation = Saturation()
 

@@ -7,7 +7,7 @@ from hydroservo.controllers.explicit_reaching import ExplicitReaching
 from hydroservo.controllers.saturation import Saturation
 from hydroservo.observers.filtered_derivative import FilteredDerivative
 from hydroservo.observers.tsm import TSMObserver
-from hydroservo.plants.design_model import DesignModel
+from hydroservo.plants.design_model import THIS_MACHINE, DesignModel
 from hydroservo.roles import Controller, Differentiator, Observer, Reaching, role
 from hydroservo.signals import Demand, Measurement
 from hydroservo.sources import TSMC_EHA_2021
@@ -60,7 +60,7 @@ class TSMC(NamedTuple):
     exponent_2: Annotated[float, Field("", "exponent a2 = p_2/q_2", TSMC_EHA_2021, at_least=0.1, below=1)] = (
         5 / 9
     )
-    model: DesignModel = DesignModel()
+    model: DesignModel = THIS_MACHINE
     observer: Observer = TSMObserver()
     derivative: Differentiator = FilteredDerivative()
     saturation: Saturation = Saturation()

@@ -6,12 +6,20 @@ from typing import Any
 from numba import types
 from numba.extending import overload
 
-from hydroservo import states
+from hydroservo import block, states
 from hydroservo.engine import state_text
 from hydroservo.engine.jit import INLINE
 from hydroservo.engine.state_text import Shape
 
-__all__ = ["compiled_axpy", "compiled_factored", "compiled_misses", "compiled_scaled", "compiled_solved"]
+__all__ = [
+    "compiled_axpy",
+    "compiled_estimates_in",
+    "compiled_factored",
+    "compiled_misses",
+    "compiled_model_in",
+    "compiled_scaled",
+    "compiled_solved",
+]
 
 
 @overload(states.axpy, strict=False, jit_options=INLINE)
@@ -54,6 +62,18 @@ def compiled_factored(
 def compiled_solved(_matrix: types.Type, k: types.Type) -> Callable[..., Any]:
     """``states.solved`` for states of one type."""
     return state_text.solved(shape_of(k))
+
+
+@overload(block.estimates_in, strict=False, jit_options=INLINE)
+def compiled_estimates_in(state: types.Type) -> Callable[..., Any]:
+    """``block.estimates_in`` for states of one type."""
+    return state_text.estimates_in(shape_of(state))
+
+
+@overload(block.model_in, strict=False, jit_options=INLINE)
+def compiled_model_in(controller: types.Type) -> Callable[..., Any]:
+    """``block.model_in`` for laws of one type."""
+    return state_text.model_in(shape_of(controller))
 
 
 def shape_of(kind: types.BaseNamedTuple) -> Shape:

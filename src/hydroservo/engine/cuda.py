@@ -22,6 +22,7 @@ from hydroservo.engine.machine_code import DOUBLES, FLOAT, INTEGER, INTEGERS, in
 from hydroservo.engine.native import MachineCode, RunError, native
 from hydroservo.engine.ptx import NAME, RAISED, ptx
 from hydroservo.engine.recipe import Recipe
+from hydroservo.engine.watch import Watch
 from hydroservo.errors import ParameterError
 
 __all__ = ["MOST", "CudaGroup", "CudaThreads"]
@@ -44,7 +45,7 @@ class CudaThreads:
 
     def __init__(self, study: Study, wanted: Wanted, state: Block, varied: tuple[str, ...], *, strict: bool):
         check_device()
-        sums = study.metrics.init()
+        sums = study.watch.init()
         self.layout = layout_of(varied, state, sums)
         text = partial(thread_text, study, wanted, state, sums, self.layout)
         if config.ENABLE_CUDASIM:
@@ -87,7 +88,7 @@ class CudaGroup:
 
     @property
     def sums(self) -> NDArray[np.float64]:
-        """The metrics' state of each run, shape (numbers, runs)."""
+        """The monitors' state of each run, shape (numbers, runs)."""
         return self.rows(self.threads.layout.sums, self.threads.layout.alive)
 
     @property
@@ -119,7 +120,7 @@ def thread_text(
     study: Study,
     wanted: Wanted,
     state: Block,
-    sums: Block,
+    sums: Watch,
     layout: Layout,
     part: Callable[[Callable[..., Any]], Any],
 ) -> Callable[..., int]:
@@ -128,19 +129,18 @@ def thread_text(
     state_of, sums_of = part(loader(state, row(layout.states))), part(loader(sums, row(layout.sums)))
     put_state = part(flat.storer(state, row(layout.states)))
     put_sums = part(flat.storer(sums, row(layout.sums)))
-    read = part(flat.reader(wanted.measured))
-    run = part(kernel(part(flat.recorder(())), read, wanted.sample, part(flat.checker(wanted.watched))))
+    run = part(kernel(study, wanted, part))
     samples_done = layout.alive
 
     def advance(constants, tables, memory, runs, thread, first, last, dt):  # type: ignore[no-untyped-def]
         """Samples first to last-1 of one run; returns whether its state is still finite, GOING or LOST."""
-        system, integrator, substeps, metrics = build(constants, tables)
+        system, integrator, periods, substeps, watch = build(constants, tables)
         lane = (runs, thread)
         own = own_of(system, memory, lane)
         if first == 0:
             put_state(memory, lane, own.init())
         s, m = state_of(memory, lane), sums_of(memory, lane)
-        s, m, done = run(own, integrator, substeps, metrics, s, m, first, last, dt, 1, memory)
+        s, m, done = run(own, integrator, periods, substeps, watch, s, m, first, last, dt, 1, memory)
         put_state(memory, lane, s)
         put_sums(memory, lane, m)
         memory[samples_done * runs + thread] = float(done)

@@ -6,7 +6,7 @@ is written that makes the block from its numbers, or writes its numbers back.
 
 import ctypes
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -25,7 +25,6 @@ __all__ = [
     "constructor",
     "doubles",
     "numbers",
-    "reader",
     "recorder",
     "shape",
     "storer",
@@ -125,23 +124,25 @@ def storer(block: Block, place: Place = str) -> Callable[..., Any]:
 
 
 def recorder(paths: Sequence[str]) -> Callable[..., None]:
-    """A function ``record(out, row, s)`` that writes the numbers at these paths of a state as a row."""
+    """A function ``record(out, row, s, m)`` that writes numbers of a state and of the monitors' as a row.
+
+    Args:
+        paths: where they are, such as ``s.plant.velocity``.
+    """
     width = len(paths)
-    lines = [f"    out[row * {width} + {column}] = s.{path}" for column, path in enumerate(paths)]
-    return written("\n".join(["def record(out, row, s):", *lines, "    return None"]), {}, "record")
+    lines = [f"    out[row * {width} + {column}] = {path}" for column, path in enumerate(paths)]
+    return written("\n".join(["def record(out, row, s, m):", *lines, "    return None"]), {}, "record")
 
 
-def reader(paths: Sequence[str | None]) -> Callable[..., Any]:
-    """A function ``read(s)`` that returns the numbers at these paths of a state; nan for None."""
-    items = ", ".join("nan" if path is None else f"s.{path}" for path in paths)
-    return written(f"def read(s): return ({items},)", {"nan": float("nan")}, "read")
-
-
-def checker(paths: Sequence[str]) -> Callable[..., bool]:
-    """A function ``finite(s)`` that is true while the numbers at these paths of a state all are.
+def checker(paths: Sequence[str], reach: Mapping[str, float]) -> Callable[..., bool]:
+    """A function ``holds(s)`` that is true while the numbers at these paths of a state are all finite.
 
     0 x is 0 for a finite x and nan for others, and sums of 0 and nan tell which there were: that takes no
     branch, and pairs of pairs do not wait for each other.
+
+    Args:
+        paths: of the numbers.
+        reach: the largest size that some of them may have.
     """
 
     def total(terms: Sequence[str]) -> str:
@@ -149,7 +150,8 @@ def checker(paths: Sequence[str]) -> Callable[..., bool]:
         return terms[0] if half == 0 else f"({total(terms[:half])} + {total(terms[half:])})"
 
     zero = total([f"0.0 * s.{path}" for path in paths] or ["0.0"])
-    return written(f"def finite(s): return {zero} == 0.0", {}, "finite")
+    within = "".join(f" & (s.{path} >= -{end!r}) & (s.{path} <= {end!r})" for path, end in reach.items())
+    return written(f"def holds(s): return ({zero} == 0.0){within}", {}, "holds")
 
 
 def constructor(signature: str, block: Block, text: Text) -> Callable[..., Any]:

@@ -10,6 +10,7 @@ from hydroservo.block import Block
 from hydroservo.engine import flat
 from hydroservo.engine.native import MachineCode, RunError, native
 from hydroservo.engine.recipe import Recipe
+from hydroservo.engine.watch import Watch, listener, silent
 
 __all__ = ["CompiledRun", "InterpretedRun", "Study", "Wanted"]
 
@@ -21,30 +22,29 @@ class Study(NamedTuple):
 
     system: Block
     integrator: Block
+    periods: int  # of sampling; the last sample is the end
     substeps: int
-    metrics: Block
+    watch: Watch
 
 
 class Wanted(NamedTuple):
-    """What to record of each state, what to measure it by, and which of its numbers must stay finite."""
+    """What to record of each sample, which numbers of a state must stay finite, and how large some may be."""
 
-    recorded: tuple[str, ...]
-    measured: tuple[str | None, ...]
-    sample: type
+    recorded: tuple[str, ...]  # such as s.plant.velocity of the state s, or of the monitors' state m
     watched: tuple[str, ...]
+    reach: tuple[tuple[str, float], ...]
 
 
 class InterpretedRun:
     """A run in plain Python, to step through."""
 
     def __init__(self, study: Study, wanted: Wanted, state: Block) -> None:
-        self.study, self.state, self.sums = study, state, study.metrics.init()
+        self.study, self.state, self.sums = study, state, study.watch.init()
         self.width = len(wanted.recorded)
-        record, read = flat.recorder(wanted.recorded), flat.reader(wanted.measured)
-        self.kernel = kernel(record, read, wanted.sample, flat.checker(wanted.watched))
+        self.kernel = kernel(study, wanted, lambda function: function)
 
     def advance(self, first: int, last: int, dt: float, stride: int, out: Out) -> int:
-        """Samples first to last-1; returns last, or the sample in which a watched number was lost.
+        """Samples first to last-1; returns last, or the sample after which a watched number was lost.
 
         Rows of out: the samples that stride divides.
         """
@@ -63,7 +63,7 @@ class CompiledRun:
     """The same run in machine code, compiled for each new combination of blocks."""
 
     def __init__(self, study: Study, wanted: Wanted, state: Block, *, strict: bool) -> None:
-        sums = study.metrics.init()
+        sums = study.watch.init()
         recipe = Recipe("run", (*map(flat.shape, (study, state, sums)), *wanted), strict)
         self.call = native(recipe, lambda: compiled_run(study, wanted, state, sums, strict))
         self.width = len(wanted.recorded)
@@ -72,7 +72,7 @@ class CompiledRun:
         self.states, self.running = flat.numbers(state), flat.numbers(sums)
 
     def advance(self, first: int, last: int, dt: float, stride: int, out: Out) -> int:
-        """Samples first to last-1; returns last, or the sample in which a watched number was lost.
+        """Samples first to last-1; returns last, or the sample after which a watched number was lost.
 
         Rows of out: the samples that stride divides.
         """
@@ -87,7 +87,7 @@ class CompiledRun:
 
     @property
     def sums(self) -> Block:
-        """The state of the metrics after the last sample."""
+        """The state of the monitors after the last sample."""
         return flat.builder(self.shapes[1])(self.running.tolist(), [])
 
 
@@ -107,18 +107,17 @@ def check_rows(first: int, last: int, stride: int, out: Out, width: int) -> None
         raise ValueError("rows go into a contiguous, writeable array of doubles")
 
 
-def compiled_run(study: Study, wanted: Wanted, state: Block, sums: Block, strict: bool) -> MachineCode:
+def compiled_run(study: Study, wanted: Wanted, state: Block, sums: Watch, strict: bool) -> MachineCode:
     from hydroservo.engine.machine_code import DOUBLES, FLOAT, INTEGER, INTEGERS, inlined, machine_code
 
     build, state_of, sums_of = (inlined(flat.builder(block)) for block in (study, state, sums))
     put_state, put_sums = (inlined(flat.storer(block)) for block in (state, sums))
-    record, read = inlined(flat.recorder(wanted.recorded)), inlined(flat.reader(wanted.measured))
-    run = inlined(kernel(record, read, wanted.sample, inlined(flat.checker(wanted.watched))))
+    run = inlined(kernel(study, wanted, inlined))
 
     def advance(constants, tables, states, running, out, first, last, dt, stride):  # type: ignore[no-untyped-def]
-        system, integrator, substeps, metrics = build(constants, tables)
+        system, integrator, periods, substeps, watch = build(constants, tables)
         s, m = state_of(states, tables), sums_of(running, tables)
-        s, m, done = run(system, integrator, substeps, metrics, s, m, first, last, dt, stride, out)
+        s, m, done = run(system, integrator, periods, substeps, watch, s, m, first, last, dt, stride, out)
         put_state(states, 0, s)
         put_sums(running, 0, m)
         return done
@@ -128,38 +127,90 @@ def compiled_run(study: Study, wanted: Wanted, state: Block, sums: Block, strict
 
 
 def kernel(
-    record: Callable[..., Any], read: Callable[..., Any], sample: type, finite: Callable[..., bool]
-) -> Callable[..., tuple[Block, Block, int]]:
+    study: Study, wanted: Wanted, part: Callable[[Callable[..., Any]], Any]
+) -> Callable[..., tuple[Block, Watch, int]]:
+    """The function that runs samples of a study; ``part`` prepares what it calls itself."""
+    record, holds = (
+        part(flat.recorder(wanted.recorded)),
+        part(flat.checker(wanted.watched, dict(wanted.reach))),
+    )
+    hear_sample, hear_step = part(listener(study.watch.samples)), part(listener(study.watch.steps))
+    move = part(mover(study, part))
+
     def run(
         system: Block,
         integrator: Block,
+        periods: int,
         substeps: int,
-        metrics: Block,
+        watch: Watch,
         s: Block,
-        m: Block,
+        m: Watch,
         first: int,
         last: int,
         dt: float,
         stride: int,
         out: Any,
-    ) -> tuple[Block, Block, int]:
-        """Samples first to last-1, or up to the one in which a number of the state stops being finite.
+    ) -> tuple[Block, Watch, int]:
+        """Samples first to last-1, or up to the one after which a number of the state is lost.
 
-        Rows of out are the samples that stride divides. Returns the state, the metrics' state, and the
+        Rows of out are the samples that stride divides. Returns the state, the monitors' state, and the
         number of that sample; last if there was none.
         """
         row = 0
         for k in range(first, last):
             t = k * dt
             s = system.sample(s, t, dt)
-            m = metrics.step(m, t, sample(*read(s)))
+            heard = hear_sample(watch.samples, m.samples, system, s, t, dt)
+            m = Watch(heard, m.steps)
             if k % stride == 0:
-                record(out, row, s)
+                record(out, row, s, m)
                 row += 1
-            x = integrator.advance(system, t, system.machine(s), system.held(s), dt, substeps)
-            s = system.moved(s, x)
-            if not finite(s):
+            if k >= periods:
+                return s, Watch(heard, hear_step(watch.steps, m.steps, system, s, t, 0.0)), last
+            x, steps = move(system, integrator, watch.steps, m.steps, s, t, dt, substeps)
+            s, m = system.moved(s, x), Watch(heard, steps)
+            if not holds(s):
                 return s, m, k
         return s, m, last
 
     return run
+
+
+def mover(study: Study, part: Callable[[Callable[..., Any]], Any]) -> Callable[..., tuple[Block, Block]]:
+    """A function that carries the machine from a sample to the next, with what monitors hear on the way."""
+    hear = part(listener(study.watch.steps))
+
+    def unheard(system, integrator, _watch, m, s, t, dt, substeps):  # type: ignore[no-untyped-def]
+        return integrator.advance(system, t, system.machine(s), system.held(s), dt, substeps), m
+
+    def equal_steps(system, integrator, watch, m, s, t, dt, substeps):  # type: ignore[no-untyped-def]
+        x, u, h = system.machine(s), system.held(s), dt / substeps
+        for i in range(substeps):
+            now = t + i * h
+            if i > 0:
+                s = system.between(s, x, now)
+            m = hear(watch, m, system, s, now, h)
+            x = integrator.substep(system, now, x, u, h)
+        return x, m
+
+    def chosen_steps(system, integrator, watch, m, s, t, dt, substeps):  # type: ignore[no-untyped-def]
+        x, u, p = system.machine(s), system.held(s), integrator.begin(t, dt, substeps)
+        while p.gone < dt:
+            y, q = integrator.attempt(system, t, x, u, dt, p)
+            if q.gone > p.gone:
+                now = t + p.gone
+                m = hear(watch, m, system, system.between(s, x, now), now, q.gone - p.gone)
+            x, p = y, q
+        return x, m
+
+    def whole_periods(system, integrator, watch, m, s, t, dt, substeps):  # type: ignore[no-untyped-def]
+        m = hear(watch, m, system, s, t, dt)
+        return integrator.advance(system, t, system.machine(s), system.held(s), dt, substeps), m
+
+    kind = type(study.integrator)
+    if not silent(study.watch.steps):
+        if hasattr(kind, "substep"):
+            return equal_steps
+        chooses = all(hasattr(kind, name) for name in ("begin", "attempt"))
+        return chosen_steps if chooses else whole_periods
+    return unheard

@@ -1,7 +1,7 @@
 """Many runs side by side: one lane a run, in vectors of the processor.
 
 The memory of a group holds LANES numbers for each varied parameter, each number of the states and of the
-metrics, so that a loop over lanes loads, computes and stores whole vectors. Only loading and storing are
+monitors, so that a loop over lanes loads, computes and stores whole vectors. Only loading and storing are
 written for lanes; all else is the text that single runs use, so that a lane gives a single run's bits.
 """
 
@@ -13,9 +13,10 @@ from numpy.typing import NDArray
 
 from hydroservo.block import Block, leaves
 from hydroservo.engine import flat
-from hydroservo.engine.kernel import Study, Wanted
+from hydroservo.engine.kernel import Study, Wanted, mover
 from hydroservo.engine.native import MachineCode, Native, native
 from hydroservo.engine.recipe import Recipe
+from hydroservo.engine.watch import Watch, listener, silent
 
 __all__ = ["LANES", "CompiledLanes", "Group", "Layout", "layout_of", "loader", "varier"]
 
@@ -29,22 +30,24 @@ class Layout(NamedTuple):
 
     varied: tuple[str, ...]  # from row 0 on: the varied paths of the system
     states: int
-    sums: int
+    sums: int  # of the monitors that hear samples
+    step_sums: int  # of those that hear steps
     alive: int
 
 
-def layout_of(varied: tuple[str, ...], state: Block, sums: Block) -> Layout:
+def layout_of(varied: tuple[str, ...], state: Block, sums: Watch) -> Layout:
     """The layout of runs that differ at these paths."""
     states = len(varied)
     first = states + len(list(leaves(state)))
-    return Layout(varied, states, first, first + len(list(leaves(sums))))
+    second = first + len(list(leaves(sums.samples)))
+    return Layout(varied, states, first, second, second + len(list(leaves(sums.steps))))
 
 
 class CompiledLanes:
     """The kernel of a study whose runs differ in some numbers of the system."""
 
     def __init__(self, study: Study, wanted: Wanted, state: Block, varied: tuple[str, ...], *, strict: bool):
-        sums = study.metrics.init()
+        sums = study.watch.init()
         self.layout = layout_of(varied, state, sums)
         recipe = Recipe("lanes", (*map(flat.shape, (study, state, sums)), *wanted, varied), strict)
         self.call = native(recipe, lambda: compiled_lanes(study, wanted, state, sums, self.layout, strict))
@@ -93,75 +96,176 @@ def aligned(rows: int) -> NDArray[np.float64]:
 
 
 def compiled_lanes(
-    study: Study, wanted: Wanted, state: Block, sums: Block, layout: Layout, strict: bool
+    study: Study, wanted: Wanted, state: Block, sums: Watch, layout: Layout, strict: bool
 ) -> MachineCode:
     from hydroservo.engine.machine_code import DOUBLES, FLOAT, INTEGER, INTEGERS, inlined, machine_code
 
     build, lane_of = inlined(flat.builder(study)), inlined(varier(study.system, layout.varied, row(0)))
-    state_of, sums_of = inlined(loader(state, row(layout.states))), inlined(loader(sums, row(layout.sums)))
-    put_state = inlined(flat.storer(state, row(layout.states)))
-    put_sums = inlined(flat.storer(sums, row(layout.sums)))
-    put_machine = inlined(flat.storer(study.system.machine(state), row(layout.states)))
-    read, sample, alive = inlined(flat.reader(wanted.measured)), wanted.sample, layout.alive * LANES
-    finite = inlined(flat.checker(wanted.watched))
-    begin, go_on = steps_of(study.integrator)
+    states, steps = kept(state, layout.states), kept(sums.steps, layout.step_sums)
+    begin_all, sample_all = inlined(beginner(lane_of, states)), inlined(sampler(lane_of, states))
+    hear_all = inlined(hearer(study.watch.samples, lane_of, states, kept(sums.samples, layout.sums)))
+    first_all, next_all = map(inlined, movers(study, lane_of, states, steps))
+    lose_all = inlined(loser(wanted, states, layout.alive * LANES))
 
     def advance(constants, tables, memory, first, last, dt):  # type: ignore[no-untyped-def]
         """Samples first to last-1, or until a lane's state is lost; returns the sample to go on with."""
-        system, integrator, substeps, metrics = build(constants, tables)
+        system, integrator, periods, substeps, watch = build(constants, tables)
         if first == 0:
-            for lane in range(LANES):
-                put_state(memory, lane, lane_of(system, memory, lane).init())
+            begin_all(system, memory)
         for k in range(first, last):
-            t = k * dt
-            for lane in range(LANES):
-                own = lane_of(system, memory, lane)
-                s = own.sample(state_of(memory, lane), t, dt)
-                put_sums(memory, lane, metrics.step(sums_of(memory, lane), t, sample(*read(s))))
-                x = begin(integrator, own, t, own.machine(s), own.held(s), dt, substeps)
-                put_state(memory, lane, own.moved(s, x))
+            t, h = k * dt, dt / substeps if k < periods else 0.0
+            sample_all(system, memory, t, dt)
+            hear_all(watch.samples, system, memory, t, dt)
+            first_all(watch.steps, system, integrator, memory, t, h, dt, substeps)
+            if k >= periods:
+                return last
             for i in range(1, substeps):
-                for lane in range(LANES):
-                    own = lane_of(system, memory, lane)
-                    s = state_of(memory, lane)
-                    x = go_on(integrator, own, t, own.machine(s), own.held(s), dt, substeps, i)
-                    put_machine(memory, lane, x)
-            lost = 0
-            for lane in range(LANES):
-                lost += 1 if memory[alive + lane] > 0.0 and not finite(state_of(memory, lane)) else 0
-            if lost > 0:
-                for lane in range(LANES):
-                    if not finite(state_of(memory, lane)):
-                        memory[alive + lane] = 0.0
+                next_all(watch.steps, system, integrator, memory, t + i * h, h)
+            if lose_all(memory):
                 return k + 1
         return last
 
     return machine_code(advance, (DOUBLES, INTEGERS, DOUBLES, INTEGER, INTEGER, FLOAT), strict)
 
 
-def steps_of(integrator: Block) -> tuple[Callable[..., Any], Callable[..., Any]]:
-    """The first step of a sample period and the i-th one after it.
+class Rows(NamedTuple):
+    """What loads a lane's state from its rows, and what stores it there."""
 
-    Equal substeps go through all lanes one by one, for vectors have no loops of their own; an integrator
-    that chooses its steps takes all of them at the first, lane by lane.
+    load: Callable[..., Any]
+    store: Callable[..., Any]
+
+
+def kept(state: Block, first: int) -> Rows:
+    """States in the rows from one on."""
+    from hydroservo.engine.machine_code import inlined
+
+    return Rows(inlined(loader(state, row(first))), inlined(flat.storer(state, row(first))))
+
+
+def beginner(lane_of: Callable[..., Any], states: Rows) -> Callable[..., None]:
+    """What puts every lane at its start."""
+    store = states.store
+
+    def begin(system, memory):  # type: ignore[no-untyped-def]
+        for lane in range(LANES):
+            store(memory, lane, lane_of(system, memory, lane).init())
+
+    return begin
+
+
+def sampler(lane_of: Callable[..., Any], states: Rows) -> Callable[..., None]:
+    """What samples in every lane."""
+    load, store = states
+
+    def sample(system, memory, t, dt):  # type: ignore[no-untyped-def]
+        for lane in range(LANES):
+            store(memory, lane, lane_of(system, memory, lane).sample(load(memory, lane), t, dt))
+
+    return sample
+
+
+def hearer(watch: Block, lane_of: Callable[..., Any], states: Rows, sums: Rows) -> Callable[..., None]:
+    """What lets the monitors of every lane hear what is there; in loops of their own, which vectors like."""
+    from hydroservo.engine.machine_code import inlined
+
+    hear, load, load_sums, store_sums = inlined(listener(watch)), states.load, *sums
+
+    def heard(w, system, memory, t, dt):  # type: ignore[no-untyped-def]
+        for lane in range(LANES):
+            own, m = lane_of(system, memory, lane), load_sums(memory, lane)
+            store_sums(memory, lane, hear(w, m, own, load(memory, lane), t, dt))
+
+    return heard
+
+
+def movers(
+    study: Study, lane_of: Callable[..., Any], states: Rows, sums: Rows
+) -> tuple[Callable[..., None], Callable[..., None]]:
+    """What takes every lane through the first step of a sample period, and through another.
+
+    Monitors hear each step; where h is 0 the run is at its end, and nothing moves. Equal steps go through all
+    lanes one by one, for vectors have no loops of their own; an integrator that chooses its steps takes them
+    all at the first, lane by lane.
     """
     from hydroservo.engine.machine_code import inlined
 
-    def first_substep(integrator, system, t, x, u, dt, substeps):  # type: ignore[no-untyped-def]
-        return integrator.substep(system, t, x, u, dt / substeps)
+    load, store = states
+    load_sums, store_sums = sums
+    between = inlined(hearer_between(study.watch.steps, lane_of, states, sums))
+    at_once = inlined(hearer(study.watch.steps, lane_of, states, sums))
+    hear = not silent(study.watch.steps)
+    all_steps = inlined(mover(study, inlined))
 
-    def substep(integrator, system, t, x, u, dt, substeps, i):  # type: ignore[no-untyped-def]
-        h = dt / substeps
-        return integrator.substep(system, t + i * h, x, u, h)
+    def step(system, integrator, memory, t, h):  # type: ignore[no-untyped-def]
+        for lane in range(LANES):
+            own, s = lane_of(system, memory, lane), load(memory, lane)
+            x = integrator.substep(own, t, own.machine(s), own.held(s), h)
+            store(memory, lane, own.moved(s, x))
 
-    def all_steps(integrator, system, t, x, u, dt, substeps):  # type: ignore[no-untyped-def]
-        return integrator.advance(system, t, x, u, dt, substeps)
+    move = inlined(step)
 
-    def no_step(_integrator, _system, _t, x, *_):  # type: ignore[no-untyped-def]
-        return x
+    def first_step(w, system, integrator, memory, t, h, *_):  # type: ignore[no-untyped-def]
+        at_once(w, system, memory, t, h)
+        if h > 0.0:
+            move(system, integrator, memory, t, h)
 
-    equal = hasattr(type(integrator), "substep")
-    return (inlined(first_substep), inlined(substep)) if equal else (inlined(all_steps), inlined(no_step))
+    def next_step(w, system, integrator, memory, t, h):  # type: ignore[no-untyped-def]
+        if hear:
+            between(w, system, memory, t, h)
+        move(system, integrator, memory, t, h)
+
+    def every_step(w, system, integrator, memory, t, h, dt, substeps):  # type: ignore[no-untyped-def]
+        if h > 0.0:
+            for lane in range(LANES):
+                own, s = lane_of(system, memory, lane), load(memory, lane)
+                m = load_sums(memory, lane)
+                x, m = all_steps(own, integrator, w, m, s, t, dt, substeps)
+                store(memory, lane, own.moved(s, x))
+                store_sums(memory, lane, m)
+        else:
+            at_once(w, system, memory, t, h)
+
+    def no_step(*_):  # type: ignore[no-untyped-def]
+        pass
+
+    equal = hasattr(type(study.integrator), "substep")
+    return (first_step, next_step) if equal else (every_step, no_step)
+
+
+def hearer_between(
+    watch: Block, lane_of: Callable[..., Any], states: Rows, sums: Rows
+) -> Callable[..., None]:
+    """As :func:`hearer`, between samples."""
+    from hydroservo.engine.machine_code import inlined
+
+    hear, load, load_sums, store_sums = inlined(listener(watch)), states.load, *sums
+
+    def heard(w, system, memory, t, dt):  # type: ignore[no-untyped-def]
+        for lane in range(LANES):
+            own, s = lane_of(system, memory, lane), load(memory, lane)
+            now = own.between(s, own.machine(s), t)
+            store_sums(memory, lane, hear(w, load_sums(memory, lane), own, now, t, dt))
+
+    return heard
+
+
+def loser(wanted: Wanted, states: Rows, alive: int) -> Callable[..., bool]:
+    """What marks the lanes that are lost, and says whether one is that was not."""
+    from hydroservo.engine.machine_code import inlined
+
+    load, holds = states.load, inlined(flat.checker(wanted.watched, dict(wanted.reach)))
+
+    def lose(memory):  # type: ignore[no-untyped-def]
+        lost = 0
+        for lane in range(LANES):
+            lost += 1 if memory[alive + lane] > 0.0 and not holds(load(memory, lane)) else 0
+        if lost > 0:
+            for lane in range(LANES):
+                if not holds(load(memory, lane)):
+                    memory[alive + lane] = 0.0
+        return lost > 0
+
+    return lose
 
 
 def row(first: int) -> flat.Place:

@@ -62,7 +62,8 @@ class Recipe(NamedTuple):
 
     def methods(self) -> tuple[FunctionType, ...]:
         """The methods of all classes as they are now; another one makes another kernel."""
-        return tuple(method for cls in classes(self.shapes) for _, method in methods_of(cls))
+        distinct = dict.fromkeys(classes(self.shapes))
+        return tuple(method for cls in distinct for _, method in methods_of(cls))
 
 
 def classes(shapes: Any) -> Iterator[type]:

@@ -11,9 +11,20 @@ from types import FunctionType, MappingProxyType
 from typing import Any, NamedTuple
 from zlib import crc32
 
-from hydroservo import states
+from hydroservo import block, states
 
-__all__ = ["Shape", "axpy", "defined", "factored", "misses", "places", "scaled", "solved"]
+__all__ = [
+    "Shape",
+    "axpy",
+    "defined",
+    "estimates_in",
+    "factored",
+    "misses",
+    "model_in",
+    "places",
+    "scaled",
+    "solved",
+]
 
 
 class Shape(NamedTuple):
@@ -83,6 +94,30 @@ def solved(shape: Shape) -> FunctionType:
     return defined(
         states.solved, "matrix, k", made(shape, ("k",), "{}", namespace, solution), namespace, lines
     )
+
+
+def estimates_in(shape: Shape) -> FunctionType:
+    """``block.estimates_in`` for states of one type."""
+    return defined(block.estimates_in, "state", holder(shape, "state"), {})
+
+
+def holder(shape: Shape, path: str) -> str:
+    """The path of the first state that holds d1 and d2; empty if none does."""
+    if {"d1", "d2"} <= set(shape.fields):
+        return path
+    inner = (holder(part, f"{path}.{field}") for field, part in shape.fields.items() if part is not None)
+    return next(filter(None, inner), "")
+
+
+def model_in(shape: Shape) -> FunctionType:
+    """``block.model_in`` for laws of one type."""
+    path = "controller"
+    while "model" not in shape.fields:
+        inner = shape.fields["controller"]
+        if inner is None:
+            raise KeyError(path)
+        shape, path = inner, f"{path}.controller"
+    return defined(block.model_in, "controller", f"{path}.model", {})
 
 
 def places(shape: Shape, prefix: str = "") -> Iterator[str]:

@@ -219,7 +219,7 @@ def argument_signals(
 
 def sizes(loop: Loop, start: Block) -> dict[str, Size]:
     """The size of each state of a machine, from a run of the scenario."""
-    run = quietly(simulate)(loop, record=[path for path, _ in leaves(start)])
+    run = quietly(simulate)(loop, record=[path for path, _ in leaves(start)], metrics=())
     return {path: Size(value, float(np.nanmax(np.abs(run[path])))) for path, value in leaves(start)}
 
 

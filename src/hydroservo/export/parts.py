@@ -10,6 +10,7 @@ from hydroservo.cautions import quietly
 from hydroservo.export.unit import Part
 from hydroservo.integrators.jumps import BEFORE
 from hydroservo.loop import AUTO, External, Loop, MachineState
+from hydroservo.monitors.group import Usual
 from hydroservo.roles import Controller, Reference
 from hydroservo.running import simulate
 from hydroservo.signals import Demand, MachineOutputs, Measurement
@@ -269,12 +270,13 @@ def with_its_substeps(loop: Loop) -> Loop:
     """The loop with automatic substeps turned into the number that a run finds."""
     if loop.simulation.substeps != AUTO:
         return loop
-    substeps = int(quietly(simulate)(loop, record=()).attrs["substeps"])
+    substeps = int(quietly(simulate)(loop, record=(), metrics=()).attrs["substeps"])
     return with_substeps(loop, substeps)
 
 
 def block_of(loop: Loop, part: Part) -> Block:
-    """The block that is stepped; the seed becomes a number that can be changed."""
+    """The block that is stepped, without metrics; the seed becomes a number that can be changed."""
+    loop = loop._replace(metrics=Usual())
     period = loop.simulation.period
     if part is Part.CONTROLLER:
         return ControllerUnit(loop.controller, period)

@@ -23,7 +23,7 @@ def plot_comparison(datasets: Sequence[xr.Dataset], labels: Sequence[str]) -> Fi
 
     The error is velocity less demand. The first run of a PI, Backstepping or TSMC controller has the colour
     that this controller has in all figures. A run that diverged is shown up to where its error is lost, as
-    ``metrics.lost_error`` has it. Where the runs differ in more than their controllers, a
+    a number of it was. Where the runs differ in more than their controllers, a
     line below says in what.
 
     Args:

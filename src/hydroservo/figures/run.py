@@ -19,7 +19,7 @@ def plot_run(dataset: xr.Dataset) -> Figure:
     """Velocity and demand, error and command over time; with an observer, both disturbances and estimates.
 
     The error is velocity less demand. Where peaks press the error or the command flat, an enlarged panel
-    follows. A run that diverged is shown up to where its error is lost, as ``metrics.lost_error`` has
+    follows. A run that diverged is shown up to where it was lost, as ``diverged_at`` has
     it.
 
     Args:

@@ -8,7 +8,6 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from hydroservo.errors import HydroservoError
-from hydroservo.metrics import lost_error
 from hydroservo.results import scenario_of
 
 __all__ = ["Samples", "Trace", "controller_name", "trace_of"]
@@ -40,7 +39,7 @@ def trace_of(dataset: xr.Dataset) -> Trace:
         raise HydroservoError(f"a plot needs {', '.join(missing)}, which this run did not record")
     demand, velocity = dataset["reference.value"].values, dataset["plant.velocity"].values
     diverged = bool(dataset["diverged"])
-    end = length_shown(demand, velocity, stroke_of(dataset)) if diverged else demand.size
+    end = length_shown(velocity) if diverged else demand.size
     truths, estimates = pair(dataset, "disturbance"), pair(dataset, observer_path(dataset))
     both = bool(truths and estimates)
     return Trace(
@@ -60,15 +59,10 @@ def controller_name(dataset: xr.Dataset) -> str:
     return str(scenario_of(dataset)["controller"]["type"])
 
 
-def stroke_of(dataset: xr.Dataset) -> float:
-    """The stroke of a run's plant [m]; 0 if that is no parameter of it."""
-    return float(scenario_of(dataset)["plant"].get("stroke", 0.0))
-
-
-def length_shown(demand: Samples, velocity: Samples, stroke: float) -> int:
-    """How many samples of a diverged run come before its error is lost; at least two."""
-    lost = ~(np.abs(velocity - demand) <= lost_error(np.nanmax(np.abs(demand)), stroke))
-    return max(int(np.argmax(lost)) if lost.any() else demand.size, 2)
+def length_shown(velocity: Samples) -> int:
+    """How many samples of a diverged run come before it was lost; at least two."""
+    lost = ~np.isfinite(velocity)
+    return max(int(np.argmax(lost)) if lost.any() else velocity.size, 2)
 
 
 def observer_path(dataset: xr.Dataset) -> str:

@@ -16,6 +16,15 @@ TRUSTED = 0.5  # largest h |lambda| of the shortest step
 SAFETY, LEAST_FACTOR, LARGEST_FACTOR = 0.9, 0.2, 5.0  # of one step's length over the last
 
 
+class Progress(NamedTuple):
+    """How far a sample period is integrated."""
+
+    size: float  # of the next step [s]
+    gone: float  # since the sample [s]
+    since: float  # the last jump, or the sample [s]
+    jumps: float  # met so far
+
+
 @role(Integrator)
 class Tsit5(NamedTuple):
     """Tsitouras' pair of order 5(4): steps as long as a tolerance allows, ending on samples and on jumps.
@@ -42,34 +51,40 @@ class Tsit5(NamedTuple):
     ] = 1000
 
     def advance(self, system: Block, t: float, x: Block, u: Any, dt: float, substeps: int) -> Block:
-        shortest = dt / self.most_steps
-        h, gone, since, jumps = dt / substeps, 0.0, t, 0
-        while gone < dt:
-            now = ops.maximum(t + gone, since)
-            jump = ops.where(jumps < self.most_steps, system.next_jump(now, u), math.inf)
-            stop = ops.minimum(jump - t, dt)
-            left = stop - gone
-            size = ops.where(2.0 * h < left, h, ops.where(h < left, 0.5 * left, left))
-            y, error, rate = self.step(system, now, x, u, size, BEFORE * jump)
-            miss = misses(error, x, y, rate, dt) / (self.tolerance * self.tolerance)
-            factor = SAFETY * ops.power(miss, -0.1)
-            longer = size * ops.where(
-                ops.isfinite(miss), ops.clip(factor, LEAST_FACTOR, LARGEST_FACTOR), LEAST_FACTOR
-            )
-            if miss <= 1.0 or size <= shortest:
-                if not ops.isfinite(miss):
-                    return axpy(y, miss - miss, y)  # not a number
-                x = y
-                if size < left:
-                    gone = gone + size
-                elif stop < dt:
-                    gone, since = stop, AFTER * jump
-                    jumps = jumps + 1
-                else:
-                    gone = dt
-                longer = ops.where(size < h, ops.maximum(h, longer), longer)
-            h = ops.maximum(longer, shortest)
+        p = self.begin(t, dt, substeps)
+        while p.gone < dt:
+            x, p = self.attempt(system, t, x, u, dt, p)
         return x
+
+    def begin(self, t: float, dt: float, substeps: int) -> Progress:
+        return Progress(dt / substeps, 0.0, t, 0.0)
+
+    def attempt(
+        self, system: Block, t: float, x: Block, u: Any, dt: float, p: Progress
+    ) -> tuple[Block, Progress]:
+        shortest = dt / self.most_steps
+        now = ops.maximum(t + p.gone, p.since)
+        jump = ops.where(p.jumps < float(self.most_steps), system.next_jump(now, u), math.inf)
+        stop = ops.minimum(jump - t, dt)
+        left = stop - p.gone
+        size = ops.where(2.0 * p.size < left, p.size, ops.where(p.size < left, 0.5 * left, left))
+        y, error, rate = self.step(system, now, x, u, size, BEFORE * jump)
+        miss = misses(error, x, y, rate, dt) / (self.tolerance * self.tolerance)
+        factor = SAFETY * ops.power(miss, -0.1)
+        longer = size * ops.where(
+            ops.isfinite(miss), ops.clip(factor, LEAST_FACTOR, LARGEST_FACTOR), LEAST_FACTOR
+        )
+        if miss > 1.0 or ops.isnan(miss):
+            if size > shortest:
+                return x, Progress(ops.maximum(longer, shortest), p.gone, p.since, p.jumps)
+            if not ops.isfinite(miss):
+                return axpy(y, miss - miss, y), Progress(p.size, dt, p.since, p.jumps)  # not a number
+        following = ops.maximum(ops.where(size < p.size, ops.maximum(p.size, longer), longer), shortest)
+        if size < left:
+            return y, Progress(following, p.gone + size, p.since, p.jumps)
+        if stop < dt:
+            return y, Progress(following, stop, AFTER * jump, p.jumps + 1.0)
+        return y, Progress(following, dt, p.since, p.jumps)
 
     def step(
         self, system: Block, t: float, x: Block, u: Any, h: float, last: float

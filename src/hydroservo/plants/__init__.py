@@ -1,7 +1,7 @@
 """Actuators: cylinders and the mass they move."""
 
 from hydroservo.plants.cylinder import Cylinder, CylinderState
-from hydroservo.plants.design_model import DesignModel, NominalMotion
+from hydroservo.plants.design_model import DesignModel, NominalMotion, ThisMachine
 from hydroservo.plants.load_pressure import LoadPressurePlant, LoadPressureState
 
 __all__ = [
@@ -11,4 +11,5 @@ __all__ = [
     "LoadPressurePlant",
     "LoadPressureState",
     "NominalMotion",
+    "ThisMachine",
 ]

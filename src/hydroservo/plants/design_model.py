@@ -1,6 +1,6 @@
 """What a controller believes about the machine: the nominal model of eqs. (6)-(7)."""
 
-from typing import Annotated, NamedTuple
+from typing import Annotated, NamedTuple, cast
 
 from hydroservo import ops
 from hydroservo.block import Field
@@ -10,7 +10,7 @@ from hydroservo.sources import TSMC_EHA_2021
 from hydroservo.supplies.ideal import IdealSupply
 from hydroservo.valves.orifice import Orifice
 
-__all__ = ["DesignModel", "NominalMotion"]
+__all__ = ["THIS_MACHINE", "DesignModel", "NominalMotion", "ThisMachine"]
 
 
 class NominalMotion(NamedTuple):
@@ -82,3 +82,13 @@ class DesignModel(NamedTuple):
         """d/dt of both states, with d2 + g2 u given, and of the way."""
         acceleration = self.f1(velocity) + self.g1() * load_force + d1
         return NominalMotion(acceleration, self.f2(velocity, load_force) + drive, velocity)
+
+
+class ThisMachine(NamedTuple):
+    """In place of a law's model: that of the loop's own machine, which is filled in before a run.
+
+    Its numbers are there to be read and changed once :func:`~hydroservo.wiring.wired` has filled it in.
+    """
+
+
+THIS_MACHINE = cast("DesignModel", ThisMachine())

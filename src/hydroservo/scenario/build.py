@@ -2,7 +2,7 @@
 
 import inspect
 import warnings
-from collections.abc import Collection, Hashable, Iterator, Mapping
+from collections.abc import Callable, Collection, Hashable, Iterator, Mapping
 from functools import cache
 from typing import Any, NamedTuple, get_args, get_type_hints
 
@@ -11,7 +11,7 @@ from hydroservo.checks import allowed, checked, number
 from hydroservo.errors import HydroservoWarning, ParameterError
 from hydroservo.field import Field, declared_fields
 from hydroservo.nearest import one_of
-from hydroservo.plants.design_model import DesignModel
+from hydroservo.plants.design_model import THIS_MACHINE, DesignModel
 from hydroservo.scenario.plugins import is_block_class
 from hydroservo.scenario.quantities import si_value
 from hydroservo.scenario.recordings import recorded
@@ -21,6 +21,7 @@ from hydroservo.time_series import TimeSeries
 
 __all__ = ["Argument", "Draft", "draft", "hints", "number_from"]
 
+Nominal = Callable[[], DesignModel]
 LARGEST_INTEGER = 2**63  # TOML's integers have 64 bits
 AS_PRINTED = "as_printed"
 NO_FIELD = Field("", "")
@@ -80,20 +81,20 @@ class Draft(NamedTuple):
                 yield prefix + name, Argument(field, one)
 
 
-def draft(hint: Any, default: Block | None, table: Table, nominal: DesignModel | None) -> Draft:
+def draft(hint: Any, default: Block | None, table: Table, nominal: Nominal) -> Draft:
     """The block that a table describes, before it is made.
 
     Args:
         hint: the annotation of the field it is for: a role, or a class of blocks.
         default: the field's own block, whose values hold where the table has none; None if there is none.
         table: the table.
-        nominal: what a :class:`DesignModel` inside the block starts from; None for its own defaults.
+        nominal: gives what a :class:`DesignModel` inside the block starts from that a table describes.
 
     Raises:
         ScenarioError: the table has an unknown key or type, or a value that is not what it must be.
     """
-    if hint is DesignModel and nominal is not None:
-        default = nominal
+    if hint is DesignModel:  # what a law believes, whatever its class believes by default
+        default = nominal() if set(table.names()) - {"type"} else THIS_MACHINE
     maker = maker_of(hint, default, table)
     base = default._asdict() if default is not None and type(default) is maker else defaults(maker)
     table = table.retyped(type(default).__name__, lambda entry: defaults(maker_named(hint, default, entry)))
@@ -151,7 +152,7 @@ def defaults(maker: Maker) -> dict[str, Any]:
     return {name: None if p.default is p.empty else p.default for name, p in parameters.items()}
 
 
-def member(maker: Maker, name: str, default: Any, table: Table, nominal: DesignModel | None) -> Any:
+def member(maker: Maker, name: str, default: Any, table: Table, nominal: Nominal) -> Any:
     """The value of one argument: a draft of a block, a recorded signal or a number."""
     hint = hints(maker).get(name)
     field = declared_fields(maker).get(name, NO_FIELD)

@@ -12,7 +12,7 @@ from hydroservo.checks import number
 from hydroservo.errors import ParameterError, ScenarioError
 from hydroservo.nearest import nearest
 from hydroservo.scenario.build import Draft
-from hydroservo.scenario.load import Assembly, Machine, assembled, with_nominal
+from hydroservo.scenario.load import Assembly, Machine, assembled
 from hydroservo.varied import Columns, vector
 
 __all__ = ["columns_of", "datasheet_columns"]
@@ -65,7 +65,7 @@ def columns_of(assembly: Assembly, values: Mapping[str, ArrayLike]) -> Columns:
         own = {path.removeprefix(start): one for path, one in given.items() if path.startswith(start)}
         if own:
             found |= block_columns(assembly, name, own)
-    return {same: row for path, row in found.items() for same in with_nominal(assembly.loop, path)}
+    return found
 
 
 def checked_values(assembly: Assembly, path: str, values: ArrayLike) -> NDArray[np.float64]:

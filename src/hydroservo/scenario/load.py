@@ -1,27 +1,31 @@
 """A loop from a scenario."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
-from hydroservo.block import Block, field_at, leaves, value_at
+from hydroservo.block import Block, field_at, leaves
 from hydroservo.checks import consistent
 from hydroservo.errors import ParameterError, ScenarioError
 from hydroservo.hooks import at_rest
 from hydroservo.loop import Loop
 from hydroservo.nearest import one_of
 from hydroservo.plants.design_model import DesignModel
-from hydroservo.scenario.build import Argument, Draft, draft, hints
+from hydroservo.scenario.build import Argument, Draft, Nominal, draft, hints
 from hydroservo.scenario.layers import layered
+from hydroservo.scenario.metrics import metrics_in
 from hydroservo.scenario.plugins import load_plugin
 from hydroservo.scenario.registry import names_in_role
 from hydroservo.scenario.search import Search, tune_search
 from hydroservo.scenario.tables import Table
 from hydroservo.scenario.uncertainty import Deviations, deviations
+from hydroservo.wiring import believed, wired
 
-__all__ = ["Assembly", "Machine", "assembled", "load_scenario", "model_path", "with_nominal"]
+__all__ = ["Assembly", "Machine", "assembled", "load_scenario"]
 
-DIGITAL = tuple(name for name in Loop._fields if name not in ("plant", "valve", "supply", "load", "nominal"))
+DIGITAL = tuple(name for name in Loop._fields if name not in ("plant", "valve", "supply", "load", "metrics"))
 
 
 class Machine(NamedTuple):
@@ -48,8 +52,8 @@ def load_scenario(
 ) -> Loop:
     """The loop that a scenario describes.
 
-    A scenario is a TOML file with a table for each field of :class:`~hydroservo.loop.Loop` but ``nominal``,
-    tables in them for nested blocks, ``[uncertainty]``, and ``[tune]`` for the search of its numbers. With
+    A scenario is a TOML file with a table for each field of :class:`~hydroservo.loop.Loop`, tables in them
+    for nested blocks, ``[uncertainty]``, and ``[tune]`` for the search of its numbers. With
     ``base = "rig/1khz"`` or the path of a file it builds on another: what it gives lies over that one's,
     key by key, and another ``type`` drops what the new one does not have. What neither gives takes the
     blocks' defaults; only the type of the controller must be there. The controller believes in the machine
@@ -82,20 +86,19 @@ def assembled(
         load_plugin(plugin)
     scenario = layered(source, changes or {})
     check_tables(scenario)
-    drafts = {name: part(scenario, name, None) for name in Machine._fields}
+    drafts = {name: part(scenario, name, no_model) for name in Machine._fields}
     machine = Machine(**{name: one.made() for name, one in drafts.items()})
-    nominal = nominal_model(machine, scenario)
-    drafts |= {name: part(scenario, name, nominal) for name in DIGITAL}
+    drafts |= {name: part(scenario, name, partial(believed_in, machine, scenario)) for name in DIGITAL}
     digital = {name: drafts[name].made() for name in DIGITAL}
-    digital["sensors"] = informed(digital["sensors"], scenario.table("sensors"), machine.plant)
+    with answers(scenario):
+        loop = wired(Loop(**machine._asdict(), **digital))
+    loop = loop._replace(metrics=metrics_in(scenario.table("metrics"), loop))
     uncertainty = scenario.table("uncertainty")
     arguments = arguments_of(drafts, machine)
     given = deviations(scenario, machine, arguments)
     true_machine = perturbed(machine, drafts, arguments, given, uncertainty)
     check_true(true_machine, uncertainty)
-    loop = Loop(**true_machine._asdict(), **digital, nominal=nominal)
-    model = model_path(loop.controller)
-    loop = loop if model is None else loop._replace(nominal=value_at(loop, model))
+    loop = loop._replace(**true_machine._asdict())
     return Assembly(loop, drafts, given, arguments, tune_search(scenario, loop, arguments))
 
 
@@ -129,16 +132,6 @@ def perturbed(
     return Machine(**blocks)
 
 
-def informed(sensors: Block, table: Table, plant: Block) -> Block:
-    """Sensors that know the cylinder's areas, where a scenario does not give them others."""
-    if hasattr(sensors, "sensors"):  # around others
-        return sensors._replace(sensors=informed(sensors.sensors, table.table("sensors"), plant))
-    area = getattr(plant, "piston_area", None)
-    known = {name: getattr(plant, name, area) for name in ("area_a", "area_b")}
-    missing = {name: area for name, area in known.items() if name in sensors._fields and not table.has(name)}
-    return sensors._replace(**{name: area for name, area in missing.items() if area is not None})
-
-
 def check_true(machine: Machine, uncertainty: Table) -> None:
     """Refuse a machine whose numbers do not go together after their uncertainty."""
     try:
@@ -148,33 +141,14 @@ def check_true(machine: Machine, uncertainty: Table) -> None:
         raise uncertainty.error(f"leads to {error}") from None
 
 
-def model_path(controller: Block, path: str = "controller") -> str | None:
-    """Where a controller's own model is, such as ``controller.model``; None if it has none.
-
-    In wrappers it is that of the outermost law that has one: ``controller.controller.model``.
-    """
-    if isinstance(getattr(controller, "model", None), DesignModel):
-        return f"{path}.model"
-    inner = getattr(controller, "controller", None)
-    return None if inner is None else model_path(inner, f"{path}.controller")
-
-
-def part(scenario: Table, name: str, nominal: DesignModel | None) -> Draft:
+def part(scenario: Table, name: str, nominal: Nominal) -> Draft:
     """The block of one field of the loop, before it is made."""
     return draft(hints(Loop)[name], Loop._field_defaults[name], scenario.table(name), nominal)
 
 
-def with_nominal(loop: Loop, path: str) -> list[str]:
-    """What changes with a number: where a controller has a model, disturbances are defined against that."""
-    model = model_path(loop.controller)
-    if model is None or not path.startswith(f"{model}.") or value_at(loop, model) is not loop.nominal:
-        return [path]
-    return [path, f"nominal.{path.removeprefix(f'{model}.')}"]
-
-
 def check_tables(scenario: Table) -> None:
     """Refuse tables that a scenario does not have, and a scenario without a controller."""
-    allowed = ("title", *(name for name in Loop._fields if name != "nominal"), "uncertainty", "tune")
+    allowed = ("title", *Loop._fields, "uncertainty", "tune")
     for name in scenario.names():
         if name not in allowed:
             raise scenario.entry(name).unknown(name, allowed)
@@ -187,22 +161,34 @@ def check_tables(scenario: Table) -> None:
         raise controller.error(f"a [controller] table with a type is needed; it {one_of('', names)}")
 
 
-def nominal_model(machine: Machine, scenario: Table) -> DesignModel:
-    """What a controller believes about a machine unless told otherwise: its parameters before uncertainty.
+def believed_in(machine: Machine, scenario: Table) -> DesignModel:
+    """What a law believes of a machine unless told otherwise: its parameters before uncertainty.
 
     Raises:
-        ScenarioError: the valve does not say what a controller needs to know of it, or the machine cannot
-            rest at its start or be simplified.
+        ScenarioError: the machine does not say what a law needs to know of it.
     """
-    orifice, gain = (getattr(machine.valve, name, None) for name in ("orifice", "gain"))
-    if not (orifice is not None and hasattr(orifice, "simplified") and isinstance(gain, float)):
-        name = type(machine.valve).__name__
-        needed = "a field gain (a float) and a field orifice, metering edges with simplified()"
-        raise scenario.table("valve").error(f"{name} must have {needed}, for the controller's model of it")
+    with answers(scenario):
+        return believed(machine)
+
+
+def no_model() -> DesignModel:
+    """The machine itself holds no model of it."""
+    return DesignModel()
+
+
+@contextmanager
+def answers(scenario: Table) -> Iterator[None]:
+    """Errors of wiring are those of the table that they are about.
+
+    Raises:
+        ScenarioError: there was one.
+    """
     try:
-        plant = at_rest(machine.plant, machine.supply, machine.load).simplified()
-        found = DesignModel(plant, orifice.simplified(), machine.supply.simplified(), gain)
-        consistent(found)
-    except (ParameterError, ArithmeticError) as error:
+        yield
+    except ParameterError as error:
+        name = error.path.partition(".")[0]
+        table = scenario.table(name) if name in Loop._fields else scenario
+        text = f"{error.value} {error.allowed}" if error.path == name else str(error)
+        raise table.error(text) from None
+    except ArithmeticError as error:
         raise scenario.error(str(error)) from None
-    return found

@@ -44,7 +44,7 @@ def check_path(path: str, entry: Entry, loop: Loop, arguments: Collection[str]) 
 
 def varies(path: str) -> bool:
     """False for what is common to all runs, and for what a scenario has no table for."""
-    return not path.startswith(("simulation.", "hold.", "nominal."))
+    return not path.startswith(("simulation.", "hold.", "metrics."))
 
 
 def both_ends(entry: Entry, field: Field, nominal: float) -> tuple[float, float]:

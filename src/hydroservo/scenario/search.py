@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 from hydroservo.block import field_at, leaves, value_at
 from hydroservo.errors import ScenarioError
 from hydroservo.loop import Loop
-from hydroservo.metrics import SMALLER_IS_BETTER
+from hydroservo.metrics import judged_by
 from hydroservo.nearest import one_of
 from hydroservo.scenario.catalogue import named_source
 from hydroservo.scenario.ranges import both_ends, check_path
@@ -64,6 +64,8 @@ def tune_search(scenario: Table, loop: Loop, arguments: Mapping[str, object]) ->
         if name not in keys:
             raise table.entry(name).unknown(name, keys)
     found: dict[str, Any] = {name: read(name, table.entry(name)) for name in READERS if table.has(name)}
+    if "metric" in found and found["metric"] not in (known := judged_by([loop])):
+        raise table.entry("metric").error(one_of(found["metric"], known))
     if table.has("scenarios"):
         found["scenarios"] = tuple(sources(table.entry("scenarios")))
     count = len(found.get("scenarios", ())) or 1
@@ -162,8 +164,8 @@ def is_number(value: object) -> bool:
 
 
 def metric(value: object) -> str:
-    if not isinstance(value, str) or value not in SMALLER_IS_BETTER:
-        raise ValueError(one_of(value if isinstance(value, str) else "", SMALLER_IS_BETTER))
+    if not isinstance(value, str):
+        raise ValueError("must be the name of a metric")
     return value
 
 

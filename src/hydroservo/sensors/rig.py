@@ -8,10 +8,10 @@ from hydroservo.sensors.difference import Difference
 from hydroservo.sensors.encoder import Encoder
 from hydroservo.sensors.pressure_transducer import PressureTransducer
 from hydroservo.signals import Draws, MachineOutputs, Measurement
-from hydroservo.sources import TSMC_EHA_2021
 
 __all__ = ["RigSensors", "RigSensorsState"]
 
+AS_THE_PLANT = 0.0
 SHARE = 16.0  # streams of random numbers for each sensor
 REST = MachineOutputs(0.0, 0.0, 0.0, 0.0, 0.0)
 
@@ -30,7 +30,7 @@ class RigSensors(NamedTuple):
     """A position sensor, a velocity from it or from a sensor of its own, and a pressure sensor each chamber.
 
     The load force is not measured: it is area_a p_a - area_b p_b, with the areas that the controller's side
-    knows; in a scenario those of its cylinder, unless it gives others. A sensor whose reading is nan measures
+    knows; those of the plant ("auto") unless others are given. A sensor whose reading is nan measures
     nothing (NoPosition, NoPressure), and what is computed from it is missing too.
 
     Source: a definition.
@@ -41,12 +41,12 @@ class RigSensors(NamedTuple):
     velocity: VelocityEstimator = Difference()
     pressure_a: PressureSensor = PressureTransducer()
     pressure_b: PressureSensor = PressureTransducer()
-    area_a: Annotated[float, Field("m^2", "piston area at chamber A as known", TSMC_EHA_2021, above=0)] = (
-        4.91e-4
-    )
-    area_b: Annotated[float, Field("m^2", "piston area at chamber B as known", TSMC_EHA_2021, above=0)] = (
-        4.91e-4
-    )
+    area_a: Annotated[
+        float, Field("m^2", "piston area at chamber A as known", "the plant's", above=0, auto=AS_THE_PLANT)
+    ] = AS_THE_PLANT
+    area_b: Annotated[
+        float, Field("m^2", "piston area at chamber B as known", "the plant's", above=0, auto=AS_THE_PLANT)
+    ] = AS_THE_PLANT
 
     def init(self) -> RigSensorsState:
         return RigSensorsState(

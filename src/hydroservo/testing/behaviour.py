@@ -9,7 +9,7 @@ from typing import Any
 from hydroservo.block import Block, is_block, leaves
 from hydroservo.engine.compiling import compiled
 from hydroservo.engine.jit import reason
-from hydroservo.roles import Sensors
+from hydroservo.roles import Monitor, Sensors
 from hydroservo.sensors.missing import missing_signals
 from hydroservo.testing.bits import bits
 from hydroservo.testing.case import Case
@@ -36,6 +36,15 @@ def check_kinds(case: Case, draw: Draw) -> None:
             problem = unlike(result, wanted)
             if problem:
                 raise case.error(f"{name} {problem}", name)
+            if case.role is Monitor and name == "step":
+                check_values(case, block, result)
+
+
+def check_values(case: Case, block: Block, state: Block) -> None:
+    """A monitor's metrics are of the same names and types whatever it gathered."""
+    found, wanted = block.values(state), block.values(block.init())
+    if kinds(found) != kinds(wanted):
+        raise case.error(f"values gives {found!r}, and {wanted!r} before a run", "values")
 
 
 def unlike(result: Any, wanted: Any) -> str:
@@ -58,7 +67,10 @@ def kinds(value: Any) -> Any:
 
 
 def check_finite(case: Case, draw: Draw) -> None:
-    """Ordinary inputs give finite numbers, but for those that are nan in init and those not measured."""
+    """Ordinary inputs give finite numbers, but for those that are nan in init and those not measured.
+
+    Of a monitor, but for those that are not finite in init: extremes, and times that nothing ends.
+    """
     for name in case.compiled_methods():
         if name in MAY_BE_INFINITE:
             continue
@@ -66,7 +78,8 @@ def check_finite(case: Case, draw: Draw) -> None:
         unknown = unknown_numbers(case, block, name)
         for row, result in zip(inputs, results(getattr(case.cls, name), block, name, inputs), strict=True):
             for path, value in leaves(result) if is_block(result) else [("", result)]:
-                if not math.isfinite(value) and not (math.isnan(value) and path in unknown):
+                may_be = path in unknown and (math.isnan(value) or case.role is Monitor)
+                if not (math.isfinite(value) or may_be):
                     of = f" in {path}" if path else ""
                     raise case.error(f"{name} gives {value}{of} for {shown(row)}, with {block!r}", name)
 
@@ -77,7 +90,7 @@ def unknown_numbers(case: Case, block: Block, name: str) -> set[str]:
         return set(missing_signals(block))
     if name != "step":
         return set()
-    return {path for path, value in leaves(block.init()) if math.isnan(value)}
+    return {path for path, value in leaves(block.init()) if not math.isfinite(value)}
 
 
 def check_repeatable(case: Case, draw: Draw) -> None:

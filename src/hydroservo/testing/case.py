@@ -5,8 +5,11 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from hydroservo.block import Block
+from hydroservo.plants import DesignModel
+from hydroservo.roles import Monitor
 from hydroservo.scenario.fits import role_methods, roles_of, said_roles
 from hydroservo.testing.lines import file_of, line_of
+from hydroservo.wiring import with_model
 
 __all__ = ["PLAIN", "Case", "ContractError", "case_of"]
 
@@ -47,6 +50,8 @@ class Case(NamedTuple):
 
     def compiled_methods(self) -> list[str]:
         """The methods of the role that compiled code calls."""
+        if self.role is Monitor:
+            return ["step"]
         return [name for name in role_methods(self.role) if name not in PLAIN]
 
     def error(self, problem: str, member: str = "") -> ContractError:
@@ -61,6 +66,8 @@ class Case(NamedTuple):
 def case_of(block: Any, role: type | None = None) -> Case:
     """A block to be asked, by itself or by its class, whose defaults it then has.
 
+    A law that believes in the machine of its loop, which it has none of here, has a design model's defaults.
+
     Args:
         block: the block or its class.
         role: in which it is asked; the one that it says, or whose methods it has, if None.
@@ -69,7 +76,8 @@ def case_of(block: Any, role: type | None = None) -> Case:
         ContractError: the class has no defaults, or the role is not clear.
     """
     cls = block if isinstance(block, type) else type(block)
-    return Case(example_of(block) if isinstance(block, type) else block, role or only_role(cls))
+    example = example_of(block) if isinstance(block, type) else block
+    return Case(with_model(example, DesignModel()), role or only_role(cls))
 
 
 def only_role(cls: type) -> type:

@@ -11,6 +11,7 @@ from hydroservo.field import declared_fields
 from hydroservo.roles import (
     Controller,
     Differentiator,
+    Monitor,
     Observer,
     Plant,
     PositionSensor,
@@ -56,6 +57,7 @@ def check_role(case: Case) -> None:
         if isinstance(member, property) and not hasattr(case.block, name):
             raise case.error(f"has no {name}, which {a_role(case.role)} must have")
     check_state(case)
+    check_values(case)
     check_parts(case)
 
 
@@ -69,6 +71,17 @@ def check_state(case: Case) -> None:
         if name not in state._fields:
             wanted = f"which that of {a_role(case.role)} must have"
             raise case.error(f"its state has no {name}, {wanted}", "init")
+
+
+def check_values(case: Case) -> None:
+    if case.role is not Monitor:
+        return
+    values = case.block.values(case.block.init())
+    if not is_block(values):
+        raise case.error(f"values returns {values!r}: must be a NamedTuple", "values")
+    for name, value in values._asdict().items():
+        if type(value) not in (float, bool):
+            raise case.error(f"{name} of values is {value!r}: must be a float or a flag", "values")
 
 
 def check_parts(case: Case) -> None:
@@ -87,8 +100,12 @@ def check_documented(case: Case) -> None:
 
 
 def check_declared(case: Case) -> None:
-    """Each number of it and of its state is declared, with a unit that is one, and what it means."""
-    for owner, name in [*parameters(case.block), *state_numbers(case)]:
+    """Each number of it and of its state is declared, with a unit that is one, and what it means.
+
+    Of a monitor, whose state may be its own affair, each of its metrics.
+    """
+    others = metrics(case) if case.role is Monitor else state_numbers(case)
+    for owner, name in [*parameters(case.block), *others]:
         cls: Any = type(owner)
         field, line = declared_fields(cls).get(name), line_of(cls, name)
         if field is None:
@@ -107,6 +124,12 @@ def parameters(block: Block) -> Iterator[tuple[Block, str]]:
     for name, value in block._asdict().items():
         if not is_block(value) and not isinstance(value, bool):
             yield block, name
+
+
+def metrics(case: Case) -> Iterator[tuple[Block, str]]:
+    values = case.block.values(case.block.init())
+    for name in values._fields:
+        yield values, name
 
 
 def state_numbers(case: Case) -> Iterator[tuple[Block, str]]:

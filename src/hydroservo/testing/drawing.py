@@ -12,10 +12,13 @@ from hydroservo.block import Block, is_block, leaves, replace
 from hydroservo.checks import consistent, in_range, within
 from hydroservo.errors import ParameterError
 from hydroservo.field import Field, declared_fields
+from hydroservo.monitors.group import Usual
 from hydroservo.plants import DesignModel
-from hydroservo.roles import Reaching, Realisation
+from hydroservo.roles import Monitor, Reaching, Realisation
+from hydroservo.running import ready
 from hydroservo.scenario.fits import role_methods
 from hydroservo.signals import Demand, Draws, MachineOutputs, Measurement, PortFlows, Pressures
+from hydroservo.testing.places import watched_loop
 from hydroservo.time_series import TimeSeries
 from hydroservo.valves import Orifice
 
@@ -182,11 +185,13 @@ def arguments(draw: Any, block: Block, role: type, name: str, ordinary: bool) ->
         name: of the method.
         ordinary: of a size that is met with, and finite.
     """
-    states = "init" in role_methods(role)
+    own = ("m" if role is Monitor else "s") if "init" in role_methods(role) else None
     rows = []
     for wanted in role_methods(role)[name][1:]:
-        if wanted == "s" and states:
+        if wanted == own:
             rows.append(draw(state(block.init(), ordinary)))
+        elif role is Monitor and wanted in RUNNING:
+            rows.append(draw(RUNNING[wanted](ordinary)))
         elif wanted == "held":
             rows.append(block.held(draw(state(block.init(), ordinary)), draw(argument(role, "u", ordinary))))
         else:
@@ -215,6 +220,27 @@ def argument(role: type, name: str, ordinary: bool) -> SearchStrategy[Any]:
     if name in NEVER_NEGATIVE:
         return positive(SCALES[name], spread.decades)
     return signal(SCALES[name], ordinary)
+
+
+@cache
+def watched() -> Block:
+    """The loop that monitors are shown, as it is before a run, without the monitors, as kernels have it."""
+    return ready(watched_loop())._replace(metrics=Usual())
+
+
+@cache
+def loop_states(ordinary: bool) -> SearchStrategy[Block]:
+    """States of that loop at an instant, each number of the size that its name tells."""
+    example = watched().init()
+    paths = [path for path, _ in leaves(example)]
+    sizes = {path: signal(SCALES.get(path.rpartition(".")[2], 0.1), ordinary) for path in paths}
+    return st.fixed_dictionaries(sizes).map(lambda changes: replace(example, changes))
+
+
+RUNNING: dict[str, Callable[[bool], SearchStrategy[Any]]] = {
+    "loop": lambda _: st.just(watched()),
+    "s": loop_states,
+}
 
 
 def whole_below(limit: int) -> SearchStrategy[float]:

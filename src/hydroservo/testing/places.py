@@ -5,12 +5,16 @@ from collections.abc import Iterator
 from typing import Any, NamedTuple, get_type_hints
 
 from hydroservo.block import Block, is_block, replace, value_at
+from hydroservo.controllers import TSMC
 from hydroservo.loop import Loop, Simulation
-from hydroservo.roles import Hold
+from hydroservo.monitors import TrackingError
+from hydroservo.monitors.group import group
+from hydroservo.plants import Cylinder
+from hydroservo.roles import Hold, Monitor
 from hydroservo.scenario.fits import ROLES, said_roles
 from hydroservo.scenario.registry import shipped_classes
 
-__all__ = ["loop_with"]
+__all__ = ["loop_with", "watched_loop"]
 
 PERIOD = 1e-4  # s
 PERIODS = 1000
@@ -40,7 +44,8 @@ def loop_with(block: Block, role: type) -> Loop | None:
 
 
 def places() -> Iterator[Place]:
-    """The fields that hold blocks, in a loop and in each block that it may hold."""
+    """The fields that hold blocks, in a loop and in each block that it may hold, and a monitor's place."""
+    yield Place(watched_loop(), "metrics.asked", Monitor)
     seen: set[type] = set()
     waiting = deque((Loop(), path) for path in Loop._fields)
     while waiting:
@@ -56,6 +61,11 @@ def places() -> Iterator[Place]:
                 block: Block = here if cls is type(here) else cls()
                 inside = replace(loop, {path: block})
                 waiting.extend((inside, f"{path}.{name}") for name in block._fields)
+
+
+def watched_loop() -> Loop:
+    """A loop with all that a monitor may read: chambers, and a law with a model and an observer."""
+    return Loop(plant=Cylinder(), controller=TSMC(), metrics=group({"asked": TrackingError()}))
 
 
 def playing(role: type) -> list[type]:

@@ -2,7 +2,8 @@
 
 Each claim compares what was measured with what it allows, at the worst of what it speaks of; it holds where
 their ratio is below 1. A run without that number gives infinity, as does one that diverged where the loop is
-spoken of; estimates are judged by their errors alone.
+spoken of; a limit cycle is no divergence and is judged by its numbers. Estimates are judged by their errors
+alone.
 """
 
 import math
@@ -11,8 +12,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from hydroservo.metrics import METRIC_FIELDS
 from hydroservo.papers.tsmc_eha_2021.machine import AMPLITUDE, LOAD, OBSERVER, PERIOD, TERMINAL
+from hydroservo.results import metrics_of
 
 __all__ = [
     "CLAIMS",
@@ -93,7 +94,7 @@ class Claim(NamedTuple):
 
 def outcome(data: Any, demand: str) -> Outcome:
     """The outcome of a simulated run, from its Dataset and the name of its demand."""
-    metrics = {name: float(data[name]) for name in METRIC_FIELDS}
+    metrics = {name: float(value) for name, value in metrics_of(data).items()}
     time = data["time"].to_numpy()
     since_jump = np.mod(time + 1e-9, HALF_PERIOD) if demand == "square" else time
     mask = since_jump >= SETTLED_AFTER

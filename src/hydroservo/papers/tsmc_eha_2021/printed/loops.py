@@ -8,6 +8,7 @@ from hydroservo.controllers.tsmc import TSMC
 from hydroservo.loop import Loop
 from hydroservo.papers.tsmc_eha_2021.printed.backstepping import PrintedBackstepping
 from hydroservo.papers.tsmc_eha_2021.printed.tsmc import PrintedTSMC
+from hydroservo.plants.design_model import DesignModel
 
 __all__ = ["printed", "printed_law", "printed_leakage"]
 
@@ -30,8 +31,8 @@ def printed_leakage(loop: Loop) -> Loop:
 
     Source: eqs. (5), (7) and (26) of doi:10.1007/s42401-021-00087-w.
     """
-    paths = ["plant", "nominal.plant"]
-    if hasattr(loop.controller, "model"):
+    paths = ["plant"]
+    if isinstance(getattr(loop.controller, "model", None), DesignModel):
         paths.append("controller.model.plant")
     plants = {path: value_at(loop, path) for path in paths}
     changed: Loop = replace(

@@ -5,11 +5,12 @@ from pathlib import Path
 from typing import Any
 
 from hydroservo.figures.style import save_figure
-from hydroservo.metrics import FLAGS, METRIC_FIELDS
+from hydroservo.metrics import METRIC_FIELDS
 from hydroservo.outputs import staged, write_text
 from hydroservo.papers import tsmc_eha_2021 as paper
 from hydroservo.papers.tsmc_eha_2021.conditions import CONTROLLERS, DEMANDS
 from hydroservo.papers.tsmc_eha_2021.report.figures import FIGURES, draw_figures
+from hydroservo.papers.tsmc_eha_2021.report.names import FLAGS
 from hydroservo.papers.tsmc_eha_2021.report.overview import draw_overview
 from hydroservo.papers.tsmc_eha_2021.report.page import page
 from hydroservo.papers.tsmc_eha_2021.report.verdict_map import draw_map
@@ -39,7 +40,7 @@ def write_report(study: Study, out: Path, progress: Progress | None = None) -> P
     Raises:
         HydroservoError: a file cannot be written.
     """
-    table = metrics_csv(study.metrics)
+    table = metrics_csv(study.metrics.astype(dict.fromkeys(FLAGS, bool)), METRIC_FIELDS)
     fingerprint = hashlib.sha256(table.encode()).hexdigest()[:12]
     with staged(out, last=METRICS) as stage:
         draw_figures(study.trajectories, stage, fingerprint, progress)
@@ -69,7 +70,7 @@ def content(study: Study) -> dict[str, Any]:
         "paper": f"doi:{paper.DOI}",
         "version": first.attrs["version"],
         "scenarios": {f"paper/{name}": data.attrs["hash"] for name, data in study.trajectories.items()},
-        "units": {name: field.unit for name, field in METRIC_FIELDS.items()},
+        "units": {name: METRIC_FIELDS[name].unit for name in study.metrics if name in METRIC_FIELDS},
         "runs": runs.to_dict("records"),
         "claims": study.claims.to_dict("records"),
         "verdicts": [verdict._asdict() for verdict in study.verdicts],

@@ -8,10 +8,11 @@ from hydroservo.papers.tsmc_eha_2021.conditions import Condition, Run
 from hydroservo.papers.tsmc_eha_2021.report.typeset import plain_signs
 from hydroservo.readable import MINUS, NONE
 
-__all__ = ["DELTAS", "NAMES", "Trajectories", "condition_name", "run_name"]
+__all__ = ["DELTAS", "FLAGS", "NAMES", "Trajectories", "condition_name", "run_name"]
 
 Trajectories = Mapping[str, xr.Dataset]  # the six runs shown, by demand and controller, such as "sine-tsmc"
 
+FLAGS = ("stroke_left", "diverged")  # the metrics that are true or false
 NAMES = {"pi": "PI", "backstepping": "backstepping", "tsmc": "TSMC"}
 DELTAS = {-1: f"{MINUS}Δ", 0: "nominal", 1: "+Δ"}  # the six uncertain parameters
 

@@ -1,10 +1,11 @@
 """The report's tables of conditions, verdicts, metrics and strokes, each number as it is read."""
 
+import math
 from collections.abc import Mapping, Sequence
 from itertools import product
 from typing import Any
 
-from hydroservo.metrics import FLAGS, METRIC_FIELDS
+from hydroservo.metrics import METRIC_FIELDS
 from hydroservo.papers.tsmc_eha_2021.claims import CLAIMS, Claim
 from hydroservo.papers.tsmc_eha_2021.conditions import (
     CONTROLLERS,
@@ -19,12 +20,19 @@ from hydroservo.papers.tsmc_eha_2021.conditions import (
     Condition,
     runs_of,
 )
-from hydroservo.papers.tsmc_eha_2021.report.names import DELTAS, NAMES, Trajectories, condition_name, run_name
+from hydroservo.papers.tsmc_eha_2021.report.names import (
+    DELTAS,
+    FLAGS,
+    NAMES,
+    Trajectories,
+    condition_name,
+    run_name,
+)
 from hydroservo.papers.tsmc_eha_2021.report.reasons import worst_case
 from hydroservo.papers.tsmc_eha_2021.report.verdict_map import colour_class
 from hydroservo.papers.tsmc_eha_2021.study import Study
 from hydroservo.readable import column, measured, number, yes_or_no
-from hydroservo.results import best_runs, metrics_of, scenario_of
+from hydroservo.results import best_runs, metric_fields, metrics_of, scenario_of
 
 __all__ = [
     "Table",
@@ -98,12 +106,13 @@ def metric_rows(trajectories: Trajectories) -> Table:
     """A row for each metric, a column for each run shown; the best of each demand is marked."""
     runs = [metrics_of(run) for run in trajectories.values()]
     rows = []
-    for name, field in METRIC_FIELDS.items():
-        values = [run[name] for run in runs]
+    fields = {name: field for run in trajectories.values() for name, field in metric_fields(run).items()}
+    for name, field in fields.items():
+        values = [run.get(name, math.nan) for run in runs]
         unit, texts = column(values, field.unit)
         if name in FLAGS:
             texts = [yes_or_no(value) for value in values]
-        marks = best(runs, name)
+        marks = best(runs, name) if field.smaller_is_better else [False] * len(runs)
         rows.append({"meaning": field.meaning, "unit": unit, "cells": list(zip(texts, marks, strict=True))})
     return rows
 

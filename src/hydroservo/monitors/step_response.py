@@ -1,0 +1,82 @@
+"""How the velocity follows the jumps of its demand."""
+
+from typing import Annotated, NamedTuple
+
+from hydroservo import ops
+from hydroservo.block import Block
+from hydroservo.field import Field
+from hydroservo.roles import Monitor, role
+from hydroservo.sources import CHOSEN
+
+__all__ = ["StepResponse", "StepResponseState", "StepResponseValues"]
+
+
+class StepResponseState(NamedTuple):
+    """The demand as it was, its last jump, and the longest and largest so far."""
+
+    last_demand: float
+    last_rate: float
+    last_step: float  # [s]
+    demand_max: float
+    jump_time: float
+    jump_sign: float  # 0 before the first
+    settling: float
+    overshoot: float
+
+
+class StepResponseValues(NamedTuple):
+    """What it comes to."""
+
+    settling_time: Annotated[
+        float,
+        Field("s", "longest time from a jump until within the band", smaller_is_better=True),
+    ]
+    overshoot: Annotated[
+        float, Field("m/s", "largest error in the direction of the last jump", smaller_is_better=True)
+    ]
+
+
+@role(Monitor)
+class StepResponse(NamedTuple):
+    """Settling time and overshoot after the jumps of a demand.
+
+    A jump is a change of the demand, beyond what its rates at both instants explain, of more than the band;
+    the start from rest counts, a kink does not. ``settling_time`` is the longest time from a jump (or the
+    start) until the error is last outside the band, which is a share of the largest demand so far.
+    ``overshoot`` is the largest error in the direction of the demand's last jump, 0 without one.
+
+    Source: Ogata, Modern Control Engineering, 2010, sec. 5-3; what counts as a jump is chosen here.
+    Fails for a demand that changes as much as the band within a step: it may be taken for one that jumps.
+    """
+
+    band: Annotated[
+        float, Field("", "share of the largest demand so far that the error must stay in", CHOSEN, above=0)
+    ] = 0.05
+
+    def init(self) -> StepResponseState:
+        return StepResponseState(*[0.0] * len(StepResponseState._fields))
+
+    def step(self, m: StepResponseState, loop: Block, s: Block, t: float, dt: float) -> StepResponseState:
+        demand, rate = s.reference.value, s.reference.rate
+        demand_max = ops.maximum(m.demand_max, ops.absolute(demand))
+        band = self.band * demand_max
+        half = 0.5 * m.last_step
+        jump = demand - m.last_demand - half * (m.last_rate + rate)
+        jumped = ops.absolute(jump) - half * ops.absolute(rate - m.last_rate) > band
+        error = s.plant.velocity - demand
+        jump_time = ops.where(jumped, t, m.jump_time)
+        jump_sign = ops.where(jumped, ops.sign(jump), m.jump_sign)
+        outside = ops.where(ops.absolute(error) > band, t - jump_time, 0.0)
+        return StepResponseState(
+            last_demand=demand,
+            last_rate=rate,
+            last_step=dt,
+            demand_max=demand_max,
+            jump_time=jump_time,
+            jump_sign=jump_sign,
+            settling=ops.maximum(outside, m.settling),
+            overshoot=ops.maximum(jump_sign * error, m.overshoot),
+        )
+
+    def values(self, m: StepResponseState) -> StepResponseValues:
+        return StepResponseValues(m.settling, m.overshoot)

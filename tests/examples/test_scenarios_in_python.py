@@ -1,0 +1,76 @@
+"""Each built-in scenario as a Python file that builds its loop from objects: the same loop, the same bits."""
+
+import runpy
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from hydroservo import Loop, load_scenario, replace, scenarios, simulate
+from hydroservo.block import is_block, leaves
+from hydroservo.engine.flat import shape
+from hydroservo.monitors.group import Usual
+from hydroservo.plants import DesignModel
+from hydroservo.provenance import scenario_hash
+from hydroservo.running import ready
+from hydroservo.testing.bits import bits
+from hydroservo.wiring import believed
+
+NOMINAL = {"uncertainty.scale": 0}
+
+
+def python_file(loop: Loop) -> str:
+    """A Python file that builds a loop, without what follows from its machine or is a default."""
+    modules: set[str] = set()
+    text = expression(open_again(loop), modules)
+    imports = "\n".join(f"import {module}" for module in sorted(modules))
+    return f'"""A loop."""\n\n{imports}\n\nloop = {text}\n'
+
+
+def open_again(block: Any, model: DesignModel | None = None) -> Any:
+    """A loop whose law leaves its model open where that is what the machine is taken for."""
+    model = believed(block) if isinstance(block, Loop) else model
+    kept = {}
+    for name, value in block._asdict().items():
+        follows = isinstance(value, DesignModel) and bits(value) == bits(model)
+        if is_block(value) and not follows:
+            kept[name] = open_again(value, model)
+        elif follows:
+            kept[name] = type(block)._field_defaults[name]
+    return block._replace(**kept)
+
+
+def expression(block: Any, modules: set[str]) -> str:
+    """The text that makes a block, with the arguments that are not its class's defaults."""
+    cls = type(block)
+    modules.add(cls.__module__)
+    arguments = [
+        f"{name}={expression(value, modules) if is_block(value) else repr(value)}"
+        for name, value in block._asdict().items()
+        if bits(value) != bits(cls._field_defaults.get(name, ...))
+    ]
+    return f"{cls.__module__}.{cls.__name__}({', '.join(arguments)})"
+
+
+@pytest.mark.parametrize("scale", [{}, NOMINAL], ids=["as it is", "nominal"])
+@pytest.mark.parametrize("name", scenarios())
+def test_a_loop_made_of_objects_is_the_scenario_s(
+    name: str, scale: dict[str, object], tmp_path: Path
+) -> None:
+    wanted = load_scenario(name, scale)
+    file = tmp_path / "loop.py"
+    file.write_text(python_file(wanted), encoding="utf-8")
+    made = runpy.run_path(str(file))["loop"]
+    assert shape(ready(made)) == shape(ready(wanted))
+    assert bits(ready(made)) == bits(ready(wanted))
+    assert scenario_hash(ready(made)) == scenario_hash(ready(wanted))
+    period = wanted.simulation.period
+    short = {"simulation.duration": 20 * period, "simulation.record_period": period}
+    results = [simulate(replace(loop, short), compiled=False) for loop in (made, wanted)]
+    assert results[0].identical(results[1])
+
+
+def test_a_nominal_law_leaves_its_model_open() -> None:
+    loop = open_again(load_scenario("paper/sine-tsmc", NOMINAL))
+    assert not [path for path, _ in leaves(loop) if path.startswith("controller.model.")]
+    assert loop.metrics == Usual()

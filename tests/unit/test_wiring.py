@@ -1,0 +1,324 @@
+"""What a loop leaves open is filled from its machine, and means the same in Python and in a scenario."""
+
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import pytest
+
+from hydroservo import Loop, ParameterError, ScenarioError, Simulation, replace, simulate
+from hydroservo.block import Block, model_in
+from hydroservo.controllers import DAC, PI, TSMC, AntiWindup, Backstepping, Delay, RateLimit
+from hydroservo.hooks import at_rest
+from hydroservo.oils import AeratedOil
+from hydroservo.papers.tsmc_eha_2021.machine import MODEL
+from hydroservo.plants import Cylinder, DesignModel, LoadPressurePlant, ThisMachine
+from hydroservo.provenance import scenario_hash
+from hydroservo.results import metrics_of
+from hydroservo.running import ready
+from hydroservo.scenario import load_scenario, plugins
+from hydroservo.scenario.plugins import load_plugin
+from hydroservo.sensors import DelayedSensors, Dropout, IdealSensors, RigSensors
+from hydroservo.supplies import IdealSupply
+from hydroservo.valves import FirstOrderValve
+from hydroservo.wiring import believed, wired
+
+SHORT = Simulation(0.02, 1e-3, 20, record_period=1e-3)
+CYLINDER = Cylinder.from_diameters(63e-3, 45e-3, 70e-3, oil=AeratedOil())
+MACHINE = Loop(SHORT, plant=CYLINDER, supply=IdealSupply(160e5))
+SCENARIO = """
+[simulation]
+duration = "20 ms"
+period = "1 ms"
+substeps = 20
+
+[plant]
+type = "Cylinder.from_diameters"
+bore = "63 mm"
+rod = "45 mm"
+stroke = "70 mm"
+oil.type = "AeratedOil"
+
+[supply]
+supply_pressure = "160 bar"
+
+[controller]
+type = "TSMC"
+"""
+
+
+@pytest.fixture(autouse=True)
+def forgotten(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What a test loads, no other test sees."""
+    monkeypatch.setattr(plugins, "loaded", {})
+
+
+def written(folder: Path, text: str, name: str = "my.toml") -> Path:
+    path = folder / name
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def same_metrics(one: Loop, other: Loop) -> bool:
+    found = [metrics_of(simulate(loop, record=[], compiled=False)) for loop in (one, other)]
+    assert {"rms_error", "estimate_rms_error_1", "disturbance_rms_2"} < set(found[0])
+    return repr(found[0]) == repr(found[1])  # so that nan is itself
+
+
+# Models
+
+
+def test_a_law_that_is_told_nothing_believes_in_this_machine() -> None:
+    loop = MACHINE._replace(controller=TSMC())
+    model = wired(loop).controller.model
+    assert isinstance(loop.controller.model, ThisMachine)
+    assert model == believed(loop) != MODEL
+    assert model.plant == at_rest(CYLINDER, loop.supply, loop.load).simplified()
+    assert model.supply.supply_pressure == 160e5
+    assert wired(wired(loop)) == wired(loop)
+
+
+def test_python_and_toml_mean_the_same_loop(tmp_path: Path) -> None:
+    here, there = MACHINE._replace(controller=TSMC()), load_scenario(written(tmp_path, SCENARIO))
+    assert there.controller.model == wired(here).controller.model
+    assert wired(here) == there
+    assert scenario_hash(ready(here)) == scenario_hash(ready(there))
+    assert same_metrics(here, there)
+
+
+def test_a_law_put_into_a_loaded_machine_believes_in_that_machine() -> None:
+    scenario = load_scenario("rig/excavator-link")
+    loop = replace(scenario, {"controller": TSMC()})
+    model = ready(loop).controller.model
+    assert model == believed(scenario)
+    assert model.supply.supply_pressure == scenario.supply.simplified().supply_pressure != 40e5
+    named = load_scenario("rig/excavator-link", {"controller.type": "TSMC", "uncertainty.scale": 0})
+    nominal = load_scenario("rig/excavator-link", {"uncertainty.scale": 0})
+    assert ready(replace(nominal, {"controller": TSMC()})).controller.model == named.controller.model
+
+
+def test_a_model_has_no_numbers_before_it_is_filled_in() -> None:
+    loop = Loop(SHORT, controller=TSMC())
+    with pytest.raises(ParameterError, match="the names are none: a ThisMachine has no numbers"):
+        replace(loop, {"controller.model.plant.mass": 8.0})
+    assert replace(wired(loop), {"controller.model.plant.mass": 8.0}).controller.model.plant.mass == 8.0
+
+
+def test_a_loaded_law_does_not_know_the_uncertainty(tmp_path: Path) -> None:
+    loop = load_scenario(written(tmp_path, SCENARIO + '[uncertainty]\nplant.mechanism.mass = "10 %"'))
+    certain = load_scenario(written(tmp_path, SCENARIO))
+    assert loop.plant.mechanism.mass == pytest.approx(1.1 * certain.plant.mechanism.mass)
+    assert wired(loop).controller.model == certain.controller.model  # what is given stays
+
+
+@pytest.mark.parametrize("law", ["tsmc", "backstepping"])
+def test_a_belief_means_the_same_however_it_is_changed(law: str) -> None:
+    short = {"simulation.duration": "20 ms", "simulation.period": "0.1 ms"}
+    believing = {"controller.model.plant.mass": 8.0}
+    loop = load_scenario(f"paper/sine-{law}", short)
+    replaced, given = replace(loop, believing), load_scenario(f"paper/sine-{law}", short | believing)
+    assert replaced.controller.model.plant.mass == 8.0
+    assert replaced == given
+    found = [metrics_of(simulate(one, record=[], compiled=False)) for one in (loop, replaced, given)]
+    assert repr(found[1]) == repr(found[2]) != repr(found[0])
+
+
+def test_disturbances_are_those_besides_the_law_s_own_model() -> None:
+    """d_L1 = -F_L/m for a law that knows the machine; one that believes in half the mass sees more."""
+    runs = [
+        simulate(Loop(SHORT, controller=TSMC(model=believed(Loop())._replace(plant=plant))), compiled=False)
+        for plant in (LoadPressurePlant(), LoadPressurePlant(mass=3.0))
+    ]
+    own, other = (run["disturbance.d1"].values for run in runs)
+    assert own == pytest.approx(-runs[0]["load.force"].values / 6.0, abs=1e-9)
+    assert abs(other - own).max() > 0.1
+
+
+@pytest.mark.parametrize(
+    "wrap",
+    [
+        lambda law: law,
+        DAC,
+        lambda law: DAC(RateLimit(Delay(law))),
+        AntiWindup,
+    ],
+    ids=["alone", "DAC", "three", "AntiWindup"],
+)
+@pytest.mark.parametrize("law", [TSMC(), Backstepping()], ids=["tsmc", "backstepping"])
+def test_models_in_wrappers_are_filled_too(wrap: Any, law: Block) -> None:
+    loop = MACHINE._replace(controller=wrap(law))
+    filled = wired(loop).controller
+    assert model_in(filled) == believed(loop)
+    assert filled == wrap(law._replace(model=believed(loop)))
+    own = DesignModel(valve_gain=1e-4)
+    given = MACHINE._replace(controller=wrap(law._replace(model=own)))
+    assert wired(given) == given
+
+
+def test_a_wrapper_s_model_and_that_of_its_law_are_filled_both(tmp_path: Path) -> None:
+    plugin = written(
+        tmp_path,
+        """
+from typing import NamedTuple
+from hydroservo.block import Block
+from hydroservo.controllers import TSMC
+from hydroservo.plants import DesignModel, ThisMachine
+
+class Ahead(NamedTuple):
+    model: DesignModel = ThisMachine()
+    controller: Block = TSMC()
+
+    def init(self):
+        return self.controller.init()
+
+    def step(self, s, y, r, dt):
+        return self.controller.step(s, y, r, dt)
+""",
+        "ahead.py",
+    )
+    (ahead,) = (found for found in load_plugin(plugin) if found.__name__ == "Ahead")
+    filled = wired(MACHINE._replace(controller=ahead())).controller
+    assert filled.model == filled.controller.model == believed(MACHINE)
+
+
+# A machine that a model cannot be made of
+
+
+class Unknown(NamedTuple):
+    """A plant that says of itself no more than a run needs."""
+
+    plant: LoadPressurePlant = LoadPressurePlant()
+    stroke: float = 0.078
+
+    def init(self) -> Block:
+        return self.plant.init()
+
+    def flows(self, s: Block, edges: Block, opening: float, line: Block) -> Block:
+        return self.plant.flows(s, edges, opening, line)
+
+    def deriv(self, s: Block, flows: Block, force: float) -> Block:
+        return self.plant.deriv(s, flows, force)
+
+    def load_force(self, s: Block) -> float:
+        return self.plant.load_force(s)
+
+    def outputs(self, s: Block, line: Block) -> Block:
+        return self.plant.outputs(s, line)
+
+
+class Spool(NamedTuple):
+    """A valve that has another name for its gain."""
+
+    valve: FirstOrderValve = FirstOrderValve()
+
+    @property
+    def orifice(self) -> Block:
+        return self.valve.orifice
+
+    def init(self) -> Block:
+        return self.valve.init()
+
+    def deriv(self, s: Block, u: float) -> Block:
+        return self.valve.deriv(s, u)
+
+    def opening(self, s: Block, u: float) -> float:
+        return self.valve.opening(s, u)
+
+
+ASIDE = [
+    ({"plant": Unknown()}, "plant = 'Unknown': must have a method simplified()"),
+    ({"valve": Spool()}, "valve = 'Spool': must have a field gain (a float) and a field orifice"),
+]
+
+
+@pytest.mark.parametrize(("machine", "_says"), ASIDE, ids=["plant", "valve"])
+def test_a_law_without_a_model_needs_none_of_its_machine(machine: dict[str, Block], _says: str) -> None:
+    loop = Loop(SHORT, controller=PI(0.3, 100.0))
+    known, unknown = (simulate(one, compiled=False) for one in (loop, loop._replace(**machine)))
+    assert metrics_of(known)["rms_error"] == metrics_of(unknown)["rms_error"] or "valve" in machine
+    assert not unknown["diverged"]
+    assert wired(loop._replace(**machine)).controller == loop.controller
+
+
+@pytest.mark.parametrize(("machine", "says"), ASIDE, ids=["plant", "valve"])
+def test_a_law_that_needs_a_model_is_told_what_is_in_its_way(machine: dict[str, Block], says: str) -> None:
+    loop = Loop(SHORT, controller=DAC(TSMC()))._replace(**machine)
+    with pytest.raises(ParameterError) as caught:
+        simulate(loop, compiled=False)
+    assert str(caught.value).startswith(says)
+    assert str(caught.value).endswith("else give the controller a model")
+    assert "\n" not in str(caught.value)
+    given = replace(loop, {"controller.controller.model": DesignModel()})
+    assert not simulate(given, compiled=False)["diverged"]
+
+
+def test_in_a_scenario_it_is_one_line_with_file_and_table(tmp_path: Path) -> None:
+    plugin = written(
+        tmp_path,
+        """
+from typing import NamedTuple
+from hydroservo.valves import StaticValve
+
+class Unmetered(NamedTuple):
+    valve: StaticValve = StaticValve()
+
+    @property
+    def orifice(self):
+        return self.valve.orifice
+
+    def init(self):
+        return self.valve.init()
+
+    def deriv(self, s, u):
+        return self.valve.deriv(s, u)
+
+    def opening(self, s, u):
+        return self.valve.opening(s, u)
+""",
+        "unmetered.py",
+    )
+    path = written(tmp_path, 'valve.type = "Unmetered"\ncontroller.type = "TSMC"')
+    with pytest.raises(ScenarioError) as caught:
+        load_scenario(path, plugins=[plugin])
+    said = str(caught.value)
+    assert said.startswith(f"{path}: valve: Unmetered must have a field gain (a float)")
+    assert "\n" not in said
+    assert load_scenario(path, {"controller.type": "PI"}, [plugin]).controller == PI()
+
+
+# Areas
+
+
+def test_sensors_know_the_areas_of_the_plant() -> None:
+    loop = wired(MACHINE._replace(sensors=RigSensors()))
+    assert (loop.sensors.area_a, loop.sensors.area_b) == (CYLINDER.area_a, CYLINDER.area_b)
+    loop = wired(Loop(sensors=RigSensors()))
+    assert loop.sensors.area_a == loop.sensors.area_b == LoadPressurePlant().piston_area
+    loop = wired(MACHINE._replace(sensors=RigSensors(area_a=1e-3)))
+    assert (loop.sensors.area_a, loop.sensors.area_b) == (1e-3, CYLINDER.area_b)
+
+
+def test_sensors_around_others_know_them_too() -> None:
+    loop = wired(MACHINE._replace(sensors=DelayedSensors(Dropout(sensors=RigSensors()))))
+    assert loop.sensors.sensors.sensors.area_b == CYLINDER.area_b
+    assert wired(MACHINE).sensors == IdealSensors()
+
+
+def test_python_and_toml_mean_the_same_areas(tmp_path: Path) -> None:
+    text = SCENARIO + '[sensors]\ntype = "RigSensors"\n'
+    there = load_scenario(written(tmp_path, text))
+    here = MACHINE._replace(controller=TSMC(), sensors=RigSensors())
+    assert wired(here) == there
+    assert (there.sensors.area_a, there.sensors.area_b) == (CYLINDER.area_a, CYLINDER.area_b)
+    auto = load_scenario(written(tmp_path, text + 'area_a = "auto"\narea_b = "9 cm^2"'))
+    assert (auto.sensors.area_a, auto.sensors.area_b) == (CYLINDER.area_a, pytest.approx(9e-4))
+
+
+def test_a_plant_that_has_no_area_needs_sensors_that_know_theirs() -> None:
+    loop = Loop(SHORT, plant=Unknown(), controller=PI(0.3, 100.0), sensors=DelayedSensors(RigSensors()))
+    with pytest.raises(ParameterError) as caught:
+        simulate(loop, compiled=False)
+    assert str(caught.value) == (
+        "sensors.sensors.area_a = 'auto': must be given: the plant Unknown has no area_a, nor a piston_area"
+    )
+    areas = {"sensors.sensors.area_a": 5e-4, "sensors.sensors.area_b": 5e-4}
+    assert wired(replace(loop, areas)).sensors.sensors.area_a == 5e-4
