@@ -17,6 +17,7 @@ _HOMES = {  # what is offered, and the module that it comes from; none for a pac
     "__version__": "_version",
     "controllers": "",
     "differences": "conditions",
+    "draws": "scenario.sampling",
     "export_c": "export.products",
     "export_fmu": "export.products",
     "holds": "",
@@ -32,7 +33,9 @@ _HOMES = {  # what is offered, and the module that it comes from; none for a pac
     "plants": "",
     "plot": "figures.plotting",
     "references": "",
+    "relative": "scenario.ranges",
     "replace": "block",
+    "run_of": "scenario.sampling",
     "save": "results",
     "scenarios": "scenario",
     "sensors": "",
@@ -83,6 +86,9 @@ if TYPE_CHECKING:  # the same once more, for those who read types; a test compar
     from hydroservo.running import simulate as simulate
     from hydroservo.scenario import load_scenario as load_scenario
     from hydroservo.scenario import scenarios as scenarios
+    from hydroservo.scenario.ranges import relative as relative
+    from hydroservo.scenario.sampling import draws as draws
+    from hydroservo.scenario.sampling import run_of as run_of
     from hydroservo.tuning import Aim as Aim
     from hydroservo.tuning import tune as tune
 

@@ -82,9 +82,12 @@ def test_json_is_one_object_with_the_quantiles_of_the_table(said, table):
 
 
 def test_each_row_is_the_strict_run_of_its_settings(table):
-    settings = ["uncertainty.plant.bulk_modulus", "controller.velocity_gain", "simulation.seed"]
-    for i in (0, 39):
-        changes = dict(map(parse_override, SHORT[1::2])) | {name: table[name][i].item() for name in settings}
+    others = {name: name for name in ("controller.velocity_gain", "simulation.seed")}
+    truth = {"truth.plant.bulk_modulus": "plant.bulk_modulus"}
+    deviation = {"uncertainty.plant.bulk_modulus": "uncertainty.plant.bulk_modulus"}
+    for i, machine in ((0, truth), (39, truth), (39, deviation)):
+        given = {path: table[name][i].item() for path, name in (machine | others).items()}
+        changes = dict(map(parse_override, SHORT[1::2])) | given
         single = simulate(load_scenario(NAME, changes), record=(), strict=True)
         for name in METRICS:
             np.testing.assert_array_equal(table[name][i], single[name].item())

@@ -6,16 +6,14 @@ import time
 import numpy as np
 import pytest
 from cli_runner import failed, succeeded
-from test_batch_replay import replayed
+from test_batch_ranges import drawn as drawn_from
+from test_batch_replay import again, alone
 
 from hydroservo import ParameterError, ScenarioError, simulate, simulate_batch
 from hydroservo.block import replace
-from hydroservo.cli.replay import Origin, command
-from hydroservo.cli.variations import drawn_runs, variations
 from hydroservo.plants import Cylinder
 from hydroservo.provenance import scenario_hash
-from hydroservo.scenario import datasheet_columns, load_scenario, plugins
-from hydroservo.scenario.datasheets import columns_of
+from hydroservo.scenario import datasheet_columns, load_scenario, parse_override, plugins
 from hydroservo.valves import FirstOrderValve, Orifice
 
 TEXT = """
@@ -71,13 +69,9 @@ def file(tmp_path):
     return str(path)
 
 
-def drawn(file, *ranges, changes=(), runs=20, more=()):
+def drawn(file, *ranges, changes=(), runs=20):
     """The loop that all runs start from, and what they do not share."""
-    origin = Origin(file, changes, more)
-    assembly = origin.assembled({})
-    varied = variations(ranges, assembly.loop, origin.nominal(), assembly.arguments)
-    found = drawn_runs(assembly.loop, varied, 0, runs, seeds=False, arguments=assembly.arguments)
-    return assembly.loop, found.constructed(lambda values: columns_of(assembly, values))
+    return drawn_from(*ranges, changes=changes, runs=runs, name=file)
 
 
 def cylinder(bore, rod=45e-3 * 0.999):
@@ -92,10 +86,8 @@ def test_the_numbers_of_each_run_are_what_the_constructor_makes(file):
         *("plant.area_a", "plant.area_b", "valve.orifice.area_gradient", "valve.time_constant")
     }
     for i in range(20):
-        own = replace(loop, found.of_run(i)[1])
-        bore, flow, corner = (
-            found.arguments[text.partition("=")[0]][i].item() for text in (BORE, FLOW, CORNER)
-        )
+        own = alone(loop, found, i)
+        bore, flow, corner = (found.values[text.partition("=")[0]][i].item() for text in (BORE, FLOW, CORNER))
         assert own.plant == cylinder(bore)
         assert own.valve == FirstOrderValve.from_corner(corner, orifice=Orifice.rated(flow, 70e5, 5e-3))
         assert own.controller is loop.controller
@@ -106,7 +98,7 @@ def test_the_controller_and_the_sensors_go_on_believing_in_the_datasheet(file):
     loop, found = drawn(file, BORE, changes=changes)
     assert set(found.parameters) == {"plant.area_a", "plant.area_b"}
     assert loop.sensors.area_a == pytest.approx(0.25 * math.pi * 63e-3**2)
-    assert list(found.settings) == ["uncertainty.plant.bore"]
+    assert list(found.changes(0)) == ["truth.plant.bore"]
 
 
 @pytest.mark.parametrize("law", ["Backstepping", "PI", "TSMC"])
@@ -125,21 +117,18 @@ def test_a_run_is_replayed_to_the_bit(file, law, changes):
     ranges = [BORE, FLOW, CORNER, *OF_BLOCKS[: 2 if law == "PI" else 3]]
     loop, found = drawn(file, *ranges, changes=changes, runs=5)
     for i in range(5):
-        settings, parameters = found.of_run(i)
-        again = replayed(command(Origin(file, changes, ()), settings, parameters))
-        assert scenario_hash(again) == scenario_hash(replace(loop, parameters))
+        assert scenario_hash(again(file, changes, found, i)) == scenario_hash(alone(loop, found, i))
 
 
 @pytest.mark.parametrize("text", ["null_leakage=0.1..1 L/min", "lap=1..10 um"])
 def test_what_is_0_in_the_scenario_is_set_and_the_belief_kept(file, text):
     changes = ["valve.orifice.type=FourEdges.rated"]
     loop, found = drawn(file, f"valve.orifice.{text}", changes=changes, runs=3)
-    assert list(found.settings) == list(found.arguments) == [f"valve.orifice.{text.partition('=')[0]}"]
+    assert list(found.changes(0)) == [f"truth.valve.orifice.{text.partition('=')[0]}"]
     for i in range(3):
-        settings, parameters = found.of_run(i)
-        again = replayed(command(Origin(file, changes, ()), settings, parameters))
-        assert scenario_hash(again) == scenario_hash(replace(loop, parameters))
-        assert again.controller == loop.controller
+        replayed = again(file, changes, found, i)
+        assert scenario_hash(replayed) == scenario_hash(alone(loop, found, i))
+        assert replayed.controller == loop.controller
 
 
 def test_each_run_starts_at_its_own_rest_and_is_its_single_run(file):
@@ -198,13 +187,13 @@ WALKING = ["reference.type=Fixed.walking", "reference.stride=0.7"]
 
 def test_outside_the_machine_the_value_itself_varies(file, plugin):
     ranges = "reference.stride=0.5..0.9 m", "reference.value=10..20 mm/s"
-    loop, found = drawn(file, *ranges, changes=WALKING, runs=5, more=[plugin])
-    assert list(found.settings) == ["reference.stride", "reference.value"]
-    product = found.arguments["reference.stride"] * found.arguments["reference.value"]
+    plugins.load_plugin(plugin)
+    loop, found = drawn(file, *ranges, changes=WALKING, runs=5)
+    assert list(found.changes(0)) == ["reference.stride", "reference.value"]
+    product = found.values["reference.stride"] * found.values["reference.value"]
     np.testing.assert_array_equal(found.parameters["reference.value"], product)
     for i in range(5):
-        text = command(Origin(file, WALKING, ()), *found.of_run(i))
-        assert scenario_hash(replayed(text)) == scenario_hash(replace(loop, found.of_run(i)[1]))
+        assert scenario_hash(again(file, WALKING, found, i)) == scenario_hash(alone(loop, found, i))
 
 
 def test_the_model_of_a_law_varies_by_its_datasheet(file):
@@ -212,9 +201,7 @@ def test_the_model_of_a_law_varies_by_its_datasheet(file):
     changes = [f"controller.model.orifice.{one}" for one in rated]
     loop, found = drawn(file, "controller.model.orifice.rated_flow=-5%..5%", changes=changes, runs=3)
     assert list(found.parameters) == ["controller.model.orifice.area_gradient"]
-    settings, parameters = found.of_run(1)
-    again = replayed(command(Origin(file, changes, ()), settings, parameters))
-    assert scenario_hash(again) == scenario_hash(replace(loop, parameters))
+    assert scenario_hash(again(file, changes, found, 1)) == scenario_hash(alone(loop, found, 1))
 
 
 @pytest.mark.parametrize(
@@ -322,13 +309,20 @@ def test_uncertainty_of_an_argument_is_the_truth_s_alone(file):
             load_scenario(file, changes)
 
 
+def test_only_of_the_machine_is_there_a_truth_besides_what_the_scenario_says(file, plugin):
+    changes = dict(map(parse_override, WALKING))
+    for table in ("uncertainty", "truth"):
+        with pytest.raises(ScenarioError, match=rf"{table}\.reference\.stride: unknown key"):
+            load_scenario(file, {**changes, f"{table}.reference.stride": 0.1}, [plugin])
+
+
 def test_the_table_has_the_number_of_the_datasheet_with_its_unit(file, tmp_path):
     out = tmp_path / "runs.csv"
     text = succeeded(
         "batch", file, "--runs", "3", "--vary", BORE, "--vary", "plant.mechanism.mass=30..50kg", "--out", out
     )
     assert "bore of the barrel" in text
-    assert "--set uncertainty.plant.bore=" in text
+    assert "--set truth.plant.bore=" in text
     header = out.read_text(encoding="utf-8").splitlines()[0].split(",")
     assert header[1:5] == [
         *("plant.bore [m]", "plant.mechanism.mass [kg]"),

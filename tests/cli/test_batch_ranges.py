@@ -7,17 +7,18 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hydroservo import ScenarioError
-from hydroservo.cli.replay import Origin
-from hydroservo.cli.variations import drawn_runs, variations
-from hydroservo.scenario import load_scenario
+from hydroservo.cli.options import ranges_in
+from hydroservo.scenario import parse_override
+from hydroservo.scenario.load import assembled
+from hydroservo.scenario.sampling import draws_of, variations
 
 NAME = "paper/sine-backstepping"  # whose controller has a model of the machine
 
 
 def drawn(*ranges, changes=(), seed=0, runs=50, seeds=False, name=NAME):
-    origin = Origin(name, changes, ())
-    loop = origin.loop({})
-    return loop, drawn_runs(loop, variations(ranges, loop, origin.nominal()), seed, runs, seeds=seeds)
+    assembly = assembled(name, dict(map(parse_override, changes)))
+    varied = variations(assembly, ranges_in(ranges))
+    return assembly.loop, draws_of(assembly, varied, runs, seed=seed, seeds=seeds)
 
 
 @given(seed=st.integers(0, 2**63 - 1), few=st.integers(1, 20), more=st.integers(20, 60))
@@ -27,8 +28,8 @@ def test_a_run_has_the_same_parameters_whatever_their_number_and_whatever_else_v
     _, other = drawn(area, mass, seed=seed, runs=more, seeds=True)
     for path in one.parameters:
         np.testing.assert_array_equal(one.parameters[path], other.parameters[path][:few])
-    for path in one.settings:
-        np.testing.assert_array_equal(one.settings[path], other.settings[path][:few])
+    for path in one.deviations:
+        np.testing.assert_array_equal(one.deviations[path], other.deviations[path][:few])
 
 
 def test_another_seed_and_another_path_draw_other_numbers():
@@ -73,20 +74,20 @@ def test_percentages_of_a_negative_number_span_it():
 
 def test_seeds_count_from_that_of_the_scenario():
     _, found = drawn(changes=["simulation.seed=7"], runs=3, seeds=True)
-    assert found.settings["simulation.seed"].tolist() == [7, 8, 9]
+    assert [found.changes(i) for i in range(3)] == [{"simulation.seed": 7 + i} for i in range(3)]
     assert found.ranges == {"simulation.seed": (7, 9)}
 
 
 def test_only_the_truth_of_the_machine_varies():
     loop, found = drawn("plant.mass=4..8kg")
     assert list(found.parameters) == ["plant.mass"]
-    assert list(found.settings) == ["uncertainty.plant.mass"]
+    assert list(found.changes(0)) == ["truth.plant.mass"]
     assert loop.controller.model.plant.mass == 6.0
 
 
 def test_what_a_law_believes_varies_alone():
     _, found = drawn("controller.model.plant.mass=4..8kg")
-    assert list(found.settings) == ["controller.model.plant.mass"]
+    assert list(found.changes(0)) == ["controller.model.plant.mass"]
     assert list(found.parameters) == ["controller.model.plant.mass"]
 
 
@@ -137,9 +138,8 @@ def test_a_wrong_range_is_one_line_that_names_it(text, problem):
 
 @given(text=st.text(max_size=20) | st.text("0123456789.%-+ kgPa", max_size=12).map("plant.mass={}".format))
 def test_any_range_is_drawn_from_or_refused_in_one_line(text):
-    loop = load_scenario(NAME)
     try:
-        (found,) = variations([text], loop, loop)
+        (found,) = variations(assembled(NAME), ranges_in([text]))
     except ScenarioError as error:
         found = str(error)
     assert found.isprintable() if isinstance(found, str) else 0.0 < found.low < found.high

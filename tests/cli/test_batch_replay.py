@@ -8,21 +8,31 @@ from test_batch_ranges import drawn
 
 from hydroservo import Loop
 from hydroservo.block import replace
-from hydroservo.cli.replay import Origin, command
+from hydroservo.cli.options import replay
 from hydroservo.provenance import scenario_hash
 from hydroservo.scenario import load_scenario, parse_override
+from hydroservo.scenario.sampling import Drawn
 
 NAME = "paper/sine-backstepping"  # whose controller has a model of the machine
 VARIED = ("--vary", "plant.bulk_modulus=-30%..+30%", "--vary", "controller.velocity_gain=1500..2500")
 
 
-def replayed(text: str | None) -> Loop:
+def replayed(text: str) -> Loop:
     """The loop that a printed command simulates."""
-    assert text is not None
     words = shlex.split(text)
     assert words[:2] == ["hydroservo", "run"]
     assert set(words[3::2]) == {"--set"}
     return load_scenario(words[2], dict(map(parse_override, words[4::2])))
+
+
+def again(name: str, changes: list[str], found: Drawn, run: int) -> Loop:
+    """The loop that the command simulates which is printed for a run."""
+    return replayed(replay(["hydroservo", "run", name], changes, (), found.changes(run)))
+
+
+def alone(loop: Loop, found: Drawn, run: int) -> Loop:
+    """The loop of a run as the batch has it."""
+    return replace(loop, {path: column[run].item() for path, column in found.parameters.items()})
 
 
 @pytest.mark.parametrize(
@@ -34,6 +44,7 @@ def replayed(text: str | None) -> Loop:
         ["uncertainty.scale='50 %'"],
         ["plant.leakage=0"],
         ["uncertainty.plant.mass=0.25", "controller.model.plant.mass=5"],
+        ["truth.plant.mass=7 kg", "truth.plant.damping=70"],
     ],
 )
 @pytest.mark.parametrize("name", [NAME, "paper/square-tsmc"])
@@ -50,26 +61,19 @@ def test_a_run_is_replayed_to_the_bit(name, changes):
     changes = [*changes, "sensors.type=NoisySensors"]
     loop, found = drawn(*ranges, changes=changes, runs=20, seeds=True, name=name)
     for i in range(20):
-        settings, parameters = found.of_run(i)
-        again = replayed(command(Origin(name, changes, ()), settings, parameters))
-        assert scenario_hash(again) == scenario_hash(replace(loop, parameters))
+        assert scenario_hash(again(name, changes, found, i)) == scenario_hash(alone(loop, found, i))
 
 
 @pytest.mark.parametrize("name", ["paper/sine-pi", NAME])
 def test_what_is_0_is_set_whether_a_law_has_a_model_or_not(name):
     changes = ["plant.leakage=0"]
     loop, found = drawn("plant.leakage=0..1e-11", changes=changes, name=name)
-    settings, parameters = found.of_run(0)
-    again = replayed(command(Origin(name, changes, ()), settings, parameters))
-    assert scenario_hash(again) == scenario_hash(replace(loop, parameters))
+    assert scenario_hash(again(name, changes, found, 0)) == scenario_hash(alone(loop, found, 0))
 
 
 def test_a_replay_names_plugins_and_quotes_what_a_shell_would_split(tmp_path):
-    (tmp_path / "my file.py").write_text(
-        "from typing import NamedTuple\n\nclass Mine(NamedTuple):\n    pass\n"
-    )
-    origin = Origin(NAME, ["plant.mass=7 kg"], [tmp_path / "my file.py"])
-    text = command(origin, {"controller.velocity_gain": 60.0}, {"controller.velocity_gain": 60.0})
+    changes, plugins = ["plant.mass=7 kg"], [tmp_path / "my file.py"]
+    text = replay(["hydroservo", "run", NAME], changes, plugins, {"controller.velocity_gain": 60.0})
     assert shlex.split(text) == [
         *("hydroservo", "run", NAME, "--set", "plant.mass=7 kg", "--set", "controller.velocity_gain=60.0"),
         *("--plugin", str(tmp_path / "my file.py")),

@@ -9,7 +9,6 @@ import pytest
 from hydroservo import Loop, ParameterError, ScenarioError, Simulation, replace, simulate
 from hydroservo.batch import simulate_batch
 from hydroservo.block import Block
-from hydroservo.cli.variations import variations
 from hydroservo.controllers import PI
 from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.unit import Part
@@ -21,6 +20,7 @@ from hydroservo.plants import Cylinder, LoadPressurePlant
 from hydroservo.provenance import scenario_hash
 from hydroservo.references import Step as StepReference
 from hydroservo.scenario import load_scenario
+from hydroservo.scenario.sampling import draws
 from hydroservo.signals import Pressures
 from hydroservo.supplies import IdealSupply, PumpSupply, ReliefValve
 from hydroservo.tuning import is_possible
@@ -273,11 +273,10 @@ def test_an_export_holds_the_numbers_that_were_found(scenario: Path) -> None:
 
 
 def test_ranges_of_a_start_that_is_open(scenario: Path) -> None:
-    loop = load_scenario(scenario)
-    (one,) = variations(["plant.start_pressure_a=30..40 bar"], loop, loop)
-    assert one == ("plant.start_pressure_a", 30e5, 40e5, None)
+    loop, path = load_scenario(scenario), "plant.start_pressure_a"
+    assert draws(loop, {path: "30..40 bar"}, 1).ranges == {path: (30e5, 40e5)}
     with pytest.raises(ScenarioError, match='is "auto" in the scenario, of which there is no percentage'):
-        variations(["plant.start_pressure_a=-10%..10%"], loop, loop)
+        draws(loop, {path: "-10%..10%"}, 1)
 
 
 def test_no_run_of_a_batch_starts_at_a_pressure_that_is_none() -> None:

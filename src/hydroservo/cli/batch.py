@@ -2,13 +2,12 @@
 
 import time
 from collections.abc import Sequence
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from hydroservo.cli.options import Changes, Json, Plugins, Scenario, Strict, Verbose
+from hydroservo.cli.options import VARY, Changes, Json, Plugins, Scenario, Strict, Verbose, ranges_in, replay
 from hydroservo.cli.remarks import say_remarks
 
 if TYPE_CHECKING:
@@ -18,9 +17,7 @@ if TYPE_CHECKING:
 
 __all__ = ["batch"]
 
-MOST = 10_000_000  # runs; their table alone takes 2 GB
 LARGE_TABLE = 2**28  # bytes; a larger table is announced before the run
-LARGEST_SEED = 2**63 - 1
 PAUSE = 1.0  # s, before which a rate would be a guess
 
 
@@ -32,7 +29,7 @@ def batch(
     ranges: Annotated[
         list[str],
         typer.Option(
-            "--vary",
+            VARY,
             metavar="PATH=LOW..HIGH",
             default_factory=list,
             show_default=False,
@@ -73,8 +70,9 @@ def batch(
 ) -> None:
     """Simulate one scenario many times with varied parameters, and print how its metrics are spread.
 
-    Run i has the same parameters whatever the number of runs. The table of --out has them under the names
-    that --set takes, so that each run can be replayed alone, with its trajectory.
+    Run i has the same parameters whatever the number of runs. The table of --out has them by path, so that
+    each run can be replayed alone, with its trajectory: --set gives the machine what was drawn as its truth,
+    as `truth.plant.mass=6.5kg`.
 
     Examples:
 
@@ -87,30 +85,30 @@ def batch(
     from hydroservo.cli.batch_summary import batch_summary, remarkable_run, show_batch
     from hydroservo.cli.kernels import log_kernels
     from hydroservo.cli.progress import progress_bar
-    from hydroservo.cli.replay import Origin, command
-    from hydroservo.cli.variations import drawn_runs, variations
+    from hydroservo.errors import HydroservoError
     from hydroservo.metrics import declared_metrics, monitors_of
     from hydroservo.results import as_json
-    from hydroservo.scenario.datasheets import columns_of
+    from hydroservo.scenario import parse_override
+    from hydroservo.scenario.load import assembled
+    from hydroservo.scenario.sampling import check_size, draws_of, variations
 
-    check(runs, seed, bool(ranges or seeds))
+    check_size(runs, seed, "--")
+    if not (ranges or seeds):
+        raise HydroservoError("nothing varies: give --vary PATH=LOW..HIGH, or --seeds, or both")
     checked_endings(out)
-    origin = Origin(scenario, changes, plugins, strict)
-    assembly = origin.assembled({})
-    loop, arguments = assembly.loop, assembly.arguments
+    assembly = assembled(scenario, dict(map(parse_override, changes)), plugins)
+    loop = assembly.loop
     check_metric(metric, loop)
-    varied = variations(ranges, loop, origin.nominal(), arguments)
-    drawn = drawn_runs(loop, varied, seed, runs, seeds=seeds, arguments=arguments)
-    columns = len(declared_metrics(monitors_of(loop)))
-    announce(out, runs, columns + sum(map(len, (drawn.settings, drawn.parameters, drawn.arguments))))
+    varied = variations(assembly, ranges_in(ranges))
+    announce(out, runs, len(declared_metrics(monitors_of(loop))) + 2 * (len(varied) + seeds))
     with log_kernels(verbose), progress_bar("preparing") as report:
         start = time.monotonic()
-        drawn = drawn.constructed(partial(columns_of, assembly))
+        drawn = draws_of(assembly, varied, runs, seed=seed, seeds=seeds)
         found = simulate_batch(
             loop, drawn.parameters, strict=strict, threads=threads, progress=paced(report, runs)
         )
         seconds = time.monotonic() - start
-        table = table_of_runs(found, drawn, seed, arguments)
+        table = table_of_runs(found, drawn, seed, assembly.arguments)
         report(1.0, "writing files")
         left = write_batch(out, table, [one.path for one in varied], metric)
     summary = batch_summary(scenario, seed, table, drawn.ranges)
@@ -121,28 +119,12 @@ def batch(
         return
     show_batch(summary, table, seconds)
     run, reason = remarkable_run(table, metric)
-    replay = command(origin, *drawn.of_run(run), substeps=table.attrs.get("substeps"))
-    if replay:
-        typer.echo(f"run {run} {reason}; alone: {replay}")
+    steps = {"simulation.substeps": table.attrs["substeps"]} if "substeps" in table.attrs else {}
+    words = ["hydroservo", "run", scenario, *(["--strict"] if strict else [])]
+    typer.echo(f"run {run} {reason}; alone: {replay(words, changes, plugins, steps | drawn.changes(run))}")
     if left.files:
         typer.echo(f"written: {', '.join(map(str, left.files))}")
     left.check()
-
-
-def check(runs: int, seed: int, varies: bool) -> None:
-    """Refuse what no batch can be made of.
-
-    Raises:
-        HydroservoError: in one line, what is wrong and what is allowed.
-    """
-    from hydroservo.errors import HydroservoError, ParameterError
-
-    if not 1 <= runs <= MOST:
-        raise ParameterError("--runs", runs, f"must be a whole number from 1 to {MOST}")
-    if not 0 <= seed <= LARGEST_SEED:
-        raise ParameterError("--seed", seed, f"must be a whole number from 0 to {LARGEST_SEED}")
-    if not varies:
-        raise HydroservoError("nothing varies: give --vary PATH=LOW..HIGH, or --seeds, or both")
 
 
 def check_metric(metric: str, loop: "Loop") -> None:

@@ -4,12 +4,12 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from hydroservo.cli.variations import Drawn
 from hydroservo.cli.writing import Written
 from hydroservo.errors import HydroservoError
 from hydroservo.outputs import OutputError, keep_elsewhere, staged
 from hydroservo.results import FORMATS, as_json, save
 from hydroservo.scenario.build import Argument
+from hydroservo.scenario.sampling import Drawn
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -44,20 +44,19 @@ def table_of_runs(
         seed: of the draws.
         arguments: what constructors take, by path.
     """
-    shared = {path for path in drawn.parameters if path not in drawn.ranges}
     deviations = {
-        name: ("run", values, {"units": "", "long_name": f"relative deviation of {name.partition('.')[2]}"})
-        for name, values in drawn.settings.items()
-        if name not in drawn.ranges
+        f"uncertainty.{path}": ("run", column, {"units": "", "long_name": f"relative deviation of {path}"})
+        for path, column in drawn.deviations.items()
     }
     taken = {
-        path: ("run", values, {"units": field.unit, "long_name": field.meaning})
-        for path, values in drawn.arguments.items()
-        if (field := arguments[path].field)
+        path: ("run", column, {"units": field.unit, "long_name": field.meaning})
+        for path, column in drawn.values.items()
+        if path in arguments and (field := arguments[path].field)
     }
+    made = [path for path in drawn.parameters if path not in drawn.values]
     about = {"drawn_with_seed": seed, "varied": as_json(drawn.ranges)}
-    table = found.drop_vars(shared).assign(taken | deviations).assign_attrs(about)
-    return table[[*drawn.ranges, *deviations, *(name for name in found if name not in drawn.parameters)]]
+    table = found.drop_vars(made).assign(taken | deviations).assign_attrs(about)
+    return table[[*drawn.values, *deviations, *(name for name in found if name not in drawn.parameters)]]
 
 
 def write_batch(files: Sequence[Path], table: "xr.Dataset", varied: Sequence[str], metric: str) -> Written:

@@ -1,7 +1,8 @@
 """Options that several commands take."""
 
+import shlex
 import warnings
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -12,8 +13,23 @@ from hydroservo.errors import HydroservoWarning
 
 if TYPE_CHECKING:
     from hydroservo.loop import Loop
+    from hydroservo.scenario.tables import Entry
 
-__all__ = ["Changes", "Json", "Plugins", "Scenario", "Strict", "Verbose", "loaded"]
+__all__ = [
+    "VARY",
+    "Changes",
+    "Json",
+    "Plugins",
+    "Scenario",
+    "Strict",
+    "Verbose",
+    "loaded",
+    "ranges_in",
+    "replay",
+]
+
+VARY = "--vary"
+LONGEST = 4096  # characters of one option
 
 Scenario = Annotated[
     str, typer.Argument(metavar="SCENARIO", help="A scenario file (TOML), or the name of a built-in one.")
@@ -69,3 +85,46 @@ def loaded(scenario: str, changes: Sequence[str], plugins: Sequence[Path]) -> "L
         if one.category is not HydroservoWarning:  # of a plug-in, or of a library
             warnings.showwarning(one.message, one.category, one.filename, one.lineno)
     return loop
+
+
+def ranges_in(texts: Sequence[str]) -> "dict[str, Entry]":
+    """The texts LOW..HIGH of ``--vary PATH=LOW..HIGH`` by path, each path once.
+
+    Raises:
+        ScenarioError: a text is not of that form, or a path is given twice.
+    """
+    from hydroservo.errors import ScenarioError, short
+    from hydroservo.scenario.overrides import PATH
+    from hydroservo.scenario.tables import Entry, Origin
+
+    found: dict[str, Entry] = {}
+    for text in texts:
+        path, equals, value = (part.strip() for part in text.partition("="))
+        if not (equals and ".." in value and PATH.fullmatch(path)) or len(text) > LONGEST:
+            raise ScenarioError(VARY, "", f"{short(text)} must be of the form PATH=LOW..HIGH")
+        if path in found:
+            raise ScenarioError(VARY, path, "is given twice")
+        found[path] = Entry(Origin(VARY, Path()), path, value)
+    return found
+
+
+def replay(
+    command: Sequence[str], changes: Sequence[str], plugins: Sequence[Path], settings: Mapping[str, float]
+) -> str:
+    """A command with more changes than were given, to be typed in a shell.
+
+    Args:
+        command: its first words.
+        changes: those given.
+        plugins: those given.
+        settings: values by the path that ``--set`` takes; they go before a change that was given.
+    """
+    from hydroservo.scenario import parse_override
+
+    kept = [change for change in changes if parse_override(change)[0] not in settings]
+    words = list(command)
+    for change in (*kept, *(f"{path}={value!r}" for path, value in settings.items())):
+        words += ["--set", change]
+    for plugin in plugins:
+        words += ["--plugin", str(plugin)]
+    return shlex.join(words)

@@ -2,13 +2,13 @@
 
 import math
 import shlex
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from hydroservo.cli.options import Changes, Json, Plugins, Verbose, loaded
+from hydroservo.cli.options import VARY, Changes, Json, Plugins, Verbose, loaded, ranges_in, replay
 from hydroservo.cli.remarks import say_remarks
 
 if TYPE_CHECKING:
@@ -20,7 +20,6 @@ if TYPE_CHECKING:
 
 __all__ = ["tune"]
 
-VARY = "--vary"
 NO_MATTER = ("out", "threads", "json", "verbose")  # options that change nothing of what is found
 
 
@@ -177,7 +176,10 @@ def tune(
         return
     show_tuned(scenarios, aim, wanted, found)
     one = " and the first seed" if search.seeds > 1 else ""
-    typer.echo(f"with these values{one}: {replay(names, changes, plugins, found.parameters)}")
+    again = replay(
+        ["hydroservo", "run" if len(names) == 1 else "compare", *names], changes, plugins, found.parameters
+    )
+    typer.echo(f"with these values{one}: {again}")
     if left.files:
         typer.echo(f"written: {out}")
     left.check()
@@ -300,12 +302,11 @@ def ranges_for(
         HydroservoError: in one line, the path, the value and what is allowed.
     """
     from hydroservo.block import leaves
-    from hydroservo.cli.variations import option_ranges
     from hydroservo.errors import HydroservoError, ScenarioError
     from hydroservo.scenario.search import searched_range
 
     first = assemblies[0]
-    options = option_ranges(texts)
+    options = ranges_in(texts)
     wanted = {
         path: searched_range(path, entry, first.loop, first.arguments) for path, entry in options.items()
     }
@@ -361,21 +362,3 @@ def typed(context: typer.Context) -> list[str]:
         else:
             parts += [[parameter.opts[0], one] for one in values]
     return [shlex.join(part) for part in parts]
-
-
-def replay(
-    scenarios: Sequence[str],
-    changes: Sequence[str],
-    plugins: Sequence[Path],
-    parameters: Mapping[str, float],
-) -> str:
-    """The command that simulates the scenarios with the values found."""
-    from hydroservo.scenario import parse_override
-
-    kept = [change for change in changes if parse_override(change)[0] not in parameters]
-    words = ["hydroservo", "run" if len(scenarios) == 1 else "compare", *scenarios]
-    for change in (*kept, *(f"{path}={value!r}" for path, value in parameters.items())):
-        words += ["--set", change]
-    for plugin in plugins:
-        words += ["--plugin", str(plugin)]
-    return shlex.join(words)

@@ -33,8 +33,8 @@ def datasheet_columns(
         table = simulate_batch(load_scenario("my.toml"), columns)
 
     In the machine (plant, valve, supply, load) only the truth varies: the controller, and the areas that
-    sensors know, go on believing in the scenario's values. What ``[uncertainty]`` says of other numbers
-    counts, in proportion to what the constructor makes.
+    sensors know, go on believing in the scenario's values. What ``[uncertainty]`` and ``[truth]`` say of
+    other numbers counts, a deviation in proportion to what the constructor makes.
 
     Args:
         source: the path of a TOML file, or the name of a built-in scenario.
@@ -92,7 +92,7 @@ def block_columns(assembly: Assembly, name: str, values: Columns) -> Columns:
     """
     draft = assembly.drafts[name]
     if name in Machine._fields:
-        draft = draft.replaced(assembly.deviations.taken(name, assembly.arguments))
+        draft = draft.replaced(assembly.truth.taken(name, assembly.arguments))
     draft = draft.open_at(values)
     usual = made(assembly, name, draft)
     found = {
@@ -116,9 +116,9 @@ def block_columns(assembly: Assembly, name: str, values: Columns) -> Columns:
 
 
 def made(assembly: Assembly, name: str, draft: Draft) -> Block:
-    """A block of the loop, after its uncertainty if it is of the machine."""
+    """A block of the loop, as it truly is if it is of the machine."""
     block = draft.made()
-    return assembly.deviations.perturbed(block, name) if name in Machine._fields else block
+    return assembly.truth.true(block, name) if name in Machine._fields else block
 
 
 def alike(one: Any, other: Any) -> bool:

@@ -20,7 +20,7 @@ from hydroservo.scenario.plugins import load_plugin
 from hydroservo.scenario.registry import names_in_role
 from hydroservo.scenario.search import Search, tune_search
 from hydroservo.scenario.tables import Table
-from hydroservo.scenario.uncertainty import Deviations, deviations
+from hydroservo.scenario.truth import Truth, truth_of
 from hydroservo.wiring import believed, wired
 
 __all__ = ["Assembly", "Machine", "assembled", "load_scenario"]
@@ -29,7 +29,7 @@ DIGITAL = tuple(name for name in Loop._fields if name not in ("plant", "valve", 
 
 
 class Machine(NamedTuple):
-    """What uncertainty is about."""
+    """What a scenario may say the truth of."""
 
     plant: Block
     valve: Block
@@ -41,9 +41,10 @@ class Assembly(NamedTuple):
     """A loop, and what it was made of."""
 
     loop: Loop
-    drafts: Mapping[str, Draft]  # by field of the loop, those of the machine before uncertainty
-    deviations: Deviations
-    arguments: Mapping[str, Argument]  # of constructors, by the path that changes take, before uncertainty
+    nominal: Machine  # before its uncertainty and truth
+    drafts: Mapping[str, Draft]  # by field of the loop, those of the nominal machine
+    truth: Truth
+    arguments: Mapping[str, Argument]  # of constructors, by the path that changes take, nominal ones
     search: Search  # of the loop's numbers
 
 
@@ -53,13 +54,13 @@ def load_scenario(
     """The loop that a scenario describes.
 
     A scenario is a TOML file with a table for each field of :class:`~hydroservo.loop.Loop`, tables in them
-    for nested blocks, ``[uncertainty]``, and ``[tune]`` for the search of its numbers. With
+    for nested blocks, ``[uncertainty]`` and ``[truth]``, and ``[tune]`` for the search of its numbers. With
     ``base = "rig/1khz"`` or the path of a file it builds on another: what it gives lies over that one's,
     key by key, and another ``type`` drops what the new one does not have. What neither gives takes the
     blocks' defaults; only the type of the controller must be there. The controller believes in the machine
-    before its uncertainty, unless its own tables (``[controller.model.plant]`` ...) say otherwise. An
-    uncertainty is a relative deviation of a parameter of the machine, or of what a constructor takes that its
-    ``type`` names.
+    before its uncertainty and truth, unless its own tables (``[controller.model.plant]`` ...) say otherwise.
+    An uncertainty is a relative deviation of a parameter of the machine, or of what a constructor takes that
+    its ``type`` names; a truth is the value that such a number has, whatever deviates.
 
     Args:
         source: the path of a TOML file, or the name of a built-in scenario such as ``paper/sine-tsmc``.
@@ -93,13 +94,10 @@ def assembled(
     with answers(scenario):
         loop = wired(Loop(**machine._asdict(), **digital))
     loop = loop._replace(metrics=metrics_in(scenario.table("metrics"), loop))
-    uncertainty = scenario.table("uncertainty")
     arguments = arguments_of(drafts, machine)
-    given = deviations(scenario, machine, arguments)
-    true_machine = perturbed(machine, drafts, arguments, given, uncertainty)
-    check_true(true_machine, uncertainty)
-    loop = loop._replace(**true_machine._asdict())
-    return Assembly(loop, drafts, given, arguments, tune_search(scenario, loop, arguments))
+    truth = truth_of(scenario, machine, arguments)
+    loop = loop._replace(**true_machine(scenario, machine, drafts, arguments, truth)._asdict())
+    return Assembly(loop, machine, drafts, truth, arguments, tune_search(scenario, loop, arguments))
 
 
 def arguments_of(drafts: Mapping[str, Draft], machine: Machine) -> dict[str, Argument]:
@@ -113,32 +111,41 @@ def arguments_of(drafts: Mapping[str, Draft], machine: Machine) -> dict[str, Arg
     return {path: one for path, one in found.items() if path not in own}
 
 
-def perturbed(
+def true_machine(
+    scenario: Table,
     machine: Machine,
     drafts: Mapping[str, Draft],
     arguments: Mapping[str, Argument],
-    given: Deviations,
-    uncertainty: Table,
+    truth: Truth,
 ) -> Machine:
-    """The machine after its uncertainty: first that of what constructors take, then of its own numbers."""
+    """The machine as it truly is: first what constructors take, then its own numbers.
+
+    Raises:
+        ScenarioError: a deviation leads out of range, or the numbers do not go together.
+    """
     blocks = machine._asdict()
     for name in Machine._fields:
-        taken = given.taken(name, arguments)
+        taken = truth.taken(name, arguments)
         try:
             block = drafts[name].replaced(taken).made() if taken else blocks[name]
         except ScenarioError as error:
-            raise uncertainty.error(f"leads to {error.key}: {error.problem}") from None
-        blocks[name] = given.perturbed(block, name)
-    return Machine(**blocks)
-
-
-def check_true(machine: Machine, uncertainty: Table) -> None:
-    """Refuse a machine whose numbers do not go together after their uncertainty."""
+            raise truth_error(scenario, f"{error.key}: {error.problem}") from None
+        blocks[name] = truth.true(block, name)
+    found = Machine(**blocks)
     try:
-        consistent(machine)
-        at_rest(machine.plant, machine.supply, machine.load)
+        consistent(found)
+        at_rest(found.plant, found.supply, found.load)
     except ParameterError as error:
-        raise uncertainty.error(f"leads to {error}") from None
+        raise truth_error(scenario, str(error)) from None
+    return found
+
+
+def truth_error(scenario: Table, problem: str) -> ScenarioError:
+    """An error about a machine whose true numbers do not go together."""
+    uncertainty, truth = scenario.table("uncertainty"), scenario.table("truth")
+    if not truth.names():
+        return uncertainty.error(f"leads to {problem}")
+    return truth.error(f"{'and uncertainty lead' if uncertainty.names() else 'leads'} to {problem}")
 
 
 def part(scenario: Table, name: str, nominal: Nominal) -> Draft:
@@ -148,7 +155,7 @@ def part(scenario: Table, name: str, nominal: Nominal) -> Draft:
 
 def check_tables(scenario: Table) -> None:
     """Refuse tables that a scenario does not have, and a scenario without a controller."""
-    allowed = ("title", *Loop._fields, "uncertainty", "tune")
+    allowed = ("title", *Loop._fields, "uncertainty", "truth", "tune")
     for name in scenario.names():
         if name not in allowed:
             raise scenario.entry(name).unknown(name, allowed)
@@ -162,7 +169,7 @@ def check_tables(scenario: Table) -> None:
 
 
 def believed_in(machine: Machine, scenario: Table) -> DesignModel:
-    """What a law believes of a machine unless told otherwise: its parameters before uncertainty.
+    """What a law believes of a machine unless told otherwise: its nominal parameters.
 
     Raises:
         ScenarioError: the machine does not say what a law needs to know of it.

@@ -2,6 +2,8 @@
 
 import re
 from collections.abc import Collection
+from numbers import Real
+from typing import NamedTuple
 
 from hydroservo.block import leaves
 from hydroservo.checks import allowed, within
@@ -13,9 +15,26 @@ from hydroservo.scenario.quantities import si_value
 from hydroservo.scenario.tables import Entry
 from hydroservo.varied import SEED
 
-__all__ = ["both_ends", "check_path"]
+__all__ = ["Relative", "both_ends", "check_path", "relative"]
 
 QUANTITY = re.compile(r"[+-]?[0-9.]+(?:[eE][+-]?[0-9]+)?(?:\s*/\s*[0-9]+)?\s*(.*)", re.DOTALL)
+
+
+class Relative(NamedTuple):
+    """A range around the value that a number has."""
+
+    low: float
+    high: float
+
+
+def relative(low: float, high: float) -> Relative:
+    """A range around the value that a number has: ``relative(-0.3, 0.3)`` is 30 % less to 30 % more.
+
+    Args:
+        low: relative deviation at one end.
+        high: at the other.
+    """
+    return Relative(low, high)
 
 
 def check_path(path: str, entry: Entry, loop: Loop, arguments: Collection[str]) -> None:
@@ -51,18 +70,16 @@ def both_ends(entry: Entry, field: Field, nominal: float) -> tuple[float, float]
     """Both ends of a range in SI units, the lower one first.
 
     Args:
-        entry: the text LOW..HIGH; one unit at its end serves both.
+        entry: the text LOW..HIGH; one unit at its end serves both. From Python also two numbers in SI units,
+            or a :class:`Relative`.
         field: the declaration of the number that it is for.
         nominal: the value that percentages are of.
 
     Raises:
-        ScenarioError: it is no such text, is out of the field's range, or both its ends are the same.
+        ScenarioError: it is no such range, is out of the field's range, or both its ends are the same.
     """
-    if not isinstance(entry.value, str) or ".." not in entry.value:
-        raise entry.error('must be a range, a string such as "0.1..30 V s/m" or "-50%..+100%"')
-    start, _, end = (part.strip() for part in entry.value.partition(".."))
     try:
-        ends = quantities(start, end, field, nominal)
+        ends = ends_of(entry, field, nominal)
     except ValueError as error:
         raise ScenarioError(entry.origin.name, entry.key, f"{error}; it must be {allowed(field)}") from None
     for one in ends:
@@ -74,6 +91,56 @@ def both_ends(entry: Entry, field: Field, nominal: float) -> tuple[float, float]
     return low, high
 
 
+def ends_of(entry: Entry, field: Field, nominal: float) -> tuple[float, float]:
+    """Both ends of a range in SI units, as they are given.
+
+    Raises:
+        ScenarioError: it is no range.
+        ValueError: its ends are not what they must be; the message says why.
+    """
+    value = entry.value
+    if isinstance(value, tuple) and len(value) == 2 and all(map(is_number, value)):
+        low, high = map(float, value)
+        check_order(low, high, *value)
+        return relative_ends(low, high, field, nominal) if isinstance(value, Relative) else (low, high)
+    if not isinstance(value, str) or ".." not in value:
+        raise entry.error('must be a range, a string such as "0.1..30 V s/m" or "-50%..+100%"')
+    start, _, end = (part.strip() for part in value.partition(".."))
+    return quantities(start, end, field, nominal)
+
+
+def check_order(low: float, high: float, first: object, last: object) -> None:
+    """Refuse a range whose ends are the wrong way round.
+
+    Args:
+        low: its lower end.
+        high: its upper end.
+        first: what was given for the lower end.
+        last: what was given for the upper end.
+
+    Raises:
+        ValueError: they are.
+    """
+    if low > high:
+        raise ValueError(f"{short(first)} is more than {short(last)}, its upper end")
+
+
+def is_number(value: object) -> bool:
+    return isinstance(value, Real) and not isinstance(value, bool)
+
+
+def relative_ends(low: float, high: float, field: Field, nominal: float) -> tuple[float, float]:
+    """Both ends of a range around a value.
+
+    Raises:
+        ValueError: there is no percentage of the value.
+    """
+    if nominal in (0.0, field.auto):
+        present = "0" if nominal == 0.0 else '"auto"'
+        raise ValueError(f"is {present} in the scenario, of which there is no percentage")
+    return nominal * (1.0 + low), nominal * (1.0 + high)
+
+
 def quantities(low: str, high: str, field: Field, nominal: float) -> tuple[float, float]:
     """Two texts in SI units; one unit at the end serves both.
 
@@ -83,20 +150,14 @@ def quantities(low: str, high: str, field: Field, nominal: float) -> tuple[float
     units = [unit_in(low), unit_in(high)]
     if units[1] and not units[0]:
         low, units[0] = f"{low} {units[1]}", units[1]
-    relative = "%" in units
+    percent = "%" in units
     plain = not any(units)
-    unit = "" if relative or plain else field.unit
-    if relative and units[1] != "%":
+    unit = "" if percent or plain else field.unit
+    if percent and units[1] != "%":
         raise ValueError(f"{short(high)} has no % while {short(low)} has one")
-    if relative and nominal in (0.0, field.auto):
-        present = "0" if nominal == 0.0 else '"auto"'
-        raise ValueError(f"is {present} in the scenario, of which there is no percentage")
-    first, last = value_of(low, unit), value_of(high, unit)
-    if first > last:
-        raise ValueError(f"{short(low)} is more than {short(high)}, its upper end")
-    if relative:
-        return nominal * (1.0 + first), nominal * (1.0 + last)
-    return first, last
+    ends = value_of(low, unit), value_of(high, unit)
+    check_order(*ends, low, high)
+    return relative_ends(*ends, field, nominal) if percent else ends
 
 
 def unit_in(text: str) -> str:

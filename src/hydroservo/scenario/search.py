@@ -13,7 +13,7 @@ from hydroservo.scenario.catalogue import named_source
 from hydroservo.scenario.ranges import both_ends, check_path
 from hydroservo.scenario.tables import Entry, Table
 
-__all__ = ["READERS", "Range", "Search", "paths", "searched_range", "tune_search"]
+__all__ = ["READERS", "Range", "Search", "searched_range", "tune_search"]
 
 SEARCHED = ("controller", "sensors")  # what a search may set; the rest is given
 MOST_CANDIDATES = 10_000_000
@@ -74,7 +74,7 @@ def tune_search(scenario: Table, loop: Loop, arguments: Mapping[str, object]) ->
     floats = {path for path, value in leaves(loop) if isinstance(value, float)}
     ranges = {
         path: searched_range(path, entry, loop, arguments)
-        for path, entry in paths(table.table("vary"), "")
+        for path, entry in table.table("vary").entries()
         if path in floats or not scenario.has_type_above(entry.origin, path)
     }
     return Search(ranges, **found)
@@ -100,16 +100,6 @@ def searched_range(path: str, entry: Entry, loop: Loop, arguments: Mapping[str, 
         problem = "is what a constructor takes; a search sets numbers of the block that it makes"
         raise ScenarioError(entry.origin.name, entry.key, problem)
     return Range(*both_ends(entry, field_at(loop, path), float(value_at(loop, path))), entry)
-
-
-def paths(table: Table, prefix: str) -> Iterator[tuple[str, Entry]]:
-    """The values in a table and the tables in it, by their dotted paths."""
-    for name in table.names():
-        entry = table.entry(name)
-        if isinstance(entry.value, Mapping):
-            yield from paths(table.table(name), f"{prefix}{name}.")
-        else:
-            yield prefix + name, entry
 
 
 def sources(entry: Entry) -> Iterator[str | Path]:

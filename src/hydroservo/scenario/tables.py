@@ -2,7 +2,7 @@
 
 import re
 import tomllib
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from itertools import takewhile
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -78,6 +78,15 @@ class Table(NamedTuple):
         """The value of a key, that of the first layer that has it."""
         layer = next(layer for layer in self.layers if name in layer.given)
         return Entry(layer.origin, self.key(name), layer.given[name])
+
+    def entries(self, prefix: str = "") -> Iterator[tuple[str, Entry]]:
+        """The values in this table and the tables in it, by their dotted paths after a prefix."""
+        for name in self.names():
+            entry = self.entry(name)
+            if isinstance(entry.value, Mapping):
+                yield from self.table(name).entries(f"{prefix}{name}.")
+            else:
+                yield prefix + name, entry
 
     def table(self, name: str) -> "Table":
         """The nested table of a name; empty where there is none.

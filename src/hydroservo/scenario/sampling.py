@@ -1,0 +1,266 @@
+"""The runs of a batch: what is drawn for each of them, and one of them alone."""
+
+from collections.abc import Mapping, Sequence
+from hashlib import sha256
+from numbers import Integral
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydroservo.block import field_at, leaves, replace, value_at
+from hydroservo.checks import checked
+from hydroservo.errors import ParameterError, ScenarioError
+from hydroservo.loop import Loop
+from hydroservo.provenance import scenario_hash
+from hydroservo.running import ready
+from hydroservo.scenario.datasheets import columns_of
+from hydroservo.scenario.load import Assembly, Machine
+from hydroservo.scenario.ranges import both_ends, check_path
+from hydroservo.scenario.search import Search
+from hydroservo.scenario.tables import Entry, Origin
+from hydroservo.scenario.truth import Truth
+from hydroservo.varied import SEED
+from hydroservo.wiring import wired
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["Drawn", "Variation", "check_size", "draws", "draws_of", "run_of", "variations"]
+
+RANGES = "ranges"
+MOST = 10_000_000  # runs; their table alone takes 2 GB
+LARGEST_SEED = 2**63 - 1
+
+Numbers = NDArray[np.float64]
+Columns = Mapping[str, NDArray[Any]]  # arrays of shape (runs,) by path
+
+
+class Variation(NamedTuple):
+    """A number that is drawn evenly between two values, in SI units."""
+
+    path: str
+    low: float
+    high: float
+    nominal: float | None  # what a parameter of the machine deviates from; None where it has no such value
+    entry: Entry  # where that is said
+
+
+class Drawn(NamedTuple):
+    """What the runs of a batch do not share.
+
+    Attributes:
+        parameters: in SI units by the path in the loop: what :func:`~hydroservo.simulate_batch` takes.
+        values: in SI units by the path that was asked for, which may be one that a constructor takes.
+        deviations: from the nominal value, relative, by the path of a number of the machine.
+        ranges: both ends, in SI units, by the path that was asked for.
+    """
+
+    parameters: Columns
+    values: Columns
+    deviations: Columns
+    ranges: Mapping[str, tuple[float, float]]
+
+    def changes(self, run: int) -> dict[str, float]:
+        """What :func:`~hydroservo.load_scenario` and ``--set`` take to make the loop of one run.
+
+        Numbers of the machine are set as its truth, in which nobody else believes.
+        """
+        return {
+            f"truth.{path}" if path.partition(".")[0] in Machine._fields else path: values[run].item()
+            for path, values in self.values.items()
+        }
+
+
+def draws(
+    source: Loop | Assembly,
+    ranges: Mapping[str, str | tuple[float, float]],
+    runs: int,
+    *,
+    seed: int = 0,
+    seeds: bool = False,
+) -> Drawn:
+    """Draw the numbers in which the runs of a batch differ, evenly between two values::
+
+        drawn = draws(loop, {"plant.mass": relative(-0.3, 0.3), "load.offset": (-50.0, 50.0)}, runs=1000)
+        table = simulate_batch(loop, drawn.parameters)
+
+    A number is a function of the seed, its path and the number of the run alone: run i is the same whatever
+    the number of runs and whatever else varies. Those of the machine (plant, valve, supply, load) are its
+    truth: the controller goes on believing in the nominal machine.
+
+    Args:
+        source: the loop, or what :func:`~hydroservo.scenario.assembled` makes of a scenario. Relative ranges
+            are around the values that the loop has; of a scenario around those before its ``[uncertainty]``
+            and ``[truth]``, and what its constructors take may vary too.
+        ranges: by path two numbers in SI units, :func:`~hydroservo.relative`, or a text as ``--vary`` takes
+            it, such as ``"4..8 kg"`` or ``"-30%..+30%"``.
+        runs: how many.
+        seed: of the draws.
+        seeds: whether each run has random numbers of its own: the seed of the loop plus the run's number.
+
+    Returns:
+        What the runs do not share; its ``parameters`` are what :func:`~hydroservo.simulate_batch` takes.
+
+    Raises:
+        ScenarioError: the path of no number that can vary, or no range of it.
+        ParameterError: a number of runs or a seed out of its range, or nothing varies.
+
+    Source: Philox4x64-10, Salmon, Moraes, Dror, Shaw 2011, doi:10.1145/2063384.2063405.
+    """
+    entries = {path: Entry(Origin(RANGES, Path()), path, value) for path, value in ranges.items()}
+    if not entries and not seeds:
+        raise ParameterError("ranges", "{}", "must name a number that varies, or seeds be True")
+    whole = assembly_of(source)
+    return draws_of(whole, variations(whole, entries), runs, seed=seed, seeds=seeds)
+
+
+def run_of(loop: Loop, table: "xr.Dataset", run: int) -> Loop:
+    """The loop of one run of a batch, to be simulated alone and with its trajectory.
+
+    ``simulate(run_of(loop, table, i), strict=True)`` has the bits of run i of a strict batch.
+
+    Args:
+        loop: the loop that the batch started from.
+        table: what :func:`~hydroservo.simulate_batch` returned.
+        run: its number, from 0 on.
+
+    Raises:
+        ParameterError: there is no such run, or the table is that of another loop.
+    """
+    check_whole("run", run, 0, table.sizes["run"] - 1)
+    steps = {"simulation.substeps": table.attrs["substeps"]} if "substeps" in table.attrs else {}
+    own = scenario_hash(replace(ready(loop), steps))
+    if table.attrs["hash"] != own:
+        raise ParameterError("table", f"hash {table.attrs['hash']}", f"must be of this loop, with hash {own}")
+    known = wired(checked(loop))
+    parameters = {path: table[path].values[run].item() for path, _ in leaves(known) if path in table}
+    found: Loop = replace(known, parameters | steps)
+    return found
+
+
+def assembly_of(source: Loop | Assembly) -> Assembly:
+    """A loop as if a scenario had described it, with nothing but its numbers."""
+    if isinstance(source, Assembly):
+        return source
+    loop = wired(checked(source))
+    machine = Machine(loop.plant, loop.valve, loop.supply, loop.load)
+    return Assembly(loop, machine, {}, Truth({}, {}), {}, Search())
+
+
+def variations(assembly: Assembly, ranges: Mapping[str, Entry]) -> list[Variation]:
+    """What is asked to vary.
+
+    Args:
+        assembly: the loop that all runs start from, and what it is made of.
+        ranges: by path.
+
+    Raises:
+        ScenarioError: in one line, the path, the value and what is allowed.
+    """
+    return [variation(assembly, path, entry) for path, entry in ranges.items()]
+
+
+def variation(assembly: Assembly, path: str, entry: Entry) -> Variation:
+    loop, arguments = assembly.loop, assembly.arguments
+    check_path(path, entry, loop, arguments)
+    nominal = loop._replace(**assembly.nominal._asdict())
+    field, middle = arguments.get(path) or (field_at(loop, path), float(value_at(nominal, path)))
+    low, high = both_ends(entry, field, middle)
+    known = middle not in (0.0, field.auto)
+    machine = path.partition(".")[0] in Machine._fields
+    return Variation(path, low, high, middle if machine and known else None, entry)
+
+
+def draws_of(
+    assembly: Assembly, varied: Sequence[Variation], runs: int, *, seed: int = 0, seeds: bool = False
+) -> Drawn:
+    """As :func:`draws`, of what :func:`variations` made.
+
+    Raises:
+        ScenarioError: what constructors take changes nothing, does not go together, or makes what is drawn.
+        ParameterError: a number of runs or a seed out of its range.
+    """
+    check_size(runs, seed)
+    values: dict[str, NDArray[Any]] = {}
+    deviations: dict[str, NDArray[Any]] = {}
+    for one in varied:
+        values[one.path], relative = drawn(one, uniform(seed, one.path, runs))
+        if relative is not None:
+            deviations[one.path] = relative
+    ranges = {one.path: (one.low, one.high) for one in varied}
+    if seeds:
+        own = values[SEED] = assembly.loop.simulation.seed + np.arange(runs)
+        ranges[SEED] = (int(own[0]), int(own[-1]))
+    return Drawn(parameters_of(assembly, varied, values), values, deviations, ranges)
+
+
+def check_size(runs: int, seed: int, start: str = "") -> None:
+    """Refuse a number of runs or a seed out of its range.
+
+    Args:
+        runs: how many.
+        seed: of the draws.
+        start: of their names, for the message.
+
+    Raises:
+        ParameterError: one is.
+    """
+    check_whole(f"{start}runs", runs, 1, MOST)
+    check_whole(f"{start}seed", seed, 0, LARGEST_SEED)
+
+
+def check_whole(name: str, number: object, least: int, most: int) -> None:
+    """Refuse what is no whole number in a range.
+
+    Raises:
+        ParameterError: it is none.
+    """
+    if isinstance(number, bool) or not isinstance(number, Integral) or not least <= int(number) <= most:
+        raise ParameterError(name, number, f"must be a whole number from {least} to {most}")
+
+
+def drawn(one: Variation, u: Numbers) -> tuple[Numbers, Numbers | None]:
+    """The value of each run, and its relative deviation where there is a nominal value.
+
+    Args:
+        one: what varies.
+        u: numbers in [0, 1).
+    """
+    if one.nominal is None:
+        return np.minimum(one.low + (one.high - one.low) * u, one.high, dtype=np.float64), None
+    first, last = one.low / one.nominal - 1.0, one.high / one.nominal - 1.0
+    deviations = first + (last - first) * u
+    return one.nominal * (1.0 + deviations), deviations
+
+
+def parameters_of(assembly: Assembly, varied: Sequence[Variation], values: Columns) -> Columns:
+    """The numbers of the loop that follow from those drawn: these, or what constructors make of them.
+
+    Raises:
+        ScenarioError: what constructors take changes nothing, does not go together, or makes what is drawn.
+    """
+    taken = {path: column for path, column in values.items() if path in assembly.arguments}
+    own = {path: column for path, column in values.items() if path not in taken}
+    if not taken:
+        return own
+    origin, made = varied[0].entry.origin.name, columns_of(assembly, taken)
+    if not made:
+        problem = "changes nothing: no number of the loop follows from it here"
+        raise ScenarioError(origin, ", ".join(taken), problem)
+    for path in made:
+        if path in own:
+            above = [name for name in taken if name.partition(".")[0] == path.partition(".")[0]]
+            raise ScenarioError(origin, path, f"follows from {' and '.join(above)}, which varies too")
+    return {**own, **made}
+
+
+def uniform(seed: int, path: str, runs: int) -> Numbers:
+    """Numbers in [0, 1) that are functions of the seed, the path and the number of the run.
+
+    Source: Philox4x64-10, Salmon, Moraes, Dror, Shaw 2011, doi:10.1145/2063384.2063405.
+    """
+    stream = int.from_bytes(sha256(path.encode()).digest()[:8], "little")
+    bits = np.random.Philox(key=np.array([seed, stream], dtype=np.uint64)).random_raw(runs)
+    return np.ldexp((bits >> np.uint64(11)).astype(np.float64), -53)
