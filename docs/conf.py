@@ -23,6 +23,7 @@ project_copyright = "The hydroservo developers"
 release = version = hydroservo.__version__
 
 extensions = [
+    "blocks",
     "fields",
     "myst_nb",
     "own_process",

@@ -29,6 +29,9 @@ from hydroservo.observers import (
 )
 from hydroservo.papers.tsmc_eha_2021.printed import PrintedBackstepping, PrintedTSMC
 from hydroservo.roles import Controller, Differentiator, Observer, Reaching, Realisation
+from hydroservo.scenario.fits import said_roles
+from hydroservo.scenario.registry import shipped_classes
+from hydroservo.testing.places import loop_with
 
 __all__ = ["LAWS", "PARTS", "types_in"]
 
@@ -40,7 +43,7 @@ PARTS = (
     Differentiator,
 )  # roles on the target
 
-LAWS: dict[str, Controller] = {
+CHOSEN: dict[str, Controller] = {
     "PI": PI(anti_windup=50.0),
     "backstepping": Backstepping(derivative=ModelDerivative()),
     "backstepping filtered": Backstepping(derivative=FilteredDerivative()),
@@ -66,3 +69,17 @@ def types_in(block: Block) -> Iterator[type]:
     for value in block:
         if is_block(value):
             yield from types_in(value)
+
+
+def others() -> Iterator[tuple[str, Controller]]:
+    """A law for each block of these roles that no chosen one has, by the block's name."""
+    chosen = {cls for law in CHOSEN.values() for cls in types_in(law)}
+    for cls in shipped_classes():
+        for role in PARTS:
+            if role in said_roles(cls) and cls not in chosen:
+                loop = loop_with(cls(), role)
+                if loop is not None:
+                    yield cls.__name__, loop.controller
+
+
+LAWS = CHOSEN | dict(others())

@@ -5,6 +5,7 @@ import math
 import re
 import tomllib
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,7 +18,9 @@ if TYPE_CHECKING:
     import xarray as xr
 
 __all__ = [
+    "FORMATS",
     "METRICS",
+    "Format",
     "as_json",
     "best_runs",
     "foreign_files",
@@ -48,12 +51,12 @@ def save(dataset: "xr.Dataset", path: Path | str) -> Path:
         HydroservoError: the ending names no format, or the file cannot be written.
     """
     path = Path(path)
-    write = FORMATS.get(path.suffix.lower())
-    if write is None:
+    form = FORMATS.get(path.suffix.lower())
+    if form is None:
         endings = ", ".join(FORMATS)
         raise HydroservoError(f"{path}: the ending {path.suffix!r} names no format; use one of {endings}")
     with atomic_path(path) as temporary:
-        write(dataset, temporary)
+        form.write(dataset, temporary)
     return path
 
 
@@ -229,10 +232,27 @@ def texts(attributes: Mapping[Any, Any]) -> dict[str, str]:
     return {str(name): str(value) for name, value in attributes.items()}
 
 
-FORMATS: Mapping[str, Callable[["xr.Dataset", Path], None]] = {
-    ".csv": save_csv,
-    ".parquet": save_parquet,
-    ".nc": save_netcdf,
-    ".mat": save_mat,
-}
-"""How to write a trajectory, by the file's ending."""
+class Format(StrEnum):
+    """The formats of a trajectory or a table, by the name that ``--format`` gives them.
+
+    Attributes:
+        ending: of the file's name.
+        write: writes a dataset to a file.
+    """
+
+    ending: str
+    write: Callable[["xr.Dataset", Path], None]
+
+    def __new__(cls, name: str, ending: str, write: Callable[["xr.Dataset", Path], None]) -> "Format":
+        form = str.__new__(cls, name)
+        form._value_, form.ending, form.write = name, ending, write
+        return form
+
+    CSV = "csv", ".csv", save_csv
+    PARQUET = "parquet", ".parquet", save_parquet
+    NETCDF = "netcdf", ".nc", save_netcdf
+    MAT = "mat", ".mat", save_mat
+
+
+FORMATS: Mapping[str, Format] = {form.ending: form for form in Format}
+"""The formats by the file's ending."""

@@ -23,9 +23,12 @@ def test_no_arguments_show_help():
     assert "Usage: hydroservo" in CliRunner().invoke(app, [], prog_name="hydroservo").output
 
 
-@pytest.mark.parametrize("command", ["", "run", "compare", "paper", "scenarios", "scenarios show"])
-def test_help(command):
-    assert "Usage" in succeeded(*command.split(), "--help")
+def names_of(command, above=""):
+    """The names of a command's commands, and of theirs, as they are typed; not of what only holds others."""
+    for name, inner in getattr(command, "commands", {}).items():
+        if not hasattr(inner, "commands") or inner.invoke_without_command:
+            yield f"{above}{name}"
+        yield from names_of(inner, f"{above}{name} ")
 
 
 def help_texts(command):
@@ -40,6 +43,19 @@ COMMANDS = get_command(app)
 QUOTED = re.findall(r"`([^`]+)`", "\n".join(help_texts(COMMANDS)))
 EXAMPLES = sorted({text.removeprefix("hydroservo ") for text in QUOTED if text.startswith("hydroservo ")})
 CHANGES = sorted({text for text in QUOTED if "=" in text} - {f"hydroservo {text}" for text in EXAMPLES})
+
+
+@pytest.mark.parametrize("command", ["", *names_of(COMMANDS)])
+def test_help(command):
+    assert "Usage" in succeeded(*command.split(), "--help")
+
+
+def test_the_reference_has_the_help_of_each_command():
+    text = (Path(__file__).parents[2] / "docs" / "reference" / "cli.md").read_text(encoding="utf-8")
+    shown = re.findall(
+        r"^## (.+)$\s+```.*$\s+:tags:.*$\s+cells\.terminal\(\"hydroservo (.+) --help\"\)$", text, re.M
+    )
+    assert sorted(shown) == sorted((name, name) for name in names_of(COMMANDS))
 
 
 def test_the_help_has_examples():

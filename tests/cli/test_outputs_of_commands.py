@@ -101,7 +101,9 @@ def full(folder, write):
 
 
 def test_a_batch_writes_the_other_files_and_keeps_the_lost_one_elsewhere(tmp_path, monkeypatch, temporary):
-    monkeypatch.setitem(results.FORMATS, ".parquet", full(tmp_path, results.FORMATS[".parquet"]))
+    monkeypatch.setattr(
+        results.FORMATS[".parquet"], "write", full(tmp_path, results.FORMATS[".parquet"].write)
+    )
     files = [tmp_path / name for name in ("runs.csv", "runs.parquet", "runs.png")]
     files[1].write_text("old")
     result = hydroservo_(*BATCH, *(word for file in files for word in ("--out", file)))
@@ -127,7 +129,7 @@ def test_a_defect_of_one_output_does_not_cost_the_others(tmp_path, monkeypatch):
 
 
 def test_json_comes_before_the_failure(tmp_path, monkeypatch, temporary):
-    monkeypatch.setitem(results.FORMATS, ".csv", full(tmp_path, results.FORMATS[".csv"]))
+    monkeypatch.setattr(results.FORMATS[".csv"], "write", full(tmp_path, results.FORMATS[".csv"].write))
     result = hydroservo_(*BATCH, "--json", "--out", tmp_path / "runs.csv")
     assert result.exit_code == 2
     assert json.loads(result.stdout)["runs"] == 5
@@ -175,7 +177,7 @@ def test_text_that_cannot_be_written_is_kept_elsewhere(tmp_path, monkeypatch, te
 
 
 def test_nothing_is_left_where_nothing_can_be_kept(tmp_path, monkeypatch, temporary):
-    monkeypatch.setitem(results.FORMATS, ".csv", full(Path("/"), results.FORMATS[".csv"]))
+    monkeypatch.setattr(results.FORMATS[".csv"], "write", full(Path("/"), results.FORMATS[".csv"].write))
     result = hydroservo_(*RUN, "--out", tmp_path)
     assert result.stderr == f"hydroservo: {tmp_path / 'trajectory.csv'}: {FULL}\n"
     assert not [*temporary.iterdir(), *tmp_path.iterdir()]

@@ -12,6 +12,7 @@ from hydroservo.cli.summary import RunSummary
 from hydroservo.cli.tables import verdict
 from hydroservo.divergence import BEYOND
 from hydroservo.metrics import declared_metrics, usual
+from hydroservo.results import Format
 from hydroservo.scenario import load_scenario, scenario_source
 
 METRICS = declared_metrics(usual(load_scenario("paper/sine-pi")))
@@ -55,13 +56,11 @@ def test_compiled_and_interpreted_runs_say_the_same():
     assert compiled == succeeded("run", "paper/sine-pi", *QUICK, "--json")
 
 
-@pytest.mark.parametrize(
-    ("form", "ending"), [("csv", "csv"), ("parquet", "parquet"), ("netcdf", "nc"), ("mat", "mat")]
-)
-def test_out_gets_trajectory_metrics_and_plot(tmp_path, form, ending):
+@pytest.mark.parametrize("form", Format)
+def test_out_gets_trajectory_metrics_and_plot(tmp_path, form):
     out = tmp_path / "a" / "b"
     text = succeeded("run", "paper/sine-pi", *QUICK, "--out", out, "--format", form)
-    names = {f"trajectory.{ending}", "metrics.csv", "metrics.json", "run.png", "run.svg"}
+    names = {f"trajectory{form.ending}", "metrics.csv", "metrics.json", "run.png", "run.svg"}
     assert {path.name for path in out.iterdir()} == names
     assert all(name in text.splitlines()[-1] for name in names)
 

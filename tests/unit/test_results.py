@@ -20,6 +20,7 @@ from hydroservo.loop import Loop
 from hydroservo.metrics import declared_metrics, usual
 from hydroservo.outputs import staged, write_text
 from hydroservo.results import (
+    FORMATS,
     METRICS,
     as_json,
     best_runs,
@@ -115,7 +116,7 @@ def test_a_diverged_run_is_saved_in_every_format(dataset, tmp_path):
     lost = dataset.copy(deep=True)
     lost["plant.velocity"][5:] = math.nan
     lost["rms_error"] = ((), math.nan, dataset["rms_error"].attrs)
-    for ending in (".csv", ".parquet", ".nc", ".mat"):
+    for ending in FORMATS:
         save(lost, tmp_path / f"run{ending}")
     column = np.loadtxt(tmp_path / "run.csv", delimiter=",", skiprows=1, usecols=1)
     np.testing.assert_array_equal(np.isnan(column), np.arange(21) >= 5)
@@ -124,7 +125,7 @@ def test_a_diverged_run_is_saved_in_every_format(dataset, tmp_path):
 
 
 def test_unknown_ending_names_those_there_are(dataset, tmp_path):
-    with pytest.raises(HydroservoError, match=r"\.xlsx.*\.csv, \.parquet, \.nc, \.mat"):
+    with pytest.raises(HydroservoError, match=rf"\.xlsx.*{re.escape(', '.join(FORMATS))}"):
         save(dataset, tmp_path / "run.xlsx")
     assert list(tmp_path.iterdir()) == []
 

@@ -2,7 +2,6 @@
 
 import sys
 from collections.abc import Callable, Sequence
-from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -17,6 +16,7 @@ from hydroservo.cli.failures import Commands
 from hydroservo.cli.options import Changes, Json, Plugins, Scenario, Strict, Verbose, loaded
 from hydroservo.cli.remarks import say_remarks
 from hydroservo.cli.tune import tune
+from hydroservo.results import Format
 
 if TYPE_CHECKING:
     from hydroservo.cli.progress import Report
@@ -39,17 +39,6 @@ scenarios_app = typer.Typer(rich_markup_mode="markdown")
 app.add_typer(scenarios_app, name="scenarios")
 app.add_typer(export_app, name="export")
 
-
-class Format(StrEnum):
-    """Formats of a trajectory."""
-
-    CSV = "csv"
-    PARQUET = "parquet"
-    NETCDF = "netcdf"
-    MAT = "mat"
-
-
-ENDINGS = {Format.CSV: ".csv", Format.PARQUET: ".parquet", Format.NETCDF: ".nc", Format.MAT: ".mat"}
 
 Folder = Annotated[
     Path | None,
@@ -94,7 +83,7 @@ def run(
 ) -> None:
     """Simulate one scenario and print its metrics.
 
-    With --out it also writes the trajectory in SI units (trajectory.csv, .parquet, .nc or .mat), the metrics
+    With --out it also writes the trajectory in SI units (trajectory.csv, or as --format says), the metrics
     (metrics.csv, metrics.json) and a plot (run.png, run.svg). Other files in the folder are left alone.
 
     Examples:
@@ -112,7 +101,7 @@ def run(
     from hydroservo.results import as_json, metric_fields
     from hydroservo.running import simulate
 
-    loop, ending = loaded(scenario, changes, plugins), ENDINGS[form]
+    loop, ending = loaded(scenario, changes, plugins), form.ending
     if out:
         announce(run_files(out, ending), [loop])
     with log_kernels(verbose), progress_bar(scenario) as report:

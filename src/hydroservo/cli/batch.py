@@ -9,6 +9,7 @@ import typer
 
 from hydroservo.cli.options import VARY, Changes, Json, Plugins, Scenario, Strict, Verbose, ranges_in, replay
 from hydroservo.cli.remarks import say_remarks
+from hydroservo.results import FORMATS
 
 if TYPE_CHECKING:
     from hydroservo.cli.progress import Report
@@ -47,7 +48,7 @@ def batch(
             default_factory=list,
             show_default=False,
             dir_okay=False,
-            help="Write the parameters and metrics of each run (.csv, .parquet, .nc, .mat), or a picture of "
+            help=f"Write the parameters and metrics of each run ({', '.join(FORMATS)}), or a picture of "
             "them (.png, .svg, .pdf). May be given again.",
         ),
     ],
