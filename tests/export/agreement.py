@@ -22,7 +22,7 @@ def same_bits(a: Rows, b: Rows) -> NDArray[np.bool_]:
 
 def assert_same_run(loop: Loop, folder: Path, *, compiled: bool) -> None:
     """A whole loop in C gives the bits of its strict simulation."""
-    data = simulate(loop, strict=compiled, compiled=compiled)
+    data = simulate(loop, metrics=(), strict=compiled, compiled=compiled)
     found = run_in_c(loop, folder)
     for path, values in found.items():
         assert same_bits(data[path].values, values).all(), path

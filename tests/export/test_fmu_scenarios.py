@@ -68,7 +68,7 @@ def short(name: str) -> Loop:
 
 @cache
 def simulated(name: str) -> xr.Dataset:
-    return simulate(short(name), strict=True)
+    return simulate(short(name), metrics=(), strict=True)
 
 
 @pytest.fixture(scope="module", params=FmiVersion, ids=lambda version: version.name)

@@ -29,7 +29,7 @@ def check(file: File, json: Json = False) -> None:
     """Ask of each block in a Python file what a block must be.
 
     That it has all that belongs to its role, declares its numbers, stays finite, gives the same bits in
-    plain Python, compiled, and in C as `hydroservo export` writes it, and more. The answers have the line of
+    plain Python, compiled, and in C as an export writes it, and more. The answers have the line of
     what is wrong, and the exit status is 2 if anything is.
 
     Examples:

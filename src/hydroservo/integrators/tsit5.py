@@ -76,15 +76,20 @@ class Tsit5(NamedTuple):
         )
         if miss > 1.0 or ops.isnan(miss):
             if size > shortest:
-                return x, Progress(ops.maximum(longer, shortest), p.gone, p.since, p.jumps)
+                p = Progress(ops.maximum(longer, shortest), p.gone, p.since, p.jumps)
+                return x, p
             if not ops.isfinite(miss):
-                return axpy(y, miss - miss, y), Progress(p.size, dt, p.since, p.jumps)  # not a number
+                x, p = axpy(y, miss - miss, y), Progress(p.size, dt, p.since, p.jumps)  # not a number
+                return x, p
         following = ops.maximum(ops.where(size < p.size, ops.maximum(p.size, longer), longer), shortest)
+        x = y
         if size < left:
-            return y, Progress(following, p.gone + size, p.since, p.jumps)
-        if stop < dt:
-            return y, Progress(following, stop, AFTER * jump, p.jumps + 1.0)
-        return y, Progress(following, dt, p.since, p.jumps)
+            p = Progress(following, p.gone + size, p.since, p.jumps)
+        elif stop < dt:
+            p = Progress(following, stop, AFTER * jump, p.jumps + 1.0)
+        else:
+            p = Progress(following, dt, p.since, p.jumps)
+        return x, p
 
     def step(
         self, system: Block, t: float, x: Block, u: Any, h: float, last: float
