@@ -63,7 +63,7 @@ class Drawn(NamedTuple):
     ranges: Mapping[str, tuple[float, float]]
 
     def changes(self, run: int) -> dict[str, float]:
-        """What :func:`~hydroservo.load_scenario` and ``--set`` take to make the loop of one run.
+        """What :func:`~hydroservo.scenario.load_scenario` and ``--set`` take to make the loop of one run.
 
         Numbers of the machine are set as its truth, in which nobody else believes.
         """
@@ -94,7 +94,7 @@ def draws(
         source: the loop, or what :func:`~hydroservo.scenario.assembled` makes of a scenario. Relative ranges
             are around the values that the loop has; of a scenario around those before its ``[uncertainty]``
             and ``[truth]``, and what its constructors take may vary too.
-        ranges: by path two numbers in SI units, :func:`~hydroservo.relative`, or a text as ``--vary`` takes
+        ranges: by path two numbers in SI units, ``hs.relative(low, high)``, or a text as ``--vary`` takes
             it, such as ``"4..8 kg"`` or ``"-30%..+30%"``.
         runs: how many.
         seed: of the draws.
