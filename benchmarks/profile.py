@@ -108,7 +108,8 @@ def measured(part: str) -> Section:
     PARTS[part]()
     from hydroservo.engine.kernel import CompiledRun
     from hydroservo.engine.lanes import LANES, CompiledLanes, Group
-    from hydroservo.running import first_state, ready, studied, wanted_of
+    from hydroservo.fitting import first_state
+    from hydroservo.running import ready, studied, wanted_of
     from hydroservo.scenario import load_scenario
 
     loop = ready(load_scenario(SCENARIO))

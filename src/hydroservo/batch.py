@@ -18,15 +18,14 @@ from hydroservo.cautions import pressure_caution, quietly, warns, with_warning
 from hydroservo.checks import checked
 from hydroservo.divergence import NOTHING, Loss, first_loss, watched_paths
 from hydroservo.errors import ParameterError
+from hydroservo.fitting import compilation, first_state
 from hydroservo.loop import AUTO, Loop
 from hydroservo.metrics import declared_metrics, flags_of, monitors_of, values_of
 from hydroservo.provenance import provenance
 from hydroservo.record_coverage import check_records
 from hydroservo.running import (
     Progress,
-    compilation,
     described,
-    first_state,
     judged,
     lost,
     plan_of,

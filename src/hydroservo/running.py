@@ -1,11 +1,9 @@
 """One loop in, one trajectory out."""
 
 import math
-import traceback
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -16,6 +14,7 @@ from hydroservo.checks import checked
 from hydroservo.divergence import NOTHING, Loss, first_loss, reach_of, watched_paths
 from hydroservo.errors import LoopError, ParameterError
 from hydroservo.field import Field
+from hydroservo.fitting import compilation, first_state
 from hydroservo.hooks import at_rest, designed
 from hydroservo.loop import Loop
 from hydroservo.metrics import Divergence, declared_metrics, monitors_of, signals_of, values_of
@@ -23,7 +22,6 @@ from hydroservo.monitors.group import Usual, group
 from hydroservo.monitors.group import named as named_monitors
 from hydroservo.provenance import provenance
 from hydroservo.record_coverage import check_records
-from hydroservo.sensors.missing import Lacking, MissingSignalError, Unmeasured, missing_signals
 from hydroservo.wiring import believed, wired
 
 if TYPE_CHECKING:
@@ -223,112 +221,6 @@ def studied(loop: Loop, samples: int) -> "Study":
     simulation, watch = loop.simulation, watch_of(monitors_of(loop))
     system = loop._replace(metrics=Usual())  # which the kernel does not know
     return Study(system, simulation.integrator, samples - 1, simulation.substeps, watch)
-
-
-@contextmanager
-def compilation(loop: Loop) -> Iterator[None]:
-    """Turns what a compiler says, or a block stumbles over, into one line about the loop."""
-    from hydroservo.engine.native import CompileError, RunError
-
-    law = named(loop.controller, "controller")
-    try:
-        yield
-    except CompileError as error:
-        raise LoopError(f"the loop with {law} cannot be compiled: {error}") from error
-    except RunError as error:
-        cause = error.__cause__
-        where = f" ({place_of(cause)})" if cause else "; compiled=False shows it"
-        raise LoopError(f"the loop with {law} stopped: {error}{where}") from error
-
-
-def first_state(loop: Loop) -> Block:
-    """The initial state; one sample and what then moves the machine show, in plain Python, that blocks fit.
-
-    Raises:
-        LoopError: a block reads a signal that is not there, or returns something else than its state's type.
-    """
-    law = named(loop.controller, "controller")
-    try:
-        state = loop.init()
-        after = lacking(loop).sample(state, 0.0, loop.simulation.period)
-        loop.deriv(0.0, loop.machine(state), loop.held(after))
-    except MissingSignalError as error:
-        raise LoopError(
-            f"{law} needs {error}, which {named(loop.sensors, 'sensors')} does not measure; "
-            "add a sensor for it, or take a law that does without"
-        ) from None
-    except Exception as error:  # whatever a block stumbles over
-        raise LoopError(f"{at_fault(loop, error)}: {error} ({place_of(error)})") from error
-    for (path, before), (path_after, value) in zip(parts(state), parts(after), strict=False):
-        if path != path_after or (is_block(before) and type(before) is not type(value)):
-            raise LoopError(
-                f"state {path} is a {type(before).__name__}, and {path_after} a {type(value).__name__} after "
-                "one step; a step returns its state's type"
-            )
-        if not is_block(before) and not (type(before) is float and isinstance(value, (float, Unmeasured))):
-            raise LoopError(f"state {path} must be a float (1.0, not 1) in init and after each step")
-    check_monitors(loop, after)
-    return state
-
-
-def check_monitors(loop: Loop, state: Block) -> None:
-    """Let each monitor hear one step in plain Python.
-
-    Raises:
-        LoopError: it reads what is not there, or does not give its state and its metrics.
-    """
-    for name, one in monitors_of(loop).items():
-        try:
-            before = one.init()
-            after = one.step(before, loop, state, 0.0, loop.simulation.period)
-            values = one.values(before)
-        except Exception as error:  # whatever a block stumbles over
-            problem = f"{error} ({place_of(error)})"
-            raise LoopError(
-                f"the metric {name} ({type(one).__name__}) does not fit this loop: {problem}"
-            ) from error
-        if type(after) is not type(before) or not all(isinstance(value, float) for _, value in leaves(after)):
-            raise LoopError(
-                f"the metric {name}: a step must return a state of init's type, with floats alone"
-            )
-        if not is_block(values) or not all(isinstance(value, float | bool) for value in values):
-            raise LoopError(f"the metric {name}: values must be a NamedTuple of floats and flags")
-
-
-def at_fault(loop: Loop, error: Exception) -> str:
-    """Which block does not fit: the last one that ran, or that lacks what was asked of it."""
-    frames = [frame for frame, _ in traceback.walk_tb(error.__traceback__)]
-    ran = [getattr(error, "obj", None), *(frame.f_locals.get("self") for frame in reversed(frames))]
-    for block in filter(is_block, ran):
-        for name, own in loop._asdict().items():
-            if any(part is block for _, part in parts(own)):
-                return f"the {name} {named(own, name)} does not fit this loop"
-    return "the blocks of this loop do not fit"
-
-
-def place_of(error: BaseException) -> str:
-    """The file and line that an error came from."""
-    frame = traceback.extract_tb(error.__traceback__)[-1]
-    return f"{frame.filename}, line {frame.lineno}"
-
-
-def lacking(loop: Loop) -> Loop:
-    """The loop with sensors that raise :class:`MissingSignalError` once a signal they lack is used."""
-    return loop._replace(sensors=Lacking(loop.sensors, missing_signals(loop.sensors)))
-
-
-def named(block: Block, inner: str) -> str:
-    """What a block is called in a message: "TSMC in DAC" if the field ``inner`` holds what it wraps."""
-    name = type(block).__name__
-    return f"{named(getattr(block, inner), inner)} in {name}" if hasattr(block, inner) else name
-
-
-def parts(state: Block, path: str = "") -> Iterator[tuple[str, Any]]:
-    """A state, the states nested in it and their numbers, with their dotted paths."""
-    yield path, state
-    if is_block(state):
-        for name in state._fields:
-            yield from parts(getattr(state, name), f"{path}.{name}" if path else name)
 
 
 def plan_of(loop: Loop, state: Block, record: Sequence[str]) -> Plan:

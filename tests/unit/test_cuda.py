@@ -18,7 +18,8 @@ from hydroservo.engine import cuda, native
 from hydroservo.engine.machine_code import inlined
 from hydroservo.engine.native import CompileError, MachineCode
 from hydroservo.engine.ptx import NAME, RAISED, ptx
-from hydroservo.running import first_state, ready
+from hydroservo.fitting import first_state
+from hydroservo.running import ready
 from ptx_machine import PtxDevice, PtxFunction
 
 pytestmark = pytest.mark.slow

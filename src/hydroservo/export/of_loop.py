@@ -24,9 +24,10 @@ from hydroservo.export.translate.program import Program, check_law
 from hydroservo.export.translate.terms import REAL, Record
 from hydroservo.export.unit import INTEGRATED, RATES, Argument, Part, Precision, Signal, Unit
 from hydroservo.field import Field, declared_fields
+from hydroservo.fitting import first_state
 from hydroservo.loop import Loop, MachineState
 from hydroservo.provenance import scenario_hash, scenario_text
-from hydroservo.running import first_state, ready, simulate
+from hydroservo.running import ready, simulate
 from hydroservo.signals import Demand, Measurement
 
 __all__ = ["exported_unit"]
