@@ -103,7 +103,9 @@ def compiled_lanes(
     build, lane_of = inlined(flat.builder(study)), inlined(varier(study.system, layout.varied, row(0)))
     states, steps = kept(state, layout.states), kept(sums.steps, layout.step_sums)
     begin_all, sample_all = inlined(beginner(lane_of, states)), inlined(sampler(lane_of, states))
-    hear_all = inlined(hearer(study.watch.samples, lane_of, states, kept(sums.samples, layout.sums)))
+    hear_all = inlined(
+        hearer(study.watch.samples, lane_of, states, kept(sums.samples, layout.sums), at_sample)
+    )
     first_all, next_all = map(inlined, movers(study, lane_of, states, steps))
     lose_all = inlined(loser(wanted, states, layout.alive * LANES))
 
@@ -164,18 +166,30 @@ def sampler(lane_of: Callable[..., Any], states: Rows) -> Callable[..., None]:
     return sample
 
 
-def hearer(watch: Block, lane_of: Callable[..., Any], states: Rows, sums: Rows) -> Callable[..., None]:
-    """What lets the monitors of every lane hear what is there; in loops of their own, which vectors like."""
+def hearer(
+    watch: Block, lane_of: Callable[..., Any], states: Rows, sums: Rows, seen: Callable[..., Any]
+) -> Callable[..., None]:
+    """What lets the monitors of every lane hear what is ``seen`` there; loops of their own suit vectors."""
     from hydroservo.engine.machine_code import inlined
 
-    hear, load, load_sums, store_sums = inlined(listener(watch)), states.load, *sums
+    hear, see, load, load_sums, store_sums = inlined(listener(watch)), inlined(seen), states.load, *sums
 
     def heard(w, system, memory, t, dt):  # type: ignore[no-untyped-def]
         for lane in range(LANES):
             own, m = lane_of(system, memory, lane), load_sums(memory, lane)
-            store_sums(memory, lane, hear(w, m, own, load(memory, lane), t, dt))
+            store_sums(memory, lane, hear(w, m, own, see(own, load(memory, lane), t), t, dt))
 
     return heard
+
+
+def at_sample(_own, s, _t):  # type: ignore[no-untyped-def]
+    """The state at a sample."""
+    return s
+
+
+def between_samples(own, s, t):  # type: ignore[no-untyped-def]
+    """The state between samples."""
+    return own.between(s, own.machine(s), t)
 
 
 def movers(
@@ -191,8 +205,10 @@ def movers(
 
     load, store = states
     load_sums, store_sums = sums
-    between = inlined(hearer_between(study.watch.steps, lane_of, states, sums))
-    at_once = inlined(hearer(study.watch.steps, lane_of, states, sums))
+    at_once, between = (
+        inlined(hearer(study.watch.steps, lane_of, states, sums, seen))
+        for seen in (at_sample, between_samples)
+    )
     hear = not silent(study.watch.steps)
     all_steps = inlined(mover(study, inlined))
 
@@ -230,23 +246,6 @@ def movers(
 
     equal = hasattr(type(study.integrator), "substep")
     return (first_step, next_step) if equal else (every_step, no_step)
-
-
-def hearer_between(
-    watch: Block, lane_of: Callable[..., Any], states: Rows, sums: Rows
-) -> Callable[..., None]:
-    """As :func:`hearer`, between samples."""
-    from hydroservo.engine.machine_code import inlined
-
-    hear, load, load_sums, store_sums = inlined(listener(watch)), states.load, *sums
-
-    def heard(w, system, memory, t, dt):  # type: ignore[no-untyped-def]
-        for lane in range(LANES):
-            own, s = lane_of(system, memory, lane), load(memory, lane)
-            now = own.between(s, own.machine(s), t)
-            store_sums(memory, lane, hear(w, load_sums(memory, lane), own, now, t, dt))
-
-    return heard
 
 
 def loser(wanted: Wanted, states: Rows, alive: int) -> Callable[..., bool]:
