@@ -9,11 +9,8 @@ import zlib
 import numpy as np
 import pandas as pd
 import pytest
-from test_report_figures import lost, made_up_runs
+from test_report_figures import METRIC_FIELDS, lost, made_up_runs
 
-from hydroservo.controllers import TSMC
-from hydroservo.loop import Loop
-from hydroservo.metrics import declared_metrics, usual
 from hydroservo.papers.tsmc_eha_2021.claims import CLAIMS, Claim, Judgement, Outcome
 from hydroservo.papers.tsmc_eha_2021.conditions import LITERAL, REPRODUCED, Condition, Run, all_runs, runs_of
 from hydroservo.papers.tsmc_eha_2021.report.figures import FIGURES
@@ -28,8 +25,6 @@ from hydroservo.papers.tsmc_eha_2021.study import verdicts as judge
 from hydroservo.readable import MINUS, TIMES
 from hydroservo.results import foreign_files
 
-METRIC_FIELDS = declared_metrics(usual(Loop(controller=TSMC())))  # that such a run has
-
 REPORT = "hydroservo.papers.tsmc_eha_2021.report"
 SETTLED = ("error", "s1", "s2", "xi1", "xi2", "miss1", "miss2")
 
@@ -37,10 +32,11 @@ SETTLED = ("error", "s1", "s2", "xi1", "xi2", "miss1", "miss2")
 def made_up_outcome(run):
     """Numbers between 1/100 and 100 of their usual size that only the run decides; one in five diverged."""
     random = np.random.default_rng(zlib.crc32(repr(tuple(run)).encode()))
-    metrics = {name: float(1e-3 * 10 ** random.uniform(-2, 2)) for name in METRIC_FIELDS}
+    metrics = {name: float(1e-3 * 10 ** random.uniform(-2, 2)) for name in METRIC_FIELDS[run.controller]}
     metrics |= {"stroke_left": float(random.random() < 0.3), "diverged": float(random.random() < 0.2)}
     if metrics["diverged"]:
-        metrics |= {"steady_rms_error": math.nan, "max_error": math.inf, "estimate_rms_error_1": math.nan}
+        metrics |= {"steady_rms_error": math.nan, "max_error": math.inf}
+        metrics |= {name: math.nan for name in metrics if name.startswith("estimate")}
     settled = {name: float(1e-3 * 10 ** random.uniform(-2, 2)) for name in SETTLED}
     return Outcome(metrics, settled if run.realisation else {"error": settled["error"]})
 
@@ -269,7 +265,7 @@ def test_shares_are_parts_of_the_conditions_with_one_value(study):
 
 def results(**changes):
     """The six outcomes of a condition, all 1, but for what is changed."""
-    metrics = dict.fromkeys(METRIC_FIELDS, 1.0) | {"diverged": 0.0, "stroke_left": 0.0}
+    metrics = dict.fromkeys(METRIC_FIELDS["tsmc"], 1.0) | {"diverged": 0.0, "stroke_left": 0.0}
     every = {
         (demand, controller): Outcome(dict(metrics), dict.fromkeys(SETTLED, 1.0))
         for demand in ("sine", "square")

@@ -13,9 +13,8 @@ from hydroservo.papers.tsmc_eha_2021.report import figures
 from hydroservo.papers.tsmc_eha_2021.report.figures import FIGURES, draw_figures
 from hydroservo.provenance import provenance
 
-METRIC_FIELDS = declared_metrics(usual(Loop(controller=TSMC())))  # that such a run has
-
 LAWS = {"pi": PI(), "backstepping": Backstepping(), "tsmc": TSMC()}
+METRIC_FIELDS = {name: declared_metrics(usual(Loop(controller=law))) for name, law in LAWS.items()}
 ERRORS = {"pi": 0.4e-3, "backstepping": 20e-3, "tsmc": -0.3e-3}
 SIGNALS = {
     "controller.xi1": 1e-4,
@@ -41,13 +40,12 @@ def made_up(demand, controller, scale=1.0):
     }
     if controller == "tsmc":
         signals |= {name: size * wave for name, size in SIGNALS.items()}
-    metrics = {name: scale * (1 + i) * 1e-3 for i, name in enumerate(METRIC_FIELDS)}
+    fields = METRIC_FIELDS[controller]
+    metrics = {name: scale * (1 + i) * 1e-3 for i, name in enumerate(fields)}
     metrics |= {"stroke_left": False, "diverged": False}
-    if controller != "tsmc":
-        metrics |= {"estimate_rms_error_1": math.nan, "estimate_rms_error_2": math.nan}
     return xr.Dataset(
         {name: ("time", values, {"units": "", "long_name": name}) for name, values in signals.items()}
-        | {name: ((), metrics[name], {"units": field.unit}) for name, field in METRIC_FIELDS.items()},
+        | {name: ((), metrics[name], {"units": field.unit}) for name, field in fields.items()},
         coords={"time": ("time", time, {"units": "s"})},
         attrs=provenance(Loop(controller=LAWS[controller])),
     )
@@ -64,7 +62,7 @@ def lost(data):
     for name in data.data_vars:
         if data[name].dims:
             broken[name].values[time > 1.0] = np.nan
-    for name in METRIC_FIELDS:
+    for name in METRIC_FIELDS["tsmc"].keys() & broken.keys():
         broken[name].values = np.array(math.inf if name.endswith("error") else math.nan)
     broken["diverged"].values, broken["stroke_left"].values = np.array(True), np.array(True)
     return broken
