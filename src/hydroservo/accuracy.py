@@ -3,19 +3,16 @@
 import math
 from collections.abc import Callable, Iterable, Mapping
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol, Self, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from hydroservo import ops
 from hydroservo.block import Block, leaves, replace, value_at
 from hydroservo.errors import ParameterError
 from hydroservo.loop import AUTO, Loop
 from hydroservo.states import filled
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 __all__ = [
     "check_substeps",
@@ -42,7 +39,18 @@ DOUBLINGS = 8  # of the first number of substeps
 STALLS = 2  # doublings in a row that did not halve the difference: nothing settles any more
 
 Matrix = NDArray[np.float64]
-Run = Callable[[Loop], "xr.Dataset"]
+
+
+class Signals(Protocol):
+    """What a run recorded, as far as its steps are judged by it; a Dataset is such."""
+
+    def __getitem__(self, path: str, /) -> ArrayLike: ...
+
+    def assign_attrs(self, **attrs: Any) -> Self: ...
+
+
+Recorded = TypeVar("Recorded", bound=Signals)
+Run = Callable[[Loop], Recorded]
 
 
 def machine_paths(loop: Loop) -> tuple[str, ...]:
@@ -50,12 +58,12 @@ def machine_paths(loop: Loop) -> tuple[str, ...]:
     return (*(path for path, _ in leaves(loop.machine(loop.init()))), COMMAND)
 
 
-def fastest(loop: Loop, data: "xr.Dataset | None" = None) -> float:
+def fastest(loop: Loop, data: Signals | None = None) -> float:
     """The largest |lambda| [1/s] of the machine's Jacobian along a run, as :func:`rates` has them."""
     return float(rates(loop, data).max(initial=0.0))
 
 
-def rates(loop: Loop, data: "xr.Dataset | None" = None) -> NDArray[np.float64]:
+def rates(loop: Loop, data: Signals | None = None) -> NDArray[np.float64]:
     """The largest |lambda| [1/s] of the eigenvalues of the machine's Jacobian, at some instants of a run.
 
     The machine is linearised by central differences with the command held, at instants spread evenly over
@@ -85,12 +93,12 @@ def rates(loop: Loop, data: "xr.Dataset | None" = None) -> NDArray[np.float64]:
     return np.abs(np.linalg.eigvals(finite)).max(axis=1) if finite.size else np.zeros(0)
 
 
-def trajectory(loop: Loop, data: "xr.Dataset") -> tuple[Matrix, Matrix, Matrix]:
+def trajectory(loop: Loop, data: Signals) -> tuple[Matrix, Matrix, Matrix]:
     """The instants, states and commands of a run, as far as they are finite."""
-    *paths, command = (data[path].values for path in machine_paths(loop))
+    *paths, command = (np.asarray(data[path]) for path in machine_paths(loop))
     states = np.stack(paths, axis=1)
     there = np.isfinite(states).all(axis=1) & np.isfinite(command)
-    return data["time"].values[there], states[there], command[there]
+    return np.asarray(data["time"])[there], states[there], command[there]
 
 
 def evenly(count: int) -> list[int]:
@@ -113,7 +121,7 @@ def jacobian(loop: Loop, like: Block, t: float, x: Matrix, u: float, nudges: Mat
         return np.asarray(0.5 * np.stack(columns, axis=1) / nudges[:, np.newaxis])
 
 
-def warning(loop: Loop, data: "xr.Dataset | None" = None) -> str:
+def warning(loop: Loop, data: Signals | None = None) -> str:
     """Why a run's steps are too coarse to be trusted, in one line; empty if they are not.
 
     They are if the machine somewhere moves faster than the integrator's ``trusted_rate``; one that has no
@@ -137,7 +145,7 @@ def warning(loop: Loop, data: "xr.Dataset | None" = None) -> str:
     )
 
 
-def checked_steps(loop: Loop, run: Run) -> "xr.Dataset":
+def checked_steps(loop: Loop, run: Run[Recorded]) -> Recorded:
     """A run of a loop whose steps are chosen, if they are to be, and judged.
 
     Args:
@@ -162,7 +170,7 @@ def judged_by_rate(loop: Loop) -> bool:
     return math.isfinite(simulation.integrator.trusted_rate(simulation.period, simulation.substeps))
 
 
-def unhalved(loop: Loop, data: "xr.Dataset", run: Run) -> str:
+def unhalved(loop: Loop, data: Recorded, run: Run[Recorded]) -> str:
     """Why a run's steps are too coarse to be trusted, from one with steps half as long; empty if not."""
     substeps = loop.simulation.substeps
     error = difference(loop, data, run(with_substeps(loop, 2 * substeps)))
@@ -175,7 +183,7 @@ def unhalved(loop: Loop, data: "xr.Dataset", run: Run) -> str:
     )
 
 
-def settled(loop: Loop, run: Run) -> "xr.Dataset":
+def settled(loop: Loop, run: Run[Recorded]) -> Recorded:
     """A run with as many substeps as the machine needs.
 
     The fastest eigenvalue, at the start and then along a run (but no more than ten times the median there),
@@ -284,13 +292,14 @@ def unsettled(error: float, substeps: int, tolerance: float) -> str:
     )
 
 
-def difference(loop: Loop, coarse: "xr.Dataset", fine: "xr.Dataset") -> float:
+def difference(loop: Loop, coarse: Signals, fine: Signals) -> float:
     """The largest difference of a machine's states in two runs, relative to each state's largest value.
 
     It is inf where one run is lost and the other is not.
     """
     *paths, _ = machine_paths(loop)
-    return max((one_difference(coarse[path].values, fine[path].values) for path in paths), default=0.0)
+    pairs = ((np.asarray(coarse[path]), np.asarray(fine[path])) for path in paths)
+    return max((one_difference(*pair) for pair in pairs), default=0.0)
 
 
 def one_difference(a: Matrix, b: Matrix) -> float:

@@ -2,8 +2,9 @@
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import partial
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -55,6 +56,35 @@ class Plan(NamedTuple):
     fields: tuple[Field, ...]
 
 
+@dataclass(frozen=True)
+class Trace:
+    """What a run left behind, of which its Dataset is made once its steps are judged.
+
+    Attributes:
+        loop: what was run.
+        plan: what of it was recorded.
+        out: that, shape (rows, paths).
+        values: of its metrics.
+        attrs: what is to be said of it besides.
+    """
+
+    loop: Loop
+    plan: Plan
+    out: np.ndarray
+    values: Sequence[float | bool]
+    attrs: dict[str, Any]
+
+    def __getitem__(self, path: str) -> np.ndarray:
+        """The instants of the samples, at "time" [s], or what was recorded at a path."""
+        if path == "time":
+            return np.arange(self.plan.rows) * self.plan.stride * self.loop.simulation.period
+        column: np.ndarray = self.out[:, self.plan.paths.index(path)]
+        return column
+
+    def assign_attrs(self, **attrs: Any) -> "Trace":
+        return replace(self, attrs=self.attrs | attrs)
+
+
 @warns
 def simulate(
     loop: Loop,
@@ -100,16 +130,15 @@ def simulate(
     wanted = tuple(record) if record is not None else paths_of(state, watching)
     plan = plan_of(loop, state, tuple(dict.fromkeys((*wanted, *machine_paths(loop)))))
 
-    def one(loop: Loop) -> "xr.Dataset":
+    def one(loop: Loop) -> Trace:
         out = np.full((plan.rows, len(plan.paths)), np.nan)
         with compilation(loop):
             states, loss = run(loop, state, plan, out, Mode(compiled, strict), progress)
         values = values_of(watching, states, lost(loss))
-        return dataset(loop, plan, out, values).assign_attrs(diverged_by=loss.path)
+        return Trace(loop, plan, out, values, {"diverged_by": loss.path})
 
-    data = checked_steps(loop, one)
-    data = with_warning(data, [*recorded, pressure_caution(data)])
-    return data.drop_vars([path for path in plan.paths if path not in wanted])
+    data = dataset(checked_steps(loop, one), wanted)
+    return with_warning(data, [*recorded, pressure_caution(data)])
 
 
 def with_metrics(loop: Loop, metrics: "Mapping[str, Block] | Sequence[Block] | None") -> Loop:
@@ -290,21 +319,20 @@ def recordable(loop: Loop, state: Block, path: str) -> Field:
     return field_at(state, path)
 
 
-def dataset(loop: Loop, plan: Plan, out: np.ndarray, values: Sequence[float | bool]) -> "xr.Dataset":
+def dataset(trace: Trace, wanted: Sequence[str]) -> "xr.Dataset":
+    """What a run left as a Dataset, with the trajectories at these paths alone."""
     import xarray as xr
 
-    time = np.arange(plan.rows) * plan.stride * loop.simulation.period
-    trace = {
-        path: ("time", out[:, column], described(field))
-        for column, (path, field) in enumerate(zip(plan.paths, plan.fields, strict=True))
-    }
-    fields = declared_metrics(monitors_of(loop))
-    pairs = zip(fields.items(), values, strict=True)
+    loop, plan = trace.loop, trace.plan
+    fields = dict(zip(plan.paths, plan.fields, strict=True))
+    signals = {path: ("time", trace[path], described(fields[path])) for path in wanted}
+    metrics = declared_metrics(monitors_of(loop))
+    pairs = zip(metrics.items(), trace.values, strict=True)
     scalars = {name: ((), value, judged(field)) for (name, field), value in pairs}
     return xr.Dataset(
-        trace | scalars,
-        coords={"time": ("time", time, {"units": "s", "long_name": "time"})},
-        attrs=provenance(loop),
+        signals | scalars,
+        coords={"time": ("time", trace["time"], {"units": "s", "long_name": "time"})},
+        attrs=provenance(loop) | trace.attrs,
     )
 
 
