@@ -6,7 +6,7 @@ Each number by itself first, then what a block says of its numbers together.
 import math
 from functools import cache
 from numbers import Integral, Real
-from typing import Any, get_type_hints
+from typing import Any, NamedTuple, get_type_hints
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,7 @@ from hydroservo.time_series import TimeSeries, check_series
 __all__ = ["allowed", "check_own", "checked", "consistent", "in_range", "number", "within"]
 
 ARRAYS = (NDArray[np.float64], np.ndarray)
+WHOLE, REAL = (int, Integral), (float, Real)  # what is usual first: an abstract class is slow to ask
 LARGEST_WHOLE = 2**53  # kernels take whole numbers as doubles, which hold no larger ones
 
 
@@ -73,27 +74,38 @@ def in_range(block: Block, path: str = "") -> Block:
     Raises:
         ParameterError: naming the path, the value and what is allowed.
     """
-    fields = declared_fields(block.__class__)
-    kinds = declared_kinds(block.__class__)
-    values = {}
-    for name in block._fields:
-        value, here = getattr(block, name), f"{path}.{name}" if path else name
+    values = []
+    for (name, field, kind, is_array), value in zip(declarations(type(block)), block, strict=True):
+        here = f"{path}.{name}" if path else name
         if is_block(value):
-            values[name] = in_range(value, here)
-        elif isinstance(value, np.ndarray) or kinds.get(name) in ARRAYS:
-            values[name] = array(value, here, kinds.get(name))
+            values.append(in_range(value, here))
+        elif is_array or isinstance(value, np.ndarray):
+            values.append(array(value, here, kind))
         else:
-            values[name] = number(value, here, fields.get(name, Field("", name)), kinds.get(name))
-    found = type(block)(**values)
+            values.append(number(value, here, field, kind))
+    found = type(block)(*values)
     if isinstance(found, TimeSeries):
         check_series(found, path)
     return found
 
 
+class Declaration(NamedTuple):
+    """What a block's class says of one of its fields."""
+
+    name: str
+    field: Field
+    kind: Any  # its type
+    is_array: bool
+
+
 @cache
-def declared_kinds(cls: type) -> dict[str, Any]:
-    """The type of each field of a block."""
-    return get_type_hints(cls)
+def declarations(cls: Any) -> tuple[Declaration, ...]:
+    """What a class of blocks says of each field, in order."""
+    fields, kinds = declared_fields(cls), get_type_hints(cls)
+    return tuple(
+        Declaration(name, fields.get(name, Field("", name)), kinds.get(name), kinds.get(name) in ARRAYS)
+        for name in cls._fields
+    )
 
 
 def array(value: Any, path: str, kind: Any) -> NDArray[np.float64]:
@@ -127,12 +139,12 @@ def number(value: Any, path: str, field: Field, kind: Any) -> float | int | bool
         raise ParameterError(path, value, f"must be {allowed(field, whole)}")
     if whole and abs(value) > LARGEST_WHOLE:
         raise ParameterError(path, value, "must be a whole number between -2^53 and 2^53")
-    return int(value) if isinstance(value, Integral) and whole else float(value)
+    return int(value) if whole else float(value)
 
 
 def fits(value: Any, field: Field, whole: bool) -> bool:
     """True for a number of the right kind in a field's range."""
-    if isinstance(value, bool) or not isinstance(value, Integral if whole else Real):
+    if isinstance(value, bool) or not isinstance(value, WHOLE if whole else REAL):
         return False
     try:
         return within(float(value), field)
