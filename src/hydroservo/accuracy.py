@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hydroservo import ops
-from hydroservo.block import Block, leaves, replace, value_at
+from hydroservo.block import Block, leaves, replace, value_at, values
 from hydroservo.errors import ParameterError
 from hydroservo.loop import AUTO, Loop
 from hydroservo.states import filled
@@ -79,9 +79,7 @@ def rates(loop: Loop, data: Signals | None = None) -> NDArray[np.float64]:
     """
     start = loop.machine(loop.init())
     times, states, commands = (
-        trajectory(loop, data)
-        if data is not None
-        else (np.zeros(1), np.array([[value for _, value in leaves(start)]]), np.zeros(1))
+        trajectory(loop, data) if data is not None else (np.zeros(1), np.array([values(start)]), np.zeros(1))
     )
     if not states.size:
         return np.zeros(0)
@@ -109,16 +107,16 @@ def evenly(count: int) -> list[int]:
 def jacobian(loop: Loop, like: Block, t: float, x: Matrix, u: float, nudges: Matrix) -> Matrix:
     """d(rates)/d(states), each row and column in units of its state's nudge [1/s]; nan where it has none."""
 
-    def deriv(states: Matrix) -> Matrix:
-        found = loop.deriv(t, filled(like, iter(states.tolist())), loop.hold.steady(u))
-        return np.array([value for _, value in leaves(found)])
+    def deriv(states: list[float]) -> list[float]:
+        return values(loop.deriv(t, filled(like, iter(states)), loop.hold.steady(u)))
 
+    steps = np.diag(nudges)
     with np.errstate(over="ignore", invalid="ignore"):  # what is not finite is left out afterwards
         try:
-            columns = [deriv(x + nudge) - deriv(x - nudge) for nudge in np.diag(nudges)]
+            after, before = (np.array([*map(deriv, y.tolist())]) for y in (x + steps, x - steps))
         except (ArithmeticError, ValueError):
             return np.full((x.size, x.size), np.nan)
-        return np.asarray(0.5 * np.stack(columns, axis=1) / nudges[:, np.newaxis])
+        return np.asarray(0.5 * (after - before).T / nudges[:, np.newaxis])
 
 
 def warning(loop: Loop, data: Signals | None = None) -> str:

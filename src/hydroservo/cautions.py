@@ -40,8 +40,9 @@ def quietly(function: "Callable[Arguments, xr.Dataset]") -> "Callable[Arguments,
 
 def with_warning(data: "xr.Dataset", lines: Iterable[str]) -> "xr.Dataset":
     """A result whose ``warning`` has these lines too, each once and empty ones left out."""
-    text = "\n".join(dict.fromkeys(filter(None, [*warnings_of(data), *lines])))
-    return data.assign_attrs(warning=text) if text else data
+    said = warnings_of(data)
+    every = list(dict.fromkeys(filter(None, [*said, *lines])))
+    return data if every == said else data.assign_attrs(warning="\n".join(every))
 
 
 def warnings_of(data: "xr.Dataset") -> list[str]:

@@ -75,7 +75,7 @@ def in_range(block: Block, path: str = "") -> Block:
         ParameterError: naming the path, the value and what is allowed.
     """
     values = []
-    for (name, field, kind, is_array), value in zip(declarations(type(block)), block, strict=True):
+    for (name, field, kind, is_array), value in zip(declarations(block.__class__), block, strict=True):
         here = f"{path}.{name}" if path else name
         if is_block(value):
             values.append(in_range(value, here))

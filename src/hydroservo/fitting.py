@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from hydroservo.block import Block, is_block, leaves
+from hydroservo.block import Block, is_block, values
 from hydroservo.errors import LoopError
 from hydroservo.loop import Loop
 from hydroservo.metrics import monitors_of
@@ -70,17 +70,17 @@ def check_monitors(loop: Loop, state: Block) -> None:
         try:
             before = one.init()
             after = one.step(before, loop, state, 0.0, loop.simulation.period)
-            values = one.values(before)
+            metrics = one.values(before)
         except Exception as error:  # whatever a block stumbles over
             problem = f"{error} ({place_of(error)})"
             raise LoopError(
                 f"the metric {name} ({type(one).__name__}) does not fit this loop: {problem}"
             ) from error
-        if type(after) is not type(before) or not all(isinstance(value, float) for _, value in leaves(after)):
+        if type(after) is not type(before) or not all(isinstance(value, float) for value in values(after)):
             raise LoopError(
                 f"the metric {name}: a step must return a state of init's type, with floats alone"
             )
-        if not is_block(values) or not all(isinstance(value, float | bool) for value in values):
+        if not is_block(metrics) or not all(isinstance(value, float | bool) for value in metrics):
             raise LoopError(f"the metric {name}: values must be a NamedTuple of floats and flags")
 
 

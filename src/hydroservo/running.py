@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from hydroservo.accuracy import check_substeps, checked_steps, machine_paths, with_exact_delay
-from hydroservo.block import Block, field_at, is_block, leaves, value_at
+from hydroservo.block import Block, field_at, is_block, leaves, value_at, values
 from hydroservo.cautions import pressure_caution, warns, with_warning
 from hydroservo.checks import checked
 from hydroservo.divergence import NOTHING, Loss, first_loss, reach_of, watched_paths
@@ -196,8 +196,7 @@ def run(
         last = min(first + chunk, plan.samples)
         done = kernel.advance(first, last, period, plan.stride, out[-(-first // plan.stride) :])
         if done < last:
-            numbers = [value for _, value in leaves(kernel.state)]
-            lost = first_loss(state, watched_paths(state), numbers, done * period)
+            lost = first_loss(state, watched_paths(state), values(kernel.state), done * period)
             return gathered(loop, kernel.sums), lost
         if progress is not None:
             progress(last / plan.samples)
@@ -208,7 +207,7 @@ def gathered(loop: Loop, states: Block) -> list[Block]:
     """What each monitor of a loop gathered."""
     from hydroservo.engine.watch import readers_of
 
-    numbers = [value for _, value in leaves(states)]
+    numbers = values(states)
     return [read(numbers) for read in readers_of(monitors_of(loop))]
 
 

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from hydroservo import ops
-from hydroservo.block import Block, is_block, leaves
+from hydroservo.block import Block, is_block, values
 
 __all__ = ["Matrix", "axpy", "factored", "filled", "miss", "misses", "nudge", "scaled", "solved"]
 
@@ -62,9 +62,9 @@ def miss(error: float, x: float, y: float, rate: float, dt: float) -> float:
     return relative * relative
 
 
-def filled(like: Block, values: Iterator[float]) -> Block:
+def filled(like: Block, numbers: Iterator[float]) -> Block:
     """A state of the same type with other numbers."""
-    return type(like)(*(filled(part, values) if is_block(part) else next(values) for part in like))
+    return type(like)(*[filled(part, numbers) if is_block(part) else next(numbers) for part in like])
 
 
 def factored(system: Block, t: float, x: Block, u: Any, f: Block, h: float) -> Matrix:
@@ -116,8 +116,3 @@ def solved(matrix: Matrix, k: Block) -> Block:
             z[i] = z[i] - matrix[n * i + j] * z[j]
         z[i] = z[i] * matrix[n * i + i]
     return filled(k, iter(z))
-
-
-def values(state: Block) -> list[float]:
-    """The numbers of a state, in declared order."""
-    return [value for _, value in leaves(state)]

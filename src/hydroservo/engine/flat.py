@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.block import Block, is_block, leaves
+from hydroservo.block import Block, is_block, leaves, values
 
 __all__ = [
     "Place",
@@ -46,12 +46,17 @@ class Kind(NamedTuple):
     which: int
 
 
+FLOAT = Kind(float, 0)  # what most are
+
+
 def shape(block: Block) -> Shape:
     """The classes of a block and of all that is in it: what a kernel is compiled for."""
     return (type(block), *(shape(value) if is_block(value) else kind(value) for value in block))
 
 
 def kind(value: Any) -> Kind:
+    if type(value) is float:
+        return FLOAT
     if isinstance(value, np.ndarray):
         return Kind(np.ndarray, value.ndim)
     return Kind(type(value), int(value) if isinstance(value, bool) else 0)
@@ -59,7 +64,7 @@ def kind(value: Any) -> Kind:
 
 def numbers(block: Block) -> NDArray[np.float64]:
     """The numbers of a block, arrays left out, in declared order."""
-    found = [float(value) for _, value in leaves(block) if not isinstance(value, np.ndarray)]
+    found = [float(value) for value in values(block) if not isinstance(value, np.ndarray)]
     return np.array(found, dtype=np.float64)
 
 
@@ -77,9 +82,10 @@ def doubles(block: Block) -> Iterator[NDArray[np.float64]]:
     Raises:
         TypeError: one is not what :func:`array_at` takes it for.
     """
-    for path, value in leaves(block):
+    for value in values(block):
         if isinstance(value, np.ndarray):
             if value.dtype != np.float64 or not value.flags.c_contiguous:
+                path = next(path for path, other in leaves(block) if other is value)
                 raise TypeError(f"{path} must be a contiguous array of doubles, not of {value.dtype}")
             yield value
 

@@ -11,6 +11,7 @@ from hydroservo.engine import flat
 from hydroservo.engine.native import MachineCode, RunError, native
 from hydroservo.engine.recipe import Recipe
 from hydroservo.engine.watch import Watch, listener, silent
+from hydroservo.states import filled
 
 __all__ = ["CompiledRun", "InterpretedRun", "Study", "Wanted"]
 
@@ -83,12 +84,12 @@ class CompiledRun:
     @property
     def state(self) -> Block:
         """The state after the last sample."""
-        return flat.builder(self.shapes[0])(self.states.tolist(), [])
+        return filled(self.shapes[0], iter(self.states.tolist()))
 
     @property
     def sums(self) -> Block:
         """The state of the monitors after the last sample."""
-        return flat.builder(self.shapes[1])(self.running.tolist(), [])
+        return filled(self.shapes[1], iter(self.running.tolist()))
 
 
 def check_rows(first: int, last: int, stride: int, out: Out, width: int) -> None:

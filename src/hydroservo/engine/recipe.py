@@ -62,8 +62,13 @@ class Recipe(NamedTuple):
 
     def methods(self) -> tuple[FunctionType, ...]:
         """The methods of all classes as they are now; another one makes another kernel."""
-        distinct = dict.fromkeys(classes(self.shapes))
-        return tuple(method for cls in distinct for _, method in methods_of(cls))
+        return tuple(method for cls in distinct_classes(self.shapes) for _, method in methods_of(cls))
+
+
+@cache
+def distinct_classes(shapes: Any) -> tuple[type, ...]:
+    """The classes in nested tuples, each once; equal tuples have the same."""
+    return tuple(dict.fromkeys(classes(shapes)))
 
 
 def classes(shapes: Any) -> Iterator[type]:
@@ -75,11 +80,13 @@ def classes(shapes: Any) -> Iterator[type]:
             yield from classes(part)
 
 
-def methods_of(cls: type) -> Iterator[tuple[str, FunctionType]]:
+def methods_of(cls: type) -> list[tuple[str, FunctionType]]:
     """The functions that a class defines, but for those that every NamedTuple has."""
-    for name, member in vars(cls).items():
-        if isinstance(member, FunctionType) and name not in MADE:
-            yield name, member
+    return [
+        (name, member)
+        for name, member in vars(cls).items()
+        if type(member) is FunctionType and name not in MADE
+    ]
 
 
 def engine_text() -> str:

@@ -5,7 +5,7 @@ from typing import Annotated, Any, NamedTuple
 
 from hydroservo import ops
 from hydroservo.accuracy import with_substeps
-from hydroservo.block import Block, Field, leaves
+from hydroservo.block import Block, Field, values
 from hydroservo.cautions import quietly
 from hydroservo.export.unit import Part
 from hydroservo.integrators.jumps import BEFORE
@@ -60,7 +60,7 @@ class ControllerUnit(NamedTuple):
 
 def infinite(state: Block) -> bool:
     """True if any number of a state is infinite; nan may mean there that nothing is known yet."""
-    return any(abs(value) == math.inf for _, value in leaves(state))
+    return any(abs(value) == math.inf for value in values(state))
 
 
 class Command(NamedTuple):
