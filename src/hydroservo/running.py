@@ -278,7 +278,8 @@ def plan_of(loop: Loop, state: Block, record: Sequence[str]) -> Plan:
             f"must be a whole number of sample periods of {simulation.period:g} s",
         )
     stride = min(stride, periods + 1)  # beyond the end, the first sample alone is recorded
-    fields = tuple(recordable(loop, state, path) for path in record)
+    signals = signals_of(monitors_of(loop))
+    fields = tuple(recordable(state, signals, path) for path in record)
     plan = Plan(periods + 1, stride, periods // stride + 1, tuple(record), fields)
     size = plan_size(plan)
     if size > LARGEST_TRACE:
@@ -300,13 +301,12 @@ def paths_of(state: Block, watching: Mapping[str, Block]) -> tuple[str, ...]:
     return (*(path for path, _ in leaves(state)), *signals_of(watching))
 
 
-def recordable(loop: Loop, state: Block, path: str) -> Field:
+def recordable(state: Block, signals: Mapping[str, Field], path: str) -> Field:
     """The declaration of the number at a path of a state, or of what a monitor declares.
 
     Raises:
         ParameterError: there is no number at that path.
     """
-    signals = signals_of(monitors_of(loop))
     if path in signals:
         return signals[path]
     try:
