@@ -16,7 +16,7 @@ def test_a_number_determines_its_case() -> None:
     assert {case(number).kind for number in range(300)} == set(KINDS)
 
 
-@pytest.mark.parametrize("first", [0, CASES])
+@pytest.mark.parametrize("first", [0, pytest.param(CASES, marks=pytest.mark.slow)])
 def test_no_command_does_what_none_may(first: int) -> None:
     command = [sys.executable, FUZZ, "--first", str(first), "--count", str(CASES)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)

@@ -3,10 +3,12 @@
 import re
 import subprocess
 import sys
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import pytest
+from hypothesis import Phase
 
 from hydroservo import HydroservoError, replace
 from hydroservo.controllers import DAC, PI, TSMC
@@ -18,11 +20,11 @@ from hydroservo.scenario.fits import ROLES, roles_of
 from hydroservo.scenario.registry import shipped_classes
 from hydroservo.sensors import NoPosition
 from hydroservo.signals import Demand
-from hydroservo.testing import BlockContract, ContractError, answers, check_block
+from hydroservo.testing import BlockContract, ContractError, answers, asking, check_block
 from hydroservo.testing.asking import Answer, answer_of
 from hydroservo.testing.case import case_of
 from hydroservo.testing.places import loop_with, places
-from hydroservo.testing.questions import QUESTIONS
+from hydroservo.testing.questions import QUESTIONS, ask
 from needs import needs
 
 LAW = '''\
@@ -228,7 +230,11 @@ WRONG = {
 
 
 @pytest.mark.parametrize("wrong", WRONG.values(), ids=WRONG)
-def test_what_is_wrong_is_found_with_its_line(wrong: Wrong, tmp_path: Path) -> None:
+def test_what_is_wrong_is_found_with_its_line(
+    wrong: Wrong, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    if "def step" in wrong.text:  # the many numbers of a step shrink for half a minute, and none is looked at
+        monkeypatch.setattr(asking, "ask", partial(ask, phases=[Phase.generate]))
     text = wrong.text
     for old, new in wrong.changes.items():
         assert old in text

@@ -67,7 +67,7 @@ def ask(question: Question, case: Case, **settings: Any) -> str:
     Args:
         question: the question.
         case: of whom.
-        settings: of hypothesis.
+        settings: of hypothesis, in place of the usual ones.
 
     Returns:
         What of it was not tried; "" if nothing.
@@ -82,13 +82,13 @@ def ask(question: Question, case: Case, **settings: Any) -> str:
     from hypothesis import settings as set_to
     from hypothesis import strategies as st
 
-    once = set_to(
+    usual = set_to(
         max_examples=question.examples,
         phases=(Phase.explicit, Phase.reuse, Phase.generate, Phase.shrink),
         deadline=None,  # a first call compiles for a second
         report_multiple_bugs=False,
-        **settings,
     )
+    once = set_to(usual, **settings)
 
     @once
     @given(data=st.data())
