@@ -16,7 +16,7 @@ from hydroservo.errors import ParameterError
 from hydroservo.field import Field, declared_fields
 from hydroservo.time_series import TimeSeries, check_series
 
-__all__ = ["allowed", "check_own", "checked", "consistent", "in_range", "number", "within"]
+__all__ = ["allowed", "check_own", "checked", "consistent", "in_range", "number", "whole_number", "within"]
 
 ARRAYS = (NDArray[np.float64], np.ndarray)
 LARGEST_WHOLE = 2**53  # kernels take whole numbers as doubles, which hold no larger ones
@@ -138,6 +138,17 @@ def fits(value: Any, field: Field, whole: bool) -> bool:
         return within(float(value), field)
     except OverflowError:  # an integer beyond the largest float
         return False
+
+
+def whole_number(name: str, value: object, least: int, most: int) -> int:
+    """A whole number in a range.
+
+    Raises:
+        ParameterError: it is none.
+    """
+    if isinstance(value, bool) or not isinstance(value, Integral) or not least <= int(value) <= most:
+        raise ParameterError(name, value, f"must be a whole number from {least} to {most}")
+    return int(value)
 
 
 def within(value: float, field: Field) -> bool:
