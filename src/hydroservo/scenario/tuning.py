@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import tomli_w
 
 from hydroservo._version import __version__
-from hydroservo.aims import Aim, metric_field
+from hydroservo.aims import Aim, checked_aim
 from hydroservo.block import leaves
 from hydroservo.errors import ParameterError, ScenarioError
 from hydroservo.loop import Loop
@@ -190,9 +190,9 @@ def task_of(
     scales: Sequence[float | None] = search.scales or [None]
     each = [(one, scale) for one in search.scenarios for scale in scales]
     loops = [load(one, at_scale(changes, scale), plugins) for one, scale in each]
-    check_together(search, loops, parts)
     weights = [weight for weight in search.weights for _ in scales]
     aim = Aim(loops, weights, search.metric, search.seeds, search.effort)
+    check_together(aim, search.scales, parts)
     names = [str(one) if scale is None else f"{one}, scale {scale:g}" for one, scale in each]
     return Task([str(one) for one in search.scenarios], names, aim, wanted, search.candidates, search.seed)
 
@@ -252,20 +252,20 @@ def at_scale(changes: Mapping[str, object], scale: float | None) -> Mapping[str,
     return changes if scale is None else {**changes, "uncertainty.scale": scale}
 
 
-def check_together(search: Search, loops: Sequence[Loop], parts: Mapping[str, object]) -> None:
+def check_together(aim: Aim, scales: Sequence[float], parts: Mapping[str, object]) -> None:
     """Refuse a metric that a scenario does not have, and scales that make no difference in one.
 
     Args:
-        search: with them.
-        loops: those of each scenario, scale by scale.
+        aim: with the loops of each scenario, scale by scale.
+        scales: of the uncertainty.
         parts: what is said of the search beside ``[tune]``.
 
     Raises:
         ParameterError: there is such a one.
     """
     try:
-        metric_field(loops, search.metric)
-        check_scales(search.scales, loops)
+        checked_aim(aim)
+        check_scales(scales, aim.loops)
     except ParameterError as error:
         name = error.path if error.path in parts else f"tune.{error.path}"
         raise ParameterError(name, error.value, error.allowed) from None
