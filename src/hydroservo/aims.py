@@ -142,7 +142,8 @@ def check_ranges(loops: Sequence[Loop], ranges: Mapping[str, tuple[float, float]
     """
     if not ranges:
         raise ParameterError("ranges", "{}", "must name at least one parameter")
-    for path, (low, high) in ranges.items():
+    for path, ends in ranges.items():
+        pair = finite_numbers(ends)
         for loop in loops:
             try:
                 present, field = value_at(loop, path), field_at(loop, path)
@@ -150,8 +151,8 @@ def check_ranges(loops: Sequence[Loop], ranges: Mapping[str, tuple[float, float]
                 raise ParameterError("ranges", path, error.allowed) from None
             if not isinstance(present, float):
                 raise ParameterError("ranges", path, "must be the path of a float")
-            if not (low < high and within(low, field) and within(high, field)):
-                raise ParameterError(path, (low, high), "must be a range of allowed values, low before high")
+            if len(pair) != 2 or not (pair[0] < pair[1] and all(within(end, field) for end in pair)):
+                raise ParameterError(path, ends, "must be a range of allowed values, low before high")
 
 
 def geometric_mean(weights: Sequence[float], metrics: Sequence[float]) -> float:

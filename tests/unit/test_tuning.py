@@ -318,6 +318,8 @@ def test_a_metric_that_a_loop_does_not_have_is_refused() -> None:
         (Aim([SINE], [1.0]), {GAIN: (-1.0, 1.0)}, "must be a range of allowed values"),
         (Aim([SINE], [1.0]), {GAIN: (1.0, math.inf)}, "must be a range of allowed values"),
         (Aim([SINE], [1.0]), {GAIN: (math.nan, 1.0)}, "must be a range of allowed values"),
+        (Aim([SINE], [1.0]), {GAIN: 3.0}, "proportional_gain = 3.0: must be a range of allowed values"),
+        (Aim([SINE], [1.0]), {GAIN: (1.0, 2.0, 3.0)}, "must be a range of allowed values"),
     ],
 )
 def test_what_cannot_be_searched_is_refused_in_one_line(aim: Aim, ranges: Any, message: str) -> None:

@@ -29,8 +29,8 @@ class Task(NamedTuple):
     """A search as :func:`hydroservo.tuning.tune` takes it, and whose it is.
 
     Attributes:
-        scenarios: those that are tuned together, by name or path.
-        names: of the aim's loops: each scenario, at each scale.
+        scenarios: those that are tuned together, by name or path; none for loops that no scenario names.
+        names: of the aim's loops, each scenario at each scale; none for such loops.
         aim: what is to be small.
         ranges: the lowest and highest value of each number, by its path, in SI units.
         candidates: how many sets of numbers are tried.
