@@ -42,7 +42,7 @@ _HOMES = {  # what is offered, and the module that it comes from; none for a pac
     "simulate": "running",
     "simulate_batch": "batch",
     "supplies": "",
-    "tune": "tuning",
+    "tune": "scenario.tuning",
     "valves": "",
     "winners": "conditions",
 }
@@ -89,8 +89,8 @@ if TYPE_CHECKING:  # the same once more, for those who read types; a test compar
     from hydroservo.scenario.ranges import relative as relative
     from hydroservo.scenario.sampling import draws as draws
     from hydroservo.scenario.sampling import run_of as run_of
+    from hydroservo.scenario.tuning import tune as tune
     from hydroservo.tuning import Aim as Aim
-    from hydroservo.tuning import tune as tune
 
 
 def __getattr__(name: str) -> object:

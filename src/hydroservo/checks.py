@@ -16,7 +16,7 @@ from hydroservo.errors import ParameterError
 from hydroservo.field import Field, declared_fields
 from hydroservo.time_series import TimeSeries, check_series
 
-__all__ = ["allowed", "check_own", "checked", "consistent", "in_range", "number", "within"]
+__all__ = ["allowed", "check_own", "checked", "consistent", "in_range", "number", "whole_number", "within"]
 
 ARRAYS = (NDArray[np.float64], np.ndarray)
 WHOLE, REAL = (int, Integral), (float, Real)  # what is usual first: an abstract class is slow to ask
@@ -150,6 +150,17 @@ def fits(value: Any, field: Field, whole: bool) -> bool:
         return within(float(value), field)
     except OverflowError:  # an integer beyond the largest float
         return False
+
+
+def whole_number(name: str, value: object, least: int, most: int) -> int:
+    """A whole number in a range.
+
+    Raises:
+        ParameterError: it is none.
+    """
+    if isinstance(value, bool) or not isinstance(value, Integral) or not least <= int(value) <= most:
+        raise ParameterError(name, value, f"must be a whole number from {least} to {most}")
+    return int(value)
 
 
 def within(value: float, field: Field) -> bool:

@@ -8,54 +8,32 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from hydroservo.aims import ACTIVITY, Aim, check_ranges, checked_aim, checked_whole
 from hydroservo.batch import simulate_batch
-from hydroservo.block import Block, field_at, value_at
+from hydroservo.block import Block, value_at
 from hydroservo.cautions import quietly, warnings_of
-from hydroservo.checks import checked, within
+from hydroservo.checks import checked
 from hydroservo.errors import HydroservoError, HydroservoWarning, ParameterError
 from hydroservo.loop import Loop
-from hydroservo.metrics import declared_metrics, judged_by, monitors_of
-from hydroservo.nearest import one_of
+from hydroservo.metrics import declared_metrics, monitors_of
 from hydroservo.varied import SEED, checked_columns, designs, starts
 from hydroservo.wiring import wired
 
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["Aim", "Progress", "Tuned", "tune"]
+__all__ = ["Aim", "Progress", "Tuned", "say_warnings", "searched", "tune"]
 
 Numbers = NDArray[np.float64]
 Columns = Mapping[str, Numbers]
 Progress = Callable[[float, float], None]  # called with the fraction done and the best geometric mean so far
 
 LOST = 1e30  # counts as the metric of a run that diverged: beyond that of any other, in whatever unit
-ACTIVITY = "control_total_variation"
 SAFE = 1e20  # a mean over seeds is below this unless it counts a lost run
 CANDIDATES = 64  # of a generation: whole groups of lanes
 PENALTY = 400.0  # on the cost of a lost run: more than metrics between 1/LOST and LOST can differ by
 CALMEST = 1e-6  # [V] a command that varies less is not worth more
 DIGITS = 5  # of what is found; a rig's gains have no more
-
-
-class Aim(NamedTuple):
-    """What is to be small: the weighted geometric mean of a metric over loops, each its mean over seeds.
-
-    With an ``effort`` e > 0 the metric of each loop is multiplied by its control_total_variation^e, so that a
-    calmer command is worth something: with e = 0.1, one a tenth as lively is worth a fifth of the metric.
-
-    Attributes:
-        loops: the loops, all with the same controller.
-        weights: of each loop's metric in the geometric mean; alike if none are given.
-        metric: name of a metric that is the better the smaller it is.
-        seeds: how many seeds each candidate is simulated with, from the loop's own on.
-        effort: exponent e of the command's total variation, at least 0.
-    """
-
-    loops: Sequence[Loop]
-    weights: Sequence[float] = ()
-    metric: str = "rms_error"
-    seeds: int = 1
-    effort: float = 0.0
 
 
 class Tuned(NamedTuple):
@@ -69,6 +47,7 @@ class Tuned(NamedTuple):
         runs: how many closed loops the search simulated.
         edges: the paths whose best value lies within a hundredth of an end of its range.
         tables: the runs of each loop with the best values, one for each seed, as simulate_batch returns them.
+        names: of the loops.
     """
 
     parameters: Mapping[str, float]
@@ -78,11 +57,12 @@ class Tuned(NamedTuple):
     runs: int
     edges: Sequence[str]
     tables: Sequence[Any]  # datasets of xarray, which is heavy to import
+    names: Sequence[str]
 
     def __repr__(self) -> str:
         lines = [f"{path} = {value:g}" for path, value in self.parameters.items()]
-        metrics = enumerate(zip(self.before, self.after, strict=True), 1)
-        lines += [f"loop {i}: {before:.3g} -> {after:.3g}" for i, (before, after) in metrics]
+        metrics = zip(self.names, self.before, self.after, strict=True)
+        lines += [f"{name}: {before:.3g} -> {after:.3g}" for name, before, after in metrics]
         edges = f"; at an end of its range: {', '.join(self.edges)}" if self.edges else ""
         return "\n".join([*lines, f"{self.runs} closed loops were simulated{edges}"])
 
@@ -112,7 +92,7 @@ def tune(
 
     Raises:
         ParameterError: an unknown path, a metric that a loop does not have, a range that is none or leaves
-            the parameter's own, or no candidate allows a controller.
+            the parameter's own, a number out of its range, or no candidate allows a controller.
         HydroservoError: with every candidate some run diverged.
 
     Warns:
@@ -121,12 +101,37 @@ def tune(
     Source: Storn, Price, Journal of Global Optimization 11, 1997, doi:10.1023/A:1008202821328.
     Fails to promise the best there is: another seed may find a better one.
     """
-    aim = aim._replace(loops=[wired(loop) for loop in aim.loops])
-    check(aim, ranges)
+    found = searched(aim, ranges, candidates, seed, threads, progress)
+    say_warnings(found)
+    return found
+
+
+def say_warnings(found: Tuned) -> None:
+    """Warn the caller's caller of what is to be known of the runs with the best values."""
+    for line in dict.fromkeys(line for table in found.tables for line in warnings_of(table)):
+        warnings.warn(line, HydroservoWarning, stacklevel=3)
+
+
+def searched(
+    aim: Aim,
+    ranges: Mapping[str, tuple[float, float]],
+    candidates: int,
+    seed: int,
+    threads: int | None,
+    progress: Progress | None,
+) -> Tuned:
+    """What :func:`tune` returns, without its warnings.
+
+    Raises:
+        HydroservoError: as there.
+    """
+    aim = checked_aim(aim._replace(loops=[wired(loop) for loop in aim.loops]))
+    check_ranges(aim.loops, ranges)
+    candidates, seed = checked_whole("candidates", candidates), checked_whole("seed", seed)
     own = [{path: value_at(loop, path) for path in ranges} for loop in aim.loops]
     _, before = at_points(aim, own, threads)
     space = Space(ranges)
-    generations = max(1, math.ceil(candidates / CANDIDATES))
+    generations = math.ceil(candidates / CANDIDATES)
     done, best = 0, math.inf
 
     def generation(units: Numbers) -> Any:
@@ -135,7 +140,7 @@ def tune(
         found = costs(aim, [objective(aim, i, values, threads) for i in range(len(aim.loops))])
         done, best = done + 1, min(best, found.min())
         if progress is not None:
-            progress(done / generations, geometric_mean(best))
+            progress(done / generations, mean_of(best))
         return found
 
     point = minimum(generation, len(ranges), generations, seed)
@@ -144,46 +149,16 @@ def tune(
     if math.inf in after:
         tried = f"each of {done * CANDIDATES:,} candidates"
         raise HydroservoError(f"nothing found: with {tried} some run diverged; try other ranges")
-    for line in dict.fromkeys(line for table in tables for line in warnings_of(table)):
-        warnings.warn(line, HydroservoWarning, stacklevel=2)
     return Tuned(
         parameters,
         before,
         after,
-        cost=geometric_mean(costs(aim, after)),
+        cost=mean_of(costs(aim, after)),
         runs=done * CANDIDATES * aim.seeds * len(aim.loops),
         edges=[path for path, unit in zip(ranges, point, strict=True) if not 0.01 < unit < 0.99],
         tables=tables,
+        names=[f"loop {i}" for i in range(1, len(aim.loops) + 1)],
     )
-
-
-def check(aim: Aim, ranges: Mapping[str, tuple[float, float]]) -> None:
-    if not aim.loops:
-        raise ParameterError("loops", list(aim.loops), "must be at least one")
-    known = judged_by(aim.loops)
-    if aim.metric not in known:
-        raise ParameterError("metric", aim.metric, one_of(aim.metric, known))
-    weights = weights_of(aim)
-    if len(weights) != len(aim.loops) or not all(0.0 < weight < math.inf for weight in weights):
-        raise ParameterError("weights", list(aim.weights), "must be a finite number above 0 for each loop")
-    if aim.effort and ACTIVITY not in known:
-        raise ParameterError("effort", aim.effort, f"must be 0 for a loop without the metric {ACTIVITY}")
-    if aim.seeds < 1:
-        raise ParameterError("seeds", aim.seeds, "must be a whole number from 1 on")
-    if not 0.0 <= aim.effort < math.inf:
-        raise ParameterError("effort", aim.effort, "must be a finite number from 0 on")
-    if not ranges:
-        raise ParameterError("ranges", "{}", "must name at least one parameter")
-    for path, (low, high) in ranges.items():
-        for loop in aim.loops:
-            try:
-                present, field = value_at(loop, path), field_at(loop, path)
-            except ParameterError as error:
-                raise ParameterError("ranges", path, error.allowed) from None
-            if not isinstance(present, float):
-                raise ParameterError("ranges", path, "must be the path of a float")
-            if not (low < high and within(low, field) and within(high, field)):
-                raise ParameterError(path, (low, high), "must be a range of allowed values, low before high")
 
 
 class Space(NamedTuple):
@@ -322,16 +297,10 @@ def activity(aim: Aim, runs: "xr.Dataset") -> Numbers:
 def costs(aim: Aim, metrics: Sequence[Any]) -> Any:
     """What is made small: the logarithm of the loops' geometric mean, and a penalty where a run was lost."""
     bounded = [np.clip(metric, 1.0 / LOST, LOST) for metric in metrics]
-    weights = weights_of(aim)
-    total = sum(weight * np.log(one) for weight, one in zip(weights, bounded, strict=True))
-    return total / sum(weights) + np.where(np.max(metrics, axis=0) < SAFE, 0.0, PENALTY)
+    total = sum(weight * np.log(one) for weight, one in zip(aim.weights, bounded, strict=True))
+    return total / sum(aim.weights) + np.where(np.max(metrics, axis=0) < SAFE, 0.0, PENALTY)
 
 
-def weights_of(aim: Aim) -> Sequence[float]:
-    """The weight of each loop."""
-    return aim.weights if len(aim.weights) else [1.0] * len(aim.loops)
-
-
-def geometric_mean(cost: float) -> float:
+def mean_of(cost: float) -> float:
     """The geometric mean that a cost stands for; inf where a run was lost."""
     return math.exp(cost) if cost < 0.5 * PENALTY else math.inf

@@ -441,3 +441,65 @@ def test_weights_of_an_option_are_counted_with_the_scenarios_of_the_search():
     assert "--weights = '1,2,3': must be a number above 0 for each scenario, with commas" in failed(
         "tune", "my.toml", "--weights", "1,2,3"
     )
+
+
+def as_said(found):
+    """What the command's JSON holds of what the library found."""
+    rows = zip(found.names, found.before, found.after, strict=True)
+    return {
+        "parameters": dict(found.parameters),
+        "scenarios": [{"scenario": name, "before": before, "after": after} for name, before, after in rows],
+        "geometric_mean": found.cost,
+        "runs": found.runs,
+        "edges": list(found.edges),
+    }
+
+
+def said_by(*args):
+    """That JSON without what only the command knows."""
+    said = json.loads(succeeded(*args, "--json"))
+    for row in said["scenarios"]:
+        del row["weight"]
+    return {name: said[name] for name in ("parameters", "scenarios", "geometric_mean", "runs", "edges")}
+
+
+@pytest.mark.usefixtures("search")
+def test_python_finds_what_the_command_finds():
+    found = hydroservo.tune("square.toml")
+    assert as_said(found) == said_by("tune", "square.toml")
+    assert "my.toml, scale -1: " in repr(found)
+
+
+@pytest.mark.usefixtures("search")
+def test_arguments_in_python_are_the_options_of_the_command(tmp_path):
+    (tmp_path / "fixed.py").write_text(PLUGIN)
+    found = hydroservo.tune(
+        [tmp_path / "my.toml", "square.toml"],
+        {GAIN: hydroservo.relative(-0.5, 1.0), "controller.integral_gain": "1..10 V/m"},
+        metric="max_error",
+        weights=(1, 3),
+        scales=[1],
+        seeds=1,
+        effort=0.1,
+        candidates=128,
+        seed=5,
+        changes={"plant.mass": "7 kg", GAIN: 2.0},
+        plugins=[tmp_path / "fixed.py"],
+    )
+    changes = ("--set", "plant.mass=7 kg", "--set", f"{GAIN}=2", "--plugin", tmp_path / "fixed.py")
+    ranges = ("--vary", f"{GAIN}=-50%..+100%", "--vary", "controller.integral_gain=1..10 V/m")
+    aim = ("--metric", "max_error", "--weights", "1,3", "--scales", "1", "--seeds", "1", "--effort", "0.1")
+    length = ("--candidates", "128", "--seed", "5")
+    files = (tmp_path / "my.toml", "square.toml")
+    assert as_said(found) == said_by("tune", *files, *changes, *ranges, *aim, *length)
+
+
+@pytest.mark.usefixtures("search")
+def test_a_metric_that_another_scenario_does_not_have_is_named_with_what_says_it(tmp_path):
+    text = 'base = "my.toml"\nmetrics.criteria.type = "IntegralCriteria"\n'
+    (tmp_path / "own.toml").write_text(text + 'tune.scenarios = ["own.toml", "my.toml"]\n')
+    assert "--metric = 'itae': must be one of" in failed("tune", "own.toml", "--metric", "itae")
+    (tmp_path / "table.toml").write_text(
+        text + 'tune.metric = "itae"\ntune.scenarios = ["table.toml", "my.toml"]\n'
+    )
+    assert "tune.metric = 'itae': must be one of" in failed("tune", "table.toml")

@@ -297,11 +297,11 @@ def test_a_metric_that_a_loop_does_not_have_is_refused() -> None:
         (Aim([SINE], [1.0], "diverged"), WIDE, "metric = 'diverged': must be one of"),
         (Aim([SINE], [1.0], "position_min"), WIDE, "metric = 'position_min': must be one of"),
         (Aim([], []), WIDE, "loops = .*: must be at least one"),
-        (Aim([SINE], [1.0, 2.0]), WIDE, r"weights = \[1.0, 2.0\]: must be a finite number above 0 for each"),
+        (Aim([SINE], [1.0, 2.0]), WIDE, r"weights = \[1.0, 2.0\]: must be a number above 0 for each loop"),
         (Aim([SINE], [0.0]), WIDE, "weights"),
         (Aim([SINE], [math.inf]), WIDE, "weights"),
         (Aim([SINE], [math.nan]), WIDE, "weights"),
-        (Aim([SINE], [1.0], seeds=0), WIDE, "seeds = 0: must be a whole number from 1 on"),
+        (Aim([SINE], [1.0], seeds=0), WIDE, "seeds = 0: must be a whole number from 1 to 10000"),
         (Aim([SINE], [1.0]), {}, "must name at least one parameter"),
         (Aim([SINE], [1.0]), {"controller.gain": (1.0, 2.0)}, "no 'gain' there"),
         (Aim([SINE], [1.0]), {"controller": (1.0, 2.0)}, "must be the path of a float"),
@@ -311,17 +311,34 @@ def test_a_metric_that_a_loop_does_not_have_is_refused() -> None:
             {"simulation.period": (1e-3, 2e-3)},
             "outside simulation, hold and metrics, or the seed",
         ),
+        (Aim([SINE], effort=True), WIDE, "effort = True: must be a finite number from 0 on"),
+        (Aim([SINE], metric=[1]), WIDE, r"metric = \[1\]: must be the name of a metric"),
         (Aim([SINE], [1.0]), {GAIN: (2.0, 1.0)}, r"proportional_gain = \(2.0, 1.0\): must be a"),
         (Aim([SINE], [1.0]), {GAIN: (1.0, 1.0)}, "must be a range of allowed values, low before high"),
         (Aim([SINE], [1.0]), {GAIN: (-1.0, 1.0)}, "must be a range of allowed values"),
         (Aim([SINE], [1.0]), {GAIN: (1.0, math.inf)}, "must be a range of allowed values"),
         (Aim([SINE], [1.0]), {GAIN: (math.nan, 1.0)}, "must be a range of allowed values"),
+        (Aim([SINE], [1.0]), {GAIN: 3.0}, "proportional_gain = 3.0: must be a range of allowed values"),
+        (Aim([SINE], [1.0]), {GAIN: (1.0, 2.0, 3.0)}, "must be a range of allowed values"),
     ],
 )
 def test_what_cannot_be_searched_is_refused_in_one_line(aim: Aim, ranges: Any, message: str) -> None:
     with pytest.raises(ParameterError, match=message) as caught:
         tune(aim, ranges, candidates=64)
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("length", "message"),
+    [
+        ({"candidates": 0}, "candidates = 0: must be a whole number from 1 to 10000000"),
+        ({"candidates": 64.0}, "candidates = 64.0: must be a whole number"),
+        ({"seed": -1}, "seed = -1: must be a whole number from 0 to 9223372036854775807"),
+    ],
+)
+def test_a_length_or_a_seed_that_is_none_is_refused(length: dict[str, Any], message: str) -> None:
+    with pytest.raises(ParameterError, match=message):
+        tune(Aim([SINE]), WIDE, **length)
 
 
 def test_every_metric_that_is_better_small_can_be_an_aim() -> None:

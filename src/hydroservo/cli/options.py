@@ -24,6 +24,7 @@ __all__ = [
     "Strict",
     "Verbose",
     "loaded",
+    "loaded_aloud",
     "ranges_in",
     "replay",
 ]
@@ -73,14 +74,23 @@ Verbose = Annotated[
 
 def loaded(scenario: str, changes: Sequence[str], plugins: Sequence[Path]) -> "Loop":
     """The loop of a scenario with what ``--set`` changes in it; what its files warn of is said on stderr."""
-    from hydroservo.scenario import load_scenario, parse_override
+    from hydroservo.scenario import parse_override
+
+    return loaded_aloud(scenario, dict(map(parse_override, changes)), plugins)
+
+
+def loaded_aloud(
+    scenario: str | Path, changes: Mapping[str, object], plugins: Sequence[str | Path]
+) -> "Loop":
+    """What :func:`~hydroservo.load_scenario` returns; what its files warn of is said on stderr."""
+    from hydroservo.scenario import load_scenario
 
     with warnings.catch_warnings(record=True) as said:
         warnings.simplefilter("always", HydroservoWarning)
-        loop = load_scenario(scenario, dict(map(parse_override, changes)), plugins)
+        loop = load_scenario(scenario, changes, plugins)
     ours = [str(one.message) for one in said if one.category is HydroservoWarning]
     for text in dict.fromkeys(ours):
-        say_warning(scenario, text)
+        say_warning(str(scenario), text)
     for one in said:
         if one.category is not HydroservoWarning:  # of a plug-in, or of a library
             warnings.showwarning(one.message, one.category, one.filename, one.lineno)
@@ -95,17 +105,17 @@ def ranges_in(texts: Sequence[str]) -> "dict[str, Entry]":
     """
     from hydroservo.errors import ScenarioError, short
     from hydroservo.scenario.overrides import PATH
-    from hydroservo.scenario.tables import Entry, Origin
+    from hydroservo.scenario.ranges import as_entries
 
-    found: dict[str, Entry] = {}
+    found: dict[str, str] = {}
     for text in texts:
         path, equals, value = (part.strip() for part in text.partition("="))
         if not (equals and ".." in value and PATH.fullmatch(path)) or len(text) > LONGEST:
             raise ScenarioError(VARY, "", f"{short(text)} must be of the form PATH=LOW..HIGH")
         if path in found:
             raise ScenarioError(VARY, path, "is given twice")
-        found[path] = Entry(Origin(VARY, Path()), path, value)
-    return found
+        found[path] = value
+    return as_entries(found, VARY)
 
 
 def replay(

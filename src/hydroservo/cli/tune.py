@@ -2,20 +2,18 @@
 
 import math
 import shlex
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from hydroservo.cli.options import VARY, Changes, Json, Plugins, Verbose, loaded, ranges_in, replay
+from hydroservo.cli.options import VARY, Changes, Json, Plugins, Verbose, loaded_aloud, ranges_in, replay
 from hydroservo.cli.remarks import say_remarks
 
 if TYPE_CHECKING:
     from hydroservo.cli.progress import Report
-    from hydroservo.loop import Loop
-    from hydroservo.scenario.load import Assembly
-    from hydroservo.scenario.search import Search
     from hydroservo.tuning import Progress
 
 __all__ = ["tune"]
@@ -138,81 +136,52 @@ def tune(
     - `hydroservo tune rig/noisy-1khz-pi-sine --seeds 20 --metric max_error --vary
       controller.proportional_gain=-50%..+100%`
     """
+    from hydroservo.aims import metric_field
     from hydroservo.cli.kernels import log_kernels
     from hydroservo.cli.progress import progress_bar
-    from hydroservo.cli.tune_tables import as_tables, show_tuned, write_values
+    from hydroservo.cli.tune_tables import as_tables, show_tuned
     from hydroservo.cli.writing import try_outputs, write_or_keep
+    from hydroservo.outputs import write_text
     from hydroservo.results import as_json
-    from hydroservo.tuning import Aim, tune
+    from hydroservo.scenario import parse_override
+    from hydroservo.scenario.tuning import as_toml, given, task_of
+    from hydroservo.tuning import tune
 
-    options = given_by_options(metric, weights, seeds, effort, scales, candidates, seed)
-    search = assembly_of(scenarios[0], changes, plugins).search._replace(**options)
-    search = search._replace(**together(scenarios, search, weighed=weights is not None))
-    names = list(map(str, search.scenarios))
-    assemblies = [assembly_of(name, changes, plugins) for name in names]
-    wanted = ranges_for(ranges, search, names, assemblies)
-    factors: Sequence[float | None] = search.scales or [None]
-    loops = [machine(name, changes, plugins, scale) for name in names for scale in factors]
-    unit = unit_of(search.metric, loops)
-    check_scales("tune.scales" if scales is None else "--scales", search.scales, loops)
-    each = [weight for weight in search.weights for _ in factors]
-    aim = Aim(loops, each, search.metric, search.seeds, search.effort)
-    scenarios = [named(name, scale) for name in names for scale in factors]
+    lists = given(weights=weights, scales=scales)
+    plain = given(metric=metric, seeds=seeds, effort=effort, candidates=candidates, seed=seed)
+    parts = plain | {name: numbers(text) for name, text in lists.items()}
+    overrides = dict(map(parse_override, changes))
+    with named_as_options(plain | lists):
+        task = task_of(scenarios, ranges_in(ranges), parts, overrides, plugins, load=loaded_aloud)
     if out:
         try_outputs([out])
     with log_kernels(verbose), progress_bar("preparing") as report:
-        progress = told(report, unit, search.candidates)
+        progress = told(report, metric_field(task.aim.loops, task.aim.metric).unit, task.candidates)
         found = tune(
-            aim, wanted, candidates=search.candidates, seed=search.seed, threads=threads, progress=progress
+            task.aim,
+            task.ranges,
+            candidates=task.candidates,
+            seed=task.seed,
+            threads=threads,
+            progress=progress,
         )
-    for scenario, table in zip(scenarios, found.tables, strict=True):
+    for scenario, table in zip(task.names, found.tables, strict=True):
         say_remarks(scenario, table)
     command = typed(context)
     name = out.name if out else ""
-    left = write_or_keep(out and out.parent, lambda place: [write_values(place / name, command, found)])
+    text = as_toml(found.parameters, " \\\n    ".join(command))
+    left = write_or_keep(out and out.parent, lambda place: [write_text(place / name, text)])
     if json:
-        typer.echo(as_json(as_tables(scenarios, command, aim, found)))
+        typer.echo(as_json(as_tables(command, task, found)))
         left.check()
         return
-    show_tuned(scenarios, aim, wanted, found)
-    one = " and the first seed" if search.seeds > 1 else ""
-    again = replay(
-        ["hydroservo", "run" if len(names) == 1 else "compare", *names], changes, plugins, found.parameters
-    )
-    typer.echo(f"with these values{one}: {again}")
+    show_tuned(task, found)
+    one = " and the first seed" if task.aim.seeds > 1 else ""
+    words = ["hydroservo", "run" if len(task.scenarios) == 1 else "compare", *task.scenarios]
+    typer.echo(f"with these values{one}: {replay(words, changes, plugins, found.parameters)}")
     if left.files:
         typer.echo(f"written: {out}")
     left.check()
-
-
-def given_by_options(
-    metric: str | None,
-    weights: str | None,
-    seeds: int | None,
-    effort: float | None,
-    scales: str | None,
-    candidates: int | None,
-    seed: int | None,
-) -> dict[str, Any]:
-    """What options say of a search, by the key of ``[tune]`` that each overrides.
-
-    Raises:
-        ParameterError: in one line, what is wrong and what is allowed.
-    """
-    from hydroservo.errors import ParameterError
-    from hydroservo.scenario.search import READERS
-
-    lists = {"weights": weights, "scales": scales}
-    plain = {"metric": metric, "seeds": seeds, "effort": effort, "candidates": candidates, "seed": seed}
-    found = {}
-    for name, text in (lists | plain).items():
-        if text is not None:
-            try:
-                found[name] = READERS[name](numbers(str(text)) if name in lists else text)
-            except ValueError as error:
-                commas = ", with commas between them" if name in lists else ""
-                raise ParameterError(f"--{name}", text, f"{error}{commas}") from None
-    return found
 
 
 def numbers(text: str) -> list[float]:
@@ -223,117 +192,30 @@ def numbers(text: str) -> list[float]:
         return [math.nan]
 
 
-def together(scenarios: Sequence[str], search: "Search", *, weighed: bool) -> dict[str, Any]:
-    """The scenarios that are tuned together, and a weight for each.
+@contextmanager
+def named_as_options(options: Mapping[str, object]) -> Iterator[None]:
+    """Errors about what options say name the option, and what was typed.
 
     Args:
-        scenarios: those on the command line.
-        search: what is said of the first one's search, by its ``[tune]`` and by options.
-        weighed: whether an option gives the weights.
+        options: what each says, by its name in the library.
 
     Raises:
-        HydroservoError: the scenarios in ``[tune]`` are others, or there are more or fewer weights.
+        HydroservoError: there was one.
     """
     from hydroservo.errors import HydroservoError, ParameterError
-    from hydroservo.scenario.catalogue import same_place
 
-    names: Sequence[str | Path] = scenarios
-    weights = search.weights if weighed or len(scenarios) == 1 else ()
-    if len(scenarios) == 1 and search.scenarios:
-        names = search.scenarios
-        if same_place(scenarios[0]) not in map(same_place, names):
-            others = ", ".join(map(str, names))
-            raise HydroservoError(
-                f"{scenarios[0]}: tune.scenarios: must hold the scenario itself; they are {others}"
-            )
-    if weights and len(weights) != len(names):
-        text = ",".join(f"{weight:g}" for weight in weights)
-        problem = (
-            f"must be a number above 0 for each scenario, with commas between them; there are {len(names)}"
-        )
-        raise ParameterError("--weights", text, problem)
-    return {"scenarios": names, "weights": weights or [1.0] * len(names)}
-
-
-def check_scales(name: str, scales: Sequence[float], loops: "Sequence[Loop]") -> None:
-    """Refuse scales that make no difference.
-
-    Args:
-        name: what gives them.
-        scales: of the uncertainty; none for each scenario's own.
-        loops: those of each scenario, scale by scale.
-
-    Raises:
-        ParameterError: a scenario is the same machine at each of them.
-    """
-    from hydroservo.errors import ParameterError
-    from hydroservo.provenance import scenario_hash
-
-    count = len(scales) or 1
-    for start in range(0, len(loops), count):
-        if len({scenario_hash(loop) for loop in loops[start : start + count]}) < count:
-            text = ",".join(f"{scale:g}" for scale in scales)
-            raise ParameterError(name, text, "changes nothing in a scenario without [uncertainty]")
-
-
-def machine(scenario: str, changes: Sequence[str], plugins: Sequence[Path], scale: float | None) -> "Loop":
-    """A scenario's loop at a scale of its uncertainty; at its own if that is None."""
-    return loaded(scenario, [*changes, *([] if scale is None else [f"uncertainty.scale={scale!r}"])], plugins)
-
-
-def named(scenario: str, scale: float | None) -> str:
-    return scenario if scale is None else f"{scenario}, scale {scale:g}"
-
-
-def assembly_of(scenario: str, changes: Sequence[str], plugins: Sequence[Path]) -> "Assembly":
-    """A scenario, and what it is made of."""
-    from hydroservo.scenario import parse_override
-    from hydroservo.scenario.load import assembled
-
-    return assembled(scenario, dict(map(parse_override, changes)), plugins)
-
-
-def ranges_for(
-    texts: Sequence[str], search: "Search", names: Sequence[str], assemblies: "Sequence[Assembly]"
-) -> dict[str, tuple[float, float]]:
-    """Between what each number is searched, in SI units by path: what --vary says, else what ``[tune]`` says.
-
-    Raises:
-        HydroservoError: in one line, the path, the value and what is allowed.
-    """
-    from hydroservo.block import leaves
-    from hydroservo.errors import HydroservoError, ScenarioError
-    from hydroservo.scenario.search import searched_range
-
-    first = assemblies[0]
-    options = ranges_in(texts)
-    wanted = {
-        path: searched_range(path, entry, first.loop, first.arguments) for path, entry in options.items()
-    }
-    wanted = wanted or dict(search.ranges)
-    if not wanted:
-        raise HydroservoError(f"nothing to search: give {VARY} PATH=LOW..HIGH, or the scenario [tune.vary]")
-    for path, one in wanted.items():
-        for name, assembly in zip(names, assemblies, strict=True):
-            if path not in dict(leaves(assembly.loop)) or path in assembly.arguments:
-                raise ScenarioError(one.entry.origin.name, one.entry.key, f"is no number of {name}")
-    return {path: (one.low, one.high) for path, one in wanted.items()}
-
-
-def unit_of(metric: str, loops: "Sequence[Loop]") -> str:
-    """The unit of a metric that all loops have.
-
-    Raises:
-        ParameterError: one does not have it.
-    """
-    from hydroservo.errors import ParameterError
-    from hydroservo.metrics import judged_by
-    from hydroservo.nearest import one_of
-
-    known = judged_by(loops)
-    if metric not in known:
-        raise ParameterError("--metric", metric, one_of(metric, known))
-    return known[metric].unit
+    try:
+        yield
+    except ParameterError as error:
+        if error.path == "ranges":
+            problem = f"nothing to search: give {VARY} PATH=LOW..HIGH, or the scenario [tune.vary]"
+            raise HydroservoError(problem) from None
+        if error.path not in options:
+            raise
+        allowed, semicolon, count = error.allowed.partition(";")
+        if error.path in ("weights", "scales") and allowed.startswith("must"):
+            allowed += ", with commas between them"
+        raise ParameterError(f"--{error.path}", options[error.path], f"{allowed}{semicolon}{count}") from None
 
 
 def told(report: "Report", unit: str, candidates: int) -> "Progress":

@@ -1,8 +1,9 @@
 """Ranges of numbers of a loop, such as "0.1..30 V s/m" or "-50%..+100%"."""
 
 import re
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from numbers import Real
+from pathlib import Path
 from typing import NamedTuple
 
 from hydroservo.block import leaves
@@ -12,10 +13,10 @@ from hydroservo.field import Field
 from hydroservo.loop import Loop
 from hydroservo.nearest import nearest, one_of
 from hydroservo.scenario.quantities import si_value
-from hydroservo.scenario.tables import Entry
+from hydroservo.scenario.tables import Entry, Origin
 from hydroservo.varied import SEED
 
-__all__ = ["Relative", "both_ends", "check_path", "relative"]
+__all__ = ["Relative", "as_entries", "both_ends", "check_path", "relative"]
 
 QUANTITY = re.compile(r"[+-]?[0-9.]+(?:[eE][+-]?[0-9]+)?(?:\s*/\s*[0-9]+)?\s*(.*)", re.DOTALL)
 
@@ -35,6 +36,16 @@ def relative(low: float, high: float) -> Relative:
         high: at the other.
     """
     return Relative(low, high)
+
+
+def as_entries(ranges: Mapping[str, object], name: str = "ranges") -> dict[str, Entry]:
+    """Ranges by path as if a file had given them.
+
+    Args:
+        ranges: two numbers, a :class:`Relative` or a text, by path.
+        name: of that file, as errors have it.
+    """
+    return {path: Entry(Origin(name, Path()), path, value) for path, value in ranges.items()}
 
 
 def check_path(path: str, entry: Entry, loop: Loop, arguments: Collection[str]) -> None:

@@ -2,24 +2,22 @@
 
 from collections.abc import Mapping, Sequence
 from hashlib import sha256
-from numbers import Integral
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hydroservo.block import field_at, leaves, replace, value_at
-from hydroservo.checks import checked
+from hydroservo.checks import checked, whole_number
 from hydroservo.errors import ParameterError, ScenarioError
 from hydroservo.loop import Loop
 from hydroservo.provenance import scenario_hash
 from hydroservo.running import ready
 from hydroservo.scenario.datasheets import columns_of
 from hydroservo.scenario.load import Assembly, Machine
-from hydroservo.scenario.ranges import both_ends, check_path
+from hydroservo.scenario.ranges import as_entries, both_ends, check_path
 from hydroservo.scenario.search import Search
-from hydroservo.scenario.tables import Entry, Origin
+from hydroservo.scenario.tables import Entry
 from hydroservo.scenario.truth import Truth
 from hydroservo.varied import SEED
 from hydroservo.wiring import wired
@@ -29,7 +27,6 @@ if TYPE_CHECKING:
 
 __all__ = ["Drawn", "Variation", "check_size", "draws", "draws_of", "run_of", "variations"]
 
-RANGES = "ranges"
 MOST = 10_000_000  # runs; their table alone takes 2 GB
 LARGEST_SEED = 2**63 - 1
 
@@ -109,11 +106,10 @@ def draws(
 
     Source: Philox4x64-10, Salmon, Moraes, Dror, Shaw 2011, doi:10.1145/2063384.2063405.
     """
-    entries = {path: Entry(Origin(RANGES, Path()), path, value) for path, value in ranges.items()}
-    if not entries and not seeds:
+    if not ranges and not seeds:
         raise ParameterError("ranges", "{}", "must name a number that varies, or seeds be True")
     whole = assembly_of(source)
-    return draws_of(whole, variations(whole, entries), runs, seed=seed, seeds=seeds)
+    return draws_of(whole, variations(whole, as_entries(ranges)), runs, seed=seed, seeds=seeds)
 
 
 def run_of(loop: Loop, table: "xr.Dataset", run: int) -> Loop:
@@ -129,7 +125,7 @@ def run_of(loop: Loop, table: "xr.Dataset", run: int) -> Loop:
     Raises:
         ParameterError: there is no such run, or the table is that of another loop.
     """
-    check_whole("run", run, 0, table.sizes["run"] - 1)
+    whole_number("run", run, 0, table.sizes["run"] - 1)
     steps = {"simulation.substeps": table.attrs["substeps"]} if "substeps" in table.attrs else {}
     own = scenario_hash(replace(ready(loop), steps))
     if table.attrs["hash"] != own:
@@ -207,18 +203,8 @@ def check_size(runs: int, seed: int, start: str = "") -> None:
     Raises:
         ParameterError: one is.
     """
-    check_whole(f"{start}runs", runs, 1, MOST)
-    check_whole(f"{start}seed", seed, 0, LARGEST_SEED)
-
-
-def check_whole(name: str, number: object, least: int, most: int) -> None:
-    """Refuse what is no whole number in a range.
-
-    Raises:
-        ParameterError: it is none.
-    """
-    if isinstance(number, bool) or not isinstance(number, Integral) or not least <= int(number) <= most:
-        raise ParameterError(name, number, f"must be a whole number from {least} to {most}")
+    whole_number(f"{start}runs", runs, 1, MOST)
+    whole_number(f"{start}seed", seed, 0, LARGEST_SEED)
 
 
 def drawn(one: Variation, u: Numbers) -> tuple[Numbers, Numbers | None]:

@@ -1,25 +1,21 @@
 """The search of a scenario's numbers, as its table ``[tune]`` has it."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from hydroservo.aims import checked_effort, checked_weights, checked_whole, finite_numbers, metric_field
 from hydroservo.block import field_at, leaves, value_at
-from hydroservo.errors import ScenarioError
+from hydroservo.errors import ParameterError, ScenarioError
 from hydroservo.loop import Loop
-from hydroservo.metrics import judged_by
-from hydroservo.nearest import one_of
 from hydroservo.scenario.catalogue import named_source
 from hydroservo.scenario.ranges import both_ends, check_path
 from hydroservo.scenario.tables import Entry, Table
 
-__all__ = ["READERS", "Range", "Search", "searched_range", "tune_search"]
+__all__ = ["PARTS", "Range", "Search", "checked_part", "searched_range", "tune_search"]
 
 SEARCHED = ("controller", "sensors")  # what a search may set; the rest is given
-MOST_CANDIDATES = 10_000_000
-MOST_SEEDS = 10_000
-LARGEST_SEED = 2**63 - 1
-LARGEST = 1e300  # of weights, scales and effort
+PARTS = ("weights", "scales", "metric", "seeds", "effort", "candidates", "seed")  # of a search, by name
 
 
 class Range(NamedTuple):
@@ -59,25 +55,36 @@ def tune_search(scenario: Table, loop: Loop, arguments: Mapping[str, object]) ->
         ScenarioError: in one line, the file, the key, the value and what is allowed.
     """
     table = scenario.table("tune")
-    keys = ("vary", "scenarios", *READERS)
+    keys = ("vary", "scenarios", *PARTS)
     for name in table.names():
         if name not in keys:
             raise table.entry(name).unknown(name, keys)
-    found: dict[str, Any] = {name: read(name, table.entry(name)) for name in READERS if table.has(name)}
-    if "metric" in found and found["metric"] not in (known := judged_by([loop])):
-        raise table.entry("metric").error(one_of(found["metric"], known))
-    if table.has("scenarios"):
-        found["scenarios"] = tuple(sources(table.entry("scenarios")))
-    count = len(found.get("scenarios", ())) or 1
-    if len(found.get("weights", ())) not in (0, count):
-        raise table.entry("weights").error(f"must be a number above 0 for each scenario; there are {count}")
     floats = {path for path, value in leaves(loop) if isinstance(value, float)}
     ranges = {
         path: searched_range(path, entry, loop, arguments)
         for path, entry in table.table("vary").entries()
         if path in floats or not scenario.has_type_above(entry.origin, path)
     }
-    return Search(ranges, **found)
+    return Search(ranges, **parts_of(table, loop))
+
+
+def parts_of(table: Table, loop: Loop) -> dict[str, Any]:
+    """What the table ``[tune]`` of a loop says besides its ranges, checked.
+
+    Raises:
+        ScenarioError: a part of it is not what it must be.
+    """
+    found: dict[str, Any] = {}
+    if table.has("scenarios"):
+        found["scenarios"] = tuple(sources(table.entry("scenarios")))
+    count = len(found.get("scenarios", ())) or 1
+    for name in filter(table.has, PARTS):
+        entry = table.entry(name)
+        try:
+            found[name] = checked_part(name, entry.value, count, [loop])
+        except ParameterError as error:
+            raise entry.error(error.allowed) from None
+    return found
 
 
 def searched_range(path: str, entry: Entry, loop: Loop, arguments: Mapping[str, object]) -> Range:
@@ -110,72 +117,35 @@ def sources(entry: Entry) -> Iterator[str | Path]:
         yield named_source(entry._replace(value=name))
 
 
-def read(name: str, entry: Entry) -> Any:
-    """The value of a key other than ``vary`` and ``scenarios``.
+def checked_part(name: str, value: object, count: int, loops: Sequence[Loop]) -> Any:
+    """A part of a search besides its ranges and scenarios.
+
+    Args:
+        name: which of :data:`PARTS` it is.
+        value: what it is said to be.
+        count: how many scenarios are tuned together.
+        loops: what they describe.
 
     Raises:
-        ScenarioError: it is not what it must be.
+        ParameterError: it is not what it must be.
     """
-    try:
-        return READERS[name](entry.value)
-    except ValueError as error:
-        raise entry.error(str(error)) from None
-
-
-def weights(value: object) -> tuple[float, ...]:
-    found = numbers(value)
-    if not found or min(found) <= 0.0:
-        raise ValueError("must be a number above 0 for each scenario")
-    return found
-
-
-def scales(value: object) -> tuple[float, ...]:
-    found = numbers(value)
-    if not found or len(set(found)) < len(found):
-        raise ValueError("must be different numbers")
-    return found
-
-
-def effort(value: object) -> float:
-    found = numbers([value])
-    if not found or found[0] < 0.0:
-        raise ValueError("must be a finite number from 0 on")
-    return found[0]
-
-
-def numbers(value: object) -> tuple[float, ...]:
-    """The numbers in a list; none where it holds anything but finite numbers, or is no list."""
-    found = value if isinstance(value, (list, tuple)) else ()
-    return tuple(map(float, found)) if all(map(is_number, found)) else ()
-
-
-def is_number(value: object) -> bool:
-    return isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) < LARGEST
-
-
-def metric(value: object) -> str:
-    if not isinstance(value, str):
-        raise ValueError("must be the name of a metric")
-    return value
-
-
-def whole(least: int, most: int) -> Callable[[object], int]:
-    """A reader of whole numbers."""
-
-    def found(value: object) -> int:
-        if not isinstance(value, int) or isinstance(value, bool) or not least <= value <= most:
-            raise ValueError(f"must be a whole number from {least} to {most}")
+    if name == "weights":
+        return checked_weights(value, count, "scenario")
+    if name == "scales":
+        return checked_scales(value)
+    if name == "metric":
+        metric_field(loops, value)
         return value
+    return checked_effort(value) if name == "effort" else checked_whole(name, value)
 
+
+def checked_scales(value: object) -> tuple[float, ...]:
+    """Scales of an uncertainty.
+
+    Raises:
+        ParameterError: they are none.
+    """
+    found = finite_numbers(value)
+    if not found or len(set(found)) < len(found):
+        raise ParameterError("scales", value, "must be different numbers")
     return found
-
-
-READERS: Mapping[str, Callable[[object], Any]] = {  # each raises a ValueError that says what is allowed
-    "weights": weights,
-    "scales": scales,
-    "metric": metric,
-    "seeds": whole(1, MOST_SEEDS),
-    "effort": effort,
-    "candidates": whole(1, MOST_CANDIDATES),
-    "seed": whole(0, LARGEST_SEED),
-}

@@ -1,0 +1,296 @@
+"""Scenarios tuned by their names, as their tables ``[tune]`` say."""
+
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import tomli_w
+
+from hydroservo._version import __version__
+from hydroservo.aims import Aim, checked_aim
+from hydroservo.block import leaves
+from hydroservo.errors import ParameterError, ScenarioError
+from hydroservo.loop import Loop
+from hydroservo.provenance import scenario_hash
+from hydroservo.scenario.catalogue import same_place
+from hydroservo.scenario.load import Assembly, assembled, load_scenario
+from hydroservo.scenario.overrides import nested
+from hydroservo.scenario.ranges import Relative, as_entries
+from hydroservo.scenario.search import Search, checked_part, searched_range
+from hydroservo.scenario.tables import Entry
+from hydroservo.tuning import Progress, Tuned, say_warnings, searched
+
+__all__ = ["Task", "as_toml", "given", "task_of", "tune"]
+
+Load = Callable[[str | Path, Mapping[str, object], Sequence[str | Path]], Loop]
+
+
+class Task(NamedTuple):
+    """A search as :func:`hydroservo.tuning.tune` takes it, and whose it is.
+
+    Attributes:
+        scenarios: those that are tuned together, by name or path; none for loops that no scenario names.
+        names: of the aim's loops, each scenario at each scale; none for such loops.
+        aim: what is to be small.
+        ranges: the lowest and highest value of each number, by its path, in SI units.
+        candidates: how many sets of numbers are tried.
+        seed: of the search.
+    """
+
+    scenarios: Sequence[str]
+    names: Sequence[str]
+    aim: Aim
+    ranges: Mapping[str, tuple[float, float]]
+    candidates: int
+    seed: int
+
+
+def tune(
+    aim: Aim | str | Path | Sequence[str | Path],
+    ranges: Mapping[str, str | tuple[float, float]] | None = None,
+    *,
+    metric: str | None = None,
+    weights: Sequence[float] | None = None,
+    seeds: int | None = None,
+    effort: float | None = None,
+    scales: Sequence[float] | None = None,
+    candidates: int | None = None,
+    seed: int | None = None,
+    changes: Mapping[str, object] | None = None,
+    plugins: Sequence[str | Path] | None = None,
+    threads: int | None = None,
+    progress: Progress | None = None,
+) -> Tuned:
+    """Search the numbers that make a metric smallest, of scenarios as ``hydroservo tune`` does or of loops::
+
+        found = tune("rig/1khz-pi-square", candidates=512)
+        loop = load_scenario("rig/1khz-pi-square", found.parameters)
+
+        found = tune(Aim([loop]), {"controller.proportional_gain": (0.3, 30.0)})
+
+    What no argument says is as the table ``[tune]`` of the first scenario says. Several scenarios stand in
+    place of those, and of their weights, in ``[tune]``. The search is that of
+    :func:`hydroservo.tuning.tune`: the same seed gives the same result on any number of threads, and that of
+    the command.
+
+    Args:
+        aim: what is to be small: one scenario or several, by name or path; or an
+            :class:`~hydroservo.tuning.Aim`, which takes nothing of ``metric`` to ``scales``, ``changes`` and
+            ``plugins``.
+        ranges: between what each number of the controller or the sensors is searched, by path, in place of
+            all of ``[tune.vary]``: two numbers in SI units, ``hs.relative(low, high)`` around the value in
+            the first scenario, or a text as ``--vary`` takes it, such as ``"0.3..30 V s/m"``. For an aim two
+            numbers.
+        metric: name of the metric that is to be small.
+        weights: of each scenario in the geometric mean of their metrics.
+        seeds: how many seeds each scenario's metric is averaged over, from its own on.
+        effort: exponent of the command's total variation, a factor on each metric, at least 0.
+        scales: of the uncertainty, at each of which each scenario is taken.
+        candidates: how many sets of numbers are tried; rounded up to a multiple of 64; 4096 if nothing says.
+        seed: of the search; 0 if nothing says.
+        changes: values by dotted path that override those of the scenarios, as for ``load_scenario``.
+        plugins: Python files with blocks that the scenarios name; they are executed.
+        threads: how many to use; all cores if None.
+        progress: called after each generation with the fraction done and the best geometric mean so far.
+
+    Returns:
+        The best values, and the metric of each loop before and after, named by its scenario.
+
+    Raises:
+        ScenarioError: in one line, the file, the key, the value and what is allowed.
+        ParameterError: an argument is not what it must be.
+        HydroservoError: with every candidate some run diverged.
+
+    Warns:
+        HydroservoWarning: what is to be known of the runs with the best values, as for simulate_batch.
+
+    Source: Storn, Price, Journal of Global Optimization 11, 1997, doi:10.1023/A:1008202821328.
+    Fails to promise the best there is: another seed may find a better one.
+    """
+    parts = given(metric=metric, weights=weights, seeds=seeds, effort=effort, scales=scales)
+    length = given(candidates=candidates, seed=seed)
+    if isinstance(aim, Aim):
+        others = parts | given(changes=changes, plugins=plugins)
+        task = task_of_aim(aim, ranges or {}, length, others)
+    else:
+        asked = as_entries(ranges or {})
+        task = task_of(sources(aim), asked, parts | length, changes or {}, plugins or ())
+    found = searched(task.aim, task.ranges, task.candidates, task.seed, threads, progress)
+    say_warnings(found)
+    return found._replace(names=task.names or found.names)
+
+
+def given(**arguments: object) -> dict[str, Any]:
+    """Those of some arguments that are not None."""
+    return {name: value for name, value in arguments.items() if value is not None}
+
+
+def sources(value: object) -> Sequence[str | Path]:
+    """One scenario or several as a list.
+
+    Raises:
+        ParameterError: it is something else.
+    """
+    every = value if isinstance(value, list | tuple) else [value]
+    found = [one for one in every if isinstance(one, str | Path)]
+    if not found or len(found) < len(every):
+        kind = type(value).__name__
+        raise ParameterError("aim", kind, "must be an Aim, as Aim([loop]) is, or scenarios by name or path")
+    return found
+
+
+def task_of_aim(
+    aim: Aim, ranges: Mapping[str, Any], length: Mapping[str, Any], others: Mapping[str, object]
+) -> Task:
+    """The search of loops that no scenario names.
+
+    Args:
+        aim: the loops, and what is to be small.
+        ranges: by path.
+        length: number of candidates and seed, where they are said.
+        others: arguments that only scenarios can have.
+
+    Raises:
+        ParameterError: there is such a one, or a range is no two numbers in SI units.
+    """
+    for name, value in others.items():
+        raise ParameterError(name, value, "is for scenarios by name; an Aim says it by itself")
+    for path, ends in ranges.items():
+        if isinstance(ends, str | Relative):
+            raise ParameterError(path, ends, "must be two numbers in SI units for an Aim")
+    search = Search(**length)
+    return Task((), (), aim, ranges, search.candidates, search.seed)
+
+
+def task_of(
+    scenarios: Sequence[str | Path],
+    ranges: Mapping[str, Entry],
+    parts: Mapping[str, object],
+    changes: Mapping[str, object],
+    plugins: Sequence[str | Path],
+    load: Load = load_scenario,
+) -> Task:
+    """The search of scenarios: what is said of it, else what ``[tune]`` of the first one says.
+
+    Args:
+        scenarios: by name or path.
+        ranges: by path; none for those of ``[tune]``.
+        parts: others that are said, by their key in ``[tune]``.
+        changes: values by dotted path that override those of the scenarios.
+        plugins: Python files with blocks that they name.
+        load: what makes a loop of a scenario.
+
+    Raises:
+        ScenarioError: in one line, the file, the key, the value and what is allowed.
+        ParameterError: a part that is said is not what it must be, or there is nothing to search.
+    """
+    search = search_of(scenarios, assembled(scenarios[0], changes, plugins), parts)
+    assemblies = {one: assembled(one, changes, plugins) for one in search.scenarios}
+    wanted = ranges_of(ranges, search, assemblies)
+    scales: Sequence[float | None] = search.scales or [None]
+    each = [(one, scale) for one in search.scenarios for scale in scales]
+    loops = [load(one, at_scale(changes, scale), plugins) for one, scale in each]
+    weights = [weight for weight in search.weights for _ in scales]
+    aim = Aim(loops, weights, search.metric, search.seeds, search.effort)
+    check_together(aim, search.scales, parts)
+    names = [str(one) if scale is None else f"{one}, scale {scale:g}" for one, scale in each]
+    return Task([str(one) for one in search.scenarios], names, aim, wanted, search.candidates, search.seed)
+
+
+def search_of(scenarios: Sequence[str | Path], first: Assembly, parts: Mapping[str, object]) -> Search:
+    """What is said of a search, with the scenarios that are tuned together and a weight for each.
+
+    Args:
+        scenarios: those that are asked for.
+        first: the first of them.
+        parts: what is said besides, by its key in ``[tune]``.
+
+    Raises:
+        ScenarioError: the scenarios in ``[tune]`` are others.
+        ParameterError: a part is not what it must be.
+    """
+    search, together = first.search, scenarios
+    weights = search.weights if len(scenarios) == 1 else ()
+    if len(scenarios) == 1 and search.scenarios:
+        together = search.scenarios
+        if same_place(scenarios[0]) not in map(same_place, together):
+            problem = f"must hold the scenario itself; they are {', '.join(map(str, together))}"
+            raise ScenarioError(str(scenarios[0]), "tune.scenarios", problem)
+    count = len(together)
+    said = {name: checked_part(name, value, count, [first.loop]) for name, value in parts.items()}
+    return search._replace(**{"scenarios": together, "weights": weights or (1.0,) * count} | said)
+
+
+def ranges_of(
+    ranges: Mapping[str, Entry], search: Search, assemblies: Mapping[str | Path, Assembly]
+) -> dict[str, tuple[float, float]]:
+    """Between what each number is searched, in SI units by path.
+
+    Args:
+        ranges: what is said of it; none for what ``[tune.vary]`` says.
+        search: what that is.
+        assemblies: the scenarios that are tuned together.
+
+    Raises:
+        ScenarioError: in one line, the path, the value and what is allowed.
+        ParameterError: there is no range.
+    """
+    first = next(iter(assemblies.values()))
+    asked = {path: searched_range(path, entry, first.loop, first.arguments) for path, entry in ranges.items()}
+    wanted = asked or search.ranges
+    if not wanted:
+        raise ParameterError("ranges", "{}", "must name a number, or the scenario have [tune.vary]")
+    for path, one in wanted.items():
+        for name, assembly in assemblies.items():
+            if path not in dict(leaves(assembly.loop)) or path in assembly.arguments:
+                raise ScenarioError(one.entry.origin.name, one.entry.key, f"is no number of {name}")
+    return {path: (one.low, one.high) for path, one in wanted.items()}
+
+
+def at_scale(changes: Mapping[str, object], scale: float | None) -> Mapping[str, object]:
+    """Changes that take a scenario at a scale of its uncertainty; at its own if that is None."""
+    return changes if scale is None else {**changes, "uncertainty.scale": scale}
+
+
+def check_together(aim: Aim, scales: Sequence[float], parts: Mapping[str, object]) -> None:
+    """Refuse a metric that a scenario does not have, and scales that make no difference in one.
+
+    Args:
+        aim: with the loops of each scenario, scale by scale.
+        scales: of the uncertainty.
+        parts: what is said of the search beside ``[tune]``.
+
+    Raises:
+        ParameterError: there is such a one.
+    """
+    try:
+        checked_aim(aim)
+        check_scales(scales, aim.loops)
+    except ParameterError as error:
+        name = error.path if error.path in parts else f"tune.{error.path}"
+        raise ParameterError(name, error.value, error.allowed) from None
+
+
+def check_scales(scales: Sequence[float], loops: Sequence[Loop]) -> None:
+    """Refuse scales at which a scenario is the same machine.
+
+    Raises:
+        ParameterError: one is.
+    """
+    count = len(scales) or 1
+    for start in range(0, len(loops), count):
+        if len({scenario_hash(loop) for loop in loops[start : start + count]}) < count:
+            text = ",".join(f"{scale:g}" for scale in scales)
+            raise ParameterError("scales", text, "changes nothing in a scenario without [uncertainty]")
+
+
+def as_toml(parameters: Mapping[str, float], command: str) -> str:
+    """Values as TOML tables to paste into a scenario, under what found them.
+
+    Args:
+        parameters: the values by path, in SI units.
+        command: what found them, in some lines.
+    """
+    comment = "".join(f"# {line}\n" for line in command.splitlines())
+    tables = tomli_w.dumps(nested(parameters))
+    return f"# In SI units, found by hydroservo {__version__} with\n{comment}\n{tables}"

@@ -1,0 +1,101 @@
+"""``hs.tune`` of scenarios by name: what it makes of them and of its arguments, and what it refuses."""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import hydroservo as hs
+from hydroservo.scenario import assembled
+from hydroservo.scenario.ranges import as_entries
+from hydroservo.scenario.tuning import as_toml, task_of
+
+GAIN = "controller.proportional_gain"
+RIG = "rig/1khz-pi-square"
+
+
+def test_a_task_is_what_the_table_of_the_first_scenario_says() -> None:
+    task, search = task_of([RIG], {}, {}, {}, ()), assembled(RIG).search
+    assert RIG in task.scenarios
+    assert list(task.scenarios) == list(search.scenarios)
+    assert list(task.names) == [f"{name}, scale {x:g}" for name in search.scenarios for x in search.scales]
+    assert list(task.aim.weights) == [weight for weight in search.weights for _ in search.scales]
+    assert task.ranges == {path: (one.low, one.high) for path, one in search.ranges.items()}
+    assert (task.candidates, task.seed, task.aim.seeds) == (search.candidates, search.seed, search.seeds)
+    changes = [{"uncertainty.scale": scale} for scale in search.scales]
+    first = search.scenarios[0]
+    assert list(task.aim.loops[: len(changes)]) == [hs.load_scenario(first, one) for one in changes]
+
+
+def test_what_is_said_takes_the_place_of_parts_of_the_table() -> None:
+    ranges = as_entries({GAIN: (1.0, 2.0)})
+    task = task_of([RIG], ranges, {"candidates": 64, "scales": [0], "seeds": 2}, {}, ())
+    assert task.ranges == {GAIN: (1.0, 2.0)}
+    assert (task.candidates, task.aim.seeds, len(task.aim.loops)) == (64, 2, len(task.scenarios))
+    alone = task_of([RIG, RIG], ranges, {}, {}, ())
+    assert (alone.scenarios, set(alone.aim.weights)) == ([RIG, RIG], {1.0})
+
+
+@pytest.mark.parametrize(
+    ("arguments", "problem"),
+    [
+        ({"weights": [1]}, "weights = [1]: must be a number above 0 for each scenario; there are 2"),
+        ({"weights": 1}, "weights = 1: must be a number above 0 for each scenario; there are 2"),
+        ({"scales": [1, 1]}, "scales = [1, 1]: must be different numbers"),
+        ({"metric": "rms"}, "metric = 'rms': must be one of rms_error, "),
+        ({"metric": 1}, "metric = 1: must be the name of a metric"),
+        ({"seeds": 0}, "seeds = 0: must be a whole number from 1 to 10000"),
+        ({"effort": -1}, "effort = -1: must be a finite number from 0 on"),
+        ({"candidates": 1.5}, "candidates = 1.5: must be a whole number from 1 to 10000000"),
+        ({"seed": "1"}, "seed = '1': must be a whole number from 0 to 9223372036854775807"),
+        ({"ranges": {GAIN: "2..1"}}, f"ranges: {GAIN}: '2' is more than '1', its upper end"),
+        ({"ranges": {GAIN: 3}}, f"ranges: {GAIN}: 3 must be a range"),
+        ({"ranges": {"plant.mass": (1, 2)}}, "ranges: plant.mass: must be in the controller or sensors"),
+        ({"changes": {"tune.seeds": 0}}, f"{RIG}, overridden: tune.seeds: 0 must be a whole number"),
+        ({"aim": "rig/1khz-pi-squar"}, "did you mean rig/1khz-pi-square?"),
+        ({"aim": "paper/sine-pi"}, "ranges = '{}': must name a number, or the scenario have [tune.vary]"),
+        ({"aim": []}, "aim = 'list': must be an Aim, as Aim([loop]) is, or scenarios by name or path"),
+        ({"aim": hs.load_scenario("paper/sine-pi")}, "aim = 'Loop': must be an Aim, as Aim([loop]) is"),
+    ],
+)
+def test_what_is_wrong_is_one_line(arguments: dict[str, Any], problem: str) -> None:
+    with pytest.raises(hs.HydroservoError) as caught:
+        hs.tune(**{"aim": RIG} | arguments)
+    assert problem in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "problem"),
+    [
+        ({"metric": "max_error"}, "metric = 'max_error': is for scenarios by name; an Aim says it by itself"),
+        ({"effort": 0.0}, "effort = 0.0: is for scenarios by name"),
+        ({"changes": {}}, "changes = {}: is for scenarios by name"),
+        ({"ranges": {GAIN: "1..2"}}, f"{GAIN} = '1..2': must be two numbers in SI units for an Aim"),
+        ({"ranges": {GAIN: hs.relative(-0.5, 1.0)}}, "must be two numbers in SI units for an Aim"),
+        ({"ranges": None}, "ranges = '{}': must name at least one parameter"),
+        ({"candidates": 0}, "candidates = 0: must be a whole number from 1 to 10000000"),
+    ],
+)
+def test_an_aim_is_all_that_is_said_of_loops(arguments: dict[str, Any], problem: str) -> None:
+    aim = hs.Aim([hs.load_scenario("paper/sine-pi")])
+    with pytest.raises(hs.ParameterError) as caught:
+        hs.tune(**{"aim": aim, "ranges": {GAIN: (1.0, 2.0)}} | arguments)
+    assert problem in str(caught.value)
+
+
+def test_an_aim_is_tuned_as_by_the_tuning_module() -> None:
+    from hydroservo.tuning import tune
+
+    loop = hs.load_scenario("paper/sine-pi", {"simulation.duration": "20 ms", "simulation.substeps": 4})
+    found = hs.tune(hs.Aim([loop]), {GAIN: (1.0, 10.0)}, candidates=64, seed=1)
+    same = tune(hs.Aim([loop]), {GAIN: (1.0, 10.0)}, candidates=64, seed=1)
+    assert found._replace(tables=()) == same._replace(tables=())
+    assert found.names == ["loop 1"]
+
+
+def test_values_are_tables_that_build_on_a_scenario(tmp_path: Path) -> None:
+    values = {GAIN: 2.5, "controller.integral_gain": 30.0}
+    tables = as_toml(values, "first\nsecond")
+    (tmp_path / "tuned.toml").write_text(f'base = "{RIG}"\n{tables}')
+    assert hs.load_scenario(tmp_path / "tuned.toml") == hs.load_scenario(RIG, values)
