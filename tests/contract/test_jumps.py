@@ -12,6 +12,7 @@ from hydroservo.block import Block
 from hydroservo.loads import Sine, Square, Step
 from hydroservo.roles import Load
 from hydroservo.testing.drawing import ORDINARY, block_of
+from hydroservo.testing.examples import example
 from roles import identifier, playing
 
 BEFORE, AFTER = 1.0 - 2.0**-50, 1.0 + 2.0**-50  # as near to a jump as integrators go
@@ -74,6 +75,6 @@ class TestJumps:
 
 
 def test_where_they_are() -> None:
-    assert jumps(Step(time=0.25), 0.0) == [pytest.approx(0.25)]
-    assert jumps(Step(time=0.0), 0.0) == []
-    assert jumps(Square(period=4.0), 1.0)[:3] == pytest.approx([2.0, 4.0, 6.0])
+    assert jumps(example(Step, time=0.25), 0.0) == [pytest.approx(0.25)]
+    assert jumps(example(Step, time=0.0), 0.0) == []
+    assert jumps(example(Square, period=4.0), 1.0)[:3] == pytest.approx([2.0, 4.0, 6.0])

@@ -14,6 +14,7 @@ from hydroservo.oils import AeratedOil, ConstantOil
 from hydroservo.plants import Cylinder, CylinderState
 from hydroservo.signals import PortFlows, Pressures
 from hydroservo.supplies import GasAccumulator, PumpSupply
+from hydroservo.testing.examples import example
 from hydroservo.valves import FourEdges, SecondOrderValve, SecondOrderValveState
 
 __all__ = ["CASES", "Case", "Compared"]
@@ -125,7 +126,8 @@ def driven_arm() -> list[tuple[str, str, float]]:
         reach=0.0,
         moving_mass=1e-9,
     )
-    plant = Cylinder(
+    plant = example(
+        Cylinder,
         area_a=area,
         area_b=area,
         stroke=0.3,
@@ -211,7 +213,8 @@ def valve_and_cylinder() -> list[Compared]:
     """
     edges = FourEdges(0.67, math.pi * 0.01, 890.0, lap=-1e-6, clearance=0.0, transition_drop=0.0)
     valve = SecondOrderValve(1.0, 300.0, 1.0, max_opening=0.01, slew_limit=100.0, orifice=edges)
-    plant = Cylinder(
+    plant = example(
+        Cylinder,
         area_a=1.5e-4,
         area_b=1e-4,
         dead_volume_a=1e-4 * VAST,
@@ -252,7 +255,7 @@ def accumulator() -> list[Compared]:
     Their pressures are absolute.
     """
     gas = GasAccumulator(precharge=1e7 - ATMOSPHERE, gas_volume=1e-3, exponent=1.2)
-    supply = PumpSupply(volume=1e-3, bulk_modulus=1e9, free_air=1e-12, accumulator=gas)
+    supply = example(PumpSupply, volume=1e-3, bulk_modulus=1e9, free_air=1e-12, accumulator=gas)
     done = solve_ivp(
         lambda _, p: 1.0 / np.array([supply.line_compliance(float(p[0]))]),
         (0.0, 9.54925e-5),

@@ -16,10 +16,11 @@ from hydroservo.holds import DelayedHold, ZeroOrderHold
 from hydroservo.integrators import RK4, Tsit5
 from hydroservo.references import Ramp
 from hydroservo.signals import Demand, Measurement
+from hydroservo.testing.examples import example
 
 H = 1e-3
 LAW = PI(0.3, 100.0)
-LOOP = Loop(Simulation(0.1, H, 8, record_period=H), controller=LAW, hold=DelayedHold(0.5 * H))
+LOOP = example(Loop, Simulation(0.1, H, 8, record_period=H), controller=LAW, hold=DelayedHold(0.5 * H))
 
 
 @given(st.floats(0.0, 10.0), st.floats(0.01, 1.0), st.floats(-10.0, 10.0), st.floats(-10.0, 10.0))

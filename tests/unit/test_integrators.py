@@ -22,9 +22,10 @@ from hydroservo.plants import LoadPressureState
 from hydroservo.roles import Integrator
 from hydroservo.states import axpy, factored, misses, scaled, solved
 from hydroservo.supplies import IdealSupplyState
+from hydroservo.testing.examples import example
 from hydroservo.valves import FirstOrderValve, FirstOrderValveState
 
-LOOP = Loop(valve=FirstOrderValve(), load=Step(0.0, 100.0, 0.0123456))
+LOOP = example(Loop, valve=example(FirstOrderValve), load=Step(0.0, 100.0, 0.0123456))
 START = MachineState(LoadPressureState(0.01, 20.0, 0.04), FirstOrderValveState(1e-5), IdealSupplyState())
 U, END = 0.05, 0.02
 

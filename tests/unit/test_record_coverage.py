@@ -19,6 +19,7 @@ from hydroservo.loop import AUTO, Loop, Simulation
 from hydroservo.record_coverage import check_records
 from hydroservo.running import ready, simulate
 from hydroservo.scenario import load_scenario
+from hydroservo.testing.examples import example
 from hydroservo.time_series import TimeSeries
 from hydroservo.tuning import Aim, tune
 
@@ -31,7 +32,7 @@ def series(time: Sequence[float] | np.ndarray) -> TimeSeries:
 
 
 def lines(time: Sequence[float] | np.ndarray, duration: float = 8.0) -> list[str]:
-    return check_records(Loop(Simulation(duration), reference=references.Recorded(series(time))))
+    return check_records(example(Loop, Simulation(duration), reference=references.Recorded(series(time))))
 
 
 def test_a_glimpse_of_a_long_record_and_a_short_pulse_are_no_other_unit() -> None:
@@ -136,7 +137,8 @@ def test_what_a_run_makes_up_is_said(time: np.ndarray, duration: float, says: li
 
 
 def test_each_recorded_block_is_looked_at_and_zeros_are_not() -> None:
-    loop = Loop(
+    loop = example(
+        Loop,
         Simulation(8.0),
         load=loads.Recorded(series(LOG[:5001])),
         reference=references.Recorded(series(LOG[:4001])),
@@ -162,7 +164,7 @@ class Doubled(NamedTuple):
 
 
 def test_records_inside_other_blocks_are_looked_at() -> None:
-    loop = Loop(Simulation(8.0), load=Doubled(loads.Recorded(series(LOG + 9.0))))
+    loop = example(Loop, Simulation(8.0), load=Doubled(loads.Recorded(series(LOG + 9.0))))
     with pytest.raises(ParameterError, match=r"load\.load\.series"):
         check_records(loop)
 
@@ -184,7 +186,7 @@ UNSEEN = references.Recorded(TimeSeries.from_samples([5.0, 6.0], [0.01, 0.02]))
 
 
 def loop_with(demand: references.Recorded, substeps: int = 20) -> Loop:
-    return Loop(Simulation(0.1, 1e-4, substeps), reference=demand)
+    return example(Loop, Simulation(0.1, 1e-4, substeps), reference=demand)
 
 
 def test_a_run_says_so() -> None:

@@ -12,6 +12,7 @@ from hydroservo.loads import Recorded
 from hydroservo.provenance import scenario_hash
 from hydroservo.scenario import datasheet_columns, load_scenario, scenarios
 from hydroservo.scenario.catalogue import builtin_texts
+from hydroservo.testing.examples import example
 from hydroservo.valves import FirstOrderValve, SecondOrderValve, StaticValve
 
 MACHINE = """\
@@ -87,7 +88,7 @@ def test_a_base_without_controller_is_no_scenario(files) -> None:
     with pytest.raises(ScenarioError, match=r"^rig/1khz: controller: a \[controller\] table with a type is"):
         load_scenario("rig/1khz")
     own = files(own='base = "rig/1khz"\ncontroller.type = "PI"')
-    assert load_scenario(own).controller == PI()
+    assert load_scenario(own).controller == example(PI)
     assert load_scenario(own).simulation == load_scenario("rig/1khz-pi-sine").simulation
 
 
@@ -130,14 +131,14 @@ def test_what_a_type_dropped_does_not_come_back(files) -> None:
         machine=MACHINE,
     )
     assert type(load_scenario(own.with_name("middle.toml")).valve) is StaticValve
-    assert load_scenario(own).valve.damping_ratio == SecondOrderValve().damping_ratio
+    assert load_scenario(own).valve.damping_ratio == example(SecondOrderValve).damping_ratio
 
 
 def test_a_law_may_be_wrapped_anew(files) -> None:
     own = files(
         own='base = "machine.toml"\n[controller]\ntype = "DAC"\ncontroller.type = "PI"', machine=MACHINE
     )
-    assert load_scenario(own).controller == DAC(controller=PI())
+    assert load_scenario(own).controller == DAC(controller=example(PI))
 
 
 def test_changes_lie_on_top(files) -> None:
@@ -213,7 +214,7 @@ def test_a_file_that_is_its_own_base_is_refused(files) -> None:
 def test_too_long_a_row_is_refused(files) -> None:
     rows = {f"f{i}": f'base = "f{i + 1}.toml"' for i in range(15)}
     path = files(**rows, f15='controller.type = "PI"')
-    assert load_scenario(path).controller == PI()
+    assert load_scenario(path).controller == example(PI)
     path = files(**rows, f15='base = "f16.toml"', f16='controller.type = "PI"')
     assert "f15.toml: base: 'f16.toml' is one base too many: no more than 16 files" in refused(path)
 

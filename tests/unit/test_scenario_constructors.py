@@ -7,6 +7,7 @@ import pytest
 from hydroservo import ScenarioError
 from hydroservo.scenario import load_plugin, load_scenario, plugins
 from hydroservo.supplies import GasAccumulator, ReliefValve
+from hydroservo.testing.examples import example
 from hydroservo.valves import FirstOrderValve, FourEdges, Orifice, SecondOrderValve
 from hydroservo.wiring import believed
 
@@ -86,8 +87,8 @@ def test_another_type_keeps_only_the_keys_that_it_has_too(tmp_path: Path) -> Non
         "frequency_3db = 100",
         "gain = 4e-4",
     )
-    assert loaded(tmp_path, *lines, valve__type="FirstOrderValve") == FirstOrderValve(gain=4e-4)
-    assert loaded(tmp_path, *lines, valve__type="SecondOrderValve") == SecondOrderValve(gain=4e-4)
+    assert loaded(tmp_path, *lines, valve__type="FirstOrderValve") == example(FirstOrderValve, gain=4e-4)
+    assert loaded(tmp_path, *lines, valve__type="SecondOrderValve") == example(SecondOrderValve, gain=4e-4)
     assert loaded(tmp_path, *lines, valve__gain=3e-4).gain == 3e-4
 
 

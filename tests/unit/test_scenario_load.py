@@ -16,6 +16,7 @@ from hydroservo.plants import Cylinder, DesignModel
 from hydroservo.references import Sine as SineReference
 from hydroservo.references import Square
 from hydroservo.scenario import load_scenario, parse_override, scenario_source, scenarios
+from hydroservo.testing.examples import example
 from hydroservo.valves import FirstOrderValve
 from hydroservo.wiring import believed, wired
 
@@ -42,13 +43,17 @@ def scenario(tmp_path: Path):
 @pytest.mark.parametrize("demand", ["sine", "square"])
 @pytest.mark.parametrize(
     ("law", "controller"),
-    [("pi", PI()), ("backstepping", Backstepping(derivative=ModelDerivative())), ("tsmc", TSMC())],
+    [
+        ("pi", example(PI)),
+        ("backstepping", example(Backstepping, derivative=ModelDerivative())),
+        ("tsmc", example(TSMC)),
+    ],
 )
 def test_builtin_scenarios_say_what_the_defaults_are(demand: str, law: str, controller: object) -> None:
     nominal = load_scenario(f"paper/{demand}-{law}", {"uncertainty.scale": 0})
-    wanted = wired(Loop(controller=controller))
+    wanted = wired(example(Loop, controller=controller))
     if demand == "square":
-        wanted = wanted._replace(reference=Square(), load=Constant())
+        wanted = wanted._replace(reference=example(Square), load=example(Constant))
     assert nominal == wanted
     assert dict(leaves(nominal)) == dict(leaves(wanted))
 
@@ -57,8 +62,10 @@ def test_builtin_scenarios_say_what_the_defaults_are(demand: str, law: str, cont
 def test_uncertainty_is_the_machine_s_alone(scale: float) -> None:
     loop = load_scenario("paper/sine-tsmc", {"uncertainty.scale": scale})
     for path, relative in DELTA.items():
-        assert value_at(loop, path) == value_at(Loop(), path) * (1.0 + scale * relative)
-    assert replace(loop, {path: value_at(Loop(), path) for path in DELTA}) == wired(Loop(controller=TSMC()))
+        assert value_at(loop, path) == value_at(example(Loop), path) * (1.0 + scale * relative)
+    assert replace(loop, {path: value_at(example(Loop), path) for path in DELTA}) == wired(
+        example(Loop, controller=example(TSMC))
+    )
 
 
 def test_builtin_names_and_text() -> None:
@@ -82,7 +89,7 @@ def test_a_builtin_text_saved_as_a_file_is_the_same_scenario(scenario) -> None:
 
 
 def test_what_is_missing_is_default(scenario) -> None:
-    assert load_scenario(scenario('[controller]\ntype = "PI"')) == Loop(controller=PI())
+    assert load_scenario(scenario('[controller]\ntype = "PI"')) == example(Loop, controller=example(PI))
 
 
 def test_names_belong_to_roles(scenario) -> None:
@@ -95,8 +102,8 @@ def test_names_belong_to_roles(scenario) -> None:
 def test_keys_without_a_type_change_the_default_block(scenario) -> None:
     path = scenario('load.amplitude = "5 N"\ncontroller.type = "TSMC"\ncontroller.observer.exponent = 0.5')
     loop = load_scenario(path)
-    assert loop.load == SineLoad(amplitude=5.0)
-    assert loop.controller == TSMC(model=believed(loop), observer=TSMObserver(exponent=0.5))
+    assert loop.load == example(SineLoad, amplitude=5.0)
+    assert loop.controller == example(TSMC, model=believed(loop), observer=example(TSMObserver, exponent=0.5))
 
 
 def test_numbers_are_si_and_floats(scenario) -> None:
@@ -109,7 +116,7 @@ def test_numbers_are_si_and_floats(scenario) -> None:
 def test_crlf_and_a_byte_order_mark_are_read(tmp_path: Path) -> None:
     path = tmp_path / "windows.toml"
     path.write_bytes(b'\xef\xbb\xbf[controller]\r\ntype = "PI"\r\n')
-    assert load_scenario(path) == Loop(controller=PI())
+    assert load_scenario(path) == example(Loop, controller=example(PI))
 
 
 def test_the_controller_believes_in_the_nominal_machine(scenario) -> None:
@@ -139,7 +146,9 @@ def test_the_controller_s_model_overrides_single_values(scenario) -> None:
     """
     loop = load_scenario(scenario(text))
     assert loop.controller.model.plant == loop.plant._replace(damping=40.0)
-    assert loop.controller.model == DesignModel(plant=loop.plant._replace(damping=40.0), least_drop=1e5)
+    assert loop.controller.model == example(
+        DesignModel, plant=loop.plant._replace(damping=40.0), least_drop=1e5
+    )
     assert loop.plant.damping == 50.0
 
 
@@ -160,16 +169,16 @@ def test_changes_take_what_a_file_can_hold() -> None:
         "uncertainty.scale": 0,
     }
     loop = load_scenario("paper/sine-pi", changes)
-    assert loop.plant == Loop().plant._replace(mass=7.0)
+    assert loop.plant == example(Loop).plant._replace(mass=7.0)
     assert loop.simulation.period == 1e-3
-    assert loop.valve == FirstOrderValve(time_constant=5e-3)
-    assert loop.controller == PI()._replace(saturation=PI().saturation._replace(limit=5.0))
+    assert loop.valve == example(FirstOrderValve, time_constant=5e-3)
+    assert loop.controller == example(PI)._replace(saturation=example(PI).saturation._replace(limit=5.0))
 
 
 def test_another_type_keeps_only_the_keys_that_it_has_too(scenario) -> None:
     path = scenario('[controller]\ntype = "PI"\nproportional_gain = 1\n[controller.saturation]\nlimit = 3')
     loop = load_scenario(path, {"controller.type": "TSMC", "controller.exponent_1": "3/5"})
-    assert loop.controller == TSMC(exponent_1=0.6, model=believed(loop), saturation=Saturation(3.0))
+    assert loop.controller == example(TSMC, exponent_1=0.6, model=believed(loop), saturation=Saturation(3.0))
     assert load_scenario(path, {"controller.type": "PI"}).controller.proportional_gain == 1.0
 
 
@@ -178,7 +187,7 @@ def test_a_nested_type_is_changed_alone() -> None:
         "paper/sine-tsmc",
         {"controller.observer.realisation.type": "Implicit", "controller.observer.switching_gain_2": 1e5},
     )
-    assert loop.controller.observer == TSMObserver(realisation=Implicit(), switching_gain_2=1e5)
+    assert loop.controller.observer == example(TSMObserver, realisation=Implicit(), switching_gain_2=1e5)
 
 
 @pytest.mark.parametrize(
@@ -226,7 +235,7 @@ def test_another_type_drops_the_uncertainty_that_it_does_not_have() -> None:
     loop = load_scenario("paper/sine-pi", {"plant.type": "Cylinder"})
     assert type(loop.plant) is Cylinder
     assert loop.valve.orifice.density == pytest.approx(1.15 * 850.0)
-    assert loop.plant.friction.coefficient == Cylinder().friction.coefficient
+    assert loop.plant.friction.coefficient == example(Cylinder).friction.coefficient
     with pytest.raises(ScenarioError, match=r"uncertainty\.plant\.damping"):
         load_scenario("paper/sine-pi", {"plant.type": "Cylinder", "uncertainty.plant.damping": "20 %"})
 

@@ -11,6 +11,7 @@ from hydroservo.monitors.group import Usual
 from hydroservo.provenance import provenance, scenario_hash
 from hydroservo.results import metric_fields, metrics_of
 from hydroservo.scenario import load_scenario, plugins
+from hydroservo.testing.examples import example
 
 LOOP = """\
 [simulation]
@@ -140,7 +141,7 @@ def test_the_usual_ones_are_those_of_the_law_that_runs(write) -> None:
     """Of one that is put into the loop after it was loaded, too."""
     loop = load_scenario(write(LOOP + '[metrics.energy]\ntype = "Energy"'), {"controller.type": "TSMC"})
     assert list(monitors_of(loop)) == [*USUAL[:3], "disturbance", USUAL[3], "energy"]
-    changed = loop._replace(controller=PI())
+    changed = loop._replace(controller=example(PI))
     assert list(monitors_of(changed)) == [*USUAL, "energy"]
     assert not simulate(changed, record=[], compiled=False)["diverged"]
 

@@ -8,6 +8,7 @@ from hydroservo import ScenarioError
 from hydroservo.block import leaves
 from hydroservo.plants import Cylinder
 from hydroservo.scenario import load_scenario
+from hydroservo.testing.examples import example
 
 NAME = "paper/sine-tsmc"  # whose law has a model, and whose machine has uncertainty
 DATASHEET = """
@@ -91,7 +92,7 @@ def test_it_is_layered_as_all_is(tmp_path: Path) -> None:
     assert (loop.plant.mass, loop.plant.damping) == (8.0, 80.0)
     typed = 'base = "machine.toml"\nplant.type = "Cylinder"\n'
     own.write_text(typed, encoding="utf-8")  # whose mass is its mechanism's
-    assert load_scenario(own).plant == Cylinder()
+    assert load_scenario(own).plant == example(Cylinder)
     own.write_text(f"{typed}truth.plant.mass = 8\n", encoding="utf-8")
     with pytest.raises(ScenarioError, match=r"own.toml: truth.plant.mass: unknown key"):
         load_scenario(own)

@@ -19,12 +19,13 @@ from hydroservo.scenario import load_scenario, plugins
 from hydroservo.scenario.plugins import load_plugin
 from hydroservo.sensors import DelayedSensors, Dropout, IdealSensors, RigSensors
 from hydroservo.supplies import IdealSupply
+from hydroservo.testing.examples import example
 from hydroservo.valves import FirstOrderValve
 from hydroservo.wiring import believed, wired
 
 SHORT = Simulation(0.02, 1e-3, 20, record_period=1e-3)
 CYLINDER = Cylinder.from_diameters(63e-3, 45e-3, 70e-3, oil=AeratedOil())
-MACHINE = Loop(SHORT, plant=CYLINDER, supply=IdealSupply(160e5))
+MACHINE = example(Loop, SHORT, plant=CYLINDER, supply=IdealSupply(160e5))
 SCENARIO = """
 [simulation]
 duration = "20 ms"
@@ -68,7 +69,7 @@ def same_metrics(one: Loop, other: Loop) -> bool:
 
 
 def test_a_law_that_is_told_nothing_believes_in_this_machine() -> None:
-    loop = MACHINE._replace(controller=TSMC())
+    loop = MACHINE._replace(controller=example(TSMC))
     model = wired(loop).controller.model
     assert isinstance(loop.controller.model, ThisMachine)
     assert model == believed(loop) != MODEL
@@ -78,7 +79,7 @@ def test_a_law_that_is_told_nothing_believes_in_this_machine() -> None:
 
 
 def test_python_and_toml_mean_the_same_loop(tmp_path: Path) -> None:
-    here, there = MACHINE._replace(controller=TSMC()), load_scenario(written(tmp_path, SCENARIO))
+    here, there = MACHINE._replace(controller=example(TSMC)), load_scenario(written(tmp_path, SCENARIO))
     assert there.controller.model == wired(here).controller.model
     assert wired(here) == there
     assert scenario_hash(ready(here)) == scenario_hash(ready(there))
@@ -87,17 +88,17 @@ def test_python_and_toml_mean_the_same_loop(tmp_path: Path) -> None:
 
 def test_a_law_put_into_a_loaded_machine_believes_in_that_machine() -> None:
     scenario = load_scenario("rig/excavator-link")
-    loop = replace(scenario, {"controller": TSMC()})
+    loop = replace(scenario, {"controller": example(TSMC)})
     model = ready(loop).controller.model
     assert model == believed(scenario)
     assert model.supply.supply_pressure == scenario.supply.simplified().supply_pressure != 40e5
     named = load_scenario("rig/excavator-link", {"controller.type": "TSMC", "uncertainty.scale": 0})
     nominal = load_scenario("rig/excavator-link", {"uncertainty.scale": 0})
-    assert ready(replace(nominal, {"controller": TSMC()})).controller.model == named.controller.model
+    assert ready(replace(nominal, {"controller": example(TSMC)})).controller.model == named.controller.model
 
 
 def test_a_model_has_no_numbers_before_it_is_filled_in() -> None:
-    loop = Loop(SHORT, controller=TSMC())
+    loop = example(Loop, SHORT, controller=example(TSMC))
     with pytest.raises(ParameterError, match="the names are none: a ThisMachine has no numbers"):
         replace(loop, {"controller.model.plant.mass": 8.0})
     assert replace(wired(loop), {"controller.model.plant.mass": 8.0}).controller.model.plant.mass == 8.0
@@ -125,8 +126,13 @@ def test_a_belief_means_the_same_however_it_is_changed(law: str) -> None:
 def test_disturbances_are_those_besides_the_law_s_own_model() -> None:
     """d_L1 = -F_L/m for a law that knows the machine; one that believes in half the mass sees more."""
     runs = [
-        simulate(Loop(SHORT, controller=TSMC(model=believed(Loop())._replace(plant=plant))), compiled=False)
-        for plant in (LoadPressurePlant(), LoadPressurePlant(mass=3.0))
+        simulate(
+            example(
+                Loop, SHORT, controller=example(TSMC, model=believed(example(Loop))._replace(plant=plant))
+            ),
+            compiled=False,
+        )
+        for plant in (example(LoadPressurePlant), example(LoadPressurePlant, mass=3.0))
     ]
     own, other = (run["disturbance.d1"].values for run in runs)
     assert own == pytest.approx(-runs[0]["load.force"].values / 6.0, abs=1e-9)
@@ -143,13 +149,13 @@ def test_disturbances_are_those_besides_the_law_s_own_model() -> None:
     ],
     ids=["alone", "DAC", "three", "AntiWindup"],
 )
-@pytest.mark.parametrize("law", [TSMC(), Backstepping()], ids=["tsmc", "backstepping"])
+@pytest.mark.parametrize("law", [example(TSMC), example(Backstepping)], ids=["tsmc", "backstepping"])
 def test_models_in_wrappers_are_filled_too(wrap: Any, law: Block) -> None:
     loop = MACHINE._replace(controller=wrap(law))
     filled = wired(loop).controller
     assert model_in(filled) == believed(loop)
     assert filled == wrap(law._replace(model=believed(loop)))
-    own = DesignModel(valve_gain=1e-4)
+    own = example(DesignModel, valve_gain=1e-4)
     given = MACHINE._replace(controller=wrap(law._replace(model=own)))
     assert wired(given) == given
 
@@ -186,7 +192,7 @@ class Ahead(NamedTuple):
 class Unknown(NamedTuple):
     """A plant that says of itself no more than a run needs."""
 
-    plant: LoadPressurePlant = LoadPressurePlant()
+    plant: LoadPressurePlant = example(LoadPressurePlant)
     stroke: float = 0.078
 
     def init(self) -> Block:
@@ -208,7 +214,7 @@ class Unknown(NamedTuple):
 class Spool(NamedTuple):
     """A valve that has another name for its gain."""
 
-    valve: FirstOrderValve = FirstOrderValve()
+    valve: FirstOrderValve = example(FirstOrderValve)
 
     @property
     def orifice(self) -> Block:
@@ -232,7 +238,7 @@ ASIDE = [
 
 @pytest.mark.parametrize(("machine", "_says"), ASIDE, ids=["plant", "valve"])
 def test_a_law_without_a_model_needs_none_of_its_machine(machine: dict[str, Block], _says: str) -> None:
-    loop = Loop(SHORT, controller=PI(0.3, 100.0))
+    loop = example(Loop, SHORT, controller=PI(0.3, 100.0))
     known, unknown = (simulate(one, compiled=False) for one in (loop, loop._replace(**machine)))
     assert metrics_of(known)["rms_error"] == metrics_of(unknown)["rms_error"] or "valve" in machine
     assert not unknown["diverged"]
@@ -241,13 +247,13 @@ def test_a_law_without_a_model_needs_none_of_its_machine(machine: dict[str, Bloc
 
 @pytest.mark.parametrize(("machine", "says"), ASIDE, ids=["plant", "valve"])
 def test_a_law_that_needs_a_model_is_told_what_is_in_its_way(machine: dict[str, Block], says: str) -> None:
-    loop = Loop(SHORT, controller=DAC(TSMC()))._replace(**machine)
+    loop = example(Loop, SHORT, controller=DAC(example(TSMC)))._replace(**machine)
     with pytest.raises(ParameterError) as caught:
         simulate(loop, compiled=False)
     assert str(caught.value).startswith(says)
     assert str(caught.value).endswith("else give the controller a model")
     assert "\n" not in str(caught.value)
-    given = replace(loop, {"controller.controller.model": DesignModel()})
+    given = replace(loop, {"controller.controller.model": example(DesignModel)})
     assert not simulate(given, compiled=False)["diverged"]
 
 
@@ -282,7 +288,7 @@ class Unmetered(NamedTuple):
     said = str(caught.value)
     assert said.startswith(f"{path}: valve: Unmetered must have a field gain (a float)")
     assert "\n" not in said
-    assert load_scenario(path, {"controller.type": "PI"}, [plugin]).controller == PI()
+    assert load_scenario(path, {"controller.type": "PI"}, [plugin]).controller == example(PI)
 
 
 # Areas
@@ -291,8 +297,8 @@ class Unmetered(NamedTuple):
 def test_sensors_know_the_areas_of_the_plant() -> None:
     loop = wired(MACHINE._replace(sensors=RigSensors()))
     assert (loop.sensors.area_a, loop.sensors.area_b) == (CYLINDER.area_a, CYLINDER.area_b)
-    loop = wired(Loop(sensors=RigSensors()))
-    assert loop.sensors.area_a == loop.sensors.area_b == LoadPressurePlant().piston_area
+    loop = wired(example(Loop, sensors=RigSensors()))
+    assert loop.sensors.area_a == loop.sensors.area_b == example(LoadPressurePlant).piston_area
     loop = wired(MACHINE._replace(sensors=RigSensors(area_a=1e-3)))
     assert (loop.sensors.area_a, loop.sensors.area_b) == (1e-3, CYLINDER.area_b)
 
@@ -306,7 +312,7 @@ def test_sensors_around_others_know_them_too() -> None:
 def test_python_and_toml_mean_the_same_areas(tmp_path: Path) -> None:
     text = SCENARIO + '[sensors]\ntype = "RigSensors"\n'
     there = load_scenario(written(tmp_path, text))
-    here = MACHINE._replace(controller=TSMC(), sensors=RigSensors())
+    here = MACHINE._replace(controller=example(TSMC), sensors=RigSensors())
     assert wired(here) == there
     assert (there.sensors.area_a, there.sensors.area_b) == (CYLINDER.area_a, CYLINDER.area_b)
     auto = load_scenario(written(tmp_path, text + 'area_a = "auto"\narea_b = "9 cm^2"'))
@@ -314,7 +320,9 @@ def test_python_and_toml_mean_the_same_areas(tmp_path: Path) -> None:
 
 
 def test_a_plant_that_has_no_area_needs_sensors_that_know_theirs() -> None:
-    loop = Loop(SHORT, plant=Unknown(), controller=PI(0.3, 100.0), sensors=DelayedSensors(RigSensors()))
+    loop = example(
+        Loop, SHORT, plant=Unknown(), controller=PI(0.3, 100.0), sensors=DelayedSensors(RigSensors())
+    )
     with pytest.raises(ParameterError) as caught:
         simulate(loop, compiled=False)
     assert str(caught.value) == (
