@@ -4,11 +4,9 @@ from typing import Annotated, NamedTuple
 
 from hydroservo import ops
 from hydroservo.block import Block, Field
-from hydroservo.controllers.pi import PI
 from hydroservo.controllers.saturation import Saturation
 from hydroservo.roles import Controller, role
 from hydroservo.signals import Demand, Measurement
-from hydroservo.sources import TSMC_EHA_2021
 
 __all__ = ["AntiWindup", "AntiWindupState"]
 
@@ -47,8 +45,8 @@ class AntiWindup(NamedTuple):
     the law's time twice.
     """
 
-    controller: Controller = PI(saturation=Saturation(1000.0))
-    gain: Annotated[float, Field("V s/m", "du/dr of the law within a sample", TSMC_EHA_2021, above=0)] = 100.0
+    controller: Controller
+    gain: Annotated[float, Field("V s/m", "du/dr of the law within a sample", above=0)]
     saturation: Saturation = Saturation()
 
     def init(self) -> AntiWindupState:

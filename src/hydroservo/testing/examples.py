@@ -15,10 +15,9 @@ from hydroservo.controllers import (
     ValveInversion,
 )
 from hydroservo.loads import Constant as ConstantLoad
-from hydroservo.loads import Sine as SineLoad
 from hydroservo.loads import Square as SquareLoad
 from hydroservo.loads import Step as StepLoad
-from hydroservo.loop import Loop
+from hydroservo.loop import Loop, Simulation
 from hydroservo.mechanics import LuGre, Mass, MassSpringDamper, Stribeck, Viscous
 from hydroservo.observers import BoundaryLayer
 from hydroservo.oils import ConstantOil
@@ -26,7 +25,7 @@ from hydroservo.papers.tsmc_eha_2021 import machine
 from hydroservo.plants import Cylinder
 from hydroservo.plants.design_model import THIS_MACHINE
 from hydroservo.references import Chirp, Multisine, Ramp, Step
-from hydroservo.supplies import PumpSupply, ReliefValve
+from hydroservo.supplies import GasAccumulator, PumpSupply, ReliefValve
 from hydroservo.valves import FirstOrderValve, FourEdges, SecondOrderValve
 
 __all__ = ["EXAMPLES", "example"]
@@ -86,9 +85,10 @@ BLOCKS: tuple[Block, ...] = (
     Multisine(AMPLITUDE),
     Ramp(final=AMPLITUDE),
     RateLimit(LAW),
-    SecondOrderValve(VALVE.gain, max_opening=VALVE.max_opening, orifice=machine.ORIFICE),
-    SineLoad(FORCE, 0.25),
-    SquareLoad(FORCE),
+    SecondOrderValve(VALVE.gain, 300.0, VALVE.max_opening, machine.ORIFICE),
+    machine.LOADS["sine"],
+    SquareLoad(FORCE, machine.PERIOD),
+    GasAccumulator(precharge=30e5, gas_volume=5e-4),
     Step(final=AMPLITUDE),
     StepLoad(final=FORCE),
     Stribeck(viscous=PLANT.damping),
@@ -97,10 +97,11 @@ BLOCKS: tuple[Block, ...] = (
     machine.BACKSTEPPING._replace(model=THIS_MACHINE),
     machine.TERMINAL._replace(model=THIS_MACHINE, observer=machine.OBSERVER),
     Loop(
+        Simulation(),
         plant=PLANT,
         valve=VALVE,
         supply=SUPPLY,
-        load=SineLoad(FORCE, 0.25),
+        load=machine.LOADS["sine"],
         reference=machine.REFERENCES["sine"],
         controller=LAW,
     ),
@@ -120,7 +121,7 @@ def example(cls: type[Example], *args: Any, **changes: Any) -> Example:
         TypeError: the class has no example and no defaults, or not such a field.
     """
     if cls not in EXAMPLES:
-        return cls(*args, **changes)
+        return cast("Example", cls(*args, **changes))
     given = dict(zip(cls._fields, args, strict=False))
     if twice := given.keys() & changes:
         raise TypeError(f"{cls.__name__} got {', '.join(sorted(twice))} twice")
