@@ -70,7 +70,7 @@ def loops() -> dict[str, Loop]:
     add("+ one-link arm", plant=cylinder._replace(mechanism=OneLinkArm()))
     add(
         "+ accumulator and a rig's sensors and electronics",
-        supply=pump._replace(accumulator=GasAccumulator()),
+        supply=pump._replace(accumulator=example(GasAccumulator)),
         sensors=RigSensors(),
         controller=DAC(loop.controller),
         hold=DelayedHold(0.5 * PERIOD),

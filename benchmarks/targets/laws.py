@@ -84,7 +84,7 @@ def others() -> Iterator[tuple[str, Controller]]:
     for cls in shipped_classes():
         for role in PARTS:
             if role in said_roles(cls) and cls not in chosen:
-                loop = loop_with(cls(), role)
+                loop = loop_with(example(cls), role)
                 if loop is not None:
                     yield cls.__name__, loop.controller
 

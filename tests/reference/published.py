@@ -70,12 +70,13 @@ def natural_frequency() -> list[Compared]:
     """
     little = 1e-9
     plant = Cylinder.from_diameters(
-        4.0 * INCH, 2.5 * INCH, 12.0 * INCH, line_volume_a=little, line_volume_b=little
-    )._replace(
-        internal_leakage=0.0,
-        oil=ConstantOil(180e3 * PSI),
-        friction=Viscous(0.0),
-        mechanism=Mass(1000.0 * POUND),
+        4.0 * INCH,
+        2.5 * INCH,
+        12.0 * INCH,
+        ConstantOil(180e3 * PSI),
+        Mass(1000.0 * POUND),
+        line_volume_a=little,
+        line_volume_b=little,
     )
     at = np.array([0.0, plant.start_position, plant.area_b / plant.area_a * 1e6, 1e6])
     shut = PortFlows(0.0, 0.0, 0.0, 0.0)
@@ -212,7 +213,7 @@ def valve_and_cylinder() -> list[Compared]:
     ratio has none. Ours is sent out and back from rest each time the spool crosses its middle.
     """
     edges = FourEdges(0.67, math.pi * 0.01, 890.0, lap=-1e-6, clearance=0.0, transition_drop=0.0)
-    valve = SecondOrderValve(1.0, 300.0, 1.0, max_opening=0.01, slew_limit=100.0, orifice=edges)
+    valve = SecondOrderValve(1.0, 300.0, 0.01, edges, damping_ratio=1.0, slew_limit=100.0)
     plant = example(
         Cylinder,
         area_a=1.5e-4,

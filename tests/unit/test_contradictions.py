@@ -6,6 +6,7 @@ from typing import Annotated, NamedTuple
 import numpy as np
 import pytest
 
+from bases import on_base
 from hydroservo import Loop, ParameterError, ScenarioError, Simulation, replace
 from hydroservo.batch import simulate_batch
 from hydroservo.block import Block, Field
@@ -47,7 +48,7 @@ CONTRADICTIONS = [
     (example(LuGre, coulomb=70.0), "breakaway = 60.0: must be at least coulomb, 70 [N]"),
     (IdealSupply(2e5, 2e5), "supply_pressure = 200000.0: must be above return_pressure, 200000 [Pa]"),
     (
-        example(PumpSupply, accumulator=GasAccumulator(precharge=60e5)),
+        example(PumpSupply, accumulator=GasAccumulator(60e5, 5e-4)),
         "accumulator.precharge = 6000000.0: must be below 4.188e+06 [Pa], the pressure with the valve shut",
     ),
     (
@@ -200,13 +201,14 @@ def test_a_controller_of_a_plugin_may_check_itself(tmp_path: Path) -> None:
     plugin = tmp_path / "law.py"
     plugin.write_text(PLUGIN, encoding="utf-8")
     scenario = tmp_path / "law.toml"
-    scenario.write_text('[controller]\ntype = "Held"\nlow = 2.0\n', encoding="utf-8")
+    scenario.write_text(on_base('[controller]\ntype = "Held"\nlow = 2.0\n'), encoding="utf-8")
     with pytest.raises(ScenarioError, match=r"law\.toml: controller: low = 2\.0: must be below high, 1"):
         load_scenario(scenario, plugins=[plugin])
 
 
 PLUGIN = '''
 from typing import NamedTuple
+from bases import on_base
 from hydroservo import ParameterError
 
 class HeldState(NamedTuple):

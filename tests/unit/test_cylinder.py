@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from bases import on_base
 from hydroservo import Loop, Simulation, simulate
 from hydroservo.controllers import PI
 from hydroservo.hooks import at_rest
@@ -112,11 +113,13 @@ def test_simplified_keeps_the_natural_frequency() -> None:
 
 
 def test_from_diameters() -> None:
-    single = Cylinder.from_diameters(0.05, 0.03, 0.4)
+    single = Cylinder.from_diameters(0.05, 0.03, 0.4, AeratedOil(), Mass(6.0))
     assert single.area_a == pytest.approx(math.pi * 0.025**2)
     assert single.area_b == pytest.approx(math.pi * (0.025**2 - 0.015**2))
     assert (single.stroke, single.start_position) == (0.4, 0.2)
-    double = Cylinder.from_diameters(0.05, 0.03, 0.4, rods=2, line_volume_a=1e-5, line_volume_b=3e-5)
+    double = Cylinder.from_diameters(
+        0.05, 0.03, 0.4, AeratedOil(), Mass(6.0), rods=2, line_volume_a=1e-5, line_volume_b=3e-5
+    )
     assert double.area_a == double.area_b == single.area_b
     assert (double.dead_volume_a, double.dead_volume_b) == (1e-5, 3e-5)
 
@@ -150,7 +153,10 @@ def test_it_follows_the_demand_as_the_load_pressure_form_does() -> None:
 SCENARIO = """
 [plant]
 type = "Cylinder"
+area_a = "4 cm^2"
 area_b = "3 cm^2"
+dead_volume_a = "20 cm^3"
+dead_volume_b = "20 cm^3"
 [plant.oil]
 type = "AeratedOil"
 air_content = 0.01
@@ -161,18 +167,16 @@ type = "NoStops"
 [plant.mechanism]
 type = "OneLinkArm"
 level_angle = "80 deg"
-[controller]
-type = "PI"
 """
 
 
 def test_a_scenario_names_its_parts(tmp_path: Path) -> None:
     file = tmp_path / "arm.toml"
-    file.write_text(SCENARIO, encoding="utf-8")
+    file.write_text(on_base(SCENARIO), encoding="utf-8")
     loop = load_scenario(file)
     assert isinstance(loop.plant, Cylinder)
     assert loop.plant.oil == AeratedOil(air_content=0.01)
-    assert loop.plant.friction == example(LuGre)
+    assert loop.plant.friction == LuGre()
     assert loop.plant.stops == NoStops()
     assert loop.plant.mechanism == OneLinkArm(level_angle=pytest.approx(math.radians(80.0)))
     assert loop.plant.area_b == pytest.approx(3e-4)

@@ -48,7 +48,7 @@ def by_dop853(loop: Block, x: Block, u: float, *ends: float) -> np.ndarray:
     """From one instant to the next, the load in between as it is in the middle."""
     y, t = flat(x), 0.0
     for end in ends:
-        held = loop._replace(load=Step(final=loop.load.force(0.5 * (t + end)), time=0.0))
+        held = loop._replace(load=Step(0.0, loop.load.force(0.5 * (t + end)), 0.0))
         done = solve_ivp(
             lambda t, y, held=held: flat(held.deriv(t, state(y), u)),
             (t, end),

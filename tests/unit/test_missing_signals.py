@@ -8,7 +8,7 @@ import pytest
 
 from hydroservo import Field, Loop, LoopError, Simulation, ops, simulate, simulate_batch
 from hydroservo.block import Block
-from hydroservo.controllers import DAC, PI, TSMC, AntiWindup, Backstepping
+from hydroservo.controllers import DAC, PI, TSMC, AntiWindup, Backstepping, Saturation
 from hydroservo.sensors import (
     DelayedSensors,
     Difference,
@@ -120,7 +120,7 @@ def test_a_law_that_needs_the_load_force_is_refused_without_it(
 
 
 def test_wrappers_pass_on_what_is_missing_and_their_names() -> None:
-    sensors, law = DelayedSensors(Dropout(0.1, BLIND)), DAC(example(AntiWindup, example(TSMC)))
+    sensors, law = DelayedSensors(Dropout(0.1, BLIND)), DAC(AntiWindup(example(TSMC), 100.0, Saturation(5.0)))
     with pytest.raises(
         LoopError, match=r"TSMC in AntiWindup in DAC needs load_force .* RigSensors in Dropout in"
     ):

@@ -51,10 +51,11 @@ def test_what_differs_comes_first_and_what_is_open_says_so():
 def test_nested_blocks_that_are_default_are_left_out():
     lines = outline(example(Loop, controller=example(TSMC))).splitlines()
     assert lines[0] == "Loop"
-    assert [line.split()[0] for line in lines[1:]] == list(Loop._fields)
+    shown = [line.split()[0] for line in lines[1:] if re.match("  [a-z]", line)]
+    assert shown == list(Loop._fields)
     changed = outline(example(Loop, plant=example(Cylinder, oil=AeratedOil())))
     assert re.search(r"^    oil +AeratedOil: ", changed, re.MULTILINE)
-    assert "Mass" not in changed
+    assert "Stops" not in changed
 
 
 @pytest.mark.parametrize("name", ["paper/sine-tsmc", "rig/excavator-link", "rig/encoder-tsmc-sine"])

@@ -4,8 +4,9 @@ from pathlib import Path
 
 import pytest
 
+from bases import on_base
 from hydroservo import HydroservoWarning, Loop
-from hydroservo.controllers import PI, TSMC, Backstepping
+from hydroservo.controllers import PI, TSMC
 from hydroservo.papers.tsmc_eha_2021.printed import (
     PrintedBackstepping,
     PrintedTSMC,
@@ -37,9 +38,9 @@ def test_the_printed_leakage_leaves_next_to_no_damping() -> None:
     assert limit == pytest.approx(0.084, abs=5e-4)
 
 
-@pytest.mark.parametrize(("law", "kind"), [(TSMC, PrintedTSMC), (Backstepping, PrintedBackstepping)])
-def test_a_loop_to_the_letter_has_the_printed_law_and_leakage(law: type, kind: type) -> None:
-    loop = load_scenario("paper/sine-tsmc", {"controller.type": law.__name__})
+@pytest.mark.parametrize(("name", "kind"), [("tsmc", PrintedTSMC), ("backstepping", PrintedBackstepping)])
+def test_a_loop_to_the_letter_has_the_printed_law_and_leakage(name: str, kind: type) -> None:
+    loop = load_scenario(f"paper/sine-{name}")
     letter = printed(loop)
     assert type(letter.controller) is kind
     assert letter.plant.leakage == loop.plant.piston_area * loop.plant.leakage
@@ -74,6 +75,6 @@ def test_the_printed_bound_is_too_short() -> None:
 
 def test_a_switch_that_was_off_warns_and_means_what_it_meant(tmp_path: Path) -> None:
     path = tmp_path / "old.toml"
-    path.write_text('[plant]\nas_printed = false\n[controller]\ntype = "PI"\n', encoding="utf-8")
+    path.write_text(on_base("[plant]\nas_printed = false\n"), encoding="utf-8")
     with pytest.warns(HydroservoWarning, match=r"plant\.as_printed = false is no key any more; leave it out"):
         assert load_scenario(path) == example(Loop, controller=example(PI))

@@ -94,7 +94,17 @@ def test_a_relief_valve_opens_with_pressure(override: float, flow: float, name: 
 def test_a_pump_from_its_datasheet_settles_at_its_rated_point(efficiency: float) -> None:
     """A stiff line held at the rated pressure above the return."""
     rated = PumpSupply.from_datasheet(
-        3e-7, 150.0, efficiency, 60e5, max_torque=4.0, viscous=2e-3, relief=ReliefValve(80e5)
+        3e-7,
+        150.0,
+        efficiency,
+        60e5,
+        4.0,
+        2e-3,
+        2e-4,
+        7e8,
+        ReliefValve(80e5),
+        viscous=2e-3,
+        return_pressure=2e5,
     )
     pressure = rated.return_pressure + 60e5
     found = solve_ivp(
@@ -111,15 +121,10 @@ def test_a_pump_from_its_datasheet_settles_at_its_rated_point(efficiency: float)
 
 
 def test_a_datasheet_s_pump_keeps_its_other_parts() -> None:
-    gas, relief = GasAccumulator(precharge=28e5), ReliefValve(63e5)
-    supply = PumpSupply.from_datasheet(
-        3e-7, 150.0, 0.9, 60e5, 4.0, volume=3e-4, relief=relief, accumulator=gas
-    )
+    gas, relief = GasAccumulator(28e5, 5e-4), ReliefValve(63e5)
+    supply = PumpSupply.from_datasheet(3e-7, 150.0, 0.9, 60e5, 4.0, 1e-3, 3e-4, 8e8, relief, accumulator=gas)
     assert (supply.volume, supply.relief, supply.accumulator) == (3e-4, relief, gas)
-    assert (supply.inertia, supply.bulk_modulus) == (
-        example(PumpSupply).inertia,
-        example(PumpSupply).bulk_modulus,
-    )
+    assert (supply.inertia, supply.bulk_modulus) == (1e-3, 8e8)
 
 
 @pytest.mark.parametrize(
@@ -139,6 +144,10 @@ def test_a_datasheet_that_no_pump_has(changed: dict[str, float], problem: str) -
         "volumetric_efficiency": 0.9,
         "rated_pressure": 60e5,
         "max_torque": 4.0,
+        "inertia": 2e-3,
+        "volume": 2e-4,
+        "bulk_modulus": 7e8,
+        "relief": ReliefValve(40e5),
         "viscous": 1e-3,
     }
     with pytest.raises(ParameterError, match=problem):
@@ -280,7 +289,7 @@ def test_an_accumulator_does_the_work_of_its_gas() -> None:
 
 
 def test_below_its_precharge_an_accumulator_holds_no_oil() -> None:
-    assert GasAccumulator(precharge=30e5).compliance(29.9e5) == 0.0
+    assert GasAccumulator(30e5, 5e-4).compliance(29.9e5) == 0.0
     isothermal = GasAccumulator(precharge=30e5, gas_volume=1e-3, exponent=1.0)
     assert isothermal.compliance(61e5) == pytest.approx(
         1e-3 * (30e5 + ATMOSPHERE) / (61e5 + ATMOSPHERE) ** 2, rel=1e-14

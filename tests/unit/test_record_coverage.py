@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from bases import on_base
 from hydroservo import loads, references
 from hydroservo.batch import simulate_batch
 from hydroservo.cli.app import app
@@ -172,7 +173,7 @@ def test_records_inside_other_blocks_are_looked_at() -> None:
 def test_a_file_is_named(tmp_path: Path) -> None:
     (tmp_path / "log.csv").write_text("t [s],v [mm/s],F [kN]\n10,0,1\n11,1,2\n")
     (tmp_path / "my.toml").write_text(
-        """controller.type = "PI"\nreference = {type = "Recorded", series = {file = "log.csv"}}"""
+        on_base("""reference = {type = "Recorded", series = {file = "log.csv"}}""")
     )
     with pytest.raises(
         ParameterError, match=re.escape("reference.series = 'log.csv, v [mm/s] over t [s]': goes")
@@ -228,9 +229,11 @@ def scenario(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
     Path("held.csv").write_text("t;v [mm/s]\n0;1\n0,05;2\n")
     Path("late.csv").write_text("t [s];v [mm/s]\n10;1\n11,5;2\n")
     Path("my.toml").write_text(
-        'controller.type = "PI"\nsimulation = {duration = "0.1 s", period = "100 us", substeps = 20}\n'
-        'reference = {type = "Recorded", series = {file = "held.csv"}}\n'
-        'load = {type = "Recorded", series = {file = "force.csv"}}\n'
+        on_base(
+            'simulation = {duration = "0.1 s", period = "100 us", substeps = 20}\n'
+            'reference = {type = "Recorded", series = {file = "held.csv"}}\n'
+            'load = {type = "Recorded", series = {file = "force.csv"}}\n'
+        )
     )
     Path("force.csv").write_text("t [s],F [kN]\n0,0\n0.1,0.01\n")
     return "my.toml"

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from bases import on_base
 from hydroservo import Loop, ParameterError, ScenarioError, Simulation, replace, simulate
 from hydroservo.batch import simulate_batch
 from hydroservo.block import Block
@@ -113,10 +114,17 @@ def test_what_is_given_stays() -> None:
 
 def test_the_start_of_a_datasheet_s_cylinder_can_be_given() -> None:
     plant = Cylinder.from_diameters(
-        0.063, 0.045, 0.5, start_position=0.1, start_pressure_a=3e5, start_pressure_b=5e5
+        0.063,
+        0.045,
+        0.5,
+        CONSTANT,
+        Mass(100.0),
+        start_position=0.1,
+        start_pressure_a=3e5,
+        start_pressure_b=5e5,
     )
     assert plant.init()[:4] == (0.0, 0.1, 3e5, 5e5)
-    assert Cylinder.from_diameters(0.063, 0.045, 0.5).start_position == 0.25
+    assert Cylinder.from_diameters(0.063, 0.045, 0.5, CONSTANT, Mass(100.0)).start_position == 0.25
 
 
 def test_a_load_that_nothing_holds_is_one_line() -> None:
@@ -146,6 +154,7 @@ type = "Cylinder.from_diameters"
 bore = "63 mm"
 rod = "45 mm"
 stroke = "70 mm"
+start_position = "auto"
 start_pressure_b = "auto"
 [plant.oil]
 type = "AeratedOil"
@@ -158,6 +167,7 @@ type = "Constant"
 amplitude = "1 kN"
 [reference]
 type = "Step"
+initial = "0 m/s"
 final = "0 m/s"
 [controller]
 type = "PI"
@@ -170,7 +180,7 @@ plant.mechanism.payload = "50 %"
 @pytest.fixture
 def scenario(tmp_path: Path) -> Path:
     file = tmp_path / "link.toml"
-    file.write_text(SCENARIO, encoding="utf-8")
+    file.write_text(on_base(SCENARIO), encoding="utf-8")
     return file
 
 

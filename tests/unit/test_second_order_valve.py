@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from hydroservo import ParameterError
+from hydroservo.papers.tsmc_eha_2021.machine import ORIFICE
 from hydroservo.testing.examples import example
 from hydroservo.valves import SecondOrderValve, SecondOrderValveState
 
@@ -57,14 +58,14 @@ def test_small_signals_see_the_linear_system(frequency: float, damping: float) -
 
 @pytest.mark.parametrize(("f90", "f3"), [(100.0, 100.0), (60.0, 25.0), (80.0, 120.0), (50.0, 1.0)])
 def test_a_datasheet_s_frequencies_come_out(f90: float, f3: float) -> None:
-    valve = SecondOrderValve.from_response(f90, f3, gain=1e-4, slew_limit=1.0)
+    valve = SecondOrderValve.from_response(f90, f3, 1e-4, 5e-3, ORIFICE, slew_limit=1.0)
     assert math.degrees(np.angle(response(valve, f90))) == pytest.approx(-90.0, abs=1e-9)
     assert abs(response(valve, f3)) == pytest.approx(math.sqrt(0.5), rel=1e-11)
     assert (valve.gain, valve.slew_limit) == (1e-4, 1.0)
 
 
 def test_equal_frequencies_mean_the_damping_of_a_butterworth_filter() -> None:
-    assert SecondOrderValve.from_response(70.0, 70.0).damping_ratio == pytest.approx(
+    assert SecondOrderValve.from_response(70.0, 70.0, 5e-4, 5e-3, ORIFICE).damping_ratio == pytest.approx(
         math.sqrt(0.5), rel=1e-15
     )
 
@@ -72,7 +73,7 @@ def test_equal_frequencies_mean_the_damping_of_a_butterworth_filter() -> None:
 @pytest.mark.parametrize(("f90", "f3"), [(100.0, 155.4), (1.0, 1e300), (1e-300, 1e300), (1e300, 1e-300)])
 def test_frequencies_of_no_damping_are_refused(f90: float, f3: float) -> None:
     with pytest.raises(ParameterError, match=r"frequency_3db = .*: must be below 1\.55 times frequency_90"):
-        SecondOrderValve.from_response(f90, f3)
+        SecondOrderValve.from_response(f90, f3, 5e-4, 5e-3, ORIFICE)
 
 
 def test_a_sine_is_followed_with_the_amplitude_of_the_formula() -> None:

@@ -338,7 +338,7 @@ def test_bits_in_c_are_compared_where_there_is_a_compiler(monkeypatch: pytest.Mo
 def test_there_is_a_loop_for_a_block_of_each_role() -> None:
     for cls in shipped_classes():
         for one in roles_of(cls):
-            assert loop_with(cls(), one) is not None, cls
+            assert loop_with(example(cls), one) is not None, cls
     assert {one for cls in shipped_classes() for one in roles_of(cls)} == set(ROLES)
 
 

@@ -35,6 +35,7 @@ GIVEN = {
     "simulation.substeps": 4,
     "simulation.seed": 5,
     "valve.type": "FirstOrderValve",
+    "valve.time_constant": "10 ms",
     "sensors.type": "NoisySensors",
 }
 

@@ -64,4 +64,4 @@ def test_a_lagging_spool_from_its_corner() -> None:
 @pytest.mark.parametrize("corner", [0.0, -10.0, math.nan])
 def test_a_corner_is_a_frequency(corner: float) -> None:
     with pytest.raises(ParameterError, match=r"corner_frequency = .*must be above 0"):
-        FirstOrderValve.from_corner(corner)
+        FirstOrderValve.from_corner(corner, 5e-4, 5e-3, example(Orifice))

@@ -5,10 +5,12 @@ from typing import Any, NamedTuple
 
 import pytest
 
+from bases import on_base
 from hydroservo import Loop, ParameterError, ScenarioError, Simulation, replace, simulate
 from hydroservo.block import Block, model_in
-from hydroservo.controllers import DAC, PI, TSMC, AntiWindup, Backstepping, Delay, RateLimit
+from hydroservo.controllers import DAC, PI, TSMC, AntiWindup, Backstepping, Delay, RateLimit, Saturation
 from hydroservo.hooks import at_rest
+from hydroservo.mechanics import Mass
 from hydroservo.oils import AeratedOil
 from hydroservo.papers.tsmc_eha_2021.machine import MODEL
 from hydroservo.plants import Cylinder, DesignModel, LoadPressurePlant, ThisMachine
@@ -23,8 +25,9 @@ from hydroservo.testing.examples import example
 from hydroservo.valves import FirstOrderValve
 from hydroservo.wiring import believed, wired
 
+PROPORTIONAL = {"controller.type": "PI", "controller.proportional_gain": 3}
 SHORT = Simulation(0.02, 1e-3, 20, record_period=1e-3)
-CYLINDER = Cylinder.from_diameters(63e-3, 45e-3, 70e-3, oil=AeratedOil())
+CYLINDER = Cylinder.from_diameters(63e-3, 45e-3, 70e-3, AeratedOil(), Mass(6.0))
 MACHINE = example(Loop, SHORT, plant=CYLINDER, supply=IdealSupply(160e5))
 SCENARIO = """
 [simulation]
@@ -37,13 +40,12 @@ type = "Cylinder.from_diameters"
 bore = "63 mm"
 rod = "45 mm"
 stroke = "70 mm"
+start_position = "auto"
 oil.type = "AeratedOil"
+mechanism = {type = "Mass", mass = "6 kg"}
 
 [supply]
 supply_pressure = "160 bar"
-
-[controller]
-type = "TSMC"
 """
 
 
@@ -55,7 +57,7 @@ def forgotten(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def written(folder: Path, text: str, name: str = "my.toml") -> Path:
     path = folder / name
-    path.write_text(text, encoding="utf-8")
+    path.write_text(on_base(text, "tsmc") if path.suffix == ".toml" else text, encoding="utf-8")
     return path
 
 
@@ -92,7 +94,8 @@ def test_a_law_put_into_a_loaded_machine_believes_in_that_machine() -> None:
     model = ready(loop).controller.model
     assert model == believed(scenario)
     assert model.supply.supply_pressure == scenario.supply.simplified().supply_pressure != 40e5
-    named = load_scenario("rig/excavator-link", {"controller.type": "TSMC", "uncertainty.scale": 0})
+    law = {"controller": {"type": "Backstepping", "velocity_gain": 100, "force_gain": 100}}
+    named = load_scenario("rig/excavator-link", law | {"uncertainty.scale": 0})
     nominal = load_scenario("rig/excavator-link", {"uncertainty.scale": 0})
     assert ready(replace(nominal, {"controller": example(TSMC)})).controller.model == named.controller.model
 
@@ -145,7 +148,7 @@ def test_disturbances_are_those_besides_the_law_s_own_model() -> None:
         lambda law: law,
         DAC,
         lambda law: DAC(RateLimit(Delay(law))),
-        AntiWindup,
+        lambda law: AntiWindup(law, 100.0, Saturation(5.0)),
     ],
     ids=["alone", "DAC", "three", "AntiWindup"],
 )
@@ -166,12 +169,11 @@ def test_a_wrapper_s_model_and_that_of_its_law_are_filled_both(tmp_path: Path) -
         """
 from typing import NamedTuple
 from hydroservo.block import Block
-from hydroservo.controllers import TSMC
 from hydroservo.plants import DesignModel, ThisMachine
 
 class Ahead(NamedTuple):
+    controller: Block
     model: DesignModel = ThisMachine()
-    controller: Block = TSMC()
 
     def init(self):
         return self.controller.init()
@@ -182,7 +184,7 @@ class Ahead(NamedTuple):
         "ahead.py",
     )
     (ahead,) = (found for found in load_plugin(plugin) if found.__name__ == "Ahead")
-    filled = wired(MACHINE._replace(controller=ahead())).controller
+    filled = wired(MACHINE._replace(controller=ahead(controller=example(TSMC)))).controller
     assert filled.model == filled.controller.model == believed(MACHINE)
 
 
@@ -262,10 +264,10 @@ def test_in_a_scenario_it_is_one_line_with_file_and_table(tmp_path: Path) -> Non
         tmp_path,
         """
 from typing import NamedTuple
-from hydroservo.valves import StaticValve
+from hydroservo.valves import Orifice, StaticValve
 
 class Unmetered(NamedTuple):
-    valve: StaticValve = StaticValve()
+    valve: StaticValve = StaticValve(5e-4, 5e-3, Orifice(0.62, 0.024, 850.0))
 
     @property
     def orifice(self):
@@ -282,13 +284,13 @@ class Unmetered(NamedTuple):
 """,
         "unmetered.py",
     )
-    path = written(tmp_path, 'valve.type = "Unmetered"\ncontroller.type = "TSMC"')
+    path = written(tmp_path, 'valve.type = "Unmetered"')
     with pytest.raises(ScenarioError) as caught:
         load_scenario(path, plugins=[plugin])
     said = str(caught.value)
     assert said.startswith(f"{path}: valve: Unmetered must have a field gain (a float)")
     assert "\n" not in said
-    assert load_scenario(path, {"controller.type": "PI"}, [plugin]).controller == example(PI)
+    assert load_scenario(path, PROPORTIONAL, [plugin]).controller == PI(3.0)
 
 
 # Areas

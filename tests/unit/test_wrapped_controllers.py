@@ -10,7 +10,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hydroservo import Field, Loop, Simulation, replace, simulate
+from bases import on_base
+from hydroservo import Field, Loop, ScenarioError, Simulation, simulate
 from hydroservo.block import Block, model_in, value_at
 from hydroservo.controllers import DAC, PI, TSMC, AntiWindup, Backstepping, Delay, RateLimit, Saturation
 from hydroservo.observers import Implicit, TSMObserver
@@ -225,9 +226,11 @@ def test_a_wrapped_law_believes_in_the_nominal_machine(tmp_path: Path) -> None:
         type = "RateLimit"
         [controller.controller.controller]
         type = "Backstepping"
+        velocity_gain = 2000
+        force_gain = 1000
         model.plant.damping = "40 N s/m"
     """
-    loop = load_scenario(written(tmp_path, text))
+    loop = load_scenario(written(tmp_path, on_base(text)))
     model = loop.controller.controller.controller.model
     assert loop.plant.mass == pytest.approx(7.7)
     assert model.plant.mass == 7.0
@@ -259,12 +262,11 @@ def test_where_a_controllers_model_is(controller: Block, path: str | None) -> No
 
 
 def test_the_law_inside_an_anti_windup_is_free_to_ask_for_more(tmp_path: Path) -> None:
-    """A PI named without a saturation keeps the wide one of the wrapper's default."""
-    loop = load_scenario(
-        written(tmp_path, 'controller.type = "AntiWindup"\ncontroller.controller.type = "PI"')
-    )
+    """One that is limited as tightly inside would never show what it wants, and is refused."""
+    law = 'controller = {type = "AntiWindup", gain = 9, controller = {type = "PI", proportional_gain = 9%s}}'
+    loop = load_scenario(written(tmp_path, on_base(law % ", saturation.limit = 1000")))
     assert loop.controller.controller.saturation.limit == 1000.0
-    assert (
-        replace(loop, {"controller.saturation.limit": 5.0}).controller.controller
-        == loop.controller.controller
-    )
+    with pytest.raises(
+        ScenarioError, match=r"controller.saturation.limit = 10.0: must be above saturation.limit"
+    ):
+        load_scenario(written(tmp_path, on_base(law % "")))

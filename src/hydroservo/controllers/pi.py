@@ -32,7 +32,7 @@ class PI(NamedTuple):
     """
 
     proportional_gain: Annotated[float, Field("V s/m", "proportional gain k_p", at_least=0)]
-    integral_gain: Annotated[float, Field("V/m", "integral gain k_i", at_least=0)] = 0.0
+    integral_gain: Annotated[float, Field("V/m", "integral gain k_i", "0: a P law", at_least=0)] = 0.0
     anti_windup: Annotated[
         float, Field("1/s", "back-calculation gain k_aw", "0: none, as in the paper", at_least=0)
     ] = 0.0

@@ -18,7 +18,7 @@ class Constant(NamedTuple):
     a jump. A Cylinder whose start pressures are open holds it from the start.
     """
 
-    amplitude: Annotated[float, Field("N", "force")] = 0.0
+    amplitude: Annotated[float, Field("N", "force", "0: none")] = 0.0
 
     def force(self, t: float) -> float:
         return self.amplitude

@@ -20,7 +20,7 @@ class Viscous(NamedTuple):
     Fails near rest, where seals stick; see Stribeck and LuGre.
     """
 
-    coefficient: Annotated[float, Field("N s/m", "viscous damping coefficient b", at_least=0)] = 0.0
+    coefficient: Annotated[float, Field("N s/m", "viscous damping b", "0: none", at_least=0)] = 0.0
 
     def init(self) -> ViscousState:
         return ViscousState()

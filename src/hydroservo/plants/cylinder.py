@@ -76,7 +76,7 @@ class Cylinder(NamedTuple):
     oil: Oil
     mechanism: Mechanism
     internal_leakage: Annotated[
-        float, Field("m^3/(s Pa)", "leakage coefficient C_i past the piston", at_least=0)
+        float, Field("m^3/(s Pa)", "leakage coefficient C_i past the piston", "0: sealed", at_least=0)
     ] = 0.0
     external_leakage: Annotated[
         float, Field("m^3/(s Pa)", "leakage coefficient C_e of each chamber", CHOSEN, at_least=0)

@@ -94,7 +94,7 @@ def draft(hint: Any, default: Block | None, table: Table, nominal: Nominal) -> D
         ScenarioError: the table has an unknown key or type, or a value that is not what it must be.
     """
     if hint is DesignModel:  # what a law believes, whatever its class believes by default
-        default = nominal() if set(table.names()) - {"type"} else THIS_MACHINE
+        default = nominal() if table.names() else THIS_MACHINE
     maker = maker_of(hint, default, table)
     base = default._asdict() if default is not None and type(default) is maker else defaults(maker)
     table = table.retyped(type(default).__name__, lambda entry: defaults(maker_named(hint, default, entry)))
