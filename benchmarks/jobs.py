@@ -13,6 +13,7 @@ from hydroservo import Loop
 from hydroservo.block import value_at
 from hydroservo.controllers import PI
 from hydroservo.scenario import load_scenario
+from hydroservo.testing.examples import example
 
 __all__ = ["ACCURACY", "Job", "Result", "end_state", "jobs"]
 
@@ -89,7 +90,7 @@ def plant_alone(loop: Loop, seconds: float) -> Job:
     """The machine under a smooth command, to a given accuracy in as few steps as a contender needs."""
     simulation = loop.simulation._replace(duration=seconds, period=1e-3)
     valve = ProgrammedValve(orifice=value_at(loop, "valve.orifice"))
-    loop = loop._replace(valve=valve, controller=PI(), simulation=simulation)
+    loop = loop._replace(valve=valve, controller=example(PI), simulation=simulation)
     return Job("J1", f"plant alone, {seconds:g} s to {WITHIN}", loop, {}, exact=exact(loop))
 
 

@@ -24,6 +24,7 @@ from hydroservo.references import Sine
 from hydroservo.roles import Integrator
 from hydroservo.sensors import RigSensors
 from hydroservo.supplies import GasAccumulator, PumpSupply
+from hydroservo.testing.examples import example
 from hydroservo.valves import FourEdges, SecondOrderValve
 
 __all__ = ["INTEGRATORS", "loops", "machines"]
@@ -44,7 +45,8 @@ Key = tuple[str, str, str]  # machine, integrator, kind
 
 def loops() -> dict[str, Loop]:
     """A PI at 1 kHz around ever more of a machine; each has what those above it have."""
-    loop = Loop(
+    loop = example(
+        Loop,
         simulation=Simulation(period=PERIOD),
         reference=Sine(amplitude=0.03, frequency=1.0),
         controller=PI(0.3, 30.0),
@@ -56,19 +58,19 @@ def loops() -> dict[str, Loop]:
         loop = loop._replace(**parts)
         found[name] = loop
 
-    edges, cylinder, pump = FourEdges(), Cylinder(start_position=0.02), PumpSupply()
+    edges, cylinder, pump = example(FourEdges), example(Cylinder, start_position=0.02), example(PumpSupply)
     add("two chambers instead", plant=cylinder)
-    add("+ four edges on a spool of second order", valve=SecondOrderValve(orifice=edges))
+    add("+ four edges on a spool of second order", valve=example(SecondOrderValve, orifice=edges))
     add("+ pump with relief valve and line", supply=pump)
-    add("+ Stribeck friction", plant=cylinder._replace(friction=Stribeck()))
-    cylinder = cylinder._replace(friction=LuGre())
+    add("+ Stribeck friction", plant=cylinder._replace(friction=example(Stribeck)))
+    cylinder = cylinder._replace(friction=example(LuGre))
     add("+ LuGre friction in its place", plant=cylinder)
     cylinder = cylinder._replace(oil=AeratedOil())
     add("+ air in the oil", plant=cylinder)
     add("+ one-link arm", plant=cylinder._replace(mechanism=OneLinkArm()))
     add(
         "+ accumulator and a rig's sensors and electronics",
-        supply=pump._replace(accumulator=GasAccumulator()),
+        supply=pump._replace(accumulator=example(GasAccumulator)),
         sensors=RigSensors(),
         controller=DAC(loop.controller),
         hold=DelayedHold(0.5 * PERIOD),

@@ -5,6 +5,7 @@ from typing import Annotated, NamedTuple
 
 from hydroservo import ops
 from hydroservo.block import Field
+from hydroservo.testing.examples import example
 from hydroservo.valves import Orifice
 
 __all__ = ["ProgrammedValve", "ProgrammedValveState"]
@@ -30,7 +31,7 @@ class ProgrammedValve(NamedTuple):
     frequency: Annotated[float, Field("Hz", "frequency of the command", "that of the paper's demand")] = 0.25
     gain: Annotated[float, Field("m/V", "servo valve gain K_sv", "the paper's", above=0)] = 5e-4
     max_opening: Annotated[float, Field("m", "spool limit x_max", "the paper's", above=0)] = 5e-3
-    orifice: Orifice = Orifice()
+    orifice: Orifice = example(Orifice)
 
     def init(self) -> ProgrammedValveState:
         return ProgrammedValveState(0.0)

@@ -15,6 +15,7 @@ from hydroservo.controllers import TSMC
 from hydroservo.engine import kernel, lanes
 from hydroservo.loads import Recorded as RecordedLoad
 from hydroservo.references import Recorded
+from hydroservo.testing.examples import example
 from hydroservo.time_series import TimeSeries
 
 __all__ = ["guarded"]
@@ -43,11 +44,12 @@ def loop(edge: str) -> Loop:
     """A loop with arrays, whose knots end inside the run."""
     time = np.linspace(1e-3, 15e-3, 9)
     series = TimeSeries(*(guarded(part, edge) for part in TimeSeries.from_samples(time, 0.03 * np.sin(time))))
-    return Loop(
+    return example(
+        Loop,
         Simulation(0.02, 1e-4, 2, 3e-4),
         reference=Recorded(series),
         load=RecordedLoad(series),
-        controller=TSMC(),
+        controller=example(TSMC),
     )
 
 

@@ -10,6 +10,7 @@ from hydroservo.checks import consistent
 from hydroservo.errors import ParameterError
 from hydroservo.scenario.fits import ROLES
 from hydroservo.testing.drawing import Range, block_of
+from hydroservo.testing.examples import example
 from roles import NOTHING, playing, wraps
 
 __all__ = ["choices", "wired"]
@@ -24,12 +25,12 @@ def wired(cls: type, spread: Range) -> SearchStrategy[Block]:
         if hints[name] in ROLES
     }
     exchanged = st.fixed_dictionaries(inner)
-    return st.builds(going_together, block_of(cls(), spread), exchanged)
+    return st.builds(going_together, block_of(example(cls), spread), exchanged)
 
 
 def going_together(block: Block, parts: dict[str, Block]) -> Block:
-    """A block with these parts, or with numbers or parts of its defaults where those do not go together."""
-    default = type(block)()
+    """A block with these parts, or with numbers or parts of its example where those do not go together."""
+    default = example(type(block))
     for candidate in (replace(block, parts), replace(default, parts)):
         try:
             consistent(candidate)

@@ -31,6 +31,7 @@ from hydroservo.papers.tsmc_eha_2021.printed import PrintedBackstepping, Printed
 from hydroservo.roles import Controller, Differentiator, Observer, Reaching, Realisation
 from hydroservo.scenario.fits import said_roles
 from hydroservo.scenario.registry import shipped_classes
+from hydroservo.testing.examples import example
 from hydroservo.testing.places import loop_with
 
 __all__ = ["LAWS", "PARTS", "types_in"]
@@ -44,22 +45,28 @@ PARTS = (
 )  # roles on the target
 
 CHOSEN: dict[str, Controller] = {
-    "PI": PI(anti_windup=50.0),
-    "backstepping": Backstepping(derivative=ModelDerivative()),
-    "backstepping filtered": Backstepping(derivative=FilteredDerivative()),
+    "PI": example(PI, anti_windup=50.0),
+    "backstepping": example(Backstepping, derivative=ModelDerivative()),
+    "backstepping filtered": example(Backstepping, derivative=FilteredDerivative()),
     "backstepping as printed": PrintedBackstepping(),
-    "TSMC": TSMC(observer=TSMObserver(realisation=BoundaryLayer()), reaching=ExplicitReaching()),
-    "TSMC explicit": TSMC(observer=TSMObserver(realisation=Explicit()), reaching=SmoothReaching()),
-    "TSMC implicit": TSMC(observer=TSMObserver(realisation=Implicit()), reaching=ImplicitReaching()),
+    "TSMC": example(
+        TSMC, observer=example(TSMObserver, realisation=BoundaryLayer()), reaching=ExplicitReaching()
+    ),
+    "TSMC explicit": example(
+        TSMC, observer=example(TSMObserver, realisation=Explicit()), reaching=SmoothReaching()
+    ),
+    "TSMC implicit": example(
+        TSMC, observer=example(TSMObserver, realisation=Implicit()), reaching=ImplicitReaching()
+    ),
     "TSMC as printed": PrintedTSMC(),
-    "TSMC Kalman": TSMC(observer=KalmanObserver()),
-    "TSMC position Kalman": TSMC(observer=PositionKalmanObserver(), reaching=ImplicitReaching()),
-    "anti-windup": AntiWindup(controller=PI(saturation=Saturation(1000.0))),
-    "DAC": DAC(controller=PI()),
-    "delay": Delay(controller=Delay(controller=PI())),
-    "rate limit": RateLimit(controller=Backstepping()),
-    "valve inversion": ValveInversion(controller=TSMC()),
-    "DAC around rate limit around valve inversion": DAC(RateLimit(ValveInversion(TSMC()))),
+    "TSMC Kalman": example(TSMC, observer=KalmanObserver()),
+    "TSMC position Kalman": example(TSMC, observer=PositionKalmanObserver(), reaching=ImplicitReaching()),
+    "anti-windup": example(AntiWindup, controller=example(PI, saturation=Saturation(1000.0))),
+    "DAC": DAC(controller=example(PI)),
+    "delay": Delay(controller=Delay(controller=example(PI))),
+    "rate limit": RateLimit(controller=example(Backstepping)),
+    "valve inversion": example(ValveInversion, controller=example(TSMC)),
+    "DAC around rate limit around valve inversion": DAC(RateLimit(example(ValveInversion, example(TSMC)))),
 }
 
 
@@ -77,7 +84,7 @@ def others() -> Iterator[tuple[str, Controller]]:
     for cls in shipped_classes():
         for role in PARTS:
             if role in said_roles(cls) and cls not in chosen:
-                loop = loop_with(cls(), role)
+                loop = loop_with(example(cls), role)
                 if loop is not None:
                     yield cls.__name__, loop.controller
 

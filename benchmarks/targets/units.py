@@ -11,6 +11,7 @@ from hydroservo.export.c.vectors import made_vectors
 from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.unit import Part, Precision, Unit
 from hydroservo.scenario import load_scenario, scenarios
+from hydroservo.testing.examples import example
 
 __all__ = ["controllers", "units"]
 
@@ -20,7 +21,7 @@ PERIOD = 1e-4  # s, of the laws' loops
 
 def controllers() -> dict[str, Loop]:
     """Loops by the names of their laws, then by those of their scenarios."""
-    laws = {name: Loop(Simulation(period=PERIOD), controller=law) for name, law in LAWS.items()}
+    laws = {name: example(Loop, Simulation(period=PERIOD), controller=law) for name, law in LAWS.items()}
     found: dict[tuple[type, ...], tuple[str, Loop]] = {}
     for name in scenarios():
         loop = load_scenario(name)

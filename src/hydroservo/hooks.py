@@ -49,6 +49,7 @@ HOOKS = (
     ),
     Hook("model", Controller, None, "what the controller, or a block in it, believes of the machine"),
     Hook("controller", Controller, None, "the controller that this one wraps"),
+    Hook("saturation", Controller, None, "the controller's own limiter, which AntiWindup asks to be wide"),
     Hook("sensors", Sensors, None, "the sensors that these wrap"),
     Hook("missing", Sensors, (), "the fields of a measurement that the sensors do not measure"),
     Hook(

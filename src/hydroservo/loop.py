@@ -4,20 +4,15 @@ from typing import Annotated, Any, NamedTuple
 
 from hydroservo import ops
 from hydroservo.block import Block, Field
-from hydroservo.controllers.pi import PI
 from hydroservo.holds.zero_order import ZeroOrderHold
 from hydroservo.integrators.rk4 import RK4
-from hydroservo.loads.sine import Sine as SineLoad
+from hydroservo.loads.constant import Constant
 from hydroservo.monitors.group import Usual
 from hydroservo.outline import outline, outline_table
-from hydroservo.plants.load_pressure import LoadPressurePlant
-from hydroservo.references.sine import Sine as SineReference
 from hydroservo.roles import Controller, Hold, Integrator, Load, Plant, Reference, Sensors, Supply, Valve
 from hydroservo.sensors.ideal import IdealSensors
 from hydroservo.signals import Demand, Draws
 from hydroservo.sources import CHOSEN
-from hydroservo.supplies.ideal import IdealSupply
-from hydroservo.valves.static import StaticValve
 
 __all__ = ["AUTO", "Loop", "LoopState", "MachineState", "Simulation"]
 
@@ -89,14 +84,14 @@ class Loop(NamedTuple):
     a run where it is left open, as :func:`~hydroservo.wiring.wired` does.
     """
 
-    simulation: Simulation = Simulation()
-    plant: Plant = LoadPressurePlant()
-    valve: Valve = StaticValve()
-    supply: Supply = IdealSupply()
-    load: Load = SineLoad()
+    simulation: Simulation
+    plant: Plant
+    valve: Valve
+    supply: Supply
+    reference: Reference
+    controller: Controller
+    load: Load = Constant()
     sensors: Sensors = IdealSensors()
-    reference: Reference = SineReference()
-    controller: Controller = PI()
     hold: Hold = ZeroOrderHold()
     metrics: Block = Usual()
 

@@ -3,6 +3,7 @@
 import json
 
 import pandas as pd
+from bases import on_base
 from cli_runner import SHORT, UNSTABLE, succeeded
 
 from hydroservo.cli.app import short_names
@@ -23,7 +24,7 @@ def test_compare_marks_the_best_of_each_row():
 def test_compare_marks_nothing_under_unequal_conditions(tmp_path):
     scenarios = [tmp_path / "one.toml", tmp_path / "other.toml"]
     for path, mass in zip(scenarios, ("6 kg", "7 kg"), strict=True):
-        path.write_text(f'controller.type = "PI"\nplant.mass = "{mass}"\n')
+        path.write_text(on_base(f'plant.mass = "{mass}"\n'))
     said = succeeded("compare", *scenarios, *SHORT)
     assert "*" not in said
     assert said.splitlines()[-1].split() == ["plant.mass:", "6", "kg,", "7", "kg"]

@@ -5,6 +5,7 @@ import re
 import subprocess
 
 import pytest
+from bases import on_base
 from cli_runner import PLUGIN, failed, succeeded
 
 import hydroservo
@@ -15,6 +16,7 @@ from needs import needs
 
 SHORT = ("--set", "simulation.duration=20 ms")
 C = ("export", "c", "paper/sine-pi", *SHORT)
+FIXED = on_base('simulation.duration = "1 ms"\ncontroller.type = "Fixed"\n')
 
 
 def names(prefix):
@@ -100,7 +102,7 @@ def test_the_machine_and_the_loop(tmp_path, unit, step):
 
 def test_a_file_of_ones_own_with_a_plugin(tmp_path):
     (tmp_path / "plugin.py").write_text(PLUGIN)
-    (tmp_path / "My law.toml").write_text('simulation.duration = "1 ms"\ncontroller.type = "Fixed"\n')
+    (tmp_path / "My law.toml").write_text(FIXED)
     plugin = ("--plugin", tmp_path / "plugin.py")
     said = succeeded("export", "c", tmp_path / "My law.toml", *plugin, "--out", tmp_path / "c")
     assert said.startswith("Fixed of scenario My law: ")
@@ -111,7 +113,7 @@ def test_a_law_that_stops_plain_python_is_said_in_one_line(tmp_path):
     (tmp_path / "plugin.py").write_text(
         PLUGIN.replace("FixedState(self", "FixedState(y.velocity / (y.velocity - 1e300) + self")
     )
-    (tmp_path / "law.toml").write_text('simulation.duration = "1 ms"\ncontroller.type = "Fixed"\n')
+    (tmp_path / "law.toml").write_text(FIXED)
     said = failed(
         "export", "c", tmp_path / "law.toml", "--plugin", tmp_path / "plugin.py", "--out", tmp_path / "c"
     )

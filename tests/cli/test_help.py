@@ -5,6 +5,7 @@ import shlex
 from pathlib import Path
 
 import pytest
+from bases import on_base
 from cli_runner import PLUGIN, QUICK, SHORT, failed, succeeded
 from typer.main import get_command
 from typer.testing import CliRunner
@@ -69,7 +70,7 @@ def test_each_example_of_the_help_runs(example, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("hydroservo.scenario.plugins.loaded", {})
     Path("my_controller.py").write_text(PLUGIN)
-    Path("my.toml").write_text('[controller]\ntype = "Fixed"\n')
+    Path("my.toml").write_text(on_base('[controller]\ntype = "Fixed"\n'))
     args = shlex.split(example.partition(" > ")[0])
     if args[:2] == ["export", "fmu"]:
         needs("cc")

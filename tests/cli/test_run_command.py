@@ -4,6 +4,7 @@ import json
 
 import pandas as pd
 import pytest
+from bases import on_base
 from cli_runner import PLUGIN, QUICK, SHORT, UNSTABLE, succeeded
 
 import hydroservo
@@ -119,7 +120,7 @@ def test_run_says_that_the_piston_left_its_stroke():
 
 def test_run_takes_a_file_and_a_users_own_controller(tmp_path):
     (tmp_path / "fixed.py").write_text(PLUGIN)
-    (tmp_path / "my.toml").write_text('[controller]\ntype = "Fixed"\ncommand = "20 mV"\n')
+    (tmp_path / "my.toml").write_text(on_base('[controller]\ntype = "Fixed"\ncommand = "20 mV"\n'))
     args = ("run", tmp_path / "my.toml", *QUICK, "--json")
     said = json.loads(succeeded(*args, "--plugin", tmp_path / "fixed.py"))
     assert said["scenario"] == str(tmp_path / "my.toml")

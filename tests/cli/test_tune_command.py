@@ -7,6 +7,7 @@ import tomllib
 
 import numpy as np
 import pytest
+from bases import on_base
 from cli_runner import PLUGIN, failed, hydroservo_, succeeded
 from test_cli_process import heavy_libraries_of, leaves_nothing, needs_posix, on_terminal
 
@@ -18,7 +19,8 @@ from hydroservo.scenario import load_scenario, parse_override
 NAMES = ("paper/sine-pi", "paper/square-pi")
 GIVEN = (
     *("simulation.duration=50 ms", "simulation.period=1 ms", "simulation.substeps=4"),
-    *("valve.type=FirstOrderValve", "sensors.type=RigSensors", "sensors.velocity.type=FilteredDifference"),
+    *("valve.type=FirstOrderValve", "valve.time_constant=10 ms"),
+    *("sensors.type=RigSensors", "sensors.velocity.type=FilteredDifference"),
 )
 SHORT = [word for change in GIVEN for word in ("--set", change)]
 GAIN, FILTER = "controller.proportional_gain", "sensors.velocity.time_constant"
@@ -197,7 +199,7 @@ def test_ranges_take_units_and_percentages_of_the_scenarios_value(ends, low, hig
 
 def test_a_users_own_controller_can_be_searched(tmp_path):
     (tmp_path / "fixed.py").write_text(PLUGIN)
-    (tmp_path / "my.toml").write_text('[controller]\ntype = "Fixed"\n')
+    (tmp_path / "my.toml").write_text(on_base('[controller]\ntype = "Fixed"\n'))
     args = ("tune", tmp_path / "my.toml", *SHORT[:6], "--plugin", tmp_path / "fixed.py", "--candidates", "64")
     text = succeeded(*args, "--vary", "controller.command=0..20 mV")
     words = replay_in(text)
@@ -338,10 +340,10 @@ def test_scales_take_each_scenario_with_several_machines():
 
 def test_scales_of_no_uncertainty_are_refused(tmp_path):
     own = tmp_path / "own.toml"
-    own.write_text('[controller]\ntype = "PI"\n')
+    own.write_text(on_base(""))
     vary = ("--vary", f"{GAIN}=0.3..30")
     assert "--scales = '-1,1': changes nothing" in failed("tune", own, *vary, "--scales=-1,1", *FEW)
-    own.write_text('controller.type = "PI"\ntune.scales = [0, 1]\n')
+    own.write_text(on_base("tune.scales = [0, 1]\n"))
     assert "tune.scales = '0,1': changes nothing" in failed("tune", own, *vary, *FEW)
 
 
@@ -353,6 +355,7 @@ period = "1 ms"
 substeps = 4
 [valve]
 type = "FirstOrderValve"
+time_constant = "10 ms"
 [tune]
 scenarios = ["my.toml", "square.toml"]
 weights = [1, 2.5]
@@ -431,7 +434,9 @@ def test_a_search_must_hold_its_own_scenario(tmp_path):
 
 @pytest.mark.usefixtures("search")
 def test_a_number_that_another_scenario_does_not_have_is_named_with_its_file(tmp_path):
-    (tmp_path / "square.toml").write_text('base = "my.toml"\ncontroller.type = "TSMC"\n')
+    (tmp_path / "square.toml").write_text(
+        'base = "my.toml"\ncontroller = { type = "Backstepping", velocity_gain = 2000, force_gain = 1000 }\n'
+    )
     message = failed("tune", "my.toml")
     assert f"my.toml: tune.vary.{GAIN}: is no number of square.toml" in message
 

@@ -4,20 +4,39 @@ import time
 from pathlib import Path
 
 import pytest
+from bases import on_base
 from hypothesis import example, given
 from hypothesis import strategies as st
 
 from hydroservo import Loop, ScenarioError
 from hydroservo.scenario import load_scenario, scenario_source
 
-LARGE = 2**20 - 100  # bytes, within the limit
+LARGE = 2**20 - 500  # bytes, within the limit
 LONGEST = 1900  # characters of a message
-PI = '[controller]\ntype = "PI"\n'
-TSMC = '[controller]\ntype = "TSMC"\n'
+PI = on_base('[controller]\ntype = "PI"\n')
+TSMC = on_base('[controller]\ntype = "TSMC"\n', law="tsmc")
+NO_LAW = 'base = "rig/1khz"\n'
 
 WRONG_TEXT = {
-    "empty": ("", "controller: a [controller] table with a type is needed; it must be one of"),
-    "no type": ("[controller]\n", "controller: a [controller] table with a type is needed"),
+    "empty": ("", "plant: a [plant] table with a type is needed, or a base; it must be one of Cylinder, "),
+    "no machine": (
+        '[controller]\ntype = "PI"\nproportional_gain = 1\n',
+        "plant: a [plant] table with a type is needed, or a base; it must be one of Cylinder, ",
+    ),
+    "no law": (NO_LAW, "controller: a [controller] table with a type is needed, or a base; it must be one of"),
+    "no type": (NO_LAW + "[controller]\n", "controller: a [controller] table with a type is needed"),
+    "no gain": (
+        NO_LAW + '[controller]\ntype = "PI"\n',
+        "controller: proportional_gain is missing; it must be a finite number at least 0 [V s/m]",
+    ),
+    "no law in a wrapper": (
+        NO_LAW + '[controller]\ntype = "DAC"\n',
+        "controller.controller: a type is needed; it must be one of AntiWindup, ",
+    ),
+    "number of a block of another type": (
+        PI + '[plant]\ntype = "Cylinder"\n',
+        "plant: area_a is missing; it must be a finite number above 0 [m^2]",
+    ),
     "unknown key": (
         PI + "[plant]\nmas = 6\n",
         "plant.mas: unknown key (value 6); it must be one of mass, damping, ",
@@ -25,22 +44,22 @@ WRONG_TEXT = {
     "unknown key, nearest": (PI + "[plant]\nmas = 6\n", "; did you mean mass?"),
     "unknown table": (PI + "[plnt]\nmass = 6\n", "plnt: unknown key (value {'mass': 6})"),
     "nominal": (PI + "[nominal.plant]\nmass = 6\n", "nominal: unknown key"),
-    "misspelt type": ('[controller]\ntype = "TMSC"\n', "controller.type: 'TMSC' must be one of AntiWindup"),
-    "misspelt type, nearest": ('[controller]\ntype = "tsmc"\n', "did you mean TSMC?"),
+    "misspelt type": (on_base('[controller]\ntype = "TMSC"\n'), "controller.type: 'TMSC' must be one of AntiWindup"),
+    "misspelt type, nearest": (on_base('[controller]\ntype = "tsmc"\n'), "did you mean TSMC?"),
     "type of another role": (
-        '[controller]\ntype = "TSMObserver"\n',
+        on_base('[controller]\ntype = "TSMObserver"\n'),
         "'TSMObserver' cannot be a Controller: it says that its role is Observer",
     ),
     "type of a role without state": (
-        '[controller]\ntype = "Sine"\n',
+        on_base('[controller]\ntype = "Sine"\n'),
         "'Sine' cannot be a Controller: it says that its role is Load",
     ),
     "type of a class of its own": (
         PI + '[controller.saturation]\ntype = "Limit"\n',
         "must be Saturation",
     ),
-    "type is a number": ("[controller]\ntype = 3\n", "controller.type: 3 must be one of"),
-    "type is a huge number": (f"[controller]\ntype = 0x{'f' * 5000}\n", "must be one of"),
+    "type is a number": (on_base("[controller]\ntype = 3\n"), "controller.type: 3 must be one of"),
+    "type is a huge number": (on_base(f"[controller]\ntype = 0x{'f' * 5000}\n"), "must be one of"),
     "title": (PI + "[title]\n", "title: {} must be a string"),
     "wrong dimension": (
         PI + '[plant]\nstroke = "40 bar"\n',
@@ -68,7 +87,7 @@ WRONG_TEXT = {
     "number for a table": (PI + "plant = 3\n", "controller.plant: unknown key"),
     "number for a top table": ("plant = 3\n" + PI, "plant: 3 must be a table: [plant]"),
     "string for a block": (PI + '[controller.saturation]\nlimit = "10"\n', "has no unit; write '10 V'"),
-    "array of tables": ('[[controller]]\ntype = "PI"\n', "controller: [{'type': 'PI'}] must be a table"),
+    "array of tables": (on_base('[[controller]]\ntype = "PI"\n'), "controller: [{'type': 'PI'}] must be a table"),
     "broken number of steps": (
         PI + "[simulation]\nsubsteps = 1.5\n",
         "simulation.substeps: 1.5 must be a whole number at least 1",
@@ -128,12 +147,12 @@ WRONG_TEXT = {
     "dotted quoted key": (".".join(['"a"'] * (LARGE // 4)) + " = 1", "tables nested more than 16 deep"),
     "dotted key in a table": ("a = {" + ".".join("a" * 30_000) + " = 1}", "tables nested more than 16 deep"),
     "dotted header": ("[" + ".".join("a" * (LARGE // 2)) + "]", "tables nested more than 16 deep"),
-    "many tables": ("[[a]]\n" * (LARGE // 6), "a: unknown key"),
-    "many keys": ("".join(f"a{i} = 1\n" for i in range(70_000)), "a0: unknown key"),
+    "many tables": (on_base("[[a]]\n" * (LARGE // 6)), "a: unknown key"),
+    "many keys": (on_base("".join(f"a{i} = 1\n" for i in range(70_000))), "a0: unknown key"),
     "many numbers": (PI + "[plant]\nmass = [" + "1," * (LARGE // 2 - 50) + "]", "plant.mass: [1, 1, "),
-    "spaces": (" " * LARGE, "a [controller] table"),
+    "spaces": (" " * LARGE, "a [plant] table"),
     "spaces before a key": (" " * LARGE + "[ ] = 1", "is not TOML"),
-    "line breaks": ("\n" * LARGE, "a [controller] table"),
+    "line breaks": ("\n" * LARGE, "a [plant] table"),
 }
 
 WRONG_BYTES = {

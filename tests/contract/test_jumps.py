@@ -12,6 +12,7 @@ from hydroservo.block import Block
 from hydroservo.loads import Sine, Square, Step
 from hydroservo.roles import Load
 from hydroservo.testing.drawing import ORDINARY, block_of
+from hydroservo.testing.examples import example
 from roles import identifier, playing
 
 BEFORE, AFTER = 1.0 - 2.0**-50, 1.0 + 2.0**-50  # as near to a jump as integrators go
@@ -36,7 +37,7 @@ class TestJumps:
     @settings(max_examples=50)
     @given(data=st.data(), t=st.floats(0.0, 1e4))
     def test_they_come_one_after_the_other(self, cls: type, data: st.DataObject, t: float) -> None:
-        load = data.draw(block_of(cls(), ORDINARY))
+        load = data.draw(block_of(example(cls), ORDINARY))
         found = [t, *jumps(load, t)]
         assert all(later > earlier for earlier, later in pairwise(found))
 
@@ -45,7 +46,7 @@ class TestJumps:
     def test_the_next_one_is_the_same_all_the_way_to_it(
         self, cls: type, data: st.DataObject, t: float, where: float
     ) -> None:
-        load = data.draw(block_of(cls(), ORDINARY))
+        load = data.draw(block_of(example(cls), ORDINARY))
         found = [t, *jumps(load, t)]
         for earlier, later in pairwise(found):
             between = AFTER * earlier + where * (BEFORE * later - AFTER * earlier)
@@ -59,7 +60,7 @@ class TestJumps:
         Of a sine, a stretch that is short beside the quickest one drawn.
         """
         reach = 1e-2 if cls is Sine else 1e3
-        load = data.draw(block_of(cls(), ORDINARY))
+        load = data.draw(block_of(example(cls), ORDINARY))
         found = [t, *jumps(load, t)]
         ends = [] if len(found) > JUMPS else [math.inf]
         for earlier, later in pairwise([*found, *ends]):
@@ -74,6 +75,6 @@ class TestJumps:
 
 
 def test_where_they_are() -> None:
-    assert jumps(Step(time=0.25), 0.0) == [pytest.approx(0.25)]
-    assert jumps(Step(time=0.0), 0.0) == []
-    assert jumps(Square(period=4.0), 1.0)[:3] == pytest.approx([2.0, 4.0, 6.0])
+    assert jumps(example(Step, time=0.25), 0.0) == [pytest.approx(0.25)]
+    assert jumps(example(Step, time=0.0), 0.0) == []
+    assert jumps(example(Square, period=4.0), 1.0)[:3] == pytest.approx([2.0, 4.0, 6.0])

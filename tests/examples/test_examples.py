@@ -11,6 +11,7 @@ import pytest
 
 from hydroservo import Loop, Simulation, simulate
 from hydroservo.scenario import load_scenario
+from hydroservo.testing.examples import example
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 COVERED = {
@@ -38,7 +39,7 @@ def test_nothing_is_left_out() -> None:
 def test_own_controller_in_python(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.syspath_prepend(EXAMPLES)
     controller = importlib.import_module("my_controller").PressureFeedbackPI()
-    loop = Loop(Simulation(duration=0.05), controller=controller)
+    loop = example(Loop, Simulation(duration=0.05), controller=controller)
     data = simulate(loop, compiled=False)
     last = data.isel(time=-1)
     assert float(last["plant.velocity"]) == pytest.approx(float(last["reference.value"]), rel=0.05)

@@ -18,6 +18,7 @@ from hydroservo.export.unit import Part, Unit
 from hydroservo.loads import Step
 from hydroservo.loop import Loop
 from hydroservo.plants import Cylinder
+from hydroservo.testing.examples import example
 
 __all__ = ["Exchange", "equations", "rk4"]
 
@@ -26,7 +27,7 @@ States = NDArray[np.float64]
 
 def equations() -> Unit:
     """Those of an axis whose load jumps."""
-    loop = Loop(plant=Cylinder(), load=Step())
+    loop = example(Loop, plant=example(Cylinder), load=example(Step))
     return exported_unit(loop, Part.EQUATIONS, prefix="axis", title="equations of an axis")
 
 

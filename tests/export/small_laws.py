@@ -11,6 +11,7 @@ from hydroservo.export.unit import Part
 from hydroservo.scenario import load_plugin
 from hydroservo.signals import Demand, Measurement
 from hydroservo.testing.bits import bits
+from hydroservo.testing.examples import example
 
 __all__ = ["FIRST", "HEAD", "NAMED", "R", "Y", "assert_same", "law", "loop_of"]
 
@@ -134,7 +135,7 @@ def loop_of(folder: Path, text: str, **changes: object) -> Loop:
     file = folder / "law.py"
     file.write_text(text, encoding="utf-8")
     cls = next(one for one in load_plugin(file) if one.__name__ == "Law")
-    return Loop(Simulation(1.0, 1e-3, record_period=1e-3), controller=cls(**changes))
+    return example(Loop, Simulation(1.0, 1e-3, record_period=1e-3), controller=cls(**changes))
 
 
 def assert_same(loop: Loop, folder: Path, *, inlined: bool = False) -> None:

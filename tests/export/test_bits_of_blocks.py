@@ -13,6 +13,7 @@ from hydroservo.block import Block
 from hydroservo.holds import DelayedHold
 from hydroservo.roles import Integrator, Monitor
 from hydroservo.scenario.fits import ROLES
+from hydroservo.testing.examples import example
 from roles import NOTHING, blocks, role_of
 from strategies import choices
 
@@ -29,7 +30,7 @@ def picked(cls: type, draw: np.random.Generator) -> Block:
         if hints[name] in ROLES:
             found = choices(cls, hints[name])
             inner[name] = picked(found[draw.integers(len(found))], draw)
-    return replace(cls(), inner)
+    return replace(example(cls), inner)
 
 
 def loop_of_choices(i: int) -> Loop:

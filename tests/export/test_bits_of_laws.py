@@ -18,6 +18,7 @@ from hydroservo.export.unit import Part
 from hydroservo.roles import Controller
 from hydroservo.running import ready
 from hydroservo.signals import Demand, Measurement
+from hydroservo.testing.examples import example
 from needs import needs
 from roles import playing
 
@@ -63,7 +64,7 @@ def column(path: str) -> int:
 @pytest.mark.parametrize("name", LAWS)
 def test_a_million_random_steps_of_each_law(name: str, tmp_path: Path) -> None:
     needs("gcc")
-    loop = ready(Loop(Simulation(period=PERIOD, duration=1.0), controller=LAWS[name]))
+    loop = ready(example(Loop, Simulation(period=PERIOD, duration=1.0), controller=LAWS[name]))
     unit = exported_unit(loop, Part.CONTROLLER, prefix="law", title=name)
     rows = signals(STEPS)
     given = [column(signal.path) for one in unit.arguments for signal in one.signals]

@@ -16,6 +16,7 @@ from hydroservo.export.names import identifier, is_identifier, snake
 from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.unit import Part, Precision, Unit
 from hydroservo.scenario import load_scenario
+from hydroservo.testing.examples import example
 from needs import needs
 
 
@@ -69,7 +70,7 @@ def test_tunable_and_fixed_parameters() -> None:
 
 def test_parameters_can_be_part_of_the_source(tmp_path: Path) -> None:
     needs("gcc")
-    loop = Loop(Simulation(1.0, 1e-3, record_period=1e-3), controller=PI())
+    loop = example(Loop, Simulation(1.0, 1e-3, record_period=1e-3), controller=example(PI))
     rows = np.array([[0.1, 1.0, 0.3], [0.2, 0.5, -0.4]])
     units = [exported_unit(loop, Part.CONTROLLER, **NAMED, inlined=inlined) for inlined in (False, True)]
     found = [
@@ -99,11 +100,13 @@ def test_single_precision_is_near(tmp_path: Path) -> None:
 @pytest.mark.parametrize("part", [Part.MACHINE, Part.LOOP])
 def test_single_precision_is_for_controllers(part: Part) -> None:
     with pytest.raises(LoopError, match="in double precision only"):
-        exported_unit(Loop(), part, **NAMED, precision=Precision.SINGLE)
+        exported_unit(example(Loop), part, **NAMED, precision=Precision.SINGLE)
 
 
 def test_a_number_beyond_single_precision_is_refused() -> None:
-    loop = Loop(Simulation(1.0, 1e-3, record_period=1e-3), controller=PI(saturation=Saturation(1e300)))
+    loop = example(
+        Loop, Simulation(1.0, 1e-3, record_period=1e-3), controller=example(PI, saturation=Saturation(1e300))
+    )
     with pytest.raises(LoopError, match="1e\\+300 is out of the range of single precision"):
         exported_unit(loop, Part.CONTROLLER, **NAMED, precision=Precision.SINGLE)
 
@@ -112,14 +115,14 @@ def test_a_number_beyond_single_precision_is_refused() -> None:
 def test_a_prefix_is_a_name_of_c(prefix: str) -> None:
     assert not is_identifier(prefix)
     with pytest.raises(ParameterError, match="prefix"):
-        exported_unit(Loop(), Part.CONTROLLER, prefix=prefix, title="")
+        exported_unit(example(Loop), Part.CONTROLLER, prefix=prefix, title="")
 
 
 @pytest.mark.parametrize("prefix", ["pi", "tsmc", "ops", "loop", "state", "saturation", "law_init"])
 def test_any_prefix_goes_with_any_block(prefix: str, tmp_path: Path) -> None:
     needs("gcc")
     for part in Part:
-        loop = Loop(Simulation(1.0, 1e-3, record_period=1e-3), controller=TSMC())
+        loop = example(Loop, Simulation(1.0, 1e-3, record_period=1e-3), controller=example(TSMC))
         folder = tmp_path / part
         folder.mkdir()
         library(exported_unit(loop, part, prefix=prefix, title="a law"), folder)

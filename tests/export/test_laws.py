@@ -14,6 +14,7 @@ from hydroservo import Loop
 from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.unit import Part, Precision
 from hydroservo.running import ready
+from hydroservo.testing.examples import example
 from needs import needs
 
 pytestmark = pytest.mark.slow
@@ -23,7 +24,7 @@ pytestmark = pytest.mark.slow
 @pytest.mark.parametrize("name", LAWS)
 def test_each_law_passes_what_scenarios_pass(name: str, precision: Precision, tmp_path: Path) -> None:
     needs("cppcheck", "gcc", "clang")
-    loop = Loop(controller=LAWS[name])
+    loop = example(Loop, controller=LAWS[name])
     unit = exported_unit(loop, Part.CONTROLLER, prefix="unit", title=name, precision=precision)
     assert unaccepted(findings(unit, tmp_path)) == []
     library(unit, tmp_path)
@@ -32,4 +33,4 @@ def test_each_law_passes_what_scenarios_pass(name: str, precision: Precision, tm
 
 @pytest.mark.parametrize("name", LAWS)
 def test_a_law_begins_at_0_volts(name: str) -> None:
-    assert ready(Loop(controller=LAWS[name])).controller.init().u == 0.0
+    assert ready(example(Loop, controller=LAWS[name])).controller.init().u == 0.0

@@ -22,6 +22,7 @@ from hydroservo.plants import Cylinder
 from hydroservo.running import ready
 from hydroservo.scenario import load_scenario
 from hydroservo.signals import MachineOutputs
+from hydroservo.testing.examples import example
 
 FORCE = "external.force"
 SAMPLES = 500
@@ -36,7 +37,7 @@ def unpacked_part(loop: Loop, part: Part, version: FmiVersion, folder: Path) -> 
 @pytest.fixture(scope="module")
 def stepped() -> Loop:
     """A loop whose load jumps between two samples."""
-    return Loop(plant=Cylinder(), load=Step(initial=10.0, final=90.0, time=0.0105))
+    return example(Loop, plant=example(Cylinder), load=Step(initial=10.0, final=90.0, time=0.0105))
 
 
 @pytest.fixture(scope="module")

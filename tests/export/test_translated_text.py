@@ -19,6 +19,7 @@ from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.translate.scope import TranslationError
 from hydroservo.export.unit import Part
 from hydroservo.scenario import load_plugin
+from hydroservo.testing.examples import example
 from needs import needs
 
 
@@ -30,7 +31,7 @@ def law(folder: Path, body: str) -> Loop:
 def loaded(file: Path, loop: Loop) -> Loop:
     """A loop with the law of a file."""
     cls = next(one for one in load_plugin(file) if one.__name__ == "Law")
-    return loop._replace(controller=cls())
+    return loop._replace(controller=example(cls))
 
 
 def refusal(loop: Loop, folder: Path) -> str:

@@ -18,6 +18,7 @@ from hydroservo.loads import Sine
 from hydroservo.loop import MachineState
 from hydroservo.plants import LoadPressureState
 from hydroservo.supplies import IdealSupplyState
+from hydroservo.testing.examples import example
 from hydroservo.valves import FirstOrderValve, FirstOrderValveState
 
 
@@ -120,7 +121,7 @@ def test_order_on_a_smooth_system(step: Step, order: int, count: int) -> None:
 
 def order_on_the_machine(step: Step, count: int) -> float:
     """Under a sine load, against DOP853."""
-    loop = Loop(valve=FirstOrderValve(), load=Sine(100.0, 50.0, 0.3))
+    loop = example(Loop, valve=example(FirstOrderValve), load=Sine(100.0, 50.0, 0.3))
     x = MachineState(LoadPressureState(0.01, 20.0, 0.04), FirstOrderValveState(1e-5), IdealSupplyState())
     u, end = 0.05, 0.02
 

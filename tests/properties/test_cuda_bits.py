@@ -29,6 +29,7 @@ from hydroservo.monitors.group import group
 from hydroservo.observers import Explicit, Implicit, ModelDerivative, TSMObserver
 from hydroservo.references import Chirp, Multisine, Recorded, Square
 from hydroservo.sensors import DelayedSensors, Dropout, ExactDifferentiator, NoisySensors, RigSensors
+from hydroservo.testing.examples import example
 from hydroservo.time_series import TimeSeries
 from hydroservo.valves import FirstOrderValve, StaticValve
 from ptx_machine import PtxDevice
@@ -38,41 +39,53 @@ pytestmark = pytest.mark.slow
 PRESSURES = "ChamberPressures"  # a cylinder's, whose parameters have other names
 TIME = np.linspace(0.0, 2e-3, 6)
 LOOPS = {
-    "tsmc": Loop(Simulation(1e-3, 1e-4, 2), controller=TSMC(observer=TSMObserver(realisation=Implicit()))),
-    "tsmc-explicit": Loop(
-        Simulation(1e-3, 1e-4),
-        reference=Multisine(),
-        controller=TSMC(observer=TSMObserver(realisation=Explicit()), derivative=ModelDerivative()),
+    "tsmc": example(
+        Loop,
+        Simulation(1e-3, 1e-4, 2),
+        controller=example(TSMC, observer=example(TSMObserver, realisation=Implicit())),
     ),
-    "backstepping-recorded": Loop(
+    "tsmc-explicit": example(
+        Loop,
+        Simulation(1e-3, 1e-4),
+        reference=example(Multisine),
+        controller=example(
+            TSMC, observer=example(TSMObserver, realisation=Explicit()), derivative=ModelDerivative()
+        ),
+    ),
+    "backstepping-recorded": example(
+        Loop,
         Simulation(2e-3, 2e-4),
         reference=Recorded(TimeSeries.from_samples(TIME, 0.03 * np.sin(1e3 * TIME))),
         load=RecordedLoad(TimeSeries.from_samples(TIME[[0, 2, 5]], 1e6 * TIME[[0, 2, 5]])),
-        controller=Backstepping(),
+        controller=example(Backstepping),
     ),
-    "pi-noise": Loop(
+    "pi-noise": example(
+        Loop,
         Simulation(1e-3, 1e-4),
-        valve=FirstOrderValve(),
+        valve=example(FirstOrderValve),
         sensors=NoisySensors(),
-        reference=Square(),
-        controller=PI(),
+        reference=example(Square),
+        controller=example(PI),
     ),
-    "rig": Loop(
+    "rig": example(
+        Loop,
         Simulation(1e-3, 1e-4, 2),
         sensors=Dropout(0.3, DelayedSensors(RigSensors(velocity=ExactDifferentiator()))),
-        controller=AntiWindup(DAC(RateLimit(PI()))),
+        controller=example(AntiWindup, DAC(RateLimit(example(PI)))),
         hold=DelayedHold(5e-5),
     ),
-    "tsit5": Loop(
+    "tsit5": example(
+        Loop,
         Simulation(6e-4, 1e-4, integrator=Tsit5(1e-6)),
-        load=SquareLoad(period=3e-4),
-        reference=Chirp(),
-        controller=PI(),
+        load=example(SquareLoad, period=3e-4),
+        reference=example(Chirp),
+        controller=example(PI),
     ),
-    "every-metric": Loop(
+    "every-metric": example(
+        Loop,
         Simulation(4e-4, 1e-4, 2),
-        reference=Square(period=3e-4),
-        controller=TSMC(),
+        reference=example(Square, period=3e-4),
+        controller=example(TSMC),
         metrics=group({name: getattr(monitors, name)() for name in monitors.__all__ if name != PRESSURES}),
     ),
 }
@@ -91,7 +104,9 @@ def drawn(runs: int, seed: int) -> dict[str, Any]:
 
 def diverging() -> tuple[Loop, dict[str, Any]]:
     """A loop and parameters of which the second makes its run diverge."""
-    loop = Loop(Simulation(1e-3, 1e-4), valve=StaticValve(max_opening=1e300), reference=Square())
+    loop = example(
+        Loop, Simulation(1e-3, 1e-4), valve=example(StaticValve, max_opening=1e300), reference=example(Square)
+    )
     gains, limits = np.array([100.0, 1e308, 90.0]), np.full(3, 1e300)
     return loop, {"controller.proportional_gain": gains, "controller.saturation.limit": limits}
 

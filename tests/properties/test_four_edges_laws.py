@@ -5,13 +5,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hydroservo.signals import PortFlows, Pressures
+from hydroservo.testing.examples import example
 from hydroservo.valves import FourEdges
 
 openings = st.one_of(st.just(0.0), st.floats(1e-9, 5e-3), st.floats(-5e-3, -1e-9))
 pressures = st.floats(-1e5, 5e7)
 lines = st.builds(Pressures, supply=pressures, tank=st.floats(-1e5, 1e6))
 edges_of_any_lap = st.builds(
-    lambda lap, clearance, drop: FourEdges(lap=lap, clearance=clearance, transition_drop=drop),
+    lambda lap, clearance, drop: example(FourEdges, lap=lap, clearance=clearance, transition_drop=drop),
     st.one_of(st.just(0.0), st.floats(1e-9, 1e-3), st.floats(-1e-3, -1e-9)),
     st.one_of(st.just(0.0), st.floats(1e-7, 1e-4)),
     st.one_of(st.just(0.0), st.floats(1e2, 1e6)),

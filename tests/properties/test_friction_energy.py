@@ -4,6 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hydroservo.mechanics import LuGre, LuGreState, Stribeck, StribeckState, Viscous, ViscousState
+from hydroservo.testing.examples import example
 
 velocities = st.floats(-1.0, 1.0)
 forces = st.floats(-1e5, 1e5)
@@ -102,6 +103,6 @@ def test_bristles_bend_no_further_than_breakaway(friction: LuGre, v: float) -> N
 
 
 def test_the_defaults_are_passive() -> None:
-    friction = LuGre()
+    friction = example(LuGre)
     excess = friction.breakaway - friction.coulomb
     assert friction.bristle_damping * excess <= friction.viscous * friction.coulomb

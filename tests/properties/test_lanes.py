@@ -16,12 +16,23 @@ from hydroservo.controllers import PI, TSMC
 from hydroservo.metrics import declared_metrics, monitors_of
 from hydroservo.observers import Implicit, TSMObserver
 from hydroservo.references import Square
+from hydroservo.testing.examples import example
 from hydroservo.valves import FirstOrderValve, StaticValve
 from hydroservo.wiring import wired
 
 LOOPS = {
-    "tsmc": Loop(Simulation(0.02, 1e-4, 2), controller=TSMC(observer=TSMObserver(realisation=Implicit()))),
-    "pi": Loop(Simulation(0.02, 1e-4, 1), valve=FirstOrderValve(), reference=Square(), controller=PI()),
+    "tsmc": example(
+        Loop,
+        Simulation(0.02, 1e-4, 2),
+        controller=example(TSMC, observer=example(TSMObserver, realisation=Implicit())),
+    ),
+    "pi": example(
+        Loop,
+        Simulation(0.02, 1e-4, 1),
+        valve=example(FirstOrderValve),
+        reference=example(Square),
+        controller=example(PI),
+    ),
 }
 RANGES = {
     "plant.bulk_modulus": (3e8, 2e9),
@@ -79,7 +90,7 @@ def test_chunks_threads_and_neighbours_do_not_matter(
 
 
 def test_a_run_that_diverges_does_not_disturb_the_others() -> None:
-    loop = LOOPS["pi"]._replace(valve=StaticValve(max_opening=1e300))
+    loop = LOOPS["pi"]._replace(valve=example(StaticValve, max_opening=1e300))
     gains = np.full(40, 100.0)
     gains[7] = 1e308
     parameters = {"controller.proportional_gain": gains, "controller.saturation.limit": np.full(40, 1e300)}

@@ -10,10 +10,15 @@ from hydroservo.batch import simulate_batch
 from hydroservo.controllers import PI
 from hydroservo.metrics import declared_metrics, monitors_of
 from hydroservo.sensors import NoisySensors
+from hydroservo.testing.examples import example
 from hydroservo.valves import FirstOrderValve
 
-LOOP = Loop(
-    Simulation(0.02, 1e-4, 1), valve=FirstOrderValve(), sensors=NoisySensors(), controller=PI(3.0, 300.0)
+LOOP = example(
+    Loop,
+    Simulation(0.02, 1e-4, 1),
+    valve=example(FirstOrderValve),
+    sensors=NoisySensors(),
+    controller=PI(3.0, 300.0),
 )
 
 

@@ -7,6 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hydroservo.controllers import Saturation
+from hydroservo.testing.examples import example
 from hydroservo.valves import FirstOrderValve, FirstOrderValveState, Orifice, StaticValve, StaticValveState
 
 openings = st.floats(-5e-3, 5e-3)
@@ -68,7 +69,7 @@ def test_no_flow_against_a_load_above_the_supply(
 
 @given(u=st.floats(allow_nan=False), gain=positive, limit=positive)
 def test_a_static_spool_stays_within_its_limit(u: float, gain: float, limit: float) -> None:
-    valve = StaticValve(gain, limit)
+    valve = example(StaticValve, gain, limit)
     opening = valve.opening(StaticValveState(), u)
     assert abs(opening) <= limit
     assert opening == (math.copysign(limit, u) if abs(gain * u) > limit else gain * u)
@@ -77,7 +78,7 @@ def test_a_static_spool_stays_within_its_limit(u: float, gain: float, limit: flo
 @given(u=st.floats(allow_nan=False), side=st.sampled_from([-1.0, 1.0]), share=st.floats(0.0, 1.0))
 def test_a_lagging_spool_never_leaves_its_limit(u: float, side: float, share: float) -> None:
     """At the limit it does not move outwards, and inside it moves towards the command."""
-    valve = FirstOrderValve()
+    valve = example(FirstOrderValve)
     assert side * valve.deriv(FirstOrderValveState(side * valve.max_opening), u).opening <= 0.0
     inside = share * side * valve.max_opening
     commanded = min(max(valve.gain * u, -valve.max_opening), valve.max_opening)

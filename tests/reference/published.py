@@ -14,6 +14,7 @@ from hydroservo.oils import AeratedOil, ConstantOil
 from hydroservo.plants import Cylinder, CylinderState
 from hydroservo.signals import PortFlows, Pressures
 from hydroservo.supplies import GasAccumulator, PumpSupply
+from hydroservo.testing.examples import example
 from hydroservo.valves import FourEdges, SecondOrderValve, SecondOrderValveState
 
 __all__ = ["CASES", "Case", "Compared"]
@@ -69,12 +70,13 @@ def natural_frequency() -> list[Compared]:
     """
     little = 1e-9
     plant = Cylinder.from_diameters(
-        4.0 * INCH, 2.5 * INCH, 12.0 * INCH, line_volume_a=little, line_volume_b=little
-    )._replace(
-        internal_leakage=0.0,
-        oil=ConstantOil(180e3 * PSI),
-        friction=Viscous(0.0),
-        mechanism=Mass(1000.0 * POUND),
+        4.0 * INCH,
+        2.5 * INCH,
+        12.0 * INCH,
+        ConstantOil(180e3 * PSI),
+        Mass(1000.0 * POUND),
+        line_volume_a=little,
+        line_volume_b=little,
     )
     at = np.array([0.0, plant.start_position, plant.area_b / plant.area_a * 1e6, 1e6])
     shut = PortFlows(0.0, 0.0, 0.0, 0.0)
@@ -125,7 +127,8 @@ def driven_arm() -> list[tuple[str, str, float]]:
         reach=0.0,
         moving_mass=1e-9,
     )
-    plant = Cylinder(
+    plant = example(
+        Cylinder,
         area_a=area,
         area_b=area,
         stroke=0.3,
@@ -210,8 +213,9 @@ def valve_and_cylinder() -> list[Compared]:
     ratio has none. Ours is sent out and back from rest each time the spool crosses its middle.
     """
     edges = FourEdges(0.67, math.pi * 0.01, 890.0, lap=-1e-6, clearance=0.0, transition_drop=0.0)
-    valve = SecondOrderValve(1.0, 300.0, 1.0, max_opening=0.01, slew_limit=100.0, orifice=edges)
-    plant = Cylinder(
+    valve = SecondOrderValve(1.0, 300.0, 0.01, edges, damping_ratio=1.0, slew_limit=100.0)
+    plant = example(
+        Cylinder,
         area_a=1.5e-4,
         area_b=1e-4,
         dead_volume_a=1e-4 * VAST,
@@ -252,7 +256,7 @@ def accumulator() -> list[Compared]:
     Their pressures are absolute.
     """
     gas = GasAccumulator(precharge=1e7 - ATMOSPHERE, gas_volume=1e-3, exponent=1.2)
-    supply = PumpSupply(volume=1e-3, bulk_modulus=1e9, free_air=1e-12, accumulator=gas)
+    supply = example(PumpSupply, volume=1e-3, bulk_modulus=1e9, free_air=1e-12, accumulator=gas)
     done = solve_ivp(
         lambda _, p: 1.0 / np.array([supply.line_compliance(float(p[0]))]),
         (0.0, 9.54925e-5),

@@ -15,6 +15,7 @@ from hydroservo.loop import MachineState
 from hydroservo.plants import DesignModel, LoadPressurePlant, LoadPressureState
 from hydroservo.signals import Demand, Measurement, PortFlows
 from hydroservo.supplies import IdealSupplyState
+from hydroservo.testing.examples import example
 from hydroservo.valves import Orifice, StaticValveState
 
 # Nominal values and uncertainties: Sec. 4 of doi:10.1007/s42401-021-00087-w
@@ -42,7 +43,7 @@ class Nominal(NamedTuple):
     """A PI with the nominal model, against which disturbances are counted, and estimates that are 0."""
 
     controller: PI = PI(0.3, 100.0)
-    model: DesignModel = DesignModel()
+    model: DesignModel = example(DesignModel)
 
     def init(self) -> NominalState:
         return NominalState(0.0, 0.0, 0.0, self.controller.init())
@@ -68,7 +69,7 @@ def jacobian(plant: LoadPressurePlant) -> np.ndarray:
 
 @pytest.mark.parametrize(("leakage", "printed_ratio"), [(LEAKAGE, 0.356), (LEAKAGE * AREA, 0.004)])
 def test_natural_frequency_and_damping_ratio(leakage: float, printed_ratio: float) -> None:
-    eigenvalues = np.linalg.eigvals(jacobian(LoadPressurePlant(leakage=leakage)))
+    eigenvalues = np.linalg.eigvals(jacobian(example(LoadPressurePlant, leakage=leakage)))
     frequency, ratio = abs(eigenvalues[0]), -eigenvalues[0].real / abs(eigenvalues[0])
     decay = 4.0 * BULK / VOLUME * leakage  # [1/s]
     exact = math.sqrt(STIFFNESS / MASS + decay * DAMPING / MASS)
@@ -80,7 +81,7 @@ def test_natural_frequency_and_damping_ratio(leakage: float, printed_ratio: floa
 
 
 def test_steady_velocity_gain_near_rest() -> None:
-    loop, u = Loop(load=Constant(0.0)), 1e-6
+    loop, u = example(Loop, load=Constant(0.0)), 1e-6
 
     def rates(x: np.ndarray) -> list[float]:
         plant = LoadPressureState(*(x * u).tolist(), 0.0)
@@ -97,18 +98,20 @@ def test_steady_velocity_gain_near_rest() -> None:
 def test_rated_flow_is_that_of_two_equal_edges_in_series() -> None:
     opening, drop = 5e-3, 40e5
     one_edge = DISCHARGE * GRADIENT * opening * math.sqrt(2.0 * (0.5 * drop) / DENSITY)
-    assert Orifice().flow(opening, drop, 0.0) == pytest.approx(one_edge, rel=1e-14)
+    assert example(Orifice).flow(opening, drop, 0.0) == pytest.approx(one_edge, rel=1e-14)
     assert one_edge * 6e4 == pytest.approx(306.2, abs=0.1)  # [L/min]
 
 
 def test_half_the_supply_at_the_load_costs_a_factor_of_root_two() -> None:
-    free, loaded = Orifice().flow(1e-3, 40e5, 0.0), Orifice().flow(1e-3, 40e5, 20e5)
+    free, loaded = example(Orifice).flow(1e-3, 40e5, 0.0), example(Orifice).flow(1e-3, 40e5, 20e5)
     assert loaded == pytest.approx(free / math.sqrt(2.0), rel=1e-14)
 
 
 def test_a_load_of_100_newton_is_a_disturbance_of_16_7() -> None:
     """d_L1 = -(F_L + Delta b x1)/m, eq. (6); the nominal machine has nothing else."""
-    loop = Loop(simulation=Simulation(0.01, 1e-4, 1, 1e-4), load=Constant(100.0), controller=Nominal())
+    loop = example(
+        Loop, simulation=Simulation(0.01, 1e-4, 1, 1e-4), load=Constant(100.0), controller=Nominal()
+    )
     run = simulate(loop)
     assert run["disturbance.d1"].values == pytest.approx(-100.0 / MASS, abs=1e-9)
     assert float(run.disturbance_max_1) == pytest.approx(16.7, abs=0.05)
@@ -118,7 +121,7 @@ def test_a_load_of_100_newton_is_a_disturbance_of_16_7() -> None:
 def test_perturbed_parameters_make_a_disturbance_of_about_1e4() -> None:
     """Over one second of the sine demand, which holds its peak."""
     simulation = Simulation(1.0, 1e-4, 2, 1e-3)
-    loop = replace(Loop(simulation=simulation, controller=Nominal()), UPWARD)
+    loop = replace(example(Loop, simulation=simulation, controller=Nominal()), UPWARD)
     run = simulate(loop, record=["plant.velocity", "plant.load_force", "controller.u", "disturbance.d2"])
     x1, x2, u = (run[name].values for name in ("plant.velocity", "plant.load_force", "controller.u"))
     area = DISCHARGE * GRADIENT * VALVE_GAIN * u

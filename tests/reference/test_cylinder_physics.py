@@ -13,11 +13,13 @@ from hydroservo.mechanics import Mass, NoStops, OneLinkArm, Stops, Viscous, Visc
 from hydroservo.oils import AeratedOil, ConstantOil
 from hydroservo.plants import Cylinder, CylinderState, LoadPressurePlant, LoadPressureState
 from hydroservo.signals import PortFlows, Pressures
+from hydroservo.testing.examples import example
 from hydroservo.valves import Orifice
 
 ATMOSPHERE = 101325.0
 CLOSED = PortFlows(0.0, 0.0, 0.0, 0.0)
-LEAKY = Cylinder(
+LEAKY = example(
+    Cylinder,
     area_a=8e-4,
     area_b=5e-4,
     internal_leakage=2e-11,
@@ -58,7 +60,7 @@ def aerated_density(oil: AeratedOil, pressure: float) -> float:
 
 @pytest.mark.parametrize(
     ("oil", "density"),
-    [(ConstantOil(), constant_density), (AeratedOil(1.4e9, 0.01, 1.3), aerated_density)],
+    [(example(ConstantOil), constant_density), (AeratedOil(1.4e9, 0.01, 1.3), aerated_density)],
 )
 def test_oil_is_conserved(oil: Block, density: Callable[[Block, float], float]) -> None:
     """Each chamber's rho V changes by the integral of rho times what flows in; rho from the volume law."""
@@ -173,7 +175,7 @@ def jacobian(plant: Cylinder, at: list[float]) -> np.ndarray:
 @pytest.mark.parametrize(("area_a", "area_b"), [(4.91e-4, 4.91e-4), (8e-4, 5e-4)])
 def test_natural_frequency(area_a: float, area_b: float, share: float) -> None:
     """Merritt: omega^2 = beta/m (A_A^2/V_A + A_B^2/V_B), with friction and leaks left out."""
-    plant = Cylinder(area_a=area_a, area_b=area_b, internal_leakage=0.0, friction=Viscous(0.0))
+    plant = example(Cylinder, area_a=area_a, area_b=area_b, internal_leakage=0.0, friction=Viscous(0.0))
     x = share * plant.stroke
     pressures = [area_b / area_a * 20e5, 20e5]  # no net force
     eigenvalues = np.linalg.eigvals(jacobian(plant, [0.0, x, *pressures]))
@@ -186,7 +188,7 @@ def test_natural_frequency(area_a: float, area_b: float, share: float) -> None:
 
 @pytest.mark.parametrize("x", [0.0, 0.02, 0.039])
 def test_exchanged_chambers_mirror_the_motion(x: float) -> None:
-    plant = Cylinder(external_leakage=1e-12, oil=AeratedOil())
+    plant = example(Cylinder, external_leakage=1e-12, oil=AeratedOil())
     there = rates_of(plant, np.array([0.1, x, 3e6, 1e6]), PortFlows(3e-5, 1e-5, 0.0, 0.0), 50.0)
     back = rates_of(plant, np.array([-0.1, 0.078 - x, 1e6, 3e6]), PortFlows(-1e-5, -3e-5, 0.0, 0.0), -50.0)
     assert back == pytest.approx([-there[0], -there[1], there[3], there[2]], rel=1e-12)
@@ -197,8 +199,8 @@ def responses(amplitude: float) -> tuple[np.ndarray, np.ndarray]:
 
     The supply's pressure is shared, p_A + p_B = p_s at the start.
     """
-    edges, line = Orifice(), Pressures(40e5, 0.0)
-    paper, here = LoadPressurePlant(), Cylinder()
+    edges, line = example(Orifice), Pressures(40e5, 0.0)
+    paper, here = example(LoadPressurePlant), example(Cylinder)
     instants = np.linspace(0.0, 0.1, 401)
 
     def opening(t: float) -> float:
@@ -240,7 +242,7 @@ def test_a_torn_chamber_stays_above_absolute_zero_and_fills_again() -> None:
     the start when the piston is back.
     """
     oil = AeratedOil(air_content=1e-3)
-    plant = Cylinder(internal_leakage=0.0, oil=oil, friction=Viscous(2e4), stops=Stops())
+    plant = example(Cylinder, internal_leakage=0.0, oil=oil, friction=Viscous(2e4), stops=Stops())
 
     def rates(t: float, y: np.ndarray) -> list[float]:
         drawn = -1e4 * math.sin(math.pi * t / 0.2) if t < 0.2 else 0.0
@@ -270,11 +272,16 @@ def test_a_torn_chamber_stays_above_absolute_zero_and_fills_again() -> None:
     assert [pressure_a[-1], pressure_b[-1]] == pytest.approx([5e5, 5e5], rel=1e-3)
 
 
-@pytest.mark.parametrize("oil", [ConstantOil(), AeratedOil()])
+@pytest.mark.parametrize("oil", [example(ConstantOil), AeratedOil()])
 def test_rest_under_gravity(oil: Block) -> None:
     """Statics: shut in, the arm comes to rest where the oil carries its weight."""
-    plant = Cylinder(
-        internal_leakage=0.0, oil=oil, friction=Viscous(2e4), mechanism=OneLinkArm(), stops=NoStops()
+    plant = example(
+        Cylinder,
+        internal_leakage=0.0,
+        oil=oil,
+        friction=Viscous(2e4),
+        mechanism=OneLinkArm(),
+        stops=NoStops(),
     )
 
     def rates(_: float, y: np.ndarray) -> list[float]:
@@ -292,6 +299,6 @@ def test_rest_under_gravity(oil: Block) -> None:
 
 def test_a_mass_alone_feels_only_the_oil() -> None:
     """At the end of a stroke without stops nothing but the chamber's own stiffness changes."""
-    plant = Cylinder(stops=NoStops(), mechanism=Mass(6.0))
+    plant = example(Cylinder, stops=NoStops(), mechanism=Mass(6.0))
     inside, outside = (rates_of(plant, np.array([0.0, x, 2e6, 1e6]), CLOSED) for x in (0.077, 0.079))
     assert inside[0] == outside[0] == pytest.approx(4.91e-4 * 1e6 / 6.0)

@@ -18,14 +18,15 @@ from hydroservo.plants import Cylinder
 from hydroservo.references import Square
 from hydroservo.roles import Integrator
 from hydroservo.supplies import PumpSupply
+from hydroservo.testing.examples import example
 from hydroservo.valves import FirstOrderValve, FourEdges
 
 STROKE = 0.078
 LOOP = Loop(
     Simulation(0.4, 1e-3, AUTO, record_period=1e-3, tolerance=1e-4),
-    plant=Cylinder(stroke=STROKE, start_position=0.06, friction=Stribeck(), oil=AeratedOil()),
-    valve=FirstOrderValve(orifice=FourEdges()),
-    supply=PumpSupply(),
+    plant=example(Cylinder, stroke=STROKE, start_position=0.06, friction=example(Stribeck), oil=AeratedOil()),
+    valve=example(FirstOrderValve, orifice=example(FourEdges)),
+    supply=example(PumpSupply),
     load=Constant(50.0),
     reference=Square(0.1, 2.0),
     controller=PI(3.0, 100.0),

@@ -13,6 +13,7 @@ from scipy.optimize import brentq
 from hydroservo.engine.compiling import compiled
 from hydroservo.integrators import RK4
 from hydroservo.mechanics import LuGre, LuGreState, Stops, Stribeck, StribeckState
+from hydroservo.testing.examples import example
 
 # Table I of Canudas de Wit, Olsson, Astrom, Lischinsky, IEEE Trans. Automatic Control 40(3), 1995; unit mass
 LUGRE_1995 = LuGre(1e5, math.sqrt(1e5), 0.4, 1.0, 1.5, 1e-3)
@@ -129,7 +130,7 @@ class TestLuGre:
         assert done.success
         return done.sol
 
-    @pytest.mark.parametrize("friction", [LuGre(), LUGRE_1995])
+    @pytest.mark.parametrize("friction", [example(LuGre), LUGRE_1995])
     @pytest.mark.parametrize("v", [1e-4, -1e-3, 5e-3, 0.1])
     def test_steady_sliding_gives_the_stribeck_curve(self, friction: LuGre, v: float) -> None:
         slid = 30.0 * friction.breakaway / friction.bristle_stiffness  # many bristles long
@@ -139,7 +140,7 @@ class TestLuGre:
         expected = math.copysign(dry, v) + friction.viscous * v
         assert friction.force(LuGreState(float(z)), v, 0.0, 1.0) == pytest.approx(expected, rel=1e-6)
 
-    @pytest.mark.parametrize("friction", [LuGre(), LUGRE_1995])
+    @pytest.mark.parametrize("friction", [example(LuGre), LUGRE_1995])
     def test_before_sliding_it_is_a_spring(self, friction: LuGre) -> None:
         """A displacement of a thousandth of F_s/sigma_0, made slowly, meets sigma_0 times it."""
         way = 1e-3 * friction.breakaway / friction.bristle_stiffness

@@ -16,6 +16,7 @@ from hydroservo.loads import Sine as SineLoad
 from hydroservo.loop import MachineState
 from hydroservo.references import Sine
 from hydroservo.supplies import IdealSupplyState
+from hydroservo.testing.examples import example
 from hydroservo.valves import FirstOrderValve, StaticValve
 
 DURATION, PERIOD, SUBSTEPS = 1.0, 1e-3, 50
@@ -31,7 +32,8 @@ def advance() -> Any:
 
 def loop_with(valve: Block) -> Loop:
     """A loop whose command and load change sign, at different instants."""
-    return Loop(
+    return example(
+        Loop,
         simulation=Simulation(DURATION, PERIOD, 20, PERIOD),
         valve=valve,
         controller=PI(0.3, 100.0),
@@ -73,7 +75,9 @@ def flat(x: Block) -> list[float]:
     return [number for _, number in leaves(x)]
 
 
-@pytest.mark.parametrize("valve", [StaticValve(), FirstOrderValve()], ids=lambda valve: type(valve).__name__)
+@pytest.mark.parametrize(
+    "valve", [example(StaticValve), example(FirstOrderValve)], ids=lambda valve: type(valve).__name__
+)
 def test_agrees_with_dop853_restarted_at_each_sample(valve: Block) -> None:
     loop = loop_with(valve)
     run = simulate(loop, record=["controller.u"])

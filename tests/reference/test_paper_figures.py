@@ -18,14 +18,15 @@ from hydroservo.papers.tsmc_eha_2021.machine import MODEL
 from hydroservo.plants import DesignModel
 from hydroservo.references import Square
 from hydroservo.running import simulate
+from hydroservo.testing.examples import example
 from hydroservo.theory import lemma_2
 from hydroservo.wiring import believed
 
-WIDE = TSMObserver(switching_gain_2=1e5)  # the printed D_2 = 100 N/s is short
-NOMINAL = DesignModel()  # what the laws believe: the machine before its uncertainty
+WIDE = example(TSMObserver, switching_gain_2=1e5)  # the printed D_2 = 100 N/s is short
+NOMINAL = example(DesignModel)  # what the laws believe: the machine before its uncertainty
 
 MACHINE = replace(
-    Loop(),
+    example(Loop),
     {
         "plant.damping": 1.2 * 50.0,
         "plant.bulk_modulus": 1.1 * 7.0e8,
@@ -44,35 +45,43 @@ def run(loop: Loop) -> xr.Dataset:
 
 @pytest.fixture(scope="module")
 def pi() -> xr.Dataset:
-    return run(MACHINE._replace(controller=PI()))
+    return run(MACHINE._replace(controller=example(PI)))
 
 
 @pytest.fixture(scope="module")
 def tsmc() -> xr.Dataset:
-    return run(MACHINE._replace(controller=TSMC(model=NOMINAL)))
+    return run(MACHINE._replace(controller=example(TSMC, model=NOMINAL)))
 
 
 @pytest.fixture(scope="module")
 def implicit() -> xr.Dataset:
     return run(
-        MACHINE._replace(controller=TSMC(model=NOMINAL, observer=WIDE._replace(realisation=Implicit())))
+        MACHINE._replace(
+            controller=example(TSMC, model=NOMINAL, observer=WIDE._replace(realisation=Implicit()))
+        )
     )
 
 
 @pytest.fixture(scope="module")
 def explicit() -> xr.Dataset:
     return run(
-        MACHINE._replace(controller=TSMC(model=NOMINAL, observer=WIDE._replace(realisation=Explicit())))
+        MACHINE._replace(
+            controller=example(TSMC, model=NOMINAL, observer=WIDE._replace(realisation=Explicit()))
+        )
     )
 
 
 @pytest.fixture(scope="module")
 def square_tsmc() -> xr.Dataset:
-    return run(MACHINE._replace(controller=TSMC(model=NOMINAL), reference=Square(), load=Constant()))
+    return run(
+        MACHINE._replace(
+            controller=example(TSMC, model=NOMINAL), reference=example(Square), load=example(Constant)
+        )
+    )
 
 
 def test_controllers_know_the_nominal_machine() -> None:
-    assert believed(Loop()) == NOMINAL == MODEL != believed(MACHINE)
+    assert believed(example(Loop)) == NOMINAL == MODEL != believed(MACHINE)
 
 
 def test_pi_on_the_sine(pi: xr.Dataset) -> None:
@@ -80,7 +89,7 @@ def test_pi_on_the_sine(pi: xr.Dataset) -> None:
 
 
 def test_backstepping_on_the_sine() -> None:
-    data = run(MACHINE._replace(controller=Backstepping(model=NOMINAL)))
+    data = run(MACHINE._replace(controller=example(Backstepping, model=NOMINAL)))
     assert float(data["steady_rms_error"]) == pytest.approx(18.1e-3, rel=0.01)
 
 
@@ -106,7 +115,7 @@ def test_implicit_realisation_does_not_chatter(
 
 def test_first_gain_meets_lemma_2(tsmc: xr.Dataset, square_tsmc: xr.Dataset) -> None:
     for data in (tsmc, square_tsmc):
-        first, _ = lemma_2(data, TSMObserver())
+        first, _ = lemma_2(data, example(TSMObserver))
         assert first.holds
         assert first.largest == pytest.approx(16.7, rel=0.01)
         assert first.margin == pytest.approx(30.0 / 16.7, rel=0.01)
@@ -114,7 +123,7 @@ def test_first_gain_meets_lemma_2(tsmc: xr.Dataset, square_tsmc: xr.Dataset) -> 
 
 def test_second_gain_is_short_by_two_to_three_orders(tsmc: xr.Dataset, square_tsmc: xr.Dataset) -> None:
     for data, largest, short_by in ((tsmc, 1e4, (100.0, 200.0)), (square_tsmc, 1e5, (1000.0, 2000.0))):
-        _, second = lemma_2(data, TSMObserver())
+        _, second = lemma_2(data, example(TSMObserver))
         assert not second.holds
         assert largest < second.largest < 2.0 * largest
         assert short_by[0] < 1.0 / second.margin < short_by[1]

@@ -11,6 +11,7 @@ from hydroservo import Loop, Simulation, simulate
 from hydroservo.controllers import PI
 from hydroservo.loads import Constant
 from hydroservo.references import Step
+from hydroservo.testing.examples import example
 from hydroservo.valves import FirstOrderValve
 
 # Nominal values: Sec. 4 of doi:10.1007/s42401-021-00087-w
@@ -63,9 +64,10 @@ def linear_force(gain: float, samples: int) -> np.ndarray:
 
 
 def simulated_force(gain: float) -> np.ndarray:
-    loop = Loop(
+    loop = example(
+        Loop,
         simulation=Simulation(0.2, PERIOD, 1, PERIOD),
-        valve=FirstOrderValve(),
+        valve=example(FirstOrderValve),
         controller=PI(gain, INTEGRAL_GAIN),
         reference=Step(0.0, STEP, 0.0),
         load=Constant(0.0),

@@ -9,10 +9,11 @@ from hypothesis import strategies as st
 from scipy.optimize import brentq, minimize_scalar
 
 from hydroservo.signals import Pressures
+from hydroservo.testing.examples import example
 from hydroservo.valves import FourEdges
 
 SUPPLY = 70e5
-SHARP = FourEdges(clearance=0.0, transition_drop=0.0)
+SHARP = example(FourEdges, clearance=0.0, transition_drop=0.0)
 SIZE = SHARP.discharge_coefficient * SHARP.area_gradient * math.sqrt(SUPPLY / SHARP.density)
 UNDERLAP = 5e-5
 OPEN = SHARP._replace(lap=-UNDERLAP)
@@ -83,7 +84,7 @@ def test_the_leakage_curve_tells_the_flow_pressure_coefficient(
     lap: float, clearance: float, transition: float
 ) -> None:
     """K_c = dQ_leakage/dp_s at null, for any matched and symmetric edges."""
-    edges = FourEdges(lap=lap, clearance=clearance, transition_drop=transition)
+    edges = example(FourEdges, lap=lap, clearance=clearance, transition_drop=transition)
     wanted = slope(lambda supply: leakage(edges, supply), SUPPLY, 1e-4 * SUPPLY)
     assert flow_pressure_coefficient(edges) == pytest.approx(wanted, rel=1e-6)
 
@@ -94,7 +95,7 @@ def test_the_published_efficiency_of_a_servo_valve() -> None:
     The book's numbers are for critical edges without leakage. Of the default ones, the laminar transition at
     1 bar takes 0.2 % and moves the best load pressure by as much.
     """
-    for edges, deviation in ((SHARP, 1e-4), (FourEdges(), 4e-3)):
+    for edges, deviation in ((SHARP, 1e-4), (example(FourEdges), 4e-3)):
         largest = edges.flow(5e-3, SUPPLY, 0.0) * SUPPLY
         found = minimize_scalar(
             lambda load, edges=edges: -load * edges.flow(5e-3, SUPPLY, load),

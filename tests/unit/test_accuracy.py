@@ -31,10 +31,11 @@ from hydroservo.plants import LoadPressurePlant
 from hydroservo.references import Square as SquareDemand
 from hydroservo.scenario import load_scenario, parse_override, scenarios
 from hydroservo.signals import Demand, Measurement
+from hydroservo.testing.examples import example
 from hydroservo.valves import FirstOrderValve
 
 SHORT = Simulation(duration=0.5, period=1e-3, record_period=1e-3)
-LOOP = Loop(simulation=SHORT, controller=PI(0.3, 100.0))
+LOOP = example(Loop, simulation=SHORT, controller=PI(0.3, 100.0))
 STIFF = replace(LOOP, {"plant.bulk_modulus": 7e10, "controller.proportional_gain": 0.03})
 SOFT = replace(LOOP, {"plant.bulk_modulus": 7e6, "plant.damping": 2000.0, "controller": PI(0.03, 1.0)})
 UNALIGNED = LOOP._replace(load=Square(100.0, 0.0837))
@@ -72,7 +73,7 @@ def test_at_the_start_the_fastest_rate_is_that_of_the_shut_cylinder(bulk_modulus
 
 
 def test_a_fast_valve_is_the_fastest() -> None:
-    valve = FirstOrderValve(time_constant=1e-5)
+    valve = example(FirstOrderValve, time_constant=1e-5)
     assert fastest(LOOP._replace(valve=valve)) == pytest.approx(1e5, rel=1e-6)
 
 
@@ -137,7 +138,9 @@ def test_tsit5_is_trusted_until_its_shortest_step_is_too_long() -> None:
 
 def test_a_false_alarm_is_not_raised_where_steps_are_within_tolerance() -> None:
     """On a demand that jumps, what is trusted is right to a part in a thousand, and what is not is not."""
-    square = LOOP._replace(reference=SquareDemand(), controller=PI(3.0, 600.0), valve=FirstOrderValve())
+    square = LOOP._replace(
+        reference=example(SquareDemand), controller=PI(3.0, 600.0), valve=example(FirstOrderValve)
+    )
     finest = simulate(with_substeps(square, 200))
     errors = {n: difference(square, simulate(with_substeps(square, n)), finest) for n in (1, 3)}
     assert warning(with_substeps(square, 1)) != ""
@@ -299,7 +302,7 @@ def test_the_integrator_is_a_nested_table() -> None:
 
 
 def test_the_paths_that_steps_are_judged_by() -> None:
-    assert machine_paths(LOOP._replace(valve=FirstOrderValve())) == (
+    assert machine_paths(LOOP._replace(valve=example(FirstOrderValve))) == (
         "plant.velocity",
         "plant.load_force",
         "plant.position",
@@ -310,8 +313,11 @@ def test_the_paths_that_steps_are_judged_by() -> None:
 
 @pytest.mark.parametrize(("substeps", "trusted"), [(1, False), (32, True)])
 def test_steps_that_no_rate_can_judge_are_halved(substeps: int, trusted: bool) -> None:
-    loop = Loop(
-        Simulation(0.05, 1e-3, substeps, integrator=Rosenbrock()), valve=FirstOrderValve(), controller=PI(4.0)
+    loop = example(
+        Loop,
+        Simulation(0.05, 1e-3, substeps, integrator=Rosenbrock()),
+        valve=example(FirstOrderValve),
+        controller=example(PI, 4.0),
     )
     said = simulate(loop, record=[]).attrs.get("warning", "")
     assert ("twice as many differ by" not in said) == trusted

@@ -9,8 +9,9 @@ from hydroservo import Loop, LoopError, ParameterError, Simulation
 from hydroservo.batch import simulate_batch
 from hydroservo.metrics import declared_metrics, usual
 from hydroservo.provenance import scenario_hash
+from hydroservo.testing.examples import example
 
-LOOP = Loop(Simulation(0.002, 1e-4))
+LOOP = example(Loop, Simulation(0.002, 1e-4))
 MASSES = np.linspace(4.0, 8.0, 70)
 
 

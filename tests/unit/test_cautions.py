@@ -11,12 +11,14 @@ from hydroservo.loads import Constant
 from hydroservo.oils import AeratedOil
 from hydroservo.plants import Cylinder
 from hydroservo.references import Square
+from hydroservo.testing.examples import example
 
-TORN = Loop(
+TORN = example(
+    Loop,
     Simulation(0.1, 1e-3, 40),
-    plant=Cylinder(start_pressure_a=20e5, start_pressure_b=20e5),
+    plant=example(Cylinder, start_pressure_a=20e5, start_pressure_b=20e5),
     load=Constant(-6000.0),
-    reference=Square(0.1),
+    reference=example(Square, 0.1),
     controller=PI(3.0, 100.0),
 )
 
@@ -42,7 +44,7 @@ def test_oil_that_tears_open_stays_above_it() -> None:
 
 
 def test_a_plant_without_chambers_has_no_such_pressure() -> None:
-    data = simulate(Loop(Simulation(0.01, 1e-3, 4), controller=PI()), record=[])
+    data = simulate(example(Loop, Simulation(0.01, 1e-3, 4), controller=example(PI)), record=[])
     assert "pressure_min" not in data
     assert pressure_caution(data) == ""
 

@@ -13,12 +13,13 @@ from hydroservo.holds import DelayedHold, ZeroOrderHold
 from hydroservo.loads import Recorded
 from hydroservo.loads import Square as SquareLoad
 from hydroservo.references import Sine, Square
+from hydroservo.testing.examples import example
 from hydroservo.time_series import TimeSeries
 from hydroservo.valves import FirstOrderValve
 from hydroservo.wiring import wired
 
-LOOP = wired(Loop(Simulation(2e-3, 1e-4, 2, record_period=1e-4), controller=TSMC()))
-RIVAL = LOOP._replace(controller=PI())
+LOOP = wired(example(Loop, Simulation(2e-3, 1e-4, 2, record_period=1e-4), controller=example(TSMC)))
+RIVAL = LOOP._replace(controller=example(PI))
 
 
 def run(loop: Loop) -> xr.Dataset:
@@ -34,7 +35,7 @@ def tsmc() -> xr.Dataset:
     "other",
     [
         RIVAL,
-        RIVAL._replace(controller=DAC(PI(), 12, 5.0)),
+        RIVAL._replace(controller=DAC(example(PI), 12, 5.0)),
         replace(LOOP, {"controller.power_gain_1": 0.0}),
         replace(RIVAL, {"simulation.record_period": 1e-3}),
         replace(LOOP, {"controller.model.plant.mass": 7.0}),
@@ -55,11 +56,11 @@ def test_runs_that_differ_in_their_controllers_are_equal(tsmc: xr.Dataset, other
         ({"simulation.seed": 1}, "simulation.seed", (0, 1)),
         ({"plant.mass": 7.0}, "plant.mass", (6.0, 7.0)),
         ({"valve.orifice.density": 900.0}, "valve.orifice.density", (850.0, 900.0)),
-        ({"valve": FirstOrderValve()}, "valve", ("StaticValve", "FirstOrderValve")),
+        ({"valve": example(FirstOrderValve)}, "valve", ("StaticValve", "FirstOrderValve")),
         ({"hold": DelayedHold(0.0)}, "hold", ("ZeroOrderHold", "DelayedHold")),
         ({"reference.amplitude": 0.02}, "reference.amplitude", (0.03, 0.02)),
-        ({"reference": Square(0.03)}, "reference", ("Sine", "Square")),
-        ({"load": SquareLoad(100.0)}, "load", ("Sine", "Square")),
+        ({"reference": example(Square, 0.03)}, "reference", ("Sine", "Square")),
+        ({"load": example(SquareLoad, 100.0)}, "load", ("Sine", "Square")),
     ],
     ids=lambda one: one if isinstance(one, str) else None,
 )
@@ -73,7 +74,7 @@ def test_a_condition_that_differs_is_named_and_nobody_wins(
 
 def test_equal_numbers_in_blocks_of_two_types_are_no_equality() -> None:
     """NamedTuples of two types are equal where their numbers are."""
-    sine, square = Loop().load, SquareLoad()
+    sine, square = example(Loop).load, example(SquareLoad)
     assert ZeroOrderHold() == ()
     runs = [run(RIVAL._replace(load=sine)), run(RIVAL._replace(load=square)), run(RIVAL._replace(load=sine))]
     assert differences(runs) == {"load": ("Sine", "Square", "Sine")}
@@ -100,7 +101,7 @@ def test_estimates_of_two_models_are_not_ranked() -> None:
 
 
 def test_lines_for_a_terminal() -> None:
-    loops = [RIVAL, replace(RIVAL, {"simulation.period": 2e-4, "valve": FirstOrderValve()})]
+    loops = [RIVAL, replace(RIVAL, {"simulation.period": 2e-4, "valve": example(FirstOrderValve)})]
     found = differences([run(loop) for loop in loops])
     first, *lines = unequal_lines(found, loops)
     assert "No run is marked best" in first
@@ -115,5 +116,5 @@ def test_numbers_that_are_near_each_other_are_told_apart() -> None:
 
 def test_many_differences_are_counted_by_table() -> None:
     many = {f"plant.{i}": (0.0, 1.0) for i in range(MOST_LINES)} | {"reference": ("Sine", "Square")}
-    (_, line) = unequal_lines(many, [RIVAL, RIVAL._replace(reference=Sine())])
+    (_, line) = unequal_lines(many, [RIVAL, RIVAL._replace(reference=example(Sine))])
     assert line == "  9 values in the tables plant (8), reference (1); --json lists them"

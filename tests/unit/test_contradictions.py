@@ -6,6 +6,7 @@ from typing import Annotated, NamedTuple
 import numpy as np
 import pytest
 
+from bases import on_base
 from hydroservo import Loop, ParameterError, ScenarioError, Simulation, replace
 from hydroservo.batch import simulate_batch
 from hydroservo.block import Block, Field
@@ -16,47 +17,54 @@ from hydroservo.plants import Cylinder, LoadPressurePlant
 from hydroservo.running import simulate
 from hydroservo.scenario import load_scenario
 from hydroservo.supplies import GasAccumulator, IdealSupply, PumpSupply, ReliefValve
+from hydroservo.testing.examples import example
 from hydroservo.valves import FirstOrderValve, FourEdges, SecondOrderValve, StaticValve
 
 CONTRADICTIONS = [
-    (LoadPressurePlant(start_position=0.1), "start_position = 0.1: must be at most the stroke, 0.078 [m]"),
-    (Cylinder(start_position=0.1), "start_position = 0.1: must be at most the stroke, 0.078 [m]"),
     (
-        Cylinder(mechanism=OneLinkArm(base_distance=5.0)),
+        example(LoadPressurePlant, start_position=0.1),
+        "start_position = 0.1: must be at most the stroke, 0.078 [m]",
+    ),
+    (example(Cylinder, start_position=0.1), "start_position = 0.1: must be at most the stroke, 0.078 [m]"),
+    (
+        example(Cylinder, mechanism=OneLinkArm(base_distance=5.0)),
         "mechanism = 'OneLinkArm': can be at 4.649 to 4.808 [m] only: "
         "its lengths do not go with the stroke, 0 to 0.078 [m]",
     ),
     (
-        Cylinder(stroke=0.2, mechanism=OneLinkArm()),
+        example(Cylinder, stroke=0.2, mechanism=OneLinkArm()),
         "mechanism = 'OneLinkArm': can be at -0.05148 to 0.1085 [m] only: "
         "its lengths do not go with the stroke, 0 to 0.2 [m]",
     ),
     (
-        Cylinder(oil=ConstantOil(7e8), start_pressure_b=1e9),
+        example(Cylinder, oil=ConstantOil(7e8), start_pressure_b=1e9),
         "start_pressure_b = 1000000000.0: must be below the oil's bulk modulus there [Pa]",
     ),
     (
         OneLinkArm(arm_inertia=0.1),
         "arm_inertia = 0.1: must be at least arm_mass centre_distance^2, 0.18 [kg m^2]",
     ),
-    (Stribeck(coulomb=70.0), "breakaway = 60.0: must be at least coulomb, 70 [N]"),
-    (LuGre(coulomb=70.0), "breakaway = 60.0: must be at least coulomb, 70 [N]"),
+    (example(Stribeck, coulomb=70.0), "breakaway = 60.0: must be at least coulomb, 70 [N]"),
+    (example(LuGre, coulomb=70.0), "breakaway = 60.0: must be at least coulomb, 70 [N]"),
     (IdealSupply(2e5, 2e5), "supply_pressure = 200000.0: must be above return_pressure, 200000 [Pa]"),
     (
-        PumpSupply(accumulator=GasAccumulator(precharge=60e5)),
+        example(PumpSupply, accumulator=GasAccumulator(60e5, 5e-4)),
         "accumulator.precharge = 6000000.0: must be below 4.188e+06 [Pa], the pressure with the valve shut",
     ),
-    (StaticValve(orifice=FourEdges(lap=6e-3)), "orifice.lap = 0.006: must be below max_opening, 0.005 [m]"),
     (
-        FirstOrderValve(max_opening=1e-3, orifice=FourEdges(lap=1e-3)),
-        "orifice.lap = 0.001: must be below max_opening, 0.001 [m]",
-    ),
-    (
-        SecondOrderValve(orifice=FourEdges(lap=6e-3)),
+        example(StaticValve, orifice=example(FourEdges, lap=6e-3)),
         "orifice.lap = 0.006: must be below max_opening, 0.005 [m]",
     ),
     (
-        SecondOrderValve(hysteresis=0.01),
+        example(FirstOrderValve, max_opening=1e-3, orifice=example(FourEdges, lap=1e-3)),
+        "orifice.lap = 0.001: must be below max_opening, 0.001 [m]",
+    ),
+    (
+        example(SecondOrderValve, orifice=example(FourEdges, lap=6e-3)),
+        "orifice.lap = 0.006: must be below max_opening, 0.005 [m]",
+    ),
+    (
+        example(SecondOrderValve, hysteresis=0.01),
         "hysteresis = 0.01: must be below twice max_opening, 0.01 [m]",
     ),
 ]
@@ -71,18 +79,22 @@ def test_what_does_not_go_together(block: Block, says: str) -> None:
 
 def test_the_limits_themselves_are_allowed() -> None:
     for block in (
-        LoadPressurePlant(start_position=0.078),
-        Cylinder(start_position=0.078),
-        Stribeck(60.0, 60.0),
+        example(LoadPressurePlant, start_position=0.078),
+        example(Cylinder, start_position=0.078),
+        example(Stribeck, 60.0, 60.0),
         OneLinkArm(arm_inertia=0.18),
-        StaticValve(orifice=FourEdges(lap=-6e-3)),
+        example(StaticValve, orifice=example(FourEdges, lap=-6e-3)),
     ):
         consistent(block)
 
 
 def test_numbers_out_of_all_proportion_are_one_line() -> None:
     with pytest.raises(ParameterError, match="'PumpSupply': has numbers out of all proportion"):
-        checked(PumpSupply(displacement=1e-200, leakage=0.0, relief=ReliefValve(gradient=1e-300)))
+        checked(
+            example(
+                PumpSupply, displacement=1e-200, leakage=0.0, relief=example(ReliefValve, gradient=1e-300)
+            )
+        )
 
 
 class Inner(NamedTuple):
@@ -143,17 +155,19 @@ def test_a_scenario_names_the_table(changes: dict[str, object], says: str) -> No
 def test_absurd_lengths_of_an_arm_are_one_line() -> None:
     arm = OneLinkArm(base_distance=1e-120, pin_distance=1e-120, closed_length=1e-120)
     with pytest.raises(ParameterError, match=r"plant\.mechanism\.base_distance = 1e-120: must be"):
-        simulate(Loop(plant=Cylinder(stroke=1e-122, start_position=0.0, mechanism=arm)))
+        simulate(example(Loop, plant=example(Cylinder, stroke=1e-122, start_position=0.0, mechanism=arm)))
     huge = OneLinkArm(base_distance=1e200, pin_distance=1e200, closed_length=1e200)
     with pytest.raises(ParameterError, match="its lengths do not go with the stroke"):
-        simulate(Loop(plant=Cylinder(mechanism=huge)))
+        simulate(example(Loop, plant=example(Cylinder, mechanism=huge)))
     small = OneLinkArm(base_distance=1e-6, pin_distance=1e-6, closed_length=1.4e-6, arm_mass=0.0, payload=0.0)
-    loop = Loop(Simulation(1e-3, 1e-4), Cylinder(stroke=1e-7, start_position=0.0, mechanism=small))
+    loop = example(
+        Loop, Simulation(1e-3, 1e-4), example(Cylinder, stroke=1e-7, start_position=0.0, mechanism=small)
+    )
     run = simulate(loop, compiled=False)
     assert np.isfinite(run["plant.velocity"][0])
 
 
-LOOP = Loop(Simulation(0.002, 1e-4))
+LOOP = example(Loop, Simulation(0.002, 1e-4))
 
 
 def test_a_run_of_a_batch_is_named() -> None:
@@ -164,7 +178,7 @@ def test_a_run_of_a_batch_is_named() -> None:
 
 def test_a_run_of_a_batch_is_looked_at_as_a_whole() -> None:
     """Each number for itself occurs in a run that is allowed."""
-    loop = replace(LOOP, {"plant": Cylinder(friction=Stribeck())})
+    loop = replace(LOOP, {"plant": example(Cylinder, friction=example(Stribeck))})
     simulate_batch(loop, {"plant.friction.coulomb": [50.0, 70.0], "plant.friction.breakaway": [60.0, 80.0]})
     with pytest.raises(ParameterError, match=r"^plant\.friction\.breakaway = 60\.0: .*, in run 1$"):
         simulate_batch(
@@ -187,13 +201,14 @@ def test_a_controller_of_a_plugin_may_check_itself(tmp_path: Path) -> None:
     plugin = tmp_path / "law.py"
     plugin.write_text(PLUGIN, encoding="utf-8")
     scenario = tmp_path / "law.toml"
-    scenario.write_text('[controller]\ntype = "Held"\nlow = 2.0\n', encoding="utf-8")
+    scenario.write_text(on_base('[controller]\ntype = "Held"\nlow = 2.0\n'), encoding="utf-8")
     with pytest.raises(ScenarioError, match=r"law\.toml: controller: low = 2\.0: must be below high, 1"):
         load_scenario(scenario, plugins=[plugin])
 
 
 PLUGIN = '''
 from typing import NamedTuple
+from bases import on_base
 from hydroservo import ParameterError
 
 class HeldState(NamedTuple):

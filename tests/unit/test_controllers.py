@@ -13,9 +13,10 @@ from hydroservo.observers import FilteredDerivative, ModelDerivative
 from hydroservo.papers.tsmc_eha_2021.printed import PrintedBackstepping, PrintedTSMC
 from hydroservo.plants import DesignModel
 from hydroservo.signals import Demand, Measurement
+from hydroservo.testing.examples import example
 
 DT = 1e-4
-MODEL = DesignModel()
+MODEL = example(DesignModel)
 NO_LIMIT = Saturation(1e300)
 
 measurements = st.builds(
@@ -86,7 +87,7 @@ def test_pi_winds_up_without_anti_windup_and_not_with_it() -> None:
 
 @given(y=measurements, r=demands)
 def test_saturation_limits_every_law(y: Measurement, r: Demand) -> None:
-    for law in (PI(1e6), Backstepping(model=MODEL), TSMC(model=MODEL)):
+    for law in (example(PI, 1e6), example(Backstepping, model=MODEL), example(TSMC, model=MODEL)):
         assert abs(after(law._replace(saturation=Saturation(0.5)), y, r).u) <= 0.5
 
 
@@ -124,8 +125,10 @@ def test_printed_backstepping_takes_the_integral_of_the_demand_for_the_velocity(
 @given(y=measurements, r=demands)
 def test_the_filtered_derivative_serves_backstepping_too(y: Measurement, r: Demand) -> None:
     """Its first sample knows no rate, so the law differs from the analytic one by that term alone."""
-    analytic = after(Backstepping(model=MODEL, saturation=NO_LIMIT), y, r)
-    filtered = after(Backstepping(model=MODEL, derivative=FilteredDerivative(), saturation=NO_LIMIT), y, r)
+    analytic = after(example(Backstepping, model=MODEL, saturation=NO_LIMIT), y, r)
+    filtered = after(
+        example(Backstepping, model=MODEL, derivative=FilteredDerivative(), saturation=NO_LIMIT), y, r
+    )
     missing = analytic.derivative.rate / MODEL.g2(y.load_force, y.command)
     assert filtered.derivative.rate == 0.0
     assert analytic.u - filtered.u == pytest.approx(missing, rel=1e-9, abs=1e-9 * (1.0 + abs(analytic.u)))
@@ -137,7 +140,7 @@ def test_tsmc_gives_its_surface_dynamics_when_the_estimates_are_true(
 ) -> None:
     """dxi2/dt = -mu2 xi2 - delta2 xi2^a2 for true, constant disturbances and surfaces at rest."""
     still = told._replace(s1=0.0, s2=0.0)
-    law = TSMC(model=MODEL, observer=still, derivative=ModelDerivative(), saturation=NO_LIMIT)
+    law = example(TSMC, model=MODEL, observer=still, derivative=ModelDerivative(), saturation=NO_LIMIT)
     s = after(law, y, r)
     x1, x2, g1 = y.velocity, y.load_force, MODEL.g1()
     x1_rate = MODEL.f1(x1) + g1 * x2 + told.d1
@@ -159,7 +162,7 @@ def test_tsmc_gives_its_surface_dynamics_when_the_estimates_are_true(
 @given(y=measurements, r=demands, told=observers)
 def test_tsmc_surfaces_take_the_observers_in(y: Measurement, r: Demand, told: Told) -> None:
     """xi1 gains s1; xi2 gains what follows from it, and g1 s2 - b/m s1."""
-    law = TSMC(model=MODEL, observer=told)
+    law = example(TSMC, model=MODEL, observer=told)
     s = after(law, y, r)
     xi1 = y.velocity - r.value + told.s1
     xi1_rate = MODEL.f1(y.velocity) + MODEL.g1() * y.load_force + told.d1 - r.rate
@@ -173,9 +176,9 @@ def test_tsmc_surfaces_take_the_observers_in(y: Measurement, r: Demand, told: To
 @given(y=measurements, r=demands, told=observers)
 def test_printed_tsmc_differs_where_the_print_does(y: Measurement, r: Demand, told: Told) -> None:
     """d1 for its rate, the second derivative of the demand for the third, s1 for xi1 in one power."""
-    corrected = after(TSMC(model=MODEL, observer=told, saturation=NO_LIMIT), y, r)
+    corrected = after(example(TSMC, model=MODEL, observer=told, saturation=NO_LIMIT), y, r)
     printed = after(PrintedTSMC(observer=told, saturation=NO_LIMIT), y, r)
-    law = TSMC()
+    law = example(TSMC)
     xi1_rate = MODEL.f1(y.velocity) + MODEL.g1() * y.load_force + told.d1 - r.rate
     slope = law.exponent_1 * (abs(corrected.xi1) + 1e-4) ** (law.exponent_1 - 1.0)
     # the first sample of the filtered derivative knows no rate, neither of d1 nor of s1^a1

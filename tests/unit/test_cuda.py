@@ -20,11 +20,12 @@ from hydroservo.engine.native import CompileError, MachineCode
 from hydroservo.engine.ptx import NAME, RAISED, ptx
 from hydroservo.fitting import first_state
 from hydroservo.running import ready
+from hydroservo.testing.examples import example
 from ptx_machine import PtxDevice, PtxFunction
 
 pytestmark = pytest.mark.slow
 
-LOOP = Loop(Simulation(0.002, 1e-4))
+LOOP = example(Loop, Simulation(0.002, 1e-4))
 MASSES = {"plant.mass": np.linspace(4.0, 8.0, 3)}
 
 

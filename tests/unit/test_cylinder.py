@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from bases import on_base
 from hydroservo import Loop, Simulation, simulate
 from hydroservo.controllers import PI
 from hydroservo.hooks import at_rest
@@ -16,6 +17,7 @@ from hydroservo.oils import AeratedOil, ConstantOil
 from hydroservo.plants import Cylinder, CylinderState, LoadPressurePlant
 from hydroservo.scenario import load_scenario
 from hydroservo.signals import PortFlows, Pressures
+from hydroservo.testing.examples import example
 from hydroservo.valves import Orifice
 from hydroservo.wiring import believed
 
@@ -54,7 +56,9 @@ def test_nothing_leaks_in_from_outside() -> None:
 
 def test_friction_sees_all_other_forces() -> None:
     """A stuck piston is held against the pressures, the load and the mechanism together."""
-    stuck = DIFFERENTIAL._replace(friction=Stribeck(40.0, 60.0), mechanism=OneLinkArm(), stops=NoStops())
+    stuck = DIFFERENTIAL._replace(
+        friction=example(Stribeck, 40.0, 60.0), mechanism=OneLinkArm(), stops=NoStops()
+    )
     weight = OneLinkArm().resistance(0.05, 0.0)
     state = CylinderState(0.0, 0.05, 1e6, 1e6, StribeckState())
     for excess, moves in ((0.0, False), (59.0, False), (-59.0, False), (61.0, True), (-61.0, True)):
@@ -70,7 +74,7 @@ def test_stops_push_it_back() -> None:
 
 @given(x=st.floats(-10.0, 10.0))
 def test_volumes_stay_positive(x: float) -> None:
-    cylinder = Cylinder(stops=NoStops())
+    cylinder = example(Cylinder, stops=NoStops())
     assert cylinder.volume_a(x) >= 0.01 * cylinder.dead_volume_a
     assert cylinder.volume_b(x) >= 0.01 * cylinder.dead_volume_b
 
@@ -78,13 +82,15 @@ def test_volumes_stay_positive(x: float) -> None:
 def test_it_takes_the_port_flows_of_the_edges() -> None:
     state = CylinderState(0.1, 0.3, 2.5e6, 1.5e6, DIFFERENTIAL.friction.init())
     line = Pressures(40e5, 1e5)
-    assert DIFFERENTIAL.flows(state, Orifice(), 1e-4, line) == Orifice().port_flows(1e-4, line, 2.5e6, 1.5e6)
+    assert DIFFERENTIAL.flows(state, example(Orifice), 1e-4, line) == example(Orifice).port_flows(
+        1e-4, line, 2.5e6, 1.5e6
+    )
     seen = DIFFERENTIAL.outputs(state, line)
     assert seen == (0.1, 2e-3 * 2.5e6 - 1e-3 * 1.5e6, 0.3, 2.5e6, 1.5e6)
 
 
 def test_the_defaults_are_the_paper_s_machine() -> None:
-    cylinder, plant = Cylinder(), LoadPressurePlant()
+    cylinder, plant = example(Cylinder), example(LoadPressurePlant)
     simple = cylinder.simplified()
     for name in LoadPressurePlant._fields:
         assert getattr(simple, name) == pytest.approx(getattr(plant, name), rel=1e-12), name
@@ -107,23 +113,25 @@ def test_simplified_keeps_the_natural_frequency() -> None:
 
 
 def test_from_diameters() -> None:
-    single = Cylinder.from_diameters(0.05, 0.03, 0.4)
+    single = Cylinder.from_diameters(0.05, 0.03, 0.4, AeratedOil(), Mass(6.0))
     assert single.area_a == pytest.approx(math.pi * 0.025**2)
     assert single.area_b == pytest.approx(math.pi * (0.025**2 - 0.015**2))
     assert (single.stroke, single.start_position) == (0.4, 0.2)
-    double = Cylinder.from_diameters(0.05, 0.03, 0.4, rods=2, line_volume_a=1e-5, line_volume_b=3e-5)
+    double = Cylinder.from_diameters(
+        0.05, 0.03, 0.4, AeratedOil(), Mass(6.0), rods=2, line_volume_a=1e-5, line_volume_b=3e-5
+    )
     assert double.area_a == double.area_b == single.area_b
     assert (double.dead_volume_a, double.dead_volume_b) == (1e-5, 3e-5)
 
 
 SHORT = Simulation(0.02, 1e-4, 5, 1e-3)
-FULL = Cylinder(oil=AeratedOil(), friction=LuGre(), mechanism=OneLinkArm())
-STICKING = Cylinder(friction=Stribeck(), mechanism=OneLinkArm())
+FULL = example(Cylinder, oil=AeratedOil(), friction=example(LuGre), mechanism=OneLinkArm())
+STICKING = example(Cylinder, friction=example(Stribeck), mechanism=OneLinkArm())
 
 
-@pytest.mark.parametrize("plant", [Cylinder(), FULL, STICKING], ids=["plain", "full", "sticking"])
+@pytest.mark.parametrize("plant", [example(Cylinder), FULL, STICKING], ids=["plain", "full", "sticking"])
 def test_compiled_and_interpreted_runs_are_the_same(plant: Cylinder) -> None:
-    loop = Loop(simulation=SHORT, plant=plant, controller=PI(0.3, 50.0))
+    loop = example(Loop, simulation=SHORT, plant=plant, controller=PI(0.3, 50.0))
     run = simulate(loop, strict=True)
     assert run.identical(simulate(loop, compiled=False))
     assert np.isfinite(run["plant.pressure_a"]).all()
@@ -133,8 +141,10 @@ def test_compiled_and_interpreted_runs_are_the_same(plant: Cylinder) -> None:
 def test_it_follows_the_demand_as_the_load_pressure_form_does() -> None:
     """Near mid-stroke, where the chambers are alike."""
     paper, here = (
-        simulate(Loop(simulation=Simulation(0.1, 1e-4, 5, 1e-3), plant=plant, controller=PI(0.3, 50.0)))
-        for plant in (LoadPressurePlant(), Cylinder())
+        simulate(
+            example(Loop, simulation=Simulation(0.1, 1e-4, 5, 1e-3), plant=plant, controller=PI(0.3, 50.0))
+        )
+        for plant in (example(LoadPressurePlant), example(Cylinder))
     )
     largest = abs(paper["plant.velocity"]).max()
     assert abs(paper["plant.velocity"] - here["plant.velocity"]).max() < 1e-4 * largest
@@ -143,7 +153,10 @@ def test_it_follows_the_demand_as_the_load_pressure_form_does() -> None:
 SCENARIO = """
 [plant]
 type = "Cylinder"
+area_a = "4 cm^2"
 area_b = "3 cm^2"
+dead_volume_a = "20 cm^3"
+dead_volume_b = "20 cm^3"
 [plant.oil]
 type = "AeratedOil"
 air_content = 0.01
@@ -154,14 +167,12 @@ type = "NoStops"
 [plant.mechanism]
 type = "OneLinkArm"
 level_angle = "80 deg"
-[controller]
-type = "PI"
 """
 
 
 def test_a_scenario_names_its_parts(tmp_path: Path) -> None:
     file = tmp_path / "arm.toml"
-    file.write_text(SCENARIO, encoding="utf-8")
+    file.write_text(on_base(SCENARIO), encoding="utf-8")
     loop = load_scenario(file)
     assert isinstance(loop.plant, Cylinder)
     assert loop.plant.oil == AeratedOil(air_content=0.01)

@@ -14,6 +14,7 @@ from hydroservo.running import ready
 from hydroservo.scenario import load_scenario, scenarios
 from hydroservo.sensors import NoPosition, RigSensors
 from hydroservo.signals import Demand, Measurement
+from hydroservo.testing.examples import example
 from hydroservo.tuning import Aim, tune
 
 PERIOD = 1e-3
@@ -41,7 +42,7 @@ class Failing(NamedTuple):
 
 
 def loop(shown: float = 0.0) -> Loop:
-    return Loop(Simulation(0.02, PERIOD, 4, record_period=PERIOD), controller=Failing(5.0, shown))
+    return example(Loop, Simulation(0.02, PERIOD, 4, record_period=PERIOD), controller=Failing(5.0, shown))
 
 
 @MODES
@@ -78,13 +79,13 @@ def test_tuning_does_not_choose_what_diverges() -> None:
 
 def test_what_nothing_measures_may_stay_unknown() -> None:
     sensors = RigSensors(position=NoPosition())
-    state = Loop(sensors=sensors).init()
+    state = example(Loop, sensors=sensors).init()
     assert {"sensors.position.value"} & {path for path, value in leaves(state) if math.isnan(value)}
     assert "sensors.position.value" not in watched_paths(state)
 
 
 def test_what_the_machine_loses_is_named_after_what_the_law_lost() -> None:
-    state = Loop(controller=PI()).init()
+    state = example(Loop, controller=example(PI)).init()
     numbers = dict(leaves(state)) | {"plant.velocity": math.inf}
     watched = watched_paths(state)
     assert first_loss(state, watched, list(numbers.values()), 2.0) == ("plant.velocity", 2.0)

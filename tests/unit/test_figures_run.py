@@ -19,21 +19,24 @@ from hydroservo.figures.style import COLOURS, PALETTE, figure, save_figure, styl
 from hydroservo.figures.trace import controller_name, length_shown, observer_path, trace_of
 from hydroservo.loop import Loop
 from hydroservo.references import Square
+from hydroservo.testing.examples import example
 
 
 def short_run(controller, **parts):
     simulation = Simulation(duration=0.02, period=1e-5, record_period=5e-5)
-    return hydroservo.simulate(Loop(simulation=simulation, controller=controller, **parts), compiled=False)
+    return hydroservo.simulate(
+        example(Loop, simulation=simulation, controller=controller, **parts), compiled=False
+    )
 
 
 @pytest.fixture(scope="module")
 def pi():
-    return short_run(PI())
+    return short_run(example(PI))
 
 
 @pytest.fixture(scope="module")
 def tsmc():
-    return short_run(TSMC())
+    return short_run(example(TSMC))
 
 
 def labels(fig):
@@ -207,14 +210,14 @@ def test_comparison_overlays_runs_and_draws_a_common_demand_once(pi, tsmc):
 
 
 def test_comparison_draws_each_demand_that_differs(pi):
-    fig = plot_comparison([pi, short_run(PI(), reference=Square())], ["sine", "square"])
+    fig = plot_comparison([pi, short_run(example(PI), reference=example(Square))], ["sine", "square"])
     assert len(fig.axes[0].lines) == 4
     assert legend_of(fig).count("demand") == 1
 
 
 def test_comparison_says_what_else_differs(pi, tsmc):
     assert plot_comparison([pi, tsmc], ["one", "other"]).get_supxlabel() == ""
-    other = short_run(PI(), reference=Square())
+    other = short_run(example(PI), reference=example(Square))
     assert plot_comparison([pi, other], ["one", "other"]).get_supxlabel() == "unequal conditions: reference"
     assert remark([f"plant.number_{i}" for i in range(9)] + ["hold"]) == "unequal conditions in plant, hold"
 

@@ -6,10 +6,11 @@ import pytest
 
 from hydroservo import ParameterError
 from hydroservo.signals import Pressures
+from hydroservo.testing.examples import example
 from hydroservo.valves import FourEdges, Orifice
 
 LITRE_PER_MINUTE = 1e-3 / 60.0
-IDEAL = FourEdges(lap=0.0, clearance=0.0, transition_drop=0.0)
+IDEAL = example(FourEdges, lap=0.0, clearance=0.0, transition_drop=0.0)
 SERVO = {"rated_flow": 40.0 * LITRE_PER_MINUTE, "rated_drop": 70e5, "rated_opening": 5e-4}
 PROPORTIONAL = {"rated_flow": 100.0 * LITRE_PER_MINUTE, "rated_drop": 10e5, "rated_opening": 3e-3}
 
@@ -24,19 +25,21 @@ def null_leakage(edges: FourEdges, supply: float) -> float:
 @pytest.mark.parametrize("opening", [-5e-3, -1e-5, 0.0, 2e-6, 3e-3])
 @pytest.mark.parametrize("load", [-39e5, -1e5, 0.0, 2e5, 40e5])
 def test_ideal_edges_are_the_square_root_law(opening: float, load: float) -> None:
-    assert IDEAL.flow(opening, 40e5, load) == pytest.approx(Orifice().flow(opening, 40e5, load), rel=1e-14)
+    assert IDEAL.flow(opening, 40e5, load) == pytest.approx(
+        example(Orifice).flow(opening, 40e5, load), rel=1e-14
+    )
     line, ports = Pressures(41e5, 2e5), (21.5e5 + 0.5 * load, 21.5e5 - 0.5 * load)
-    wanted = Orifice().port_flows(opening, line, *ports)
+    wanted = example(Orifice).port_flows(opening, line, *ports)
     assert IDEAL.port_flows(opening, line, *ports) == pytest.approx(wanted, rel=1e-14)
 
 
 def test_the_defaults_are_the_paper_s_size() -> None:
-    assert FourEdges().simplified() == Orifice()
-    assert FourEdges().lap == 0.0
+    assert example(FourEdges).simplified() == example(Orifice)
+    assert example(FourEdges).lap == 0.0
 
 
 def test_no_drop_no_flow() -> None:
-    for edges in (IDEAL, FourEdges()):
+    for edges in (IDEAL, example(FourEdges)):
         assert edges.port_flows(1e-3, Pressures(3e5, 3e5), 3e5, 3e5) == (0.0, 0.0, 0.0, 0.0)
 
 
@@ -102,7 +105,7 @@ def test_overlap_is_half_the_dead_band(lap: float) -> None:
 
 def test_a_small_drop_is_laminar() -> None:
     """Half the drop, half the flow; and the slope at no drop is K/sqrt(d_t)."""
-    edges = FourEdges(clearance=0.0, transition_drop=2e5)
+    edges = example(FourEdges, clearance=0.0, transition_drop=2e5)
     line = Pressures(1e3, 0.0)
     whole = edges.port_flows(1e-3, line, 0.0, 0.0).a
     assert edges.port_flows(1e-3, line, 500.0, 0.0).a == pytest.approx(0.5 * whole, rel=1e-5)
@@ -111,13 +114,13 @@ def test_a_small_drop_is_laminar() -> None:
 
 
 def test_a_large_drop_is_turbulent() -> None:
-    smooth, sharp = FourEdges(clearance=0.0), IDEAL
+    smooth, sharp = example(FourEdges, clearance=0.0), IDEAL
     ratio = smooth.flow(1e-3, 100e5, 0.0) / sharp.flow(1e-3, 100e5, 0.0)
     assert 1.0 - 0.26 * (1.0 / 50.0) ** 2 < ratio < 1.0
 
 
 def test_port_b_may_have_smaller_edges() -> None:
-    full, half = FourEdges(), FourEdges(area_ratio_b=0.5)
+    full, half = example(FourEdges), example(FourEdges, area_ratio_b=0.5)
     ports = Pressures(40e5, 2e5), 20e5, 10e5
     assert half.port_flows(1e-3, *ports).a == full.port_flows(1e-3, *ports).a
     assert half.port_flows(1e-3, *ports).b == pytest.approx(0.5 * full.port_flows(1e-3, *ports).b, rel=1e-15)
@@ -125,7 +128,7 @@ def test_port_b_may_have_smaller_edges() -> None:
 
 @pytest.mark.parametrize("opening", [-1e-3, 1e-3])
 def test_each_edge_lets_oil_back(opening: float) -> None:
-    flows = FourEdges(clearance=0.0).port_flows(opening, Pressures(40e5, 2e5), 60e5, 1e5)
+    flows = example(FourEdges, clearance=0.0).port_flows(opening, Pressures(40e5, 2e5), 60e5, 1e5)
     assert (flows.a < 0.0) == (opening > 0.0 or flows.tank > 0.0)
     assert (flows.supply < 0.0) == (opening > 0.0)
     assert (flows.tank < 0.0) == (opening > 0.0)

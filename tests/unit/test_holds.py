@@ -16,10 +16,11 @@ from hydroservo.holds import DelayedHold, ZeroOrderHold
 from hydroservo.integrators import RK4, Tsit5
 from hydroservo.references import Ramp
 from hydroservo.signals import Demand, Measurement
+from hydroservo.testing.examples import example
 
 H = 1e-3
 LAW = PI(0.3, 100.0)
-LOOP = Loop(Simulation(0.1, H, 8, record_period=H), controller=LAW, hold=DelayedHold(0.5 * H))
+LOOP = example(Loop, Simulation(0.1, H, 8, record_period=H), controller=LAW, hold=DelayedHold(0.5 * H))
 
 
 @given(st.floats(0.0, 10.0), st.floats(0.01, 1.0), st.floats(-10.0, 10.0), st.floats(-10.0, 10.0))
@@ -111,7 +112,7 @@ def test_what_the_law_hears_is_the_mean_of_two_commands() -> None:
     assert np.abs(moved).max() > 1e-7
 
 
-SMOOTH = LOOP._replace(reference=Ramp(final=0.03, time=0.0, acceleration=0.2), hold=DelayedHold(0.25 * H))
+SMOOTH = LOOP._replace(reference=Ramp(0.0, 0.03, acceleration=0.2, time=0.0), hold=DelayedHold(0.25 * H))
 
 
 def test_rk4_keeps_its_order_where_substeps_end_on_the_command() -> None:

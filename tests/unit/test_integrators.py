@@ -22,9 +22,10 @@ from hydroservo.plants import LoadPressureState
 from hydroservo.roles import Integrator
 from hydroservo.states import axpy, factored, misses, scaled, solved
 from hydroservo.supplies import IdealSupplyState
+from hydroservo.testing.examples import example
 from hydroservo.valves import FirstOrderValve, FirstOrderValveState
 
-LOOP = Loop(valve=FirstOrderValve(), load=Step(0.0, 100.0, 0.0123456))
+LOOP = example(Loop, valve=example(FirstOrderValve), load=Step(0.0, 100.0, 0.0123456))
 START = MachineState(LoadPressureState(0.01, 20.0, 0.04), FirstOrderValveState(1e-5), IdealSupplyState())
 U, END = 0.05, 0.02
 
@@ -47,7 +48,7 @@ def by_dop853(loop: Block, x: Block, u: float, *ends: float) -> np.ndarray:
     """From one instant to the next, the load in between as it is in the middle."""
     y, t = flat(x), 0.0
     for end in ends:
-        held = loop._replace(load=Step(final=loop.load.force(0.5 * (t + end)), time=0.0))
+        held = loop._replace(load=Step(0.0, loop.load.force(0.5 * (t + end)), 0.0))
         done = solve_ivp(
             lambda t, y, held=held: flat(held.deriv(t, state(y), u)),
             (t, end),

@@ -14,18 +14,20 @@ from hydroservo.plants import DesignModel
 from hydroservo.scenario import load_scenario
 from hydroservo.sensors import Difference, NoisySensors, PressureTransducer, RigSensors
 from hydroservo.signals import Measurement
+from hydroservo.testing.examples import example
 from hydroservo.valves import FirstOrderValve
 
 PERIOD = 1e-3
 IDEAL_PRESSURE = PressureTransducer(0.0, 60e5, 0.0, 0.0, 0)
-MODEL = DesignModel()
+MODEL = example(DesignModel)
 FILTER = KalmanObserver(10.0, 1e5, 5e-4, 5.0)
-LAW = TSMC(200.0, 300.0, 1.0, 1.0, observer=FILTER)
-LOOP = Loop(
+LAW = example(TSMC, 200.0, 300.0, 1.0, 1.0, observer=FILTER)
+LOOP = example(
+    Loop,
     Simulation(0.2, PERIOD, substeps=10, record_period=PERIOD),
-    valve=FirstOrderValve(),
+    valve=example(FirstOrderValve),
     sensors=NoisySensors(),
-    controller=ValveInversion(LAW),
+    controller=example(ValveInversion, LAW),
 )
 PATH = "controller.controller.observer"
 
@@ -123,7 +125,7 @@ def test_a_position_is_as_good_as_its_derivative_without_noise() -> None:
 def test_a_position_filter_beats_differences_of_an_encoder() -> None:
     sensors = RigSensors(velocity=Difference(), pressure_a=IDEAL_PRESSURE, pressure_b=IDEAL_PRESSURE)
     law = LAW._replace(observer=PositionKalmanObserver(2.0, 1e4, 3e-7, 2.0))
-    run = simulate(LOOP._replace(sensors=sensors, controller=ValveInversion(law)))
+    run = simulate(LOOP._replace(sensors=sensors, controller=example(ValveInversion, law)))
     differenced, found = run["sensors.velocity.value"], run[f"{PATH}.velocity"]
     rms = [float(((one - run["plant.velocity"])[50:] ** 2).mean()) ** 0.5 for one in (differenced, found)]
     assert rms[1] < 0.7 * rms[0]

@@ -16,6 +16,7 @@ from hydroservo.engine import flat
 from hydroservo.engine.kernel import check_rows
 from hydroservo.engine.native import argument
 from hydroservo.errors import LoopError
+from hydroservo.testing.examples import example
 from hydroservo.time_series import TimeSeries
 
 pytestmark = pytest.mark.slow
@@ -106,7 +107,7 @@ def test_other_arrays_of_a_block_reach_no_kernel(knots: np.ndarray) -> None:
 
 @pytest.mark.parametrize("seconds", [1.0, 1.8446744073709552e14, 1e15, 1e20, 1e300])
 def test_a_record_period_beyond_the_run_leaves_the_start(seconds: float) -> None:
-    loop = Loop(Simulation(0.01, 1e-3))
+    loop = example(Loop, Simulation(0.01, 1e-3))
     data = simulate(replace(loop, {"simulation.record_period": seconds}))
     assert data.time.values.tolist() == [0.0]
     assert float(data["plant.position"][0]) == float(simulate(loop)["plant.position"][0])
@@ -131,12 +132,12 @@ class Table(NamedTuple):
 
 
 def test_an_index_inside_a_table_serves() -> None:
-    loop = Loop(Simulation(0.01, 1e-3), controller=Table(0.2))
+    loop = example(Loop, Simulation(0.01, 1e-3), controller=Table(0.2))
     assert simulate(loop, strict=True).identical(simulate(loop, compiled=False))
 
 
 @pytest.mark.parametrize("step", [0.5, 3.0, -4.0, 1e9, 1e300])
 def test_an_index_outside_a_table_stops_the_run(step: float) -> None:
-    loop = Loop(Simulation(0.01, 1e-3), controller=Table(step))
+    loop = example(Loop, Simulation(0.01, 1e-3), controller=Table(step))
     with pytest.raises(LoopError, match="stopped: a block raised an exception"):
         simulate(loop)

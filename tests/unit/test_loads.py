@@ -3,15 +3,16 @@
 import pytest
 
 from hydroservo.loads import Constant, Recorded, Sine, Square, Step
+from hydroservo.testing.examples import example
 from hydroservo.time_series import TimeSeries
 
 
 def test_the_defaults_are_the_papers() -> None:
     """100 sin(0.5 pi t) N with the sine demand, 100 N with the square one."""
-    assert Sine().force(1.0) == pytest.approx(100.0)
-    assert Sine().force(3.0) == pytest.approx(-100.0)
-    assert Constant().force(0.0) == 100.0
-    assert Constant().force(7.0) == 100.0
+    assert example(Sine).force(1.0) == pytest.approx(100.0)
+    assert example(Sine).force(3.0) == pytest.approx(-100.0)
+    assert example(Constant).force(0.0) == 100.0
+    assert example(Constant).force(7.0) == 100.0
 
 
 def test_square() -> None:

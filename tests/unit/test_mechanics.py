@@ -19,6 +19,7 @@ from hydroservo.mechanics import (
     Stribeck,
     Viscous,
 )
+from hydroservo.testing.examples import example
 
 velocities = st.floats(-1.0, 1.0)
 forces = st.floats(-1e4, 1e4)
@@ -154,7 +155,7 @@ class TestOneLinkArm:
         assert math.isfinite(ARM.resistance(x, 0.1))
 
 
-@pytest.mark.parametrize("friction", [Viscous(), Stribeck(), LuGre()])
+@pytest.mark.parametrize("friction", [example(Viscous), example(Stribeck), example(LuGre)])
 @given(v=velocities, net=forces)
 def test_friction_is_odd(friction: Block, v: float, net: float) -> None:
     there = friction.force(friction.init(), v, net, 6.0)

@@ -8,7 +8,7 @@ import pytest
 
 from hydroservo import Field, Loop, LoopError, Simulation, ops, simulate, simulate_batch
 from hydroservo.block import Block
-from hydroservo.controllers import DAC, PI, TSMC, AntiWindup, Backstepping
+from hydroservo.controllers import DAC, PI, TSMC, AntiWindup, Backstepping, Saturation
 from hydroservo.sensors import (
     DelayedSensors,
     Difference,
@@ -23,6 +23,7 @@ from hydroservo.sensors import (
 )
 from hydroservo.sensors.missing import MissingSignalError, Unmeasured, missing_signals
 from hydroservo.signals import Demand, Measurement
+from hydroservo.testing.examples import example
 
 SHORT = Simulation(0.005, 1e-3, 8)
 BLIND = RigSensors(pressure_b=NoPressure())
@@ -106,12 +107,12 @@ def test_what_sensors_lack(sensors: Block, names: tuple[str, ...]) -> None:
 
 
 @pytest.mark.parametrize("run", [simulate, lambda loop: simulate_batch(loop, {"plant.mass": [5.0, 6.0]})])
-@pytest.mark.parametrize("law", [TSMC(), Backstepping()], ids=lambda law: type(law).__name__)
+@pytest.mark.parametrize("law", [example(TSMC), example(Backstepping)], ids=lambda law: type(law).__name__)
 def test_a_law_that_needs_the_load_force_is_refused_without_it(
     law: Block, run: Callable[[Loop], object]
 ) -> None:
     with pytest.raises(LoopError) as error:
-        run(Loop(SHORT, sensors=BLIND, controller=law))
+        run(example(Loop, SHORT, sensors=BLIND, controller=law))
     assert str(error.value) == (
         f"{type(law).__name__} needs load_force (x2 = A_p p_L), which RigSensors does not measure; "
         "add a sensor for it, or take a law that does without"
@@ -119,16 +120,16 @@ def test_a_law_that_needs_the_load_force_is_refused_without_it(
 
 
 def test_wrappers_pass_on_what_is_missing_and_their_names() -> None:
-    sensors, law = DelayedSensors(Dropout(0.1, BLIND)), DAC(AntiWindup(TSMC()))
+    sensors, law = DelayedSensors(Dropout(0.1, BLIND)), DAC(AntiWindup(example(TSMC), 100.0, Saturation(5.0)))
     with pytest.raises(
         LoopError, match=r"TSMC in AntiWindup in DAC needs load_force .* RigSensors in Dropout in"
     ):
-        simulate(Loop(SHORT, sensors=sensors, controller=law))
+        simulate(example(Loop, SHORT, sensors=sensors, controller=law))
 
 
 def test_a_velocity_from_a_position_that_is_not_there_is_missing_too() -> None:
     with pytest.raises(LoopError, match="PI needs velocity"):
-        simulate(Loop(SHORT, sensors=RigSensors(NoPosition()), controller=PI(0.3, 100.0)))
+        simulate(example(Loop, SHORT, sensors=RigSensors(NoPosition()), controller=PI(0.3, 100.0)))
 
 
 class HeldState(NamedTuple):
@@ -149,6 +150,6 @@ class Keeping(NamedTuple):
 @pytest.mark.parametrize("law", [PI(0.3, 100.0), Keeping()], ids=lambda law: type(law).__name__)
 def test_a_law_that_does_without_runs(law: Block) -> None:
     sensors = RigSensors(NoPosition(), VelocitySensor(), NoPressure(), NoPressure())
-    run = simulate(Loop(SHORT, sensors=sensors, controller=law))
+    run = simulate(example(Loop, SHORT, sensors=sensors, controller=law))
     assert not run["diverged"]
     assert run["controller.u"].values[-1] != 0.0

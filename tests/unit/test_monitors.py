@@ -51,6 +51,7 @@ from hydroservo.roles import Monitor, role
 from hydroservo.running import ready
 from hydroservo.scenario import load_plugin
 from hydroservo.signals import Demand
+from hydroservo.testing.examples import example
 
 Floats = NDArray[np.float64]
 
@@ -339,7 +340,7 @@ def sine(angle_per_sample: float, phase: float = 0.0) -> Callable[[float], Deman
 
 
 def test_a_square_jumps_at_the_start_and_at_each_switch() -> None:
-    assert jumps(Square(period=10 * DT).at, 21) == [0, 5, 10, 15, 20]
+    assert jumps(example(Square, period=10 * DT).at, 21) == [0, 5, 10, 15, 20]
     assert jumps(Square(amplitude=0.001, offset=0.03, period=10 * DT).at, 12) == [0, 5, 10]
 
 
@@ -358,7 +359,7 @@ def test_a_fast_sine_is_no_jump_until_too_few_samples_tell() -> None:
 @pytest.mark.parametrize("start", [0.0, 0.05, 0.0503])
 @pytest.mark.parametrize("initial", [0.0, 0.001, -0.02])
 def test_a_ramp_is_no_jump_whenever_it_starts(start: float, initial: float) -> None:
-    ramp = Ramp(initial=initial, time=start)
+    ramp = example(Ramp, initial=initial, time=start)
     assert jumps(ramp.at, 500) == ([0] if initial else [])
 
 
@@ -437,7 +438,7 @@ def test_a_metric_that_another_gives_already_has_its_monitors_name_before_it() -
         (StepResponse(), "metrics = 'StepResponse': must be a list of monitors"),
         ("rise", "metrics = 'str': must be a list of monitors"),
         ([StepResponse], "must be a monitor: a block with init, step and values"),
-        ([PI()], "must be a monitor: a block with init, step and values"),
+        ([example(PI)], "must be a monitor: a block with init, step and values"),
         (
             {"rise time": RiseTime()},
             "metrics = 'rise time': must be a name of letters, digits and underscores",
@@ -456,7 +457,7 @@ def test_a_group_is_a_block_that_pickles() -> None:
     made = group({"first": StepResponse(0.01), "second": Energy()})
     assert made.first.band == 0.01
     assert type(made) is type(group({"first": Energy(), "second": Energy()}))
-    loop = Loop(metrics=made)
+    loop = example(Loop, metrics=made)
     assert unpickled(pickle.dumps(loop)) == loop
     assert type(unpickled(pickle.dumps(made))) is type(made)
     assert replace(loop, {"metrics.first.band": 0.5}).metrics.first == StepResponse(0.5)
@@ -464,26 +465,28 @@ def test_a_group_is_a_block_that_pickles() -> None:
 
 def test_the_usual_monitors_are_those_that_the_loop_has_signals_for() -> None:
     always = ["tracking_error", "step_response", "command_effort", "piston_travel"]
-    assert list(usual(Loop())) == always
-    assert list(usual(Loop(plant=Cylinder()))) == [*always, "chamber_pressures"]
-    assert sorted(usual(Loop(controller=TSMC()))) == sorted([*always, "disturbance"])
-    assert monitors_of(Loop(metrics=group({"energy": Energy()}))) == {"energy": Energy()}
+    assert list(usual(example(Loop))) == always
+    assert list(usual(example(Loop, plant=example(Cylinder)))) == [*always, "chamber_pressures"]
+    assert sorted(usual(example(Loop, controller=example(TSMC)))) == sorted([*always, "disturbance"])
+    assert monitors_of(example(Loop, metrics=group({"energy": Energy()}))) == {"energy": Energy()}
 
 
 # Through simulate
 
-SHORT = Loop(
+SHORT = example(
+    Loop,
     Simulation(duration=0.1, period=1e-3, substeps=2, record_period=1e-3),
-    reference=Square(),
-    load=Constant(),
+    reference=example(Square),
+    load=example(Constant),
     controller=PI(5.0, 500.0),
 )
-FULL = Loop(
+FULL = example(
+    Loop,
     Simulation(duration=2e-3, period=1e-4, substeps=4, record_period=1e-4),
-    plant=Cylinder(),
+    plant=example(Cylinder),
     reference=Square(amplitude=3e-3, period=2e-3),
     load=Sine(50.0, 300.0),
-    controller=TSMC(),
+    controller=example(TSMC),
 )
 EVERY = [getattr(monitors, name)() for name in monitors.__all__]
 
@@ -496,13 +499,13 @@ def test_square_demand_leaves_the_stroke_from_mid_stroke() -> None:
     assert not bool(data["diverged"])
     assert float(data["position_max"]) == pytest.approx(0.039 + 0.060, abs=1e-3)
     assert float(data["position_max"]) == pytest.approx(float(data["plant.position"].max()), rel=1e-4)
-    low = simulate(square._replace(plant=LoadPressurePlant(start_position=0.009)), compiled=False)
+    low = simulate(square._replace(plant=example(LoadPressurePlant, start_position=0.009)), compiled=False)
     assert not bool(low["stroke_left"])
 
 
 def test_metrics_of_a_run_are_those_of_its_trajectory() -> None:
     """With one step a sample the trajectory has all that the monitors hear."""
-    loop = replace(SHORT._replace(controller=TSMC()), {"simulation.substeps": 1})
+    loop = replace(SHORT._replace(controller=example(TSMC)), {"simulation.substeps": 1})
     data = simulate(loop, compiled=False)
     error = (data["plant.velocity"] - data["reference.value"]).values[:-1]
     late = slice(50, None)
@@ -520,7 +523,7 @@ def test_metrics_of_a_run_are_those_of_its_trajectory() -> None:
 
 
 def test_the_disturbance_of_a_law_that_knows_its_machine_is_the_load() -> None:
-    loop = SHORT._replace(controller=TSMC(), load=Constant(120.0))
+    loop = SHORT._replace(controller=example(TSMC), load=Constant(120.0))
     data = simulate(loop, compiled=False)
     mass = ready(loop).controller.model.plant.mass
     assert data["disturbance.d1"].values == pytest.approx(np.full(101, -120.0 / mass))
@@ -544,9 +547,9 @@ def test_energies_of_a_cylinder_balance() -> None:
     dt = 2.5e-6
     loop = FULL._replace(
         simulation=Simulation(0.02, dt, 1, dt),
-        plant=Cylinder(internal_leakage=2.5e-12),
+        plant=example(Cylinder, internal_leakage=2.5e-12),
         load=Constant(1000.0),
-        reference=Square(period=1.0),
+        reference=example(Square, period=1.0),
         controller=PI(2.0, 200.0),
     )
     data = simulate(loop, metrics=[Energy()])
@@ -607,11 +610,12 @@ class Listener(NamedTuple):
 @pytest.mark.parametrize("integrator", [RK4(), Rosenbrock(), Tsit5()])
 def test_ripple_between_samples_counts(integrator: Block) -> None:
     """A load that swings once a sample period: at the samples there is little to see of it."""
-    loop = Loop(
+    loop = example(
+        Loop,
         Simulation(duration=0.2, period=1e-2, substeps=64, record_period=1e-2, integrator=integrator),
-        plant=LoadPressurePlant(damping=5000.0),
+        plant=example(LoadPressurePlant, damping=5000.0),
         load=Sine(1000.0, 100.0),
-        reference=Ramp(time=9.0),
+        reference=example(Ramp, time=9.0),
         controller=PI(0.001, 0.0),
     )
     HEARD.clear()

@@ -22,10 +22,11 @@ from hydroservo.observers import (
 from hydroservo.plants.design_model import DesignModel
 from hydroservo.roles import Realisation
 from hydroservo.signals import Measurement
+from hydroservo.testing.examples import example
 from hydroservo.theory import settling_bound
 
 H = 1e-5
-MODEL = DesignModel()
+MODEL = example(DesignModel)
 REALISATIONS = [Explicit(), BoundaryLayer(), Implicit()]
 ULP = np.finfo(np.float64).eps
 
@@ -115,7 +116,7 @@ def assert_means_agree(run: Watched, window: int) -> None:
 
 @pytest.mark.parametrize("realisation", REALISATIONS)
 def test_starts_on_the_surface(realisation: Realisation) -> None:
-    observer = TSMObserver(realisation=realisation)
+    observer = example(TSMObserver, realisation=realisation)
     y = Measurement(0.02, 150.0, 0.0, 0.01, 0.0, 0.0)
     s = observer.step(observer.init(), MODEL, y, H)
     assert (s.s1, s.s2, s.d1, s.d2) == (0.0, 0.0, 0.0, 0.0)
@@ -126,14 +127,14 @@ def test_starts_on_the_surface(realisation: Realisation) -> None:
 
 @pytest.mark.parametrize("realisation", REALISATIONS)
 def test_without_disturbance_it_stays_within_one_switch(realisation: Realisation) -> None:
-    run = watch(TSMObserver(realisation=realisation), constant(0.0, 0.0), 500)
+    run = watch(example(TSMObserver, realisation=realisation), constant(0.0, 0.0), 500)
     assert (np.abs(run.surface) <= 1.01 * H * np.array([30.0, 100.0])).all()
 
 
 @pytest.mark.parametrize("realisation", REALISATIONS)
 def test_starts_anew_after_a_measurement_that_is_not_a_number(realisation: Realisation) -> None:
     lost, window = 700, 300
-    run = watch(TSMObserver(switching_gain_2=3e4, realisation=realisation), waves, 1400, lost=lost)
+    run = watch(example(TSMObserver, switching_gain_2=3e4, realisation=realisation), waves, 1400, lost=lost)
     assert np.isnan(run.estimate[lost]).all()
     assert (run.surface[lost + 1] == 0.0).all()
     assert (run.estimate[lost + 1] == 0.0).all()
@@ -143,7 +144,7 @@ def test_starts_anew_after_a_measurement_that_is_not_a_number(realisation: Reali
 
 # Implicit
 
-SLIDING = TSMObserver(switching_gain_2=3e4, realisation=Implicit())
+SLIDING = example(TSMObserver, switching_gain_2=3e4, realisation=Implicit())
 
 
 def test_implicit_reaches_the_surface_in_finite_time() -> None:
@@ -178,7 +179,9 @@ def test_implicit_estimate_is_the_mean_disturbance_of_the_last_period(
 
 def test_implicit_leaves_the_surface_where_the_gain_is_short() -> None:
     """It then rests where the linear and the power term make up for the difference."""
-    run = watch(TSMObserver(switching_gain_1=10.0, realisation=Implicit()), constant(-15.0, 0.0), 3000)
+    run = watch(
+        example(TSMObserver, switching_gain_1=10.0, realisation=Implicit()), constant(-15.0, 0.0), 3000
+    )
     rest = brentq(lambda s: 1000.0 * s + 100.0 * s ** (5 / 7) - 5.0, 1e-9, 1.0, xtol=1e-16)
     assert run.surface[-1, 0] == pytest.approx(rest, rel=1e-6)
 
@@ -206,7 +209,7 @@ def test_implicit_step_solves_its_equation(
 
 
 def test_explicit_estimate_switches_by_the_gain_and_its_mean_converges() -> None:
-    observer = TSMObserver(switching_gain_2=3e4, realisation=Explicit())
+    observer = example(TSMObserver, switching_gain_2=3e4, realisation=Explicit())
     run = watch(observer, waves, 4000)
     gain = np.array([30.0, 3e4])
     size = np.abs(run.estimate[2:])
@@ -225,7 +228,7 @@ def test_explicit_estimate_switches_by_the_gain_and_its_mean_converges() -> None
 @pytest.mark.parametrize("channel", [0, 1])
 def test_boundary_layer_has_a_bandwidth_of_k_plus_gain_over_thickness(channel: int) -> None:
     h, gain, thickness = 1e-6, (30.0, 100.0)[channel], 1e-3
-    observer = TSMObserver(power_gain_1=0.0, power_gain_2=0.0)
+    observer = example(TSMObserver, power_gain_1=0.0, power_gain_2=0.0)
     step = [0.0, 0.0]
     step[channel] = 1e-4 * gain  # small against the gain: tanh is still a line
     bandwidth = 1000.0 + gain / thickness
@@ -239,7 +242,7 @@ def test_boundary_layer_has_a_bandwidth_of_k_plus_gain_over_thickness(channel: i
 
 
 def test_boundary_layer_rests_where_its_correction_is_the_disturbance() -> None:
-    run = watch(TSMObserver(), constant(20.0, 0.0), 2000)
+    run = watch(example(TSMObserver), constant(20.0, 0.0), 2000)
     s, d = run.surface[-1, 0], run.estimate[-1, 0]
     assert d == pytest.approx(20.0, rel=1e-9)
     law = 1000.0 * abs(s) + 30.0 * math.tanh(abs(s) / 1e-3) + 100.0 * abs(s) ** (5 / 7)

@@ -4,8 +4,9 @@ from pathlib import Path
 
 import pytest
 
+from bases import on_base
 from hydroservo import HydroservoWarning, Loop
-from hydroservo.controllers import PI, TSMC, Backstepping
+from hydroservo.controllers import PI, TSMC
 from hydroservo.papers.tsmc_eha_2021.printed import (
     PrintedBackstepping,
     PrintedTSMC,
@@ -17,28 +18,29 @@ from hydroservo.papers.tsmc_eha_2021.printed import (
 )
 from hydroservo.scenario import load_plugin, load_scenario, plugins
 from hydroservo.supplies import IdealSupply
+from hydroservo.testing.examples import example
 from hydroservo.theory import damping_ratio, proportional_gain_limit, settling_bound
 from hydroservo.valves import FirstOrderValve
 
 
 def test_the_printed_leakage_is_smaller_by_the_area() -> None:
-    meant = Loop().plant
-    plant = printed_leakage(Loop()).plant
+    meant = example(Loop).plant
+    plant = printed_leakage(example(Loop)).plant
     ratio = plant.free_force_rate(0.0, 100.0) / meant.free_force_rate(0.0, 100.0)
     assert ratio == pytest.approx(meant.piston_area)
     assert plant.free_force_rate(0.1, 0.0) == meant.free_force_rate(0.1, 0.0)
 
 
 def test_the_printed_leakage_leaves_next_to_no_damping() -> None:
-    plant = printed_leakage(Loop()).plant
+    plant = printed_leakage(example(Loop)).plant
     assert damping_ratio(plant) == pytest.approx(0.004, abs=5e-4)
-    limit = proportional_gain_limit(plant, FirstOrderValve(), IdealSupply(), 10.0)
+    limit = proportional_gain_limit(plant, example(FirstOrderValve), example(IdealSupply), 10.0)
     assert limit == pytest.approx(0.084, abs=5e-4)
 
 
-@pytest.mark.parametrize(("law", "kind"), [(TSMC, PrintedTSMC), (Backstepping, PrintedBackstepping)])
-def test_a_loop_to_the_letter_has_the_printed_law_and_leakage(law: type, kind: type) -> None:
-    loop = load_scenario("paper/sine-tsmc", {"controller.type": law.__name__})
+@pytest.mark.parametrize(("name", "kind"), [("tsmc", PrintedTSMC), ("backstepping", PrintedBackstepping)])
+def test_a_loop_to_the_letter_has_the_printed_law_and_leakage(name: str, kind: type) -> None:
+    loop = load_scenario(f"paper/sine-{name}")
     letter = printed(loop)
     assert type(letter.controller) is kind
     assert letter.plant.leakage == loop.plant.piston_area * loop.plant.leakage
@@ -47,15 +49,15 @@ def test_a_loop_to_the_letter_has_the_printed_law_and_leakage(law: type, kind: t
 
 
 def test_a_printed_law_keeps_gains_and_parts() -> None:
-    loop = Loop(controller=TSMC(linear_gain_1=7.0))
+    loop = example(Loop, controller=example(TSMC, linear_gain_1=7.0))
     assert printed_law(loop).controller._asdict().items() <= loop.controller._asdict().items()
     assert printed_law(loop).plant == loop.plant
 
 
 def test_pi_is_as_it_is_printed() -> None:
-    loop = Loop(controller=PI())
+    loop = example(Loop, controller=example(PI))
     assert printed_law(loop) == loop
-    assert printed(loop).controller == PI()
+    assert printed(loop).controller == example(PI)
 
 
 def test_a_printed_law_is_a_plugin_too(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -73,6 +75,6 @@ def test_the_printed_bound_is_too_short() -> None:
 
 def test_a_switch_that_was_off_warns_and_means_what_it_meant(tmp_path: Path) -> None:
     path = tmp_path / "old.toml"
-    path.write_text('[plant]\nas_printed = false\n[controller]\ntype = "PI"\n', encoding="utf-8")
+    path.write_text(on_base("[plant]\nas_printed = false\n"), encoding="utf-8")
     with pytest.warns(HydroservoWarning, match=r"plant\.as_printed = false is no key any more; leave it out"):
-        assert load_scenario(path) == Loop(controller=PI())
+        assert load_scenario(path) == example(Loop, controller=example(PI))

@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 from hydroservo.plants import DesignModel, LoadPressurePlant, LoadPressureState
 from hydroservo.signals import PortFlows, Pressures
 from hydroservo.supplies import IdealSupply
+from hydroservo.testing.examples import example
 from hydroservo.valves import FourEdges, StaticValve, StaticValveState
 
 velocities = st.floats(-1.0, 1.0)
@@ -15,7 +16,7 @@ flows = st.floats(-1e-3, 1e-3)
 
 
 def test_rates_are_equations_3_to_5() -> None:
-    plant = LoadPressurePlant(2.0, 10.0, 1e-3, 1e-4, 1e9, 1e-11)
+    plant = example(LoadPressurePlant, 2.0, 10.0, 1e-3, 1e-4, 1e9, 1e-11)
     rate = plant.deriv(LoadPressureState(0.1, 50.0, 0.02), PortFlows(2e-4, 2e-4, 2e-4, 2e-4), 30.0)
     assert rate.velocity == pytest.approx((50.0 - 10.0 * 0.1 - 30.0) / 2.0)
     assert rate.load_force == pytest.approx(4e9 / 1e-4 * (1e-3 * 2e-4 - 1e-6 * 0.1 - 1e-11 * 50.0))
@@ -28,7 +29,7 @@ def test_energy(v: float, x2: float, flow: float, load: float) -> None:
 
     Kinetic m v^2/2 and, in the oil, V_t p_L^2/(8 beta_e).
     """
-    plant = LoadPressurePlant()
+    plant = example(LoadPressurePlant)
     rate = plant.deriv(LoadPressureState(v, x2, 0.0), PortFlows(flow, flow, flow, flow), load)
     pressure = x2 / plant.piston_area
     pressure_rate = rate.load_force / plant.piston_area
@@ -39,12 +40,12 @@ def test_energy(v: float, x2: float, flow: float, load: float) -> None:
 
 
 def test_it_starts_at_rest_in_the_middle() -> None:
-    plant = LoadPressurePlant()
+    plant = example(LoadPressurePlant)
     assert plant.init() == (0.0, 0.0, 0.5 * plant.stroke)
 
 
 def test_load_pressure() -> None:
-    assert LoadPressurePlant().load_pressure(LoadPressureState(0.0, 491.0, 0.0)) == pytest.approx(1e6)
+    assert example(LoadPressurePlant).load_pressure(LoadPressureState(0.0, 491.0, 0.0)) == pytest.approx(1e6)
 
 
 @given(v=velocities, x2=forces, u=st.floats(-10.0, 10.0), return_pressure=st.floats(0.0, 5e5))
@@ -52,7 +53,11 @@ def test_the_nominal_model_is_the_machine_without_load(
     v: float, x2: float, u: float, return_pressure: float
 ) -> None:
     """f + g u of eqs. (6)-(7) against the cylinder with the static valve."""
-    supply, plant, valve = IdealSupply(40e5, return_pressure), LoadPressurePlant(), StaticValve()
+    supply, plant, valve = (
+        IdealSupply(40e5, return_pressure),
+        example(LoadPressurePlant),
+        example(StaticValve),
+    )
     model = DesignModel(plant, valve.orifice, supply, valve.gain)
     state = LoadPressureState(v, x2, 0.0)
     opening, line = valve.opening(StaticValveState(), u), supply.pressures(supply.init())
@@ -63,7 +68,7 @@ def test_the_nominal_model_is_the_machine_without_load(
 
 def test_the_input_gain_has_a_floor() -> None:
     """Where the load pressure eats the supply up, g2 stays above zero."""
-    model = DesignModel()
+    model = example(DesignModel)
     stalled = 40e5 * model.plant.piston_area
     floor = model.plant.flow_gain() * model.valve_gain * model.orifice.flow_per_opening(model.least_drop)
     for force in (stalled, 2.0 * stalled):
@@ -72,13 +77,13 @@ def test_the_input_gain_has_a_floor() -> None:
 
 
 def test_the_input_gain_of_no_command_ignores_the_load() -> None:
-    assert DesignModel().g2(500.0, 0.0) == DesignModel().g2(0.0, 1.0)
+    assert example(DesignModel).g2(500.0, 0.0) == example(DesignModel).g2(0.0, 1.0)
 
 
 @pytest.mark.parametrize("load_force", [0.0, 300.0, 2500.0])
 def test_the_supply_gives_what_the_edges_let_through(load_force: float) -> None:
     """Null leakage is drawn though no load flow is, and what flows back from the load is given back."""
-    plant, edges, line = LoadPressurePlant(), FourEdges(clearance=1e-5), Pressures(40e5, 2e5)
+    plant, edges, line = example(LoadPressurePlant), example(FourEdges, clearance=1e-5), Pressures(40e5, 2e5)
     state = LoadPressureState(0.0, load_force, 0.04)
     mean, half = 21e5, 0.5 * plant.load_pressure(state)
     for opening in (0.0, 1e-4, -1e-4):

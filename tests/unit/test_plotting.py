@@ -4,13 +4,14 @@ import numpy as np
 import pytest
 
 import hydroservo as hs
+from hydroservo.testing.examples import example
 
 SHORT = hs.Simulation(duration=0.01)
 
 
 @pytest.fixture(scope="module")
 def run():
-    return hs.simulate(hs.Loop(SHORT), compiled=False)
+    return hs.simulate(example(hs.Loop, SHORT), compiled=False)
 
 
 def labels(figure):
@@ -22,7 +23,7 @@ def test_a_run(run):
 
 
 def test_several_runs_are_named_by_their_controllers(run):
-    tsmc = hs.simulate(hs.Loop(SHORT, controller=hs.controllers.TSMC()), compiled=False)
+    tsmc = hs.simulate(example(hs.Loop, SHORT, controller=example(hs.controllers.TSMC)), compiled=False)
     assert {"PI", "TSMC"} <= set(labels(hs.plot([run, tsmc])))
     assert {"PI 1", "PI 2", "TSMC"} <= set(labels(hs.plot([run, run, tsmc])))
 
@@ -33,7 +34,7 @@ def test_several_runs_with_names_of_ones_own(run):
 
 def test_a_table_shows_a_metric_against_what_varied():
     masses = {"plant.mass": np.array([5.0, 6.0, 7.0]), "simulation.seed": np.arange(3)}
-    table = hs.simulate_batch(hs.Loop(SHORT), masses)
+    table = hs.simulate_batch(example(hs.Loop, SHORT), masses)
     figure = hs.plot(table, "max_error")
     assert len(figure.axes) == 2  # one number, and the distribution
     with pytest.raises(hs.HydroservoError, match="'speed' is no metric of this table"):

@@ -20,6 +20,7 @@ from hydroservo.supplies import (
     PumpSupplyState,
     ReliefValve,
 )
+from hydroservo.testing.examples import example
 
 ATMOSPHERE = 101325.0
 
@@ -55,21 +56,21 @@ def test_a_relief_valve_opens_at_its_cracking_pressure() -> None:
 
 
 def test_the_design_model_sees_the_set_pressure() -> None:
-    supply = PumpSupply(relief=ReliefValve(cracking_pressure=63e5), return_pressure=3e5)
+    supply = example(PumpSupply, relief=ReliefValve(cracking_pressure=63e5), return_pressure=3e5)
     assert supply.simplified() == IdealSupply(63e5, 3e5)
 
 
 def test_the_design_model_sees_what_a_weak_motor_holds() -> None:
-    supply = PumpSupply(leakage=0.0, max_torque=1.0)
+    supply = example(PumpSupply, leakage=0.0, max_torque=1.0)
     assert supply.simplified().supply_pressure == pytest.approx(2e5 + 1.0 / supply.displacement, rel=1e-12)
 
 
 @pytest.mark.parametrize(
     "supply",
     [
-        PumpSupply(demanded_speed=0.0),
-        PumpSupply(relief=ReliefValve(cracking_pressure=2e5)),
-        PumpSupply(relief=ReliefValve(cracking_pressure=1e5), return_pressure=3e5),
+        example(PumpSupply, demanded_speed=0.0),
+        example(PumpSupply, relief=ReliefValve(cracking_pressure=2e5)),
+        example(PumpSupply, relief=ReliefValve(cracking_pressure=1e5), return_pressure=3e5),
     ],
 )
 def test_it_holds_more_than_the_return_pressure(supply: PumpSupply) -> None:
@@ -93,7 +94,17 @@ def test_a_relief_valve_opens_with_pressure(override: float, flow: float, name: 
 def test_a_pump_from_its_datasheet_settles_at_its_rated_point(efficiency: float) -> None:
     """A stiff line held at the rated pressure above the return."""
     rated = PumpSupply.from_datasheet(
-        3e-7, 150.0, efficiency, 60e5, max_torque=4.0, viscous=2e-3, relief=ReliefValve(80e5)
+        3e-7,
+        150.0,
+        efficiency,
+        60e5,
+        4.0,
+        2e-3,
+        2e-4,
+        7e8,
+        ReliefValve(80e5),
+        viscous=2e-3,
+        return_pressure=2e5,
     )
     pressure = rated.return_pressure + 60e5
     found = solve_ivp(
@@ -110,12 +121,10 @@ def test_a_pump_from_its_datasheet_settles_at_its_rated_point(efficiency: float)
 
 
 def test_a_datasheet_s_pump_keeps_its_other_parts() -> None:
-    gas, relief = GasAccumulator(precharge=28e5), ReliefValve(63e5)
-    supply = PumpSupply.from_datasheet(
-        3e-7, 150.0, 0.9, 60e5, 4.0, volume=3e-4, relief=relief, accumulator=gas
-    )
+    gas, relief = GasAccumulator(28e5, 5e-4), ReliefValve(63e5)
+    supply = PumpSupply.from_datasheet(3e-7, 150.0, 0.9, 60e5, 4.0, 1e-3, 3e-4, 8e8, relief, accumulator=gas)
     assert (supply.volume, supply.relief, supply.accumulator) == (3e-4, relief, gas)
-    assert (supply.inertia, supply.bulk_modulus) == (PumpSupply().inertia, PumpSupply().bulk_modulus)
+    assert (supply.inertia, supply.bulk_modulus) == (1e-3, 8e8)
 
 
 @pytest.mark.parametrize(
@@ -135,6 +144,10 @@ def test_a_datasheet_that_no_pump_has(changed: dict[str, float], problem: str) -
         "volumetric_efficiency": 0.9,
         "rated_pressure": 60e5,
         "max_torque": 4.0,
+        "inertia": 2e-3,
+        "volume": 2e-4,
+        "bulk_modulus": 7e8,
+        "relief": ReliefValve(40e5),
         "viscous": 1e-3,
     }
     with pytest.raises(ParameterError, match=problem):
@@ -142,11 +155,12 @@ def test_a_datasheet_that_no_pump_has(changed: dict[str, float], problem: str) -
 
 
 def test_pressures_are_those_of_the_line_and_the_return() -> None:
-    assert PumpSupply().pressures(PumpSupplyState(10.0, 33e5)) == Pressures(33e5, 2e5)
+    assert example(PumpSupply).pressures(PumpSupplyState(10.0, 33e5)) == Pressures(33e5, 2e5)
 
 
 supplies = st.builds(
-    lambda torque, speed, gain, viscous, leakage, crack, gradient: PumpSupply(
+    lambda torque, speed, gain, viscous, leakage, crack, gradient: example(
+        PumpSupply,
         max_torque=torque,
         demanded_speed=speed,
         speed_gain=gain,
@@ -176,7 +190,7 @@ def test_it_starts_steady_with_the_valve_shut(supply: PumpSupply) -> None:
 
 def test_the_steady_pressure_is_where_the_relief_valve_takes_all() -> None:
     """Without leakage and friction, from D w = G (p - p_c) and D (p - p_r) = K (w_ref - w)."""
-    supply = PumpSupply(leakage=0.0, viscous=0.0)
+    supply = example(PumpSupply, leakage=0.0, viscous=0.0)
     d, g, k = supply.displacement, supply.relief.gradient, supply.speed_gain
     matrix = [[d, -g], [k, d]]
     wanted = np.linalg.solve(
@@ -186,7 +200,7 @@ def test_the_steady_pressure_is_where_the_relief_valve_takes_all() -> None:
 
 
 def test_a_weak_motor_stalls_at_the_pressure_that_its_torque_holds() -> None:
-    supply = PumpSupply(leakage=0.0, max_torque=1.0)
+    supply = example(PumpSupply, leakage=0.0, max_torque=1.0)
     start = supply.init()
     assert start.pressure == pytest.approx(supply.return_pressure + 1.0 / supply.displacement, rel=1e-12)
     assert start.speed == 0.0
@@ -195,7 +209,7 @@ def test_a_weak_motor_stalls_at_the_pressure_that_its_torque_holds() -> None:
 @pytest.mark.parametrize("load", [10e5, 30e5])
 def test_the_speed_droops_under_load(load: float) -> None:
     """A stiff line at a pressure: the shaft settles where the torques balance."""
-    supply = PumpSupply()
+    supply = example(PumpSupply)
     pressure = supply.return_pressure + load
     found = solve_ivp(
         lambda _, y: [supply.deriv(PumpSupplyState(y[0], pressure), 0.0).speed],
@@ -211,7 +225,7 @@ def test_the_speed_droops_under_load(load: float) -> None:
 
 
 def test_the_motor_has_a_largest_torque() -> None:
-    supply = PumpSupply(viscous=0.0, max_torque=3.0)
+    supply = example(PumpSupply, viscous=0.0, max_torque=3.0)
     for side in (-1.0, 1.0):
         start = PumpSupplyState(supply.demanded_speed - side * 100.0, supply.return_pressure)
         assert supply.deriv(start, 0.0).speed == pytest.approx(side * 3.0 / supply.inertia, rel=1e-15)
@@ -235,7 +249,7 @@ def gas_squeezed(accumulator: object, absolute: np.ndarray) -> np.ndarray:
 
 def test_the_line_loses_no_oil() -> None:
     """What was delivered less what was drawn is what the line holds more, through full and empty."""
-    supply = PumpSupply(accumulator=NoAccumulator())
+    supply = example(PumpSupply, accumulator=NoAccumulator())
     _, _, pressure, balance = followed(supply, lambda t: 5e-5 + 2.5e-4 * math.sin(30.0 * t), 0.4)
     held = volume_in_line(supply, pressure)
     assert pressure.min() < 1e5
@@ -246,7 +260,7 @@ def test_the_line_loses_no_oil() -> None:
 def test_an_accumulator_gives_its_oil_by_the_polytropic_law() -> None:
     """While it feeds the valve alone, from a line next to nothing, p V^n is constant."""
     gas = GasAccumulator(precharge=25e5, gas_volume=2e-4, exponent=1.3)
-    supply = PumpSupply(accumulator=gas, leakage=0.0, volume=1e-10)
+    supply = example(PumpSupply, accumulator=gas, leakage=0.0, volume=1e-10)
     drawn, start = 1e-5, 39e5
     found = solve_ivp(
         lambda _, y: [supply.deriv(PumpSupplyState(0.0, y[0]), drawn).pressure],
@@ -275,7 +289,7 @@ def test_an_accumulator_does_the_work_of_its_gas() -> None:
 
 
 def test_below_its_precharge_an_accumulator_holds_no_oil() -> None:
-    assert GasAccumulator(precharge=30e5).compliance(29.9e5) == 0.0
+    assert GasAccumulator(30e5, 5e-4).compliance(29.9e5) == 0.0
     isothermal = GasAccumulator(precharge=30e5, gas_volume=1e-3, exponent=1.0)
     assert isothermal.compliance(61e5) == pytest.approx(
         1e-3 * (30e5 + ATMOSPHERE) / (61e5 + ATMOSPHERE) ** 2, rel=1e-14
@@ -285,11 +299,11 @@ def test_below_its_precharge_an_accumulator_holds_no_oil() -> None:
 
 @pytest.mark.parametrize("drawn", [2e-4, 5e-3])
 def test_no_draught_takes_the_line_below_a_vacuum(drawn: float) -> None:
-    _, _, pressure, _ = followed(PumpSupply(), lambda _: drawn, 0.5)
+    _, _, pressure, _ = followed(example(PumpSupply), lambda _: drawn, 0.5)
     assert -ATMOSPHERE < pressure.min() < 0.0
 
 
 def test_the_line_s_stiffness_is_that_of_oil_and_air() -> None:
-    supply = PumpSupply(volume=1e-3, bulk_modulus=1e9, free_air=0.01)
+    supply = example(PumpSupply, volume=1e-3, bulk_modulus=1e9, free_air=0.01)
     wanted = 1e-3 / 1e9 + 1e-3 * 0.01 * ATMOSPHERE / (20e5 + ATMOSPHERE) ** 2
     assert supply.line_compliance(20e5) == pytest.approx(wanted, rel=1e-14)

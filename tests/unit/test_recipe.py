@@ -18,6 +18,7 @@ from hydroservo.engine.recipe import Recipe, UnknownContentError, content_lines
 from hydroservo.loop import AUTO
 from hydroservo.scenario import load_scenario, scenarios
 from hydroservo.signals import Demand, Measurement
+from hydroservo.testing.examples import example
 
 BLOCK = """
 from typing import NamedTuple
@@ -125,7 +126,7 @@ def silent(_self: PI, _s: PIState, _y: Measurement, _r: Demand, _dt: float) -> P
 
 
 def test_a_method_exchanged_in_the_process_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
-    loop, before = Loop(Simulation(0.01, 1e-3)), Recipe("run", (PI,), True).digest()
+    loop, before = example(Loop, Simulation(0.01, 1e-3)), Recipe("run", (PI,), True).digest()
     own = simulate(loop, strict=True)
     monkeypatch.setattr(PI, "step", silent)
     assert Recipe("run", (PI,), True).digest() != before

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from bases import on_base
 from hydroservo import loads, references
 from hydroservo.batch import simulate_batch
 from hydroservo.cli.app import app
@@ -19,6 +20,7 @@ from hydroservo.loop import AUTO, Loop, Simulation
 from hydroservo.record_coverage import check_records
 from hydroservo.running import ready, simulate
 from hydroservo.scenario import load_scenario
+from hydroservo.testing.examples import example
 from hydroservo.time_series import TimeSeries
 from hydroservo.tuning import Aim, tune
 
@@ -31,7 +33,7 @@ def series(time: Sequence[float] | np.ndarray) -> TimeSeries:
 
 
 def lines(time: Sequence[float] | np.ndarray, duration: float = 8.0) -> list[str]:
-    return check_records(Loop(Simulation(duration), reference=references.Recorded(series(time))))
+    return check_records(example(Loop, Simulation(duration), reference=references.Recorded(series(time))))
 
 
 def test_a_glimpse_of_a_long_record_and_a_short_pulse_are_no_other_unit() -> None:
@@ -136,7 +138,8 @@ def test_what_a_run_makes_up_is_said(time: np.ndarray, duration: float, says: li
 
 
 def test_each_recorded_block_is_looked_at_and_zeros_are_not() -> None:
-    loop = Loop(
+    loop = example(
+        Loop,
         Simulation(8.0),
         load=loads.Recorded(series(LOG[:5001])),
         reference=references.Recorded(series(LOG[:4001])),
@@ -162,7 +165,7 @@ class Doubled(NamedTuple):
 
 
 def test_records_inside_other_blocks_are_looked_at() -> None:
-    loop = Loop(Simulation(8.0), load=Doubled(loads.Recorded(series(LOG + 9.0))))
+    loop = example(Loop, Simulation(8.0), load=Doubled(loads.Recorded(series(LOG + 9.0))))
     with pytest.raises(ParameterError, match=r"load\.load\.series"):
         check_records(loop)
 
@@ -170,7 +173,7 @@ def test_records_inside_other_blocks_are_looked_at() -> None:
 def test_a_file_is_named(tmp_path: Path) -> None:
     (tmp_path / "log.csv").write_text("t [s],v [mm/s],F [kN]\n10,0,1\n11,1,2\n")
     (tmp_path / "my.toml").write_text(
-        """controller.type = "PI"\nreference = {type = "Recorded", series = {file = "log.csv"}}"""
+        on_base("""reference = {type = "Recorded", series = {file = "log.csv"}}""")
     )
     with pytest.raises(
         ParameterError, match=re.escape("reference.series = 'log.csv, v [mm/s] over t [s]': goes")
@@ -184,7 +187,7 @@ UNSEEN = references.Recorded(TimeSeries.from_samples([5.0, 6.0], [0.01, 0.02]))
 
 
 def loop_with(demand: references.Recorded, substeps: int = 20) -> Loop:
-    return Loop(Simulation(0.1, 1e-4, substeps), reference=demand)
+    return example(Loop, Simulation(0.1, 1e-4, substeps), reference=demand)
 
 
 def test_a_run_says_so() -> None:
@@ -226,9 +229,11 @@ def scenario(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
     Path("held.csv").write_text("t;v [mm/s]\n0;1\n0,05;2\n")
     Path("late.csv").write_text("t [s];v [mm/s]\n10;1\n11,5;2\n")
     Path("my.toml").write_text(
-        'controller.type = "PI"\nsimulation = {duration = "0.1 s", period = "100 us", substeps = 20}\n'
-        'reference = {type = "Recorded", series = {file = "held.csv"}}\n'
-        'load = {type = "Recorded", series = {file = "force.csv"}}\n'
+        on_base(
+            'simulation = {duration = "0.1 s", period = "100 us", substeps = 20}\n'
+            'reference = {type = "Recorded", series = {file = "held.csv"}}\n'
+            'load = {type = "Recorded", series = {file = "force.csv"}}\n'
+        )
     )
     Path("force.csv").write_text("t [s],F [kN]\n0,0\n0.1,0.01\n")
     return "my.toml"

@@ -5,19 +5,26 @@ import math
 import pytest
 
 from hydroservo.references import Chirp, Multisine, Ramp, Recorded, Sine, Square, Step
+from hydroservo.testing.examples import example
 from hydroservo.time_series import TimeSeries
 
 
 def test_the_default_sine_is_the_papers() -> None:
     """30 sin(0.5 pi t) mm/s."""
-    assert Sine().at(0.0) == (0.0, pytest.approx(0.03 * 0.5 * math.pi), 0.0)
-    assert Sine().at(1.0).value == pytest.approx(0.03)
-    assert Sine().at(1.0).jerk == pytest.approx(-0.03 * (0.5 * math.pi) ** 2)
+    assert example(Sine).at(0.0) == (0.0, pytest.approx(0.03 * 0.5 * math.pi), 0.0)
+    assert example(Sine).at(1.0).value == pytest.approx(0.03)
+    assert example(Sine).at(1.0).jerk == pytest.approx(-0.03 * (0.5 * math.pi) ** 2)
 
 
 def test_the_default_square_is_the_papers() -> None:
     """30 mm/s either way, 4 s, starting with +."""
-    assert [Square().at(t).value for t in (0.0, 1.99, 2.0, 3.99, 4.0)] == [0.03, 0.03, -0.03, -0.03, 0.03]
+    assert [example(Square).at(t).value for t in (0.0, 1.99, 2.0, 3.99, 4.0)] == [
+        0.03,
+        0.03,
+        -0.03,
+        -0.03,
+        0.03,
+    ]
 
 
 def test_step() -> None:

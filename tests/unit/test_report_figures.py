@@ -12,9 +12,10 @@ from hydroservo.metrics import declared_metrics, usual
 from hydroservo.papers.tsmc_eha_2021.report import figures
 from hydroservo.papers.tsmc_eha_2021.report.figures import FIGURES, draw_figures
 from hydroservo.provenance import provenance
+from hydroservo.testing.examples import example
 
-LAWS = {"pi": PI(), "backstepping": Backstepping(), "tsmc": TSMC()}
-METRIC_FIELDS = {name: declared_metrics(usual(Loop(controller=law))) for name, law in LAWS.items()}
+LAWS = {"pi": example(PI), "backstepping": example(Backstepping), "tsmc": example(TSMC)}
+METRIC_FIELDS = {name: declared_metrics(usual(example(Loop, controller=law))) for name, law in LAWS.items()}
 ERRORS = {"pi": 0.4e-3, "backstepping": 20e-3, "tsmc": -0.3e-3}
 SIGNALS = {
     "controller.xi1": 1e-4,
@@ -47,7 +48,7 @@ def made_up(demand, controller, scale=1.0):
         {name: ("time", values, {"units": "", "long_name": name}) for name, values in signals.items()}
         | {name: ((), metrics[name], {"units": field.unit}) for name, field in fields.items()},
         coords={"time": ("time", time, {"units": "s"})},
-        attrs=provenance(Loop(controller=LAWS[controller])),
+        attrs=provenance(example(Loop, controller=LAWS[controller])),
     )
 
 

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from bases import on_base
 from hydroservo import Loop, ParameterError, ScenarioError, Simulation, replace, simulate
 from hydroservo.batch import simulate_batch
 from hydroservo.block import Block
@@ -23,13 +24,14 @@ from hydroservo.scenario import load_scenario
 from hydroservo.scenario.sampling import draws
 from hydroservo.signals import Pressures
 from hydroservo.supplies import IdealSupply, PumpSupply, ReliefValve
+from hydroservo.testing.examples import example
 from hydroservo.tuning import is_possible
 from hydroservo.varied import starts
 from hydroservo.wiring import believed
 
 LINE = Pressures(160e5, 2e5)
 AT_REST = 1e-12  # m/s: what the rounding of pressures of 1e7 Pa does to some kg
-PUMP = PumpSupply(relief=ReliefValve(160e5), max_torque=20.0)
+PUMP = example(PumpSupply, relief=ReliefValve(160e5), max_torque=20.0)
 
 
 def cylinder(**changes: Block) -> Cylinder:
@@ -41,11 +43,12 @@ def cylinder(**changes: Block) -> Cylinder:
 def shut(plant: Cylinder, **changes: Block) -> Loop:
     """A loop whose valve stays shut: nothing is demanded of a piston at rest."""
     parts = {"supply": IdealSupply(160e5), "load": Constant(0.0)} | changes
-    return Loop(
+    return example(
+        Loop,
         Simulation(0.01, 1e-3, 100, 1e-3),
         plant,
         reference=StepReference(0.0, 0.0),
-        controller=PI(1.0),
+        controller=example(PI, 1.0),
         **parts,
     )
 
@@ -61,7 +64,7 @@ SPRING = MassSpringDamper(100.0, rest_position=0.01)
         (AERATED, Mass(100.0), IdealSupply(160e5, 2e5), Constant(6000.0)),
         (CONSTANT, OneLinkArm(), IdealSupply(160e5), Constant(-6000.0)),
         (AERATED, OneLinkArm(), PUMP, Sine(1000.0, phase=1.0, frequency=0.0)),
-        (CONSTANT, SPRING, PUMP, Step(500.0, time=1.0)),
+        (CONSTANT, SPRING, PUMP, example(Step, 500.0, time=1.0)),
         (AERATED, SPRING, IdealSupply(160e5, 2e5), Constant(0.0)),
     ],
 )
@@ -89,7 +92,7 @@ def test_the_pressures_are_those_that_a_matched_valve_holds() -> None:
 
 
 def test_a_symmetric_cylinder_starts_at_half_the_supply_to_the_bit() -> None:
-    plant = Cylinder().at_rest(Pressures(40e5, 0.0), 0.0)
+    plant = example(Cylinder).at_rest(Pressures(40e5, 0.0), 0.0)
     assert (plant.start_pressure_a, plant.start_pressure_b) == (20e5, 20e5)
 
 
@@ -105,16 +108,23 @@ def test_one_pressure_may_be_given() -> None:
 def test_what_is_given_stays() -> None:
     given = cylinder()._replace(start_pressure_a=1e5, start_pressure_b=2e5)
     assert given.at_rest(LINE, 1e9) is given
-    paper = LoadPressurePlant()
-    assert at_rest(paper, IdealSupply(), Sine()) is paper
+    paper = example(LoadPressurePlant)
+    assert at_rest(paper, example(IdealSupply), example(Sine)) is paper
 
 
 def test_the_start_of_a_datasheet_s_cylinder_can_be_given() -> None:
     plant = Cylinder.from_diameters(
-        0.063, 0.045, 0.5, start_position=0.1, start_pressure_a=3e5, start_pressure_b=5e5
+        0.063,
+        0.045,
+        0.5,
+        CONSTANT,
+        Mass(100.0),
+        start_position=0.1,
+        start_pressure_a=3e5,
+        start_pressure_b=5e5,
     )
     assert plant.init()[:4] == (0.0, 0.1, 3e5, 5e5)
-    assert Cylinder.from_diameters(0.063, 0.045, 0.5).start_position == 0.25
+    assert Cylinder.from_diameters(0.063, 0.045, 0.5, CONSTANT, Mass(100.0)).start_position == 0.25
 
 
 def test_a_load_that_nothing_holds_is_one_line() -> None:
@@ -144,6 +154,7 @@ type = "Cylinder.from_diameters"
 bore = "63 mm"
 rod = "45 mm"
 stroke = "70 mm"
+start_position = "auto"
 start_pressure_b = "auto"
 [plant.oil]
 type = "AeratedOil"
@@ -156,6 +167,7 @@ type = "Constant"
 amplitude = "1 kN"
 [reference]
 type = "Step"
+initial = "0 m/s"
 final = "0 m/s"
 [controller]
 type = "PI"
@@ -168,7 +180,7 @@ plant.mechanism.payload = "50 %"
 @pytest.fixture
 def scenario(tmp_path: Path) -> Path:
     file = tmp_path / "link.toml"
-    file.write_text(SCENARIO, encoding="utf-8")
+    file.write_text(on_base(SCENARIO), encoding="utf-8")
     return file
 
 
@@ -259,7 +271,7 @@ def test_the_hash_tells_starts_apart(scenario: Path) -> None:
 
 
 def test_friction_with_memory_rests_too() -> None:
-    run = simulate(shut(cylinder(friction=LuGre(), mechanism=OneLinkArm())), compiled=False)
+    run = simulate(shut(cylinder(friction=example(LuGre), mechanism=OneLinkArm())), compiled=False)
     assert abs(run["plant.velocity"]).max() < AT_REST
 
 
@@ -280,6 +292,6 @@ def test_ranges_of_a_start_that_is_open(scenario: Path) -> None:
 
 
 def test_no_run_of_a_batch_starts_at_a_pressure_that_is_none() -> None:
-    loop = Loop(Simulation(0.01, 1e-3, 20), plant=Cylinder(), controller=PI())
+    loop = example(Loop, Simulation(0.01, 1e-3, 20), plant=example(Cylinder), controller=example(PI))
     with pytest.raises(ParameterError, match="start_pressure_a = inf: must be a finite number"):
         simulate_batch(loop, {"plant.start_pressure_a": np.array([math.inf, 20e5])})

@@ -35,15 +35,16 @@ from hydroservo.results import (
     trajectory_of,
     write_metrics,
 )
+from hydroservo.testing.examples import example
 
-METRIC_FIELDS = declared_metrics(usual(Loop(controller=TSMC())))  # that such a run has
+METRIC_FIELDS = declared_metrics(usual(example(Loop, controller=example(TSMC))))  # that such a run has
 
 
 @pytest.fixture(scope="module")
 def dataset():
     """A short run with an observer; its seed needs 64 bits."""
     simulation = Simulation(duration=0.02, period=1e-4, record_period=1e-3, seed=2**40 + 1)
-    return hydroservo.simulate(Loop(simulation=simulation, controller=TSMC()), compiled=False)
+    return hydroservo.simulate(example(Loop, simulation=simulation, controller=example(TSMC)), compiled=False)
 
 
 def test_metrics_are_plain_numbers_by_name(dataset):

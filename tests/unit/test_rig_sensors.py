@@ -29,6 +29,7 @@ from hydroservo.sensors import (
     VelocitySensor,
 )
 from hydroservo.signals import Draws, MachineOutputs, Measurement
+from hydroservo.testing.examples import example
 
 H = 1e-3
 COUNT = 1e-6
@@ -351,7 +352,7 @@ def test_in_a_loop_the_law_sees_what_a_rig_measures() -> None:
     """The whole chain of a compiled run, made again from its record."""
     simulation = Simulation(0.05, H, 8, record_period=H, seed=7)
     sensors = DelayedSensors(RigSensors(velocity=FilteredDifference()))
-    loop = Loop(simulation, controller=PI(2.0, 0.0), sensors=sensors)
+    loop = example(Loop, simulation, controller=PI(2.0, 0.0), sensors=sensors)
     run = simulate(loop, strict=True)
     positions = read(Encoder(), run["plant.position"].values)
     estimated = velocities(FilteredDifference(), positions)

@@ -28,11 +28,12 @@ from hydroservo.references import Step
 from hydroservo.results import metrics_of
 from hydroservo.running import trace_size, whole
 from hydroservo.signals import Demand, Measurement
+from hydroservo.testing.examples import example
 from hydroservo.valves import Orifice
 
 PATHS = ["plant.velocity", "controller.u", "plant.load_force"]
 
-LOOP = Loop(simulation=Simulation(0.05, 1e-4, 1, 1e-3), controller=PI(0.3, 100.0))
+LOOP = example(Loop, simulation=Simulation(0.05, 1e-4, 1, 1e-3), controller=PI(0.3, 100.0))
 EVERY_SAMPLE = replace(LOOP, {"simulation.record_period": 1e-4})
 
 
@@ -94,7 +95,9 @@ def test_attributes_say_what_was_run(run: xr.Dataset) -> None:
 
 
 def test_a_whole_number_for_a_parameter_is_the_same_as_a_float() -> None:
-    whole_numbers, floats = (LOOP._replace(controller=PI(*gains)) for gains in ((90, 10), (90.0, 10.0)))
+    whole_numbers, floats = (
+        LOOP._replace(controller=example(PI, *gains)) for gains in ((90, 10), (90.0, 10.0))
+    )
     assert simulate(whole_numbers, record=PATHS).identical(simulate(floats, record=PATHS))
 
 
@@ -366,7 +369,7 @@ class Sketch(NamedTuple):
     """A valve and a plant that lack what a loop asks of them, or stumble over it."""
 
     gain: float = 1.0
-    orifice: Orifice = Orifice()
+    orifice: Orifice = example(Orifice)
     stroke: float = 1.0
 
     def init(self) -> ZeroOrderHoldState:
@@ -383,7 +386,10 @@ class Sketch(NamedTuple):
         ({"valve": 3.0}, "valve = 3.0: must be a block: a NamedTuple with the methods of its role"),
         ({"plant": Sketch()}, "the plant Sketch does not fit this loop: 'Sketch' object has no attribute"),
         ({"valve": Sketch()}, "the valve Sketch does not fit this loop: math domain error"),
-        ({"load": Orifice()}, "the load Orifice does not fit this loop: 'Orifice' object has no attribute"),
+        (
+            {"load": example(Orifice)},
+            "the load Orifice does not fit this loop: 'Orifice' object has no attribute",
+        ),
     ],
 )
 def test_what_does_not_fit_is_named(changes: dict[str, object], says: str) -> None:

@@ -13,9 +13,10 @@ from hydroservo.loop import AUTO
 from hydroservo.plants import Cylinder, LoadPressurePlant
 from hydroservo.running import simulate
 from hydroservo.scenario import assembled, load_scenario
+from hydroservo.testing.examples import example
 
 NAME = "paper/sine-backstepping"  # whose law has a model, and whose machine has uncertainty
-LOOP = Loop(Simulation(0.002, 1e-4), plant=LoadPressurePlant(mass=6))
+LOOP = example(Loop, Simulation(0.002, 1e-4), plant=example(LoadPressurePlant, mass=6))
 MASS = "plant.mass"
 
 
@@ -76,7 +77,11 @@ def test_what_constructors_take_varies_in_a_scenario() -> None:
 
 @pytest.mark.parametrize(
     ("controller", "simulation"),
-    [(PI(), LOOP.simulation), (TSMC(), LOOP.simulation), (PI(), Simulation(0.002, 1e-4, AUTO))],
+    [
+        (example(PI), LOOP.simulation),
+        (example(TSMC), LOOP.simulation),
+        (example(PI), Simulation(0.002, 1e-4, AUTO)),
+    ],
 )
 def test_a_run_alone_has_the_bits_of_the_batch(controller: Block, simulation: Simulation) -> None:
     """A law without a model of its own goes on believing in the machine that all runs start from."""
@@ -89,7 +94,7 @@ def test_a_run_alone_has_the_bits_of_the_batch(controller: Block, simulation: Si
 
 
 def test_a_run_starts_where_that_of_the_batch_does() -> None:
-    loop = LOOP._replace(plant=Cylinder())
+    loop = LOOP._replace(plant=example(Cylinder))
     drawn = draws(loop, {"supply.supply_pressure": relative(0.0, 0.5)}, 2)
     table = simulate_batch(loop, drawn.parameters, strict=True)
     single = simulate(run_of(loop, table, 1), record=(), strict=True)
@@ -127,4 +132,4 @@ def test_a_run_that_is_not_there_and_a_table_of_another_loop() -> None:
         with pytest.raises(ParameterError, match=f"run = {run}: must be a whole number from 0 to 1"):
             run_of(LOOP, table, run)  # type: ignore[arg-type]
     with pytest.raises(ParameterError, match="must be of this loop, with hash"):
-        run_of(LOOP._replace(controller=TSMC()), table, 0)
+        run_of(LOOP._replace(controller=example(TSMC)), table, 0)

@@ -6,15 +6,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from bases import on_base
 from hydroservo import ScenarioError, simulate
 from hydroservo.controllers import DAC, PI, TSMC
 from hydroservo.loads import Recorded
 from hydroservo.provenance import scenario_hash
 from hydroservo.scenario import datasheet_columns, load_scenario, scenarios
 from hydroservo.scenario.catalogue import builtin_texts
+from hydroservo.testing.examples import example
 from hydroservo.valves import FirstOrderValve, SecondOrderValve, StaticValve
 
-MACHINE = """\
+MACHINE = on_base(
+    """\
 title = "A machine"
 
 [plant]
@@ -23,6 +26,7 @@ damping = "60 N s/m"
 
 [valve]
 type = "SecondOrderValve"
+natural_frequency = "300 rad/s"
 damping_ratio = 0.6
 gain = "4e-4 m/V"
 
@@ -33,7 +37,9 @@ linear_gain_1 = "2000 1/s"
 [uncertainty]
 plant.mass = "10 %"
 valve.damping_ratio = "20 %"
-"""
+""",
+    law="tsmc",
+)
 
 
 @pytest.fixture
@@ -86,8 +92,11 @@ def test_a_base_without_controller_is_no_scenario(files) -> None:
     assert "rig/1khz" not in scenarios()
     with pytest.raises(ScenarioError, match=r"^rig/1khz: controller: a \[controller\] table with a type is"):
         load_scenario("rig/1khz")
-    own = files(own='base = "rig/1khz"\ncontroller.type = "PI"')
-    assert load_scenario(own).controller == PI()
+    bare = 'base = "rig/1khz"\ncontroller.type = "PI"\n'
+    said = refused(files(bare=bare))
+    assert ": controller: proportional_gain is missing; it must be a finite number at least 0 [V s/m]" in said
+    own = files(own=bare + 'controller.proportional_gain = "2 V s/m"')
+    assert load_scenario(own).controller == PI(2.0)
     assert load_scenario(own).simulation == load_scenario("rig/1khz-pi-sine").simulation
 
 
@@ -101,17 +110,18 @@ def test_a_title_is_not_inherited() -> None:
 
 
 def test_another_type_drops_what_it_does_not_have(files) -> None:
-    own = files(own='base = "machine.toml"\nvalve.type = "FirstOrderValve"', machine=MACHINE)
-    loop = load_scenario(own)
+    lagged = 'base = "machine.toml"\nvalve.type = "FirstOrderValve"\nvalve.time_constant = "5 ms"'
+    loop = load_scenario(files(own=lagged, machine=MACHINE))
     assert type(loop.valve) is FirstOrderValve
-    assert loop.valve.gain == 4e-4
+    assert (loop.valve.gain, loop.valve.time_constant) == (4e-4, 5e-3)
     assert loop.plant.mass == 8.0 * 1.1
 
 
 def test_another_type_drops_only_what_is_below_it(files) -> None:
     """The uncertainty of a file must be one of its own valve."""
     own = files(
-        own='base = "machine.toml"\nvalve.type = "FirstOrderValve"\nuncertainty.valve.damping_ratio = 0.1',
+        own='base = "machine.toml"\nvalve.type = "FirstOrderValve"\nvalve.time_constant = "5 ms"\n'
+        "uncertainty.valve.damping_ratio = 0.1",
         machine=MACHINE,
     )
     assert refused(own).startswith(f"{own}: uncertainty.valve.damping_ratio: unknown key")
@@ -124,20 +134,29 @@ def test_the_same_type_drops_nothing(files) -> None:
 
 def test_what_a_type_dropped_does_not_come_back(files) -> None:
     """A file that has a base is as one that holds all that comes of the two."""
+    retyped = 'base = "middle.toml"\nvalve.type = "SecondOrderValve"\nuncertainty.scale = 0\n'
     own = files(
-        own='base = "middle.toml"\nvalve.type = "SecondOrderValve"\nuncertainty.scale = 0',
+        own=retyped + 'valve.natural_frequency = "200 rad/s"',
+        less=retyped,
         middle='base = "machine.toml"\nvalve.type = "StaticValve"',
         machine=MACHINE,
     )
     assert type(load_scenario(own.with_name("middle.toml")).valve) is StaticValve
-    assert load_scenario(own).valve.damping_ratio == SecondOrderValve().damping_ratio
+    valve = load_scenario(own).valve
+    assert (valve.natural_frequency, valve.damping_ratio) == (200.0, example(SecondOrderValve).damping_ratio)
+    less = own.with_name("less.toml")
+    assert refused(less).startswith(
+        f"{less}: valve: natural_frequency is missing; it must be a finite number"
+    )
 
 
 def test_a_law_may_be_wrapped_anew(files) -> None:
     own = files(
-        own='base = "machine.toml"\n[controller]\ntype = "DAC"\ncontroller.type = "PI"', machine=MACHINE
+        own='base = "machine.toml"\n[controller]\ntype = "DAC"\n'
+        'controller = {type = "PI", proportional_gain = 2}',
+        machine=MACHINE,
     )
-    assert load_scenario(own).controller == DAC(controller=PI())
+    assert load_scenario(own).controller == DAC(controller=PI(2.0))
 
 
 def test_changes_lie_on_top(files) -> None:
@@ -145,7 +164,8 @@ def test_changes_lie_on_top(files) -> None:
     changes = {"plant.mass": "10 kg", "uncertainty.scale": 0, "valve.type": "StaticValve"}
     loop = load_scenario(own, changes)
     assert (loop.plant.mass, type(loop.valve)) == (10.0, StaticValve)
-    assert type(load_scenario(own, {"controller.type": "PI"}).controller) is PI
+    exchanged = {"controller.type": "PI", "controller.proportional_gain": 2}
+    assert load_scenario(own, exchanged).controller == PI(2.0)
 
 
 def test_a_base_cannot_be_changed(files) -> None:
@@ -180,8 +200,9 @@ def test_a_column_of_the_same_record_can_be_chosen_above_it(files, tmp_path: Pat
 
 def test_what_constructors_take_may_stand_in_a_base(files) -> None:
     sheet = 'plant.type = "Cylinder.from_diameters"\nplant.bore = "40 mm"\nplant.rod = "22 mm"\n'
-    rest = 'plant.stroke = "200 mm"\ncontroller.type = "PI"\n'
-    own = files(own='base = "sheet.toml"\nplant.rod = "25 mm"', sheet=sheet + rest)
+    rest = 'plant.stroke = "200 mm"\nplant.mechanism = {type = "Mass", mass = "6 kg"}\n'
+    oil = 'plant.oil = {type = "ConstantOil", effective_bulk_modulus = "7000 bar"}\n'
+    own = files(own='base = "sheet.toml"\nplant.rod = "25 mm"', sheet=on_base(sheet + rest + oil))
     columns = datasheet_columns(own, {"plant.bore": np.array([0.04, 0.05])})
     assert columns["plant.area_a"][0] == load_scenario(own).plant.area_a
     assert columns["plant.area_a"][1] > columns["plant.area_a"][0]
@@ -212,8 +233,8 @@ def test_a_file_that_is_its_own_base_is_refused(files) -> None:
 
 def test_too_long_a_row_is_refused(files) -> None:
     rows = {f"f{i}": f'base = "f{i + 1}.toml"' for i in range(15)}
-    path = files(**rows, f15='controller.type = "PI"')
-    assert load_scenario(path).controller == PI()
+    path = files(**rows | {"f14": on_base("")})  # whose base is the sixteenth file
+    assert load_scenario(path).controller == example(PI)
     path = files(**rows, f15='base = "f16.toml"', f16='controller.type = "PI"')
     assert "f15.toml: base: 'f16.toml' is one base too many: no more than 16 files" in refused(path)
 
@@ -251,7 +272,8 @@ def test_a_base_that_is_none_is_refused(files, base: str, problem: str) -> None:
         ("", "plant = 3", "base", "plant: 3 must be a table: [plant]"),
         ("plant.mass = 8", "plant = 3", "base", "plant: 3 must be a table: [plant]"),
         ('valve.type = "Valve"', "", "own", "valve.type: 'Valve' must be one of"),
-        ('valve.type = "StaticValve"', 'valve = {type = "Valve", gain = 1}', "own", ""),
+        ('sensors.type = "RigSensors"', 'sensors = {type = "Sensors", area_a = 1}', "own", ""),
+        ('valve.type = "StaticValve"', 'valve.type = "Valve"', "base", "valve.type: 'Valve' must be one of"),
         ("title = 3", "", "own", "title: 3 must be a string"),
         ("", 'uncertainty.plant.mass = "x"', "base", "uncertainty.plant.mass: 'x' is not a quantity"),
         ('plant.start_position = "1 m"', "", "own", "plant: "),
@@ -266,8 +288,7 @@ def test_a_base_that_is_none_is_refused(files, base: str, problem: str) -> None:
     ],
 )
 def test_an_error_names_the_file_in_which_the_value_stands(files, own, base, file, problem) -> None:
-    law = 'controller.type = "TSMC"\n'
-    path = files(own=f'base = "base.toml"\n{own}', base=law + base)
+    path = files(own=f'base = "base.toml"\n{own}', base=on_base(base, "tsmc"))
     if problem:
         assert refused(path).startswith(f"{path.with_name(f'{file}.toml')}: {problem}")
     else:
@@ -292,7 +313,8 @@ def test_a_run_and_its_hash_do_not_know_the_base(files) -> None:
 
 
 def test_laws_that_the_base_had_can_be_compared(files) -> None:
-    own = files(own='base = "machine.toml"\ncontroller.type = "PI"', machine=MACHINE)
+    law = 'controller.type = "PI"\ncontroller.proportional_gain = 2'
+    own = files(own=f'base = "machine.toml"\n{law}', machine=MACHINE)
     loops = [load_scenario(path) for path in (own, own.with_name("machine.toml"))]
     assert [type(loop.controller) for loop in loops] == [PI, TSMC]
     assert loops[0]._replace(controller=None) == loops[1]._replace(controller=None)

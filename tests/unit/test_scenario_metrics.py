@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 
+from bases import on_base
 from hydroservo import LoopError, ScenarioError, monitors, simulate
 from hydroservo.controllers import PI
 from hydroservo.metrics import declared_metrics, monitors_of, usual
@@ -11,17 +12,25 @@ from hydroservo.monitors.group import Usual
 from hydroservo.provenance import provenance, scenario_hash
 from hydroservo.results import metric_fields, metrics_of
 from hydroservo.scenario import load_scenario, plugins
+from hydroservo.testing.examples import example
 
-LOOP = """\
+SHORT = """\
 [simulation]
 duration = "20 ms"
 period = "1 ms"
 substeps = 20
 
-[controller]
-type = "PI"
-proportional_gain = "0.3 V s/m"
 """
+LOOP = on_base(f'{SHORT}[controller]\ntype = "PI"\nproportional_gain = "0.3 V s/m"\n')
+CYLINDER = {
+    "plant.type": "Cylinder",
+    "plant.area_a": "5 cm^2",
+    "plant.area_b": "5 cm^2",
+    "plant.dead_volume_a": "25 cm^3",
+    "plant.dead_volume_b": "25 cm^3",
+    "plant.oil": {"type": "ConstantOil", "effective_bulk_modulus": "7000 bar"},
+    "plant.mechanism": {"type": "Mass", "mass": "6 kg"},
+}
 USUAL = ["tracking_error", "step_response", "command_effort", "piston_travel"]
 PLUGIN = '''\
 from typing import Annotated, NamedTuple
@@ -93,17 +102,19 @@ def test_the_usual_metrics_need_no_table(write, text: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("changes", "more"),
+    ("law", "changes", "more"),
     [
-        ({"controller.type": "TSMC"}, {"disturbance"}),
-        ({"plant.type": "Cylinder"}, {"chamber_pressures"}),
-        ({"plant.type": "Cylinder", "controller.type": "TSMC"}, {"disturbance", "chamber_pressures"}),
-        ({"controller.type": "Backstepping"}, set()),  # a model, but no estimates
+        ("tsmc", {}, {"disturbance"}),
+        ("pi", CYLINDER, {"chamber_pressures"}),
+        ("tsmc", CYLINDER, {"disturbance", "chamber_pressures"}),
+        ("backstepping", {}, set()),  # a model, but no estimates
     ],
     ids=["observer", "chambers", "both", "model"],
 )
-def test_what_is_usual_depends_on_the_loop(write, changes: dict[str, object], more: set[str]) -> None:
-    loop = load_scenario(write(LOOP + "[metrics.energy]\ntype = 'Energy'"), changes)
+def test_what_is_usual_depends_on_the_loop(
+    write, law: str, changes: dict[str, object], more: set[str]
+) -> None:
+    loop = load_scenario(write(on_base(SHORT + "[metrics.energy]\ntype = 'Energy'", law)), changes)
     assert set(monitors_of(loop)) == {*USUAL, *more, "energy"}
 
 
@@ -138,9 +149,9 @@ def test_a_second_one_of_a_type_has_its_name_before_its_metrics(write) -> None:
 
 def test_the_usual_ones_are_those_of_the_law_that_runs(write) -> None:
     """Of one that is put into the loop after it was loaded, too."""
-    loop = load_scenario(write(LOOP + '[metrics.energy]\ntype = "Energy"'), {"controller.type": "TSMC"})
+    loop = load_scenario(write(on_base(SHORT + '[metrics.energy]\ntype = "Energy"', "tsmc")))
     assert list(monitors_of(loop)) == [*USUAL[:3], "disturbance", USUAL[3], "energy"]
-    changed = loop._replace(controller=PI())
+    changed = loop._replace(controller=example(PI))
     assert list(monitors_of(changed)) == [*USUAL, "energy"]
     assert not simulate(changed, record=[], compiled=False)["diverged"]
 

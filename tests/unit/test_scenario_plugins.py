@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from bases import on_base
 from hydroservo import ScenarioError, simulate
 from hydroservo.block import Block
 from hydroservo.provenance import describe
@@ -19,7 +20,7 @@ from hydroservo.wiring import believed
 BLOCK = """
 from typing import Annotated, NamedTuple
 from hydroservo.block import Field
-from hydroservo.plants.design_model import DesignModel
+from hydroservo.plants.design_model import THIS_MACHINE, DesignModel
 
 class {name}State(NamedTuple):
     u: Annotated[float, Field("V", "command")]
@@ -27,7 +28,7 @@ class {name}State(NamedTuple):
 class {name}(NamedTuple):
     gain: Annotated[float, Field("V s/m", "gain", above=0)] = 10
     needed: Annotated[float, Field("m", "no default")] = {default}
-    model: DesignModel = DesignModel()
+    model: DesignModel = THIS_MACHINE
 
     def init(self) -> {name}State:
         return {name}State(0.0)
@@ -55,7 +56,9 @@ def test_a_plugin_s_controller_is_loaded_and_runs(tmp_path: Path) -> None:
     plugin = written(tmp_path, "Mine", BLOCK.format(name="Mine", default="0.0"))
     scenario = tmp_path / "my.toml"
     scenario.write_text(
-        'plant.mass = 7\ncontroller = {type = "Mine", gain = "20 V s/m"}\nsimulation.duration = "10 ms"'
+        on_base(
+            'plant.mass = 7\ncontroller = {type = "Mine", gain = "20 V s/m"}\nsimulation.duration = "10 ms"'
+        )
     )
     with pytest.raises(ScenarioError, match=r"'Mine' must be one of .*Backstepping, .*PI"):
         load_scenario(scenario)  # no code is run by a scenario
@@ -65,7 +68,7 @@ def test_a_plugin_s_controller_is_loaded_and_runs(tmp_path: Path) -> None:
     assert loop.controller.model == believed(loop)
     assert loop.controller.model.plant.mass == 7.0
     assert not simulate(loop, compiled=False)["diverged"]
-    default = load_scenario(scenario, {"controller.type": "PI"})
+    default = load_scenario(scenario, {"controller.type": "PI", "controller.proportional_gain": 1})
     assert type(load_scenario(scenario, {"controller.gain": 5}).controller) is type(loop.controller)
     assert type(default.controller).__name__ == "PI"
 

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from bases import on_base
 from hydroservo import ScenarioError
 from hydroservo.errors import HydroservoWarning
 from hydroservo.field import Field
@@ -201,8 +202,10 @@ def test_a_scenario_names_its_file(csv, tmp_path: Path, monkeypatch: pytest.Monk
     csv("t [s],F [mN]\n0,0\n0.5,12\n1,30\n", "force.csv")
     scenario = tmp_path / "my.toml"
     scenario.write_text(
-        'controller.type = "PI"\nreference = {type = "Recorded", series = {file = "demand.csv"}}\n'
-        'load = {type = "Recorded", series = {file = "force.csv", column = "F"}}'
+        on_base(
+            'reference = {type = "Recorded", series = {file = "demand.csv"}}\n'
+            'load = {type = "Recorded", series = {file = "force.csv", column = "F"}}'
+        )
     )
     loop = load_scenario(scenario)  # beside the scenario
     assert same(loop.reference.series, SI)
@@ -231,6 +234,6 @@ def test_wrong_tables(csv, tmp_path: Path, series: str, problem: str) -> None:
     csv(GOOD)
     csv("t,F [kN]\n0,0\n1,1\n", "force.csv")
     scenario = tmp_path / "my.toml"
-    scenario.write_text(f'controller.type = "PI"\n[reference]\ntype = "Recorded"\n{series}')
+    scenario.write_text(on_base(f'[reference]\ntype = "Recorded"\n{series}'))
     with pytest.raises(ScenarioError, match=problem):
         load_scenario(scenario)

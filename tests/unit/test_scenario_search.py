@@ -4,19 +4,24 @@ from pathlib import Path
 
 import pytest
 
+from bases import on_base
 from hydroservo import ScenarioError
 from hydroservo.block import leaves
+from hydroservo.controllers import TSMC
 from hydroservo.provenance import scenario_hash
 from hydroservo.scenario import load_scenario, scenarios
 from hydroservo.scenario.load import assembled
 from hydroservo.scenario.search import Search
+from hydroservo.testing.examples import example
 
-LAW = """\
+LAW = on_base(
+    """\
 [controller]
 type = "PI"
 proportional_gain = "2 V s/m"
 integral_gain = "500 V/m"
 """
+)
 TUNE = """\
 [tune]
 scenarios = ["rig/1khz-pi-sine", "my.toml"]
@@ -32,6 +37,14 @@ seed = 7
 controller.integral_gain = "10..1000 V/m"
 controller.proportional_gain = "-50%..+100%"
 """
+TERMINAL = {  # what the law of the base lacks
+    **{f"controller.{path}": value for path, value in leaves(example(TSMC)) if path.count("_gain_")},
+    "controller.type": "TSMC",
+    "controller.exponent_1": "5/7",
+    "controller.exponent_2": "5/9",
+    "controller.observer.type": "TSMObserver",
+    "controller.observer.exponent": "5/7",
+}
 
 
 @pytest.fixture
@@ -109,11 +122,10 @@ def test_a_search_lies_over_that_of_the_base(write) -> None:
 
 def test_another_law_drops_the_ranges_of_the_base(write) -> None:
     write(LAW + TUNE)
-    own = write(
-        'base = "my.toml"\n[controller]\ntype = "TSMC"\n[tune.vary]\ncontroller.power_gain_1 = "1..9"', "o"
-    )
+    terminal = "".join(f"{path} = {value!r}\n" for path, value in TERMINAL.items())
+    own = write(f'base = "my.toml"\n{terminal}[tune.vary]\ncontroller.power_gain_1 = "1..9"', "o")
     assert ranges_of(assembled(own).search) == {"controller.power_gain_1": (1.0, 9.0)}
-    changed = assembled(write(LAW + TUNE), {"controller.type": "TSMC"})
+    changed = assembled(write(LAW + TUNE), TERMINAL)
     assert ranges_of(changed.search) == {}
 
 

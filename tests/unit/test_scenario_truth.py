@@ -4,16 +4,18 @@ from pathlib import Path
 
 import pytest
 
+from bases import on_base
 from hydroservo import ScenarioError
 from hydroservo.block import leaves
+from hydroservo.mechanics import Mass
+from hydroservo.oils import ConstantOil
 from hydroservo.plants import Cylinder
 from hydroservo.scenario import load_scenario
+from hydroservo.testing.examples import example
 
 NAME = "paper/sine-tsmc"  # whose law has a model, and whose machine has uncertainty
-DATASHEET = """
-[controller]
-type = "Backstepping"
-
+DATASHEET = on_base(
+    """
 [sensors]
 type = "RigSensors"
 
@@ -22,9 +24,26 @@ type = "Cylinder.from_diameters"
 bore = "63 mm"
 rod = "45 mm"
 stroke = "200 mm"
+start_position = "auto"
+oil = {type = "ConstantOil", effective_bulk_modulus = "7000 bar"}
+mechanism = {type = "Mass", mass = "6 kg"}
 
 [supply]
 supply_pressure = "100 bar"
+""",
+    law="backstepping",
+)
+CYLINDER = """
+[plant]
+type = "Cylinder"
+area_a = "4.91 cm^2"
+area_b = "4.91 cm^2"
+dead_volume_a = "24.551 cm^3"
+dead_volume_b = "24.551 cm^3"
+oil = {type = "ConstantOil", effective_bulk_modulus = "7000 bar"}
+mechanism = {type = "Mass", mass = "6 kg"}
+internal_leakage = "2.5e-11 m^3/(s Pa)"
+friction = {type = "Viscous", coefficient = "50 N s/m"}
 """
 
 
@@ -71,7 +90,8 @@ def test_doubles_are_taken_to_the_bit() -> None:
 
 def test_of_a_datasheet_what_the_constructor_takes_is_true(file: str) -> None:
     loop, usual = load_scenario(file, {"truth.plant.bore": "64 mm"}), load_scenario(file)
-    assert loop.plant == Cylinder.from_diameters(0.064, 0.045, 0.2)
+    bought = Cylinder.from_diameters(0.064, 0.045, 0.2, ConstantOil(7e8), Mass(6.0))
+    assert loop.plant == bought
     assert (loop.controller, loop.sensors) == (usual.controller, usual.sensors)
     changes = {"truth.plant.bore": "64 mm", "truth.plant.area_a": "31 cm^2", "uncertainty.plant.area_b": 0.5}
     both = load_scenario(file, changes).plant
@@ -85,14 +105,14 @@ def test_where_the_machine_starts_may_be_known(file: str) -> None:
 
 def test_it_is_layered_as_all_is(tmp_path: Path) -> None:
     base, own = tmp_path / "machine.toml", tmp_path / "own.toml"
-    base.write_text('controller.type = "PI"\n[truth.plant]\nmass = "7 kg"\ndamping = 70\n', encoding="utf-8")
+    base.write_text(on_base('[truth.plant]\nmass = "7 kg"\ndamping = 70\n'), encoding="utf-8")
     own.write_text('base = "machine.toml"\ntruth.plant.mass = "8 kg"\n', encoding="utf-8")
     loop = load_scenario(own, {"truth.plant.damping": 80})
     assert (loop.plant.mass, loop.plant.damping) == (8.0, 80.0)
-    typed = 'base = "machine.toml"\nplant.type = "Cylinder"\n'
+    typed = f'base = "machine.toml"\n{CYLINDER}'
     own.write_text(typed, encoding="utf-8")  # whose mass is its mechanism's
-    assert load_scenario(own).plant == Cylinder()
-    own.write_text(f"{typed}truth.plant.mass = 8\n", encoding="utf-8")
+    assert load_scenario(own).plant == example(Cylinder)
+    own.write_text(f"{typed}[truth]\nplant.mass = 8\n", encoding="utf-8")
     with pytest.raises(ScenarioError, match=r"own.toml: truth.plant.mass: unknown key"):
         load_scenario(own)
 

@@ -10,6 +10,8 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from hydroservo import ParameterError
+from hydroservo.papers.tsmc_eha_2021.machine import ORIFICE
+from hydroservo.testing.examples import example
 from hydroservo.valves import SecondOrderValve, SecondOrderValveState
 
 
@@ -50,20 +52,20 @@ def test_small_signals_see_the_linear_system(frequency: float, damping: float) -
     wn = 2.0 * math.pi * 47.0
     ratio = frequency / 47.0
     wanted = 1.0 / complex(1.0 - ratio * ratio, 2.0 * damping * ratio)
-    valve = SecondOrderValve(natural_frequency=wn, damping_ratio=damping)
+    valve = example(SecondOrderValve, natural_frequency=wn, damping_ratio=damping)
     assert response(valve, frequency) == pytest.approx(wanted, rel=1e-11)
 
 
 @pytest.mark.parametrize(("f90", "f3"), [(100.0, 100.0), (60.0, 25.0), (80.0, 120.0), (50.0, 1.0)])
 def test_a_datasheet_s_frequencies_come_out(f90: float, f3: float) -> None:
-    valve = SecondOrderValve.from_response(f90, f3, gain=1e-4, slew_limit=1.0)
+    valve = SecondOrderValve.from_response(f90, f3, 1e-4, 5e-3, ORIFICE, slew_limit=1.0)
     assert math.degrees(np.angle(response(valve, f90))) == pytest.approx(-90.0, abs=1e-9)
     assert abs(response(valve, f3)) == pytest.approx(math.sqrt(0.5), rel=1e-11)
     assert (valve.gain, valve.slew_limit) == (1e-4, 1.0)
 
 
 def test_equal_frequencies_mean_the_damping_of_a_butterworth_filter() -> None:
-    assert SecondOrderValve.from_response(70.0, 70.0).damping_ratio == pytest.approx(
+    assert SecondOrderValve.from_response(70.0, 70.0, 5e-4, 5e-3, ORIFICE).damping_ratio == pytest.approx(
         math.sqrt(0.5), rel=1e-15
     )
 
@@ -71,11 +73,11 @@ def test_equal_frequencies_mean_the_damping_of_a_butterworth_filter() -> None:
 @pytest.mark.parametrize(("f90", "f3"), [(100.0, 155.4), (1.0, 1e300), (1e-300, 1e300), (1e300, 1e-300)])
 def test_frequencies_of_no_damping_are_refused(f90: float, f3: float) -> None:
     with pytest.raises(ParameterError, match=r"frequency_3db = .*: must be below 1\.55 times frequency_90"):
-        SecondOrderValve.from_response(f90, f3)
+        SecondOrderValve.from_response(f90, f3, 5e-4, 5e-3, ORIFICE)
 
 
 def test_a_sine_is_followed_with_the_amplitude_of_the_formula() -> None:
-    valve = SecondOrderValve(natural_frequency=300.0, damping_ratio=0.3)
+    valve = example(SecondOrderValve, natural_frequency=300.0, damping_ratio=0.3)
     w, cycles, u = 240.0, 40, 0.1
     t, x, _ = moved(valve, lambda t: u * math.sin(w * t), cycles * 2.0 * math.pi / w)
     late = t > (cycles - 5) * 2.0 * math.pi / w
@@ -87,7 +89,7 @@ def test_a_sine_is_followed_with_the_amplitude_of_the_formula() -> None:
 
 @pytest.mark.parametrize("damping", [0.2, 0.8, 1.5])
 def test_a_large_step_goes_as_fast_as_the_slew_limit_and_no_faster(damping: float) -> None:
-    valve = SecondOrderValve(natural_frequency=600.0, damping_ratio=damping, slew_limit=0.2)
+    valve = example(SecondOrderValve, natural_frequency=600.0, damping_ratio=damping, slew_limit=0.2)
     _, x, v = moved(valve, lambda _: 10.0, 0.08, start=(-5e-3, 0.0))
     assert v.max() == pytest.approx(valve.slew_limit, rel=1e-3)
     assert v.max() <= valve.slew_limit * (1.0 + 1e-9)
@@ -95,7 +97,7 @@ def test_a_large_step_goes_as_fast_as_the_slew_limit_and_no_faster(damping: floa
 
 
 def test_half_a_travel_at_the_slew_limit_takes_its_time() -> None:
-    valve = SecondOrderValve(natural_frequency=3000.0, damping_ratio=0.8, slew_limit=0.1)
+    valve = example(SecondOrderValve, natural_frequency=3000.0, damping_ratio=0.8, slew_limit=0.1)
     t, x, _ = moved(valve, lambda _: 10.0, 0.06)
     first, last = (float(np.interp(share * 5e-3, x, t)) for share in (0.2, 0.8))
     assert last - first == pytest.approx(0.6 * 5e-3 / 0.1, rel=1e-3)
@@ -108,7 +110,7 @@ commands = st.lists(st.floats(-30.0, 30.0), min_size=1, max_size=4)
 def test_a_spool_never_passes_its_limits(
     u: list[float], damping: float, slew: float, hysteresis: float
 ) -> None:
-    valve = SecondOrderValve(damping_ratio=damping, slew_limit=slew, hysteresis=hysteresis)
+    valve = example(SecondOrderValve, damping_ratio=damping, slew_limit=slew, hysteresis=hysteresis)
     x, v, h = 0.0, 0.0, 0.02 / valve.natural_frequency
     for command in u:
         for _ in range(200):  # Euler steps keep what the equation keeps, exactly, while 5 wn h < 1
@@ -120,7 +122,7 @@ def test_a_spool_never_passes_its_limits(
 
 @given(u=st.floats(-100.0, 100.0), side=st.sampled_from([-1.0, 1.0]))
 def test_at_its_limit_a_spool_has_no_outward_acceleration(u: float, side: float) -> None:
-    valve = SecondOrderValve(damping_ratio=0.1)
+    valve = example(SecondOrderValve, damping_ratio=0.1)
     rate = valve.deriv(SecondOrderValveState(side * valve.max_opening, 0.0), u)
     assert rate.opening == 0.0
     assert side * rate.speed <= 0.0
@@ -128,7 +130,7 @@ def test_at_its_limit_a_spool_has_no_outward_acceleration(u: float, side: float)
 
 def test_hysteresis_is_as_wide_as_its_parameter() -> None:
     """A slow triangle: the command at which the opening passes 0 differs between the two directions."""
-    valve = SecondOrderValve(hysteresis=2e-4)
+    valve = example(SecondOrderValve, hysteresis=2e-4)
     period, peak = 20.0, 2.0
 
     def triangle(t: float) -> float:
@@ -152,7 +154,7 @@ def test_hysteresis_is_as_wide_as_its_parameter() -> None:
 
 
 def test_within_its_hysteresis_a_spool_stays() -> None:
-    valve = SecondOrderValve(hysteresis=2e-4)
+    valve = example(SecondOrderValve, hysteresis=2e-4)
     rest = SecondOrderValveState(1e-3, 0.0)
     assert valve.deriv(rest, 1.09e-3 / valve.gain).speed == 0.0
     assert valve.deriv(rest, 1.11e-3 / valve.gain).speed > 0.0

@@ -8,10 +8,11 @@ from hydroservo import Loop, Simulation, ops, replace, simulate
 from hydroservo.controllers import PI
 from hydroservo.sensors import IdealSensors, IdealSensorsState, NoisySensors, NoisySensorsState
 from hydroservo.signals import Draws, MachineOutputs
+from hydroservo.testing.examples import example
 
 MACHINE = MachineOutputs(0.1, 20.0, 0.03, 2e6, 1e6)
 DRAWS = Draws(3.0, 0.0, 17.0)
-LOOP = Loop(Simulation(0.2, 1e-4, record_period=1e-4, seed=5), sensors=NoisySensors())
+LOOP = example(Loop, Simulation(0.2, 1e-4, record_period=1e-4, seed=5), sensors=NoisySensors())
 
 
 def noise(result: xr.Dataset, name: str) -> np.ndarray:

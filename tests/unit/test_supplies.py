@@ -1,6 +1,7 @@
 """What the supply leaves for the valve."""
 
 from hydroservo.supplies import IdealSupply
+from hydroservo.testing.examples import example
 
 
 def test_the_drop_is_supply_less_return() -> None:
@@ -8,4 +9,4 @@ def test_the_drop_is_supply_less_return() -> None:
 
 
 def test_the_print_has_no_return_pressure() -> None:
-    assert IdealSupply().drop() == 40e5
+    assert example(IdealSupply).drop() == 40e5

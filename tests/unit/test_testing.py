@@ -23,6 +23,7 @@ from hydroservo.signals import Demand
 from hydroservo.testing import BlockContract, ContractError, answers, asking, check_block
 from hydroservo.testing.asking import Answer, answer_of
 from hydroservo.testing.case import case_of
+from hydroservo.testing.examples import example
 from hydroservo.testing.places import loop_with, places
 from hydroservo.testing.questions import QUESTIONS, ask
 from needs import needs
@@ -264,10 +265,12 @@ def test_a_monitor_is_asked_all_but_for_c(tmp_path: Path) -> None:
 
 def test_a_law_that_believes_in_its_machine_is_asked_with_a_model() -> None:
     assert (
-        case_of(TSMC).block.model == case_of(DAC(controller=TSMC())).block.controller.model == DesignModel()
+        case_of(TSMC).block.model
+        == case_of(DAC(controller=example(TSMC))).block.controller.model
+        == example(DesignModel)
     )
-    known = replace(DesignModel(), {"plant.mass": 9.0})
-    assert case_of(TSMC(model=known)).block.model == known
+    known = replace(example(DesignModel), {"plant.mass": 9.0})
+    assert case_of(example(TSMC, model=known)).block.model == known
 
 
 def test_the_same_block_gives_the_same_answers(tmp_path: Path) -> None:
@@ -341,7 +344,7 @@ def test_bits_in_c_are_compared_where_there_is_a_compiler(monkeypatch: pytest.Mo
 def test_there_is_a_loop_for_a_block_of_each_role() -> None:
     for cls in shipped_classes():
         for one in roles_of(cls):
-            assert loop_with(cls(), one) is not None, cls
+            assert loop_with(example(cls), one) is not None, cls
     assert {one for cls in shipped_classes() for one in roles_of(cls)} == set(ROLES)
 
 

@@ -16,6 +16,7 @@ from hydroservo.observers.tsm import TSMObserver
 from hydroservo.plants.load_pressure import LoadPressurePlant, LoadPressureState
 from hydroservo.signals import PortFlows
 from hydroservo.supplies.ideal import IdealSupply
+from hydroservo.testing.examples import example
 from hydroservo.theory import (
     condition_17,
     condition_25,
@@ -161,7 +162,7 @@ def test_gain_condition_needs_a_gain_that_is_not_negative() -> None:
 
 def test_lemma_2_judges_both_channels_over_all_samples() -> None:
     data = xr.Dataset({"disturbance_max_1": 15.0, "disturbance_max_2": 1e4})
-    first, second = lemma_2(data, TSMObserver(switching_gain_1=30.0, switching_gain_2=100.0))
+    first, second = lemma_2(data, example(TSMObserver, switching_gain_1=30.0, switching_gain_2=100.0))
     assert first == (15.0, 2.0, True)
     assert second == (1e4, 0.01, False)
 
@@ -270,7 +271,7 @@ def test_decrease_needs_two_samples_and_a_dead_zone(
 
 
 def test_condition_17_takes_gains_and_dead_zones_of_both_channels() -> None:
-    observer = TSMObserver(linear_gain_2=400.0, switching_gain_2=2e4)
+    observer = example(TSMObserver, linear_gain_2=400.0, switching_gain_2=2e4)
     time = np.arange(0.0, 2e-2, 1e-4)
     s1 = surface_at(time, 1000.0, 100.0, 5 / 7, 0.5)
     s2 = surface_at(time, 390.0, 10.0, 5 / 7, -50.0)
@@ -296,10 +297,10 @@ def test_condition_25_takes_the_gains_of_xi2() -> None:
     time = np.arange(0.0, 0.1, 1e-3)
     xi2 = surface_at(time, 100.0, 1.0, 5 / 9, 300.0)
     data = xr.Dataset({"controller.xi2": ("time", xi2)}, coords={"time": time})
-    found = condition_25(data, TSMC(), 1e-2)
+    found = condition_25(data, example(TSMC), 1e-2)
     assert found.fraction == 1.0
     np.testing.assert_allclose(found.residual[:60], 0.0, atol=1e-12 * 0.5 * 300.0**2 / 1e-3)
-    assert condition_25(data, TSMC(linear_gain_2=101.0), 1e-2).fraction < 0.05
+    assert condition_25(data, example(TSMC, linear_gain_2=101.0), 1e-2).fraction < 0.05
 
 
 # The linearised machine
@@ -326,15 +327,17 @@ def state_matrix(
 
 
 PLANTS = [
-    LoadPressurePlant(),
-    LoadPressurePlant(leakage=1e-14),
-    LoadPressurePlant(60.0, 20.0, leakage=1e-11),
+    example(LoadPressurePlant),
+    example(LoadPressurePlant, leakage=1e-14),
+    example(LoadPressurePlant, 60.0, 20.0, leakage=1e-11),
 ]
 
 
 @pytest.mark.parametrize("plant", PLANTS)
 def test_frequency_and_damping_are_those_of_the_poles(plant: LoadPressurePlant) -> None:
-    poles = np.linalg.eigvals(state_matrix(plant, FirstOrderValve(), IdealSupply(), 0.0, 0.0)[:2, :2])
+    poles = np.linalg.eigvals(
+        state_matrix(plant, example(FirstOrderValve), example(IdealSupply), 0.0, 0.0)[:2, :2]
+    )
     omega, zeta = natural_frequency(plant), damping_ratio(plant)
     assert -np.sum(poles).real == pytest.approx(2.0 * zeta * omega, rel=1e-9)
     product = omega**2 - plant.free_force_rate(0.0, 1.0) * plant.damping / plant.mass
@@ -342,7 +345,7 @@ def test_frequency_and_damping_are_those_of_the_poles(plant: LoadPressurePlant) 
 
 
 def test_frequency_and_damping_of_the_paper() -> None:
-    plant = LoadPressurePlant()
+    plant = example(LoadPressurePlant)
     assert natural_frequency(plant) == pytest.approx(1135.0, abs=0.5)
     assert natural_frequency(plant) / (2.0 * math.pi) == pytest.approx(181.0, abs=0.5)
     assert damping_ratio(plant) == pytest.approx(0.356, abs=1e-3)
@@ -360,8 +363,8 @@ def test_frequency_and_damping_of_the_paper() -> None:
 def test_gain_limit_is_where_poles_cross_the_axis(
     integral_gain: float, return_pressure: float, lag: float
 ) -> None:
-    plant, supply = LoadPressurePlant(), IdealSupply(return_pressure=return_pressure)
-    valve = FirstOrderValve(time_constant=lag)
+    plant, supply = example(LoadPressurePlant), example(IdealSupply, return_pressure=return_pressure)
+    valve = example(FirstOrderValve, time_constant=lag)
     limit = proportional_gain_limit(plant, valve, supply, integral_gain)
 
     def growth(kp: float) -> float:
@@ -374,12 +377,12 @@ def test_gain_limit_is_where_poles_cross_the_axis(
 
 def test_gain_limit_of_the_paper() -> None:
     """Nominal parameters, corrected leakage, no return pressure, k_i = 10 V/m."""
-    plant, valve, supply = LoadPressurePlant(), FirstOrderValve(), IdealSupply()
+    plant, valve, supply = example(LoadPressurePlant), example(FirstOrderValve), example(IdealSupply)
     assert proportional_gain_limit(plant, valve, supply, 10.0) == pytest.approx(8.4, abs=0.05)
 
 
 def test_gain_limit_is_nan_where_the_integral_gain_is_too_large() -> None:
-    plant, valve, supply = LoadPressurePlant(), FirstOrderValve(), IdealSupply()
+    plant, valve, supply = example(LoadPressurePlant), example(FirstOrderValve), example(IdealSupply)
     assert math.isnan(proportional_gain_limit(plant, valve, supply, 1e4))
     for kp in np.linspace(0.0, 20.0, 201):
         assert np.max(np.linalg.eigvals(state_matrix(plant, valve, supply, kp, 1e4)).real) > 0.0

@@ -24,6 +24,7 @@ from hydroservo.controllers.pi import PIState
 from hydroservo.metrics import judged_by
 from hydroservo.scenario import load_scenario
 from hydroservo.signals import Demand, Measurement
+from hydroservo.testing.examples import example
 from hydroservo.tuning import Aim, Tuned, tune
 
 GAIN, INTEGRAL = "controller.controller.proportional_gain", "controller.controller.integral_gain"
@@ -34,6 +35,7 @@ GIVEN = {
     "simulation.substeps": 4,
     "simulation.seed": 5,
     "valve.type": "FirstOrderValve",
+    "valve.time_constant": "10 ms",
     "sensors.type": "NoisySensors",
 }
 
@@ -46,7 +48,7 @@ class FragileState(NamedTuple):
 class Fragile(NamedTuple):
     """A PI that has no command any more once the error would cross the stroke in a second."""
 
-    controller: PI = PI()
+    controller: PI = example(PI)
 
     def init(self) -> FragileState:
         return FragileState(0.0, self.controller.init())
@@ -198,7 +200,7 @@ def test_values_at_an_end_are_said_to_be_there() -> None:
 def test_what_a_law_believes_can_be_searched() -> None:
     """Of a loop from Python too, whose law is given its model before a run."""
     mass = "controller.model.plant.mass"
-    loop = Loop(Simulation(0.02, 1e-3, 20), controller=Backstepping(500.0, 500.0))
+    loop = example(Loop, Simulation(0.02, 1e-3, 20), controller=Backstepping(500.0, 500.0))
     found = tune(Aim([loop]), {mass: (2.0, 20.0)}, candidates=64)
     assert 2.0 < found.parameters[mass] < 20.0
     assert found.after < found.before
@@ -370,7 +372,8 @@ def test_an_effort_that_is_none_is_refused(effort: float) -> None:
 def test_loops_weigh_alike_where_no_weights_are_given() -> None:
     ranges = {"controller.proportional_gain": (1.0, 10.0)}
     loops = [
-        replace(Loop(), {"simulation.duration": 0.01, "load.amplitude": force}) for force in (0.0, 100.0)
+        replace(example(Loop), {"simulation.duration": 0.01, "load.amplitude": force})
+        for force in (0.0, 100.0)
     ]
     alike = tune(Aim(loops), ranges, candidates=64)
     assert repr(alike).splitlines()[0].startswith("controller.proportional_gain = ")

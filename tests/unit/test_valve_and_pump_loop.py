@@ -7,13 +7,15 @@ import xarray as xr
 from hydroservo import Loop, Simulation, simulate
 from hydroservo.references import Step
 from hydroservo.supplies import PumpSupply
+from hydroservo.testing.examples import example
 from hydroservo.valves import FourEdges, SecondOrderValve
 
-LOOP = Loop(
+LOOP = example(
+    Loop,
     simulation=Simulation(duration=0.02, period=1e-4, substeps=4, record_period=1e-4),
-    valve=SecondOrderValve(orifice=FourEdges()),
-    supply=PumpSupply(),
-    reference=Step(time=0.0),
+    valve=example(SecondOrderValve, orifice=example(FourEdges)),
+    supply=example(PumpSupply),
+    reference=example(Step, time=0.0),
 )
 
 
@@ -28,6 +30,6 @@ def test_compiled_equals_interpreted(strict: xr.Dataset) -> None:
 
 def test_the_supply_gives_way_while_the_valve_is_open(strict: xr.Dataset) -> None:
     pressure = strict["supply.pressure"]
-    assert pressure[0] == PumpSupply().init().pressure
-    assert pressure.min() < PumpSupply().relief.cracking_pressure
-    assert np.abs(strict["valve.speed"]).max() <= SecondOrderValve().slew_limit
+    assert pressure[0] == example(PumpSupply).init().pressure
+    assert pressure.min() < example(PumpSupply).relief.cracking_pressure
+    assert np.abs(strict["valve.speed"]).max() <= example(SecondOrderValve).slew_limit

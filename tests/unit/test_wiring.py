@@ -5,10 +5,12 @@ from typing import Any, NamedTuple
 
 import pytest
 
+from bases import on_base
 from hydroservo import Loop, ParameterError, ScenarioError, Simulation, replace, simulate
 from hydroservo.block import Block, model_in
-from hydroservo.controllers import DAC, PI, TSMC, AntiWindup, Backstepping, Delay, RateLimit
+from hydroservo.controllers import DAC, PI, TSMC, AntiWindup, Backstepping, Delay, RateLimit, Saturation
 from hydroservo.hooks import at_rest
+from hydroservo.mechanics import Mass
 from hydroservo.oils import AeratedOil
 from hydroservo.papers.tsmc_eha_2021.machine import MODEL
 from hydroservo.plants import Cylinder, DesignModel, LoadPressurePlant, ThisMachine
@@ -19,12 +21,14 @@ from hydroservo.scenario import load_scenario, plugins
 from hydroservo.scenario.plugins import load_plugin
 from hydroservo.sensors import DelayedSensors, Dropout, IdealSensors, RigSensors
 from hydroservo.supplies import IdealSupply
+from hydroservo.testing.examples import example
 from hydroservo.valves import FirstOrderValve
 from hydroservo.wiring import believed, wired
 
+PROPORTIONAL = {"controller.type": "PI", "controller.proportional_gain": 3}
 SHORT = Simulation(0.02, 1e-3, 20, record_period=1e-3)
-CYLINDER = Cylinder.from_diameters(63e-3, 45e-3, 70e-3, oil=AeratedOil())
-MACHINE = Loop(SHORT, plant=CYLINDER, supply=IdealSupply(160e5))
+CYLINDER = Cylinder.from_diameters(63e-3, 45e-3, 70e-3, AeratedOil(), Mass(6.0))
+MACHINE = example(Loop, SHORT, plant=CYLINDER, supply=IdealSupply(160e5))
 SCENARIO = """
 [simulation]
 duration = "20 ms"
@@ -36,13 +40,12 @@ type = "Cylinder.from_diameters"
 bore = "63 mm"
 rod = "45 mm"
 stroke = "70 mm"
+start_position = "auto"
 oil.type = "AeratedOil"
+mechanism = {type = "Mass", mass = "6 kg"}
 
 [supply]
 supply_pressure = "160 bar"
-
-[controller]
-type = "TSMC"
 """
 
 
@@ -54,7 +57,7 @@ def forgotten(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def written(folder: Path, text: str, name: str = "my.toml") -> Path:
     path = folder / name
-    path.write_text(text, encoding="utf-8")
+    path.write_text(on_base(text, "tsmc") if path.suffix == ".toml" else text, encoding="utf-8")
     return path
 
 
@@ -68,7 +71,7 @@ def same_metrics(one: Loop, other: Loop) -> bool:
 
 
 def test_a_law_that_is_told_nothing_believes_in_this_machine() -> None:
-    loop = MACHINE._replace(controller=TSMC())
+    loop = MACHINE._replace(controller=example(TSMC))
     model = wired(loop).controller.model
     assert isinstance(loop.controller.model, ThisMachine)
     assert model == believed(loop) != MODEL
@@ -78,7 +81,7 @@ def test_a_law_that_is_told_nothing_believes_in_this_machine() -> None:
 
 
 def test_python_and_toml_mean_the_same_loop(tmp_path: Path) -> None:
-    here, there = MACHINE._replace(controller=TSMC()), load_scenario(written(tmp_path, SCENARIO))
+    here, there = MACHINE._replace(controller=example(TSMC)), load_scenario(written(tmp_path, SCENARIO))
     assert there.controller.model == wired(here).controller.model
     assert wired(here) == there
     assert scenario_hash(ready(here)) == scenario_hash(ready(there))
@@ -87,17 +90,18 @@ def test_python_and_toml_mean_the_same_loop(tmp_path: Path) -> None:
 
 def test_a_law_put_into_a_loaded_machine_believes_in_that_machine() -> None:
     scenario = load_scenario("rig/excavator-link")
-    loop = replace(scenario, {"controller": TSMC()})
+    loop = replace(scenario, {"controller": example(TSMC)})
     model = ready(loop).controller.model
     assert model == believed(scenario)
     assert model.supply.supply_pressure == scenario.supply.simplified().supply_pressure != 40e5
-    named = load_scenario("rig/excavator-link", {"controller.type": "TSMC", "uncertainty.scale": 0})
+    law = {"controller": {"type": "Backstepping", "velocity_gain": 100, "force_gain": 100}}
+    named = load_scenario("rig/excavator-link", law | {"uncertainty.scale": 0})
     nominal = load_scenario("rig/excavator-link", {"uncertainty.scale": 0})
-    assert ready(replace(nominal, {"controller": TSMC()})).controller.model == named.controller.model
+    assert ready(replace(nominal, {"controller": example(TSMC)})).controller.model == named.controller.model
 
 
 def test_a_model_has_no_numbers_before_it_is_filled_in() -> None:
-    loop = Loop(SHORT, controller=TSMC())
+    loop = example(Loop, SHORT, controller=example(TSMC))
     with pytest.raises(ParameterError, match="the names are none: a ThisMachine has no numbers"):
         replace(loop, {"controller.model.plant.mass": 8.0})
     assert replace(wired(loop), {"controller.model.plant.mass": 8.0}).controller.model.plant.mass == 8.0
@@ -125,8 +129,13 @@ def test_a_belief_means_the_same_however_it_is_changed(law: str) -> None:
 def test_disturbances_are_those_besides_the_law_s_own_model() -> None:
     """d_L1 = -F_L/m for a law that knows the machine; one that believes in half the mass sees more."""
     runs = [
-        simulate(Loop(SHORT, controller=TSMC(model=believed(Loop())._replace(plant=plant))), compiled=False)
-        for plant in (LoadPressurePlant(), LoadPressurePlant(mass=3.0))
+        simulate(
+            example(
+                Loop, SHORT, controller=example(TSMC, model=believed(example(Loop))._replace(plant=plant))
+            ),
+            compiled=False,
+        )
+        for plant in (example(LoadPressurePlant), example(LoadPressurePlant, mass=3.0))
     ]
     own, other = (run["disturbance.d1"].values for run in runs)
     assert own == pytest.approx(-runs[0]["load.force"].values / 6.0, abs=1e-9)
@@ -139,17 +148,17 @@ def test_disturbances_are_those_besides_the_law_s_own_model() -> None:
         lambda law: law,
         DAC,
         lambda law: DAC(RateLimit(Delay(law))),
-        AntiWindup,
+        lambda law: AntiWindup(law, 100.0, Saturation(5.0)),
     ],
     ids=["alone", "DAC", "three", "AntiWindup"],
 )
-@pytest.mark.parametrize("law", [TSMC(), Backstepping()], ids=["tsmc", "backstepping"])
+@pytest.mark.parametrize("law", [example(TSMC), example(Backstepping)], ids=["tsmc", "backstepping"])
 def test_models_in_wrappers_are_filled_too(wrap: Any, law: Block) -> None:
     loop = MACHINE._replace(controller=wrap(law))
     filled = wired(loop).controller
     assert model_in(filled) == believed(loop)
     assert filled == wrap(law._replace(model=believed(loop)))
-    own = DesignModel(valve_gain=1e-4)
+    own = example(DesignModel, valve_gain=1e-4)
     given = MACHINE._replace(controller=wrap(law._replace(model=own)))
     assert wired(given) == given
 
@@ -160,12 +169,11 @@ def test_a_wrapper_s_model_and_that_of_its_law_are_filled_both(tmp_path: Path) -
         """
 from typing import NamedTuple
 from hydroservo.block import Block
-from hydroservo.controllers import TSMC
 from hydroservo.plants import DesignModel, ThisMachine
 
 class Ahead(NamedTuple):
+    controller: Block
     model: DesignModel = ThisMachine()
-    controller: Block = TSMC()
 
     def init(self):
         return self.controller.init()
@@ -176,7 +184,7 @@ class Ahead(NamedTuple):
         "ahead.py",
     )
     (ahead,) = (found for found in load_plugin(plugin) if found.__name__ == "Ahead")
-    filled = wired(MACHINE._replace(controller=ahead())).controller
+    filled = wired(MACHINE._replace(controller=ahead(controller=example(TSMC)))).controller
     assert filled.model == filled.controller.model == believed(MACHINE)
 
 
@@ -186,7 +194,7 @@ class Ahead(NamedTuple):
 class Unknown(NamedTuple):
     """A plant that says of itself no more than a run needs."""
 
-    plant: LoadPressurePlant = LoadPressurePlant()
+    plant: LoadPressurePlant = example(LoadPressurePlant)
     stroke: float = 0.078
 
     def init(self) -> Block:
@@ -208,7 +216,7 @@ class Unknown(NamedTuple):
 class Spool(NamedTuple):
     """A valve that has another name for its gain."""
 
-    valve: FirstOrderValve = FirstOrderValve()
+    valve: FirstOrderValve = example(FirstOrderValve)
 
     @property
     def orifice(self) -> Block:
@@ -232,7 +240,7 @@ ASIDE = [
 
 @pytest.mark.parametrize(("machine", "_says"), ASIDE, ids=["plant", "valve"])
 def test_a_law_without_a_model_needs_none_of_its_machine(machine: dict[str, Block], _says: str) -> None:
-    loop = Loop(SHORT, controller=PI(0.3, 100.0))
+    loop = example(Loop, SHORT, controller=PI(0.3, 100.0))
     known, unknown = (simulate(one, compiled=False) for one in (loop, loop._replace(**machine)))
     assert metrics_of(known)["rms_error"] == metrics_of(unknown)["rms_error"] or "valve" in machine
     assert not unknown["diverged"]
@@ -241,13 +249,13 @@ def test_a_law_without_a_model_needs_none_of_its_machine(machine: dict[str, Bloc
 
 @pytest.mark.parametrize(("machine", "says"), ASIDE, ids=["plant", "valve"])
 def test_a_law_that_needs_a_model_is_told_what_is_in_its_way(machine: dict[str, Block], says: str) -> None:
-    loop = Loop(SHORT, controller=DAC(TSMC()))._replace(**machine)
+    loop = example(Loop, SHORT, controller=DAC(example(TSMC)))._replace(**machine)
     with pytest.raises(ParameterError) as caught:
         simulate(loop, compiled=False)
     assert str(caught.value).startswith(says)
     assert str(caught.value).endswith("else give the controller a model")
     assert "\n" not in str(caught.value)
-    given = replace(loop, {"controller.controller.model": DesignModel()})
+    given = replace(loop, {"controller.controller.model": example(DesignModel)})
     assert not simulate(given, compiled=False)["diverged"]
 
 
@@ -256,10 +264,10 @@ def test_in_a_scenario_it_is_one_line_with_file_and_table(tmp_path: Path) -> Non
         tmp_path,
         """
 from typing import NamedTuple
-from hydroservo.valves import StaticValve
+from hydroservo.valves import Orifice, StaticValve
 
 class Unmetered(NamedTuple):
-    valve: StaticValve = StaticValve()
+    valve: StaticValve = StaticValve(5e-4, 5e-3, Orifice(0.62, 0.024, 850.0))
 
     @property
     def orifice(self):
@@ -276,13 +284,13 @@ class Unmetered(NamedTuple):
 """,
         "unmetered.py",
     )
-    path = written(tmp_path, 'valve.type = "Unmetered"\ncontroller.type = "TSMC"')
+    path = written(tmp_path, 'valve.type = "Unmetered"')
     with pytest.raises(ScenarioError) as caught:
         load_scenario(path, plugins=[plugin])
     said = str(caught.value)
     assert said.startswith(f"{path}: valve: Unmetered must have a field gain (a float)")
     assert "\n" not in said
-    assert load_scenario(path, {"controller.type": "PI"}, [plugin]).controller == PI()
+    assert load_scenario(path, PROPORTIONAL, [plugin]).controller == PI(3.0)
 
 
 # Areas
@@ -291,8 +299,8 @@ class Unmetered(NamedTuple):
 def test_sensors_know_the_areas_of_the_plant() -> None:
     loop = wired(MACHINE._replace(sensors=RigSensors()))
     assert (loop.sensors.area_a, loop.sensors.area_b) == (CYLINDER.area_a, CYLINDER.area_b)
-    loop = wired(Loop(sensors=RigSensors()))
-    assert loop.sensors.area_a == loop.sensors.area_b == LoadPressurePlant().piston_area
+    loop = wired(example(Loop, sensors=RigSensors()))
+    assert loop.sensors.area_a == loop.sensors.area_b == example(LoadPressurePlant).piston_area
     loop = wired(MACHINE._replace(sensors=RigSensors(area_a=1e-3)))
     assert (loop.sensors.area_a, loop.sensors.area_b) == (1e-3, CYLINDER.area_b)
 
@@ -306,7 +314,7 @@ def test_sensors_around_others_know_them_too() -> None:
 def test_python_and_toml_mean_the_same_areas(tmp_path: Path) -> None:
     text = SCENARIO + '[sensors]\ntype = "RigSensors"\n'
     there = load_scenario(written(tmp_path, text))
-    here = MACHINE._replace(controller=TSMC(), sensors=RigSensors())
+    here = MACHINE._replace(controller=example(TSMC), sensors=RigSensors())
     assert wired(here) == there
     assert (there.sensors.area_a, there.sensors.area_b) == (CYLINDER.area_a, CYLINDER.area_b)
     auto = load_scenario(written(tmp_path, text + 'area_a = "auto"\narea_b = "9 cm^2"'))
@@ -314,7 +322,9 @@ def test_python_and_toml_mean_the_same_areas(tmp_path: Path) -> None:
 
 
 def test_a_plant_that_has_no_area_needs_sensors_that_know_theirs() -> None:
-    loop = Loop(SHORT, plant=Unknown(), controller=PI(0.3, 100.0), sensors=DelayedSensors(RigSensors()))
+    loop = example(
+        Loop, SHORT, plant=Unknown(), controller=PI(0.3, 100.0), sensors=DelayedSensors(RigSensors())
+    )
     with pytest.raises(ParameterError) as caught:
         simulate(loop, compiled=False)
     assert str(caught.value) == (

@@ -10,13 +10,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hydroservo import Field, Loop, Simulation, replace, simulate
+from bases import on_base
+from hydroservo import Field, Loop, ScenarioError, Simulation, simulate
 from hydroservo.block import Block, model_in, value_at
 from hydroservo.controllers import DAC, PI, TSMC, AntiWindup, Backstepping, Delay, RateLimit, Saturation
 from hydroservo.observers import Implicit, TSMObserver
 from hydroservo.plants import DesignModel
 from hydroservo.scenario import load_scenario
 from hydroservo.signals import Demand, Measurement
+from hydroservo.testing.examples import example
 
 H = 1e-3
 WIDE = Saturation(1e6)
@@ -65,7 +67,7 @@ def test_a_converter_of_three_bits_has_eight_levels() -> None:
 
 
 def test_a_command_that_is_not_a_number_stays_one() -> None:
-    for law in (DAC(Told()), RateLimit(Told()), AntiWindup(Told())):
+    for law in (DAC(Told()), RateLimit(Told()), example(AntiWindup, Told())):
         assert math.isnan(given_out(law, [math.nan])[0])
 
 
@@ -186,8 +188,10 @@ def test_rates_of_the_demand_are_left_alone() -> None:
 
 @pytest.fixture(scope="module")
 def watched() -> Any:
-    law = TSMC(30.0, 30.0, observer=TSMObserver(switching_gain_2=1e5, realisation=Implicit()))
-    return simulate(Loop(Simulation(0.2, H, 8, record_period=H), controller=DAC(RateLimit(law))))
+    law = example(
+        TSMC, 30.0, 30.0, observer=example(TSMObserver, switching_gain_2=1e5, realisation=Implicit())
+    )
+    return simulate(example(Loop, Simulation(0.2, H, 8, record_period=H), controller=DAC(RateLimit(law))))
 
 
 def test_metrics_find_the_estimates(watched: Any) -> None:
@@ -222,9 +226,11 @@ def test_a_wrapped_law_believes_in_the_nominal_machine(tmp_path: Path) -> None:
         type = "RateLimit"
         [controller.controller.controller]
         type = "Backstepping"
+        velocity_gain = 2000
+        force_gain = 1000
         model.plant.damping = "40 N s/m"
     """
-    loop = load_scenario(written(tmp_path, text))
+    loop = load_scenario(written(tmp_path, on_base(text)))
     model = loop.controller.controller.controller.model
     assert loop.plant.mass == pytest.approx(7.7)
     assert model.plant.mass == 7.0
@@ -235,31 +241,32 @@ def test_a_wrapped_law_believes_in_the_nominal_machine(tmp_path: Path) -> None:
 class Inverse(NamedTuple):
     """A wrapper with a model of its own."""
 
-    model: DesignModel = DesignModel()
-    controller: Block = TSMC()
+    model: DesignModel = example(DesignModel)
+    controller: Block = example(TSMC)
 
 
 @pytest.mark.parametrize(
     ("controller", "path"),
     [
-        (PI(), None),
-        (DAC(PI()), None),
-        (TSMC(), "controller.model"),
-        (DAC(Delay(Backstepping())), "controller.controller.controller.model"),
+        (example(PI), None),
+        (DAC(example(PI)), None),
+        (example(TSMC), "controller.model"),
+        (DAC(Delay(example(Backstepping))), "controller.controller.controller.model"),
         (DAC(Inverse()), "controller.controller.model"),
     ],
 )
 def test_where_a_controllers_model_is(controller: Block, path: str | None) -> None:
-    assert model_in(controller) is (None if path is None else value_at(Loop(controller=controller), path))
+    assert model_in(controller) is (
+        None if path is None else value_at(example(Loop, controller=controller), path)
+    )
 
 
 def test_the_law_inside_an_anti_windup_is_free_to_ask_for_more(tmp_path: Path) -> None:
-    """A PI named without a saturation keeps the wide one of the wrapper's default."""
-    loop = load_scenario(
-        written(tmp_path, 'controller.type = "AntiWindup"\ncontroller.controller.type = "PI"')
-    )
+    """One that is limited as tightly inside would never show what it wants, and is refused."""
+    law = 'controller = {type = "AntiWindup", gain = 9, controller = {type = "PI", proportional_gain = 9%s}}'
+    loop = load_scenario(written(tmp_path, on_base(law % ", saturation.limit = 1000")))
     assert loop.controller.controller.saturation.limit == 1000.0
-    assert (
-        replace(loop, {"controller.saturation.limit": 5.0}).controller.controller
-        == loop.controller.controller
-    )
+    with pytest.raises(
+        ScenarioError, match=r"controller.saturation.limit = 10.0: must be above saturation.limit"
+    ):
+        load_scenario(written(tmp_path, on_base(law % "")))

@@ -4,11 +4,10 @@ from typing import Annotated, NamedTuple
 
 from hydroservo import ops
 from hydroservo.block import Block, Field
-from hydroservo.controllers.pi import PI
 from hydroservo.controllers.saturation import Saturation
+from hydroservo.errors import ParameterError
 from hydroservo.roles import Controller, role
 from hydroservo.signals import Demand, Measurement
-from hydroservo.sources import TSMC_EHA_2021
 
 __all__ = ["AntiWindup", "AntiWindupState"]
 
@@ -47,9 +46,18 @@ class AntiWindup(NamedTuple):
     the law's time twice.
     """
 
-    controller: Controller = PI(saturation=Saturation(1000.0))
-    gain: Annotated[float, Field("V s/m", "du/dr of the law within a sample", TSMC_EHA_2021, above=0)] = 100.0
+    controller: Controller
+    gain: Annotated[float, Field("V s/m", "du/dr of the law within a sample", above=0)]
     saturation: Saturation = Saturation()
+
+    def check(self) -> None:
+        inside = getattr(self.controller, "saturation", None)
+        if inside is not None and not inside.limit > self.saturation.limit:
+            allowed = (
+                f"must be above saturation.limit, {self.saturation.limit:g} [V]: "
+                "the law inside must be free to ask for more"
+            )
+            raise ParameterError("controller.saturation.limit", inside.limit, allowed)
 
     def init(self) -> AntiWindupState:
         first = self.controller.init()

@@ -8,7 +8,6 @@ from hydroservo.observers.model_derivative import ModelDerivative
 from hydroservo.plants.design_model import THIS_MACHINE, DesignModel
 from hydroservo.roles import Controller, Differentiator, role
 from hydroservo.signals import Demand, Measurement
-from hydroservo.sources import TSMC_EHA_2021
 
 __all__ = ["Backstepping", "BacksteppingState"]
 
@@ -37,8 +36,8 @@ class Backstepping(NamedTuple):
     Fails under load and parametric errors: with no integral action the velocity error they cause stays.
     """
 
-    velocity_gain: Annotated[float, Field("1/s", "gain k1", TSMC_EHA_2021, above=0)] = 2000.0
-    force_gain: Annotated[float, Field("1/s", "gain k2", TSMC_EHA_2021, above=0)] = 1000.0
+    velocity_gain: Annotated[float, Field("1/s", "gain k1", above=0)]
+    force_gain: Annotated[float, Field("1/s", "gain k2", above=0)]
     model: DesignModel = THIS_MACHINE
     derivative: Differentiator = ModelDerivative()
     saturation: Saturation = Saturation()

@@ -4,7 +4,6 @@ from typing import Annotated, NamedTuple
 
 from hydroservo import ops
 from hydroservo.block import Block, Field
-from hydroservo.controllers.pi import PI
 from hydroservo.roles import Controller, role
 from hydroservo.signals import Demand, Measurement
 from hydroservo.sources import CHOSEN
@@ -33,7 +32,7 @@ class DAC(NamedTuple):
     codes for ever, a limit cycle.
     """
 
-    controller: Controller = PI()
+    controller: Controller
     bits: Annotated[int, Field("", "of the converter", CHOSEN, at_least=1, at_most=32)] = 12
     limit: Annotated[float, Field("V", "the converter's range is +-limit", CHOSEN, above=0)] = 10.0
 

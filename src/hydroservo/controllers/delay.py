@@ -3,7 +3,6 @@
 from typing import Annotated, NamedTuple
 
 from hydroservo.block import Block, Field
-from hydroservo.controllers.pi import PI
 from hydroservo.roles import Controller, role
 from hydroservo.signals import Demand, Measurement
 
@@ -27,7 +26,7 @@ class Delay(NamedTuple):
     Fails where the delay changes from sample to sample.
     """
 
-    controller: Controller = PI()
+    controller: Controller
 
     def init(self) -> DelayState:
         return DelayState(0.0, self.controller.init())

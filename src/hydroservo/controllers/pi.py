@@ -6,7 +6,6 @@ from hydroservo.block import Field
 from hydroservo.controllers.saturation import Saturation
 from hydroservo.roles import Controller, role
 from hydroservo.signals import Demand, Measurement
-from hydroservo.sources import TSMC_EHA_2021
 
 __all__ = ["PI", "PIState"]
 
@@ -32,10 +31,8 @@ class PI(NamedTuple):
     hydroservo.theory.proportional_gain_limit.
     """
 
-    proportional_gain: Annotated[
-        float, Field("V s/m", "proportional gain k_p", TSMC_EHA_2021, at_least=0)
-    ] = 100.0
-    integral_gain: Annotated[float, Field("V/m", "integral gain k_i", TSMC_EHA_2021, at_least=0)] = 10.0
+    proportional_gain: Annotated[float, Field("V s/m", "proportional gain k_p", at_least=0)]
+    integral_gain: Annotated[float, Field("V/m", "integral gain k_i", "0: a P law", at_least=0)] = 0.0
     anti_windup: Annotated[
         float, Field("1/s", "back-calculation gain k_aw", "0: none, as in the paper", at_least=0)
     ] = 0.0

@@ -4,7 +4,6 @@ from typing import Annotated, NamedTuple
 
 from hydroservo import ops
 from hydroservo.block import Block, Field
-from hydroservo.controllers.pi import PI
 from hydroservo.roles import Controller, role
 from hydroservo.signals import Demand, Measurement
 from hydroservo.sources import CHOSEN
@@ -29,7 +28,7 @@ class RateLimit(NamedTuple):
     Fails to leave a fast loop stable: a command that is limited in rate lags, the more the larger it is.
     """
 
-    controller: Controller = PI()
+    controller: Controller
     rate: Annotated[float, Field("V/s", "largest rate of the command", CHOSEN, above=0)] = 1000.0
 
     def init(self) -> RateLimitState:

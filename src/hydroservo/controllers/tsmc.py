@@ -6,11 +6,9 @@ from hydroservo.block import Block, Field
 from hydroservo.controllers.explicit_reaching import ExplicitReaching
 from hydroservo.controllers.saturation import Saturation
 from hydroservo.observers.filtered_derivative import FilteredDerivative
-from hydroservo.observers.tsm import TSMObserver
 from hydroservo.plants.design_model import THIS_MACHINE, DesignModel
 from hydroservo.roles import Controller, Differentiator, Observer, Reaching, role
 from hydroservo.signals import Demand, Measurement
-from hydroservo.sources import TSMC_EHA_2021
 
 __all__ = ["TSMC", "TSMCState"]
 
@@ -46,22 +44,14 @@ class TSMC(NamedTuple):
     the valve lags by more than about 1/mu1, and where mu1 times the sample period nears 1.
     """
 
-    linear_gain_1: Annotated[float, Field("1/s", "gain mu_1", TSMC_EHA_2021, above=0)] = 1e4
-    linear_gain_2: Annotated[float, Field("1/s", "gain mu_2", TSMC_EHA_2021, above=0)] = 100.0
-    power_gain_1: Annotated[
-        float, Field("m^(2/7)/s^(9/7)", "gain delta_1 [(m/s)^(1-a1)/s]", TSMC_EHA_2021, at_least=0)
-    ] = 1.0
-    power_gain_2: Annotated[
-        float, Field("m^(4/9)/s^(17/9)", "gain delta_2 [(m/s^2)^(1-a2)/s]", TSMC_EHA_2021, at_least=0)
-    ] = 1.0
-    exponent_1: Annotated[float, Field("", "exponent a1 = p_1/q_1", TSMC_EHA_2021, at_least=0.1, below=1)] = (
-        5 / 7
-    )
-    exponent_2: Annotated[float, Field("", "exponent a2 = p_2/q_2", TSMC_EHA_2021, at_least=0.1, below=1)] = (
-        5 / 9
-    )
+    linear_gain_1: Annotated[float, Field("1/s", "gain mu_1", above=0)]
+    linear_gain_2: Annotated[float, Field("1/s", "gain mu_2", above=0)]
+    power_gain_1: Annotated[float, Field("m^(2/7)/s^(9/7)", "gain delta_1 [(m/s)^(1-a1)/s]", at_least=0)]
+    power_gain_2: Annotated[float, Field("m^(4/9)/s^(17/9)", "gain delta_2 [(m/s^2)^(1-a2)/s]", at_least=0)]
+    exponent_1: Annotated[float, Field("", "exponent a1 = p_1/q_1", at_least=0.1, below=1)]
+    exponent_2: Annotated[float, Field("", "exponent a2 = p_2/q_2", at_least=0.1, below=1)]
+    observer: Observer
     model: DesignModel = THIS_MACHINE
-    observer: Observer = TSMObserver()
     derivative: Differentiator = FilteredDerivative()
     saturation: Saturation = Saturation()
     reaching: Reaching = ExplicitReaching()

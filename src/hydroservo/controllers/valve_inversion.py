@@ -5,11 +5,10 @@ from typing import Annotated, NamedTuple
 
 from hydroservo import ops
 from hydroservo.block import Block, Field
-from hydroservo.controllers.pi import PI
 from hydroservo.controllers.saturation import Saturation
 from hydroservo.roles import Controller, role
 from hydroservo.signals import Demand, Measurement
-from hydroservo.sources import CHOSEN, TSMC_EHA_2021
+from hydroservo.sources import CHOSEN
 
 __all__ = ["ValveInversion", "ValveInversionState"]
 
@@ -39,8 +38,8 @@ class ValveInversion(NamedTuple):
     1/(1 - a^n) times livelier than the law's, and so is its noise. A reach below 1 overshoots and rings.
     """
 
-    controller: Controller = PI()
-    time_constant: Annotated[float, Field("s", "modelled spool time constant", TSMC_EHA_2021, above=0)] = 0.01
+    controller: Controller
+    time_constant: Annotated[float, Field("s", "modelled spool time constant", above=0)]
     reach: Annotated[
         float, Field("", "sample periods until the spool is where the law wants it", CHOSEN, at_least=0.5)
     ] = 1.0

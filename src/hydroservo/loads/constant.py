@@ -5,7 +5,6 @@ from typing import Annotated, NamedTuple
 
 from hydroservo.block import Field
 from hydroservo.roles import Load, role
-from hydroservo.sources import TSMC_EHA_2021
 
 __all__ = ["Constant"]
 
@@ -19,7 +18,7 @@ class Constant(NamedTuple):
     a jump. A Cylinder whose start pressures are open holds it from the start.
     """
 
-    amplitude: Annotated[float, Field("N", "force", TSMC_EHA_2021)] = 100.0
+    amplitude: Annotated[float, Field("N", "force", "0: none")] = 0.0
 
     def force(self, t: float) -> float:
         return self.amplitude

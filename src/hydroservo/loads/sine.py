@@ -6,7 +6,7 @@ from typing import Annotated, NamedTuple
 from hydroservo import ops
 from hydroservo.block import Field
 from hydroservo.roles import Load, role
-from hydroservo.sources import CHOSEN, TSMC_EHA_2021
+from hydroservo.sources import CHOSEN
 
 __all__ = ["Sine"]
 
@@ -19,8 +19,8 @@ class Sine(NamedTuple):
     Fails where the force depends on the motion, as that of a spring or of friction does.
     """
 
-    amplitude: Annotated[float, Field("N", "amplitude", TSMC_EHA_2021)] = 100.0
-    frequency: Annotated[float, Field("Hz", "frequency", TSMC_EHA_2021, at_least=0)] = 0.25
+    amplitude: Annotated[float, Field("N", "amplitude")]
+    frequency: Annotated[float, Field("Hz", "frequency", at_least=0)]
     phase: Annotated[float, Field("rad", "phase at t = 0", CHOSEN)] = 0.0
     offset: Annotated[float, Field("N", "mean", CHOSEN)] = 0.0
 

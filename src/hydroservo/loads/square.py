@@ -14,12 +14,12 @@ __all__ = ["Square"]
 class Square(NamedTuple):
     """F_L = offset +- amplitude, starting with +, half a period each, positive against motion.
 
-    Source: a definition; the force is that of the constant load in Sec. 4 of doi:10.1007/s42401-021-00087-w.
+    Source: a definition.
     Fails to keep a fixed-step integrator's order where a jump falls inside a step: let jumps fall on samples.
     """
 
-    amplitude: Annotated[float, Field("N", "amplitude", CHOSEN)] = 100.0
-    period: Annotated[float, Field("s", "period", CHOSEN, above=0)] = 4.0
+    amplitude: Annotated[float, Field("N", "amplitude")]
+    period: Annotated[float, Field("s", "period", above=0)]
     offset: Annotated[float, Field("N", "mean", CHOSEN)] = 0.0
 
     def force(self, t: float) -> float:

@@ -19,8 +19,8 @@ class Step(NamedTuple):
     Fails to keep a fixed-step integrator's order where the jump falls inside a step: let it fall on a sample.
     """
 
-    initial: Annotated[float, Field("N", "force before the step", CHOSEN)] = 0.0
-    final: Annotated[float, Field("N", "force from the step on", CHOSEN)] = 100.0
+    initial: Annotated[float, Field("N", "force before the step")]
+    final: Annotated[float, Field("N", "force from the step on")]
     time: Annotated[float, Field("s", "switching instant", CHOSEN, at_least=0)] = 0.1
 
     def force(self, t: float) -> float:

@@ -7,7 +7,7 @@ from hydroservo import ops
 from hydroservo.block import Field
 from hydroservo.mechanics.dry import check_breakaway
 from hydroservo.roles import Friction, role
-from hydroservo.sources import CHOSEN, TSMC_EHA_2021
+from hydroservo.sources import CHOSEN
 
 __all__ = ["LuGre", "LuGreState"]
 
@@ -42,9 +42,7 @@ class LuGre(NamedTuple):
 
     bristle_stiffness: Annotated[float, Field("N/m", "bristle stiffness sigma_0", CHOSEN, above=0)] = 1e6
     bristle_damping: Annotated[float, Field("N s/m", "bristle damping sigma_1", CHOSEN, at_least=0)] = 80.0
-    viscous: Annotated[
-        float, Field("N s/m", "viscous damping coefficient sigma_2", TSMC_EHA_2021, at_least=0)
-    ] = 50.0
+    viscous: Annotated[float, Field("N s/m", "viscous damping sigma_2", "0: none", at_least=0)] = 0.0
     coulomb: Annotated[float, Field("N", "Coulomb friction F_c", CHOSEN, above=0)] = 40.0
     breakaway: Annotated[float, Field("N", "breakaway force F_s", CHOSEN, above=0)] = 60.0
     stribeck_velocity: Annotated[float, Field("m/s", "Stribeck velocity v_s", CHOSEN, above=0)] = 5e-3

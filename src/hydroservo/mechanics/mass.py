@@ -4,7 +4,6 @@ from typing import Annotated, NamedTuple
 
 from hydroservo.block import Field
 from hydroservo.roles import Mechanism, role
-from hydroservo.sources import TSMC_EHA_2021
 
 __all__ = ["Mass"]
 
@@ -17,7 +16,7 @@ class Mass(NamedTuple):
     Fails on a slope, where gravity acts: give that as an external force.
     """
 
-    mass: Annotated[float, Field("kg", "moving mass m", TSMC_EHA_2021, above=0)] = 6.0
+    mass: Annotated[float, Field("kg", "moving mass m", above=0)]
 
     def inertia(self, position: float) -> float:
         return self.mass

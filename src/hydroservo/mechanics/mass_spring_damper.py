@@ -4,7 +4,7 @@ from typing import Annotated, NamedTuple
 
 from hydroservo.block import Field
 from hydroservo.roles import Mechanism, role
-from hydroservo.sources import CHOSEN, TSMC_EHA_2021
+from hydroservo.sources import CHOSEN
 
 __all__ = ["MassSpringDamper"]
 
@@ -17,7 +17,7 @@ class MassSpringDamper(NamedTuple):
     Fails where the rod between piston and mass bends: the two are one here.
     """
 
-    mass: Annotated[float, Field("kg", "moving mass m", TSMC_EHA_2021, above=0)] = 6.0
+    mass: Annotated[float, Field("kg", "moving mass m", above=0)]
     stiffness: Annotated[float, Field("N/m", "spring stiffness k_s", CHOSEN, at_least=0)] = 1e4
     rest_position: Annotated[float, Field("m", "position x_0 where the spring is at rest", CHOSEN)] = 0.039
     damping: Annotated[float, Field("N s/m", "damping b_s of the load", CHOSEN, at_least=0)] = 0.0

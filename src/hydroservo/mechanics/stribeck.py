@@ -6,7 +6,7 @@ from hydroservo import ops
 from hydroservo.block import Field
 from hydroservo.mechanics.dry import check_breakaway
 from hydroservo.roles import Friction, role
-from hydroservo.sources import CHOSEN, TSMC_EHA_2021
+from hydroservo.sources import CHOSEN
 
 __all__ = ["Stribeck", "StribeckState"]
 
@@ -40,9 +40,7 @@ class Stribeck(NamedTuple):
     coulomb: Annotated[float, Field("N", "Coulomb friction F_c", CHOSEN, at_least=0)] = 40.0
     breakaway: Annotated[float, Field("N", "breakaway force F_s", CHOSEN, at_least=0)] = 60.0
     stribeck_velocity: Annotated[float, Field("m/s", "Stribeck velocity v_s", CHOSEN, above=0)] = 5e-3
-    viscous: Annotated[float, Field("N s/m", "viscous damping coefficient b", TSMC_EHA_2021, at_least=0)] = (
-        50.0
-    )
+    viscous: Annotated[float, Field("N s/m", "viscous damping coefficient b", "0: none", at_least=0)] = 0.0
     stop_time: Annotated[float, Field("s", "time tau_s in which it stops", CHOSEN, above=0)] = 1e-4
 
     def check(self) -> None:

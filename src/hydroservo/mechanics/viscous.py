@@ -4,7 +4,6 @@ from typing import Annotated, NamedTuple
 
 from hydroservo.block import Field
 from hydroservo.roles import Friction, role
-from hydroservo.sources import TSMC_EHA_2021
 
 __all__ = ["Viscous", "ViscousState"]
 
@@ -21,9 +20,7 @@ class Viscous(NamedTuple):
     Fails near rest, where seals stick; see Stribeck and LuGre.
     """
 
-    coefficient: Annotated[
-        float, Field("N s/m", "viscous damping coefficient b", TSMC_EHA_2021, at_least=0)
-    ] = 50.0
+    coefficient: Annotated[float, Field("N s/m", "viscous damping b", "0: none", at_least=0)] = 0.0
 
     def init(self) -> ViscousState:
         return ViscousState()

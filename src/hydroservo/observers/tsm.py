@@ -9,7 +9,6 @@ from hydroservo.observers.boundary_layer import BoundaryLayer
 from hydroservo.plants.design_model import DesignModel
 from hydroservo.roles import Observer, Realisation, role
 from hydroservo.signals import Measurement
-from hydroservo.sources import TSMC_EHA_2021
 
 __all__ = ["TSMObserver", "TSMObserverState"]
 
@@ -46,17 +45,13 @@ class TSMObserver(NamedTuple):
     is at least 0.1 because the implicit realisation's Newton steps reach rounding only from there.
     """
 
-    linear_gain_1: Annotated[float, Field("1/s", "observer gain k_d1", TSMC_EHA_2021, at_least=0)] = 1000.0
-    linear_gain_2: Annotated[float, Field("1/s", "observer gain k_d2", TSMC_EHA_2021, at_least=0)] = 1000.0
-    switching_gain_1: Annotated[float, Field("m/s^2", "switching gain D_1", TSMC_EHA_2021, at_least=0)] = 30.0
-    switching_gain_2: Annotated[float, Field("N/s", "switching gain D_2", TSMC_EHA_2021, at_least=0)] = 100.0
-    power_gain_1: Annotated[
-        float, Field("m^(2/7)/s^(9/7)", "power gain eps_1 [(m/s)^(1-a)/s]", TSMC_EHA_2021, at_least=0)
-    ] = 100.0
-    power_gain_2: Annotated[
-        float, Field("N^(2/7)/s", "power gain eps_2 [N^(1-a)/s]", TSMC_EHA_2021, at_least=0)
-    ] = 10.0
-    exponent: Annotated[float, Field("", "exponent a = p/q", TSMC_EHA_2021, at_least=0.1, below=1)] = 5 / 7
+    linear_gain_1: Annotated[float, Field("1/s", "observer gain k_d1", at_least=0)]
+    linear_gain_2: Annotated[float, Field("1/s", "observer gain k_d2", at_least=0)]
+    switching_gain_1: Annotated[float, Field("m/s^2", "switching gain D_1", at_least=0)]
+    switching_gain_2: Annotated[float, Field("N/s", "switching gain D_2", at_least=0)]
+    power_gain_1: Annotated[float, Field("m^(2/7)/s^(9/7)", "power gain eps_1 [(m/s)^(1-a)/s]", at_least=0)]
+    power_gain_2: Annotated[float, Field("N^(2/7)/s", "power gain eps_2 [N^(1-a)/s]", at_least=0)]
+    exponent: Annotated[float, Field("", "exponent a = p/q", at_least=0.1, below=1)]
     realisation: Realisation = BoundaryLayer()
 
     def init(self) -> TSMObserverState:

@@ -4,7 +4,6 @@ from typing import Annotated, NamedTuple
 
 from hydroservo.block import Field
 from hydroservo.roles import Oil, role
-from hydroservo.sources import TSMC_EHA_2021
 
 __all__ = ["ConstantOil"]
 
@@ -18,9 +17,7 @@ class ConstantOil(NamedTuple):
     where entrained air softens the oil; see AeratedOil.
     """
 
-    effective_bulk_modulus: Annotated[
-        float, Field("Pa", "effective bulk modulus beta_e", TSMC_EHA_2021, above=0)
-    ] = 7.0e8
+    effective_bulk_modulus: Annotated[float, Field("Pa", "effective bulk modulus beta_e", above=0)]
 
     def bulk_modulus(self, pressure: float) -> float:
         return self.effective_bulk_modulus

@@ -7,19 +7,17 @@ from hydroservo import ops
 from hydroservo.block import Block, Field
 from hydroservo.constants import ATMOSPHERE
 from hydroservo.errors import ParameterError
-from hydroservo.mechanics.mass import Mass
 from hydroservo.mechanics.stops import Stops
 from hydroservo.mechanics.viscous import Viscous
-from hydroservo.oils.constant import ConstantOil
 from hydroservo.plants.load_pressure import LoadPressurePlant
 from hydroservo.plants.stroke import check_start
 from hydroservo.roles import EndStops, Friction, Mechanism, MeteringEdges, Oil, Plant, role
 from hydroservo.signals import MachineOutputs, PortFlows, Pressures
-from hydroservo.sources import CHOSEN, TSMC_EHA_2021
+from hydroservo.sources import CHOSEN
 
 __all__ = ["Cylinder", "CylinderState"]
 
-OIL, FRICTION, STOPS, MASS = ConstantOil(), Viscous(), Stops(), Mass()
+FRICTION, STOPS = Viscous(), Stops()
 LEAST_VOLUME = 0.01  # of a chamber's dead volume
 OPEN = math.inf  # a number of the start that is to be found; "auto" in a scenario
 
@@ -52,42 +50,41 @@ class Cylinder(NamedTuple):
         dp_B/dt = beta_e(p_B)/V_B (A_B v - Q_B + C_i (p_A - p_B) - C_e max(p_B, 0))
 
     Oil that leaks to the outside does not come back: a chamber below atmospheric pressure draws in no air.
-    The defaults are the paper's machine with its chambers told apart.
 
     Start pressures that are left open ("auto") are those at which the piston rests under the load and the
     resistance at t = 0, and which a valve with matched edges holds: p_A + p_B = p_s + p_r. Where one is
     given, the other follows from rest alone.
 
     Source: Merritt, Hydraulic Control Systems, 1967, ch. 5 (p_A + p_B = p_s) and 6; Jelali and Kroll,
-    Hydraulic Servo-systems, 2003, ch. 4; the numbers: Sec. 4 of doi:10.1007/s42401-021-00087-w.
+    Hydraulic Servo-systems, 2003, ch. 4.
     Fails where the oil's own inertia in the lines matters. A piston beyond the end of its stroke by more
     than the dead volume holds (without stops) leaves a chamber with a hundredth of it.
     """
 
-    area_a: Annotated[float, Field("m^2", "piston area A_A of chamber A", TSMC_EHA_2021, above=0)] = 4.91e-4
-    area_b: Annotated[float, Field("m^2", "piston area A_B of chamber B", TSMC_EHA_2021, above=0)] = 4.91e-4
-    stroke: Annotated[float, Field("m", "stroke L_max", TSMC_EHA_2021, above=0)] = 0.078
+    area_a: Annotated[float, Field("m^2", "piston area A_A of chamber A", above=0)]
+    area_b: Annotated[float, Field("m^2", "piston area A_B of chamber B", above=0)]
+    stroke: Annotated[float, Field("m", "stroke L_max", above=0)]
     dead_volume_a: Annotated[
         float,
-        Field("m^3", "dead volume V_0A of chamber A and its line", "so that V_t is the paper's", above=0),
-    ] = 2.4551e-5
+        Field("m^3", "dead volume V_0A of chamber A and its line", above=0),
+    ]
     dead_volume_b: Annotated[
         float,
-        Field("m^3", "dead volume V_0B of chamber B and its line", "so that V_t is the paper's", above=0),
-    ] = 2.4551e-5
+        Field("m^3", "dead volume V_0B of chamber B and its line", above=0),
+    ]
+    start_position: Annotated[float, Field("m", "piston position at the start", at_least=0)]
+    oil: Oil
+    mechanism: Mechanism
     internal_leakage: Annotated[
-        float, Field("m^3/(s Pa)", "leakage coefficient C_i past the piston", TSMC_EHA_2021, at_least=0)
-    ] = 2.5e-11
+        float, Field("m^3/(s Pa)", "leakage coefficient C_i past the piston", "0: sealed", at_least=0)
+    ] = 0.0
     external_leakage: Annotated[
         float, Field("m^3/(s Pa)", "leakage coefficient C_e of each chamber", CHOSEN, at_least=0)
     ] = 0.0
-    start_position: Annotated[float, Field("m", "piston position at the start", CHOSEN, at_least=0)] = 0.039
     start_pressure_a: StartPressureA = OPEN
     start_pressure_b: StartPressureB = OPEN
-    oil: Oil = ConstantOil()
     friction: Friction = Viscous()
     stops: EndStops = Stops()
-    mechanism: Mechanism = Mass()
 
     @classmethod
     def from_diameters(
@@ -95,6 +92,8 @@ class Cylinder(NamedTuple):
         bore: Annotated[float, Field("m", "bore of the barrel", above=0)],
         rod: Annotated[float, Field("m", "diameter of the rod", above=0)],
         stroke: Annotated[float, Field("m", "stroke L_max", above=0)],
+        oil: Oil,
+        mechanism: Mechanism,
         rods: Annotated[int, Field("", "number of rods", at_least=1, at_most=2)] = 1,
         line_volume_a: Annotated[float, Field("m^3", "volume of the line to A", above=0)] = 2e-5,
         line_volume_b: Annotated[float, Field("m^3", "volume of the line to B", above=0)] = 2e-5,
@@ -106,10 +105,8 @@ class Cylinder(NamedTuple):
         ] = OPEN,
         start_pressure_a: StartPressureA = OPEN,
         start_pressure_b: StartPressureB = OPEN,
-        oil: Oil = OIL,
         friction: Friction = FRICTION,
         stops: EndStops = STOPS,
-        mechanism: Mechanism = MASS,
     ) -> "Cylinder":
         """A cylinder from what a catalogue lists of it, at rest at mid-stroke unless its start is given.
 
@@ -119,6 +116,8 @@ class Cylinder(NamedTuple):
             bore: inner diameter of the barrel [m].
             rod: diameter of the rod [m], below the bore.
             stroke: stroke [m].
+            oil: its compressibility.
+            mechanism: what the rod moves.
             rods: 1 or 2.
             line_volume_a: what chamber A holds at position 0, with its line up to the valve [m^3].
             line_volume_b: what chamber B holds at full stroke, with its line [m^3].
@@ -126,10 +125,8 @@ class Cylinder(NamedTuple):
             start_position: of the piston [m].
             start_pressure_a: in chamber A [Pa], gauge.
             start_pressure_b: in chamber B [Pa], gauge.
-            oil: its compressibility.
             friction: of the piston.
             stops: at both ends.
-            mechanism: what the rod moves.
 
         Raises:
             ParameterError: the rod is not thinner than the bore.

@@ -6,7 +6,6 @@ from hydroservo import ops
 from hydroservo.block import Field
 from hydroservo.plants.load_pressure import LoadPressurePlant
 from hydroservo.roles import Model, role
-from hydroservo.sources import TSMC_EHA_2021
 from hydroservo.supplies.ideal import IdealSupply
 from hydroservo.valves.orifice import Orifice
 
@@ -37,10 +36,10 @@ class DesignModel(NamedTuple):
     Fails where the valve's lag matters: that difference is part of d_L2.
     """
 
-    plant: LoadPressurePlant = LoadPressurePlant()
-    orifice: Orifice = Orifice()
-    supply: IdealSupply = IdealSupply()
-    valve_gain: Annotated[float, Field("m/V", "servo valve gain K_sv", TSMC_EHA_2021, above=0)] = 5e-4
+    plant: LoadPressurePlant
+    orifice: Orifice
+    supply: IdealSupply
+    valve_gain: Annotated[float, Field("m/V", "servo valve gain K_sv", above=0)]
     least_drop: Annotated[
         float, Field("Pa", "least pressure drop assumed in g2", "numerical floor", above=0)
     ] = 1e3

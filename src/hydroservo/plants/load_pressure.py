@@ -6,7 +6,6 @@ from hydroservo.block import Field
 from hydroservo.plants.stroke import check_start
 from hydroservo.roles import MeteringEdges, Plant, role
 from hydroservo.signals import MachineOutputs, PortFlows, Pressures
-from hydroservo.sources import CHOSEN, TSMC_EHA_2021
 
 __all__ = ["LoadPressurePlant", "LoadPressureState"]
 
@@ -35,22 +34,14 @@ class LoadPressurePlant(NamedTuple):
     cavitates, and at the ends of the stroke, which it does not know: leaving it is only reported.
     """
 
-    mass: Annotated[float, Field("kg", "moving mass m", TSMC_EHA_2021, above=0)] = 6.0
-    damping: Annotated[float, Field("N s/m", "viscous damping coefficient b", TSMC_EHA_2021, at_least=0)] = (
-        50.0
-    )
-    piston_area: Annotated[float, Field("m^2", "annulus area A_p", TSMC_EHA_2021, above=0)] = 4.91e-4
-    total_volume: Annotated[float, Field("m^3", "total compressed volume V_t", TSMC_EHA_2021, above=0)] = (
-        8.74e-5
-    )
-    bulk_modulus: Annotated[float, Field("Pa", "effective bulk modulus beta_e", TSMC_EHA_2021, above=0)] = (
-        7.0e8
-    )
-    leakage: Annotated[
-        float, Field("m^3/(s Pa)", "total leakage coefficient C_tl", TSMC_EHA_2021, at_least=0)
-    ] = 2.5e-11
-    stroke: Annotated[float, Field("m", "stroke L_max", TSMC_EHA_2021, above=0)] = 0.078
-    start_position: Annotated[float, Field("m", "piston position at the start", CHOSEN, at_least=0)] = 0.039
+    mass: Annotated[float, Field("kg", "moving mass m", above=0)]
+    damping: Annotated[float, Field("N s/m", "viscous damping coefficient b", at_least=0)]
+    piston_area: Annotated[float, Field("m^2", "annulus area A_p", above=0)]
+    total_volume: Annotated[float, Field("m^3", "total compressed volume V_t", above=0)]
+    bulk_modulus: Annotated[float, Field("Pa", "effective bulk modulus beta_e", above=0)]
+    leakage: Annotated[float, Field("m^3/(s Pa)", "total leakage coefficient C_tl", at_least=0)]
+    stroke: Annotated[float, Field("m", "stroke L_max", above=0)]
+    start_position: Annotated[float, Field("m", "piston position at the start", at_least=0)]
 
     def check(self) -> None:
         check_start(self.start_position, self.stroke)

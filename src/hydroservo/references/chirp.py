@@ -27,7 +27,7 @@ class Chirp(NamedTuple):
     Multisine.
     """
 
-    amplitude: Annotated[float, Field("m/s", "amplitude", CHOSEN)] = 0.03
+    amplitude: Annotated[float, Field("m/s", "amplitude")]
     first_frequency: Annotated[float, Field("Hz", "frequency f0 at t = 0", CHOSEN, at_least=0)] = 0.1
     last_frequency: Annotated[float, Field("Hz", "frequency f1 at the end", CHOSEN, at_least=0)] = 10.0
     sweep_time: Annotated[float, Field("s", "duration T of the sweep", CHOSEN, above=0)] = 8.0

@@ -26,7 +26,7 @@ class Multisine(NamedTuple):
     Fails as a start from rest: the first value is not 0. Its second derivative grows as N^2.
     """
 
-    amplitude: Annotated[float, Field("m/s", "bound of the peak, twice the rms", CHOSEN)] = 0.03
+    amplitude: Annotated[float, Field("m/s", "bound of the peak, twice the rms")]
     frequency: Annotated[float, Field("Hz", "lowest frequency f0", CHOSEN, above=0)] = 0.25
     harmonics: Annotated[int, Field("", "number of harmonics N", CHOSEN, at_least=1, at_most=1000)] = 20
 

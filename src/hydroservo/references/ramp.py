@@ -26,8 +26,8 @@ class Ramp(NamedTuple):
     Fails as a demand for laws that use its second derivative: the jumps of its rate are not in that.
     """
 
-    initial: Annotated[float, Field("m/s", "demand before the ramp", CHOSEN)] = 0.0
-    final: Annotated[float, Field("m/s", "demand after the ramp", CHOSEN)] = 0.03
+    initial: Annotated[float, Field("m/s", "demand before the ramp")]
+    final: Annotated[float, Field("m/s", "demand after the ramp")]
     acceleration: Annotated[float, Field("m/s^2", "size of the demand's rate", CHOSEN, above=0)] = 0.1
     time: Annotated[float, Field("s", "start of the ramp", CHOSEN, at_least=0)] = 0.1
 

@@ -7,7 +7,7 @@ from hydroservo import ops
 from hydroservo.block import Field
 from hydroservo.roles import Reference, role
 from hydroservo.signals import Demand
-from hydroservo.sources import CHOSEN, TSMC_EHA_2021
+from hydroservo.sources import CHOSEN
 
 __all__ = ["Sine"]
 
@@ -20,8 +20,8 @@ class Sine(NamedTuple):
     Fails as a start from rest where phase or offset makes the first value other than 0: that is a step.
     """
 
-    amplitude: Annotated[float, Field("m/s", "amplitude", TSMC_EHA_2021)] = 0.03
-    frequency: Annotated[float, Field("Hz", "frequency", TSMC_EHA_2021, at_least=0)] = 0.25
+    amplitude: Annotated[float, Field("m/s", "amplitude")]
+    frequency: Annotated[float, Field("Hz", "frequency", at_least=0)]
     phase: Annotated[float, Field("rad", "phase at t = 0", CHOSEN)] = 0.0
     offset: Annotated[float, Field("m/s", "mean", CHOSEN)] = 0.0
 

@@ -6,7 +6,7 @@ from hydroservo import ops
 from hydroservo.block import Field
 from hydroservo.roles import Reference, role
 from hydroservo.signals import Demand
-from hydroservo.sources import CHOSEN, TSMC_EHA_2021
+from hydroservo.sources import CHOSEN
 
 __all__ = ["Square"]
 
@@ -19,8 +19,8 @@ class Square(NamedTuple):
     Fails as a demand for laws that use its derivatives: the jumps are not in them.
     """
 
-    amplitude: Annotated[float, Field("m/s", "amplitude", TSMC_EHA_2021)] = 0.03
-    period: Annotated[float, Field("s", "period", CHOSEN, above=0)] = 4.0
+    amplitude: Annotated[float, Field("m/s", "amplitude")]
+    period: Annotated[float, Field("s", "period", above=0)]
     offset: Annotated[float, Field("m/s", "mean", CHOSEN)] = 0.0
 
     def at(self, t: float) -> Demand:

@@ -21,8 +21,8 @@ class Step(NamedTuple):
     Fails as a demand for laws that use its derivatives: the jump is not in them.
     """
 
-    initial: Annotated[float, Field("m/s", "demand before the step", CHOSEN)] = 0.0
-    final: Annotated[float, Field("m/s", "demand from the step on", CHOSEN)] = 0.03
+    initial: Annotated[float, Field("m/s", "demand before the step")]
+    final: Annotated[float, Field("m/s", "demand from the step on")]
     time: Annotated[float, Field("s", "switching instant", CHOSEN, at_least=0)] = 0.1
 
     def at(self, t: float) -> Demand:

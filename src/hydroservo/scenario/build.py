@@ -4,7 +4,7 @@ import inspect
 import warnings
 from collections.abc import Callable, Collection, Hashable, Iterator, Mapping
 from functools import cache
-from typing import Any, NamedTuple, get_args, get_type_hints
+from typing import Any, NamedTuple, cast, get_args, get_type_hints
 
 from hydroservo.block import Block
 from hydroservo.checks import allowed, checked, number
@@ -19,9 +19,9 @@ from hydroservo.scenario.registry import Maker, maker_in_role, makers, names_in_
 from hydroservo.scenario.tables import Entry, Table
 from hydroservo.time_series import TimeSeries
 
-__all__ = ["Argument", "Draft", "draft", "hints", "number_from"]
+__all__ = ["Argument", "Draft", "draft", "hints", "no_model", "number_from"]
 
-Nominal = Callable[[], DesignModel]
+Nominal = Callable[[], DesignModel | None]
 LARGEST_INTEGER = 2**63  # TOML's integers have 64 bits
 AS_PRINTED = "as_printed"
 NO_FIELD = Field("", "")
@@ -88,13 +88,13 @@ def draft(hint: Any, default: Block | None, table: Table, nominal: Nominal) -> D
         hint: the annotation of the field it is for: a role, or a class of blocks.
         default: the field's own block, whose values hold where the table has none; None if there is none.
         table: the table.
-        nominal: gives what a :class:`DesignModel` inside the block starts from that a table describes.
+        nominal: gives what a :class:`DesignModel` inside the block starts from for which there is a table.
 
     Raises:
         ScenarioError: the table has an unknown key or type, or a value that is not what it must be.
     """
     if hint is DesignModel:  # what a law believes, whatever its class believes by default
-        default = nominal() if set(table.names()) - {"type"} else THIS_MACHINE
+        default = nominal() if table.names() else THIS_MACHINE
     maker = maker_of(hint, default, table)
     base = default._asdict() if default is not None and type(default) is maker else defaults(maker)
     table = table.retyped(type(default).__name__, lambda entry: defaults(maker_named(hint, default, entry)))
@@ -105,6 +105,10 @@ def draft(hint: Any, default: Block | None, table: Table, nominal: Nominal) -> D
             raise table.entry(name).unknown(name, base)
     members = {name: member(maker, name, value, table, nominal) for name, value in base.items()}
     return Draft(maker, members, table)
+
+
+def no_model() -> None:
+    """A model in a machine or a metric has nothing to start from."""
 
 
 def check_as_printed(entry: Entry) -> None:
@@ -124,6 +128,8 @@ def maker_of(hint: Any, default: Block | None, table: Table) -> Maker:
     if not table.has("type"):
         if default is not None:
             return type(default)
+        if is_block_class(hint):
+            return cast("Maker", hint)
         raise table.error(f"a type is needed; it {one_of('', type_names(hint))}")
     return maker_named(hint, default, table.entry("type"))
 

@@ -10,10 +10,10 @@ from hydroservo.block import Block, field_at, leaves
 from hydroservo.checks import consistent
 from hydroservo.errors import ParameterError, ScenarioError
 from hydroservo.hooks import at_rest
-from hydroservo.loop import Loop
+from hydroservo.loop import Loop, Simulation
 from hydroservo.nearest import one_of
 from hydroservo.plants.design_model import DesignModel
-from hydroservo.scenario.build import Argument, Draft, Nominal, draft, hints
+from hydroservo.scenario.build import Argument, Draft, Nominal, draft, hints, no_model
 from hydroservo.scenario.layers import layered
 from hydroservo.scenario.metrics import metrics_in
 from hydroservo.scenario.plugins import load_plugin
@@ -57,10 +57,11 @@ def load_scenario(
     for nested blocks, ``[uncertainty]`` and ``[truth]``, and ``[tune]`` for the search of its numbers. With
     ``base = "rig/1khz"`` or the path of a file it builds on another: what it gives lies over that one's,
     key by key, and another ``type`` drops what the new one does not have. What neither gives takes the
-    blocks' defaults; only the type of the controller must be there. The controller believes in the machine
-    before its uncertainty and truth, unless its own tables (``[controller.model.plant]`` ...) say otherwise.
-    An uncertainty is a relative deviation of a parameter of the machine, or of what a constructor takes that
-    its ``type`` names; a truth is the value that such a number has, whatever deviates.
+    blocks' defaults; the types of plant, valve, supply, reference and controller must be there, here or in
+    the base. The controller believes in the machine before its uncertainty and truth, unless its own tables
+    (``[controller.model.plant]`` ...) say otherwise. An uncertainty is a relative deviation of a parameter of
+    the machine, or of what a constructor takes that its ``type`` names; a truth is the value that such a
+    number has, whatever deviates.
 
     Args:
         source: the path of a TOML file, or the name of a built-in scenario such as ``paper/sine-tsmc``.
@@ -150,22 +151,22 @@ def truth_error(scenario: Table, problem: str) -> ScenarioError:
 
 def part(scenario: Table, name: str, nominal: Nominal) -> Draft:
     """The block of one field of the loop, before it is made."""
-    return draft(hints(Loop)[name], Loop._field_defaults[name], scenario.table(name), nominal)
+    return draft(hints(Loop)[name], Loop._field_defaults.get(name), scenario.table(name), nominal)
 
 
 def check_tables(scenario: Table) -> None:
-    """Refuse tables that a scenario does not have, and a scenario without a controller."""
+    """Refuse tables that a scenario does not have, and one that lacks a block without default."""
     allowed = ("title", *Loop._fields, "uncertainty", "truth", "tune")
     for name in scenario.names():
         if name not in allowed:
             raise scenario.entry(name).unknown(name, allowed)
     if scenario.has("title") and not isinstance(scenario.entry("title").value, str):
         raise scenario.entry("title").error("must be a string")
-    controller = scenario.table("controller")
-    if not controller.has("type"):
-        role = hints(Loop)["controller"]
-        names = names_in_role(role)
-        raise controller.error(f"a [controller] table with a type is needed; it {one_of('', names)}")
+    for name, role in hints(Loop).items():
+        table = scenario.table(name)
+        if name not in Loop._field_defaults and role is not Simulation and not table.has("type"):
+            names = names_in_role(role)
+            raise table.error(f"a [{name}] table with a type is needed, or a base; it {one_of('', names)}")
 
 
 def believed_in(machine: Machine, scenario: Table) -> DesignModel:
@@ -176,11 +177,6 @@ def believed_in(machine: Machine, scenario: Table) -> DesignModel:
     """
     with answers(scenario):
         return believed(machine)
-
-
-def no_model() -> DesignModel:
-    """The machine itself holds no model of it."""
-    return DesignModel()
 
 
 @contextmanager

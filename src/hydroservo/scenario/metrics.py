@@ -4,9 +4,8 @@ from hydroservo.block import Block
 from hydroservo.loop import Loop
 from hydroservo.metrics import usual
 from hydroservo.monitors.group import Usual, group, is_name
-from hydroservo.plants.design_model import DesignModel
 from hydroservo.roles import Monitor
-from hydroservo.scenario.build import draft
+from hydroservo.scenario.build import draft, no_model
 from hydroservo.scenario.tables import Table
 
 __all__ = ["metrics_in"]
@@ -35,5 +34,5 @@ def metrics_in(table: Table, loop: Loop) -> Block:
     for name in names:
         if not is_name(name):
             raise table.entry(name).error("must stand under a name of letters, digits and underscores")
-        found[name] = draft(Monitor, every.get(name), table.table(name), DesignModel).made()
+        found[name] = draft(Monitor, every.get(name), table.table(name), no_model).made()
     return group(found)

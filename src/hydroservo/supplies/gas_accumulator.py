@@ -24,8 +24,8 @@ class GasAccumulator(NamedTuple):
     constant then, but lies between 1 (slow) and 1.4 (fast).
     """
 
-    precharge: Annotated[float, Field("Pa", "precharge pressure", CHOSEN, above=0)] = 30e5
-    gas_volume: Annotated[float, Field("m^3", "gas volume at the precharge", CHOSEN, above=0)] = 5e-4
+    precharge: Annotated[float, Field("Pa", "precharge pressure", above=0)]
+    gas_volume: Annotated[float, Field("m^3", "gas volume at the precharge", above=0)]
     exponent: Annotated[float, Field("", "polytropic exponent", CHOSEN, at_least=1, at_most=2)] = 1.2
 
     def compliance(self, pressure: float) -> float:

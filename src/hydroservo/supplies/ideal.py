@@ -6,7 +6,6 @@ from hydroservo.block import Field
 from hydroservo.errors import ParameterError
 from hydroservo.roles import Supply, role
 from hydroservo.signals import Pressures
-from hydroservo.sources import TSMC_EHA_2021
 
 __all__ = ["IdealSupply", "IdealSupplyState"]
 
@@ -25,7 +24,7 @@ class IdealSupply(NamedTuple):
     Fails where the pump's flow limit, the relief valve or the line volume matters; see PumpSupply.
     """
 
-    supply_pressure: Annotated[float, Field("Pa", "supply pressure p_s", TSMC_EHA_2021, above=0)] = 40e5
+    supply_pressure: Annotated[float, Field("Pa", "supply pressure p_s", above=0)]
     return_pressure: Annotated[float, Field("Pa", "return pressure p_r", "eq. (2) has none", at_least=0)] = (
         0.0
     )

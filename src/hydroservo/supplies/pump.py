@@ -8,7 +8,7 @@ from hydroservo.constants import ATMOSPHERE
 from hydroservo.errors import ParameterError
 from hydroservo.roles import Accumulator, Supply, role
 from hydroservo.signals import Pressures
-from hydroservo.sources import CHOSEN, DATASHEET, TSMC_EHA_2021
+from hydroservo.sources import CHOSEN, DATASHEET
 from hydroservo.supplies.ideal import IdealSupply
 from hydroservo.supplies.no_accumulator import NoAccumulator
 from hydroservo.supplies.relief import ReliefValve
@@ -16,21 +16,21 @@ from hydroservo.supplies.relief import ReliefValve
 __all__ = ["PumpSupply", "PumpSupplyState"]
 
 LEAST_PRESSURE = 1.0  # [Pa] absolute, at which the air is thought to grow no more
-RELIEF, NONE = ReliefValve(), NoAccumulator()
+NONE = NoAccumulator()
 
-Displacement = Annotated[float, Field("m^3/rad", "displacement of the pump", CHOSEN, above=0)]
+Displacement = Annotated[float, Field("m^3/rad", "displacement of the pump", above=0)]
 RatedSpeed = Annotated[float, Field("rad/s", "speed at the rated point", DATASHEET, above=0)]
 RatedPressure = Annotated[float, Field("Pa", "pressure rise over the pump when rated", DATASHEET, above=0)]
 VolumetricEfficiency = Annotated[
     float, Field("", "volumetric efficiency at the rated point", DATASHEET, above=0, at_most=1)
 ]
 SpeedGain = Annotated[float, Field("N m s/rad", "gain of the speed control", CHOSEN, above=0)]
-MaxTorque = Annotated[float, Field("N m", "largest torque of the motor", CHOSEN, above=0)]
-Inertia = Annotated[float, Field("kg m^2", "inertia of motor and pump", CHOSEN, above=0)]
+MaxTorque = Annotated[float, Field("N m", "largest torque of the motor", above=0)]
+Inertia = Annotated[float, Field("kg m^2", "inertia of motor and pump", above=0)]
 ViscousFriction = Annotated[float, Field("N m s/rad", "viscous friction of both", CHOSEN, at_least=0)]
-ReturnPressure = Annotated[float, Field("Pa", "return pressure p_r", TSMC_EHA_2021, at_least=0)]
-Volume = Annotated[float, Field("m^3", "oil between pump and valve", CHOSEN, above=0)]
-BulkModulus = Annotated[float, Field("Pa", "bulk modulus of oil and line", TSMC_EHA_2021, above=0)]
+ReturnPressure = Annotated[float, Field("Pa", "return pressure p_r", "an open tank", at_least=0)]
+Volume = Annotated[float, Field("m^3", "oil between pump and valve", above=0)]
+BulkModulus = Annotated[float, Field("Pa", "bulk modulus of oil and line", above=0)]
 FreeAir = Annotated[
     float, Field("", "free air at atmospheric pressure, as a share of the volume", CHOSEN, above=0, below=1)
 ]
@@ -63,18 +63,18 @@ class PumpSupply(NamedTuple):
     the pump cannot suck: its losses are proportional to pressure and speed here.
     """
 
-    displacement: Displacement = 3.2e-7
-    demanded_speed: Annotated[float, Field("rad/s", "demanded speed", CHOSEN, at_least=0)] = 157.0
+    displacement: Displacement
+    demanded_speed: Annotated[float, Field("rad/s", "demanded speed", at_least=0)]
+    max_torque: MaxTorque
+    inertia: Inertia
+    volume: Volume
+    bulk_modulus: BulkModulus
+    relief: ReliefValve
     speed_gain: SpeedGain = 1.0
-    max_torque: MaxTorque = 5.0
-    inertia: Inertia = 2e-3
     viscous: ViscousFriction = 1e-3
     leakage: Annotated[float, Field("m^3/(s Pa)", "leakage of the pump", CHOSEN, at_least=0)] = 7e-13
-    return_pressure: ReturnPressure = 2e5
-    volume: Volume = 2e-4
-    bulk_modulus: BulkModulus = 7e8
+    return_pressure: ReturnPressure = 0.0
     free_air: FreeAir = 5e-3
-    relief: ReliefValve = RELIEF
     accumulator: Accumulator = NONE
 
     @classmethod
@@ -85,14 +85,14 @@ class PumpSupply(NamedTuple):
         volumetric_efficiency: VolumetricEfficiency,
         rated_pressure: RatedPressure,
         max_torque: MaxTorque,
+        inertia: Inertia,
+        volume: Volume,
+        bulk_modulus: BulkModulus,
+        relief: ReliefValve,
         speed_gain: SpeedGain = 1.0,
-        inertia: Inertia = 2e-3,
         viscous: ViscousFriction = 1e-3,
-        return_pressure: ReturnPressure = 2e5,
-        volume: Volume = 2e-4,
-        bulk_modulus: BulkModulus = 7e8,
+        return_pressure: ReturnPressure = 0.0,
         free_air: FreeAir = 5e-3,
-        relief: ReliefValve = RELIEF,
         accumulator: Accumulator = NONE,
     ) -> "PumpSupply":
         """The supply whose pump delivers eta D w_n at its rated speed w_n, p_n above the return pressure.

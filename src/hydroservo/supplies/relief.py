@@ -6,11 +6,11 @@ from hydroservo import ops
 from hydroservo.block import Field
 from hydroservo.errors import ParameterError
 from hydroservo.roles import Relief, role
-from hydroservo.sources import CHOSEN, DATASHEET, TSMC_EHA_2021
+from hydroservo.sources import CHOSEN, DATASHEET
 
 __all__ = ["ReliefValve"]
 
-CrackingPressure = Annotated[float, Field("Pa", "pressure at which it opens", TSMC_EHA_2021, above=0)]
+CrackingPressure = Annotated[float, Field("Pa", "pressure at which it opens", above=0)]
 Override = Annotated[float, Field("Pa", "pressure beyond cracking at a flow", DATASHEET, above=0)]
 OverrideFlow = Annotated[float, Field("m^3/s", "flow at the override", DATASHEET, above=0)]
 
@@ -23,7 +23,7 @@ class ReliefValve(NamedTuple):
     Fails where its spring and mass chatter, and where it reseats below the pressure at which it opened.
     """
 
-    cracking_pressure: CrackingPressure = 40e5
+    cracking_pressure: CrackingPressure
     gradient: Annotated[float, Field("m^3/(s Pa)", "flow per pressure beyond cracking", CHOSEN, above=0)] = (
         2.5e-10
     )

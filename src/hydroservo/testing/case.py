@@ -8,6 +8,7 @@ from hydroservo.block import Block
 from hydroservo.plants import DesignModel
 from hydroservo.roles import Monitor
 from hydroservo.scenario.fits import role_methods, roles_of, said_roles
+from hydroservo.testing.examples import EXAMPLES, example
 from hydroservo.testing.lines import file_of, line_of
 from hydroservo.wiring import with_model
 
@@ -66,7 +67,7 @@ class Case(NamedTuple):
 def case_of(block: Any, role: type | None = None) -> Case:
     """A block to be asked, by itself or by its class, whose defaults it then has.
 
-    A law that believes in the machine of its loop, which it has none of here, has a design model's defaults.
+    A law that believes in the machine of its loop, is asked with an example of a design model.
 
     Args:
         block: the block or its class.
@@ -76,8 +77,8 @@ def case_of(block: Any, role: type | None = None) -> Case:
         ContractError: the class has no defaults, or the role is not clear.
     """
     cls = block if isinstance(block, type) else type(block)
-    example = example_of(block) if isinstance(block, type) else block
-    return Case(with_model(example, DesignModel()), role or only_role(cls))
+    asked = example_of(block) if isinstance(block, type) else block
+    return Case(with_model(asked, example(DesignModel)), role or only_role(cls))
 
 
 def only_role(cls: type) -> type:
@@ -96,10 +97,13 @@ def only_role(cls: type) -> type:
 
 
 def example_of(cls: Any) -> Block:
-    """A block with the defaults of its class."""
+    """A block with the defaults of its class, or the example of one of hydroservo's own that has none."""
+    if cls in EXAMPLES:
+        return EXAMPLES[cls]
     given = getattr(cls, "_field_defaults", {})
     open_fields = [name for name in cls._fields if name not in given]
     if open_fields:
         problem = f"has no default for {', '.join(open_fields)}: give one, or ask of an example"
         raise ContractError(problem, line_of(cls, open_fields[0]))
-    return cls()
+    made: Block = cls()
+    return made

@@ -18,6 +18,7 @@ from hydroservo.roles import Monitor, Reaching, Realisation
 from hydroservo.running import ready
 from hydroservo.scenario.fits import role_methods
 from hydroservo.signals import Demand, Draws, MachineOutputs, Measurement, PortFlows, Pressures
+from hydroservo.testing.examples import example
 from hydroservo.testing.places import watched_loop
 from hydroservo.time_series import TimeSeries
 from hydroservo.valves import Orifice
@@ -166,8 +167,8 @@ class Oscillator(NamedTuple):
 
 MADE: dict[str, Callable[[Range], SearchStrategy[Any]]] = {
     "draws": lambda _: st.builds(Draws, whole_below(2**53), whole_below(2**16), whole_below(2**53)),
-    "model": lambda spread: block_of(DesignModel(), spread),
-    "edges": lambda spread: block_of(Orifice(), spread),
+    "model": lambda spread: block_of(example(DesignModel), spread),
+    "edges": lambda spread: block_of(example(Orifice), spread),
     "substeps": lambda _: st.integers(1, 5),
     "system": lambda _: st.just(Oscillator()),
     "x": lambda _: state(Swinging(0.0, 0.0), ordinary=True),

@@ -13,6 +13,7 @@ from hydroservo.plants import Cylinder
 from hydroservo.roles import Hold, Monitor
 from hydroservo.scenario.fits import ROLES, said_roles
 from hydroservo.scenario.registry import shipped_classes
+from hydroservo.testing.examples import example
 
 __all__ = ["loop_with", "watched_loop"]
 
@@ -31,7 +32,7 @@ class Place(NamedTuple):
 def loop_with(block: Block, role: type) -> Loop | None:
     """The first loop, by how deep it is nested, that takes a block in a role; None where no loop does.
 
-    Blocks around it are those that hydroservo has, with their defaults.
+    Blocks around it are those that hydroservo has, with their defaults, or examples where they have none.
     """
     for place in places():
         if place.kind in (role, type(block)):
@@ -47,7 +48,7 @@ def places() -> Iterator[Place]:
     """The fields that hold blocks, in a loop and in each block that it may hold, and a monitor's place."""
     yield Place(watched_loop(), "metrics.asked", Monitor)
     seen: set[type] = set()
-    waiting = deque((Loop(), path) for path in Loop._fields)
+    waiting = deque((example(Loop), path) for path in Loop._fields)
     while waiting:
         loop, path = waiting.popleft()
         here, kind = value_at(loop, path), kind_at(loop, path)
@@ -58,14 +59,16 @@ def places() -> Iterator[Place]:
         for cls in dict.fromkeys([type(here), *others]):
             if cls not in seen:
                 seen.add(cls)
-                block: Block = here if cls is type(here) else cls()
+                block: Block = here if cls is type(here) else example(cls)
                 inside = replace(loop, {path: block})
                 waiting.extend((inside, f"{path}.{name}") for name in block._fields)
 
 
 def watched_loop() -> Loop:
     """A loop with all that a monitor may read: chambers, and a law with a model and an observer."""
-    return Loop(plant=Cylinder(), controller=TSMC(), metrics=group({"asked": TrackingError()}))
+    return example(
+        Loop, plant=example(Cylinder), controller=example(TSMC), metrics=group({"asked": TrackingError()})
+    )
 
 
 def playing(role: type) -> list[type]:

@@ -7,15 +7,14 @@ from hydroservo import ops
 from hydroservo.block import Field
 from hydroservo.errors import ParameterError
 from hydroservo.roles import MeteringEdges, Valve, role
-from hydroservo.sources import DATASHEET, TSMC_EHA_2021
-from hydroservo.valves.orifice import Orifice, check_opens
+from hydroservo.sources import DATASHEET
+from hydroservo.valves.orifice import check_opens
 
 __all__ = ["FirstOrderValve", "FirstOrderValveState"]
 
-EDGES = Orifice()
 
-Gain = Annotated[float, Field("m/V", "servo valve gain K_sv", TSMC_EHA_2021, above=0)]
-MaxOpening = Annotated[float, Field("m", "spool limit x_max", TSMC_EHA_2021, above=0)]
+Gain = Annotated[float, Field("m/V", "servo valve gain K_sv", above=0)]
+MaxOpening = Annotated[float, Field("m", "spool limit x_max", above=0)]
 CornerFrequency = Annotated[float, Field("Hz", "frequency of -3 dB and -45 degrees", DATASHEET, above=0)]
 
 
@@ -35,18 +34,18 @@ class FirstOrderValve(NamedTuple):
     Fails near the valve's bandwidth, where a real spool is of second order and slew limited.
     """
 
-    gain: Gain = 5e-4
-    time_constant: Annotated[float, Field("s", "spool time constant T_sv", TSMC_EHA_2021, above=0)] = 0.01
-    max_opening: MaxOpening = 5e-3
-    orifice: MeteringEdges = EDGES
+    gain: Gain
+    time_constant: Annotated[float, Field("s", "spool time constant T_sv", above=0)]
+    max_opening: MaxOpening
+    orifice: MeteringEdges
 
     @classmethod
     def from_corner(
         cls,
         corner_frequency: CornerFrequency,
-        gain: Gain = 5e-4,
-        max_opening: MaxOpening = 5e-3,
-        orifice: MeteringEdges = EDGES,
+        gain: Gain,
+        max_opening: MaxOpening,
+        orifice: MeteringEdges,
     ) -> "FirstOrderValve":
         """The valve whose lag is 45 degrees, and amplitude 1/sqrt(2), at a frequency f: T_sv = 1/(2 pi f).
 

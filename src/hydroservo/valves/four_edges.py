@@ -9,7 +9,7 @@ from hydroservo.block import Field
 from hydroservo.errors import ParameterError
 from hydroservo.roles import MeteringEdges, role
 from hydroservo.signals import PortFlows, Pressures
-from hydroservo.sources import CHOSEN, TSMC_EHA_2021
+from hydroservo.sources import CHOSEN
 from hydroservo.valves.orifice import (
     Density,
     DischargeCoefficient,
@@ -24,7 +24,7 @@ __all__ = ["FourEdges"]
 ROOT_2 = math.sqrt(2.0)
 LEAST_SQUARE = 1e-60  # [Pa^2] keeps 0/0 away where the transition drop is 0
 
-AreaGradient = Annotated[float, Field("m", "area gradient w of port A's edges", TSMC_EHA_2021, above=0)]
+AreaGradient = Annotated[float, Field("m", "area gradient w of port A's edges", above=0)]
 Lap = Annotated[float, Field("m", "overlap of each edge, underlap if negative", "critical lap")]
 TransitionDrop = Annotated[
     float, Field("Pa", "drop over an edge below which the flow is laminar", CHOSEN, at_least=0)
@@ -34,7 +34,8 @@ AreaRatioB = Annotated[
 ]
 NullLeakage = Annotated[float, Field("m^3/s", "flow from P to T at null, ports blocked", CHOSEN, at_least=0)]
 NullPressure = Annotated[
-    float, Field("Pa", "drop from P to T at which the null leakage is given", TSMC_EHA_2021, above=0)
+    float,
+    Field("Pa", "drop from P to T at which the null leakage is given", "usual", above=0),
 ]
 
 
@@ -69,9 +70,9 @@ class FourEdges(NamedTuple):
     other drops than its clearance was found at: that leakage is laminar, so proportional to the drop.
     """
 
-    discharge_coefficient: DischargeCoefficient = 0.62
-    area_gradient: AreaGradient = 0.024
-    density: Density = 850.0
+    discharge_coefficient: DischargeCoefficient
+    area_gradient: AreaGradient
+    density: Density
     lap: Lap = 0.0
     clearance: Annotated[
         float, Field("m", "opening of an edge that is just closed, from leakage", CHOSEN, at_least=0)
@@ -86,7 +87,7 @@ class FourEdges(NamedTuple):
         rated_drop: RatedDrop,
         rated_opening: RatedOpening,
         null_leakage: NullLeakage = 0.0,
-        supply_pressure: NullPressure = 40e5,
+        supply_pressure: NullPressure = 70e5,
         lap: Lap = 0.0,
         transition_drop: TransitionDrop = 1e5,
         area_ratio_b: AreaRatioB = 1.0,

@@ -8,14 +8,14 @@ from hydroservo.block import Field
 from hydroservo.errors import ParameterError
 from hydroservo.roles import MeteringEdges, role
 from hydroservo.signals import PortFlows, Pressures
-from hydroservo.sources import DATASHEET, TSMC_EHA_2021
+from hydroservo.sources import DATASHEET
 
 __all__ = ["Orifice", "check_opens"]
 
 ROOT_2 = math.sqrt(2.0)
 
-DischargeCoefficient = Annotated[float, Field("", "discharge coefficient C_d", TSMC_EHA_2021, above=0)]
-Density = Annotated[float, Field("kg/m^3", "oil density rho", TSMC_EHA_2021, above=0)]
+DischargeCoefficient = Annotated[float, Field("", "discharge coefficient C_d", "of sharp edges", above=0)]
+Density = Annotated[float, Field("kg/m^3", "oil density rho", "of mineral oil", above=0)]
 RatedFlow = Annotated[float, Field("m^3/s", "flow at the rated point, without load", DATASHEET, above=0)]
 RatedDrop = Annotated[float, Field("Pa", "rated pressure drop over both edges", DATASHEET, above=0)]
 RatedOpening = Annotated[float, Field("m", "spool position at the rated flow", DATASHEET, above=0)]
@@ -34,9 +34,9 @@ class Orifice(NamedTuple):
     the spool's centre, where real edges leak or overlap; see FourEdges.
     """
 
-    discharge_coefficient: DischargeCoefficient = 0.62
-    area_gradient: Annotated[float, Field("m", "area gradient w", TSMC_EHA_2021, above=0)] = 0.024
-    density: Density = 850.0
+    discharge_coefficient: DischargeCoefficient
+    area_gradient: Annotated[float, Field("m", "area gradient w", above=0)]
+    density: Density
 
     @classmethod
     def rated(

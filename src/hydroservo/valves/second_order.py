@@ -7,16 +7,15 @@ from hydroservo import ops
 from hydroservo.block import Field
 from hydroservo.errors import ParameterError
 from hydroservo.roles import MeteringEdges, Valve, role
-from hydroservo.sources import CHOSEN, DATASHEET, TSMC_EHA_2021
-from hydroservo.valves.orifice import Orifice, check_opens
+from hydroservo.sources import CHOSEN, DATASHEET
+from hydroservo.valves.orifice import check_opens
 
 __all__ = ["SecondOrderValve", "SecondOrderValveState"]
 
 BRAKE = 5.0  # rate at which the limits are neared, in natural frequencies
-EDGES = Orifice()
 
-Gain = Annotated[float, Field("m/V", "servo valve gain K_sv", TSMC_EHA_2021, above=0)]
-MaxOpening = Annotated[float, Field("m", "spool limit x_max", TSMC_EHA_2021, above=0)]
+Gain = Annotated[float, Field("m/V", "servo valve gain K_sv", above=0)]
+MaxOpening = Annotated[float, Field("m", "spool limit x_max", above=0)]
 SlewLimit = Annotated[float, Field("m/s", "largest speed of the spool", CHOSEN, above=0)]
 Hysteresis = Annotated[float, Field("m", "full width of the hysteresis, as an opening", CHOSEN, at_least=0)]
 Frequency90 = Annotated[float, Field("Hz", "frequency of -90 degrees", DATASHEET, above=0)]
@@ -49,26 +48,24 @@ class SecondOrderValve(NamedTuple):
     the pilot pressure.
     """
 
-    gain: Gain = 5e-4
-    natural_frequency: Annotated[float, Field("rad/s", "natural frequency of the spool", CHOSEN, above=0)] = (
-        300.0
-    )
+    gain: Gain
+    natural_frequency: Annotated[float, Field("rad/s", "natural frequency of the spool", above=0)]
+    max_opening: MaxOpening
+    orifice: MeteringEdges
     damping_ratio: Annotated[float, Field("", "damping ratio of the spool", CHOSEN, above=0)] = 0.8
-    max_opening: MaxOpening = 5e-3
     slew_limit: SlewLimit = 0.5
     hysteresis: Hysteresis = 0.0
-    orifice: MeteringEdges = EDGES
 
     @classmethod
     def from_response(
         cls,
         frequency_90: Frequency90,
         frequency_3db: Frequency3dB,
-        gain: Gain = 5e-4,
-        max_opening: MaxOpening = 5e-3,
+        gain: Gain,
+        max_opening: MaxOpening,
+        orifice: MeteringEdges,
         slew_limit: SlewLimit = 0.5,
         hysteresis: Hysteresis = 0.0,
-        orifice: MeteringEdges = EDGES,
     ) -> "SecondOrderValve":
         """The valve with a measured small-signal frequency response.
 
@@ -85,7 +82,7 @@ class SecondOrderValve(NamedTuple):
             allowed = "must be below 1.55 times frequency_90: no damping gives a second-order spool more"
             raise ParameterError("frequency_3db", frequency_3db, allowed)
         wn, damping_ratio = 2.0 * math.pi * frequency_90, 0.5 * math.sqrt(left) / ratio
-        return cls(gain, wn, damping_ratio, max_opening, slew_limit, hysteresis, orifice)
+        return cls(gain, wn, max_opening, orifice, damping_ratio, slew_limit, hysteresis)
 
     def check(self) -> None:
         check_opens(self.orifice, self.max_opening)

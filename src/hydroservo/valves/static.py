@@ -5,8 +5,7 @@ from typing import Annotated, NamedTuple
 from hydroservo import ops
 from hydroservo.block import Field
 from hydroservo.roles import MeteringEdges, Valve, role
-from hydroservo.sources import TSMC_EHA_2021
-from hydroservo.valves.orifice import Orifice, check_opens
+from hydroservo.valves.orifice import check_opens
 
 __all__ = ["StaticValve", "StaticValveState"]
 
@@ -23,9 +22,9 @@ class StaticValve(NamedTuple):
     Fails above a tenth of a real valve's bandwidth; see FirstOrderValve.
     """
 
-    gain: Annotated[float, Field("m/V", "servo valve gain K_sv", TSMC_EHA_2021, above=0)] = 5e-4
-    max_opening: Annotated[float, Field("m", "spool limit x_max", TSMC_EHA_2021, above=0)] = 5e-3
-    orifice: MeteringEdges = Orifice()
+    gain: Annotated[float, Field("m/V", "servo valve gain K_sv", above=0)]
+    max_opening: Annotated[float, Field("m", "spool limit x_max", above=0)]
+    orifice: MeteringEdges
 
     def check(self) -> None:
         check_opens(self.orifice, self.max_opening)

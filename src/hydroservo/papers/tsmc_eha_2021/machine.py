@@ -20,6 +20,7 @@ from hydroservo.plants.design_model import DesignModel
 from hydroservo.plants.load_pressure import LoadPressurePlant
 from hydroservo.references.sine import Sine
 from hydroservo.references.square import Square
+from hydroservo.roles import Load, Reference
 from hydroservo.supplies.ideal import IdealSupply
 from hydroservo.valves.orifice import Orifice
 from hydroservo.valves.static import StaticValve
@@ -84,8 +85,11 @@ DURATION = 8.0  # [s]
 AMPLITUDE = 0.03  # [m/s] of both demands
 PERIOD = 4.0  # [s] of the sine; of the square chosen
 LOAD = 100.0  # [N] of both loads
-REFERENCES = {"sine": Sine(AMPLITUDE, 1.0 / PERIOD), "square": Square(AMPLITUDE, PERIOD)}
-LOADS = {"sine": SineLoad(LOAD, 1.0 / PERIOD), "square": Constant(LOAD)}
+REFERENCES: dict[str, Reference] = {
+    "sine": Sine(AMPLITUDE, 1.0 / PERIOD),
+    "square": Square(AMPLITUDE, PERIOD),
+}
+LOADS: dict[str, Load] = {"sine": SineLoad(LOAD, 1.0 / PERIOD), "square": Constant(LOAD)}
 
 COMMAND_LIMIT = Saturation(10.0)  # [V] x_max/K_sv
 MODEL = DesignModel(PLANT, ORIFICE, SUPPLY, VALVE.gain)

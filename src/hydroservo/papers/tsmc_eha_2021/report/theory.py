@@ -10,7 +10,7 @@ from hydroservo.controllers.tsmc import TSMC
 from hydroservo.observers.tsm import TSMObserver
 from hydroservo.papers.tsmc_eha_2021.claims import CONVERGED, SURFACE_GAIN
 from hydroservo.papers.tsmc_eha_2021.conditions import DEMANDS
-from hydroservo.papers.tsmc_eha_2021.machine import AMPLITUDE
+from hydroservo.papers.tsmc_eha_2021.machine import AMPLITUDE, OBSERVER, TERMINAL
 from hydroservo.papers.tsmc_eha_2021.printed import printed_settling_bound
 from hydroservo.papers.tsmc_eha_2021.report.names import Trajectories
 from hydroservo.papers.tsmc_eha_2021.report.tables import Table
@@ -133,10 +133,13 @@ def laws(run: xr.Dataset) -> Laws:
     """The laws of a run, from its scenario."""
     scenario = scenario_of(run)
     controller = scenario["controller"]
-    observer = rebuilt(TSMObserver, controller["observer"])
-    return Laws(rebuilt(TSMC, controller), observer, scenario["simulation"]["period"])
+    observer = with_numbers(OBSERVER, controller["observer"])
+    law = with_numbers(TERMINAL._replace(observer=observer), controller)
+    return Laws(law, observer, scenario["simulation"]["period"])
 
 
-def rebuilt(kind: Any, table: dict[str, Any]) -> Any:
-    """A block with the numbers of its table in a scenario; blocks nested in it stay at their defaults."""
-    return kind(**{name: table[name] for name in kind._fields if isinstance(table.get(name), int | float)})
+def with_numbers(block: Any, table: dict[str, Any]) -> Any:
+    """A block with the numbers of its table in a scenario; blocks nested in it stay as they are."""
+    return block._replace(
+        **{name: table[name] for name in block._fields if isinstance(table.get(name), int | float)}
+    )

@@ -1,0 +1,128 @@
+"""An example of each block without defaults of its own: the machine and the laws of the first paper.
+
+Tests, benchmarks and the contract ask for them where any machine will do.
+"""
+
+from typing import Any, TypeVar, cast
+
+from hydroservo.block import Block
+from hydroservo.controllers import (
+    DAC,
+    AntiWindup,
+    Delay,
+    RateLimit,
+    Saturation,
+    ValveInversion,
+)
+from hydroservo.loads import Constant as ConstantLoad
+from hydroservo.loads import Square as SquareLoad
+from hydroservo.loads import Step as StepLoad
+from hydroservo.loop import Loop, Simulation
+from hydroservo.mechanics import LuGre, Mass, MassSpringDamper, Stribeck, Viscous
+from hydroservo.observers import BoundaryLayer
+from hydroservo.oils import ConstantOil
+from hydroservo.papers.tsmc_eha_2021 import machine
+from hydroservo.plants import Cylinder
+from hydroservo.plants.design_model import THIS_MACHINE
+from hydroservo.references import Chirp, Multisine, Ramp, Step
+from hydroservo.supplies import GasAccumulator, PumpSupply, ReliefValve
+from hydroservo.valves import FirstOrderValve, FourEdges, SecondOrderValve
+
+__all__ = ["EXAMPLES", "example"]
+
+Example = TypeVar("Example", bound=Block)
+
+PLANT, VALVE, SUPPLY, LAW = machine.PLANT, machine.VALVE, machine.SUPPLY, machine.PROPORTIONAL_INTEGRAL
+LIMIT, AMPLITUDE, FORCE = machine.COMMAND_LIMIT, machine.AMPLITUDE, machine.LOAD
+RELIEF = ReliefValve(cracking_pressure=SUPPLY.supply_pressure)
+EDGES = FourEdges(**machine.ORIFICE._asdict())
+CYLINDER = Cylinder(
+    area_a=PLANT.piston_area,
+    area_b=PLANT.piston_area,
+    stroke=PLANT.stroke,
+    dead_volume_a=2.4551e-5,  # [m^3] so that V_t is the plant's
+    dead_volume_b=2.4551e-5,
+    start_position=PLANT.start_position,
+    oil=ConstantOil(PLANT.bulk_modulus),
+    mechanism=Mass(PLANT.mass),
+    internal_leakage=PLANT.leakage,
+    friction=Viscous(PLANT.damping),
+)
+PUMP = PumpSupply(
+    displacement=3.2e-7,
+    demanded_speed=157.0,
+    max_torque=5.0,
+    inertia=0.002,
+    volume=2e-4,
+    bulk_modulus=PLANT.bulk_modulus,
+    relief=RELIEF,
+    return_pressure=2e5,
+)
+BLOCKS: tuple[Block, ...] = (
+    machine.MODEL,
+    machine.OBSERVER._replace(realisation=BoundaryLayer()),
+    machine.ORIFICE,
+    machine.REFERENCES["sine"],
+    machine.REFERENCES["square"],
+    PLANT,
+    VALVE,
+    SUPPLY,
+    LAW,
+    RELIEF,
+    EDGES,
+    CYLINDER,
+    PUMP,
+    AntiWindup(LAW._replace(saturation=Saturation(1000.0)), gain=100.0, saturation=LIMIT),
+    Chirp(AMPLITUDE),
+    ConstantLoad(FORCE),
+    ConstantOil(PLANT.bulk_modulus),
+    DAC(LAW),
+    Delay(LAW),
+    FirstOrderValve(VALVE.gain, machine.VALVE_LAG, VALVE.max_opening, machine.ORIFICE),
+    LuGre(viscous=PLANT.damping),
+    Mass(PLANT.mass),
+    MassSpringDamper(PLANT.mass),
+    Multisine(AMPLITUDE),
+    Ramp(0.0, AMPLITUDE),
+    RateLimit(LAW),
+    SecondOrderValve(VALVE.gain, 300.0, VALVE.max_opening, machine.ORIFICE),
+    machine.LOADS["sine"],
+    SquareLoad(FORCE, machine.PERIOD),
+    GasAccumulator(precharge=30e5, gas_volume=5e-4),
+    Step(0.0, AMPLITUDE),
+    StepLoad(0.0, FORCE),
+    Stribeck(viscous=PLANT.damping),
+    ValveInversion(LAW, machine.VALVE_LAG),
+    Viscous(PLANT.damping),
+    machine.BACKSTEPPING._replace(model=THIS_MACHINE),
+    machine.TERMINAL._replace(model=THIS_MACHINE, observer=machine.OBSERVER),
+    Loop(
+        Simulation(),
+        plant=PLANT,
+        valve=VALVE,
+        supply=SUPPLY,
+        load=machine.LOADS["sine"],
+        reference=machine.REFERENCES["sine"],
+        controller=LAW,
+    ),
+)
+EXAMPLES: dict[type, Block] = {type(block): block for block in BLOCKS}
+
+
+def example(cls: type[Example], *args: Any, **changes: Any) -> Example:
+    """A block of a class: the example of it with other values, or what its defaults make of them.
+
+    Args:
+        cls: a class of blocks, or a loop's.
+        args: values of its first fields.
+        changes: values of others, by their names.
+
+    Raises:
+        TypeError: the class has no example and no defaults, or not such a field.
+    """
+    if cls not in EXAMPLES:
+        return cast("Example", cls(*args, **changes))
+    given = dict(zip(cls._fields, args, strict=False))
+    if twice := given.keys() & changes:
+        raise TypeError(f"{cls.__name__} got {', '.join(sorted(twice))} twice")
+    return cast("Example", EXAMPLES[cls]._replace(**given, **changes))
