@@ -379,6 +379,7 @@ def search(tmp_path, monkeypatch):
 
 
 @pytest.mark.usefixtures("search")
+@pytest.mark.slow
 def test_the_search_of_a_scenario_is_that_of_the_options():
     """Whichever of the scenarios is named."""
     said = json.loads(succeeded("tune", "my.toml", "--json"))
@@ -398,6 +399,7 @@ def test_the_search_of_a_scenario_is_that_of_the_options():
 
 
 @pytest.mark.usefixtures("search")
+@pytest.mark.slow
 def test_options_override_the_search_of_a_scenario():
     said = json.loads(
         succeeded("tune", "my.toml", "--vary", f"{GAIN}=1..2", "--scales=1", "--seeds", "1", "--json")

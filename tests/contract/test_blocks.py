@@ -30,6 +30,7 @@ class TestContract(BlockContract):
         assert "Source:" in text
         assert "Fails" in text
 
+    test_gives_the_same_bits_compiled = pytest.mark.slow(BlockContract.test_gives_the_same_bits_compiled)
     test_gives_the_same_bits_in_c = pytest.mark.slow(BlockContract.test_gives_the_same_bits_in_c)
 
 
