@@ -3,7 +3,8 @@
 In Python::
 
     from my_controller import PressureFeedbackPI
-    simulate(Loop(controller=PressureFeedbackPI()))
+    loop = load_scenario("paper/sine-pi")
+    simulate(replace(loop, {"controller": PressureFeedbackPI()}))
 
 From a scenario: ``hydroservo run my.toml --plugin my_controller.py``.
 """

@@ -26,6 +26,7 @@ INVERTED_PI = {
     "controller.type": "ValveInversion",
     "controller.time_constant": "10 ms",
     "controller.controller.type": "PI",
+    "controller.controller.proportional_gain": "1 V s/m",  # until the search has found one
 }
 INVERTED_RANGES = {
     "controller.controller.proportional_gain": "0.03..30 V s/m",

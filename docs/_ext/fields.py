@@ -5,8 +5,9 @@ Docstrings write an absolute value as it is read, ``|s|``; reStructuredText woul
 
 import inspect
 import re
-from collections.abc import Callable, Iterator, Mapping
-from typing import Any, NamedTuple
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from itertools import compress
+from typing import Any, NamedTuple, get_type_hints
 
 import numpy as np
 from sphinx.application import Sphinx
@@ -27,8 +28,9 @@ class Row(NamedTuple):
     source: str
 
 
-PARAMETERS = Row("key", "default", "unit", "range", "meaning", "source")
-STATE = ("name", "unit", "meaning")
+Line = tuple[str, ...]
+PARAMETERS: Line = Row("key", "default", "unit", "range", "meaning", "source")
+STATE: Line = ("name", "unit", "meaning")
 CODE_OR_BAR = re.compile(r"``.*?``|\|")
 
 
@@ -38,9 +40,9 @@ def rows(maker: Callable[..., Any]) -> Iterator[Row]:
     for name in inspect.signature(maker).parameters:
         default, field = known.get(name), fields.get(name)
         if is_block(default):
-            yield Row(name, type(default).__name__, "", "", f"nested block, a {role(maker, name)}", "")
+            yield Row(name, type(default).__name__, "", "", nested(maker, name), "")
         elif field is None:
-            yield Row(name, written(default), "", "", "nested", "")
+            yield Row(name, written(default), "", "", nested(maker, name), "")
         else:
             automatic = isinstance(default, float | int) and default == field.auto
             value = '"auto"' if automatic else written(default)
@@ -55,9 +57,15 @@ def defaults(maker: Callable[..., Any]) -> Mapping[str, Any]:
     return dict(zip(names[len(names) - len(values) :], values, strict=True))
 
 
-def role(maker: Callable[..., Any], name: str) -> str:
-    hint = maker.__annotations__[name]
-    return str(getattr(hint, "__name__", hint))
+def nested(maker: Callable[..., Any], name: str) -> str:
+    """What is under a key that is no number: most often a block of some role, given or by default."""
+    hint = get_type_hints(maker)[name]
+    known = getattr(hint, "_is_protocol", False) or is_record(hint)
+    return f"nested block, {article(hint.__name__)} {hint.__name__}" if known else "nested"
+
+
+def article(name: str) -> str:
+    return "an" if name[0] in "AEIOU" else "a"
 
 
 def written(default: Any) -> str:
@@ -79,14 +87,22 @@ def table(maker: Callable[..., Any]) -> list[str]:
     found = list(rows(maker))
     if not found:
         return []
-    state = is_record(maker) and not defaults(maker)
-    lines = [tuple(getattr(row, name) for name in STATE) for row in found] if state else found
-    header = STATE if state else PARAMETERS
+    if is_state(maker):
+        header, lines = STATE, [tuple(getattr(row, name) for name in STATE) for row in found]
+    else:
+        header, lines = filled(PARAMETERS, found)
     body = [cell for line in (header, *lines) for cell in listed(line)]
     return ["", ".. list-table::", "   :header-rows: 1", "   :class: fields", "", *body, ""]
 
 
-def listed(line: tuple[str, ...]) -> Iterator[str]:
+def filled(header: Line, lines: Sequence[Line]) -> tuple[Line, list[Line]]:
+    """A header and lines without the columns that are empty in all lines."""
+    keep = [any(column) for column in zip(*lines, strict=True)]
+    header, *rest = (tuple(compress(line, keep)) for line in (header, *lines))
+    return header, rest
+
+
+def listed(line: Line) -> Iterator[str]:
     first, *rest = (linked(re.sub(r"([*_|])", r"\\\1", cell)) for cell in line)
     yield f"   * - {first}"
     yield from (f"     - {cell}" for cell in rest)
@@ -99,6 +115,15 @@ def linked(text: str) -> str:
 
 def is_record(thing: Any) -> bool:
     return isinstance(thing, type) and issubclass(thing, tuple) and hasattr(thing, "_fields")
+
+
+def is_state(thing: Any) -> bool:
+    """True for a record that is no block: it has neither defaults nor methods."""
+    return is_record(thing) and not thing._field_defaults and not any(map(inspect.isfunction, own(thing)))
+
+
+def own(cls: type) -> Iterator[Any]:
+    return (value for name, value in vars(cls).items() if not name.startswith("_"))
 
 
 def is_constructor(thing: Any) -> bool:

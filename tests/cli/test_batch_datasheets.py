@@ -5,11 +5,11 @@ import time
 
 import numpy as np
 import pytest
-from bases import on_base
 from cli_runner import failed, succeeded
 from test_batch_ranges import drawn as drawn_from
 from test_batch_replay import again, alone
 
+from bases import on_base
 from hydroservo import ParameterError, ScenarioError, simulate, simulate_batch
 from hydroservo.block import replace
 from hydroservo.mechanics import Mass

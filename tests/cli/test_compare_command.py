@@ -3,9 +3,9 @@
 import json
 
 import pandas as pd
-from bases import on_base
 from cli_runner import SHORT, UNSTABLE, succeeded
 
+from bases import on_base
 from hydroservo.cli.app import short_names
 
 

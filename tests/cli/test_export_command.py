@@ -5,10 +5,10 @@ import re
 import subprocess
 
 import pytest
-from bases import on_base
 from cli_runner import PLUGIN, failed, succeeded
 
 import hydroservo
+from bases import on_base
 from hydroservo.export.platforms import TOOLCHAINS, this_platform
 from hydroservo.provenance import scenario_hash
 from hydroservo.scenario import load_scenario

@@ -4,10 +4,10 @@ import json
 
 import pandas as pd
 import pytest
-from bases import on_base
 from cli_runner import PLUGIN, QUICK, SHORT, UNSTABLE, succeeded
 
 import hydroservo
+from bases import on_base
 from hydroservo import results
 from hydroservo.cli.summary import RunSummary
 from hydroservo.cli.tables import verdict

@@ -7,11 +7,11 @@ import tomllib
 
 import numpy as np
 import pytest
-from bases import on_base
 from cli_runner import PLUGIN, failed, hydroservo_, succeeded
 from test_cli_process import heavy_libraries_of, leaves_nothing, needs_posix, on_terminal
 
 import hydroservo
+from bases import on_base
 from hydroservo import simulate
 from hydroservo.cli import tune as command_module
 from hydroservo.scenario import load_scenario, parse_override

@@ -4,10 +4,10 @@ import time
 from pathlib import Path
 
 import pytest
-from bases import on_base
 from hypothesis import example, given
 from hypothesis import strategies as st
 
+from bases import on_base
 from hydroservo import Loop, ScenarioError
 from hydroservo.scenario import load_scenario, scenario_source
 
@@ -23,7 +23,10 @@ WRONG_TEXT = {
         '[controller]\ntype = "PI"\nproportional_gain = 1\n',
         "plant: a [plant] table with a type is needed, or a base; it must be one of Cylinder, ",
     ),
-    "no law": (NO_LAW, "controller: a [controller] table with a type is needed, or a base; it must be one of"),
+    "no law": (
+        NO_LAW,
+        "controller: a [controller] table with a type is needed, or a base; it must be one of",
+    ),
     "no type": (NO_LAW + "[controller]\n", "controller: a [controller] table with a type is needed"),
     "no gain": (
         NO_LAW + '[controller]\ntype = "PI"\n',
@@ -44,7 +47,10 @@ WRONG_TEXT = {
     "unknown key, nearest": (PI + "[plant]\nmas = 6\n", "; did you mean mass?"),
     "unknown table": (PI + "[plnt]\nmass = 6\n", "plnt: unknown key (value {'mass': 6})"),
     "nominal": (PI + "[nominal.plant]\nmass = 6\n", "nominal: unknown key"),
-    "misspelt type": (on_base('[controller]\ntype = "TMSC"\n'), "controller.type: 'TMSC' must be one of AntiWindup"),
+    "misspelt type": (
+        on_base('[controller]\ntype = "TMSC"\n'),
+        "controller.type: 'TMSC' must be one of AntiWindup",
+    ),
     "misspelt type, nearest": (on_base('[controller]\ntype = "tsmc"\n'), "did you mean TSMC?"),
     "type of another role": (
         on_base('[controller]\ntype = "TSMObserver"\n'),
@@ -87,7 +93,10 @@ WRONG_TEXT = {
     "number for a table": (PI + "plant = 3\n", "controller.plant: unknown key"),
     "number for a top table": ("plant = 3\n" + PI, "plant: 3 must be a table: [plant]"),
     "string for a block": (PI + '[controller.saturation]\nlimit = "10"\n', "has no unit; write '10 V'"),
-    "array of tables": (on_base('[[controller]]\ntype = "PI"\n'), "controller: [{'type': 'PI'}] must be a table"),
+    "array of tables": (
+        on_base('[[controller]]\ntype = "PI"\n'),
+        "controller: [{'type': 'PI'}] must be a table",
+    ),
     "broken number of steps": (
         PI + "[simulation]\nsubsteps = 1.5\n",
         "simulation.substeps: 1.5 must be a whole number at least 1",
@@ -158,7 +167,7 @@ WRONG_TEXT = {
 WRONG_BYTES = {
     "binary": (bytes(range(256)), "is not UTF-8 text (line 2)"),
     "null": (b"\0", "is not TOML"),
-    "latin-1": (PI.encode() + b"# \xe9\n", "is not UTF-8 text (line 3)"),
+    "latin-1": (PI.encode() + b"# \xe9\n", "is not UTF-8 text (line 4)"),
     "UTF-16": (PI.encode("utf-16"), "is UTF-16 text"),
     "two byte order marks": (b"\xef\xbb\xbf" * 2 + PI.encode(), "is not TOML"),
     "huge": (b"#" * (2**20 + 1), "is larger than 1 MiB"),

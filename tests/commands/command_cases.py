@@ -2,14 +2,16 @@
 
 import random
 import tomllib
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import cache
 from importlib import import_module
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from hydroservo.block import leaves
+from hydroservo.block import is_block, leaves
+from hydroservo.plants import ThisMachine
 from hydroservo.scenario import load_scenario, scenario_source, scenarios
+from hydroservo.testing.examples import EXAMPLES
 
 __all__ = ["KINDS", "Case", "case"]
 
@@ -55,11 +57,25 @@ def types(draw: random.Random) -> tuple[Words, dict[str, bytes]]:
     table = draw.choice(sorted({path.rpartition(".")[0] for path in known_paths(name)}))
     rooms = block_names()
     room = {"supply": "supplies"}.get(table, f"{table}s")
-    names = rooms[room if room in rooms and draw.random() < 0.7 else draw.choice(list(rooms))]
-    words = ["run", name, "--interpreted", *SHORT, "--set", f"{table}.type={draw.choice(names)}"]
+    chosen = room if room in rooms and draw.random() < 0.7 else draw.choice(list(rooms))
+    kind = draw.choice(rooms[chosen])
+    words = ["run", name, "--interpreted", *SHORT, "--set", f"{table}.type={kind}"]
+    if draw.random() < 0.7:  # with all that it takes
+        example = EXAMPLES.get(getattr(import_module(f"hydroservo.{chosen}"), kind))
+        words += [word for text in given(example, table) for word in ("--set", text)] if example else []
     if draw.random() < 0.5:
         words += ["--set", setting(draw, name)]
     return words, {}
+
+
+def given(block: Any, table: str) -> Iterator[str]:
+    """What ``--set`` takes for a block with all its numbers."""
+    for name, value in block._asdict().items():
+        if isinstance(value, float | int):
+            yield f"{table}.{name}={value!r}"
+        elif is_block(value) and not isinstance(value, ThisMachine):
+            yield f"{table}.{name}.type={type(value).__name__}"
+            yield from given(value, f"{table}.{name}")
 
 
 def steps(draw: random.Random) -> tuple[Words, dict[str, bytes]]:
