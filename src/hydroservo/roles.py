@@ -88,7 +88,7 @@ class Controller(Protocol):
 
     What is computed before a run is, by ``designed(model, period)``, which blocks in a law may have too; a
     ``model`` of its own is what it, and what is in it, believes of the machine. A law that wraps another has
-    that as its field ``controller``.
+    that as its field ``controller``; its own limiter is its field ``saturation``.
     """
 
     def init(self) -> Block: ...
