@@ -48,7 +48,7 @@ def use(monkeypatch: pytest.MonkeyPatch) -> Callable[[Any], None]:
 
 def ptx_of(law: Any, strict: bool) -> str:
     """The PTX of a loop's kernel."""
-    loop, device = ready(LOOP._replace(controller=law())), Kept()
+    loop, device = ready(LOOP._replace(controller=example(law))), Kept()
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(native, "READY", {})
         patch.setattr(cuda, "cuda", device)

@@ -21,7 +21,8 @@ posix = pytest.mark.skipif(os.name != "posix", reason="permissions are those of 
 RUN = """
 import json, sys
 from hydroservo import Loop, Simulation, replace, simulate
-loop = Loop(Simulation(0.01, 1e-3))
+from hydroservo.testing.examples import example
+loop = example(Loop, Simulation(0.01, 1e-3))
 if len(sys.argv) > 1:
     sys.path.insert(0, sys.argv[1])
     import mine
