@@ -38,7 +38,10 @@ nitpick_ignore_regex = [
     ("py:.*", r"(xr|xarray|pd|pandas|np|numpy|matplotlib|collections|pathlib|typing)\..*"),
     ("py:.*", r".*Annotated\[.*"),
     ("py:.*", r"(Path|Callable|Sequence|Mapping|Iterator|NDArray|ArrayLike|Figure|Any|Block|optional)"),
-    ("py:.*", r"hydroservo\.(roles\.BlockClass|scenario\.ranges\.Relative|accuracy\.(Signals|Recorded))"),  # of signatures alone
+    (
+        "py:.*",
+        r"hydroservo\.(roles\.BlockClass|scenario\.ranges\.Relative|accuracy\.(Signals|Recorded))",
+    ),  # of signatures alone
 ]
 
 autodoc_member_order = "bysource"
