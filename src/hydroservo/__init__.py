@@ -5,7 +5,7 @@ What it offers is imported when it is first asked for, so that the package itsel
 
 _HOMES = {  # what is offered, and the module that it comes from; none for a package of blocks
     "AUTO": "loop",
-    "Aim": "tuning",
+    "Aim": "aims",
     "Field": "field",
     "HydroservoError": "errors",
     "HydroservoWarning": "errors",
@@ -65,6 +65,7 @@ if TYPE_CHECKING:  # the same once more, for those who read types; a test compar
     from hydroservo import supplies as supplies
     from hydroservo import valves as valves
     from hydroservo._version import __version__ as __version__
+    from hydroservo.aims import Aim as Aim
     from hydroservo.batch import simulate_batch as simulate_batch
     from hydroservo.block import replace as replace
     from hydroservo.conditions import differences as differences
@@ -90,7 +91,6 @@ if TYPE_CHECKING:  # the same once more, for those who read types; a test compar
     from hydroservo.scenario.sampling import draws as draws
     from hydroservo.scenario.sampling import run_of as run_of
     from hydroservo.scenario.tuning import tune as tune
-    from hydroservo.tuning import Aim as Aim
 
 
 def __getattr__(name: str) -> object:

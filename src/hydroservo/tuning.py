@@ -1,7 +1,6 @@
 """The best gains of a loop, by a search that treats every law alike."""
 
 import math
-import warnings
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -11,9 +10,9 @@ from numpy.typing import NDArray
 from hydroservo.aims import ACTIVITY, Aim, check_ranges, checked_aim, checked_whole
 from hydroservo.batch import simulate_batch
 from hydroservo.block import Block, value_at
-from hydroservo.cautions import quietly, warnings_of
+from hydroservo.cautions import quietly
 from hydroservo.checks import checked
-from hydroservo.errors import HydroservoError, HydroservoWarning, ParameterError
+from hydroservo.errors import HydroservoError, ParameterError
 from hydroservo.loop import Loop
 from hydroservo.metrics import declared_metrics, monitors_of
 from hydroservo.varied import SEED, checked_columns, designs, starts
@@ -22,7 +21,7 @@ from hydroservo.wiring import wired
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["Aim", "Progress", "Tuned", "say_warnings", "searched", "tune"]
+__all__ = ["Progress", "Tuned", "searched"]
 
 Numbers = NDArray[np.float64]
 Columns = Mapping[str, Numbers]
@@ -67,16 +66,15 @@ class Tuned(NamedTuple):
         return "\n".join([*lines, f"{self.runs} closed loops were simulated{edges}"])
 
 
-def tune(
+def searched(
     aim: Aim,
     ranges: Mapping[str, tuple[float, float]],
-    *,
-    candidates: int = 4096,
-    seed: int = 0,
-    threads: int | None = None,
-    progress: Progress | None = None,
+    candidates: int,
+    seed: int,
+    threads: int | None,
+    progress: Progress | None,
 ) -> Tuned:
-    """Search the parameters of a loop that make a metric smallest.
+    """Search the parameters of loops that make a metric smallest.
 
     Differential evolution (best/1/bin, 64 candidates a generation) in the logarithm of each parameter whose
     range does not hold 0, in the parameter itself otherwise. The same seed gives the same result on any
@@ -95,35 +93,8 @@ def tune(
             the parameter's own, a number out of its range, or no candidate allows a controller.
         HydroservoError: with every candidate some run diverged.
 
-    Warns:
-        HydroservoWarning: what is to be known of the runs with the best values, as for simulate_batch.
-
     Source: Storn, Price, Journal of Global Optimization 11, 1997, doi:10.1023/A:1008202821328.
     Fails to promise the best there is: another seed may find a better one.
-    """
-    found = searched(aim, ranges, candidates, seed, threads, progress)
-    say_warnings(found)
-    return found
-
-
-def say_warnings(found: Tuned) -> None:
-    """Warn the caller's caller of what is to be known of the runs with the best values."""
-    for line in dict.fromkeys(line for table in found.tables for line in warnings_of(table)):
-        warnings.warn(line, HydroservoWarning, stacklevel=3)
-
-
-def searched(
-    aim: Aim,
-    ranges: Mapping[str, tuple[float, float]],
-    candidates: int,
-    seed: int,
-    threads: int | None,
-    progress: Progress | None,
-) -> Tuned:
-    """What :func:`tune` returns, without its warnings.
-
-    Raises:
-        HydroservoError: as there.
     """
     aim = checked_aim(aim._replace(loops=[wired(loop) for loop in aim.loops]))
     check_ranges(aim.loops, ranges)

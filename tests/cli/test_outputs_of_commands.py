@@ -33,7 +33,7 @@ COMMANDS = [
     (RUN, "DIR", "run.svg", "hydroservo.running.simulate"),
     (COMPARE, "DIR", "comparison.png", "hydroservo.running.simulate"),
     (BATCH, "runs.csv", "", "hydroservo.batch.simulate_batch"),
-    (TUNE, "gains.toml", "", "hydroservo.tuning.tune"),
+    (TUNE, "gains.toml", "", "hydroservo.tuning.searched"),
     (("paper",), "DIR", "trajectories/sine-pi.parquet", "hydroservo.papers.tsmc_eha_2021.study.run_study"),
     (("export", "c", "paper/sine-pi"), "DIR", "sine_pi.h", "hydroservo.export.products.proven_vectors"),
     (("export", "fmu", "paper/sine-pi"), "law.fmu", "", "hydroservo.export.products.proven_vectors"),

@@ -6,7 +6,7 @@ from typing import Annotated, NamedTuple
 import numpy as np
 import pytest
 
-from hydroservo import Field, Loop, Simulation, ops, simulate, simulate_batch
+from hydroservo import Aim, Field, Loop, Simulation, ops, simulate, simulate_batch, tune
 from hydroservo.block import leaves
 from hydroservo.controllers import PI
 from hydroservo.divergence import first_loss, watched_paths
@@ -15,7 +15,6 @@ from hydroservo.scenario import load_scenario, scenarios
 from hydroservo.sensors import NoPosition, RigSensors
 from hydroservo.signals import Demand, Measurement
 from hydroservo.testing.examples import example
-from hydroservo.tuning import Aim, tune
 
 PERIOD = 1e-3
 MODES = pytest.mark.parametrize("compiled", [False, True], ids=["interpreted", "compiled"])

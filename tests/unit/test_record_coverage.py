@@ -10,7 +10,7 @@ import pytest
 from typer.testing import CliRunner
 
 from bases import on_base
-from hydroservo import loads, references
+from hydroservo import Aim, loads, references, tune
 from hydroservo.batch import simulate_batch
 from hydroservo.cli.app import app
 from hydroservo.errors import HydroservoWarning, ParameterError
@@ -22,7 +22,6 @@ from hydroservo.running import ready, simulate
 from hydroservo.scenario import load_scenario
 from hydroservo.testing.examples import example
 from hydroservo.time_series import TimeSeries
-from hydroservo.tuning import Aim, tune
 
 LOG = np.arange(8001) / 1000.0  # 8 s at 1 kHz
 LONG = np.arange(60_000) / 1000.0

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from hydroservo import (
+    Aim,
     Field,
     HydroservoError,
     Loop,
@@ -16,6 +17,7 @@ from hydroservo import (
     replace,
     simulate,
     simulate_batch,
+    tune,
     tuning,
 )
 from hydroservo.block import Block
@@ -25,7 +27,7 @@ from hydroservo.metrics import judged_by
 from hydroservo.scenario import load_scenario
 from hydroservo.signals import Demand, Measurement
 from hydroservo.testing.examples import example
-from hydroservo.tuning import Aim, Tuned, tune
+from hydroservo.tuning import Tuned
 
 GAIN, INTEGRAL = "controller.controller.proportional_gain", "controller.controller.integral_gain"
 LAG = "valve.time_constant"

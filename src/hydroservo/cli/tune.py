@@ -145,7 +145,7 @@ def tune(
     from hydroservo.results import as_json
     from hydroservo.scenario import parse_override
     from hydroservo.scenario.tuning import as_toml, given, task_of
-    from hydroservo.tuning import tune
+    from hydroservo.tuning import searched
 
     lists = given(weights=weights, scales=scales)
     plain = given(metric=metric, seeds=seeds, effort=effort, candidates=candidates, seed=seed)
@@ -157,14 +157,7 @@ def tune(
         try_outputs([out])
     with log_kernels(verbose), progress_bar("preparing") as report:
         progress = told(report, metric_field(task.aim.loops, task.aim.metric).unit, task.candidates)
-        found = tune(
-            task.aim,
-            task.ranges,
-            candidates=task.candidates,
-            seed=task.seed,
-            threads=threads,
-            progress=progress,
-        )
+        found = searched(task.aim, task.ranges, task.candidates, task.seed, threads, progress)
     for scenario, table in zip(task.names, found.tables, strict=True):
         say_remarks(scenario, table)
     command = typed(context)

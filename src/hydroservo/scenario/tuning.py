@@ -1,5 +1,6 @@
 """Scenarios tuned by their names, as their tables ``[tune]`` say."""
 
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -9,7 +10,8 @@ import tomli_w
 from hydroservo._version import __version__
 from hydroservo.aims import Aim, checked_aim
 from hydroservo.block import leaves
-from hydroservo.errors import ParameterError, ScenarioError
+from hydroservo.cautions import warnings_of
+from hydroservo.errors import HydroservoWarning, ParameterError, ScenarioError
 from hydroservo.loop import Loop
 from hydroservo.provenance import scenario_hash
 from hydroservo.scenario.catalogue import same_place
@@ -18,7 +20,7 @@ from hydroservo.scenario.overrides import nested
 from hydroservo.scenario.ranges import Relative, as_entries
 from hydroservo.scenario.search import Search, checked_part, searched_range
 from hydroservo.scenario.tables import Entry
-from hydroservo.tuning import Progress, Tuned, say_warnings, searched
+from hydroservo.tuning import Progress, Tuned, searched
 
 __all__ = ["Task", "as_toml", "given", "task_of", "tune"]
 
@@ -26,7 +28,7 @@ Load = Callable[[str | Path, Mapping[str, object], Sequence[str | Path]], Loop]
 
 
 class Task(NamedTuple):
-    """A search as :func:`hydroservo.tuning.tune` takes it, and whose it is.
+    """A search as :func:`hydroservo.tuning.searched` takes it, and whose it is.
 
     Attributes:
         scenarios: those that are tuned together, by name or path; none for loops that no scenario names.
@@ -70,12 +72,12 @@ def tune(
 
     What no argument says is as the table ``[tune]`` of the first scenario says. Several scenarios stand in
     place of those, and of their weights, in ``[tune]``. The search is that of
-    :func:`hydroservo.tuning.tune`: the same seed gives the same result on any number of threads, and that of
-    the command.
+    :func:`hydroservo.tuning.searched`: the same seed gives the same result on any number of threads, and
+    that of the command.
 
     Args:
         aim: what is to be small: one scenario or several, by name or path; or an
-            :class:`~hydroservo.tuning.Aim`, which takes nothing of ``metric`` to ``scales``, ``changes`` and
+            :class:`~hydroservo.aims.Aim`, which takes nothing of ``metric`` to ``scales``, ``changes`` and
             ``plugins``.
         ranges: between what each number of the controller or the sensors is searched, by path, in place of
             all of ``[tune.vary]``: two numbers in SI units, ``hs.relative(low, high)`` around the value in
@@ -116,7 +118,8 @@ def tune(
         asked = as_entries(ranges or {})
         task = task_of(sources(aim), asked, parts | length, changes or {}, plugins or ())
     found = searched(task.aim, task.ranges, task.candidates, task.seed, threads, progress)
-    say_warnings(found)
+    for line in dict.fromkeys(line for table in found.tables for line in warnings_of(table)):
+        warnings.warn(line, HydroservoWarning, stacklevel=2)
     return found._replace(names=task.names or found.names)
 
 

@@ -39,12 +39,15 @@ __all__ = [
     "PLANT",
     "PROPORTIONAL_INTEGRAL",
     "REFERENCES",
+    "SOURCE",
     "SUPPLY",
     "TERMINAL",
     "UNCERTAINTY",
     "VALVE",
     "VALVE_LAG",
 ]
+
+SOURCE = "doi:10.1007/s42401-021-00087-w, Sec. 4"
 
 PLANT = LoadPressurePlant(
     mass=6.0,  # m [kg]

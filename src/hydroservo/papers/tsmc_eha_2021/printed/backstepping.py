@@ -4,11 +4,10 @@ from typing import Annotated, NamedTuple
 
 from hydroservo.block import Block, Field
 from hydroservo.controllers.saturation import Saturation
-from hydroservo.papers.tsmc_eha_2021.machine import BACKSTEPPING, COMMAND_LIMIT, MODEL
+from hydroservo.papers.tsmc_eha_2021.machine import BACKSTEPPING, COMMAND_LIMIT, MODEL, SOURCE
 from hydroservo.plants.design_model import DesignModel
 from hydroservo.roles import Controller, Differentiator, role
 from hydroservo.signals import Demand, Measurement
-from hydroservo.sources import TSMC_EHA_2021
 
 __all__ = ["PrintedBackstepping", "PrintedBacksteppingState"]
 
@@ -39,10 +38,8 @@ class PrintedBackstepping(NamedTuple):
     Fails to track: z1 is the difference of a velocity and a position.
     """
 
-    velocity_gain: Annotated[float, Field("1/s", "gain k1", TSMC_EHA_2021, above=0)] = (
-        BACKSTEPPING.velocity_gain
-    )
-    force_gain: Annotated[float, Field("1/s", "gain k2", TSMC_EHA_2021, above=0)] = BACKSTEPPING.force_gain
+    velocity_gain: Annotated[float, Field("1/s", "gain k1", SOURCE, above=0)] = BACKSTEPPING.velocity_gain
+    force_gain: Annotated[float, Field("1/s", "gain k2", SOURCE, above=0)] = BACKSTEPPING.force_gain
     model: DesignModel = MODEL
     derivative: Differentiator = BACKSTEPPING.derivative
     saturation: Saturation = COMMAND_LIMIT

@@ -6,11 +6,10 @@ from hydroservo import ops
 from hydroservo.block import Field
 from hydroservo.controllers.saturation import Saturation
 from hydroservo.controllers.tsmc import TSMCState
-from hydroservo.papers.tsmc_eha_2021.machine import COMMAND_LIMIT, MODEL, OBSERVER, TERMINAL
+from hydroservo.papers.tsmc_eha_2021.machine import COMMAND_LIMIT, MODEL, OBSERVER, SOURCE, TERMINAL
 from hydroservo.plants.design_model import DesignModel
 from hydroservo.roles import Controller, Differentiator, Observer, role
 from hydroservo.signals import Demand, Measurement
-from hydroservo.sources import TSMC_EHA_2021
 
 __all__ = ["PrintedTSMC"]
 
@@ -35,22 +34,18 @@ class PrintedTSMC(NamedTuple):
     next to mu1 dxi1 they are often small.
     """
 
-    linear_gain_1: Annotated[float, Field("1/s", "gain mu_1", TSMC_EHA_2021, above=0)] = (
-        TERMINAL.linear_gain_1
-    )
-    linear_gain_2: Annotated[float, Field("1/s", "gain mu_2", TSMC_EHA_2021, above=0)] = (
-        TERMINAL.linear_gain_2
-    )
+    linear_gain_1: Annotated[float, Field("1/s", "gain mu_1", SOURCE, above=0)] = TERMINAL.linear_gain_1
+    linear_gain_2: Annotated[float, Field("1/s", "gain mu_2", SOURCE, above=0)] = TERMINAL.linear_gain_2
     power_gain_1: Annotated[
-        float, Field("m^(2/7)/s^(9/7)", "gain delta_1 [(m/s)^(1-a1)/s]", TSMC_EHA_2021, at_least=0)
+        float, Field("m^(2/7)/s^(9/7)", "gain delta_1 [(m/s)^(1-a1)/s]", SOURCE, at_least=0)
     ] = TERMINAL.power_gain_1
     power_gain_2: Annotated[
-        float, Field("m^(4/9)/s^(17/9)", "gain delta_2 [(m/s^2)^(1-a2)/s]", TSMC_EHA_2021, at_least=0)
+        float, Field("m^(4/9)/s^(17/9)", "gain delta_2 [(m/s^2)^(1-a2)/s]", SOURCE, at_least=0)
     ] = TERMINAL.power_gain_2
-    exponent_1: Annotated[float, Field("", "exponent a1 = p_1/q_1", TSMC_EHA_2021, at_least=0.1, below=1)] = (
+    exponent_1: Annotated[float, Field("", "exponent a1 = p_1/q_1", SOURCE, at_least=0.1, below=1)] = (
         TERMINAL.exponent_1
     )
-    exponent_2: Annotated[float, Field("", "exponent a2 = p_2/q_2", TSMC_EHA_2021, at_least=0.1, below=1)] = (
+    exponent_2: Annotated[float, Field("", "exponent a2 = p_2/q_2", SOURCE, at_least=0.1, below=1)] = (
         TERMINAL.exponent_2
     )
     model: DesignModel = MODEL
