@@ -45,9 +45,9 @@ def without_sine() -> None:
 
 
 def without_metrics() -> None:
-    from hydroservo import running
+    from hydroservo.runs import run
 
-    running.monitors_of = lambda _loop: {}
+    run.monitors_of = lambda _loop: {}
 
 
 def without_integration() -> None:
@@ -108,8 +108,8 @@ def measured(part: str) -> Section:
     PARTS[part]()
     from hydroservo.engine.kernel import CompiledRun
     from hydroservo.engine.lanes import LANES, CompiledLanes, Group
-    from hydroservo.fitting import first_state
-    from hydroservo.running import ready, studied, wanted_of
+    from hydroservo.runs.fitting import first_state
+    from hydroservo.runs.run import ready, studied, wanted_of
     from hydroservo.scenario import load_scenario
 
     loop = ready(load_scenario(SCENARIO))

@@ -40,7 +40,7 @@ nitpick_ignore_regex = [
     ("py:.*", r"(Path|Callable|Sequence|Mapping|Iterator|NDArray|ArrayLike|Figure|Any|Block|optional)"),
     (
         "py:.*",
-        r"hydroservo\.(roles\.BlockClass|scenario\.ranges\.Relative|accuracy\.(Signals|Recorded))",
+        r"hydroservo\.(roles\.BlockClass|scenario\.ranges\.Relative|runs\.step_sizes\.(Signals|Recorded))",
     ),  # of signatures alone
 ]
 

@@ -10,11 +10,12 @@ from typing import Any
 
 import numpy as np
 
-from hydroservo import Loop, Simulation, batch, simulate
+from hydroservo import Loop, Simulation, simulate
 from hydroservo.controllers import TSMC
 from hydroservo.engine import kernel, lanes
 from hydroservo.loads import Recorded as RecordedLoad
 from hydroservo.references import Recorded
+from hydroservo.runs import batch
 from hydroservo.testing.examples import example
 from hydroservo.time_series import TimeSeries
 

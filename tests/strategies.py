@@ -6,11 +6,11 @@ from hypothesis import strategies as st
 from hypothesis.strategies import SearchStrategy
 
 from hydroservo.block import Block, replace
-from hydroservo.checks import consistent
 from hydroservo.errors import ParameterError
 from hydroservo.scenario.fits import ROLES
 from hydroservo.testing.drawing import Range, block_of
 from hydroservo.testing.examples import example
+from hydroservo.validation import consistent
 from roles import NOTHING, playing, wraps
 
 __all__ = ["choices", "wired"]

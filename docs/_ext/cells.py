@@ -18,7 +18,7 @@ from IPython.display import Image, Markdown
 from matplotlib.figure import Figure
 
 from hydroservo.figures.style import figure, style
-from hydroservo.readable import readable_unit
+from hydroservo.formatting import readable_unit
 
 __all__ = [
     "Image",

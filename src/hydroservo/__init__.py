@@ -5,7 +5,7 @@ What it offers is imported when it is first asked for, so that the package itsel
 
 _HOMES = {  # what is offered, and the module that it comes from; none for a package of blocks
     "AUTO": "loop",
-    "Aim": "aims",
+    "Aim": "runs.aims",
     "Field": "field",
     "HydroservoError": "errors",
     "HydroservoWarning": "errors",
@@ -16,7 +16,7 @@ _HOMES = {  # what is offered, and the module that it comes from; none for a pac
     "Simulation": "loop",
     "__version__": "_version",
     "controllers": "",
-    "differences": "conditions",
+    "differences": "runs.conditions",
     "draws": "scenario.sampling",
     "export_c": "export.products",
     "export_fmu": "export.products",
@@ -25,7 +25,7 @@ _HOMES = {  # what is offered, and the module that it comes from; none for a pac
     "load_scenario": "scenario",
     "loads": "",
     "mechanics": "",
-    "metrics_of": "results",
+    "metrics_of": "runs.results",
     "monitors": "",
     "observers": "",
     "oils": "",
@@ -36,15 +36,15 @@ _HOMES = {  # what is offered, and the module that it comes from; none for a pac
     "relative": "scenario.ranges",
     "replace": "block",
     "run_of": "scenario.sampling",
-    "save": "results",
+    "save": "runs.results",
     "scenarios": "scenario",
     "sensors": "",
-    "simulate": "running",
-    "simulate_batch": "batch",
+    "simulate": "runs.run",
+    "simulate_batch": "runs.batch",
     "supplies": "",
     "tune": "scenario.tuning",
     "valves": "",
-    "winners": "conditions",
+    "winners": "runs.conditions",
 }
 __all__ = list(_HOMES)
 
@@ -65,11 +65,7 @@ if TYPE_CHECKING:  # the same once more, for those who read types; a test compar
     from hydroservo import supplies as supplies
     from hydroservo import valves as valves
     from hydroservo._version import __version__ as __version__
-    from hydroservo.aims import Aim as Aim
-    from hydroservo.batch import simulate_batch as simulate_batch
     from hydroservo.block import replace as replace
-    from hydroservo.conditions import differences as differences
-    from hydroservo.conditions import winners as winners
     from hydroservo.errors import HydroservoError as HydroservoError
     from hydroservo.errors import HydroservoWarning as HydroservoWarning
     from hydroservo.errors import LoopError as LoopError
@@ -82,9 +78,13 @@ if TYPE_CHECKING:  # the same once more, for those who read types; a test compar
     from hydroservo.loop import AUTO as AUTO
     from hydroservo.loop import Loop as Loop
     from hydroservo.loop import Simulation as Simulation
-    from hydroservo.results import metrics_of as metrics_of
-    from hydroservo.results import save as save
-    from hydroservo.running import simulate as simulate
+    from hydroservo.runs.aims import Aim as Aim
+    from hydroservo.runs.batch import simulate_batch as simulate_batch
+    from hydroservo.runs.conditions import differences as differences
+    from hydroservo.runs.conditions import winners as winners
+    from hydroservo.runs.results import metrics_of as metrics_of
+    from hydroservo.runs.results import save as save
+    from hydroservo.runs.run import simulate as simulate
     from hydroservo.scenario import load_scenario as load_scenario
     from hydroservo.scenario import scenarios as scenarios
     from hydroservo.scenario.ranges import relative as relative

@@ -9,7 +9,7 @@ import numpy as np
 
 from hydroservo.block import Block, is_block
 from hydroservo.field import Field, declared_fields
-from hydroservo.readable import common_unit
+from hydroservo.formatting import common_unit
 
 __all__ = ["outline", "outline_table"]
 

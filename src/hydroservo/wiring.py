@@ -4,11 +4,11 @@ The one place for Python, scenarios and the command line.
 """
 
 from hydroservo.block import Block, field_at, is_block
-from hydroservo.checks import consistent
 from hydroservo.errors import ParameterError
 from hydroservo.hooks import at_rest
 from hydroservo.loop import Loop
 from hydroservo.plants.design_model import DesignModel, ThisMachine
+from hydroservo.validation import consistent
 
 __all__ = ["believed", "wired", "with_model"]
 

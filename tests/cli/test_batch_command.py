@@ -19,8 +19,8 @@ from hydroservo import simulate
 from hydroservo.cli import batch as command_module
 from hydroservo.cli.batch_summary import batch_summary, remarkable_run, show_batch
 from hydroservo.metrics import declared_metrics, usual
-from hydroservo.provenance import scenario_hash
-from hydroservo.running import judged
+from hydroservo.runs.provenance import scenario_hash
+from hydroservo.runs.run import judged
 from hydroservo.scenario import load_scenario, parse_override
 
 NAME = "paper/sine-backstepping"  # whose controller has a model of the machine

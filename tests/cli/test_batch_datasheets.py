@@ -15,7 +15,7 @@ from hydroservo.block import replace
 from hydroservo.mechanics import Mass
 from hydroservo.oils import ConstantOil
 from hydroservo.plants import Cylinder
-from hydroservo.provenance import scenario_hash
+from hydroservo.runs.provenance import scenario_hash
 from hydroservo.scenario import datasheet_columns, load_scenario, parse_override, plugins
 from hydroservo.valves import FirstOrderValve, Orifice
 

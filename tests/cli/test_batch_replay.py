@@ -9,7 +9,7 @@ from test_batch_ranges import drawn
 from hydroservo import Loop
 from hydroservo.block import replace
 from hydroservo.cli.options import replay
-from hydroservo.provenance import scenario_hash
+from hydroservo.runs.provenance import scenario_hash
 from hydroservo.scenario import load_scenario, parse_override
 from hydroservo.scenario.sampling import Drawn
 

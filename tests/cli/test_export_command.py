@@ -10,7 +10,7 @@ from cli_runner import PLUGIN, failed, succeeded
 import hydroservo
 from bases import on_base
 from hydroservo.export.platforms import TOOLCHAINS, this_platform
-from hydroservo.provenance import scenario_hash
+from hydroservo.runs.provenance import scenario_hash
 from hydroservo.scenario import load_scenario
 from needs import needs
 

@@ -6,7 +6,7 @@ import re
 import pytest
 from cli_runner import QUICK, SHORT, failed, hydroservo_
 
-from hydroservo import results
+from hydroservo.runs import results
 
 
 def test_an_unknown_scenario_is_one_line():

@@ -16,10 +16,10 @@ from cli_runner import hydroservo_, succeeded
 from PIL import Image
 from test_cli_process import HYDROSERVO
 
-from hydroservo import results
 from hydroservo.figures import style
 from hydroservo.outputs import PREFIX
-from hydroservo.results import foreign_files
+from hydroservo.runs import results
+from hydroservo.runs.results import foreign_files
 
 SHORT = ("--set", "simulation.duration=0.02")
 RUN = ("run", "paper/sine-pi", *SHORT, "--interpreted")
@@ -29,11 +29,11 @@ GAIN = ("--vary", "controller.proportional_gain=1..10")
 TUNE = ("tune", "paper/sine-pi", *SHORT, *GAIN, "--candidates", "64")
 FULL = "cannot be written: No space left on device"
 COMMANDS = [
-    (RUN, "DIR", "metrics.json", "hydroservo.running.simulate"),
-    (RUN, "DIR", "run.svg", "hydroservo.running.simulate"),
-    (COMPARE, "DIR", "comparison.png", "hydroservo.running.simulate"),
-    (BATCH, "runs.csv", "", "hydroservo.batch.simulate_batch"),
-    (TUNE, "gains.toml", "", "hydroservo.tuning.searched"),
+    (RUN, "DIR", "metrics.json", "hydroservo.runs.run.simulate"),
+    (RUN, "DIR", "run.svg", "hydroservo.runs.run.simulate"),
+    (COMPARE, "DIR", "comparison.png", "hydroservo.runs.run.simulate"),
+    (BATCH, "runs.csv", "", "hydroservo.runs.batch.simulate_batch"),
+    (TUNE, "gains.toml", "", "hydroservo.runs.tuning.searched"),
     (("paper",), "DIR", "trajectories/sine-pi.parquet", "hydroservo.papers.tsmc_eha_2021.study.run_study"),
     (("export", "c", "paper/sine-pi"), "DIR", "sine_pi.h", "hydroservo.export.products.proven_vectors"),
     (("export", "fmu", "paper/sine-pi"), "law.fmu", "", "hydroservo.export.products.proven_vectors"),

@@ -8,12 +8,12 @@ from cli_runner import PLUGIN, QUICK, SHORT, UNSTABLE, succeeded
 
 import hydroservo
 from bases import on_base
-from hydroservo import results
 from hydroservo.cli.summary import RunSummary
 from hydroservo.cli.tables import verdict
-from hydroservo.divergence import BEYOND
 from hydroservo.metrics import declared_metrics, usual
-from hydroservo.results import Format
+from hydroservo.runs import results
+from hydroservo.runs.divergence import BEYOND
+from hydroservo.runs.results import Format
 from hydroservo.scenario import load_scenario, scenario_source
 
 METRICS = declared_metrics(usual(load_scenario("paper/sine-pi")))

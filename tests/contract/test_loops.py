@@ -12,7 +12,7 @@ from hydroservo import Loop, Simulation, replace, simulate
 from hydroservo.errors import ParameterError
 from hydroservo.holds import DelayedHold
 from hydroservo.hooks import at_rest
-from hydroservo.record_coverage import check_records
+from hydroservo.runs.record_coverage import check_records
 from hydroservo.scenario.fits import ROLES
 from hydroservo.testing.drawing import ORDINARY
 from strategies import wired

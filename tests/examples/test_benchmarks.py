@@ -108,7 +108,7 @@ def test_the_machines_grow() -> None:
     from benchmarks.machines import loops
 
     from hydroservo.block import leaves
-    from hydroservo.checks import checked
+    from hydroservo.validation import checked
 
     states = [len(list(leaves(loop.machine(loop.init())))) for loop in map(checked, loops().values())]
     assert states == sorted(states)

@@ -10,8 +10,8 @@ import pytest
 from typer.testing import CliRunner
 
 import hydroservo as hs
-from hydroservo import running
 from hydroservo.cli.app import app
+from hydroservo.runs import run
 
 ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -78,8 +78,8 @@ def test_a_line_of_the_taste_runs(line: str, tmp_path: Path, monkeypatch: pytest
     """For 10 ms, and not compiled."""
     shutil.copytree(ROOT / "examples", tmp_path / "examples")
     monkeypatch.chdir(tmp_path)
-    plain = running.simulate
-    monkeypatch.setattr(running, "simulate", lambda *args, **how: plain(*args, **how | {"compiled": False}))
+    plain = run.simulate
+    monkeypatch.setattr(run, "simulate", lambda *args, **how: plain(*args, **how | {"compiled": False}))
     _, *words = shlex.split(line)
     done = CliRunner().invoke(app, [*words, *SHORT.get(words[0], [])])
     assert done.exit_code == 0, done.output

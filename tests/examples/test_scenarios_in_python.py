@@ -11,8 +11,8 @@ from hydroservo.block import is_block, leaves
 from hydroservo.engine.flat import shape
 from hydroservo.monitors.group import Usual
 from hydroservo.plants import DesignModel
-from hydroservo.provenance import scenario_hash
-from hydroservo.running import ready
+from hydroservo.runs.provenance import scenario_hash
+from hydroservo.runs.run import ready
 from hydroservo.testing.bits import bits
 from hydroservo.wiring import believed
 

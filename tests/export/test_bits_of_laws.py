@@ -16,7 +16,7 @@ from hydroservo.engine.compiling import compiled
 from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.unit import Part
 from hydroservo.roles import Controller
-from hydroservo.running import ready
+from hydroservo.runs.run import ready
 from hydroservo.signals import Demand, Measurement
 from hydroservo.testing.examples import example
 from needs import needs

@@ -9,7 +9,7 @@ from digests import digest, stored
 from hydroservo import simulate
 from hydroservo.block import leaves
 from hydroservo.export.parts import Command, ControllerUnit, ExternalForce, MachineUnit
-from hydroservo.running import ready
+from hydroservo.runs.run import ready
 from hydroservo.scenario import load_scenario, scenarios
 
 

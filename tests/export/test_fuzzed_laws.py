@@ -32,7 +32,7 @@ from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.parts import block_of
 from hydroservo.export.translate.scope import TranslationError
 from hydroservo.export.unit import Part, Unit
-from hydroservo.running import ready
+from hydroservo.runs.run import ready
 from needs import needs
 
 CORPUS = sorted((Path(__file__).parent / "corpus").glob("*.txt"))  # laws that were wrong once

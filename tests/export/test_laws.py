@@ -13,7 +13,7 @@ from sanitizers import watched
 from hydroservo import Loop
 from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.unit import Part, Precision
-from hydroservo.running import ready
+from hydroservo.runs.run import ready
 from hydroservo.testing.examples import example
 from needs import needs
 

@@ -19,7 +19,7 @@ from hydroservo.export.unit import Part
 from hydroservo.loads import Step
 from hydroservo.loop import Loop
 from hydroservo.plants import Cylinder
-from hydroservo.running import ready
+from hydroservo.runs.run import ready
 from hydroservo.scenario import load_scenario
 from hydroservo.signals import MachineOutputs
 from hydroservo.testing.examples import example

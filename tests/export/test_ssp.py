@@ -14,7 +14,7 @@ from hydroservo import HydroservoError
 from hydroservo.export.fmu import PARTS, FmiVersion, write_ssp
 from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.unit import Part, Unit
-from hydroservo.running import simulate
+from hydroservo.runs.run import simulate
 from hydroservo.scenario import load_scenario
 from needs import needs
 

@@ -7,7 +7,7 @@ from projects import scenario, unit
 from hydroservo.export.c.vectors import HUGE, Vectors
 from hydroservo.export.unit import Part, Unit
 from hydroservo.loop import Loop
-from hydroservo.running import simulate
+from hydroservo.runs.run import simulate
 
 
 def test_vectors_begin_as_the_simulation_does(loop: Loop, law: tuple[Unit, Vectors]) -> None:

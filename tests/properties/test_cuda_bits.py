@@ -17,8 +17,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from numba import cuda as numba_cuda
 
-from hydroservo import Loop, Simulation, batch, monitors
-from hydroservo.batch import simulate_batch
+from hydroservo import Loop, Simulation, monitors
 from hydroservo.controllers import DAC, PI, TSMC, AntiWindup, Backstepping, RateLimit
 from hydroservo.engine import cuda, native
 from hydroservo.holds import DelayedHold
@@ -28,6 +27,8 @@ from hydroservo.loads import Square as SquareLoad
 from hydroservo.monitors.group import group
 from hydroservo.observers import Explicit, Implicit, ModelDerivative, TSMObserver
 from hydroservo.references import Chirp, Multisine, Recorded, Square
+from hydroservo.runs import batch
+from hydroservo.runs.batch import simulate_batch
 from hydroservo.sensors import DelayedSensors, Dropout, ExactDifferentiator, NoisySensors, RigSensors
 from hydroservo.testing.examples import example
 from hydroservo.time_series import TimeSeries

@@ -10,12 +10,13 @@ import xarray as xr
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hydroservo import Loop, Simulation, batch, replace, simulate
-from hydroservo.batch import simulate_batch
+from hydroservo import Loop, Simulation, replace, simulate
 from hydroservo.controllers import PI, TSMC
 from hydroservo.metrics import declared_metrics, monitors_of
 from hydroservo.observers import Implicit, TSMObserver
 from hydroservo.references import Square
+from hydroservo.runs import batch
+from hydroservo.runs.batch import simulate_batch
 from hydroservo.testing.examples import example
 from hydroservo.valves import FirstOrderValve, StaticValve
 from hydroservo.wiring import wired

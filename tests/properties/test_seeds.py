@@ -5,10 +5,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hydroservo import Loop, Simulation, batch, replace, simulate
-from hydroservo.batch import simulate_batch
+from hydroservo import Loop, Simulation, replace, simulate
 from hydroservo.controllers import PI
 from hydroservo.metrics import declared_metrics, monitors_of
+from hydroservo.runs import batch
+from hydroservo.runs.batch import simulate_batch
 from hydroservo.sensors import NoisySensors
 from hydroservo.testing.examples import example
 from hydroservo.valves import FirstOrderValve

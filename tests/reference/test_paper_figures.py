@@ -17,7 +17,7 @@ from hydroservo.observers import Explicit, Implicit, TSMObserver
 from hydroservo.papers.tsmc_eha_2021.machine import MODEL
 from hydroservo.plants import DesignModel
 from hydroservo.references import Square
-from hydroservo.running import simulate
+from hydroservo.runs.run import simulate
 from hydroservo.testing.examples import example
 from hydroservo.theory import lemma_2
 from hydroservo.wiring import believed

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from hydroservo import Loop, LoopError, ParameterError, Simulation
-from hydroservo.batch import simulate_batch
 from hydroservo.metrics import declared_metrics, usual
-from hydroservo.provenance import scenario_hash
+from hydroservo.runs.batch import simulate_batch
+from hydroservo.runs.provenance import scenario_hash
 from hydroservo.testing.examples import example
 
 LOOP = example(Loop, Simulation(0.002, 1e-4))

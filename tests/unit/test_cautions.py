@@ -5,12 +5,12 @@ import pytest
 import xarray as xr
 
 from hydroservo import HydroservoWarning, Loop, Simulation, simulate, simulate_batch
-from hydroservo.cautions import pressure_caution, quietly, warnings_of, with_warning
 from hydroservo.controllers import PI
 from hydroservo.loads import Constant
 from hydroservo.oils import AeratedOil
 from hydroservo.plants import Cylinder
 from hydroservo.references import Square
+from hydroservo.runs.cautions import pressure_caution, quietly, warnings_of, with_warning
 from hydroservo.testing.examples import example
 
 TORN = example(

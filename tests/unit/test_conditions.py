@@ -7,12 +7,12 @@ import xarray as xr
 
 from hydroservo import Loop, Simulation, replace, simulate
 from hydroservo.cli.differences import MOST_LINES, unequal_lines
-from hydroservo.conditions import differences, winners
 from hydroservo.controllers import DAC, PI, TSMC
 from hydroservo.holds import DelayedHold, ZeroOrderHold
 from hydroservo.loads import Recorded
 from hydroservo.loads import Square as SquareLoad
 from hydroservo.references import Sine, Square
+from hydroservo.runs.conditions import differences, winners
 from hydroservo.testing.examples import example
 from hydroservo.time_series import TimeSeries
 from hydroservo.valves import FirstOrderValve

@@ -8,16 +8,16 @@ import pytest
 
 from bases import on_base
 from hydroservo import Loop, ParameterError, ScenarioError, Simulation, replace
-from hydroservo.batch import simulate_batch
 from hydroservo.block import Block, Field
-from hydroservo.checks import checked, consistent
 from hydroservo.mechanics import LuGre, OneLinkArm, Stribeck
 from hydroservo.oils import ConstantOil
 from hydroservo.plants import Cylinder, LoadPressurePlant
-from hydroservo.running import simulate
+from hydroservo.runs.batch import simulate_batch
+from hydroservo.runs.run import simulate
 from hydroservo.scenario import load_scenario
 from hydroservo.supplies import GasAccumulator, IdealSupply, PumpSupply, ReliefValve
 from hydroservo.testing.examples import example
+from hydroservo.validation import checked, consistent
 from hydroservo.valves import FirstOrderValve, FourEdges, SecondOrderValve, StaticValve
 
 CONTRADICTIONS = [
@@ -190,7 +190,7 @@ def test_a_million_runs_are_looked_at_in_seconds() -> None:
     """Measured 1 s on a core of 2024; the limit leaves room for slow ones."""
     from time import process_time
 
-    from hydroservo.varied import checked_columns
+    from hydroservo.runs.columns import checked_columns
 
     begin = process_time()
     checked_columns(LOOP, {"plant.mass": np.linspace(4.0, 8.0, 1_000_000)})

@@ -11,15 +11,16 @@ import pytest
 from numba import cuda as numba_cuda
 from numba import types
 
-from hydroservo import Loop, LoopError, ParameterError, Simulation, batch
-from hydroservo.batch import simulate_batch
+from hydroservo import Loop, LoopError, ParameterError, Simulation
 from hydroservo.controllers import PI, TSMC, Backstepping
 from hydroservo.engine import cuda, native
 from hydroservo.engine.machine_code import inlined
 from hydroservo.engine.native import CompileError, MachineCode
 from hydroservo.engine.ptx import NAME, RAISED, ptx
-from hydroservo.fitting import first_state
-from hydroservo.running import ready
+from hydroservo.runs import batch
+from hydroservo.runs.batch import simulate_batch
+from hydroservo.runs.fitting import first_state
+from hydroservo.runs.run import ready
 from hydroservo.testing.examples import example
 from ptx_machine import PtxDevice, PtxFunction
 

@@ -9,8 +9,8 @@ import pytest
 from hydroservo import Aim, Field, Loop, Simulation, ops, simulate, simulate_batch, tune
 from hydroservo.block import leaves
 from hydroservo.controllers import PI
-from hydroservo.divergence import first_loss, watched_paths
-from hydroservo.running import ready
+from hydroservo.runs.divergence import first_loss, watched_paths
+from hydroservo.runs.run import ready
 from hydroservo.scenario import load_scenario, scenarios
 from hydroservo.sensors import NoPosition, RigSensors
 from hydroservo.signals import Demand, Measurement

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from hydroservo.figures.panels import WHOLE, Curve, Panel, Window, clipped, inside
 from hydroservo.figures.ranges import limits
-from hydroservo.readable import MINUS
+from hydroservo.formatting import MINUS
 
 
 def test_a_window_shows_its_samples_and_those_on_its_ends():

@@ -29,7 +29,7 @@ COMPUTED = {  # where an attribute that may be missing is looked for under a nam
     "export/translate/definition.py",
     "export/translate/expressions.py",
     "scenario/fits.py",  # the methods of roles, and the hooks
-    "fitting.py",  # the field that a wrapper wraps: controller, sensors
+    "runs/fitting.py",  # the field that a wrapper wraps: controller, sensors
     "testing/declarations.py",  # the properties of roles
 }
 

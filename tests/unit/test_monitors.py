@@ -48,7 +48,7 @@ from hydroservo.monitors.group import group, named
 from hydroservo.plants import Cylinder, LoadPressurePlant
 from hydroservo.references import Ramp, Square
 from hydroservo.roles import Monitor, role
-from hydroservo.running import ready
+from hydroservo.runs.run import ready
 from hydroservo.scenario import load_plugin
 from hydroservo.signals import Demand
 from hydroservo.testing.examples import example

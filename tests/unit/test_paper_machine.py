@@ -5,7 +5,7 @@ import pytest
 from hydroservo import Loop, Simulation
 from hydroservo.block import replace, value_at
 from hydroservo.papers.tsmc_eha_2021 import machine
-from hydroservo.provenance import provenance
+from hydroservo.runs.provenance import provenance
 from hydroservo.scenario import load_scenario
 
 LAWS = {"pi": machine.PROPORTIONAL_INTEGRAL, "backstepping": machine.BACKSTEPPING, "tsmc": machine.TERMINAL}

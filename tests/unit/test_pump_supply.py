@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from hydroservo import ParameterError
-from hydroservo.checks import checked
 from hydroservo.signals import Pressures
 from hydroservo.supplies import (
     GasAccumulator,
@@ -21,6 +20,7 @@ from hydroservo.supplies import (
     ReliefValve,
 )
 from hydroservo.testing.examples import example
+from hydroservo.validation import checked
 
 ATMOSPHERE = 101325.0
 

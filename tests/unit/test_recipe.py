@@ -9,13 +9,13 @@ from typing import NamedTuple
 import pytest
 
 from hydroservo import Loop, Simulation, replace, simulate
-from hydroservo.batch import simulate_batch
 from hydroservo.controllers import PI
 from hydroservo.controllers.pi import PIState
 from hydroservo.engine import kernel as engine_kernel
 from hydroservo.engine import lanes
 from hydroservo.engine.recipe import Recipe, UnknownContentError, content_lines
 from hydroservo.loop import AUTO
+from hydroservo.runs.batch import simulate_batch
 from hydroservo.scenario import load_scenario, scenarios
 from hydroservo.signals import Demand, Measurement
 from hydroservo.testing.examples import example

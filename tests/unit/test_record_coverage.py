@@ -11,14 +11,14 @@ from typer.testing import CliRunner
 
 from bases import on_base
 from hydroservo import Aim, loads, references, tune
-from hydroservo.batch import simulate_batch
 from hydroservo.cli.app import app
 from hydroservo.errors import HydroservoWarning, ParameterError
 from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.unit import Part
 from hydroservo.loop import AUTO, Loop, Simulation
-from hydroservo.record_coverage import check_records
-from hydroservo.running import ready, simulate
+from hydroservo.runs.batch import simulate_batch
+from hydroservo.runs.record_coverage import check_records
+from hydroservo.runs.run import ready, simulate
 from hydroservo.scenario import load_scenario
 from hydroservo.testing.examples import example
 from hydroservo.time_series import TimeSeries

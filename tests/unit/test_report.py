@@ -11,6 +11,7 @@ import pandas as pd
 import pytest
 from test_report_figures import METRIC_FIELDS, lost, made_up_runs
 
+from hydroservo.formatting import MINUS, TIMES
 from hydroservo.papers.tsmc_eha_2021.claims import CLAIMS, Claim, Judgement, Outcome
 from hydroservo.papers.tsmc_eha_2021.conditions import LITERAL, REPRODUCED, Condition, Run, all_runs, runs_of
 from hydroservo.papers.tsmc_eha_2021.report.figures import FIGURES
@@ -22,8 +23,7 @@ from hydroservo.papers.tsmc_eha_2021.report.typeset import symbols
 from hydroservo.papers.tsmc_eha_2021.report.verdict_map import BINS, cells, colour_class, draw_map
 from hydroservo.papers.tsmc_eha_2021.study import Study, judged, metrics_table
 from hydroservo.papers.tsmc_eha_2021.study import verdicts as judge
-from hydroservo.readable import MINUS, TIMES
-from hydroservo.results import foreign_files
+from hydroservo.runs.results import foreign_files
 
 REPORT = "hydroservo.papers.tsmc_eha_2021.report"
 SETTLED = ("error", "s1", "s2", "xi1", "xi2", "miss1", "miss2")

@@ -11,7 +11,7 @@ from hydroservo.controllers import PI, TSMC, Backstepping
 from hydroservo.metrics import declared_metrics, usual
 from hydroservo.papers.tsmc_eha_2021.report import figures
 from hydroservo.papers.tsmc_eha_2021.report.figures import FIGURES, draw_figures
-from hydroservo.provenance import provenance
+from hydroservo.runs.provenance import provenance
 from hydroservo.testing.examples import example
 
 LAWS = {"pi": example(PI), "backstepping": example(Backstepping), "tsmc": example(TSMC)}

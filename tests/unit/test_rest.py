@@ -8,7 +8,6 @@ import pytest
 
 from bases import on_base
 from hydroservo import Loop, ParameterError, ScenarioError, Simulation, replace, simulate
-from hydroservo.batch import simulate_batch
 from hydroservo.block import Block
 from hydroservo.controllers import PI
 from hydroservo.export.of_loop import exported_unit
@@ -18,15 +17,16 @@ from hydroservo.loads import Constant, Sine, Step
 from hydroservo.mechanics import LuGre, Mass, MassSpringDamper, OneLinkArm
 from hydroservo.oils import AeratedOil, ConstantOil
 from hydroservo.plants import Cylinder, LoadPressurePlant
-from hydroservo.provenance import scenario_hash
 from hydroservo.references import Step as StepReference
+from hydroservo.runs.batch import simulate_batch
+from hydroservo.runs.columns import starts
+from hydroservo.runs.provenance import scenario_hash
+from hydroservo.runs.tuning import is_possible
 from hydroservo.scenario import load_scenario
 from hydroservo.scenario.sampling import draws
 from hydroservo.signals import Pressures
 from hydroservo.supplies import IdealSupply, PumpSupply, ReliefValve
 from hydroservo.testing.examples import example
-from hydroservo.tuning import is_possible
-from hydroservo.varied import starts
 from hydroservo.wiring import believed
 
 LINE = Pressures(160e5, 2e5)

@@ -19,7 +19,7 @@ from hydroservo.controllers import TSMC
 from hydroservo.loop import Loop
 from hydroservo.metrics import declared_metrics, usual
 from hydroservo.outputs import staged, write_text
-from hydroservo.results import (
+from hydroservo.runs.results import (
     FORMATS,
     METRICS,
     as_json,

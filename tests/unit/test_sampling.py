@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from hydroservo import Loop, ParameterError, ScenarioError, Simulation, draws, relative, run_of
-from hydroservo.batch import simulate_batch
 from hydroservo.block import Block
 from hydroservo.controllers import PI, TSMC
 from hydroservo.loop import AUTO
 from hydroservo.plants import Cylinder, LoadPressurePlant
-from hydroservo.running import simulate
+from hydroservo.runs.batch import simulate_batch
+from hydroservo.runs.run import simulate
 from hydroservo.scenario import assembled, load_scenario
 from hydroservo.testing.examples import example
 

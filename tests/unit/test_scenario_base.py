@@ -10,7 +10,7 @@ from bases import on_base
 from hydroservo import ScenarioError, simulate
 from hydroservo.controllers import DAC, PI, TSMC
 from hydroservo.loads import Recorded
-from hydroservo.provenance import scenario_hash
+from hydroservo.runs.provenance import scenario_hash
 from hydroservo.scenario import datasheet_columns, load_scenario, scenarios
 from hydroservo.scenario.catalogue import builtin_texts
 from hydroservo.testing.examples import example

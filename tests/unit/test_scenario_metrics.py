@@ -9,8 +9,8 @@ from hydroservo import LoopError, ScenarioError, monitors, simulate
 from hydroservo.controllers import PI
 from hydroservo.metrics import declared_metrics, monitors_of, usual
 from hydroservo.monitors.group import Usual
-from hydroservo.provenance import provenance, scenario_hash
-from hydroservo.results import metric_fields, metrics_of
+from hydroservo.runs.provenance import provenance, scenario_hash
+from hydroservo.runs.results import metric_fields, metrics_of
 from hydroservo.scenario import load_scenario, plugins
 from hydroservo.testing.examples import example
 

@@ -12,7 +12,7 @@ import pytest
 from bases import on_base
 from hydroservo import ScenarioError, simulate
 from hydroservo.block import Block
-from hydroservo.provenance import describe
+from hydroservo.runs.provenance import describe
 from hydroservo.scenario import load_plugin, load_scenario, plugins
 from hydroservo.scenario.plugins import plugin_classes
 from hydroservo.wiring import believed

@@ -8,7 +8,7 @@ from bases import on_base
 from hydroservo import ScenarioError
 from hydroservo.block import leaves
 from hydroservo.controllers import TSMC
-from hydroservo.provenance import scenario_hash
+from hydroservo.runs.provenance import scenario_hash
 from hydroservo.scenario import load_scenario, scenarios
 from hydroservo.scenario.load import assembled
 from hydroservo.scenario.search import Search

@@ -18,16 +18,16 @@ from hydroservo import (
     simulate,
     simulate_batch,
     tune,
-    tuning,
 )
 from hydroservo.block import Block
 from hydroservo.controllers import PI, Backstepping
 from hydroservo.controllers.pi import PIState
 from hydroservo.metrics import judged_by
+from hydroservo.runs import tuning
+from hydroservo.runs.tuning import Tuned
 from hydroservo.scenario import load_scenario
 from hydroservo.signals import Demand, Measurement
 from hydroservo.testing.examples import example
-from hydroservo.tuning import Tuned
 
 GAIN, INTEGRAL = "controller.controller.proportional_gain", "controller.controller.integral_gain"
 LAG = "valve.time_constant"

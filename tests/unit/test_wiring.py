@@ -14,9 +14,9 @@ from hydroservo.mechanics import Mass
 from hydroservo.oils import AeratedOil
 from hydroservo.papers.tsmc_eha_2021.machine import MODEL
 from hydroservo.plants import Cylinder, DesignModel, LoadPressurePlant, ThisMachine
-from hydroservo.provenance import scenario_hash
-from hydroservo.results import metrics_of
-from hydroservo.running import ready
+from hydroservo.runs.provenance import scenario_hash
+from hydroservo.runs.results import metrics_of
+from hydroservo.runs.run import ready
 from hydroservo.scenario import load_scenario, plugins
 from hydroservo.scenario.plugins import load_plugin
 from hydroservo.sensors import DelayedSensors, Dropout, IdealSensors, RigSensors

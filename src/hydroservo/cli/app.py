@@ -16,7 +16,7 @@ from hydroservo.cli.failures import Commands
 from hydroservo.cli.options import Changes, Json, Plugins, Scenario, Strict, Verbose, loaded
 from hydroservo.cli.remarks import say_remarks
 from hydroservo.cli.tune import tune
-from hydroservo.results import Format
+from hydroservo.runs.results import Format
 
 if TYPE_CHECKING:
     from hydroservo.cli.progress import Report
@@ -98,8 +98,8 @@ def run(
     from hydroservo.cli.summary import run_summary
     from hydroservo.cli.tables import show_run
     from hydroservo.cli.writing import write_or_keep
-    from hydroservo.results import as_json, metric_fields
-    from hydroservo.running import simulate
+    from hydroservo.runs.results import as_json, metric_fields
+    from hydroservo.runs.run import simulate
 
     loop, ending = loaded(scenario, changes, plugins), form.ending
     if out:
@@ -155,9 +155,9 @@ def compare(
     from hydroservo.cli.summary import run_summary
     from hydroservo.cli.tables import show_comparison
     from hydroservo.cli.writing import write_or_keep
-    from hydroservo.conditions import differences, winners
-    from hydroservo.results import as_json, metric_fields
-    from hydroservo.running import simulate
+    from hydroservo.runs.conditions import differences, winners
+    from hydroservo.runs.results import as_json, metric_fields
+    from hydroservo.runs.run import simulate
 
     loops = [loaded(scenario, changes, plugins) for scenario in scenarios]
     if out:
@@ -258,7 +258,7 @@ def show_source(
 def announce(files: Sequence[Path], loops: Sequence["Loop"]) -> None:
     """Before a run: try its files, and say how much memory large trajectories will take."""
     from hydroservo.cli.writing import try_outputs
-    from hydroservo.running import trace_size
+    from hydroservo.runs.run import trace_size
 
     size = sum(map(trace_size, loops))
     try_outputs(files, size)

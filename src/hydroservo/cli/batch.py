@@ -9,12 +9,12 @@ import typer
 
 from hydroservo.cli.options import VARY, Changes, Json, Plugins, Scenario, Strict, Verbose, ranges_in, replay
 from hydroservo.cli.remarks import say_remarks
-from hydroservo.results import FORMATS
+from hydroservo.runs.results import FORMATS
 
 if TYPE_CHECKING:
     from hydroservo.cli.progress import Report
     from hydroservo.loop import Loop
-    from hydroservo.running import Progress
+    from hydroservo.runs.run import Progress
 
 __all__ = ["batch"]
 
@@ -81,14 +81,14 @@ def batch(
     - `hydroservo batch paper/sine-pi --runs 300 --vary plant.mass=4..8kg --out runs.csv --out runs.png`
     - `hydroservo batch paper/sine-tsmc --runs 100 --seeds --set sensors.type=NoisySensors --json`
     """
-    from hydroservo.batch import simulate_batch
     from hydroservo.cli.batch_files import checked_endings, table_of_runs, write_batch
     from hydroservo.cli.batch_summary import batch_summary, remarkable_run, show_batch
     from hydroservo.cli.kernels import log_kernels
     from hydroservo.cli.progress import progress_bar
     from hydroservo.errors import HydroservoError
     from hydroservo.metrics import declared_metrics, monitors_of
-    from hydroservo.results import as_json
+    from hydroservo.runs.batch import simulate_batch
+    from hydroservo.runs.results import as_json
     from hydroservo.scenario import parse_override
     from hydroservo.scenario.load import assembled
     from hydroservo.scenario.sampling import check_size, draws_of, variations

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from hydroservo.cli.writing import Written
 from hydroservo.errors import HydroservoError
 from hydroservo.outputs import OutputError, keep_elsewhere, staged
-from hydroservo.results import FORMATS, as_json, save
+from hydroservo.runs.results import FORMATS, as_json, save
 from hydroservo.scenario.build import Argument
 from hydroservo.scenario.sampling import Drawn
 

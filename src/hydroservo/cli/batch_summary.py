@@ -7,11 +7,11 @@ import numpy as np
 from rich.markup import escape
 from rich.table import Table
 
-from hydroservo.cautions import warnings_of
 from hydroservo.cli.tables import as_text, show
 from hydroservo.field import Field
-from hydroservo.readable import common_unit
-from hydroservo.results import metric_fields
+from hydroservo.formatting import common_unit
+from hydroservo.runs.cautions import warnings_of
+from hydroservo.runs.results import metric_fields
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -38,7 +38,7 @@ def check(file: File, json: Json = False) -> None:
     - `hydroservo check my_controller.py --json`
     """
     from hydroservo.cli.progress import progress_bar
-    from hydroservo.results import as_json
+    from hydroservo.runs.results import as_json
 
     blocks = blocks_in(file)
     with no_notes_left(), progress_bar(str(file)) as report:

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from hydroservo.block import field_at
-from hydroservo.readable import common_unit, yes_or_no
+from hydroservo.formatting import common_unit, yes_or_no
 
 if TYPE_CHECKING:
     from hydroservo.loop import Loop

@@ -107,7 +107,7 @@ def c(
     from hydroservo.cli.progress import progress_bar
     from hydroservo.export.c.project import memory
     from hydroservo.export.products import export_c, proof_line
-    from hydroservo.results import as_json
+    from hydroservo.runs.results import as_json
 
     loop = loaded(scenario, changes, plugins)
     with progress_bar("translating") as report:
@@ -169,7 +169,7 @@ def fmu(
     from hydroservo.cli.progress import progress_bar
     from hydroservo.export.platforms import platforms_named
     from hydroservo.export.products import export_fmu, proof_line
-    from hydroservo.results import as_json
+    from hydroservo.runs.results import as_json
 
     loop, platforms = loaded(scenario, changes, plugins), platforms_named(platforms)
     with progress_bar("translating") as report:
@@ -219,7 +219,7 @@ def ssp(
     from hydroservo.cli.progress import progress_bar
     from hydroservo.export.platforms import platforms_named
     from hydroservo.export.products import export_ssp, proof_line
-    from hydroservo.results import as_json
+    from hydroservo.runs.results import as_json
 
     loop, platforms = loaded(scenario, changes, plugins), platforms_named(platforms)
     with progress_bar("translating") as report:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from hydroservo.cli.summary import RunSummary
 from hydroservo.outputs import staged, write_text
-from hydroservo.results import METRICS, metric_fields, metrics_csv, save, write_metrics
+from hydroservo.runs.results import METRICS, metric_fields, metrics_csv, save, write_metrics
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from hydroservo.cautions import warnings_of
+from hydroservo.runs.cautions import warnings_of
 
 if TYPE_CHECKING:
     import xarray as xr

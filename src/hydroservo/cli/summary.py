@@ -3,8 +3,8 @@
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
-from hydroservo.cautions import warnings_of
-from hydroservo.results import metrics_of
+from hydroservo.runs.cautions import warnings_of
+from hydroservo.runs.results import metrics_of
 
 if TYPE_CHECKING:
     import xarray as xr

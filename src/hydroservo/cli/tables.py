@@ -11,9 +11,9 @@ from rich.syntax import Syntax
 from rich.table import Table
 
 from hydroservo.cli.summary import RunSummary
-from hydroservo.divergence import BEYOND
 from hydroservo.field import Field
-from hydroservo.readable import common_unit, quantity, yes_or_no
+from hydroservo.formatting import common_unit, quantity, yes_or_no
+from hydroservo.runs.divergence import BEYOND
 
 if TYPE_CHECKING:
     from rich.console import RenderableType

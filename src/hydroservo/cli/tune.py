@@ -14,7 +14,7 @@ from hydroservo.cli.remarks import say_remarks
 
 if TYPE_CHECKING:
     from hydroservo.cli.progress import Report
-    from hydroservo.tuning import Progress
+    from hydroservo.runs.tuning import Progress
 
 __all__ = ["tune"]
 
@@ -136,16 +136,16 @@ def tune(
     - `hydroservo tune rig/noisy-1khz-pi-sine --seeds 20 --metric max_error --vary
       controller.proportional_gain=-50%..+100%`
     """
-    from hydroservo.aims import metric_field
     from hydroservo.cli.kernels import log_kernels
     from hydroservo.cli.progress import progress_bar
     from hydroservo.cli.tune_tables import as_tables, show_tuned
     from hydroservo.cli.writing import try_outputs, write_or_keep
     from hydroservo.outputs import write_text
-    from hydroservo.results import as_json
+    from hydroservo.runs.aims import metric_field
+    from hydroservo.runs.results import as_json
+    from hydroservo.runs.tuning import searched
     from hydroservo.scenario import parse_override
     from hydroservo.scenario.tuning import as_toml, given, task_of
-    from hydroservo.tuning import searched
 
     lists = given(weights=weights, scales=scales)
     plain = given(metric=metric, seeds=seeds, effort=effort, candidates=candidates, seed=seed)
@@ -213,7 +213,7 @@ def named_as_options(options: Mapping[str, object]) -> Iterator[None]:
 
 def told(report: "Report", unit: str, candidates: int) -> "Progress":
     """Reports how many candidates are done, and the best so far."""
-    from hydroservo.readable import quantity
+    from hydroservo.formatting import quantity
 
     def progress(fraction: float, best: float) -> None:
         text = quantity(best, unit) if best < float("inf") else "diverged"

@@ -8,12 +8,12 @@ from rich.markup import escape
 from rich.table import Table
 
 from hydroservo._version import __version__
-from hydroservo.aims import geometric_mean
 from hydroservo.block import field_at
 from hydroservo.cli.tables import as_text, show
-from hydroservo.readable import common_unit
+from hydroservo.formatting import common_unit
+from hydroservo.runs.aims import geometric_mean
+from hydroservo.runs.tuning import Tuned
 from hydroservo.scenario.tuning import Task
-from hydroservo.tuning import Tuned
 
 __all__ = ["as_tables", "show_tuned"]
 

@@ -10,8 +10,6 @@ import numpy as np
 
 from hydroservo._version import __version__
 from hydroservo.block import Block, leaves
-from hydroservo.cautions import quietly
-from hydroservo.checks import checked
 from hydroservo.errors import LoopError
 from hydroservo.export.c.liveness import Needed
 from hydroservo.export.c.primitives import WRITTEN
@@ -24,11 +22,13 @@ from hydroservo.export.translate.program import Program, check_law
 from hydroservo.export.translate.terms import REAL, Record
 from hydroservo.export.unit import INTEGRATED, RATES, Argument, Part, Precision, Signal, Unit
 from hydroservo.field import Field, declared_fields
-from hydroservo.fitting import first_state
 from hydroservo.loop import Loop, MachineState
-from hydroservo.provenance import scenario_hash, scenario_text
-from hydroservo.running import ready, simulate
+from hydroservo.runs.cautions import quietly
+from hydroservo.runs.fitting import first_state
+from hydroservo.runs.provenance import scenario_hash, scenario_text
+from hydroservo.runs.run import ready, simulate
 from hydroservo.signals import Demand, Measurement
+from hydroservo.validation import checked
 
 __all__ = ["exported_unit"]
 

@@ -4,15 +4,15 @@ import math
 from typing import Annotated, Any, NamedTuple
 
 from hydroservo import ops
-from hydroservo.accuracy import with_substeps
 from hydroservo.block import Block, Field, values
-from hydroservo.cautions import quietly
 from hydroservo.export.unit import Part
 from hydroservo.integrators.jumps import BEFORE
 from hydroservo.loop import AUTO, External, Loop, MachineState
 from hydroservo.monitors.group import Usual
 from hydroservo.roles import Controller, Reference
-from hydroservo.running import simulate
+from hydroservo.runs.cautions import quietly
+from hydroservo.runs.run import simulate
+from hydroservo.runs.step_sizes import with_substeps
 from hydroservo.signals import Demand, MachineOutputs, Measurement
 from hydroservo.sources import CHOSEN
 

@@ -13,10 +13,10 @@ from hydroservo.export.fmu import PARTS, check_clock, check_tools, checked_endin
 from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.prefix import default_prefix
 from hydroservo.export.unit import FmiVersion, Part, Precision, Unit
-from hydroservo.fitting import named
 from hydroservo.loop import Loop
 from hydroservo.nearest import one_of
 from hydroservo.outputs import check_outputs, written_or_kept
+from hydroservo.runs.fitting import named
 
 __all__ = ["Export", "Progress", "export_c", "export_fmu", "export_ssp", "proof_line"]
 

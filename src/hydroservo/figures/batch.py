@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from hydroservo.errors import ParameterError
 from hydroservo.figures.ranges import limits
 from hydroservo.figures.style import PALETTE, figure, style
-from hydroservo.readable import SUPERSCRIPT, readable_unit
+from hydroservo.formatting import SUPERSCRIPT, readable_unit
 
 __all__ = ["plot_batch"]
 

@@ -7,10 +7,10 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from hydroservo.conditions import differences
 from hydroservo.figures.style import COLOURS, PALETTE, style
 from hydroservo.figures.trace import controller_name, trace_of
 from hydroservo.figures.tracking import TracedRun, tracking_figure
+from hydroservo.runs.conditions import differences
 
 __all__ = ["plot_comparison"]
 

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from hydroservo.figures.ranges import axis_unit, largest, limits
 from hydroservo.figures.style import figure
 from hydroservo.figures.trace import Samples
-from hydroservo.readable import quantity
+from hydroservo.formatting import quantity
 
 __all__ = ["WHOLE", "Curve", "Panel", "Window", "beyond", "draw_panel", "enlarged", "panel_figure"]
 

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from hydroservo.errors import HydroservoError
-from hydroservo.results import scenario_of
+from hydroservo.runs.results import scenario_of
 
 if TYPE_CHECKING:
     import xarray as xr

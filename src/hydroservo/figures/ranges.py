@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from hydroservo.figures.trace import Samples
-from hydroservo.readable import readable_unit
+from hydroservo.formatting import readable_unit
 
 __all__ = ["axis_unit", "largest", "limits"]
 

@@ -8,7 +8,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from hydroservo.errors import HydroservoError
-from hydroservo.results import scenario_of
+from hydroservo.runs.results import scenario_of
 
 __all__ = ["Samples", "Trace", "controller_name", "trace_of"]
 

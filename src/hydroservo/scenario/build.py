@@ -7,7 +7,6 @@ from functools import cache
 from typing import Any, NamedTuple, cast, get_args, get_type_hints
 
 from hydroservo.block import Block
-from hydroservo.checks import allowed, checked, number
 from hydroservo.errors import HydroservoWarning, ParameterError
 from hydroservo.field import Field, declared_fields
 from hydroservo.nearest import one_of
@@ -18,6 +17,7 @@ from hydroservo.scenario.recordings import recorded
 from hydroservo.scenario.registry import Maker, maker_in_role, makers, names_in_role
 from hydroservo.scenario.tables import Entry, Table
 from hydroservo.time_series import TimeSeries
+from hydroservo.validation import allowed, checked, number
 
 __all__ = ["Argument", "Draft", "draft", "hints", "no_model", "number_from"]
 

@@ -8,12 +8,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hydroservo.block import Block, field_at, is_block, leaves
-from hydroservo.checks import number
 from hydroservo.errors import ParameterError, ScenarioError
 from hydroservo.nearest import nearest
+from hydroservo.runs.columns import Columns, vector
 from hydroservo.scenario.build import Draft
 from hydroservo.scenario.load import Assembly, Machine, assembled
-from hydroservo.varied import Columns, vector
+from hydroservo.validation import number
 
 __all__ = ["columns_of", "datasheet_columns"]
 

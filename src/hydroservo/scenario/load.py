@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import NamedTuple
 
 from hydroservo.block import Block, field_at, leaves
-from hydroservo.checks import consistent
 from hydroservo.errors import ParameterError, ScenarioError
 from hydroservo.hooks import at_rest
 from hydroservo.loop import Loop, Simulation
@@ -21,6 +20,7 @@ from hydroservo.scenario.registry import names_in_role
 from hydroservo.scenario.search import Search, tune_search
 from hydroservo.scenario.tables import Table
 from hydroservo.scenario.truth import Truth, truth_of
+from hydroservo.validation import consistent
 from hydroservo.wiring import believed, wired
 
 __all__ = ["Assembly", "Machine", "assembled", "load_scenario"]

@@ -7,14 +7,14 @@ from pathlib import Path
 from typing import NamedTuple
 
 from hydroservo.block import leaves
-from hydroservo.checks import allowed, within
 from hydroservo.errors import ScenarioError, short
 from hydroservo.field import Field
 from hydroservo.loop import Loop
 from hydroservo.nearest import nearest, one_of
+from hydroservo.runs.columns import SEED
 from hydroservo.scenario.quantities import si_value
 from hydroservo.scenario.tables import Entry, Origin
-from hydroservo.varied import SEED
+from hydroservo.validation import allowed, within
 
 __all__ = ["Relative", "as_entries", "both_ends", "check_path", "relative"]
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from hydroservo.errors import HydroservoWarning, ParameterError, ScenarioError, one_line, short
 from hydroservo.field import Field
 from hydroservo.nearest import one_of
-from hydroservo.record_coverage import remember_source
+from hydroservo.runs.record_coverage import remember_source
 from hydroservo.scenario.decimals import Decimals, number
 from hydroservo.scenario.delimited import delimiter, numbered_rows
 from hydroservo.scenario.files import exists, read_text

@@ -8,18 +8,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydroservo.block import field_at, leaves, replace, value_at
-from hydroservo.checks import checked, whole_number
 from hydroservo.errors import ParameterError, ScenarioError
 from hydroservo.loop import Loop
-from hydroservo.provenance import scenario_hash
-from hydroservo.running import ready
+from hydroservo.runs.columns import SEED
+from hydroservo.runs.provenance import scenario_hash
+from hydroservo.runs.run import ready
 from hydroservo.scenario.datasheets import columns_of
 from hydroservo.scenario.load import Assembly, Machine
 from hydroservo.scenario.ranges import as_entries, both_ends, check_path
 from hydroservo.scenario.search import Search
 from hydroservo.scenario.tables import Entry
 from hydroservo.scenario.truth import Truth
-from hydroservo.varied import SEED
+from hydroservo.validation import checked, whole_number
 from hydroservo.wiring import wired
 
 if TYPE_CHECKING:

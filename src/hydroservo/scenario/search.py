@@ -4,10 +4,10 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from hydroservo.aims import checked_effort, checked_weights, checked_whole, finite_numbers, metric_field
 from hydroservo.block import field_at, leaves, value_at
 from hydroservo.errors import ParameterError, ScenarioError
 from hydroservo.loop import Loop
+from hydroservo.runs.aims import checked_effort, checked_weights, checked_whole, finite_numbers, metric_field
 from hydroservo.scenario.catalogue import named_source
 from hydroservo.scenario.ranges import both_ends, check_path
 from hydroservo.scenario.tables import Entry, Table

@@ -4,10 +4,10 @@ from collections.abc import Collection, Iterator, Mapping
 from typing import NamedTuple
 
 from hydroservo.block import Block, field_at, leaves, replace, value_at
-from hydroservo.checks import allowed, within
 from hydroservo.field import Field
 from hydroservo.scenario.build import Argument, number_from
 from hydroservo.scenario.tables import Entry, Table
+from hydroservo.validation import allowed, within
 
 __all__ = ["Deviation", "Truth", "Value", "truth_of"]
 

@@ -8,19 +8,19 @@ from typing import Any, NamedTuple
 import tomli_w
 
 from hydroservo._version import __version__
-from hydroservo.aims import Aim, checked_aim
 from hydroservo.block import leaves
-from hydroservo.cautions import warnings_of
 from hydroservo.errors import HydroservoWarning, ParameterError, ScenarioError
 from hydroservo.loop import Loop
-from hydroservo.provenance import scenario_hash
+from hydroservo.runs.aims import Aim, checked_aim
+from hydroservo.runs.cautions import warnings_of
+from hydroservo.runs.provenance import scenario_hash
+from hydroservo.runs.tuning import Progress, Tuned, searched
 from hydroservo.scenario.catalogue import same_place
 from hydroservo.scenario.load import Assembly, assembled, load_scenario
 from hydroservo.scenario.overrides import nested
 from hydroservo.scenario.ranges import Relative, as_entries
 from hydroservo.scenario.search import Search, checked_part, searched_range
 from hydroservo.scenario.tables import Entry
-from hydroservo.tuning import Progress, Tuned, searched
 
 __all__ = ["Task", "as_toml", "given", "task_of", "tune"]
 
@@ -28,7 +28,7 @@ Load = Callable[[str | Path, Mapping[str, object], Sequence[str | Path]], Loop]
 
 
 class Task(NamedTuple):
-    """A search as :func:`hydroservo.tuning.searched` takes it, and whose it is.
+    """A search as :func:`hydroservo.runs.tuning.searched` takes it, and whose it is.
 
     Attributes:
         scenarios: those that are tuned together, by name or path; none for loops that no scenario names.
@@ -72,13 +72,13 @@ def tune(
 
     What no argument says is as the table ``[tune]`` of the first scenario says. Several scenarios stand in
     place of those, and of their weights, in ``[tune]``. The search is that of
-    :func:`hydroservo.tuning.searched`: the same seed gives the same result on any number of threads, and
+    :func:`hydroservo.runs.tuning.searched`: the same seed gives the same result on any number of threads, and
     that of the command.
 
     Args:
         aim: what is to be small: one scenario or several, by name or path; or an
-            :class:`~hydroservo.aims.Aim`, which takes nothing of ``metric`` to ``scales``, ``changes`` and
-            ``plugins``.
+            :class:`~hydroservo.runs.aims.Aim`, which takes nothing of ``metric`` to ``scales``, ``changes``
+            and ``plugins``.
         ranges: between what each number of the controller or the sensors is searched, by path, in place of
             all of ``[tune.vary]``: two numbers in SI units, ``hs.relative(low, high)`` around the value in
             the first scenario, or a text as ``--vary`` takes it, such as ``"0.3..30 V s/m"``. For an aim two

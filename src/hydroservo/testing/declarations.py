@@ -5,7 +5,6 @@ from collections.abc import Iterator
 from typing import Any, get_type_hints
 
 from hydroservo.block import Block, is_block, leaves, value_at
-from hydroservo.checks import checked
 from hydroservo.errors import ParameterError
 from hydroservo.field import declared_fields
 from hydroservo.roles import (
@@ -23,6 +22,7 @@ from hydroservo.scenario.units import factor_and_dimension
 from hydroservo.testing.bits import bits
 from hydroservo.testing.case import Case, ContractError
 from hydroservo.testing.lines import line_of
+from hydroservo.validation import checked
 
 __all__ = [
     "check_declared",

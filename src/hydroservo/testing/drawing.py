@@ -9,18 +9,18 @@ from hypothesis import strategies as st
 from hypothesis.strategies import SearchStrategy
 
 from hydroservo.block import Block, is_block, leaves, replace
-from hydroservo.checks import consistent, in_range, within
 from hydroservo.errors import ParameterError
 from hydroservo.field import Field, declared_fields
 from hydroservo.monitors.group import Usual
 from hydroservo.plants import DesignModel
 from hydroservo.roles import Monitor, Reaching, Realisation
-from hydroservo.running import ready
+from hydroservo.runs.run import ready
 from hydroservo.scenario.fits import role_methods
 from hydroservo.signals import Demand, Draws, MachineOutputs, Measurement, PortFlows, Pressures
 from hydroservo.testing.examples import example
 from hydroservo.testing.places import watched_loop
 from hydroservo.time_series import TimeSeries
+from hydroservo.validation import consistent, in_range, within
 from hydroservo.valves import Orifice
 
 __all__ = ["ORDINARY", "WIDE", "Range", "arguments", "block_of"]

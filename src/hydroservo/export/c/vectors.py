@@ -12,9 +12,9 @@ from hydroservo.errors import LoopError
 from hydroservo.export.names import identifier, place_in_c
 from hydroservo.export.parts import Command, ExternalForce, Instant, block_of, with_its_substeps
 from hydroservo.export.unit import Part, Unit
-from hydroservo.fitting import compilation, first_state
 from hydroservo.loop import Loop, LoopState
-from hydroservo.running import Mode, plan_of, prepared, ready
+from hydroservo.runs.fitting import compilation, first_state
+from hydroservo.runs.run import Mode, plan_of, prepared, ready
 from hydroservo.signals import Demand, Measurement
 
 __all__ = [

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hydroservo.papers.tsmc_eha_2021.machine import AMPLITUDE, LOAD, OBSERVER, PERIOD, TERMINAL
-from hydroservo.results import metrics_of
+from hydroservo.runs.results import metrics_of
 
 __all__ = [
     "CLAIMS",

@@ -6,7 +6,6 @@ from concurrent.futures import CancelledError, ThreadPoolExecutor, as_completed
 from threading import Event
 from typing import TYPE_CHECKING, NamedTuple
 
-from hydroservo.cautions import quietly
 from hydroservo.loop import Loop
 from hydroservo.papers.tsmc_eha_2021.claims import CLAIMS, Outcome, outcome
 from hydroservo.papers.tsmc_eha_2021.conditions import (
@@ -21,7 +20,8 @@ from hydroservo.papers.tsmc_eha_2021.conditions import (
     runs_of,
 )
 from hydroservo.papers.tsmc_eha_2021.printed import printed
-from hydroservo.running import simulate
+from hydroservo.runs.cautions import quietly
+from hydroservo.runs.run import simulate
 from hydroservo.scenario import load_scenario
 
 if TYPE_CHECKING:

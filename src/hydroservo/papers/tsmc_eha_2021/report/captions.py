@@ -4,13 +4,13 @@ import math
 
 import numpy as np
 
+from hydroservo.formatting import measured, number, quantity
 from hydroservo.metrics import METRIC_FIELDS
 from hydroservo.papers.tsmc_eha_2021.claims import outcome
 from hydroservo.papers.tsmc_eha_2021.conditions import CONTROLLERS
 from hydroservo.papers.tsmc_eha_2021.machine import AMPLITUDE, PERIOD
 from hydroservo.papers.tsmc_eha_2021.report.names import NAMES, Trajectories
 from hydroservo.papers.tsmc_eha_2021.report.windows import JUMP, START, TROUGH
-from hydroservo.readable import measured, number, quantity
 
 __all__ = ["CAPTIONS", "seen_errors", "seen_estimates", "seen_surfaces", "seen_velocities"]
 

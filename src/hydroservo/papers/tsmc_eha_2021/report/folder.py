@@ -15,7 +15,7 @@ from hydroservo.papers.tsmc_eha_2021.report.overview import draw_overview
 from hydroservo.papers.tsmc_eha_2021.report.page import page
 from hydroservo.papers.tsmc_eha_2021.report.verdict_map import draw_map
 from hydroservo.papers.tsmc_eha_2021.study import Progress, Study
-from hydroservo.results import METRICS, metrics_csv, save, write_metrics
+from hydroservo.runs.results import METRICS, metrics_csv, save, write_metrics
 
 __all__ = ["report_files", "write_report"]
 

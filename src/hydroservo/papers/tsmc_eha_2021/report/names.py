@@ -4,9 +4,9 @@ from collections.abc import Mapping
 
 import xarray as xr
 
+from hydroservo.formatting import MINUS, NONE
 from hydroservo.papers.tsmc_eha_2021.conditions import Condition, Run
 from hydroservo.papers.tsmc_eha_2021.report.typeset import plain_signs
-from hydroservo.readable import MINUS, NONE
 
 __all__ = ["DELTAS", "FLAGS", "NAMES", "Trajectories", "condition_name", "run_name"]
 

@@ -4,6 +4,7 @@ import base64
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from hydroservo.formatting import quantity
 from hydroservo.papers import tsmc_eha_2021 as paper
 from hydroservo.papers.tsmc_eha_2021 import conditions
 from hydroservo.papers.tsmc_eha_2021.claims import CLAIMS
@@ -15,7 +16,6 @@ from hydroservo.papers.tsmc_eha_2021.report.names import Trajectories, condition
 from hydroservo.papers.tsmc_eha_2021.report.typeset import symbols
 from hydroservo.papers.tsmc_eha_2021.report.verdict_map import BINS, FILLS
 from hydroservo.papers.tsmc_eha_2021.study import Study
-from hydroservo.readable import quantity
 
 if TYPE_CHECKING:
     import jinja2

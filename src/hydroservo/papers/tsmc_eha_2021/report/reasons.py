@@ -3,10 +3,10 @@
 import math
 
 from hydroservo.field import Field
+from hydroservo.formatting import number, quantity
 from hydroservo.metrics import METRIC_FIELDS
 from hydroservo.papers.tsmc_eha_2021.claims import Claim, Judgement, Results
 from hydroservo.papers.tsmc_eha_2021.report.names import NAMES, run_name
-from hydroservo.readable import number, quantity
 
 __all__ = ["worst_case"]
 

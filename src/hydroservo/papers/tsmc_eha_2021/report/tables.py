@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 from itertools import product
 from typing import Any
 
+from hydroservo.formatting import column, measured, number, yes_or_no
 from hydroservo.metrics import METRIC_FIELDS
 from hydroservo.papers.tsmc_eha_2021.claims import CLAIMS, Claim
 from hydroservo.papers.tsmc_eha_2021.conditions import (
@@ -31,8 +32,7 @@ from hydroservo.papers.tsmc_eha_2021.report.names import (
 from hydroservo.papers.tsmc_eha_2021.report.reasons import worst_case
 from hydroservo.papers.tsmc_eha_2021.report.verdict_map import colour_class
 from hydroservo.papers.tsmc_eha_2021.study import Study
-from hydroservo.readable import column, measured, number, yes_or_no
-from hydroservo.results import best_runs, metric_fields, metrics_of, scenario_of
+from hydroservo.runs.results import best_runs, metric_fields, metrics_of, scenario_of
 
 __all__ = [
     "Table",

@@ -3,7 +3,7 @@
 import re
 from typing import Any
 
-from hydroservo.readable import MINUS
+from hydroservo.formatting import MINUS
 
 __all__ = ["mathematical", "plain_signs", "symbols"]
 

@@ -10,7 +10,15 @@ import pytest
 import xarray as xr
 
 from hydroservo import Loop, ScenarioError, Simulation, ops, replace, simulate, simulate_batch
-from hydroservo.accuracy import (
+from hydroservo.block import Field
+from hydroservo.controllers import PI
+from hydroservo.errors import ParameterError
+from hydroservo.integrators import RK4, Rosenbrock, Tsit5
+from hydroservo.loads import Constant, Square
+from hydroservo.loop import AUTO
+from hydroservo.plants import LoadPressurePlant
+from hydroservo.references import Square as SquareDemand
+from hydroservo.runs.step_sizes import (
     checked_steps,
     difference,
     fastest,
@@ -20,18 +28,10 @@ from hydroservo.accuracy import (
     settled,
     warning,
 )
-from hydroservo.block import Field
-from hydroservo.checks import checked
-from hydroservo.controllers import PI
-from hydroservo.errors import ParameterError
-from hydroservo.integrators import RK4, Rosenbrock, Tsit5
-from hydroservo.loads import Constant, Square
-from hydroservo.loop import AUTO
-from hydroservo.plants import LoadPressurePlant
-from hydroservo.references import Square as SquareDemand
 from hydroservo.scenario import load_scenario, parse_override, scenarios
 from hydroservo.signals import Demand, Measurement
 from hydroservo.testing.examples import example
+from hydroservo.validation import checked
 from hydroservo.valves import FirstOrderValve
 
 SHORT = Simulation(duration=0.5, period=1e-3, record_period=1e-3)

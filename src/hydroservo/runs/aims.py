@@ -8,12 +8,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hydroservo.block import field_at, value_at
-from hydroservo.checks import whole_number, within
 from hydroservo.errors import ParameterError
 from hydroservo.field import Field
 from hydroservo.loop import Loop
 from hydroservo.metrics import judged_by
 from hydroservo.nearest import one_of
+from hydroservo.validation import whole_number, within
 
 __all__ = [
     "ACTIVITY",

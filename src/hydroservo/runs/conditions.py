@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from hydroservo.results import best_runs, metric_fields, metrics_of, scenario_of
+from hydroservo.runs.results import best_runs, metric_fields, metrics_of, scenario_of
 
 if TYPE_CHECKING:
     import xarray as xr

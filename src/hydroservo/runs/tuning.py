@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.aims import ACTIVITY, Aim, check_ranges, checked_aim, checked_whole
-from hydroservo.batch import simulate_batch
 from hydroservo.block import Block, value_at
-from hydroservo.cautions import quietly
-from hydroservo.checks import checked
 from hydroservo.errors import HydroservoError, ParameterError
 from hydroservo.loop import Loop
 from hydroservo.metrics import declared_metrics, monitors_of
-from hydroservo.varied import SEED, checked_columns, designs, starts
+from hydroservo.runs.aims import ACTIVITY, Aim, check_ranges, checked_aim, checked_whole
+from hydroservo.runs.batch import simulate_batch
+from hydroservo.runs.cautions import quietly
+from hydroservo.runs.columns import SEED, checked_columns, designs, starts
+from hydroservo.validation import checked
 from hydroservo.wiring import wired
 
 if TYPE_CHECKING:

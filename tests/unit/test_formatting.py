@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hydroservo.readable import MINUS, NONE, TIMES, column, common_unit, number, quantity, readable_unit
+from hydroservo.formatting import MINUS, NONE, TIMES, column, common_unit, number, quantity, readable_unit
 
 
 @pytest.mark.parametrize(

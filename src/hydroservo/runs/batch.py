@@ -12,18 +12,17 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hydroservo.accuracy import hardest, judged_by_rate, warning
 from hydroservo.block import Block, field_at, replace
-from hydroservo.cautions import pressure_caution, quietly, warns, with_warning
-from hydroservo.checks import checked
-from hydroservo.divergence import NOTHING, Loss, first_loss, watched_paths
 from hydroservo.errors import ParameterError
-from hydroservo.fitting import compilation, first_state
 from hydroservo.loop import AUTO, Loop
 from hydroservo.metrics import declared_metrics, flags_of, monitors_of, values_of
-from hydroservo.provenance import provenance
-from hydroservo.record_coverage import check_records
-from hydroservo.running import (
+from hydroservo.runs.cautions import pressure_caution, quietly, warns, with_warning
+from hydroservo.runs.columns import SEED, Columns, checked_columns, designs, starts
+from hydroservo.runs.divergence import NOTHING, Loss, first_loss, watched_paths
+from hydroservo.runs.fitting import compilation, first_state
+from hydroservo.runs.provenance import provenance
+from hydroservo.runs.record_coverage import check_records
+from hydroservo.runs.run import (
     Progress,
     described,
     judged,
@@ -35,7 +34,8 @@ from hydroservo.running import (
     wanted_of,
     with_metrics,
 )
-from hydroservo.varied import SEED, Columns, checked_columns, designs, starts
+from hydroservo.runs.step_sizes import hardest, judged_by_rate, warning
+from hydroservo.validation import checked
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -8,9 +8,9 @@ import pytest
 from numpy.typing import NDArray
 
 from hydroservo.block import Block, Field
-from hydroservo.checks import allowed, checked
 from hydroservo.errors import HydroservoError, ParameterError
 from hydroservo.time_series import TimeSeries
+from hydroservo.validation import allowed, checked
 
 
 class Inner(NamedTuple):

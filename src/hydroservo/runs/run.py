@@ -8,21 +8,21 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from hydroservo.accuracy import check_substeps, checked_steps, machine_paths, with_exact_delay
 from hydroservo.block import Block, field_at, is_block, leaves, value_at, values
-from hydroservo.cautions import pressure_caution, warns, with_warning
-from hydroservo.checks import checked
-from hydroservo.divergence import NOTHING, Loss, first_loss, reach_of, watched_paths
 from hydroservo.errors import LoopError, ParameterError
 from hydroservo.field import Field
-from hydroservo.fitting import compilation, first_state
 from hydroservo.hooks import at_rest, designed
 from hydroservo.loop import Loop
 from hydroservo.metrics import Divergence, declared_metrics, monitors_of, signals_of, values_of
 from hydroservo.monitors.group import Usual, group
 from hydroservo.monitors.group import named as named_monitors
-from hydroservo.provenance import provenance
-from hydroservo.record_coverage import check_records
+from hydroservo.runs.cautions import pressure_caution, warns, with_warning
+from hydroservo.runs.divergence import NOTHING, Loss, first_loss, reach_of, watched_paths
+from hydroservo.runs.fitting import compilation, first_state
+from hydroservo.runs.provenance import provenance
+from hydroservo.runs.record_coverage import check_records
+from hydroservo.runs.step_sizes import check_substeps, checked_steps, machine_paths, with_exact_delay
+from hydroservo.validation import checked
 from hydroservo.wiring import believed, wired
 
 if TYPE_CHECKING:

@@ -18,15 +18,14 @@ from hydroservo import (
     Simulation,
     ops,
     replace,
-    running,
     simulate,
 )
 from hydroservo.block import Block, Field
 from hydroservo.controllers import PI
 from hydroservo.holds import ZeroOrderHoldState
 from hydroservo.references import Step
-from hydroservo.results import metrics_of
-from hydroservo.running import trace_size, whole
+from hydroservo.runs.results import metrics_of
+from hydroservo.runs.run import trace_size, whole
 from hydroservo.signals import Demand, Measurement
 from hydroservo.testing.examples import example
 from hydroservo.valves import Orifice
@@ -48,7 +47,7 @@ def trace(result: xr.Dataset) -> np.ndarray:
 
 @pytest.mark.parametrize("chunk", [1, 7, 10, 499, 500, 501, 10_000])
 def test_chunks_do_not_change_a_bit(monkeypatch: pytest.MonkeyPatch, run: xr.Dataset, chunk: int) -> None:
-    monkeypatch.setattr(running, "CHUNK", chunk)
+    monkeypatch.setattr("hydroservo.runs.run.CHUNK", chunk)
     assert simulate(LOOP, record=PATHS).identical(run)
 
 
@@ -178,7 +177,7 @@ def test_trace_size_is_what_the_trace_takes(run: xr.Dataset) -> None:
 
 
 def test_progress_rises_to_one(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(running, "CHUNK", 100)
+    monkeypatch.setattr("hydroservo.runs.run.CHUNK", 100)
     seen: list[float] = []
     simulate(LOOP, record=PATHS, progress=seen.append)
     assert seen == pytest.approx([100 / 501, 200 / 501, 300 / 501, 400 / 501, 500 / 501, 1.0])
@@ -187,7 +186,7 @@ def test_progress_rises_to_one(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_an_interrupt_goes_through_and_leaves_nothing_behind(
     monkeypatch: pytest.MonkeyPatch, run: xr.Dataset
 ) -> None:
-    monkeypatch.setattr(running, "CHUNK", 100)
+    monkeypatch.setattr("hydroservo.runs.run.CHUNK", 100)
     seen: list[float] = []
 
     def interrupt(done: float) -> None:
@@ -403,13 +402,13 @@ def test_what_does_not_fit_is_named(changes: dict[str, object], says: str) -> No
     [
         (
             Stumbling(),
-            r"the controller Stumbling does not fit this loop: one\\ntwo \(.*test_running.py, line \d+\)",
+            r"the controller Stumbling does not fit this loop: one\\ntwo \(.*test_run.py, line \d+\)",
         ),
         (
             Stumbling(endless=True),
             "the controller Stumbling does not fit this loop: maximum recursion depth exceeded .*",
         ),
-        (Stumbling(later=True), r".*Stumbling stopped: RuntimeError: one\\ntwo \(.*running.py, line \d+\)"),
+        (Stumbling(later=True), r".*Stumbling stopped: RuntimeError: one\\ntwo \(.*run.py, line \d+\)"),
     ],
 )
 def test_whatever_a_law_raises_is_one_line(law: Stumbling, says: str) -> None:

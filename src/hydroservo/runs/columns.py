@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hydroservo.block import Block, field_at, is_block, leaves, replace, value_at
-from hydroservo.checks import allowed, check_own, number
 from hydroservo.errors import ParameterError
 from hydroservo.hooks import at_rest, designed
 from hydroservo.loop import Loop
+from hydroservo.validation import allowed, check_own, number
 from hydroservo.wiring import believed
 
 __all__ = ["SEED", "Columns", "checked_columns", "designs", "starts", "vector"]

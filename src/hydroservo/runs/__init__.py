@@ -1,0 +1,1 @@
+"""Run loops: one, many at once, a search for gains; and what comes out of them."""
