@@ -67,11 +67,11 @@ def loops() -> dict[str, Loop]:
     add("+ LuGre friction in its place", plant=cylinder)
     cylinder = cylinder._replace(oil=AeratedOil())
     add("+ air in the oil", plant=cylinder)
-    add("+ one-link arm", plant=cylinder._replace(mechanism=OneLinkArm()))
+    add("+ one-link arm", plant=cylinder._replace(mechanism=example(OneLinkArm)))
     add(
         "+ accumulator and a rig's sensors and electronics",
         supply=pump._replace(accumulator=example(GasAccumulator)),
-        sensors=RigSensors(),
+        sensors=example(RigSensors),
         controller=DAC(loop.controller),
         hold=DelayedHold(0.5 * PERIOD),
     )

@@ -59,14 +59,18 @@ CHOSEN: dict[str, Controller] = {
         TSMC, observer=example(TSMObserver, realisation=Implicit()), reaching=ImplicitReaching()
     ),
     "TSMC as printed": PrintedTSMC(),
-    "TSMC Kalman": example(TSMC, observer=KalmanObserver()),
-    "TSMC position Kalman": example(TSMC, observer=PositionKalmanObserver(), reaching=ImplicitReaching()),
+    "TSMC Kalman": example(TSMC, observer=example(KalmanObserver)),
+    "TSMC position Kalman": example(
+        TSMC, observer=example(PositionKalmanObserver), reaching=ImplicitReaching()
+    ),
     "anti-windup": example(AntiWindup, controller=example(PI, saturation=Saturation(1000.0))),
     "DAC": DAC(controller=example(PI)),
     "delay": Delay(controller=Delay(controller=example(PI))),
-    "rate limit": RateLimit(controller=example(Backstepping)),
+    "rate limit": example(RateLimit, controller=example(Backstepping)),
     "valve inversion": example(ValveInversion, controller=example(TSMC)),
-    "DAC around rate limit around valve inversion": DAC(RateLimit(example(ValveInversion, example(TSMC)))),
+    "DAC around rate limit around valve inversion": DAC(
+        example(RateLimit, example(ValveInversion, example(TSMC)))
+    ),
 }
 
 

@@ -24,7 +24,8 @@ from hydroservo.runs.run import judged
 from hydroservo.scenario import load_scenario, parse_override
 
 NAME = "paper/sine-backstepping"  # whose controller has a model of the machine
-SHORT = ("--set", "simulation.duration=5 ms", "--set", "sensors.type=NoisySensors")
+NOISY = "sensors={type='NoisySensors', velocity_noise='0.5 mm/s', load_force_noise='5 N'}"
+SHORT = ("--set", "simulation.duration=5 ms", "--set", NOISY)
 VARIED = ("--vary", "plant.bulk_modulus=-30%..+30%", "--vary", "controller.velocity_gain=1500..2500")
 BATCH = ("batch", NAME, *SHORT, *VARIED, "--seeds")
 METRICS = declared_metrics(usual(load_scenario(NAME)))

@@ -20,7 +20,8 @@ NAMES = ("paper/sine-pi", "paper/square-pi")
 GIVEN = (
     *("simulation.duration=50 ms", "simulation.period=1 ms", "simulation.substeps=4"),
     *("valve.type=FirstOrderValve", "valve.time_constant=10 ms"),
-    *("sensors.type=RigSensors", "sensors.velocity.type=FilteredDifference"),
+    *("sensors.type=RigSensors", "sensors.position={type='Encoder', resolution='1 um'}"),
+    "sensors.velocity={type='FilteredDifference', time_constant='2 ms'}",
 )
 SHORT = [word for change in GIVEN for word in ("--set", change)]
 GAIN, FILTER = "controller.proportional_gain", "sensors.velocity.time_constant"

@@ -64,15 +64,15 @@ LOOPS = {
         Loop,
         Simulation(1e-3, 1e-4),
         valve=example(FirstOrderValve),
-        sensors=NoisySensors(),
+        sensors=example(NoisySensors),
         reference=example(Square),
         controller=example(PI),
     ),
     "rig": example(
         Loop,
         Simulation(1e-3, 1e-4, 2),
-        sensors=Dropout(0.3, DelayedSensors(RigSensors(velocity=ExactDifferentiator()))),
-        controller=example(AntiWindup, DAC(RateLimit(example(PI)))),
+        sensors=Dropout(0.3, DelayedSensors(example(RigSensors, velocity=example(ExactDifferentiator)))),
+        controller=example(AntiWindup, DAC(example(RateLimit, example(PI)))),
         hold=DelayedHold(5e-5),
     ),
     "tsit5": example(

@@ -29,7 +29,7 @@ def lugres(share: float) -> st.SearchStrategy[LuGre]:
     """With sigma_1 at a share of its passive limit sigma_2 F_c/(F_s - F_c)."""
     return st.builds(
         lambda stiffness, viscous, coulomb, more, velocity: LuGre(
-            stiffness, share * viscous * coulomb / more, viscous, coulomb, coulomb + more, velocity
+            stiffness, share * viscous * coulomb / more, coulomb, coulomb + more, velocity, viscous
         ),
         st.floats(1e4, 1e8),
         st.floats(1.0, 1e3),

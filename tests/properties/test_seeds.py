@@ -18,7 +18,7 @@ LOOP = example(
     Loop,
     Simulation(0.02, 1e-4, 1),
     valve=example(FirstOrderValve),
-    sensors=NoisySensors(),
+    sensors=example(NoisySensors),
     controller=PI(3.0, 300.0),
 )
 

@@ -26,7 +26,7 @@ LEAKY = example(
     external_leakage=1e-12,
     friction=Viscous(200.0),
     stops=NoStops(),
-    mechanism=OneLinkArm(),
+    mechanism=example(OneLinkArm),
 )
 Flows = Callable[[float], PortFlows]
 
@@ -139,7 +139,7 @@ def test_energy_is_accounted_for() -> None:
 
 def test_an_arm_swings_without_loss() -> None:
     """Kinetic energy and height under a constant force, by scipy."""
-    arm = OneLinkArm()
+    arm = example(OneLinkArm)
     force = arm.resistance(0.039, 0.0)
 
     def rates(_: float, y: np.ndarray) -> list[float]:
@@ -280,7 +280,7 @@ def test_rest_under_gravity(oil: Block) -> None:
         internal_leakage=0.0,
         oil=oil,
         friction=Viscous(2e4),
-        mechanism=OneLinkArm(),
+        mechanism=example(OneLinkArm),
         stops=NoStops(),
     )
 
@@ -291,7 +291,7 @@ def test_rest_under_gravity(oil: Block) -> None:
         rates, (0.0, 3.0), [0.0, 0.039, 20e5, 20e5], "Radau", rtol=1e-9, atol=[1e-11, 1e-13, 1e-4, 1e-4]
     )
     v, x, p_a, p_b = done.y[:, -1].tolist()
-    weight = OneLinkArm().resistance(x, 0.0)
+    weight = example(OneLinkArm).resistance(x, 0.0)
     assert abs(v) < 1e-9
     assert weight > 100.0
     assert plant.area_a * p_a - plant.area_b * p_b == pytest.approx(weight, rel=1e-6)

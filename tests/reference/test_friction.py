@@ -16,7 +16,7 @@ from hydroservo.mechanics import LuGre, LuGreState, Stops, Stribeck, StribeckSta
 from hydroservo.testing.examples import example
 
 # Table I of Canudas de Wit, Olsson, Astrom, Lischinsky, IEEE Trans. Automatic Control 40(3), 1995; unit mass
-LUGRE_1995 = LuGre(1e5, math.sqrt(1e5), 0.4, 1.0, 1.5, 1e-3)
+LUGRE_1995 = LuGre(1e5, math.sqrt(1e5), 1.0, 1.5, 1e-3, 0.4)
 BALL = Stribeck(coulomb=40.0, breakaway=60.0, stribeck_velocity=5e-3, viscous=50.0, stop_time=1e-4)
 MASS = 6.0
 

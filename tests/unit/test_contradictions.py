@@ -27,12 +27,12 @@ CONTRADICTIONS = [
     ),
     (example(Cylinder, start_position=0.1), "start_position = 0.1: must be at most the stroke, 0.078 [m]"),
     (
-        example(Cylinder, mechanism=OneLinkArm(base_distance=5.0)),
+        example(Cylinder, mechanism=example(OneLinkArm, base_distance=5.0)),
         "mechanism = 'OneLinkArm': can be at 4.649 to 4.808 [m] only: "
         "its lengths do not go with the stroke, 0 to 0.078 [m]",
     ),
     (
-        example(Cylinder, stroke=0.2, mechanism=OneLinkArm()),
+        example(Cylinder, stroke=0.2, mechanism=example(OneLinkArm)),
         "mechanism = 'OneLinkArm': can be at -0.05148 to 0.1085 [m] only: "
         "its lengths do not go with the stroke, 0 to 0.2 [m]",
     ),
@@ -41,7 +41,7 @@ CONTRADICTIONS = [
         "start_pressure_b = 1000000000.0: must be below the oil's bulk modulus there [Pa]",
     ),
     (
-        OneLinkArm(arm_inertia=0.1),
+        example(OneLinkArm, arm_inertia=0.1),
         "arm_inertia = 0.1: must be at least arm_mass centre_distance^2, 0.18 [kg m^2]",
     ),
     (example(Stribeck, coulomb=70.0), "breakaway = 60.0: must be at least coulomb, 70 [N]"),
@@ -82,7 +82,7 @@ def test_the_limits_themselves_are_allowed() -> None:
         example(LoadPressurePlant, start_position=0.078),
         example(Cylinder, start_position=0.078),
         example(Stribeck, 60.0, 60.0),
-        OneLinkArm(arm_inertia=0.18),
+        example(OneLinkArm, arm_inertia=0.18),
         example(StaticValve, orifice=example(FourEdges, lap=-6e-3)),
     ):
         consistent(block)
@@ -153,13 +153,15 @@ def test_a_scenario_names_the_table(changes: dict[str, object], says: str) -> No
 
 
 def test_absurd_lengths_of_an_arm_are_one_line() -> None:
-    arm = OneLinkArm(base_distance=1e-120, pin_distance=1e-120, closed_length=1e-120)
+    arm = example(OneLinkArm, base_distance=1e-120, pin_distance=1e-120, closed_length=1e-120)
     with pytest.raises(ParameterError, match=r"plant\.mechanism\.base_distance = 1e-120: must be"):
         simulate(example(Loop, plant=example(Cylinder, stroke=1e-122, start_position=0.0, mechanism=arm)))
-    huge = OneLinkArm(base_distance=1e200, pin_distance=1e200, closed_length=1e200)
+    huge = example(OneLinkArm, base_distance=1e200, pin_distance=1e200, closed_length=1e200)
     with pytest.raises(ParameterError, match="its lengths do not go with the stroke"):
         simulate(example(Loop, plant=example(Cylinder, mechanism=huge)))
-    small = OneLinkArm(base_distance=1e-6, pin_distance=1e-6, closed_length=1.4e-6, arm_mass=0.0, payload=0.0)
+    small = example(
+        OneLinkArm, base_distance=1e-6, pin_distance=1e-6, closed_length=1.4e-6, arm_mass=0.0, payload=0.0
+    )
     loop = example(
         Loop, Simulation(1e-3, 1e-4), example(Cylinder, stroke=1e-7, start_position=0.0, mechanism=small)
     )

@@ -57,9 +57,9 @@ def test_nothing_leaks_in_from_outside() -> None:
 def test_friction_sees_all_other_forces() -> None:
     """A stuck piston is held against the pressures, the load and the mechanism together."""
     stuck = DIFFERENTIAL._replace(
-        friction=example(Stribeck, 40.0, 60.0), mechanism=OneLinkArm(), stops=NoStops()
+        friction=example(Stribeck, 40.0, 60.0), mechanism=example(OneLinkArm), stops=NoStops()
     )
-    weight = OneLinkArm().resistance(0.05, 0.0)
+    weight = example(OneLinkArm).resistance(0.05, 0.0)
     state = CylinderState(0.0, 0.05, 1e6, 1e6, StribeckState())
     for excess, moves in ((0.0, False), (59.0, False), (-59.0, False), (61.0, True), (-61.0, True)):
         rate = stuck.deriv(state, PortFlows(0.0, 0.0, 0.0, 0.0), 1e3 - weight + excess)
@@ -100,7 +100,7 @@ def test_the_defaults_are_the_paper_s_machine() -> None:
 
 
 def test_simplified_keeps_the_natural_frequency() -> None:
-    arm = OneLinkArm()
+    arm = example(OneLinkArm)
     started = DIFFERENTIAL._replace(start_pressure_a=30e5, start_pressure_b=10e5)
     simple = started._replace(mechanism=arm, oil=AeratedOil()).simplified()
     spring = 4e-6 / (1e-4 + 2e-3 * 0.1) + 1e-6 / (2e-4 + 1e-3 * 0.4)
@@ -125,8 +125,8 @@ def test_from_diameters() -> None:
 
 
 SHORT = Simulation(0.02, 1e-4, 5, 1e-3)
-FULL = example(Cylinder, oil=AeratedOil(), friction=example(LuGre), mechanism=OneLinkArm())
-STICKING = example(Cylinder, friction=example(Stribeck), mechanism=OneLinkArm())
+FULL = example(Cylinder, oil=AeratedOil(), friction=example(LuGre), mechanism=example(OneLinkArm))
+STICKING = example(Cylinder, friction=example(Stribeck), mechanism=example(OneLinkArm))
 
 
 @pytest.mark.parametrize("plant", [example(Cylinder), FULL, STICKING], ids=["plain", "full", "sticking"])
@@ -162,11 +162,26 @@ type = "AeratedOil"
 air_content = 0.01
 [plant.friction]
 type = "LuGre"
+bristle_stiffness = 1e6
+bristle_damping = 80
+coulomb = "40 N"
+breakaway = "60 N"
+stribeck_velocity = "5 mm/s"
+viscous = "50 N s/m"
 [plant.stops]
 type = "NoStops"
 [plant.mechanism]
 type = "OneLinkArm"
+base_distance = "300 mm"
+pin_distance = "80 mm"
+closed_length = "271.5 mm"
 level_angle = "80 deg"
+arm_inertia = "0.25 kg m^2"
+arm_mass = "2 kg"
+centre_distance = "300 mm"
+moving_mass = "1 kg"
+payload = "3 kg"
+reach = "600 mm"
 """
 
 
@@ -176,8 +191,10 @@ def test_a_scenario_names_its_parts(tmp_path: Path) -> None:
     loop = load_scenario(file)
     assert isinstance(loop.plant, Cylinder)
     assert loop.plant.oil == AeratedOil(air_content=0.01)
-    assert loop.plant.friction == LuGre()
+    assert loop.plant.friction == example(LuGre)
     assert loop.plant.stops == NoStops()
-    assert loop.plant.mechanism == OneLinkArm(level_angle=pytest.approx(math.radians(80.0)))
+    assert loop.plant.mechanism == pytest.approx(
+        example(OneLinkArm, level_angle=math.radians(80.0)), rel=1e-14
+    )
     assert loop.plant.area_b == pytest.approx(3e-4)
     assert believed(loop).plant == at_rest(loop.plant, loop.supply, loop.load).simplified()

@@ -40,7 +40,7 @@ def test_a_delayed_command_comes_when_it_is_due(t: float, share: float, last: fl
 
 
 def test_a_command_without_delay_comes_at_once() -> None:
-    held = DelayedHold(0.0).held(DelayedHold(0.0).step(DelayedHold().init(), 1.0, 0.3), 2.0)
+    held = DelayedHold(0.0).held(DelayedHold(0.0).step(example(DelayedHold).init(), 1.0, 0.3), 2.0)
     assert DelayedHold(0.0).at(held, 0.3) == 2.0
     assert ZeroOrderHold().at(ZeroOrderHold().held(ZeroOrderHold().init(), 2.0), 0.3) == 2.0
 

@@ -26,7 +26,7 @@ LOOP = example(
     Loop,
     Simulation(0.2, PERIOD, substeps=10, record_period=PERIOD),
     valve=example(FirstOrderValve),
-    sensors=NoisySensors(),
+    sensors=example(NoisySensors),
     controller=example(ValveInversion, LAW),
 )
 PATH = "controller.controller.observer"
@@ -93,7 +93,8 @@ def test_each_run_of_a_batch_has_its_own_gains() -> None:
 def test_gains_are_not_to_be_given() -> None:
     with pytest.raises(ParameterError, match=r"gain_11'.*is computed before a run"):
         simulate_batch(LOOP, {f"{PATH}.gain_11": np.array([0.1])})
-    changes = {"controller.observer.type": "KalmanObserver", "controller.observer.gain_11": 0.1}
+    numbers = example(KalmanObserver)._replace(gain_11=0.1)._asdict()
+    changes = {"controller.observer": {"type": "KalmanObserver", **numbers}}
     with pytest.raises(ScenarioError, match=r"gain_11.*is computed before a run; leave it out"):
         load_scenario("paper/sine-tsmc", changes)
 
@@ -106,7 +107,7 @@ def test_parameters_without_a_steady_state_are_refused() -> None:
     assert "velocity_noise = 1e-300, load_force_noise = 5 and a sample period of 0.001 s" in message
     assert message.isprintable()
     with pytest.raises(ParameterError, match=r"^PositionKalmanObserver\.disturbance_1 = .*position_noise = "):
-        PositionKalmanObserver(disturbance_1=1e300, position_noise=1e-300).designed(MODEL, PERIOD)
+        example(PositionKalmanObserver, disturbance_1=1e300, position_noise=1e-300).designed(MODEL, PERIOD)
 
 
 def test_a_position_is_as_good_as_its_derivative_without_noise() -> None:
@@ -123,7 +124,7 @@ def test_a_position_is_as_good_as_its_derivative_without_noise() -> None:
 
 
 def test_a_position_filter_beats_differences_of_an_encoder() -> None:
-    sensors = RigSensors(velocity=Difference(), pressure_a=IDEAL_PRESSURE, pressure_b=IDEAL_PRESSURE)
+    sensors = example(RigSensors, velocity=Difference(), pressure_a=IDEAL_PRESSURE, pressure_b=IDEAL_PRESSURE)
     law = LAW._replace(observer=PositionKalmanObserver(2.0, 1e4, 3e-7, 2.0))
     run = simulate(LOOP._replace(sensors=sensors, controller=example(ValveInversion, law)))
     differenced, found = run["sensors.velocity.value"], run[f"{PATH}.velocity"]
@@ -132,7 +133,7 @@ def test_a_position_filter_beats_differences_of_an_encoder() -> None:
 
 
 def test_a_lost_position_starts_the_filter_again() -> None:
-    observer = PositionKalmanObserver().designed(MODEL, PERIOD)
+    observer = example(PositionKalmanObserver).designed(MODEL, PERIOD)
     y = Measurement(0.0, 50.0, 0.01, 0.0, 0.0, 0.0)
     s = observer.step(observer.init(), MODEL, y, PERIOD)
     assert (s.position, s.load_force, s.velocity, s.d1) == (0.01, 50.0, 0.0, 0.0)

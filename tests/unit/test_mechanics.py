@@ -23,7 +23,7 @@ from hydroservo.testing.examples import example
 
 velocities = st.floats(-1.0, 1.0)
 forces = st.floats(-1e4, 1e4)
-ARM = OneLinkArm(level_angle=1.2)
+ARM = example(OneLinkArm, level_angle=1.2)
 
 
 def hinge_angle(arm: OneLinkArm, x: float) -> float:
@@ -70,7 +70,7 @@ class TestStribeck:
 
 
 class TestLuGre:
-    friction = LuGre(1e6, 80.0, 50.0, 40.0, 60.0, 5e-3)
+    friction = LuGre(1e6, 80.0, 40.0, 60.0, 5e-3, 50.0)
 
     def test_equations(self) -> None:
         v, z = 4e-3, 3e-5

@@ -26,7 +26,7 @@ from hydroservo.signals import Demand, Measurement
 from hydroservo.testing.examples import example
 
 SHORT = Simulation(0.005, 1e-3, 8)
-BLIND = RigSensors(pressure_b=NoPressure())
+BLIND = example(RigSensors, pressure_b=NoPressure())
 THING: Any = Unmeasured("load_force")
 
 USES: dict[str, Callable[[Any], object]] = {
@@ -90,13 +90,13 @@ def test_passing_it_on_and_asking_whether_it_is_there_are_no_use() -> None:
     ("sensors", "names"),
     [
         (IdealSensors(), ()),
-        (NoisySensors(), ()),
-        (RigSensors(), ()),
-        (RigSensors(pressure_a=NoPressure()), ("load_force", "pressure_a")),
+        (example(NoisySensors), ()),
+        (example(RigSensors), ()),
+        (example(RigSensors, pressure_a=NoPressure()), ("load_force", "pressure_a")),
         (BLIND, ("load_force", "pressure_b")),
-        (RigSensors(NoPosition(), VelocitySensor()), ("position",)),
-        (RigSensors(NoPosition(), Difference()), ("velocity", "position")),
-        (RigSensors(NoPosition(), ExactDifferentiator()), ("velocity", "position")),
+        (example(RigSensors, NoPosition(), VelocitySensor()), ("position",)),
+        (example(RigSensors, NoPosition(), Difference()), ("velocity", "position")),
+        (example(RigSensors, NoPosition(), example(ExactDifferentiator)), ("velocity", "position")),
         (DelayedSensors(Dropout(0.1, BLIND)), ("load_force", "pressure_b")),
         (DelayedSensors(IdealSensors()), ()),
     ],

@@ -56,7 +56,7 @@ def test_a_relief_valve_opens_at_its_cracking_pressure() -> None:
 
 
 def test_the_design_model_sees_the_set_pressure() -> None:
-    supply = example(PumpSupply, relief=ReliefValve(cracking_pressure=63e5), return_pressure=3e5)
+    supply = example(PumpSupply, relief=example(ReliefValve, cracking_pressure=63e5), return_pressure=3e5)
     assert supply.simplified() == IdealSupply(63e5, 3e5)
 
 
@@ -69,8 +69,8 @@ def test_the_design_model_sees_what_a_weak_motor_holds() -> None:
     "supply",
     [
         example(PumpSupply, demanded_speed=0.0),
-        example(PumpSupply, relief=ReliefValve(cracking_pressure=2e5)),
-        example(PumpSupply, relief=ReliefValve(cracking_pressure=1e5), return_pressure=3e5),
+        example(PumpSupply, relief=example(ReliefValve, cracking_pressure=2e5)),
+        example(PumpSupply, relief=example(ReliefValve, cracking_pressure=1e5), return_pressure=3e5),
     ],
 )
 def test_it_holds_more_than_the_return_pressure(supply: PumpSupply) -> None:
@@ -102,7 +102,8 @@ def test_a_pump_from_its_datasheet_settles_at_its_rated_point(efficiency: float)
         2e-3,
         2e-4,
         7e8,
-        ReliefValve(80e5),
+        example(ReliefValve, 80e5),
+        speed_gain=1.0,
         viscous=2e-3,
         return_pressure=2e5,
     )
@@ -121,8 +122,10 @@ def test_a_pump_from_its_datasheet_settles_at_its_rated_point(efficiency: float)
 
 
 def test_a_datasheet_s_pump_keeps_its_other_parts() -> None:
-    gas, relief = GasAccumulator(28e5, 5e-4), ReliefValve(63e5)
-    supply = PumpSupply.from_datasheet(3e-7, 150.0, 0.9, 60e5, 4.0, 1e-3, 3e-4, 8e8, relief, accumulator=gas)
+    gas, relief = GasAccumulator(28e5, 5e-4), example(ReliefValve, 63e5)
+    supply = PumpSupply.from_datasheet(
+        3e-7, 150.0, 0.9, 60e5, 4.0, 1e-3, 3e-4, 8e8, relief, 1.0, accumulator=gas
+    )
     assert (supply.volume, supply.relief, supply.accumulator) == (3e-4, relief, gas)
     assert (supply.inertia, supply.bulk_modulus) == (1e-3, 8e8)
 
@@ -147,7 +150,8 @@ def test_a_datasheet_that_no_pump_has(changed: dict[str, float], problem: str) -
         "inertia": 2e-3,
         "volume": 2e-4,
         "bulk_modulus": 7e8,
-        "relief": ReliefValve(40e5),
+        "relief": example(ReliefValve, 40e5),
+        "speed_gain": 1.0,
         "viscous": 1e-3,
     }
     with pytest.raises(ParameterError, match=problem):

@@ -31,7 +31,7 @@ from hydroservo.wiring import believed
 
 LINE = Pressures(160e5, 2e5)
 AT_REST = 1e-12  # m/s: what the rounding of pressures of 1e7 Pa does to some kg
-PUMP = example(PumpSupply, relief=ReliefValve(160e5), max_torque=20.0)
+PUMP = example(PumpSupply, relief=example(ReliefValve, 160e5), max_torque=20.0)
 
 
 def cylinder(**changes: Block) -> Cylinder:
@@ -54,7 +54,7 @@ def shut(plant: Cylinder, **changes: Block) -> Loop:
 
 
 CONSTANT, AERATED = ConstantOil(1.2e9), AeratedOil()
-SPRING = MassSpringDamper(100.0, rest_position=0.01)
+SPRING = example(MassSpringDamper, 100.0, rest_position=0.01)
 
 
 @pytest.mark.parametrize(
@@ -62,8 +62,8 @@ SPRING = MassSpringDamper(100.0, rest_position=0.01)
     [
         (CONSTANT, Mass(100.0), IdealSupply(160e5), Constant(0.0)),
         (AERATED, Mass(100.0), IdealSupply(160e5, 2e5), Constant(6000.0)),
-        (CONSTANT, OneLinkArm(), IdealSupply(160e5), Constant(-6000.0)),
-        (AERATED, OneLinkArm(), PUMP, Sine(1000.0, phase=1.0, frequency=0.0)),
+        (CONSTANT, example(OneLinkArm), IdealSupply(160e5), Constant(-6000.0)),
+        (AERATED, example(OneLinkArm), PUMP, Sine(1000.0, phase=1.0, frequency=0.0)),
         (CONSTANT, SPRING, PUMP, example(Step, 500.0, time=1.0)),
         (AERATED, SPRING, IdealSupply(160e5, 2e5), Constant(0.0)),
     ],
@@ -160,6 +160,16 @@ start_pressure_b = "auto"
 type = "AeratedOil"
 [plant.mechanism]
 type = "OneLinkArm"
+base_distance = "300 mm"
+pin_distance = "80 mm"
+closed_length = "271.5 mm"
+level_angle = "90 deg"
+arm_inertia = "0.25 kg m^2"
+arm_mass = "2 kg"
+centre_distance = "300 mm"
+moving_mass = "1 kg"
+payload = "3 kg"
+reach = "600 mm"
 [supply]
 supply_pressure = "160 bar"
 [load]
@@ -271,7 +281,7 @@ def test_the_hash_tells_starts_apart(scenario: Path) -> None:
 
 
 def test_friction_with_memory_rests_too() -> None:
-    run = simulate(shut(cylinder(friction=example(LuGre), mechanism=OneLinkArm())), compiled=False)
+    run = simulate(shut(cylinder(friction=example(LuGre), mechanism=example(OneLinkArm))), compiled=False)
     assert abs(run["plant.velocity"]).max() < AT_REST
 
 

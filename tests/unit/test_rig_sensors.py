@@ -110,7 +110,9 @@ def test_an_ideal_position_is_the_position() -> None:
 
 
 @pytest.mark.parametrize(
-    "estimator", [Difference(), FilteredDifference(), ExactDifferentiator()], ids=lambda e: type(e).__name__
+    "estimator",
+    [Difference(), example(FilteredDifference), example(ExactDifferentiator)],
+    ids=lambda e: type(e).__name__,
 )
 def test_estimates_start_at_rest_wherever_the_piston_is(estimator: Block) -> None:
     assert [*velocities(estimator, [0.05] * 3)] == [0.0] * 3
@@ -249,7 +251,7 @@ def test_a_transducer_is_clipped_to_its_range() -> None:
 @given(st.floats(0.0, 59e5), st.integers(6, 20))
 def test_a_converters_code_is_the_nearest_one(pressure: float, bits: int) -> None:
     step = 60e5 / 2**bits
-    value = pressures(PressureTransducer(noise=0.0, bits=bits), [pressure])[0]
+    value = pressures(example(PressureTransducer, noise=0.0, bits=bits), [pressure])[0]
     assert value / step == round(value / step)
     assert abs(value - pressure) <= 0.5 * step * (1.0 + 1e-12)
 
@@ -262,7 +264,7 @@ def test_a_transducers_noise_and_offset_are_shares_of_its_span() -> None:
 
 def test_rounding_of_a_converter_adds_to_the_noise() -> None:
     """Where the noise covers a step, the powers add: sigma^2 + q^2/12."""
-    sensor = PressureTransducer(noise=0.002, bits=8)
+    sensor = example(PressureTransducer, noise=0.002, bits=8)
     step = 60e5 / 2**8
     found = pressures(sensor, [30e5 + 0.3 * step] * 40_000) - (30e5 + 0.3 * step)
     assert rms(found) == pytest.approx(math.sqrt((0.002 * 60e5) ** 2 + step**2 / 12.0), rel=0.02)
@@ -270,7 +272,7 @@ def test_rounding_of_a_converter_adds_to_the_noise() -> None:
 
 def test_a_transducers_own_lag() -> None:
     """The share that is left of a step after n samples is (tau/(tau + h))^n; it starts at the first one."""
-    sensor = PressureTransducer(noise=0.0, bits=0, time_constant=4.0 * H)
+    sensor = example(PressureTransducer, noise=0.0, bits=0, time_constant=4.0 * H)
     found = pressures(sensor, [10e5, *[20e5] * 9])
     assert found == pytest.approx(20e5 - 10e5 * 0.8 ** np.arange(10), rel=1e-12)
 
@@ -286,7 +288,7 @@ def test_a_rig_with_ideal_parts_sees_what_ideal_sensors_see() -> None:
 
 
 def test_the_load_force_is_that_of_the_known_areas() -> None:
-    rig = RigSensors(pressure_a=EXACT, pressure_b=EXACT, area_a=5e-4, area_b=3e-4)
+    rig = example(RigSensors, pressure_a=EXACT, pressure_b=EXACT, area_a=5e-4, area_b=3e-4)
     y = measurements(rig, [MACHINE])[0]
     assert y.load_force == 5e-4 * y.pressure_a - 3e-4 * y.pressure_b
     assert y.load_force == pytest.approx(5e-4 * 2.5e6 - 3e-4 * 1.5e6, rel=1e-12)
@@ -299,7 +301,7 @@ def test_the_velocity_is_that_of_the_position_as_measured() -> None:
 
 
 def test_each_sensor_draws_numbers_of_its_own() -> None:
-    noisy = PressureTransducer(noise=0.01, bits=0)
+    noisy = example(PressureTransducer, noise=0.01, bits=0)
     rig = RigSensors(IdealPosition(), VelocitySensor(1.0), noisy, noisy)
     found = measurements(rig, [MachineOutputs(0.0, 0.0, 0.0, 30e5, 30e5)] * 20_000)
     noise = np.array([(y.velocity, y.pressure_a, y.pressure_b) for y in found])
@@ -307,7 +309,9 @@ def test_each_sensor_draws_numbers_of_its_own() -> None:
     assert np.abs(together).max() < 3.5 / math.sqrt(len(found))
 
 
-@pytest.mark.parametrize("sensors", [IdealSensors(), NoisySensors()], ids=lambda one: type(one).__name__)
+@pytest.mark.parametrize(
+    "sensors", [IdealSensors(), example(NoisySensors)], ids=lambda one: type(one).__name__
+)
 def test_a_delay_is_of_one_sample_exactly_and_not_of_the_command(sensors: Block) -> None:
     machines = moving(6)
     direct, once, twice = (
@@ -333,8 +337,8 @@ def test_a_dropout_repeats_what_came_last() -> None:
 
 def test_a_dropout_that_never_comes_or_always() -> None:
     machines = moving(5)
-    never = measurements(Dropout(0.0, NoisySensors()), machines)
-    assert never == measurements(NoisySensors(), machines, stream=2.0)
+    never = measurements(Dropout(0.0, example(NoisySensors)), machines)
+    assert never == measurements(example(NoisySensors), machines, stream=2.0)
     always = measurements(Dropout(1.0), machines)
     assert {y[:3] for y in always} == {always[0][:3]}
     assert always[0].velocity == machines[0].velocity
@@ -351,11 +355,11 @@ def test_losses_and_noise_share_no_numbers() -> None:
 def test_in_a_loop_the_law_sees_what_a_rig_measures() -> None:
     """The whole chain of a compiled run, made again from its record."""
     simulation = Simulation(0.05, H, 8, record_period=H, seed=7)
-    sensors = DelayedSensors(RigSensors(velocity=FilteredDifference()))
+    sensors = DelayedSensors(example(RigSensors, velocity=example(FilteredDifference)))
     loop = example(Loop, simulation, controller=PI(2.0, 0.0), sensors=sensors)
     run = simulate(loop, strict=True)
-    positions = read(Encoder(), run["plant.position"].values)
-    estimated = velocities(FilteredDifference(), positions)
+    positions = read(example(Encoder), run["plant.position"].values)
+    estimated = velocities(example(FilteredDifference), positions)
     assert np.array_equal(run["sensors.sensors.velocity.value"], estimated)
     seen = np.concatenate([estimated[:1], estimated[:-1]])
     assert run["controller.u"].values == pytest.approx(

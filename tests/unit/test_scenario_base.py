@@ -27,6 +27,7 @@ damping = "60 N s/m"
 [valve]
 type = "SecondOrderValve"
 natural_frequency = "300 rad/s"
+slew_limit = "0.5 m/s"
 damping_ratio = 0.6
 gain = "4e-4 m/V"
 
@@ -134,7 +135,8 @@ def test_the_same_type_drops_nothing(files) -> None:
 
 def test_what_a_type_dropped_does_not_come_back(files) -> None:
     """A file that has a base is as one that holds all that comes of the two."""
-    retyped = 'base = "middle.toml"\nvalve.type = "SecondOrderValve"\nuncertainty.scale = 0\n'
+    retyped = 'base = "middle.toml"\nuncertainty.scale = 0\nvalve.type = "SecondOrderValve"\n'
+    retyped += "valve.slew_limit = 0.5\n"
     own = files(
         own=retyped + 'valve.natural_frequency = "200 rad/s"',
         less=retyped,
@@ -272,7 +274,12 @@ def test_a_base_that_is_none_is_refused(files, base: str, problem: str) -> None:
         ("", "plant = 3", "base", "plant: 3 must be a table: [plant]"),
         ("plant.mass = 8", "plant = 3", "base", "plant: 3 must be a table: [plant]"),
         ('valve.type = "Valve"', "", "own", "valve.type: 'Valve' must be one of"),
-        ('sensors.type = "RigSensors"', 'sensors = {type = "Sensors", area_a = 1}', "own", ""),
+        (
+            'sensors.type = "IdealSensors"',
+            'sensors = {type = "Sensors", area_a = 1}',
+            "own",
+            "",
+        ),
         ('valve.type = "StaticValve"', 'valve.type = "Valve"', "base", "valve.type: 'Valve' must be one of"),
         ("title = 3", "", "own", "title: 3 must be a string"),
         ("", 'uncertainty.plant.mass = "x"', "base", "uncertainty.plant.mass: 'x' is not a quantity"),

@@ -19,9 +19,15 @@ RESPONSE = {
     "valve.type": "SecondOrderValve.from_response",
     "valve.frequency_90": "120 Hz",
     "valve.frequency_3db": "100 Hz",
+    "valve.slew_limit": "500 mm/s",
 }
 RATED = {"type": "Orifice.rated", "rated_flow": 1e-3, "rated_drop": 70e5, "rated_opening": 1e-3}
-LINE = {"supply.inertia": "0.002 kg m^2", "supply.volume": "0.2 L", "supply.bulk_modulus": "7000 bar"}
+LINE = {
+    "supply.speed_gain": 1.0,
+    "supply.inertia": "0.002 kg m^2",
+    "supply.volume": "0.2 L",
+    "supply.bulk_modulus": "7000 bar",
+}
 LITRE_PER_MINUTE = 1e-3 / 60.0
 
 
@@ -55,6 +61,7 @@ def test_arguments_may_be_blocks_from_constructors_too(tmp_path: Path) -> None:
         'type = "SecondOrderValve.from_response"',
         'frequency_90 = "120 Hz"',
         "frequency_3db = 100",
+        "slew_limit = 0.5",
         "[valve.orifice]",
         'type = "FourEdges.rated"',
         'rated_flow = "40 L/min"',
@@ -67,7 +74,9 @@ def test_arguments_may_be_blocks_from_constructors_too(tmp_path: Path) -> None:
         40 * LITRE_PER_MINUTE, 70e5, 5e-4, null_leakage=LITRE_PER_MINUTE, supply_pressure=210e5
     )
     assert valve.orifice == pytest.approx(edges, rel=1e-14)
-    assert valve == SecondOrderValve.from_response(120.0, 100.0, *BASE._replace(orifice=valve.orifice))
+    assert valve == SecondOrderValve.from_response(
+        120.0, 100.0, *BASE._replace(orifice=valve.orifice), slew_limit=0.5
+    )
 
 
 def test_a_block_inside_a_default_block_may_come_from_a_constructor() -> None:
@@ -91,6 +100,7 @@ def test_another_type_keeps_only_the_keys_that_it_has_too(tmp_path: Path) -> Non
         'type = "SecondOrderValve.from_response"',
         "frequency_90 = 120",
         "frequency_3db = 100",
+        "slew_limit = 0.5",
         "gain = 4e-4",
     )
     lag = {"valve__type": "FirstOrderValve", "valve__time_constant": "10 ms"}
@@ -196,7 +206,9 @@ def test_a_pump_and_its_relief_valve_from_constructors() -> None:
 
 def test_a_pump_that_gives_no_pressure_is_the_supply_s_fault() -> None:
     pump = {"type": "PumpSupply", "displacement": "2 cm^3/rev", "demanded_speed": 0, "max_torque": "5 N m"}
-    message = refused({"supply": pump, "supply.relief.cracking_pressure": "40 bar", **LINE})
+    message = refused(
+        {"supply": pump, "supply.relief": {"cracking_pressure": "40 bar", "gradient": 2.5e-10}, **LINE}
+    )
     assert "supply: pressure = 0.0: must be above return_pressure, 0 [Pa]" in message
 
 

@@ -333,16 +333,20 @@ def test_another_type_drops_the_uncertainty_that_it_does_not_have() -> None:
         load_scenario("paper/sine-pi", CYLINDER | {"uncertainty.plant.damping": "20 %"})
 
 
+RIG = {"sensors.type": "RigSensors", "sensors.position.type": "IdealPosition"}
+
+
 def test_sensors_know_the_cylinders_areas_unless_told_otherwise() -> None:
     areas = CYLINDER | {"plant.area_a": "20 cm^2", "plant.area_b": "12 cm^2"}
-    sensors = load_scenario("paper/sine-pi", areas | {"sensors.type": "RigSensors"}).sensors
+    sensors = load_scenario("paper/sine-pi", areas | RIG).sensors
     assert (sensors.area_a, sensors.area_b) == (20e-4, 12e-4)
     inner = {
         "sensors.type": "DelayedSensors",
         "sensors.sensors.type": "RigSensors",
+        "sensors.sensors.position.type": "IdealPosition",
         "sensors.sensors.area_a": 1e-3,
     }
     sensors = load_scenario("paper/sine-pi", areas | inner).sensors.sensors
     assert (sensors.area_a, sensors.area_b) == (1e-3, 12e-4)
-    symmetric = load_scenario("paper/sine-pi", {"sensors.type": "RigSensors", "plant.piston_area": "6 cm^2"})
+    symmetric = load_scenario("paper/sine-pi", RIG | {"plant.piston_area": "6 cm^2"})
     assert (symmetric.sensors.area_a, symmetric.sensors.area_b) == (6e-4, 6e-4)

@@ -102,7 +102,8 @@ def test_a_search_is_no_part_of_the_loop(write) -> None:
 
 def test_the_order_of_paths_is_that_of_the_file(write) -> None:
     """Keys in quotes may stand in any; others by the table that they are in."""
-    sensors = 'sensors.type = "RigSensors"\nsensors.velocity.type = "FilteredDifference"\n'
+    velocity = '{type = "FilteredDifference", time_constant = "2 ms"}'
+    sensors = f'sensors = {{type = "RigSensors", position.type = "IdealPosition", velocity = {velocity}}}\n'
     paths = ("controller.integral_gain", "sensors.velocity.time_constant", "controller.proportional_gain")
     text = sensors + LAW + "[tune.vary]\n"
     quoted = write(text + "".join(f'"{path}" = "0.1..30"\n' for path in paths))

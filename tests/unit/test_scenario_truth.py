@@ -18,6 +18,7 @@ DATASHEET = on_base(
     """
 [sensors]
 type = "RigSensors"
+position = {type = "Encoder", resolution = "1 um"}
 
 [plant]
 type = "Cylinder.from_diameters"

@@ -12,7 +12,7 @@ from hydroservo.testing.examples import example
 
 MACHINE = MachineOutputs(0.1, 20.0, 0.03, 2e6, 1e6)
 DRAWS = Draws(3.0, 0.0, 17.0)
-LOOP = example(Loop, Simulation(0.2, 1e-4, record_period=1e-4, seed=5), sensors=NoisySensors())
+LOOP = example(Loop, Simulation(0.2, 1e-4, record_period=1e-4, seed=5), sensors=example(NoisySensors))
 
 
 def noise(result: xr.Dataset, name: str) -> np.ndarray:
@@ -35,7 +35,7 @@ def test_noise_is_added_to_velocity_and_load_force_alone() -> None:
 
 
 def test_noise_does_not_depend_on_what_was_before() -> None:
-    sensors = NoisySensors()
+    sensors = example(NoisySensors)
     fresh = sensors.step(sensors.init(), MACHINE, DRAWS, 1e-5)
     assert sensors.step(NoisySensorsState(7.0, -7.0), MACHINE, DRAWS, 1e-5) == fresh
 

@@ -39,6 +39,8 @@ GIVEN = {
     "valve.type": "FirstOrderValve",
     "valve.time_constant": "10 ms",
     "sensors.type": "NoisySensors",
+    "sensors.velocity_noise": "0.5 mm/s",
+    "sensors.load_force_noise": "5 N",
 }
 
 

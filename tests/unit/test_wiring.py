@@ -19,7 +19,7 @@ from hydroservo.runs.results import metrics_of
 from hydroservo.runs.run import ready
 from hydroservo.scenario import load_scenario, plugins
 from hydroservo.scenario.plugins import load_plugin
-from hydroservo.sensors import DelayedSensors, Dropout, IdealSensors, RigSensors
+from hydroservo.sensors import DelayedSensors, Dropout, Encoder, IdealSensors, RigSensors
 from hydroservo.supplies import IdealSupply
 from hydroservo.testing.examples import example
 from hydroservo.valves import FirstOrderValve
@@ -147,7 +147,7 @@ def test_disturbances_are_those_besides_the_law_s_own_model() -> None:
     [
         lambda law: law,
         DAC,
-        lambda law: DAC(RateLimit(Delay(law))),
+        lambda law: DAC(example(RateLimit, Delay(law))),
         lambda law: AntiWindup(law, 100.0, Saturation(5.0)),
     ],
     ids=["alone", "DAC", "three", "AntiWindup"],
@@ -297,24 +297,24 @@ class Unmetered(NamedTuple):
 
 
 def test_sensors_know_the_areas_of_the_plant() -> None:
-    loop = wired(MACHINE._replace(sensors=RigSensors()))
+    loop = wired(MACHINE._replace(sensors=example(RigSensors)))
     assert (loop.sensors.area_a, loop.sensors.area_b) == (CYLINDER.area_a, CYLINDER.area_b)
-    loop = wired(example(Loop, sensors=RigSensors()))
+    loop = wired(example(Loop, sensors=example(RigSensors)))
     assert loop.sensors.area_a == loop.sensors.area_b == example(LoadPressurePlant).piston_area
-    loop = wired(MACHINE._replace(sensors=RigSensors(area_a=1e-3)))
+    loop = wired(MACHINE._replace(sensors=example(RigSensors, area_a=1e-3)))
     assert (loop.sensors.area_a, loop.sensors.area_b) == (1e-3, CYLINDER.area_b)
 
 
 def test_sensors_around_others_know_them_too() -> None:
-    loop = wired(MACHINE._replace(sensors=DelayedSensors(Dropout(sensors=RigSensors()))))
+    loop = wired(MACHINE._replace(sensors=DelayedSensors(Dropout(sensors=example(RigSensors)))))
     assert loop.sensors.sensors.sensors.area_b == CYLINDER.area_b
     assert wired(MACHINE).sensors == IdealSensors()
 
 
 def test_python_and_toml_mean_the_same_areas(tmp_path: Path) -> None:
-    text = SCENARIO + '[sensors]\ntype = "RigSensors"\n'
+    text = SCENARIO + '[sensors]\ntype = "RigSensors"\nposition = {type = "Encoder", resolution = "1 um"}\n'
     there = load_scenario(written(tmp_path, text))
-    here = MACHINE._replace(controller=example(TSMC), sensors=RigSensors())
+    here = MACHINE._replace(controller=example(TSMC), sensors=RigSensors(Encoder(1e-6)))
     assert wired(here) == there
     assert (there.sensors.area_a, there.sensors.area_b) == (CYLINDER.area_a, CYLINDER.area_b)
     auto = load_scenario(written(tmp_path, text + 'area_a = "auto"\narea_b = "9 cm^2"'))
@@ -323,7 +323,7 @@ def test_python_and_toml_mean_the_same_areas(tmp_path: Path) -> None:
 
 def test_a_plant_that_has_no_area_needs_sensors_that_know_theirs() -> None:
     loop = example(
-        Loop, SHORT, plant=Unknown(), controller=PI(0.3, 100.0), sensors=DelayedSensors(RigSensors())
+        Loop, SHORT, plant=Unknown(), controller=PI(0.3, 100.0), sensors=DelayedSensors(example(RigSensors))
     )
     with pytest.raises(ParameterError) as caught:
         simulate(loop, compiled=False)

@@ -67,7 +67,7 @@ def test_a_converter_of_three_bits_has_eight_levels() -> None:
 
 
 def test_a_command_that_is_not_a_number_stays_one() -> None:
-    for law in (DAC(Told()), RateLimit(Told()), example(AntiWindup, Told())):
+    for law in (DAC(Told()), example(RateLimit, Told()), example(AntiWindup, Told())):
         assert math.isnan(given_out(law, [math.nan])[0])
 
 
@@ -191,7 +191,9 @@ def watched() -> Any:
     law = example(
         TSMC, 30.0, 30.0, observer=example(TSMObserver, switching_gain_2=1e5, realisation=Implicit())
     )
-    return simulate(example(Loop, Simulation(0.2, H, 8, record_period=H), controller=DAC(RateLimit(law))))
+    return simulate(
+        example(Loop, Simulation(0.2, H, 8, record_period=H), controller=DAC(example(RateLimit, law)))
+    )
 
 
 def test_metrics_find_the_estimates(watched: Any) -> None:
@@ -224,6 +226,7 @@ def test_a_wrapped_law_believes_in_the_nominal_machine(tmp_path: Path) -> None:
         bits = 14
         [controller.controller]
         type = "RateLimit"
+        rate = 1000
         [controller.controller.controller]
         type = "Backstepping"
         velocity_gain = 2000

@@ -6,7 +6,6 @@ from hydroservo import ops
 from hydroservo.block import Block, Field
 from hydroservo.roles import Controller, role
 from hydroservo.signals import Demand, Measurement
-from hydroservo.sources import CHOSEN
 
 __all__ = ["RateLimit", "RateLimitState"]
 
@@ -29,7 +28,7 @@ class RateLimit(NamedTuple):
     """
 
     controller: Controller
-    rate: Annotated[float, Field("V/s", "largest rate of the command", CHOSEN, above=0)] = 1000.0
+    rate: Annotated[float, Field("V/s", "largest rate of the command", above=0)]
 
     def init(self) -> RateLimitState:
         return RateLimitState(0.0, self.controller.init())

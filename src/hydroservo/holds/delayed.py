@@ -6,7 +6,6 @@ from typing import Annotated, NamedTuple
 from hydroservo import ops
 from hydroservo.block import Field
 from hydroservo.roles import Hold, role
-from hydroservo.sources import CHOSEN
 
 __all__ = ["DelayedHold", "DelayedHoldState", "HeldTwice"]
 
@@ -38,8 +37,8 @@ class DelayedHold(NamedTuple):
     """
 
     delay: Annotated[
-        float, Field("s", "time from a sample to its command; at most a sample period", CHOSEN, at_least=0)
-    ] = 5e-4
+        float, Field("s", "time from a sample to its command; at most a sample period", at_least=0)
+    ]
 
     def init(self) -> DelayedHoldState:
         return DelayedHoldState(0.0, 0.0)

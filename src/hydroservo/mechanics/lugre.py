@@ -7,7 +7,6 @@ from hydroservo import ops
 from hydroservo.block import Field
 from hydroservo.mechanics.dry import check_breakaway
 from hydroservo.roles import Friction, role
-from hydroservo.sources import CHOSEN
 
 __all__ = ["LuGre", "LuGreState"]
 
@@ -35,17 +34,17 @@ class LuGre(NamedTuple):
 
     Source: Canudas de Wit, Olsson, Astrom, Lischinsky, IEEE Trans. Automatic Control 40(3), 1995. With
     sigma_1 (F_s - F_c) <= sigma_2 F_c it takes energy from every motion: Barahanov and Ortega, IEEE Trans.
-    Automatic Control 45(4), 2000. The defaults hold to that.
+    Automatic Control 45(4), 2000.
     Fails to hold still under a force that varies below the breakaway force: it creeps. Its rate
     sigma_0 |v|/g grows with velocity, and with it the need for short integration steps.
     """
 
-    bristle_stiffness: Annotated[float, Field("N/m", "bristle stiffness sigma_0", CHOSEN, above=0)] = 1e6
-    bristle_damping: Annotated[float, Field("N s/m", "bristle damping sigma_1", CHOSEN, at_least=0)] = 80.0
+    bristle_stiffness: Annotated[float, Field("N/m", "bristle stiffness sigma_0", above=0)]
+    bristle_damping: Annotated[float, Field("N s/m", "bristle damping sigma_1", at_least=0)]
+    coulomb: Annotated[float, Field("N", "Coulomb friction F_c", above=0)]
+    breakaway: Annotated[float, Field("N", "breakaway force F_s", above=0)]
+    stribeck_velocity: Annotated[float, Field("m/s", "Stribeck velocity v_s", above=0)]
     viscous: Annotated[float, Field("N s/m", "viscous damping sigma_2", "0: none", at_least=0)] = 0.0
-    coulomb: Annotated[float, Field("N", "Coulomb friction F_c", CHOSEN, above=0)] = 40.0
-    breakaway: Annotated[float, Field("N", "breakaway force F_s", CHOSEN, above=0)] = 60.0
-    stribeck_velocity: Annotated[float, Field("m/s", "Stribeck velocity v_s", CHOSEN, above=0)] = 5e-3
 
     def check(self) -> None:
         check_breakaway(self.coulomb, self.breakaway)

@@ -4,7 +4,6 @@ from typing import Annotated, NamedTuple
 
 from hydroservo.block import Field
 from hydroservo.roles import Mechanism, role
-from hydroservo.sources import CHOSEN
 
 __all__ = ["MassSpringDamper"]
 
@@ -18,9 +17,9 @@ class MassSpringDamper(NamedTuple):
     """
 
     mass: Annotated[float, Field("kg", "moving mass m", above=0)]
-    stiffness: Annotated[float, Field("N/m", "spring stiffness k_s", CHOSEN, at_least=0)] = 1e4
-    rest_position: Annotated[float, Field("m", "position x_0 where the spring is at rest", CHOSEN)] = 0.039
-    damping: Annotated[float, Field("N s/m", "damping b_s of the load", CHOSEN, at_least=0)] = 0.0
+    stiffness: Annotated[float, Field("N/m", "spring stiffness k_s", at_least=0)]
+    rest_position: Annotated[float, Field("m", "position x_0 where the spring is at rest")]
+    damping: Annotated[float, Field("N s/m", "damping b_s of the load", "0: none", at_least=0)] = 0.0
 
     def inertia(self, position: float) -> float:
         return self.mass

@@ -8,7 +8,6 @@ from hydroservo.block import Field
 from hydroservo.constants import GRAVITY
 from hydroservo.errors import ParameterError
 from hydroservo.roles import Mechanism, role
-from hydroservo.sources import CHOSEN
 
 __all__ = ["OneLinkArm"]
 
@@ -29,34 +28,28 @@ class OneLinkArm(NamedTuple):
     raises it.
 
     Source: the cosine rule and Lagrange's equation for the coordinate x; the manipulator is the application
-    of doi:10.1007/s42401-021-00087-w, its dimensions are chosen here.
+    of doi:10.1007/s42401-021-00087-w.
     Fails near the dead points, where hinge, base and pin lie on a line and the lever vanishes: sin q is
     held at 0.02 or more and l within its limits, which keeps numbers finite and is not the arm any more.
     The turning of the cylinder about its own base is neglected.
     """
 
     base_distance: Annotated[
-        float, Field("m", "distance l_b from the hinge to the cylinder's base", CHOSEN, at_least=1e-6)
-    ] = 0.30
-    pin_distance: Annotated[
-        float, Field("m", "distance l_p from the hinge to the rod's pin", CHOSEN, at_least=1e-6)
-    ] = 0.08
-    closed_length: Annotated[
-        float, Field("m", "distance l_0 from base to pin at position 0", CHOSEN, at_least=1e-6)
-    ] = 0.2715
-    level_angle: Annotated[float, Field("rad", "angle q_0 at the hinge where the link is level", CHOSEN)] = (
-        1.5707963267948966
-    )
+        float, Field("m", "distance l_b from the hinge to the cylinder's base", at_least=1e-6)
+    ]
+    pin_distance: Annotated[float, Field("m", "distance l_p from the hinge to the rod's pin", at_least=1e-6)]
+    closed_length: Annotated[float, Field("m", "distance l_0 from base to pin at position 0", at_least=1e-6)]
+    level_angle: Annotated[float, Field("rad", "angle q_0 at the hinge where the link is level")]
     arm_inertia: Annotated[
-        float, Field("kg m^2", "moment of inertia J_arm of the link about the hinge", CHOSEN, above=0)
-    ] = 0.25
-    arm_mass: Annotated[float, Field("kg", "mass m_arm of the link", CHOSEN, at_least=0)] = 2.0
+        float, Field("kg m^2", "moment of inertia J_arm of the link about the hinge", above=0)
+    ]
+    arm_mass: Annotated[float, Field("kg", "mass m_arm of the link", at_least=0)]
     centre_distance: Annotated[
-        float, Field("m", "distance l_s from the hinge to the link's centre of gravity", CHOSEN)
-    ] = 0.30
-    payload: Annotated[float, Field("kg", "mass m_tip at the tip", CHOSEN, at_least=0)] = 3.0
-    reach: Annotated[float, Field("m", "distance l_r from the hinge to the tip", CHOSEN, at_least=0)] = 0.60
-    moving_mass: Annotated[float, Field("kg", "mass m_p of piston and rod", CHOSEN, above=0)] = 1.0
+        float, Field("m", "distance l_s from the hinge to the link's centre of gravity")
+    ]
+    moving_mass: Annotated[float, Field("kg", "mass m_p of piston and rod", above=0)]
+    payload: Annotated[float, Field("kg", "mass m_tip at the tip", "none", at_least=0)] = 0.0
+    reach: Annotated[float, Field("m", "distance l_r from the hinge to the tip", "none", at_least=0)] = 0.0
 
     def check(self) -> None:
         least = self.arm_mass * self.centre_distance * self.centre_distance

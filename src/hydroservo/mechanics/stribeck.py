@@ -37,9 +37,9 @@ class Stribeck(NamedTuple):
     tau_s^2 F_max |F_net|/m a reversal. It has no presliding displacement; see LuGre.
     """
 
-    coulomb: Annotated[float, Field("N", "Coulomb friction F_c", CHOSEN, at_least=0)] = 40.0
-    breakaway: Annotated[float, Field("N", "breakaway force F_s", CHOSEN, at_least=0)] = 60.0
-    stribeck_velocity: Annotated[float, Field("m/s", "Stribeck velocity v_s", CHOSEN, above=0)] = 5e-3
+    coulomb: Annotated[float, Field("N", "Coulomb friction F_c", at_least=0)]
+    breakaway: Annotated[float, Field("N", "breakaway force F_s", at_least=0)]
+    stribeck_velocity: Annotated[float, Field("m/s", "Stribeck velocity v_s", above=0)]
     viscous: Annotated[float, Field("N s/m", "viscous damping coefficient b", "0: none", at_least=0)] = 0.0
     stop_time: Annotated[float, Field("s", "time tau_s in which it stops", CHOSEN, above=0)] = 1e-4
 

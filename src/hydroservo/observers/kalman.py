@@ -9,7 +9,6 @@ from hydroservo.observers.kalman_gain import rates_of, steady_gain
 from hydroservo.plants.design_model import DesignModel
 from hydroservo.roles import Observer, role
 from hydroservo.signals import Measurement
-from hydroservo.sources import CHOSEN
 
 __all__ = ["KalmanObserver", "KalmanObserverState"]
 
@@ -49,13 +48,13 @@ class KalmanObserver(NamedTuple):
     """
 
     disturbance_1: Annotated[
-        float, Field("m/s^(5/2)", "intensity q1 of d_L1's random walk [m/s^2 per root s]", CHOSEN, above=0)
-    ] = 100.0
+        float, Field("m/s^(5/2)", "intensity q1 of d_L1's random walk [m/s^2 per root s]", above=0)
+    ]
     disturbance_2: Annotated[
-        float, Field("N/s^(3/2)", "intensity q2 of d_L2's random walk [N/s per root s]", CHOSEN, above=0)
-    ] = 1e6
-    velocity_noise: Annotated[float, Field("m/s", "rms r1 of the velocity's noise", CHOSEN, above=0)] = 5e-4
-    load_force_noise: Annotated[float, Field("N", "rms r2 of the load force's noise", CHOSEN, above=0)] = 5.0
+        float, Field("N/s^(3/2)", "intensity q2 of d_L2's random walk [N/s per root s]", above=0)
+    ]
+    velocity_noise: Annotated[float, Field("m/s", "rms r1 of the velocity's noise", above=0)]
+    load_force_noise: Annotated[float, Field("N", "rms r2 of the load force's noise", above=0)]
     gain_11: Annotated[float, Field("", "gain of y1 on x1", COMPUTED, derived=True)] = 0.0
     gain_12: Annotated[float, Field("m/(s N)", "gain of y2 on x1", COMPUTED, derived=True)] = 0.0
     gain_21: Annotated[float, Field("N s/m", "gain of y1 on x2", COMPUTED, derived=True)] = 0.0

@@ -11,7 +11,6 @@ from hydroservo.observers.kalman_gain import rates_of, steady_gain
 from hydroservo.plants.design_model import DesignModel
 from hydroservo.roles import Observer, role
 from hydroservo.signals import Measurement
-from hydroservo.sources import CHOSEN
 
 __all__ = ["PositionKalmanObserver", "PositionKalmanObserverState"]
 
@@ -49,13 +48,13 @@ class PositionKalmanObserver(NamedTuple):
     """
 
     disturbance_1: Annotated[
-        float, Field("m/s^(5/2)", "intensity q1 of d_L1's random walk [m/s^2 per root s]", CHOSEN, above=0)
-    ] = 100.0
+        float, Field("m/s^(5/2)", "intensity q1 of d_L1's random walk [m/s^2 per root s]", above=0)
+    ]
     disturbance_2: Annotated[
-        float, Field("N/s^(3/2)", "intensity q2 of d_L2's random walk [N/s per root s]", CHOSEN, above=0)
-    ] = 1e6
-    position_noise: Annotated[float, Field("m", "rms r1 of the position's noise", CHOSEN, above=0)] = 3e-7
-    load_force_noise: Annotated[float, Field("N", "rms r2 of the load force's noise", CHOSEN, above=0)] = 5.0
+        float, Field("N/s^(3/2)", "intensity q2 of d_L2's random walk [N/s per root s]", above=0)
+    ]
+    position_noise: Annotated[float, Field("m", "rms r1 of the position's noise", above=0)]
+    load_force_noise: Annotated[float, Field("N", "rms r2 of the load force's noise", above=0)]
     gain_11: Annotated[float, Field("", "gain of y on position", COMPUTED, derived=True)] = 0.0
     gain_12: Annotated[float, Field("m/N", "gain of x2 on position", COMPUTED, derived=True)] = 0.0
     gain_21: Annotated[float, Field("1/s", "gain of y on x1", COMPUTED, derived=True)] = 0.0

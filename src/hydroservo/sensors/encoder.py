@@ -7,7 +7,6 @@ from hydroservo.block import Field
 from hydroservo.roles import PositionSensor, role
 from hydroservo.sensors.ideal_position import PositionReading
 from hydroservo.signals import Draws
-from hydroservo.sources import CHOSEN
 
 __all__ = ["Encoder"]
 
@@ -25,7 +24,7 @@ class Encoder(NamedTuple):
     Fails at rest and at low speed, where the error is no noise: it is constant, or a sawtooth.
     """
 
-    resolution: Annotated[float, Field("m", "length q of a count", CHOSEN, above=0)] = 1e-6
+    resolution: Annotated[float, Field("m", "length q of a count", above=0)]
 
     def init(self) -> PositionReading:
         return PositionReading(0.0)

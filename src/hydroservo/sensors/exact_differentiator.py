@@ -7,7 +7,6 @@ from hydroservo import ops
 from hydroservo.block import Field
 from hydroservo.roles import VelocityEstimator, role
 from hydroservo.signals import Draws, MachineOutputs
-from hydroservo.sources import CHOSEN
 
 __all__ = ["ExactDifferentiator", "ExactDifferentiatorState"]
 
@@ -43,7 +42,7 @@ class ExactDifferentiator(NamedTuple):
     is then the backward difference. Where the acceleration exceeds L, v_hat falls behind.
     """
 
-    lipschitz: Annotated[float, Field("m/s^2", "bound L of the acceleration", CHOSEN, above=0)] = 1.0
+    lipschitz: Annotated[float, Field("m/s^2", "bound L of the acceleration", above=0)]
     gain_1: Annotated[float, Field("", "gain lambda_1", LEVANT, above=0)] = 1.5
     gain_2: Annotated[float, Field("", "gain lambda_2; at least 1", LEVANT, at_least=1)] = 1.1
 

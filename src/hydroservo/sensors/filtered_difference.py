@@ -7,7 +7,6 @@ from hydroservo import ops
 from hydroservo.block import Field
 from hydroservo.roles import VelocityEstimator, role
 from hydroservo.signals import Draws, MachineOutputs
-from hydroservo.sources import CHOSEN
 
 __all__ = ["FilteredDifference", "FilteredDifferenceState"]
 
@@ -32,7 +31,7 @@ class FilteredDifference(NamedTuple):
     Fails where the lag costs the loop more than the noise did: at a crossover frequency of about 1/(2 tau).
     """
 
-    time_constant: Annotated[float, Field("s", "low-pass time constant tau", CHOSEN, above=0)] = 2e-3
+    time_constant: Annotated[float, Field("s", "low-pass time constant tau", above=0)]
 
     def init(self) -> FilteredDifferenceState:
         return FilteredDifferenceState(0.0, math.nan)

@@ -6,7 +6,6 @@ from hydroservo import ops
 from hydroservo.block import Field
 from hydroservo.roles import Sensors, role
 from hydroservo.signals import Draws, MachineOutputs, Measurement
-from hydroservo.sources import CHOSEN
 
 __all__ = ["NoisySensors", "NoisySensorsState"]
 
@@ -30,8 +29,8 @@ class NoisySensors(NamedTuple):
     noise in the loop's bandwidth; keep rms^2 period constant to compare periods under the same noise.
     """
 
-    velocity_noise: Annotated[float, Field("m/s", "rms of the velocity's noise", CHOSEN, at_least=0)] = 5e-4
-    load_force_noise: Annotated[float, Field("N", "rms of the load force's noise", CHOSEN, at_least=0)] = 5.0
+    velocity_noise: Annotated[float, Field("m/s", "rms of the velocity's noise", at_least=0)]
+    load_force_noise: Annotated[float, Field("N", "rms of the load force's noise", at_least=0)]
 
     def init(self) -> NoisySensorsState:
         return NoisySensorsState(0.0, 0.0)

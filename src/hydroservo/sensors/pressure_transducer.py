@@ -37,8 +37,8 @@ class PressureTransducer(NamedTuple):
     its power spreads up to half the sampling rate.
     """
 
-    range_low: Annotated[float, Field("Pa", "lower end of the range", CHOSEN, at_most=0)] = 0.0
-    range_high: Annotated[float, Field("Pa", "upper end of the range", CHOSEN, above=0)] = 60e5
+    range_low: Annotated[float, Field("Pa", "lower end of the range", at_most=0)]
+    range_high: Annotated[float, Field("Pa", "upper end of the range", above=0)]
     noise: Annotated[float, Field("", "rms of the noise, share of the span", CHOSEN, at_least=0)] = 1e-3
     offset: Annotated[float, Field("", "zero offset, share of the span", "0: adjusted")] = 0.0
     bits: Annotated[

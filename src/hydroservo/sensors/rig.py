@@ -5,8 +5,7 @@ from typing import Annotated, NamedTuple
 from hydroservo.block import Block, Field
 from hydroservo.roles import PositionSensor, PressureSensor, Sensors, VelocityEstimator, role
 from hydroservo.sensors.difference import Difference
-from hydroservo.sensors.encoder import Encoder
-from hydroservo.sensors.pressure_transducer import PressureTransducer
+from hydroservo.sensors.no_pressure import NoPressure
 from hydroservo.signals import Draws, MachineOutputs, Measurement
 
 __all__ = ["RigSensors", "RigSensorsState"]
@@ -37,10 +36,10 @@ class RigSensors(NamedTuple):
     Fails where sensors are read at different instants.
     """
 
-    position: PositionSensor = Encoder()
+    position: PositionSensor
     velocity: VelocityEstimator = Difference()
-    pressure_a: PressureSensor = PressureTransducer()
-    pressure_b: PressureSensor = PressureTransducer()
+    pressure_a: PressureSensor = NoPressure()
+    pressure_b: PressureSensor = NoPressure()
     area_a: Annotated[
         float, Field("m^2", "piston area at chamber A as known", "the plant's", above=0, auto=AS_THE_PLANT)
     ] = AS_THE_PLANT

@@ -24,10 +24,10 @@ RatedPressure = Annotated[float, Field("Pa", "pressure rise over the pump when r
 VolumetricEfficiency = Annotated[
     float, Field("", "volumetric efficiency at the rated point", DATASHEET, above=0, at_most=1)
 ]
-SpeedGain = Annotated[float, Field("N m s/rad", "gain of the speed control", CHOSEN, above=0)]
+SpeedGain = Annotated[float, Field("N m s/rad", "gain of the speed control", above=0)]
 MaxTorque = Annotated[float, Field("N m", "largest torque of the motor", above=0)]
 Inertia = Annotated[float, Field("kg m^2", "inertia of motor and pump", above=0)]
-ViscousFriction = Annotated[float, Field("N m s/rad", "viscous friction of both", CHOSEN, at_least=0)]
+ViscousFriction = Annotated[float, Field("N m s/rad", "viscous friction of both", "none", at_least=0)]
 ReturnPressure = Annotated[float, Field("Pa", "return pressure p_r", "an open tank", at_least=0)]
 Volume = Annotated[float, Field("m^3", "oil between pump and valve", above=0)]
 BulkModulus = Annotated[float, Field("Pa", "bulk modulus of oil and line", above=0)]
@@ -70,9 +70,9 @@ class PumpSupply(NamedTuple):
     volume: Volume
     bulk_modulus: BulkModulus
     relief: ReliefValve
-    speed_gain: SpeedGain = 1.0
-    viscous: ViscousFriction = 1e-3
-    leakage: Annotated[float, Field("m^3/(s Pa)", "leakage of the pump", CHOSEN, at_least=0)] = 7e-13
+    speed_gain: SpeedGain
+    viscous: ViscousFriction = 0.0
+    leakage: Annotated[float, Field("m^3/(s Pa)", "leakage of the pump", "none", at_least=0)] = 0.0
     return_pressure: ReturnPressure = 0.0
     free_air: FreeAir = 5e-3
     accumulator: Accumulator = NONE
@@ -89,8 +89,8 @@ class PumpSupply(NamedTuple):
         volume: Volume,
         bulk_modulus: BulkModulus,
         relief: ReliefValve,
-        speed_gain: SpeedGain = 1.0,
-        viscous: ViscousFriction = 1e-3,
+        speed_gain: SpeedGain,
+        viscous: ViscousFriction = 0.0,
         return_pressure: ReturnPressure = 0.0,
         free_air: FreeAir = 5e-3,
         accumulator: Accumulator = NONE,

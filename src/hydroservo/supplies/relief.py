@@ -6,7 +6,7 @@ from hydroservo import ops
 from hydroservo.block import Field
 from hydroservo.errors import ParameterError
 from hydroservo.roles import Relief, role
-from hydroservo.sources import CHOSEN, DATASHEET
+from hydroservo.sources import DATASHEET
 
 __all__ = ["ReliefValve"]
 
@@ -24,9 +24,7 @@ class ReliefValve(NamedTuple):
     """
 
     cracking_pressure: CrackingPressure
-    gradient: Annotated[float, Field("m^3/(s Pa)", "flow per pressure beyond cracking", CHOSEN, above=0)] = (
-        2.5e-10
-    )
+    gradient: Annotated[float, Field("m^3/(s Pa)", "flow per pressure beyond cracking", above=0)]
 
     @classmethod
     def from_override(

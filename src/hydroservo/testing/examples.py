@@ -3,6 +3,7 @@
 Tests, benchmarks and the contract ask for them where any machine will do.
 """
 
+import math
 from typing import Any, TypeVar, cast
 
 from hydroservo.block import Block
@@ -14,17 +15,26 @@ from hydroservo.controllers import (
     Saturation,
     ValveInversion,
 )
+from hydroservo.holds import DelayedHold
 from hydroservo.loads import Constant as ConstantLoad
 from hydroservo.loads import Square as SquareLoad
 from hydroservo.loads import Step as StepLoad
 from hydroservo.loop import Loop, Simulation
-from hydroservo.mechanics import LuGre, Mass, MassSpringDamper, Stribeck, Viscous
-from hydroservo.observers import BoundaryLayer
+from hydroservo.mechanics import LuGre, Mass, MassSpringDamper, OneLinkArm, Stribeck, Viscous
+from hydroservo.observers import BoundaryLayer, KalmanObserver, PositionKalmanObserver
 from hydroservo.oils import ConstantOil
 from hydroservo.papers.tsmc_eha_2021 import machine
 from hydroservo.plants import Cylinder
 from hydroservo.plants.design_model import THIS_MACHINE
 from hydroservo.references import Chirp, Multisine, Ramp, Step
+from hydroservo.sensors import (
+    Encoder,
+    ExactDifferentiator,
+    FilteredDifference,
+    NoisySensors,
+    PressureTransducer,
+    RigSensors,
+)
 from hydroservo.supplies import GasAccumulator, PumpSupply, ReliefValve
 from hydroservo.valves import FirstOrderValve, FourEdges, SecondOrderValve
 
@@ -34,7 +44,7 @@ Example = TypeVar("Example", bound=Block)
 
 PLANT, VALVE, SUPPLY, LAW = machine.PLANT, machine.VALVE, machine.SUPPLY, machine.PROPORTIONAL_INTEGRAL
 LIMIT, AMPLITUDE, FORCE = machine.COMMAND_LIMIT, machine.AMPLITUDE, machine.LOAD
-RELIEF = ReliefValve(cracking_pressure=SUPPLY.supply_pressure)
+RELIEF = ReliefValve(cracking_pressure=SUPPLY.supply_pressure, gradient=2.5e-10)
 EDGES = FourEdges(**machine.ORIFICE._asdict())
 CYLINDER = Cylinder(
     area_a=PLANT.piston_area,
@@ -56,7 +66,23 @@ PUMP = PumpSupply(
     volume=2e-4,
     bulk_modulus=PLANT.bulk_modulus,
     relief=RELIEF,
+    speed_gain=1.0,
+    viscous=1e-3,
+    leakage=7e-13,
     return_pressure=2e5,
+)
+TRANSDUCER = PressureTransducer(0.0, 60e5)
+ARM = OneLinkArm(
+    base_distance=0.3,
+    pin_distance=0.08,
+    closed_length=0.2715,
+    level_angle=0.5 * math.pi,
+    arm_inertia=0.25,
+    arm_mass=2.0,
+    centre_distance=0.3,
+    moving_mass=1.0,
+    payload=3.0,
+    reach=0.6,
 )
 BLOCKS: tuple[Block, ...] = (
     machine.MODEL,
@@ -72,26 +98,36 @@ BLOCKS: tuple[Block, ...] = (
     EDGES,
     CYLINDER,
     PUMP,
+    TRANSDUCER,
+    ARM,
     AntiWindup(LAW._replace(saturation=Saturation(1000.0)), gain=100.0, saturation=LIMIT),
     Chirp(AMPLITUDE),
     ConstantLoad(FORCE),
     ConstantOil(PLANT.bulk_modulus),
     DAC(LAW),
     Delay(LAW),
+    DelayedHold(5e-4),
+    Encoder(1e-6),
+    ExactDifferentiator(1.0),
+    FilteredDifference(2e-3),
+    KalmanObserver(100.0, 1e6, velocity_noise=5e-4, load_force_noise=5.0),
+    NoisySensors(5e-4, 5.0),
+    PositionKalmanObserver(100.0, 1e6, position_noise=3e-7, load_force_noise=5.0),
+    RigSensors(Encoder(1e-6), pressure_a=TRANSDUCER, pressure_b=TRANSDUCER),
     FirstOrderValve(VALVE.gain, machine.VALVE_LAG, VALVE.max_opening, machine.ORIFICE),
-    LuGre(viscous=PLANT.damping),
+    LuGre(1e6, 80.0, 40.0, 60.0, 5e-3, PLANT.damping),
     Mass(PLANT.mass),
-    MassSpringDamper(PLANT.mass),
+    MassSpringDamper(PLANT.mass, stiffness=1e4, rest_position=0.039),
     Multisine(AMPLITUDE),
     Ramp(0.0, AMPLITUDE),
-    RateLimit(LAW),
-    SecondOrderValve(VALVE.gain, 300.0, VALVE.max_opening, machine.ORIFICE),
+    RateLimit(LAW, rate=1000.0),
+    SecondOrderValve(VALVE.gain, 300.0, VALVE.max_opening, machine.ORIFICE, slew_limit=0.5),
     machine.LOADS["sine"],
     SquareLoad(FORCE, machine.PERIOD),
     GasAccumulator(precharge=30e5, gas_volume=5e-4),
     Step(0.0, AMPLITUDE),
     StepLoad(0.0, FORCE),
-    Stribeck(viscous=PLANT.damping),
+    Stribeck(40.0, 60.0, 5e-3, PLANT.damping),
     ValveInversion(LAW, machine.VALVE_LAG),
     Viscous(PLANT.damping),
     machine.BACKSTEPPING._replace(model=THIS_MACHINE),

@@ -35,7 +35,7 @@ AreaRatioB = Annotated[
 NullLeakage = Annotated[float, Field("m^3/s", "flow from P to T at null, ports blocked", CHOSEN, at_least=0)]
 NullPressure = Annotated[
     float,
-    Field("Pa", "drop from P to T at which the null leakage is given", "usual", above=0),
+    Field("Pa", "drop from P to T at which the null leakage is given", "none given", at_least=0),
 ]
 
 
@@ -87,7 +87,7 @@ class FourEdges(NamedTuple):
         rated_drop: RatedDrop,
         rated_opening: RatedOpening,
         null_leakage: NullLeakage = 0.0,
-        supply_pressure: NullPressure = 70e5,
+        supply_pressure: NullPressure = 0.0,
         lap: Lap = 0.0,
         transition_drop: TransitionDrop = 1e5,
         area_ratio_b: AreaRatioB = 1.0,
@@ -98,11 +98,15 @@ class FourEdges(NamedTuple):
 
         Rated drops are over both edges together, usually 70 bar for servo valves and 10 bar for proportional
         ones. The rated flow is that out of port A without load, the null leakage that from P to T with the
-        spool at 0 and the ports blocked. Area gradient and clearance are found so that both come out.
+        spool at 0 and the ports blocked, at a supply pressure that goes with it. Area gradient and clearance
+        are found so that both come out; without a leakage there is no clearance.
 
         Raises:
-            ParameterError: the spool does not open at its rated position, or no clearance leaks that much.
+            ParameterError: the spool does not open at its rated position, no clearance leaks that much, or
+                the leakage has no pressure.
         """
+        if null_leakage > 0.0 and not supply_pressure > 0.0:
+            raise ParameterError("supply_pressure", supply_pressure, "must be above 0 with a null leakage")
         if not rated_opening > lap:
             raise ParameterError("rated_opening", rated_opening, f"must be above the lap, {lap:g} [m]")
 

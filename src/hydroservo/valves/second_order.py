@@ -12,12 +12,13 @@ from hydroservo.valves.orifice import check_opens
 
 __all__ = ["SecondOrderValve", "SecondOrderValveState"]
 
+UNLIMITED = 1e6  # [m/s] beyond any spool
 BRAKE = 5.0  # rate at which the limits are neared, in natural frequencies
 
 Gain = Annotated[float, Field("m/V", "servo valve gain K_sv", above=0)]
 MaxOpening = Annotated[float, Field("m", "spool limit x_max", above=0)]
-SlewLimit = Annotated[float, Field("m/s", "largest speed of the spool", CHOSEN, above=0)]
-Hysteresis = Annotated[float, Field("m", "full width of the hysteresis, as an opening", CHOSEN, at_least=0)]
+SlewLimit = Annotated[float, Field("m/s", "largest speed of the spool", "no limit", above=0)]
+Hysteresis = Annotated[float, Field("m", "full width of the hysteresis, as an opening", "none", at_least=0)]
 Frequency90 = Annotated[float, Field("Hz", "frequency of -90 degrees", DATASHEET, above=0)]
 Frequency3dB = Annotated[float, Field("Hz", "frequency of -3 dB", DATASHEET, above=0)]
 
@@ -53,7 +54,7 @@ class SecondOrderValve(NamedTuple):
     max_opening: MaxOpening
     orifice: MeteringEdges
     damping_ratio: Annotated[float, Field("", "damping ratio of the spool", CHOSEN, above=0)] = 0.8
-    slew_limit: SlewLimit = 0.5
+    slew_limit: SlewLimit = UNLIMITED
     hysteresis: Hysteresis = 0.0
 
     @classmethod
@@ -64,7 +65,7 @@ class SecondOrderValve(NamedTuple):
         gain: Gain,
         max_opening: MaxOpening,
         orifice: MeteringEdges,
-        slew_limit: SlewLimit = 0.5,
+        slew_limit: SlewLimit = UNLIMITED,
         hysteresis: Hysteresis = 0.0,
     ) -> "SecondOrderValve":
         """The valve with a measured small-signal frequency response.
