@@ -14,12 +14,12 @@ from hydroservo.controllers import PI, TSMC, Backstepping
 from hydroservo.loads import Constant
 from hydroservo.loop import Loop
 from hydroservo.observers import Explicit, Implicit, TSMObserver
+from hydroservo.papers.tsmc_eha_2021.lemmas import lemma_2
 from hydroservo.papers.tsmc_eha_2021.machine import MODEL
 from hydroservo.plants import DesignModel
 from hydroservo.references import Square
 from hydroservo.runs.run import simulate
 from hydroservo.testing.examples import example
-from hydroservo.theory import lemma_2
 from hydroservo.wiring import believed
 
 WIDE = example(TSMObserver, switching_gain_2=1e5)  # the printed D_2 = 100 N/s is short

@@ -13,18 +13,16 @@ from scipy.integrate import quad, solve_ivp
 from hydroservo.controllers.tsmc import TSMC
 from hydroservo.errors import ParameterError
 from hydroservo.observers.tsm import TSMObserver
+from hydroservo.papers.tsmc_eha_2021.lemmas import condition_17, condition_25, lemma_2
 from hydroservo.plants.load_pressure import LoadPressurePlant, LoadPressureState
 from hydroservo.signals import PortFlows
 from hydroservo.supplies.ideal import IdealSupply
 from hydroservo.testing.examples import example
 from hydroservo.theory import (
-    condition_17,
-    condition_25,
     damping_ratio,
     decayed,
     decrease,
     gain_condition,
-    lemma_2,
     natural_frequency,
     proportional_gain_limit,
     settling_bound,

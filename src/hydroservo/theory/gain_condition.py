@@ -1,22 +1,18 @@
-"""Lemma 2: a switching gain must exceed the disturbance that its observer is to follow."""
+"""A switching gain must exceed the disturbance that its observer is to follow."""
 
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hydroservo.observers.tsm import TSMObserver
 from hydroservo.theory.ranges import require_not_negative
 
-if TYPE_CHECKING:
-    import xarray as xr
-
-__all__ = ["GainCondition", "gain_condition", "lemma_2"]
+__all__ = ["GainCondition", "gain_condition"]
 
 
 class GainCondition(NamedTuple):
-    """Whether a switching gain meets Lemma 2 on a run, and by how much."""
+    """Whether a switching gain exceeds a disturbance, and by how much."""
 
     largest: float  # max |d_Li| on the run, in the unit of D_i
     margin: float  # D_i / max |d_Li|; above 1 the condition holds
@@ -46,19 +42,3 @@ def gain_condition(switching_gain: float, disturbance: ArrayLike) -> GainConditi
         return GainCondition(math.nan, math.nan, False)
     margin = switching_gain / largest if largest > 0.0 else math.inf
     return GainCondition(largest, margin, switching_gain > largest)
-
-
-def lemma_2(data: "xr.Dataset", observer: TSMObserver) -> tuple[GainCondition, GainCondition]:
-    """The gain condition in both channels of a simulated run, over every sample of it, recorded or not.
-
-    Args:
-        data: what ``simulate`` returned.
-        observer: the observer whose gains are judged; it need not be the one that ran.
-
-    Source: Lemma 2 of doi:10.1007/s42401-021-00087-w.
-    Fails where :func:`gain_condition` does.
-    """
-    return (
-        gain_condition(observer.switching_gain_1, data["disturbance_max_1"]),
-        gain_condition(observer.switching_gain_2, data["disturbance_max_2"]),
-    )

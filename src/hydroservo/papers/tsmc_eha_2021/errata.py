@@ -63,7 +63,7 @@ ERRATA = (
         "exponents p + q/q",
         "(p + q)/q",
         "brackets are missing; and (17) bounds k s^2 by k V where it is 2 k V, weaker but true",
-        "hydroservo.theory.condition_17 takes 2 k V; half the linear gain gives the printed form",
+        "lemmas.condition_17 takes 2 k V; half the linear gain gives the printed form",
     ),
     Erratum(
         "(18)",

@@ -11,12 +11,13 @@ from hydroservo.formatting import NONE, number, quantity
 from hydroservo.observers.tsm import TSMObserver
 from hydroservo.papers.tsmc_eha_2021.claims import CONVERGED, SURFACE_GAIN
 from hydroservo.papers.tsmc_eha_2021.conditions import DEMANDS
+from hydroservo.papers.tsmc_eha_2021.lemmas import condition_17, condition_25, lemma_2
 from hydroservo.papers.tsmc_eha_2021.machine import AMPLITUDE, OBSERVER, TERMINAL
 from hydroservo.papers.tsmc_eha_2021.printed import printed_settling_bound
 from hydroservo.papers.tsmc_eha_2021.report.names import Trajectories
 from hydroservo.papers.tsmc_eha_2021.report.tables import Table
 from hydroservo.runs.results import scenario_of
-from hydroservo.theory import condition_17, condition_25, lemma_2, settling_bound
+from hydroservo.theory import settling_bound
 
 __all__ = ["LEAST_XI2", "bound_rows", "decrease_rows", "gain_rows"]
 
