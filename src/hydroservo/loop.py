@@ -155,7 +155,7 @@ class Loop(NamedTuple):
         """What is held of the command until the next sample."""
         return self.hold.held(s.hold, s.controller.u)
 
-    def moved(self, s: LoopState, x: MachineState) -> LoopState:
+    def with_machine(self, s: LoopState, x: MachineState) -> LoopState:
         """The state with its machine part exchanged."""
         return LoopState(x.plant, x.valve, x.supply, s.sensors, s.controller, s.hold, s.reference, s.load)
 

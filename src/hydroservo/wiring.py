@@ -22,7 +22,7 @@ def wired(loop: Loop) -> Loop:
     Raises:
         ParameterError: the machine does not answer, or cannot rest at its start.
     """
-    sensors = informed(loop.sensors, loop.plant, "sensors")
+    sensors = with_plant_areas(loop.sensors, loop.plant, "sensors")
     controller = loop.controller
     if is_open(controller):
         controller = with_model(controller, believed(loop))
@@ -78,10 +78,10 @@ def with_model(block: Block, model: DesignModel) -> Block:
     return block._replace(**parts)
 
 
-def informed(sensors: Block, plant: Block, path: str) -> Block:
+def with_plant_areas(sensors: Block, plant: Block, path: str) -> Block:
     """Sensors that know the areas of the plant where they are automatic."""
     if hasattr(sensors, "sensors"):  # around others
-        return sensors._replace(sensors=informed(sensors.sensors, plant, f"{path}.sensors"))
+        return sensors._replace(sensors=with_plant_areas(sensors.sensors, plant, f"{path}.sensors"))
     found = {}
     for name in ("area_a", "area_b"):
         if name in sensors._fields and getattr(sensors, name) == field_at(sensors, name).auto:

@@ -80,7 +80,7 @@ class Decay(NamedTuple):
     def next_jump(self, t: float, u: float) -> float:
         return math.inf
 
-    def moved(self, s: Inner, x: Inner) -> Inner:
+    def with_machine(self, s: Inner, x: Inner) -> Inner:
         return x
 
     def between(self, s: Inner, x: Inner, t: float) -> Inner:

@@ -20,7 +20,9 @@ def unequal_lines(differences: Mapping[str, tuple[Any, ...]], loops: Sequence["L
     if not differences:
         return []
     if len(differences) <= MOST_LINES:
-        lines = [f"  {path}: {', '.join(texts(path, values, loops))}" for path, values in differences.items()]
+        lines = [
+            f"  {path}: {', '.join(value_texts(path, values, loops))}" for path, values in differences.items()
+        ]
     else:
         counts = Counter(path.partition(".")[0] for path in differences)
         tables = ", ".join(f"{name} ({count})" for name, count in counts.items())
@@ -28,7 +30,7 @@ def unequal_lines(differences: Mapping[str, tuple[Any, ...]], loops: Sequence["L
     return ["No run is marked best, for they differ in more than the controller:", *lines]
 
 
-def texts(path: str, values: Sequence[Any], loops: Sequence["Loop"]) -> list[str]:
+def value_texts(path: str, values: Sequence[Any], loops: Sequence["Loop"]) -> list[str]:
     """What each run has at a path, numbers in a common unit and with as many digits as tell them apart."""
     numbers = [value for value in values if isinstance(value, float | int) and not isinstance(value, bool)]
     if len(numbers) < len(values):

@@ -149,18 +149,20 @@ def tune(
 
     lists = given(weights=weights, scales=scales)
     plain = given(metric=metric, seeds=seeds, effort=effort, candidates=candidates, seed=seed)
-    parts = plain | {name: numbers(text) for name, text in lists.items()}
+    parts = plain | {name: separated_numbers(text) for name, text in lists.items()}
     overrides = dict(map(parse_override, changes))
     with named_as_options(plain | lists):
         task = task_of(scenarios, ranges_in(ranges), parts, overrides, plugins, load=loaded_aloud)
     if out:
         try_outputs([out])
     with log_kernels(verbose), progress_bar("preparing") as report:
-        progress = told(report, metric_field(task.aim.loops, task.aim.metric).unit, task.candidates)
+        progress = progress_with_best(
+            report, metric_field(task.aim.loops, task.aim.metric).unit, task.candidates
+        )
         found = searched(task.aim, task.ranges, task.candidates, task.seed, threads, progress)
     for scenario, table in zip(task.names, found.tables, strict=True):
         say_remarks(scenario, table)
-    command = typed(context)
+    command = command_typed(context)
     name = out.name if out else ""
     text = as_toml(found.parameters, " \\\n    ".join(command))
     left = write_or_keep(out and out.parent, lambda place: [write_text(place / name, text)])
@@ -177,7 +179,7 @@ def tune(
     left.check()
 
 
-def numbers(text: str) -> list[float]:
+def separated_numbers(text: str) -> list[float]:
     """Numbers with commas between them; one that is none for a text that is not that."""
     try:
         return [float(part) for part in text.split(",")]
@@ -211,7 +213,7 @@ def named_as_options(options: Mapping[str, object]) -> Iterator[None]:
         raise ParameterError(f"--{error.path}", options[error.path], f"{allowed}{semicolon}{count}") from None
 
 
-def told(report: "Report", unit: str, candidates: int) -> "Progress":
+def progress_with_best(report: "Report", unit: str, candidates: int) -> "Progress":
     """Reports how many candidates are done, and the best so far."""
     from hydroservo.formatting import quantity
 
@@ -222,7 +224,7 @@ def told(report: "Report", unit: str, candidates: int) -> "Progress":
     return progress
 
 
-def typed(context: typer.Context) -> list[str]:
+def command_typed(context: typer.Context) -> list[str]:
     """The command that finds the same values again: its start, then each option, quoted for a shell."""
     parts = [["hydroservo", "tune"]]
     for parameter in context.command.params:

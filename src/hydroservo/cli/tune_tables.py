@@ -38,14 +38,14 @@ def as_tables(command: Sequence[str], task: Task, found: Tuned) -> dict[str, Any
 
 def show_tuned(task: Task, found: Tuned) -> None:
     """The values found with their ranges, and the metric of each scenario before and after."""
-    show(values(task, found), metrics(task, found))
+    show(values_table(task, found), metrics_table(task, found))
     show(f"{found.runs:,} closed loops were simulated.")
     if found.edges:
         paths = ", ".join(map(escape, found.edges))
         show(f"[bold yellow]AT THE EDGE[/] of its range, so a wider one may hold better: {paths}")
 
 
-def values(task: Task, found: Tuned) -> Table:
+def values_table(task: Task, found: Tuned) -> Table:
     shown = Table()
     shown.add_column("parameter", overflow="fold")
     for name in ("best", "from", "to"):
@@ -57,7 +57,7 @@ def values(task: Task, found: Tuned) -> Table:
     return shown
 
 
-def metrics(task: Task, found: Tuned) -> Table:
+def metrics_table(task: Task, found: Tuned) -> Table:
     aim = task.aim
     unit, factor = common_unit(found.after, found.tables[0][aim.metric].attrs["units"])
     means = f", mean over {aim.seeds} seeds" if aim.seeds > 1 else ""

@@ -74,7 +74,7 @@ class Folder(NamedTuple):
             os.open(self.name(file), os.O_RDONLY | SAFELY, dir_fd=self.descriptor), "rb"
         ) as opened:
             found = os.fstat(opened.fileno())
-            check(found, self.place / file, forbidden)
+            refuse_foreign(found, self.place / file, forbidden)
             if not stat.S_ISREG(found.st_mode):
                 raise CacheError(f"{self.place / file} is no file")
             with contextlib.suppress(OSError):  # a file system that is only read
@@ -186,14 +186,14 @@ def opened() -> Iterator[Folder]:
     place = directory()
     descriptor = os.open(place, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC) if POSIX else None
     try:
-        check(place.stat() if descriptor is None else os.fstat(descriptor), place, OTHERS_WRITE)
+        refuse_foreign(place.stat() if descriptor is None else os.fstat(descriptor), place, OTHERS_WRITE)
         yield Folder(place, descriptor)
     finally:
         if descriptor is not None:
             os.close(descriptor)
 
 
-def check(found: os.stat_result, path: Path, forbidden: int) -> None:
+def refuse_foreign(found: os.stat_result, path: Path, forbidden: int) -> None:
     """Refuse what others may have made; on Windows a user's profile is the user's own.
 
     Raises:

@@ -169,7 +169,7 @@ def kernel(
             if k >= periods:
                 return s, Watch(heard, hear_step(watch.steps, m.steps, system, s, t, 0.0)), last
             x, steps = move(system, integrator, watch.steps, m.steps, s, t, dt, substeps)
-            s, m = system.moved(s, x), Watch(heard, steps)
+            s, m = system.with_machine(s, x), Watch(heard, steps)
             if not holds(s):
                 return s, m, k
         return s, m, last

@@ -216,7 +216,7 @@ def movers(
         for lane in range(LANES):
             own, s = lane_of(system, memory, lane), load(memory, lane)
             x = integrator.substep(own, t, own.machine(s), own.held(s), h)
-            store(memory, lane, own.moved(s, x))
+            store(memory, lane, own.with_machine(s, x))
 
     move = inlined(step)
 
@@ -236,7 +236,7 @@ def movers(
                 own, s = lane_of(system, memory, lane), load(memory, lane)
                 m = load_sums(memory, lane)
                 x, m = all_steps(own, integrator, w, m, s, t, dt, substeps)
-                store(memory, lane, own.moved(s, x))
+                store(memory, lane, own.with_machine(s, x))
                 store_sums(memory, lane, m)
         else:
             at_once(w, system, memory, t, h)

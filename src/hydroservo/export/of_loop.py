@@ -196,7 +196,7 @@ def needed_by(translation: Translation, *, init: bool) -> Needed:
 
 def parameter_signals(translation: Translation, needed: Needed, later: Needed) -> Iterator[Signal]:
     """The parameters that are read; fixed are those that no step reads later."""
-    for place, record, name in numbers(translation.parameters, needed):
+    for place, record, name in kept_numbers(translation.parameters, needed):
         path = "simulation.period" if place == "period" else place.removeprefix("loop.")
         fixed = not later.has(record, name) or place == "period"
         parameter = signal(path, place, record, name, number_in(translation.block, place))
@@ -208,7 +208,7 @@ def argument_signals(
     argument: str, record: Record, needed: Needed, integrated: Mapping[str, Size]
 ) -> Iterator[Signal]:
     """The numbers of an argument; those that an integrator carries on have a start and a nominal value."""
-    for place, owner, name in numbers(record, needed):
+    for place, owner, name in kept_numbers(record, needed):
         if argument == INTEGRATED:
             start, largest = integrated[place]
             state = signal(place, place, owner, name, start)
@@ -226,7 +226,7 @@ def sizes(loop: Loop, start: Block) -> dict[str, Size]:
 
 def state_signals(translation: Translation, needed: Needed, start: Block, part: Part) -> Iterator[Signal]:
     """The numbers of the state, by their paths in the loop."""
-    for place, record, name in numbers(translation.init.returns, needed):
+    for place, record, name in kept_numbers(translation.init.returns, needed):
         own = place.removeprefix("loop.")
         integrated = part is not Part.CONTROLLER and own.startswith(MACHINE)
         path = f"controller.{own}" if part is Part.CONTROLLER else own
@@ -257,11 +257,11 @@ def next_to(bound: float | None, towards: float) -> float | None:
     return None if bound is None else math.nextafter(bound, towards)
 
 
-def numbers(record: Any, needed: Needed, place: str = "") -> Iterator[tuple[str, Record, str]]:
+def kept_numbers(record: Any, needed: Needed, place: str = "") -> Iterator[tuple[str, Record, str]]:
     """Each number of a record that is kept: its place, and the record and name of its field."""
     for name, kind in record.fields.items():
         if isinstance(kind, Record) and needed.has(record, name):
-            yield from numbers(kind, needed, f"{place}{name}.")
+            yield from kept_numbers(kind, needed, f"{place}{name}.")
         elif needed.has(record, name):
             yield place + name, record, name
 

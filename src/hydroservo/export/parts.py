@@ -263,7 +263,7 @@ class LoopUnit(NamedTuple):
         t = state.sample * self.period
         x = integrator.advance(m, t, m.machine(s), m.held(s), self.period, substeps)
         sample = state.sample + 1.0
-        return LoopUnitState(m.sample(m.moved(s, x), sample * self.period, self.period), sample)
+        return LoopUnitState(m.sample(m.with_machine(s, x), sample * self.period, self.period), sample)
 
 
 def with_its_substeps(loop: Loop) -> Loop:

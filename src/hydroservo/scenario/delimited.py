@@ -26,9 +26,11 @@ def delimiter(text: str, name: str) -> str:
     if "\0" in text[:LONGEST_LINE]:
         raise ScenarioError(name, "line 1", "has null characters; save the file as UTF-8 text")
     starts = {mark: first_rows(text, mark, name) for mark in DELIMITERS}
-    possible = [mark for mark, (header, *_) in starts.items() if named(header) > 1]
+    possible = [mark for mark, (header, *_) in starts.items() if filled_columns(header) > 1]
     agreeing = [
-        mark for mark in possible if all(fits(row, named(starts[mark][0])) for row in starts[mark][1:])
+        mark
+        for mark in possible
+        if all(fits(row, filled_columns(starts[mark][0])) for row in starts[mark][1:])
     ]
     if len(agreeing) > 1:
         names = " or ".join(DELIMITERS[mark] for mark in agreeing)
@@ -48,14 +50,14 @@ def first_rows(text: str, mark: str, name: str) -> list[list[str]]:
     return rows or [[]]
 
 
-def named(header: Sequence[str]) -> int:
+def filled_columns(header: Sequence[str]) -> int:
     """How many cells a row has, but for empty ones at its end, which spreadsheets write."""
     return max((i for i, cell in enumerate(header, 1) if cell.strip()), default=0)
 
 
 def fits(row: Sequence[str], columns: int) -> bool:
     """True for a row with a cell for each column and nothing after them, and for an empty row."""
-    return named(row) <= columns <= len(row) or not named(row)
+    return filled_columns(row) <= columns <= len(row) or not filled_columns(row)
 
 
 def numbered_rows(text: str, mark: str, name: str) -> Iterator[tuple[int, list[str]]]:
@@ -68,7 +70,7 @@ def numbered_rows(text: str, mark: str, name: str) -> Iterator[tuple[int, list[s
     columns = 0
     try:
         for row in reader:
-            columns = columns or named(row)
+            columns = columns or filled_columns(row)
             if len(row) != columns and not fits(row, columns):
                 raise ScenarioError(name, f"line {reader.line_num}", misfit(row, columns, mark))
             yield reader.line_num, row[:columns] if len(row) >= columns else [""] * columns

@@ -69,7 +69,7 @@ def fmu_content(
     clocked: bool = False,
 ) -> dict[str, bytes]:
     """All files of an FMU, as :func:`write_fmu` packs them."""
-    check(unit, stop_time)
+    check_fit_for_fmu(unit, stop_time)
     chosen = platforms_named(platforms)
     files = fmu_files(unit, stop_time, version, clocked)
     content = {name: text.encode() for name, text in files.items()}
@@ -103,7 +103,7 @@ def checked_ending(path: Path, ending: str = ".fmu") -> Path:
     return path
 
 
-def check(unit: Unit, stop_time: float) -> None:
+def check_fit_for_fmu(unit: Unit, stop_time: float) -> None:
     if unit.real != "double":
         raise ParameterError("precision", unit.real, "an FMU is in double precision")
     if unit.inlined:

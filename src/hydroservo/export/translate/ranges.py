@@ -192,7 +192,7 @@ class Ranges:
     def locals_in(self, value: Expression, seen: set[str]) -> set[str]:
         """The locals that change in a value, and in the other locals in it."""
         found: set[str] = set()
-        for one in parts(value):
+        for one in whole_parts(value):
             if not isinstance(one, Variable) or one.name in seen:
                 continue
             seen.add(one.name)
@@ -205,16 +205,16 @@ class Ranges:
         return found
 
 
-def parts(value: Expression) -> Iterator[Expression]:
+def whole_parts(value: Expression) -> Iterator[Expression]:
     """The whole numbers that a whole number is computed from."""
     match value:
         case Unary(a=a):
-            yield from parts(a)
+            yield from whole_parts(a)
         case Operation(a=a, b=b) | Choice(a=a, b=b):
-            yield from parts(a)
-            yield from parts(b)
+            yield from whole_parts(a)
+            yield from whole_parts(b)
         case Call(function=function, arguments=(a, _)) if function.name == QUOTIENT:
-            yield from parts(a)
+            yield from whole_parts(a)
         case Variable():
             yield value
 
