@@ -264,7 +264,7 @@ class Shouting(NamedTuple):
             raise ValueError("no")
         return s
 
-    machine, held, moved, between = Decay.machine, Decay.held, Decay.with_machine, Decay.between
+    machine, held, with_machine, between = Decay.machine, Decay.held, Decay.with_machine, Decay.between
     deriv, next_jump = Decay.deriv, Decay.next_jump
 
 
