@@ -98,7 +98,7 @@ def test_the_screen_shows_ranges_spreads_verdict_and_a_replay(done, table):
     text = done[0]
     rows = {line.split()[1]: line.split() for line in text.splitlines() if line.startswith(("│", "|"))}
     assert rows["plant.bulk_modulus"][3:8:2] == ["4900", "9100", "bar"]
-    assert set(NUMBERS) <= set(rows)
+    assert set(NUMBERS) - set(rows) == {"settling_time", "overshoot"}  # a sine does not jump
     spread = [*np.quantile(table["rms_error"], [0.05, 0.5, 0.95]), table["rms_error"].max()]
     assert rows["rms_error"][3:11:2] == [f"{1e3 * value:.4g}" for value in spread]
     assert rows["rms_error"][11] == "mm/s"

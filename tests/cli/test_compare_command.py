@@ -3,10 +3,17 @@
 import json
 
 import pandas as pd
+import pytest
 from cli_runner import SHORT, UNSTABLE, succeeded
 
 from bases import on_base
+from hydroservo import Loop, Simulation
 from hydroservo.cli.app import short_names
+from hydroservo.cli.summary import RunSummary, demand_jumps
+from hydroservo.cli.tables import show_comparison
+from hydroservo.field import Field
+from hydroservo.references import Ramp, Sine, Square, Step
+from hydroservo.testing.examples import example
 
 
 def test_compare_marks_the_best_of_each_row():
@@ -66,3 +73,55 @@ def test_compare_says_which_run_diverged():
 def test_files_are_called_by_their_name_alone_where_that_is_clear():
     assert short_names(["a/x.toml", "paper/sine-pi"]) == ["x", "paper/sine-pi"]
     assert short_names(["a/x.toml", "b/x.toml"]) == ["a/x.toml", "b/x.toml"]
+
+
+def cells_of(text):
+    rows = [line.replace("┃", "│").split("│") for line in text.splitlines() if line[:1] in ("┃", "│")]
+    return {row[1].strip(): [cell.strip() for cell in row[2:-1]] for row in rows}
+
+
+def compared(capsys, *runs, best):
+    """The cells of a table of runs with this (rms_error, diverged) each."""
+    fields = {"rms_error": Field("m/s", "", smaller_is_better=True)}
+    summaries = [
+        RunSummary("", "", "", 0, "u", [], {"rms_error": error, "diverged": lost, "diverged_at": 0.0})
+        for error, lost in runs
+    ]
+    show_comparison(summaries, [str(i) for i in range(len(runs))], fields, {"rms_error": best}, [])
+    said = capsys.readouterr().out
+    assert ("* best" in said) == ("*" in "".join(cells_of(said)["rms_error"]))
+    return cells_of(said)["rms_error"][1:]
+
+
+def test_runs_whose_numbers_read_the_same_are_both_best_or_none(capsys):
+    kept, alike, worse = (1e-3, False), (1e-3 + 1e-12, False), (2e-3, False)
+    assert compared(capsys, kept, alike, worse, best={0}) == ["1 *", "1 *", "2"]
+    assert compared(capsys, kept, alike, best={0}) == ["1", "1"]
+    assert compared(capsys, kept, alike, (1e-3, True), best={0}) == ["1", "1", "1"]
+    assert compared(capsys, kept, worse, (1e-3, True), best={0}) == ["1 *", "2", "1"]
+
+
+def test_a_demand_that_does_not_jump_has_no_settling_time():
+    sine, square = "paper/sine-pi", "paper/square-pi"
+    short = ("--set", "simulation.duration=0.01s")
+    assert not {"settling_time", "overshoot"} & set(cells_of(succeeded("run", sine, *short)))
+    assert {"settling_time", "overshoot"} <= set(cells_of(succeeded("run", square, *short)))
+    found = cells_of(succeeded("compare", sine, square, *short))
+    assert found["settling_time"][1] == found["overshoot"][1] == "-"
+    assert found["settling_time"][2] != "-"
+    said = json.loads(succeeded("run", sine, *short, "--json"))
+    assert said["metrics"]["settling_time"] is not None  # a number as it was recorded
+
+
+@pytest.mark.parametrize(
+    ("reference", "jumps"),
+    [
+        (Sine(0.03, 0.25), False),
+        (Sine(0.03, 0.25, phase=1.0), True),  # the start from rest
+        (Square(0.03, 4.0), True),
+        (Step(0.0, 0.03, 1.0), True),
+        (Ramp(0.0, 0.03), False),
+    ],
+)
+def test_which_demands_jump(reference, jumps):
+    assert demand_jumps(example(Loop, Simulation(8.0), reference=reference)) is jumps

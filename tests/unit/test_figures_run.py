@@ -14,6 +14,7 @@ from hydroservo import HydroservoError, Simulation, controllers
 from hydroservo.controllers import PI, TSMC
 from hydroservo.figures.comparison import distinct_colours, literal, plot_comparison, remark
 from hydroservo.figures.panels import Curve, Panel, beyond, enlarged, panel_limits
+from hydroservo.figures.ranges import axis_unit
 from hydroservo.figures.run import plot_run
 from hydroservo.figures.style import COLOURS, PALETTE, figure, save_figure, style
 from hydroservo.figures.trace import controller_name, length_shown, observer_path, trace_of
@@ -55,7 +56,8 @@ def test_run_without_observer_has_velocity_error_and_command(pi):
     np.testing.assert_array_equal(curve(fig.axes[0], 1), 1e3 * demand)
     np.testing.assert_array_equal(curve(fig.axes[1], 0), 1e3 * (velocity - demand))
     np.testing.assert_array_equal(curve(fig.axes[2], 0), 1e3 * pi["controller.u"].values)
-    assert fig.axes[-1].get_xlabel() == "time [s]"
+    assert fig.axes[-1].get_xlabel() == "time [ms]"
+    assert fig.axes[-1].get_xlim() == pytest.approx((0.0, 20.0))
 
 
 def test_run_with_observer_shows_both_disturbances_and_estimates(tsmc):
@@ -80,12 +82,13 @@ import numpy as np
 import xarray as xr
 from hydroservo.figures.batch import plot_batch
 from hydroservo.figures.comparison import plot_comparison
+from hydroservo.figures.ranges import axis_unit
 from hydroservo.figures.run import plot_run
 names = ("reference.value", "plant.velocity", "controller.u")
 run = xr.Dataset(
     {**dict.fromkeys(names, ("time", np.arange(4.0))), "diverged": False},
     coords={"time": np.arange(4.0)},
-    attrs={"scenario": '[controller]\\ntype = "PI"\\n'},
+    attrs={"scenario": '[controller]\\ntype = "PI"\\n[simulation]\\nperiod = 1.0\\n'},
 )
 plot_run(run)
 print(*(name for name in sys.modules if name.startswith("hydroservo.papers")))
@@ -266,7 +269,7 @@ def test_only_long_curves_become_pixels_in_an_svg(size, pixels):
     data = xr.Dataset(
         {**dict.fromkeys(names, ("time", noise)), "diverged": False},
         coords={"time": np.arange(size) * 1e-3},
-        attrs={"scenario": '[controller]\ntype = "PI"\n'},
+        attrs={"scenario": '[controller]\ntype = "PI"\n[simulation]\nperiod = 1e-3\n'},
     )
     lines = [line for axis in plot_run(data).axes for line in axis.lines]
     assert len(lines) == 4
@@ -276,3 +279,41 @@ def test_only_long_curves_become_pixels_in_an_svg(size, pixels):
 def test_figure_has_the_width_of_a_text_page():
     with style():
         assert tuple(figure(2.0).get_size_inches()) == (6.3, 2.0)
+
+
+def test_what_chatters_is_drawn_beneath_what_does_not(pi):
+    chatter = pi.assign({"controller.u": pi["controller.u"] + 0.01 * (-1.0) ** np.arange(pi["time"].size)})
+    for runs in ([pi, chatter], [chatter, pi]):
+        command = plot_comparison(runs, ["one", "other"]).axes[-1]
+        calm, band = sorted(command.lines, key=lambda line: np.abs(np.diff(line.get_ydata())).sum())
+        drawn = sorted(command.lines, key=lambda line: line.get_zorder())
+        assert drawn == [band, calm]
+
+
+def test_the_demand_stays_on_top_of_noise(pi):
+    noise = 1e-3 * (-1.0) ** np.arange(pi["time"].size)
+    noisy = pi.assign({"plant.velocity": pi["plant.velocity"] + noise})
+    velocity = plot_comparison([pi, noisy], ["a", "b"]).axes[0]
+    run, band, demand = (line.get_zorder() for line in velocity.lines)
+    assert band < run < demand
+
+
+def test_a_peak_beyond_a_panel_does_not_make_a_curve_lively(pi):
+    signs = (-1.0) ** np.arange(pi["time"].size)
+    calm, band = np.full(signs.size, 1e-5), 1e-4 * signs
+    calm[5:8] = 0.2, -0.2, 0.2
+    runs = [pi.assign({"plant.velocity": pi["reference.value"] + error}) for error in (calm, band)]
+    enlarged = plot_comparison(runs, ["calm", "band"]).axes[2]
+    assert enlarged.lines[0].get_zorder() > enlarged.lines[1].get_zorder()
+
+
+def test_a_wrapped_law_has_its_name_and_its_colour(pi):
+    wrapped = short_run(controllers.Delay(controller=example(PI)))
+    fig = plot_run(wrapped)
+    assert fig.axes[0].get_title("left") == "PI in Delay"
+    assert fig.axes[0].lines[0].get_color() == COLOURS["PI"]
+
+
+def test_powers_of_ten_go_into_the_unit():
+    assert axis_unit("m/s", 1e-6) == ("µm/s", 1e6)
+    assert axis_unit("m/s^2", 1e-6) == ("10⁻³ m/s²", 1e3)

@@ -95,7 +95,7 @@ def run(
     from hydroservo.cli.files import run_files, write_run
     from hydroservo.cli.kernels import log_kernels
     from hydroservo.cli.progress import progress_bar
-    from hydroservo.cli.summary import run_summary
+    from hydroservo.cli.summary import for_table, run_summary
     from hydroservo.cli.tables import show_run
     from hydroservo.cli.writing import write_or_keep
     from hydroservo.runs.results import as_json, metric_fields
@@ -119,7 +119,7 @@ def run(
     if json:
         typer.echo(as_json(summary._asdict()))
     else:
-        show_run(summary, metric_fields(dataset))
+        show_run(for_table(summary, loop), metric_fields(dataset))
         list_files(left.files)
     left.check()
 
@@ -152,7 +152,7 @@ def compare(
     from hydroservo.cli.files import comparison_files, write_comparison
     from hydroservo.cli.kernels import log_kernels
     from hydroservo.cli.progress import progress_bar
-    from hydroservo.cli.summary import run_summary
+    from hydroservo.cli.summary import for_table, run_summary
     from hydroservo.cli.tables import show_comparison
     from hydroservo.cli.writing import write_or_keep
     from hydroservo.runs.conditions import differences, winners
@@ -183,7 +183,8 @@ def compare(
         typer.echo(as_json(said))
     else:
         fields = {name: field for one in datasets for name, field in metric_fields(one).items()}
-        show_comparison(summaries, labels, fields, winners(datasets), unequal_lines(unequal, loops))
+        shown = [for_table(*pair) for pair in zip(summaries, loops, strict=True)]
+        show_comparison(shown, labels, fields, winners(datasets), unequal_lines(unequal, loops))
         list_files(left.files)
     left.check()
 

@@ -85,6 +85,7 @@ def batch(
     from hydroservo.cli.batch_summary import batch_summary, remarkable_run, show_batch
     from hydroservo.cli.kernels import log_kernels
     from hydroservo.cli.progress import progress_bar
+    from hydroservo.cli.summary import for_table
     from hydroservo.errors import HydroservoError
     from hydroservo.metrics import declared_metrics, monitors_of
     from hydroservo.runs.batch import simulate_batch
@@ -118,7 +119,8 @@ def batch(
         typer.echo(as_json(summary.as_tables()))
         left.check()
         return
-    show_batch(summary, table, seconds)
+    meant = not any(one.path.startswith("reference.") for one in varied)
+    show_batch(for_table(summary, loop) if meant else summary, table, seconds)
     run, reason = remarkable_run(table, metric)
     steps = {"simulation.substeps": table.attrs["substeps"]} if "substeps" in table.attrs else {}
     words = ["hydroservo", "run", scenario, *(["--strict"] if strict else [])]

@@ -1,15 +1,24 @@
 """The part of a run's result that fits on a screen."""
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
+import numpy as np
+
+from hydroservo.monitors.step_response import StepResponse, StepResponseValues
 from hydroservo.runs.cautions import warnings_of
 from hydroservo.runs.results import metrics_of
 
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["RunSummary", "run_summary"]
+    from hydroservo.cli.batch_summary import BatchSummary
+    from hydroservo.loop import Loop
+
+__all__ = ["RunSummary", "demand_jumps", "for_table", "run_summary"]
+
+INSTANTS = 4001  # of a demand at which jumps are looked for
 
 
 class RunSummary(NamedTuple):
@@ -29,3 +38,34 @@ def run_summary(scenario: str, dataset: "xr.Dataset") -> RunSummary:
     about = dataset.attrs
     name = (scenario, about["hash"], about["version"], int(about["seed"]))
     return RunSummary(*name, about["diverged_by"], warnings_of(dataset), metrics_of(dataset))
+
+
+Summary = TypeVar("Summary", RunSummary, "BatchSummary")
+
+
+def for_table(summary: Summary, loop: "Loop") -> Summary:
+    """The summary of a run or a batch without what its demand gives no meaning.
+
+    That is the settling time and the overshoot where nothing jumps.
+    """
+    meaningless = () if demand_jumps(loop) else StepResponseValues._fields
+    metrics = {name: value for name, value in summary.metrics.items() if name not in meaningless}
+    return summary._replace(metrics=metrics)
+
+
+def demand_jumps(loop: "Loop") -> bool:
+    """Whether the demand jumps, the start from rest included, as :class:`~.StepResponse` takes it.
+
+    It looks at 4001 instants of the run. Fails for a demand that is away and back between two of them, which
+    it does not see, and for one that turns as fast as that, which it takes for one that jumps.
+    """
+    monitor, end = StepResponse(), loop.simulation.duration
+    state, system = monitor.init(), SimpleNamespace()
+    step = end / (INSTANTS - 1)
+    for t in np.linspace(0.0, end, INSTANTS).tolist():
+        demand = loop.reference.at(t)
+        follows = SimpleNamespace(velocity=demand.value)
+        state = monitor.step(state, system, SimpleNamespace(reference=demand, plant=follows), t, step)
+        if state.jump_sign != 0.0:
+            return True
+    return False

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
 __all__ = ["show_answers", "show_comparison", "show_run", "show_scenarios", "show_toml", "show_verdicts"]
 
+NO_NUMBER = "-"
 PIPED_WIDTH = 120  # characters a line where there is no terminal to ask
 
 
@@ -41,7 +42,7 @@ def show_run(summary: RunSummary, fields: Mapping[str, Field]) -> None:
     table.add_column("value", justify="right", no_wrap=True)
     table.add_column("unit", no_wrap=True)
     table.add_column("meaning")
-    for name, field in fields.items():
+    for name, field in had([summary], fields).items():
         unit, (text,) = row([summary], name, field)
         table.add_row(name, text, unit, field.meaning)
     show(table, verdict(summary))
@@ -56,23 +57,38 @@ def show_comparison(
 ) -> None:
     """The metrics of several runs side by side, the best of each row marked, and in what else they differ."""
     table = Table(caption_justify="left")
-    if any(winners.values()):
-        table.caption = "* best of the runs that did not diverge"
     table.add_column("metric", no_wrap=True)
     table.add_column("unit", no_wrap=True)
     for label in labels:
         table.add_column(escape(label), justify="right", overflow="fold")
-    for name, field in fields.items():
+    for name, field in had(summaries, fields).items():
         unit, values = row(summaries, name, field)
-        best = winners.get(name, set())
+        best = alike(values, winners.get(name, set()), summaries)
         marked = [f"[bold green]{text} *[/]" if i in best else f"{text}  " for i, text in enumerate(values)]
         table.add_row(name, unit, *marked)
+        if best:
+            table.caption = "* best of the runs that did not diverge"
     notes = [
         f"{escape(label)}: {verdict(summary)}"
         for label, summary in zip(labels, summaries, strict=True)
         if summary.metrics["diverged"] or summary.metrics.get("stroke_left")
     ]
     show(table, *map(escape, unequal), *notes)
+
+
+def had(summaries: Sequence[RunSummary], fields: Mapping[str, Field]) -> dict[str, Field]:
+    """The declarations of those metrics that some run has."""
+    return {name: field for name, field in fields.items() if any(name in one.metrics for one in summaries)}
+
+
+def alike(texts: Sequence[str], best: set[int], summaries: Sequence[RunSummary]) -> set[int]:
+    """The best runs, with those whose number reads the same; none where all do."""
+    shown = {texts[i] for i in best}
+    judged = {
+        i for i, summary in enumerate(summaries) if not summary.metrics["diverged"] and texts[i] != NO_NUMBER
+    }
+    found = {i for i in judged if texts[i] in shown}
+    return found if found < judged else set()
 
 
 def row(summaries: Sequence[RunSummary], name: str, field: Field) -> tuple[str, list[str]]:
@@ -86,7 +102,7 @@ def as_text(value: float | bool, factor: float) -> str:
     """A number in characters that every terminal has."""
     if isinstance(value, bool):
         return yes_or_no(value)
-    return f"{factor * value:.4g}" if math.isfinite(value) else "-"
+    return f"{factor * value:.4g}" if math.isfinite(value) else NO_NUMBER
 
 
 def verdict(summary: RunSummary) -> str:

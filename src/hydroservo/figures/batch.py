@@ -13,7 +13,7 @@ from matplotlib.axis import Axis
 from matplotlib.colors import LinearSegmentedColormap, LogNorm
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.ticker import FuncFormatter
+from matplotlib.ticker import FuncFormatter, MaxNLocator
 from numpy.typing import NDArray
 
 from hydroservo.errors import ParameterError
@@ -29,10 +29,12 @@ WIDEST = 3  # panels side by side
 DOTS = 2000  # runs; more dots would hide each other, so that runs are counted in cells
 CELLS = (36, 21)  # across and up
 WIDE, MARGIN = 20.0, 1.2  # a metric that spans a larger ratio has a logarithmic axis, with a margin factor
-BINS = 40
-ALIKE = 40  # runs for one point of a running quantile
+FEWEST_BINS, MOST_BINS = 8, 40
+ALIKE = 40  # runs for a quantile, of which two lie beyond 5 %, or for one point of a running one
 FEWEST, MOST = 4, 20  # such points
 QUANTILES = {0.05: "--", 0.5: "-", 0.95: "--"}  # and their lines
+BIG_DOTS = 200  # runs; as many have room for dots of twice the size
+DOT, EDGE = 3.5, 0.03  # points; share of the range beside the outermost dots
 RUN, TREND, LOST = PALETTE[0], PALETTE[1], "#000000"
 COUNTS = LinearSegmentedColormap.from_list("counts", ["#dcebf7", "#6baed6", RUN, "#08306b"])
 LABELS = 60  # characters that all labels below a row of panels may take side by side
@@ -65,9 +67,9 @@ class Measured(NamedTuple):
 def plot_batch(table: xr.Dataset, varied: Sequence[str], metric: str) -> Figure:
     """A metric of many runs against each number that varied, and its distribution.
 
-    Lines show the median and the 5 and 95 % of runs with like values of that number, where there are enough
-    of them. Runs that diverged are marked above the panels and are in nothing else. Many runs are counted in
-    cells.
+    Lines show the median and the 5 and 95 % of 40 runs or more: of all, and from 160 runs on of those with
+    like values of that number, never beyond these. Runs that diverged are marked above the panels and are in
+    nothing else. Many runs are counted in cells.
 
     Args:
         table: what ``simulate_batch`` returned.
@@ -120,18 +122,19 @@ def draw_distribution(grid: Grid, runs: Measured) -> None:
     """How many runs have which value: sideways beside panels, whose common range it sets."""
     axis, sideways = grid.beside, bool(grid.panels)
     low, high = extent(runs.values)
-    edges = np.linspace(low, high, BINS + 1)
     if spans_decades(runs.values):
         (axis.set_yscale if sideways else axis.set_xscale)("log")
-        edges = np.geomspace(low, high, BINS + 1)
     orientation: Literal["horizontal", "vertical"] = "horizontal" if sideways else "vertical"
-    axis.hist(runs.values, edges.tolist(), orientation=orientation, color=RUN, alpha=0.6)
-    if runs.values.size:
+    axis.hist(runs.values, edges_of(runs.values).tolist(), orientation=orientation, color=RUN, alpha=0.6)
+    if enough(runs):
         for quantile, line in QUANTILES.items():
             across = axis.axhline if sideways else axis.axvline
             across(float(np.quantile(runs.values, quantile)), color=TREND, linestyle=line)
     (axis.set_ylim if sideways else axis.set_xlim)(low, high)
     (axis.set_xlabel if sideways else axis.set_ylabel)("runs")
+    crowded = runs.values.size > DOTS  # so that counts may have four digits
+    ticks = MaxNLocator((1 if crowded else 3) if sideways else 6, integer=True)
+    (axis.xaxis if sideways else axis.yaxis).set_major_locator(ticks)
     if sideways:
         axis.tick_params(labelleft=False, which="both")
     else:
@@ -139,18 +142,28 @@ def draw_distribution(grid: Grid, runs: Measured) -> None:
         plain_ticks(axis.xaxis)
 
 
+def edges_of(values: Numbers) -> Numbers:
+    """The edges of the bins in which runs are counted, the more runs the more, from least to largest."""
+    low, high = (float(values.min()), float(values.max())) if values.size else (0.0, 0.0)
+    low, high = (low, high) if low < high else extent(values)
+    bins = min(max(math.ceil(2.0 * math.sqrt(values.size)), FEWEST_BINS), MOST_BINS)
+    return np.geomspace(low, high, bins + 1) if spans_decades(values) else np.linspace(low, high, bins + 1)
+
+
 def draw_panel(axis: Axes, column: xr.DataArray, runs: Measured) -> None:
     """The runs against one of the numbers that varied."""
     unit, factor = scale(column.attrs["units"], column.values)
     x = factor * column.values
+    edge = 0.0 if counted(runs) else EDGE * float(np.ptp(x))
     if counted(runs):
         spacing: Literal["log", "linear"] = "log" if spans_decades(runs.values) else "linear"
         axis.hexbin(x[runs.kept], runs.values, gridsize=CELLS, yscale=spacing, mincnt=1, cmap=COUNTS, lw=0.1)
     else:
-        axis.plot(x[runs.kept], runs.values, ".", color=RUN, markersize=3.5, markeredgewidth=0.0, alpha=0.6)
+        size = DOT if runs.values.size > BIG_DOTS else 2.0 * DOT
+        axis.plot(x[runs.kept], runs.values, ".", color=RUN, markersize=size, markeredgewidth=0.0, alpha=0.6)
     draw_trend(axis, x[runs.kept], runs.values)
     mark_lost(axis, x, runs.lost)
-    axis.set_xlim(x.min(), x.max())
+    axis.set_xlim(x.min() - edge, x.max() + edge)
     place = axis.get_subplotspec()
     across = place.get_gridspec().ncols - 1 if place is not None else 1
     parts = str(column.name).split(".")
@@ -169,23 +182,43 @@ def plain_ticks(axis: Axis) -> None:
 
 
 def draw_trend(axis: Axes, x: Numbers, y: Numbers) -> None:
-    """Quantiles of runs with like x, each moved along their common slope to the middle of them."""
+    """Quantiles of runs with like x, levelled where these rise or fall steeply."""
     points = min(x.size // ALIKE, MOST)
     if points < FEWEST:
         return
     log = spans_decades(y)
     parts = [(x[part], np.log(y[part]) if log else y[part]) for part in np.array_split(np.argsort(x), points)]
     middles = [float(near.mean()) for near, _ in parts]
-    level = [values - slope(near, values) * (near - near.mean()) for near, values in parts]
+    level = [levelled(near, values) for near, values in parts]
     for quantile, line in QUANTILES.items():
-        trend = np.array([np.quantile(values, quantile) for values in level])
+        found = [np.quantile(values, quantile) for values in level]
+        trend = np.array([np.clip(one, y.min(), y.max()) for one, (_, y) in zip(found, parts, strict=True)])
         axis.plot(middles, np.exp(trend) if log else trend, line, color=TREND)
 
 
+def levelled(x: Numbers, y: Numbers) -> Numbers:
+    """Runs moved along their slope to the middle of x, where that takes away most of their range."""
+    level = y - slope(x, y) * (x - x.mean())
+    return level if spread(level) < 0.5 * spread(y) else y
+
+
+def spread(values: Numbers) -> float:
+    low, high = np.quantile(values, (min(QUANTILES), max(QUANTILES)))
+    return float(high - low)
+
+
 def slope(x: Numbers, y: Numbers) -> float:
-    """That of the line of least squares."""
-    moved = x - x.mean()
-    return float(moved @ y / (moved @ moved))
+    """That of Tukey's resistant line, through the medians of the outer thirds, which no single run tilts.
+
+    Args:
+        x: in rising order.
+        y: of as many runs.
+    """
+    third = max(x.size // 3, 1)
+    (left, right), (low, high) = (
+        (float(np.median(values[:third])), float(np.median(values[-third:]))) for values in (x, y)
+    )
+    return (high - low) / (right - left) if right > left else 0.0
 
 
 def mark_lost(axis: Axes, x: Numbers, lost: NDArray[np.bool_]) -> None:
@@ -218,7 +251,9 @@ def count_alike(grid: Grid, runs: Measured) -> None:
 def handles(grid: Grid, runs: Measured) -> list[Line2D]:
     """What the legend explains."""
     shown, lost = runs.values.size, int(runs.lost.sum())
-    dot = Line2D([], [], marker=".", linestyle="", color=RUN, label=f"{shown:,} runs")
+    few = "" if enough(runs) else f"; fewer than {ALIKE} show no quantiles"
+    label = f"{shown:,} run{'s' * (shown != 1)}{few}"
+    dot = Line2D([], [], marker=".", linestyle="", color=RUN, label=label)
     lines = [
         Line2D([], [], color=TREND, label="median"),
         Line2D([], [], color=TREND, linestyle="--", label="5 % and 95 %"),
@@ -226,8 +261,13 @@ def handles(grid: Grid, runs: Measured) -> list[Line2D]:
     mark = Line2D(
         [], [], marker="|", linestyle="", color=LOST, label=f"diverged: {lost:,} of {runs.kept.size:,}"
     )
-    dots = [dot] if grid.panels and not counted(runs) else []
-    return [*dots, *lines, *([mark] if lost else [])]
+    dots = [dot] if few or (grid.panels and not counted(runs)) else []
+    return [*dots, *(lines if enough(runs) else []), *([mark] if lost else [])]
+
+
+def enough(runs: Measured) -> bool:
+    """Enough runs for their quantiles to mean something."""
+    return runs.values.size >= ALIKE
 
 
 def counted(runs: Measured) -> bool:

@@ -13,7 +13,17 @@ from hydroservo.figures.style import figure
 from hydroservo.figures.trace import Samples
 from hydroservo.formatting import quantity
 
-__all__ = ["WHOLE", "Curve", "Panel", "Window", "beyond", "draw_panel", "enlarged", "panel_figure"]
+__all__ = [
+    "WHOLE",
+    "Curve",
+    "Panel",
+    "Window",
+    "beyond",
+    "draw_panel",
+    "enlarged",
+    "panel_figure",
+    "panel_limits",
+]
 
 CLOSE_WIDTH = 1.2  # where curves are told apart by the panel's range
 TAIL = 0.03  # of the samples may lie beyond either limit of a panel that leaves spikes out
@@ -120,6 +130,7 @@ def draw_curve(axis: Axes, curve: Curve, window: Window, factor: float) -> None:
 
 
 def panel_limits(panel: Panel) -> tuple[float, float]:
+    """The range of a panel, in SI units."""
     window = panel.range_of or panel.window
     fitted = [curve for curve in panel.curves if curve.label in panel.fitted]
     tail = TAIL if fitted and window.whole else 0.0

@@ -5,7 +5,6 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from hydroservo.errors import HydroservoError
-from hydroservo.runs.results import scenario_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -51,8 +50,10 @@ def plot(
 
 
 def names_of(runs: "Sequence[xr.Dataset]") -> list[str]:
-    """The type of each run's controller, numbered where it comes again."""
-    types = [str(scenario_of(run)["controller"]["type"]) for run in runs]
+    """What each run's controller is called, numbered where it comes again."""
+    from hydroservo.figures.trace import controller_title
+
+    types = [controller_title(run) for run in runs]
     again, met = Counter(types), Counter[str]()
     names = []
     for name in types:

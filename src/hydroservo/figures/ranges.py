@@ -11,6 +11,7 @@ from hydroservo.formatting import readable_unit
 __all__ = ["axis_unit", "largest", "limits"]
 
 MARGIN = 0.12  # of a range, above and below
+SMALLER = {"mm": "µm", "mm/s": "µm/s", "mV": "µV"}  # by a factor of 1000
 
 
 def largest(curves: Sequence[Samples], tail: float = 0.0) -> float:
@@ -40,4 +41,6 @@ def extent(curves: Sequence[Samples], tail: float) -> tuple[float, float]:
 def axis_unit(unit: str, largest: float) -> tuple[str, float]:
     """The unit of an axis and the factor to it; powers of ten go into the unit, not onto the ticks."""
     label, factor = readable_unit(unit, largest)
-    return (f"10⁻³ {label}", 1e3 * factor) if factor * largest < 0.01 else (label, factor)
+    if factor * largest >= 0.01:
+        return label, factor
+    return SMALLER.get(label, f"10⁻³ {label}"), 1e3 * factor

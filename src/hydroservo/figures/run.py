@@ -1,18 +1,15 @@
 """The plot of one run: velocity, error, command and, with an observer, its estimates."""
 
-import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from hydroservo.figures.panels import Panel, draw_panel
 from hydroservo.figures.style import COLOURS, PALETTE, style
-from hydroservo.figures.trace import Samples, Trace, controller_name, trace_of
-from hydroservo.figures.tracking import TracedRun, add_legend, tracking_figure, truth
+from hydroservo.figures.trace import Trace, controller_name, controller_title, trace_of
+from hydroservo.figures.tracking import TracedRun, add_legend, calm_on_top, tracking_figure, truth, whole
 
 __all__ = ["plot_run"]
-
-CHATTER = 10.0  # a truth that varies this many times more than its estimate is drawn beneath it
 
 
 def plot_run(dataset: xr.Dataset) -> Figure:
@@ -36,7 +33,7 @@ def plot_run(dataset: xr.Dataset) -> Figure:
         fig = tracking_figure([run], spare=count)
         for index, axis in enumerate(fig.axes[len(fig.axes) - count :]):
             draw_estimate(axis, run, index)
-        fig.axes[0].set_title(title(name, trace), loc="left")
+        fig.axes[0].set_title(title(controller_title(dataset), trace), loc="left")
     return fig
 
 
@@ -48,14 +45,10 @@ def draw_estimate(axis: Axes, run: TracedRun, index: int) -> None:
         run._replace(label=rf"estimate $\hat{{d}}_{subscript}$").curve(estimate),
         truth(f"disturbance $d_{subscript}$", run.trace.time, disturbance),
     ]
-    draw_panel(axis, Panel(f"$d_{subscript}$", ("m/s^2", "N/s")[index], curves))
-    if variation(disturbance) > CHATTER * variation(estimate):  # a chattering command makes d_L2 a black band
-        axis.lines[0].set_zorder(axis.lines[1].get_zorder() + 0.1)
+    panel = Panel(f"$d_{subscript}$", ("m/s^2", "N/s")[index], curves, whole([run]))
+    draw_panel(axis, panel)
+    calm_on_top(axis, panel)
     add_legend(axis)
-
-
-def variation(signal: Samples) -> float:
-    return float(np.nansum(np.abs(np.diff(signal))))
 
 
 def title(name: str, trace: Trace) -> str:

@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 
 from hydroservo.errors import HydroservoError
 from hydroservo.runs.results import scenario_of
+from hydroservo.runs.unrecorded import Unrecorded, unrecorded_command
 
-__all__ = ["Samples", "Trace", "controller_name", "trace_of"]
+__all__ = ["Samples", "Trace", "controller_name", "controller_title", "trace_of"]
 
 Samples = NDArray[np.float64]
 
@@ -26,6 +27,7 @@ class Trace(NamedTuple):
     disturbances: tuple[Samples, ...]  # d_L1 [m/s^2] and d_L2 [N/s]
     estimates: tuple[Samples, ...]  # of both; empty without an observer
     diverged: bool
+    unrecorded: Unrecorded = Unrecorded()
 
 
 def trace_of(dataset: xr.Dataset) -> Trace:
@@ -51,12 +53,27 @@ def trace_of(dataset: xr.Dataset) -> Trace:
         disturbances=tuple(values[:end] for values in truths if both),
         estimates=tuple(values[:end] for values in estimates if both),
         diverged=diverged,
+        unrecorded=unrecorded_command(dataset, scenario_of(dataset)["simulation"]["period"]),
     )
 
 
 def controller_name(dataset: xr.Dataset) -> str:
-    """What plots call the controller of a run: its type."""
-    return str(scenario_of(dataset)["controller"]["type"])
+    """The type of a run's law, whatever wraps it: what its colour follows."""
+    return controller_types(dataset)[-1]
+
+
+def controller_title(dataset: xr.Dataset) -> str:
+    """What plots call the controller of a run, such as "TSMC in ValveInversion"."""
+    return " in ".join(reversed(controller_types(dataset)))
+
+
+def controller_types(dataset: xr.Dataset) -> list[str]:
+    """The types of a run's wrappers, outermost first, and of the law inside them."""
+    table = scenario_of(dataset)["controller"]
+    found = [str(table["type"])]
+    while isinstance(table := table.get("controller"), dict):
+        found.append(str(table["type"]))
+    return found
 
 
 def length_shown(velocity: Samples) -> int:

@@ -1,20 +1,25 @@
 """Velocity, error and command of one or several runs, one below the other."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from hydroservo.figures.panels import Curve, Panel, beyond, draw_panel, enlarged
+from hydroservo.figures.panels import WHOLE, Curve, Panel, Window, beyond, draw_panel, enlarged, panel_limits
 from hydroservo.figures.style import COLOURS, figure
 from hydroservo.figures.trace import Samples, Trace
+from hydroservo.formatting import quantity, readable_unit
 
-__all__ = ["TracedRun", "add_legend", "tracking_figure", "truth"]
+__all__ = ["TracedRun", "add_legend", "calm_on_top", "tracking_figure", "truth", "whole"]
 
 HEIGHT = 1.35  # inch, of a panel
 LEGEND = 100  # characters that fit in a line of a legend
+REMARK = 7  # points
+CHATTER = 2.0  # what varies this many times more than another curve is drawn beneath it
+ASIDE: Mapping[str, str] = {"color": "#555555"}
+ALARM: Mapping[str, str] = {"color": "#000000", "fontweight": "bold"}
 
 
 class TracedRun(NamedTuple):
@@ -36,21 +41,61 @@ def tracking_figure(runs: Sequence[TracedRun], spare: int = 0) -> Figure:
     Where short peaks, or one run, press another flat, an enlarged panel follows. Call it inside
     :func:`~hydroservo.figures.style.style`.
     """
-    error = Panel("error", "m/s", [run.curve(run.trace.error) for run in runs], zero=True)
-    command = Panel("command", "V", [run.curve(run.trace.command) for run in runs], zero=True)
-    panels = [velocities(runs), error, *enlarged(error), command, *enlarged(command)]
+    window = whole(runs)
+    error = Panel("error", "m/s", [run.curve(run.trace.error) for run in runs], window, zero=True)
+    command = Panel("command", "V", [run.curve(run.trace.command) for run in runs], window, zero=True)
+    panels = [velocities(runs)._replace(window=window), error, *enlarged(error), command, *enlarged(command)]
     count = len(panels) + spare
     fig = figure(height=0.45 + HEIGHT * count)
     axes = fig.subplots(count, 1, sharex=True)
     for axis, panel in zip(axes, panels, strict=False):
         draw_panel(axis, panel)
+        calm_on_top(axis, panel)
         if panel.fitted:
             axis.set_ylabel(f"{axis.get_ylabel()}\n(enlarged)")
-            axis.set_title(beyond(panel), loc="right", fontsize=7, color="#555555")
+        note = beyond(panel) if panel.fitted else not_shown(runs) if panel is command else ""
+        hides = panel is command and any(run.trace.unrecorded.change for run in runs)
+        axis.set_title(note, loc="right", fontsize=REMARK, **(ALARM if hides else ASIDE))
     add_legend(axes[0])
-    axes[-1].set_xlabel("time [s]")
+    axes[-1].set_xlabel(panels[0].window.label)
     fig.align_ylabels(axes)
     return fig
+
+
+def calm_on_top(axis: Axes, panel: Panel) -> None:
+    """Draw what chatters, and so becomes a band, beneath what does not."""
+    limits = panel_limits(panel)
+    sizes = [variation(np.clip(curve.values, *limits)) for curve in panel.curves]
+    order: list[int] = []  # from the bottom
+    for i, size in enumerate(sizes):
+        hidden = (place for place, below in enumerate(order) if size > CHATTER * sizes[below])
+        order.insert(next(hidden, len(order)), i)
+    for place, i in enumerate(order):
+        axis.lines[i].set_zorder(axis.lines[i].get_zorder() + 0.01 * place)
+
+
+def variation(signal: Samples) -> float:
+    return float(np.nansum(np.abs(np.diff(signal))))
+
+
+def whole(runs: Sequence[TracedRun]) -> Window:
+    """The time of all runs, in ms where they are short."""
+    label, factor = readable_unit("s", max(float(run.trace.time[-1]) for run in runs))
+    return WHOLE._replace(label=f"time [{label}]", factor=factor)
+
+
+def not_shown(runs: Sequence[TracedRun]) -> str:
+    """What the command does between recorded samples, in each run where these hide it."""
+    notes = []
+    for run in runs:
+        change, _, peak = run.trace.unrecorded
+        what = [f"changes of {quantity(change, 'V')} a sample"] if change else []
+        what += [f"a peak of {quantity(peak, 'V')}"] if peak else []
+        if what:
+            whose = f" ({run.label})" if len(runs) > 1 else ""
+            notes.append(" and ".join(what) + whose)
+    line = f"between recorded samples, not shown: {', '.join(notes)}"
+    return "" if not notes else line if len(line) <= LEGEND else "not all is shown between recorded samples"
 
 
 def velocities(runs: Sequence[TracedRun]) -> Panel:

@@ -22,6 +22,7 @@ from hydroservo.runs.fitting import compilation, first_state
 from hydroservo.runs.provenance import provenance
 from hydroservo.runs.record_coverage import check_records
 from hydroservo.runs.step_sizes import check_substeps, checked_steps, machine_paths, with_exact_delay
+from hydroservo.runs.unrecorded import record_caution
 from hydroservo.validation import checked
 from hydroservo.wiring import believed, wired
 
@@ -138,7 +139,8 @@ def simulate(
         return Trace(loop, plan, out, values, {"diverged_by": loss.path})
 
     data = dataset(checked_steps(loop, one), wanted)
-    return with_warning(data, [*recorded, pressure_caution(data)])
+    period = loop.simulation.period
+    return with_warning(data, [*recorded, pressure_caution(data), record_caution(data, period)])
 
 
 def with_metrics(loop: Loop, metrics: "Mapping[str, Block] | Sequence[Block] | None") -> Loop:
