@@ -104,6 +104,36 @@ class ZeroCrossings(NamedTuple):
     def values(self, m):
         return Counted(m.count)
 '''
+VALVE = '''\
+from typing import Annotated, NamedTuple
+
+from hydroservo import Field
+from hydroservo.roles import MeteringEdges, Valve, role
+from hydroservo.valves import Orifice
+
+
+class Rigid(NamedTuple):
+    pass
+
+
+@role(Valve)
+class Spool(NamedTuple):
+    """x_v = k u."""
+
+    gain: Annotated[float, Field("m/V", "spool travel per command", above=0)] = 1e-4
+    orifice: MeteringEdges = Orifice(0.61, 0.02, 850.0)
+
+    def init(self):
+        return Rigid()
+
+    def deriv(self, s, u):
+        return s
+
+    def opening(self, s, u):
+        return self.gain * u
+'''
+GAIN_PROPERTY = "    @property\n    def gain(self):\n        return self.slope\n\n"
+TRAVEL = "    gain: Annotated[float, Field"
 ROLE, DOCUMENTED, DECLARED, RANGES, FLOATS, PICKLES, RETURNS, FINITE, COMPILED, AGAIN, IN_C = (
     question.name for question in QUESTIONS
 )
@@ -160,12 +190,52 @@ WRONG = {
     "no state": Wrong(
         *(ROLE, LAW, {"State(0.0)": "(0.0,)"}, "    def init", "init returns (0.0,): must be a NamedTuple")
     ),
+    "a property that must be a field": Wrong(
+        *(
+            ROLE,
+            VALVE,
+            {TRAVEL: "    slope: Annotated[float, Field", "    def init": GAIN_PROPERTY + "    def init"},
+        ),
+        *(
+            "    def gain",
+            "gain is a property, which compiled code cannot read; write a field, gain: Annotated[",
+        ),
+    ),
+    "a block that must be a field": Wrong(
+        *(ROLE, VALVE, {"    orifice: MeteringEdges = ": "    orifice = "}),
+        *(
+            "class Spool",
+            "orifice is a class attribute, which compiled code cannot read; write a field, orifice: Mete",
+        ),
+    ),
+    "no field for a role": Wrong(
+        *(ROLE, VALVE, {TRAVEL: "    slope: Annotated[float, Field", "self.gain": "self.slope"}),
+        *(
+            "class Spool",
+            "has no gain, which a Valve must have; write a field, gain: Annotated[float, Field(unit,",
+        ),
+    ),
     "no default": Wrong(
         *(ROLE, LAW, {" = 2.0": ""}, GAIN, "has no default for gain: give one, or ask of an example")
     ),
     "no docstring": Wrong(DOCUMENTED, LAW, {'    """u = k e."""\n': ""}, "class Law", "has no docstring"),
     "no field": Wrong(DECLARED, LAW, {FIELD: "float"}, GAIN, "gain has no unit; write gain: Annotated["),
     "no unit": Wrong(DECLARED, LAW, {'"V s/m"': '"Volt-s/m"'}, GAIN, "the unit 'Volt-s/m' of gain "),
+    "a wrong unit in SI's place": Wrong(
+        DECLARED, LAW, {'"V s/m"': '"V s/m bar"'}, GAIN, "the unit 'V s/m bar' of gain is "
+    ),
+    "another unit than SI's": Wrong(
+        *(DECLARED, LAW, {'"V s/m"': '"mV s/mm"'}, GAIN),
+        "the unit 'mV s/mm' of gain is not SI: declare it in 'V s/m'; scenarios may still give mV s/mm",
+    ),
+    "another unit of a state": Wrong(
+        *(DECLARED, LAW, {'"V", "command"': '"mV", "command"'}, "    u"),
+        "the unit 'mV' of u is not SI: declare it in 'V'",
+    ),
+    "a percentage": Wrong(
+        *(DECLARED, METRIC, {'Field("", "zero': 'Field("%", "zero'}, "    zero_crossings"),
+        "the unit '%' of zero_crossings is not SI: declare it in ''",
+    ),
     "no meaning": Wrong(
         *(DECLARED, LAW, {'"gain k"': '""'}, GAIN, "gain has no meaning: Field('V s/m', meaning, ...)")
     ),

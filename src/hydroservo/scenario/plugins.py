@@ -16,9 +16,10 @@ from hydroservo.field import declared_fields
 from hydroservo.scenario.files import read_text
 from hydroservo.scenario.fits import check_said
 
-__all__ = ["is_block_class", "load_plugin", "plugin_classes"]
+__all__ = ["is_block_class", "is_of_plugin", "load_plugin", "plugin_classes"]
 
 LARGEST = 1 << 20  # bytes
+MODULE = "hydroservo_plugin_"  # how the name of a plugin's module begins
 
 loaded: dict[Path, ModuleType] = {}
 
@@ -61,7 +62,7 @@ def plugin_classes() -> tuple[type, ...]:
 
 def named_by(text: str) -> str:
     """The name of the module that a file's text makes: by its content, wherever it lies."""
-    return f"hydroservo_plugin_{sha256(text.encode()).hexdigest()[:12]}"
+    return f"{MODULE}{sha256(text.encode()).hexdigest()[:12]}"
 
 
 def pickled(place: str, block: Any) -> tuple[Any, ...]:
@@ -85,6 +86,11 @@ def restored(place: str, module_name: str, class_name: str, values: tuple[Any, .
 def is_block_class(value: object) -> bool:
     """True for a NamedTuple class."""
     return isinstance(value, type) and issubclass(value, tuple) and hasattr(value, "_fields")
+
+
+def is_of_plugin(maker: Any) -> bool:
+    """True for a class that a plugin defines, and for a constructor of it."""
+    return str(maker.__module__).startswith(MODULE)
 
 
 def defined_in(module: ModuleType) -> tuple[type, ...]:

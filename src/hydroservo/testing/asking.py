@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from hydroservo.scenario.fits import said_roles
+from hydroservo.scenario.lines import line_reached
 from hydroservo.testing.case import Case, ContractError, case_of
-from hydroservo.testing.lines import line_reached
 from hydroservo.testing.questions import QUESTIONS, Question, ask, behaviour
 
 __all__ = ["Answer", "answer_of", "answers", "check_block"]
