@@ -121,6 +121,11 @@ def test_a_block_without_a_role_is_asked_for_it(mine):
             LAW[: LAW.index("@role")],
             "has no block: no class says a role, as by @role(Controller), or has the methods of one",
         ),
+        (
+            LAW.replace("@role(Controller)\n", "").replace("class Law(NamedTuple)", "class Law"),
+            "has no block: no class says a role, as by @role(Controller), or has the methods of one; "
+            "a block is a NamedTuple, which Law is not",
+        ),
         ("x = 1\ndef f(:\n", "line 2: SyntaxError: invalid syntax"),
         (
             LAW.replace("step(self, s, y, r, dt)", "step(self, s, y)"),

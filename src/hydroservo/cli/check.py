@@ -78,10 +78,13 @@ def blocks_in(file: Path) -> Sequence[type]:
     from hydroservo.errors import ScenarioError
     from hydroservo.scenario import load_plugin
     from hydroservo.scenario.fits import roles_of
+    from hydroservo.scenario.plugins import plugin_other_classes
 
     found = [cls for cls in load_plugin(file) if roles_of(cls)]
     if not found:
+        others = ", ".join(sorted(plugin_other_classes()))
         problem = "has no block: no class says a role, as by @role(Controller), or has the methods of one"
+        problem += f"; a block is a NamedTuple, which {others} is not" if others else ""
         raise ScenarioError(str(file), "", problem)
     return found
 

@@ -11,12 +11,12 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from hydroservo.errors import ScenarioError
+from hydroservo.errors import HydroservoError, ScenarioError
 from hydroservo.field import declared_fields
 from hydroservo.scenario.files import read_text
 from hydroservo.scenario.fits import check_said
 
-__all__ = ["is_block_class", "is_of_plugin", "load_plugin", "plugin_classes"]
+__all__ = ["is_block_class", "is_of_plugin", "load_plugin", "plugin_classes", "plugin_other_classes"]
 
 LARGEST = 1 << 20  # bytes
 MODULE = "hydroservo_plugin_"  # how the name of a plugin's module begins
@@ -58,6 +58,14 @@ def load_plugin(path: str | Path) -> tuple[type, ...]:
 def plugin_classes() -> tuple[type, ...]:
     """The NamedTuple classes of all plugins."""
     return tuple(dict.fromkeys(cls for module in loaded.values() for cls in defined_in(module)))
+
+
+def plugin_other_classes() -> set[str]:
+    """The names of the classes of all plugins that are no NamedTuples, and so no blocks."""
+    values = [
+        value for module in loaded.values() for value in vars(module).values() if isinstance(value, type)
+    ]
+    return {value.__name__ for value in values if is_of_plugin(value) and not is_block_class(value)}
 
 
 def named_by(text: str) -> str:
@@ -115,7 +123,7 @@ def executed(text: str, place: Path, module_name: str, name: str) -> ModuleType:
         raise
     except (Exception, SystemExit) as error:
         del sys.modules[module_name]
-        raise ScenarioError(name, line_of(error, place), f"{type(error).__name__}: {said(error)}") from error
+        raise ScenarioError(name, line_of(error, place), said(error)) from error
     return module
 
 
@@ -148,4 +156,7 @@ def line_of(error: BaseException, place: Path) -> str:
 
 
 def said(error: BaseException) -> str:
-    return error.msg if isinstance(error, SyntaxError) else str(error)
+    """What an error says, with its kind where that is Python's."""
+    if isinstance(error, HydroservoError):
+        return str(error)
+    return f"{type(error).__name__}: {error.msg if isinstance(error, SyntaxError) else error}"
