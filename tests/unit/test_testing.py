@@ -21,7 +21,7 @@ from hydroservo.scenario.registry import shipped_classes
 from hydroservo.sensors import NoPosition
 from hydroservo.signals import Demand
 from hydroservo.testing import BlockContract, ContractError, answers, asking, check_block
-from hydroservo.testing.asking import Answer, answer_of
+from hydroservo.testing.asking import Answer, answer_of, by_cause
 from hydroservo.testing.case import case_of
 from hydroservo.testing.examples import example
 from hydroservo.testing.places import loop_with, places
@@ -317,6 +317,36 @@ def test_what_is_wrong_is_found_with_its_line(
     assert text.splitlines()[found.line - 1].startswith(wrong.line)
 
 
+@pytest.mark.parametrize(
+    ("text", "changes", "together"),
+    [
+        (LOAD, {SIZE: f"{SIZE} / 0.0"}, [[RETURNS]]),
+        (LOAD, {"= 2.0": "= -2.0", '"force")': '"force", above=0)'}, [[RANGES]]),
+        (LOAD, {SIZE: f"{SIZE} + len(globals())"}, [[COMPILED, IN_C]]),
+        (LOAD, {SIZE: f"{SIZE} / (self.size - 2.0)"}, [[RETURNS]]),
+        (LAW, {"    gain:": '    mode: str = "fast"\n    gain:'}, [[DECLARED, RANGES]]),
+        (LAW, {"= 2.0": "= -2.0", "State(0.0)": "State(0)"}, [[RANGES], [FLOATS]]),
+    ],
+)
+def test_answers_that_are_wrong_for_one_cause_stand_together(
+    tmp_path: Path, text: str, changes: dict[str, str], together: list[list[str]]
+) -> None:
+    for old, new in changes.items():
+        assert old in text
+        text = text.replace(old, new, 1)
+    found = list(answers(block_class(tmp_path, text)))
+    wrong = [group for group in by_cause(found) if not group[0].ok]
+    assert [[one.question for one in group] for group in wrong] == together
+    if together[0][0] != COMPILED:  # how it behaves can be asked no more
+        assert found[-1].question == RETURNS if together == [[RETURNS]] else PICKLES
+
+
+def test_what_numpy_warns_of_is_not_heard(tmp_path: Path) -> None:
+    text = LOAD.replace(SIZE, "return float(np.log(self.size - 2.0) + np.exp(1e6 * t))")
+    cls = block_class(tmp_path, text.replace("from itertools import count", "import numpy as np"))
+    assert answer(cls, FINITE).remark.startswith("force gives ")  # a warning would be an error here
+
+
 def test_nothing_is_wrong_with_a_good_block(tmp_path: Path) -> None:
     cls = block_class(tmp_path, LOAD)
     found = list(answers(cls))
@@ -392,7 +422,7 @@ class Both(NamedTuple):
 
 def test_a_block_of_two_roles_is_asked_in_both() -> None:
     found = list(answers(Both))
-    assert [one.role for one in found] == ["Load"] * len(QUESTIONS) + ["Reference"] * len(QUESTIONS)
+    assert [one.role for one in found] == ["Load"] * len(QUESTIONS) + ["Reference"] * 7  # returns
     assert next(one.remark for one in found if not one.ok).endswith("whose value is no float")
     with pytest.raises(ContractError, match=r"has the methods of Load, Reference; ask in one of them"):
         case_of(Both)

@@ -122,7 +122,7 @@ def check_declared(case: Case) -> None:
         cls: Any = type(owner)
         field, line = declared_fields(cls).get(name), line_of(cls, name)
         if isinstance(getattr(owner, name), str) and get_type_hints(cls).get(name) is str:
-            raise ContractError(f"{name} {TEXT}", line)
+            raise ContractError(str(ParameterError(name, getattr(owner, name), TEXT)), line)
         if field is None:
             way = f"{name}: Annotated[float, Field(unit, meaning, ...)]"
             raise ContractError(f"{name} has no unit; write {way}", line)
