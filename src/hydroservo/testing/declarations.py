@@ -9,14 +9,9 @@ from hydroservo.errors import ParameterError
 from hydroservo.field import declared_fields
 from hydroservo.roles import (
     Controller,
-    Differentiator,
     Monitor,
-    Observer,
-    Plant,
-    PositionSensor,
-    PressureSensor,
-    VelocityEstimator,
 )
+from hydroservo.runs.returns import STATES
 from hydroservo.scenario.fits import ROLES, a_role, check_said, misfit
 from hydroservo.scenario.lines import line_of
 from hydroservo.scenario.units import check_si
@@ -32,16 +27,6 @@ __all__ = [
     "check_pickles",
     "check_role",
 ]
-
-STATES: dict[Any, tuple[str, ...]] = {  # the numbers that others read in the state of a role
-    Controller: ("u",),
-    Observer: ("d1", "d2", "s1", "s2", "velocity", "load_force"),
-    Differentiator: ("rate",),
-    Plant: ("velocity", "position"),
-    PositionSensor: ("value",),
-    VelocityEstimator: ("value",),
-    PressureSensor: ("value",),
-}
 
 
 def check_role(case: Case) -> None:
