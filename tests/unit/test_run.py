@@ -254,6 +254,51 @@ class Misspelt(User):
         return UserState(self.gian * r.value)  # type: ignore[attr-defined]
 
 
+def twice(x: float) -> float:
+    return 2.0 * x
+
+
+class Helped(NamedTuple):
+    """A law that calls a function of its module, and reads a property."""
+
+    helped: bool = True
+
+    @property
+    def gain(self) -> float:
+        return 2.0
+
+    def init(self) -> UserState:
+        return START
+
+    def step(self, s: UserState, y: Measurement, r: Demand, dt: float) -> UserState:
+        return UserState(twice(r.value))
+
+
+class Read(Helped):
+    """The same, with the property alone."""
+
+    def init(self) -> UserState:
+        return START
+
+    def step(self, s: UserState, y: Measurement, r: Demand, dt: float) -> UserState:
+        return UserState(self.gain * r.value)
+
+
+@pytest.mark.parametrize(
+    ("law", "says"),
+    [
+        (
+            Helped(),
+            "twice is a function of a module, which compiled code cannot call: make it a method of the block",
+        ),
+        (Read(), "gain is no field and no method of Read"),
+    ],
+)
+def test_what_compiled_code_cannot_reach_is_said_in_plain_words(law: Block, says: str) -> None:
+    with pytest.raises(LoopError, match=f"cannot be compiled: .*{re.escape(says)}"):
+        simulate(LOOP._replace(controller=law))
+
+
 class Odd(NamedTuple):
     """A load, a demand and a supply that return what their roles do not."""
 
