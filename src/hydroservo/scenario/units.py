@@ -24,22 +24,8 @@ POWER_SIGN = re.compile(r"\s*(?:\^|\*\*)\s*")
 DIVISION = re.compile(r"/(?![0-9])")  # not that of an exponent
 PRODUCT = re.compile(r"\s*[*·]\s*|\s+")
 SUPERSCRIPTS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")
-NAMED = (
-    "m",
-    "kg",
-    "s",
-    "A",
-    "K",
-    "rad",
-    "N",
-    "Pa",
-    "J",
-    "W",
-    "C",
-    "V",
-    "ohm",
-    "F",
-)  # coherent, one name each
+# Coherent units that stand in for others: of one name each, and of several.
+NAMED = ("m", "kg", "s", "A", "K", "rad", "N", "Pa", "J", "W", "C", "V", "ohm", "F")
 COMPOUND = ("", "m^2", "m^3", "m/s", "rad/s", "m^3/s", "m^3/(s Pa)")
 PINT_NAMES = {"%": "percent", "rev": "revolution", "°": "degree", "°C": "degC", "°F": "degF"}
 
