@@ -1,7 +1,7 @@
 """The declaration of one number: its unit, meaning, source and range."""
 
 from collections.abc import Hashable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cache
 from typing import get_type_hints
 
@@ -37,6 +37,12 @@ class Field:
     auto: float | None = None
     smaller_is_better: bool = False
     least_is_worst: bool = False
+
+    def __repr__(self) -> str:
+        """Unit and meaning, and what else is said of the number."""
+        others = ((one.name, getattr(self, one.name), one.default) for one in fields(self)[2:])
+        said = [f"{name}={value!r}" for name, value, default in others if value != default]
+        return f"Field({', '.join([repr(self.unit), repr(self.meaning), *said])})"
 
 
 @cache

@@ -12,6 +12,7 @@ is in :mod:`hydroservo.hooks`.
 from collections.abc import Callable
 from typing import Any, Protocol, TypeVar
 
+from hydroservo.errors import LoopError
 from hydroservo.signals import (
     Correction,
     Demand,
@@ -65,13 +66,31 @@ def role(*roles: Any) -> Callable[[BlockClass], BlockClass]:
     A decorator, for type checkers take a line ``role = Controller`` in a NamedTuple for one more field.
     Whether the class has what the role asks for is found out where a file is loaded as a plug-in, and by the
     contract.
+
+    Raises:
+        LoopError: it is given no roles, or stands above what is no NamedTuple, or says a role already.
     """
+    for one in roles or (None,):
+        if not is_role(one):
+            given = "nothing" if one is None else getattr(one, "__name__", repr(one))
+            raise LoopError(
+                f"role is given {given}; it takes roles, in parentheses, such as @role(Controller)"
+            )
 
     def say(cls: BlockClass) -> BlockClass:
+        if not hasattr(cls, "_fields"):
+            raise LoopError(f"{cls.__name__} is no NamedTuple; write class {cls.__name__}(NamedTuple):")
+        if "role" in vars(cls) and "role" not in cls._fields:
+            raise LoopError(f"{cls.__name__} says its role twice; several stand in one @role(..., ...)")
         cls.role = roles[0] if len(roles) == 1 else roles  # type: ignore[attr-defined]
         return cls
 
     return say
+
+
+def is_role(value: object) -> bool:
+    """True for a Protocol of this module."""
+    return getattr(value, "_is_protocol", False) and getattr(value, "__module__", "") == __name__
 
 
 def at_samples(cls: BlockClass) -> BlockClass:

@@ -16,10 +16,21 @@ from hydroservo.errors import ParameterError
 from hydroservo.field import Field, declared_fields
 from hydroservo.time_series import TimeSeries, check_series
 
-__all__ = ["allowed", "check_own", "checked", "consistent", "in_range", "number", "whole_number", "within"]
+__all__ = [
+    "TEXT",
+    "allowed",
+    "check_own",
+    "checked",
+    "consistent",
+    "in_range",
+    "number",
+    "whole_number",
+    "within",
+]
 
 ARRAYS = (NDArray[np.float64], np.ndarray)
 WHOLE, REAL = (int, Integral), (float, Real)  # what is usual first: an abstract class is slow to ask
+TEXT = "is text: a block's parameter is a float, an int, a bool or a block"
 LARGEST_WHOLE = 2**53  # kernels take whole numbers as doubles, which hold no larger ones
 
 
@@ -128,6 +139,8 @@ def number(value: Any, path: str, field: Field, kind: Any) -> float | int | bool
     Raises:
         ParameterError: the value is not that.
     """
+    if kind is str:
+        raise ParameterError(path, value, TEXT)
     if kind is bool:
         if not isinstance(value, (bool, np.bool_)):
             raise ParameterError(path, value, "must be true or false")

@@ -42,7 +42,8 @@ def forgotten(monkeypatch):
 @pytest.fixture
 def few(monkeypatch):
     """The questions that need no compiler."""
-    monkeypatch.setattr("hydroservo.testing.asking.QUESTIONS", QUESTIONS[:6])
+    for module in ("asking", "questions"):
+        monkeypatch.setattr(f"hydroservo.testing.{module}.QUESTIONS", QUESTIONS[:6])
 
 
 @pytest.fixture
@@ -98,6 +99,23 @@ def test_what_export_would_refuse_is_said_with_its_line(mine):
     assert "line 21: Law.step: min has no equal in C here; use ops.minimum" in result.stdout
 
 
+def test_one_cause_is_one_row(mine):
+    helper = LAW.replace("@role", "def twice(x):\n    return 2.0 * x\n\n\n@role").replace(
+        "min(", "min(twice(1.0) * "
+    )
+    mine.write_text(helper.replace("min(", "(").replace(", 10.0)", ")"), encoding="utf-8")
+    result = hydroservo_("check", "mine.py")
+    assert result.stderr == f"hydroservo: mine.py: wrong are 2 of {len(QUESTIONS)} answers, for 1 cause\n"
+    assert result.stdout.count("line ") == 1
+    assert "line 25: Law.step: twice is a function of a module; make it a" in result.stdout
+    mine.write_text(LAW.replace("State(min(", "float(min("), encoding="utf-8")
+    result = hydroservo_("check", "mine.py")
+    assert (
+        result.stderr
+        == "hydroservo: mine.py: wrong are 1 of 7 answers; 4 more can be asked once that is mended\n"
+    )
+
+
 def test_it_leaves_nothing_beside_the_file(mine):
     code = "from hydroservo.cli import main; main()"
     done = subprocess.run([sys.executable, "-c", code, "check", "mine.py"], capture_output=True, check=False)
@@ -120,6 +138,11 @@ def test_a_block_without_a_role_is_asked_for_it(mine):
         (
             LAW[: LAW.index("@role")],
             "has no block: no class says a role, as by @role(Controller), or has the methods of one",
+        ),
+        (
+            LAW.replace("@role(Controller)\n", "").replace("class Law(NamedTuple)", "class Law"),
+            "has no block: no class says a role, as by @role(Controller), or has the methods of one; "
+            "a block is a NamedTuple, which Law is not",
         ),
         ("x = 1\ndef f(:\n", "line 2: SyntaxError: invalid syntax"),
         (

@@ -9,8 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from hydroservo import Loop, Simulation, simulate
+from hydroservo import Loop, Simulation, replace, simulate
 from hydroservo.scenario import load_scenario
+from hydroservo.signals import PortFlows
 from hydroservo.testing.examples import example
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -21,6 +22,8 @@ COVERED = {
     "my_controller.py",
     "my_metric.py",
     "my_metric.toml",
+    "my_plant.py",
+    "my_plant.toml",
     "on_the_rig.toml",
     "recorded.toml",
     "recorded_demand.csv",
@@ -62,6 +65,44 @@ def test_own_metric_in_python_and_from_a_scenario(monkeypatch: pytest.MonkeyPatc
     said = json.loads(done.stdout)["metrics"]
     assert said["out_of_tolerance"] == float(data["out_of_tolerance"])
     assert said["settling_time"] > 0.0
+
+
+def test_own_plant_in_python_and_from_a_scenario(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(EXAMPLES)
+    hoist = importlib.import_module("my_plant").Hoist
+    loop = load_scenario(
+        EXAMPLES / "my_plant.toml", {"simulation.duration": "1 s"}, [EXAMPLES / "my_plant.py"]
+    )
+    data = simulate(
+        replace(loop, {"plant": hoist(mass=loop.plant.mass, displacement=loop.plant.displacement)})
+    )
+    first = data.isel(time=0)
+    held = loop.plant.area() * float(first["plant.pressure_a"] - first["plant.pressure_b"])
+    assert held == pytest.approx(40.0 * 9.80665)  # the load hangs still
+    assert float(first["plant.pressure_a"] + first["plant.pressure_b"]) == pytest.approx(120e5)
+    short = ("--set", "simulation.duration=1 s")
+    done = command("run", "my_plant.toml", "--plugin", "my_plant.py", "--json", *short, folder=EXAMPLES)
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout)["metrics"]["rms_error"] == float(data["rms_error"])
+
+
+def test_own_plant_conserves_energy(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What the oil brings is lifted, sped up, stored in the lines, or lost to friction and leakage."""
+    monkeypatch.syspath_prepend(EXAMPLES)
+    module = importlib.import_module("my_plant")
+    hoist, state = module.Hoist(leakage=1e-12), module.HoistState(0.3, 0.5, 80e5, 30e5)
+    rate = hoist.deriv(state, PortFlows(5e-5, 2e-5, 5e-5, 2e-5), 100.0)
+    (p_a, p_b), v = (state.pressure_a, state.pressure_b), state.velocity
+    stored = hoist.line_volume / hoist.bulk_modulus * (p_a * rate.pressure_a + p_b * rate.pressure_b)
+    lifted = (hoist.mass * hoist.gravity + 100.0) * v + hoist.moving_mass() * v * rate.velocity
+    lost = hoist.damping * v**2 + hoist.leakage * (p_a - p_b) ** 2
+    assert stored + lifted + lost == pytest.approx(p_a * 5e-5 - p_b * 2e-5)
+
+
+@pytest.mark.parametrize("name", ["my_controller.py", "my_metric.py", "my_plant.py"])
+def test_own_blocks_hold_to_the_contract(name: str) -> None:
+    done = command("check", name, folder=EXAMPLES)
+    assert done.returncode == 0, done.stdout
 
 
 def test_scenario_alone_runs_no_code(tmp_path: Path) -> None:

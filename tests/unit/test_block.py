@@ -82,3 +82,10 @@ def test_roles_are_still_found_where_they_were() -> None:
         assert block.Load is roles.Load
     with pytest.raises(AttributeError, match="no attribute 'Loaf'"):
         _ = block.Loaf
+
+
+def test_a_declaration_shows_what_is_said_in_it_alone() -> None:
+    assert repr(Field("V s/m", "gain", above=0)) == "Field('V s/m', 'gain', above=0)"
+    every = Field("m", "stroke", "datasheet", at_least=0, auto=-1.0, derived=True)
+    assert repr(every) == "Field('m', 'stroke', source='datasheet', at_least=0, derived=True, auto=-1.0)"
+    assert eval(repr(every)) == every  # noqa: S307 - what was shown here

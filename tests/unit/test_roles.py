@@ -68,6 +68,17 @@ def test_a_role_is_no_field_and_changes_nothing_else() -> None:
     assert changed_class(PI) == ""
 
 
+def test_what_says_its_role_by_hand_must_say_one() -> None:
+    class Odd(NamedTuple):
+        """A block that sets it itself."""
+
+    Odd.role = "Controller"  # type: ignore[attr-defined]
+    with pytest.raises(
+        ValueError, match=r"says that its role is 'Controller', which hydroservo.roles has not"
+    ):
+        said_roles(Odd)
+
+
 CLASS = """\
 from typing import NamedTuple
 
@@ -107,7 +118,6 @@ def written(folder: Path, role: str = "Controller", step: str = STEP, more: str 
             {"more": "\n    def designed(self, period):\n        return self\n"},
             "says that its role is Controller: its method designed must be designed(self, model, period)",
         ),
-        ({"role": "'Controller'"}, "says that its role is 'Controller', which hydroservo.roles has not"),
     ],
 )
 def test_a_class_without_what_its_role_asks_for_is_refused_where_it_is_loaded(
@@ -137,3 +147,59 @@ def test_what_a_block_may_have_besides_stands_in_its_role() -> None:
     for hook in HOOKS:
         if hook.role is not None:
             assert f"``{hook.name}" in str(hook.role.__doc__), hook
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "line", "problem"),
+    [
+        (
+            "@role(Controller)",
+            "@role",
+            6,
+            "role is given Mine; it takes roles, in parentheses, such as @role(Con",
+        ),
+        ("@role(Controller)", "@role()", 6, "role is given nothing; it takes roles, in parentheses, such as"),
+        (
+            "@role(Controller)",
+            "@role('Controller')",
+            6,
+            "role is given 'Controller'; it takes roles, in paren",
+        ),
+        (
+            "@role(Controller)",
+            "@role(NamedTuple)",
+            6,
+            "role is given NamedTuple; it takes roles, in parenthe",
+        ),
+        (
+            *("@role(Controller)", "@role(Load)\n@role(Controller)"),
+            *(6, "Mine says its role twice; several stand in one @role(..., ...)"),
+        ),
+        ("(NamedTuple):", ":", 6, "Mine is no NamedTuple; write class Mine(NamedTuple):"),
+    ],
+)
+def test_a_role_that_is_said_wrong_is_one_line(
+    tmp_path: Path, old: str, new: str, line: int, problem: str
+) -> None:
+    path = written(tmp_path)
+    path.write_text(path.read_text(encoding="utf-8").replace(old, new), encoding="utf-8")
+    with pytest.raises(ScenarioError) as caught:
+        load_plugin(path)
+    assert str(caught.value).startswith(f"{path}: line {line}: {problem}")
+
+
+def test_a_type_that_nothing_has_may_be_a_users_own(tmp_path: Path) -> None:
+    changes = {"controller.type": "Mine"}
+    with pytest.raises(
+        ScenarioError, match=r"ValveInversion; a class of your own needs its file: --plugin FILE$"
+    ):
+        load_scenario("paper/sine-pi", changes)
+    with pytest.raises(ScenarioError, match=r"did you mean PI\?$"):
+        load_scenario("paper/sine-pi", {"controller.type": "PII"})
+    path = written(tmp_path)
+    text = path.read_text(encoding="utf-8").replace("@role(Controller)\nclass Mine(NamedTuple)", "class Mine")
+    path.write_text(f"{text}\n\nclass Other(NamedTuple):\n    x: float = 1.0\n", encoding="utf-8")
+    with pytest.raises(
+        ScenarioError, match=r"; the plugin's class Mine is no NamedTuple; write class Mine\(Na"
+    ):
+        load_scenario("paper/sine-pi", changes, [path])

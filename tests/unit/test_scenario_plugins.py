@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from bases import on_base
-from hydroservo import ScenarioError, simulate
+from hydroservo import ParameterError, ScenarioError, replace, simulate
 from hydroservo.block import Block
 from hydroservo.runs.provenance import describe
 from hydroservo.scenario import load_plugin, load_scenario, plugins
@@ -20,6 +20,7 @@ from hydroservo.wiring import believed
 BLOCK = """
 from typing import Annotated, NamedTuple
 from hydroservo.block import Field
+from hydroservo.controllers import Saturation
 from hydroservo.plants.design_model import THIS_MACHINE, DesignModel
 
 class {name}State(NamedTuple):
@@ -97,6 +98,59 @@ def test_a_missing_default_must_be_given(tmp_path: Path) -> None:
     ):
         load_scenario("paper/sine-pi", changes, [plugin])
     assert load_scenario("paper/sine-pi", {**changes, "controller.needed": "1 mm"}).controller.needed == 1e-3
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "problem"),
+    [
+        (
+            '"V s/m"',
+            '"V s/mm"',
+            "line 11: Odd.gain has the unit V s/mm, which is not SI: declare it in 'V s/m'; scen",
+        ),
+        (
+            "] = 10",
+            "] = -10",
+            r"line 11: Odd.gain has the default -10: must be a finite number above 0 [V s/m]",
+        ),
+        (
+            "] = 10",
+            '] = "10 V s/m"',
+            "line 11: Odd.gain has the default '10 V s/m': must be a finite number above",
+        ),
+        (
+            "    model:",
+            '    mode: str = "fast"\n    model:',
+            "line 13: Odd.mode is text: a block's parameter is a float, an int, a bool or a block",
+        ),
+        (
+            "    model:",
+            "    limit: Saturation = Saturation(-1.0)\n    model:",
+            "line 13: Odd.limit.limit has the default -1.0: must be a finite number above 0 [V]",
+        ),
+    ],
+)
+def test_a_class_that_cannot_stand_is_at_fault_and_not_the_scenario(
+    tmp_path: Path, old: str, new: str, problem: str
+) -> None:
+    text = BLOCK.format(name="Odd", default="0.0")
+    assert old in text
+    plugin = written(tmp_path, "Odd", text.replace(old, new))
+    with pytest.raises(ScenarioError) as caught:
+        load_scenario("paper/sine-pi", {"controller.type": "Odd"}, [plugin])
+    assert str(caught.value).startswith(f"{plugin}: {problem}")
+
+
+def test_text_in_a_block_is_refused_from_python_too(tmp_path: Path) -> None:
+    text = BLOCK.format(name="Wordy", default="0.0").replace(
+        "    model:", '    mode: str = "fast"\n    model:'
+    )
+    law = load_plugin(written(tmp_path, "Wordy", text))[-1]()
+    loop = replace(load_scenario("paper/sine-pi"), {"controller": law})
+    with pytest.raises(
+        ParameterError, match=r"^controller\.mode = 'fast': is text: a block's parameter is a float"
+    ):
+        simulate(loop)
 
 
 def test_a_switch_must_be_true_or_false(tmp_path: Path) -> None:

@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hydroservo.scenario.quantities import si_value, unit_factor
+from hydroservo.scenario.units import check_si
 
 QUANTITIES = [
     ("40 bar", "Pa", 40e5),
@@ -157,3 +158,38 @@ UNIT_PIECES = st.lists(
 def test_any_unit_is_a_unit_or_a_value_error(pieces: list[str]) -> None:
     with suppress(ValueError):
         assert unit_factor("".join(pieces), "m") > 0
+
+
+@pytest.mark.parametrize(
+    "unit", ["", "1/s", "m", "kg", "rad", "rad/s", "Hz", "V s/m", "N m", "m^3/(s Pa)", "m^(2/7)/s^(9/7)", "K"]
+)
+def test_coherent_units(unit: str) -> None:
+    check_si(unit)
+
+
+@pytest.mark.parametrize(
+    ("unit", "instead"),
+    [
+        ("mm", "m"),
+        ("g", "kg"),
+        ("bar", "Pa"),
+        ("deg", "rad"),
+        ("rpm", "rad/s"),
+        ("%", ""),
+        ("L/min", "m^3/s"),
+        ("mm/V", "m/V"),
+        ("N mm", "N m"),
+        ("cm2/kN", "m2/N"),
+    ],
+)
+def test_what_to_write_for_a_unit_that_is_not_coherent(unit: str, instead: str) -> None:
+    with pytest.raises(
+        ValueError, match=f"^is not SI: declare it in {re.escape(repr(instead))}; scenarios may"
+    ):
+        check_si(unit)
+
+
+@pytest.mark.parametrize("unit", ["L/bar", "°C", "V-s", "xyz"])
+def test_units_for_which_there_is_no_simple_one(unit: str) -> None:
+    with pytest.raises(ValueError, match=r"is not SI: declare it in units without|has "):
+        check_si(unit)

@@ -21,7 +21,7 @@ from hydroservo.scenario.registry import shipped_classes
 from hydroservo.sensors import NoPosition
 from hydroservo.signals import Demand
 from hydroservo.testing import BlockContract, ContractError, answers, asking, check_block
-from hydroservo.testing.asking import Answer, answer_of
+from hydroservo.testing.asking import Answer, answer_of, by_cause
 from hydroservo.testing.case import case_of
 from hydroservo.testing.examples import example
 from hydroservo.testing.places import loop_with, places
@@ -104,6 +104,36 @@ class ZeroCrossings(NamedTuple):
     def values(self, m):
         return Counted(m.count)
 '''
+VALVE = '''\
+from typing import Annotated, NamedTuple
+
+from hydroservo import Field
+from hydroservo.roles import MeteringEdges, Valve, role
+from hydroservo.valves import Orifice
+
+
+class Rigid(NamedTuple):
+    pass
+
+
+@role(Valve)
+class Spool(NamedTuple):
+    """x_v = k u."""
+
+    gain: Annotated[float, Field("m/V", "spool travel per command", above=0)] = 1e-4
+    orifice: MeteringEdges = Orifice(0.61, 0.02, 850.0)
+
+    def init(self):
+        return Rigid()
+
+    def deriv(self, s, u):
+        return s
+
+    def opening(self, s, u):
+        return self.gain * u
+'''
+GAIN_PROPERTY = "    @property\n    def gain(self):\n        return self.slope\n\n"
+TRAVEL = "    gain: Annotated[float, Field"
 ROLE, DOCUMENTED, DECLARED, RANGES, FLOATS, PICKLES, RETURNS, FINITE, COMPILED, AGAIN, IN_C = (
     question.name for question in QUESTIONS
 )
@@ -160,12 +190,52 @@ WRONG = {
     "no state": Wrong(
         *(ROLE, LAW, {"State(0.0)": "(0.0,)"}, "    def init", "init returns (0.0,): must be a NamedTuple")
     ),
+    "a property that must be a field": Wrong(
+        *(
+            ROLE,
+            VALVE,
+            {TRAVEL: "    slope: Annotated[float, Field", "    def init": GAIN_PROPERTY + "    def init"},
+        ),
+        *(
+            "    def gain",
+            "gain is a property, which compiled code cannot read; write a field, gain: Annotated[",
+        ),
+    ),
+    "a block that must be a field": Wrong(
+        *(ROLE, VALVE, {"    orifice: MeteringEdges = ": "    orifice = "}),
+        *(
+            "class Spool",
+            "orifice is a class attribute, which compiled code cannot read; write a field, orifice: Mete",
+        ),
+    ),
+    "no field for a role": Wrong(
+        *(ROLE, VALVE, {TRAVEL: "    slope: Annotated[float, Field", "self.gain": "self.slope"}),
+        *(
+            "class Spool",
+            "has no gain, which a Valve must have; write a field, gain: Annotated[float, Field(unit,",
+        ),
+    ),
     "no default": Wrong(
         *(ROLE, LAW, {" = 2.0": ""}, GAIN, "has no default for gain: give one, or ask of an example")
     ),
     "no docstring": Wrong(DOCUMENTED, LAW, {'    """u = k e."""\n': ""}, "class Law", "has no docstring"),
     "no field": Wrong(DECLARED, LAW, {FIELD: "float"}, GAIN, "gain has no unit; write gain: Annotated["),
     "no unit": Wrong(DECLARED, LAW, {'"V s/m"': '"Volt-s/m"'}, GAIN, "the unit 'Volt-s/m' of gain "),
+    "a wrong unit in SI's place": Wrong(
+        DECLARED, LAW, {'"V s/m"': '"V s/m bar"'}, GAIN, "the unit 'V s/m bar' of gain is "
+    ),
+    "another unit than SI's": Wrong(
+        *(DECLARED, LAW, {'"V s/m"': '"mV s/mm"'}, GAIN),
+        "the unit 'mV s/mm' of gain is not SI: declare it in 'V s/m'; scenarios may still give mV s/mm",
+    ),
+    "another unit of a state": Wrong(
+        *(DECLARED, LAW, {'"V", "command"': '"mV", "command"'}, "    u"),
+        "the unit 'mV' of u is not SI: declare it in 'V'",
+    ),
+    "a percentage": Wrong(
+        *(DECLARED, METRIC, {'Field("", "zero': 'Field("%", "zero'}, "    zero_crossings"),
+        "the unit '%' of zero_crossings is not SI: declare it in ''",
+    ),
     "no meaning": Wrong(
         *(DECLARED, LAW, {'"gain k"': '""'}, GAIN, "gain has no meaning: Field('V s/m', meaning, ...)")
     ),
@@ -247,6 +317,36 @@ def test_what_is_wrong_is_found_with_its_line(
     assert text.splitlines()[found.line - 1].startswith(wrong.line)
 
 
+@pytest.mark.parametrize(
+    ("text", "changes", "together"),
+    [
+        (LOAD, {SIZE: f"{SIZE} / 0.0"}, [[RETURNS]]),
+        (LOAD, {"= 2.0": "= -2.0", '"force")': '"force", above=0)'}, [[RANGES]]),
+        (LOAD, {SIZE: f"{SIZE} + len(globals())"}, [[COMPILED, IN_C]]),
+        (LOAD, {SIZE: f"{SIZE} / (self.size - 2.0)"}, [[RETURNS]]),
+        (LAW, {"    gain:": '    mode: str = "fast"\n    gain:'}, [[DECLARED, RANGES]]),
+        (LAW, {"= 2.0": "= -2.0", "State(0.0)": "State(0)"}, [[RANGES], [FLOATS]]),
+    ],
+)
+def test_answers_that_are_wrong_for_one_cause_stand_together(
+    tmp_path: Path, text: str, changes: dict[str, str], together: list[list[str]]
+) -> None:
+    for old, new in changes.items():
+        assert old in text
+        text = text.replace(old, new, 1)
+    found = list(answers(block_class(tmp_path, text)))
+    wrong = [group for group in by_cause(found) if not group[0].ok]
+    assert [[one.question for one in group] for group in wrong] == together
+    if together[0][0] != COMPILED:  # how it behaves can be asked no more
+        assert found[-1].question == RETURNS if together == [[RETURNS]] else PICKLES
+
+
+def test_what_numpy_warns_of_is_not_heard(tmp_path: Path) -> None:
+    text = LOAD.replace(SIZE, "return float(np.log(self.size - 2.0) + np.exp(1e6 * t))")
+    cls = block_class(tmp_path, text.replace("from itertools import count", "import numpy as np"))
+    assert answer(cls, FINITE).remark.startswith("force gives ")  # a warning would be an error here
+
+
 def test_nothing_is_wrong_with_a_good_block(tmp_path: Path) -> None:
     cls = block_class(tmp_path, LOAD)
     found = list(answers(cls))
@@ -322,7 +422,7 @@ class Both(NamedTuple):
 
 def test_a_block_of_two_roles_is_asked_in_both() -> None:
     found = list(answers(Both))
-    assert [one.role for one in found] == ["Load"] * len(QUESTIONS) + ["Reference"] * len(QUESTIONS)
+    assert [one.role for one in found] == ["Load"] * len(QUESTIONS) + ["Reference"] * 7  # returns
     assert next(one.remark for one in found if not one.ok).endswith("whose value is no float")
     with pytest.raises(ContractError, match=r"has the methods of Load, Reference; ask in one of them"):
         case_of(Both)

@@ -39,20 +39,34 @@ def check(file: File, json: Json = False) -> None:
     """
     from hydroservo.cli.progress import progress_bar
     from hydroservo.runs.results import as_json
+    from hydroservo.testing.asking import by_cause
 
     blocks = blocks_in(file)
     with no_notes_left(), progress_bar(str(file)) as report:
         found = list(answers_of(blocks, report))
     wrong = [answer for answer in found if not answer.ok]
+    causes = by_cause(found)
     if json:
         typer.echo(as_json({"file": str(file), "ok": not wrong, "answers": [asdict(one) for one in found]}))
     else:
         from hydroservo.cli.tables import show_answers
 
-        show_answers(str(file), found)
+        show_answers(str(file), causes)
     if wrong:
-        say_error(f"{file}: wrong are {len(wrong)} of {len(found)} answers")
+        say_error(f"{file}: {summary(found, sum(not group[0].ok for group in causes))}")
         raise typer.Exit(USER_ERROR)
+
+
+def summary(found: "Sequence[Answer]", causes: int) -> str:
+    """How much is wrong, and what was not asked for that."""
+    from hydroservo.testing.questions import QUESTIONS
+
+    wrong = sum(not answer.ok for answer in found)
+    blocks = {(answer.block, answer.role) for answer in found}
+    left = len(blocks) * len(QUESTIONS) - len(found)
+    text = f"wrong are {wrong} of {len(found)} answers"
+    text += f", for {causes} cause{'s' if causes > 1 else ''}" if causes < wrong else ""
+    return text + (f"; {left} more can be asked once that is mended" if left else "")
 
 
 @contextmanager
@@ -78,10 +92,13 @@ def blocks_in(file: Path) -> Sequence[type]:
     from hydroservo.errors import ScenarioError
     from hydroservo.scenario import load_plugin
     from hydroservo.scenario.fits import roles_of
+    from hydroservo.scenario.plugins import plugin_other_classes
 
     found = [cls for cls in load_plugin(file) if roles_of(cls)]
     if not found:
+        others = ", ".join(sorted(plugin_other_classes()))
         problem = "has no block: no class says a role, as by @role(Controller), or has the methods of one"
+        problem += f"; a block is a NamedTuple, which {others} is not" if others else ""
         raise ScenarioError(str(file), "", problem)
     return found
 

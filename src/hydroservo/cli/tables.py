@@ -134,19 +134,21 @@ def show_toml(text: str) -> None:
     Console().print(highlighted, soft_wrap=True, end="")
 
 
-def show_answers(file: str, answers: "Sequence[Answer]") -> None:
-    """What was asked of the blocks of a file, and what came of it."""
+def show_answers(file: str, causes: "Sequence[Sequence[Answer]]") -> None:
+    """What was asked of the blocks of a file, and what came of it; a row for those wrong for one cause."""
     table = Table(title=escape(file), title_justify="left")
     table.add_column("block", no_wrap=True)
     table.add_column("role", no_wrap=True)
     table.add_column("asked", no_wrap=True)
     table.add_column("answer", overflow="fold")
-    for before, one in zip([None, *answers], answers, strict=False):
-        same = before is not None and (before.block, before.role) == (one.block, one.role)
-        if before is not None and not same:
+    before = None
+    for group in causes:
+        about = (group[0].block, group[0].role)
+        if before not in (None, about):
             table.add_section()
-        about = ("", "") if same else (escape(one.block), escape(one.role))
-        table.add_row(*about, one.question, answer_text(one))
+        shown = ("", "") if before == about else map(escape, about)
+        table.add_row(*shown, "\n".join(one.question for one in group), answer_text(group[-1]))
+        before = about
     show(table)
 
 

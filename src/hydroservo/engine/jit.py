@@ -6,6 +6,7 @@ their text, but for those that are one machine instruction or read a number's bi
 """
 
 import math
+import re
 from collections.abc import Iterator
 from functools import cache
 from importlib import import_module
@@ -115,7 +116,8 @@ def reason(error: Exception) -> str:
     place = next((line for line in lines if line.startswith("File ")), "").rstrip(":")
     kind = "" if isinstance(error, NumbaError) else f"{type(error).__name__}: "
     where = f" ({place})" if place else ""
-    return f"{kind}{said}{where}; methods call only ops, each other and nested blocks, and give every field"
+    way = "methods call only ops, each other and nested blocks, and give every field"
+    return f"{kind}{plain(said)}{where}; {way}"
 
 
 @infer_getattr
@@ -159,6 +161,22 @@ def method_template(method: FunctionType, _flags: frozenset[str]) -> type[Abstra
         return call(builder, args)
 
     return MethodTemplate
+
+
+PLAIN = (  # what numba says, and what it means to who wrote a block
+    (
+        r"Untyped global name '(\w+)': .*<class 'function'>.*",
+        r"\1 is a function of a module, which compiled code cannot call: make it a method of the block",
+    ),
+    (r"Unknown attribute '(\w+)' of type (\w+)\(.*", r"\1 is no field and no method of \2"),
+)
+
+
+def plain(said: str) -> str:
+    """What numba says, in the words of who wrote the block."""
+    for pattern, words in PLAIN:
+        said = re.sub(pattern, words, said)
+    return said
 
 
 @infer_global(flat.array_at)

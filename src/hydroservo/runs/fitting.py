@@ -9,6 +9,7 @@ from hydroservo.block import Block, is_block, values
 from hydroservo.errors import LoopError
 from hydroservo.loop import Loop
 from hydroservo.metrics import monitors_of
+from hydroservo.runs.returns import asked
 from hydroservo.sensors.missing import Lacking, MissingSignalError, Unmeasured, missing_signals
 
 __all__ = ["compilation", "first_state", "named"]
@@ -38,14 +39,17 @@ def first_state(loop: Loop) -> Block:
     """
     law = named(loop.controller, "controller")
     try:
-        state = loop.init()
-        after = lacking(loop).sample(state, 0.0, loop.simulation.period)
-        loop.deriv(0.0, loop.machine(state), loop.held(after))
+        judged = lacking(asked(loop), loop)
+        state = judged.init()
+        after = judged.sample(state, 0.0, loop.simulation.period)
+        judged.deriv(0.0, loop.machine(state), judged.held(after))
     except MissingSignalError as error:
         raise LoopError(
             f"{law} needs {error}, which {named(loop.sensors, 'sensors')} does not measure; "
             "add a sensor for it, or take a law that does without"
         ) from None
+    except LoopError:
+        raise
     except Exception as error:  # whatever a block stumbles over
         raise LoopError(f"{at_fault(loop, error)}: {error} ({place_of(error)})") from error
     for (path, before), (path_after, value) in zip(parts(state), parts(after), strict=False):
@@ -101,9 +105,9 @@ def place_of(error: BaseException) -> str:
     return f"{frame.filename}, line {frame.lineno}"
 
 
-def lacking(loop: Loop) -> Loop:
-    """The loop with sensors that raise :class:`MissingSignalError` once a signal they lack is used."""
-    return loop._replace(sensors=Lacking(loop.sensors, missing_signals(loop.sensors)))
+def lacking(judged: Loop, loop: Loop) -> Loop:
+    """A loop with its sensors raising :class:`MissingSignalError` once a signal they lack is used."""
+    return judged._replace(sensors=Lacking(judged.sensors, missing_signals(loop.sensors)))
 
 
 def named(block: Block, inner: str) -> str:

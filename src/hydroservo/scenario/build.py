@@ -2,16 +2,16 @@
 
 import inspect
 import warnings
-from collections.abc import Callable, Collection, Hashable, Iterator, Mapping
-from functools import cache
-from typing import Any, NamedTuple, cast, get_args, get_type_hints
+from collections.abc import Callable, Collection, Iterator, Mapping
+from typing import Any, NamedTuple, cast
 
 from hydroservo.block import Block
 from hydroservo.errors import HydroservoWarning, ParameterError
 from hydroservo.field import Field, declared_fields
 from hydroservo.nearest import one_of
 from hydroservo.plants.design_model import THIS_MACHINE, DesignModel
-from hydroservo.scenario.plugins import is_block_class
+from hydroservo.scenario.declared import check_maker, hints
+from hydroservo.scenario.plugins import is_block_class, is_of_plugin
 from hydroservo.scenario.quantities import si_value
 from hydroservo.scenario.recordings import recorded
 from hydroservo.scenario.registry import Maker, maker_in_role, makers, names_in_role
@@ -19,7 +19,7 @@ from hydroservo.scenario.tables import Entry, Table
 from hydroservo.time_series import TimeSeries
 from hydroservo.validation import allowed, checked, number
 
-__all__ = ["Argument", "Draft", "draft", "hints", "no_model", "number_from"]
+__all__ = ["Argument", "Draft", "draft", "no_model", "number_from"]
 
 Nominal = Callable[[], DesignModel | None]
 LARGEST_INTEGER = 2**63  # TOML's integers have 64 bits
@@ -96,6 +96,8 @@ def draft(hint: Any, default: Block | None, table: Table, nominal: Nominal) -> D
     if hint is DesignModel:  # what a law believes, whatever its class believes by default
         default = nominal() if table.names() else THIS_MACHINE
     maker = maker_of(hint, default, table)
+    if is_of_plugin(maker):
+        check_maker(maker)
     base = default._asdict() if default is not None and type(default) is maker else defaults(maker)
     table = table.retyped(type(default).__name__, lambda entry: defaults(maker_named(hint, default, entry)))
     for name in table.names():
@@ -203,12 +205,3 @@ def must_be(field: Field, kind: Any) -> str:
 
 def is_role(hint: Any) -> bool:
     return bool(getattr(hint, "_is_protocol", False))
-
-
-@cache
-def hints(maker: Hashable) -> dict[str, Any]:
-    """The type of each argument, without its Field."""
-    found = get_type_hints(maker, include_extras=True)
-    return {
-        name: get_args(hint)[0] if hasattr(hint, "__metadata__") else hint for name, hint in found.items()
-    }

@@ -12,7 +12,8 @@ from hydroservo.hooks import at_rest
 from hydroservo.loop import Loop, Simulation
 from hydroservo.nearest import one_of
 from hydroservo.plants.design_model import DesignModel
-from hydroservo.scenario.build import Argument, Draft, Nominal, draft, hints, no_model
+from hydroservo.scenario.build import Argument, Draft, Nominal, draft, no_model
+from hydroservo.scenario.declared import hints
 from hydroservo.scenario.layers import layered
 from hydroservo.scenario.metrics import metrics_in
 from hydroservo.scenario.plugins import load_plugin

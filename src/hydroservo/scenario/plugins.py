@@ -11,14 +11,15 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from hydroservo.errors import ScenarioError
+from hydroservo.errors import HydroservoError, ScenarioError
 from hydroservo.field import declared_fields
 from hydroservo.scenario.files import read_text
 from hydroservo.scenario.fits import check_said
 
-__all__ = ["is_block_class", "load_plugin", "plugin_classes"]
+__all__ = ["is_block_class", "is_of_plugin", "load_plugin", "plugin_classes", "plugin_other_classes"]
 
 LARGEST = 1 << 20  # bytes
+MODULE = "hydroservo_plugin_"  # how the name of a plugin's module begins
 
 loaded: dict[Path, ModuleType] = {}
 
@@ -59,9 +60,17 @@ def plugin_classes() -> tuple[type, ...]:
     return tuple(dict.fromkeys(cls for module in loaded.values() for cls in defined_in(module)))
 
 
+def plugin_other_classes() -> set[str]:
+    """The names of the classes of all plugins that are no NamedTuples, and so no blocks."""
+    values = [
+        value for module in loaded.values() for value in vars(module).values() if isinstance(value, type)
+    ]
+    return {value.__name__ for value in values if is_of_plugin(value) and not is_block_class(value)}
+
+
 def named_by(text: str) -> str:
     """The name of the module that a file's text makes: by its content, wherever it lies."""
-    return f"hydroservo_plugin_{sha256(text.encode()).hexdigest()[:12]}"
+    return f"{MODULE}{sha256(text.encode()).hexdigest()[:12]}"
 
 
 def pickled(place: str, block: Any) -> tuple[Any, ...]:
@@ -87,6 +96,11 @@ def is_block_class(value: object) -> bool:
     return isinstance(value, type) and issubclass(value, tuple) and hasattr(value, "_fields")
 
 
+def is_of_plugin(maker: Any) -> bool:
+    """True for a class that a plugin defines, and for a constructor of it."""
+    return str(maker.__module__).startswith(MODULE)
+
+
 def defined_in(module: ModuleType) -> tuple[type, ...]:
     values = vars(module).values()
     return tuple(v for v in values if is_block_class(v) and v.__module__ == module.__name__)
@@ -109,7 +123,7 @@ def executed(text: str, place: Path, module_name: str, name: str) -> ModuleType:
         raise
     except (Exception, SystemExit) as error:
         del sys.modules[module_name]
-        raise ScenarioError(name, line_of(error, place), f"{type(error).__name__}: {said(error)}") from error
+        raise ScenarioError(name, line_of(error, place), said(error)) from error
     return module
 
 
@@ -142,4 +156,7 @@ def line_of(error: BaseException, place: Path) -> str:
 
 
 def said(error: BaseException) -> str:
-    return error.msg if isinstance(error, SyntaxError) else str(error)
+    """What an error says, with its kind where that is Python's."""
+    if isinstance(error, HydroservoError):
+        return str(error)
+    return f"{type(error).__name__}: {error.msg if isinstance(error, SyntaxError) else error}"

@@ -9,7 +9,7 @@ from typing import Any
 from hydroservo.errors import short
 from hydroservo.nearest import nearest
 
-__all__ = ["factor_and_dimension"]
+__all__ = ["check_si", "factor_and_dimension"]
 
 Dimension = dict[str, Fraction]  # exponent of each base unit, the radian among them
 
@@ -24,6 +24,9 @@ POWER_SIGN = re.compile(r"\s*(?:\^|\*\*)\s*")
 DIVISION = re.compile(r"/(?![0-9])")  # not that of an exponent
 PRODUCT = re.compile(r"\s*[*·]\s*|\s+")
 SUPERSCRIPTS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")
+# Coherent units that stand in for others: of one name each, and of several.
+NAMED = ("m", "kg", "s", "A", "K", "rad", "N", "Pa", "J", "W", "C", "V", "ohm", "F")
+COMPOUND = ("", "m^2", "m^3", "m/s", "rad/s", "m^3/s", "m^3/(s Pa)")
 PINT_NAMES = {"%": "percent", "rev": "revolution", "°": "degree", "°C": "degC", "°F": "degF"}
 
 
@@ -96,6 +99,41 @@ def base_units(name: str) -> tuple[Fraction, Dimension]:
         unit *= registry.turn
     factor, bases = registry.get_root_units(unit)
     return Fraction(factor), {base: Fraction(power) for base, power in bases._units.items()}
+
+
+def check_si(text: str) -> None:
+    """Refuse a unit that is not coherent SI, as mm, bar and deg are not.
+
+    Hz, a cycle per second, may stand for a frequency.
+
+    Raises:
+        ValueError: the text is no unit, or has a name that is not coherent; the message says what to write.
+    """
+    if all(is_coherent(name) for name, _ in powers(text)):
+        return
+    instead = coherent(text)
+    way = "units without prefixes, such as m, kg, s, Pa and rad" if instead is None else repr(instead)
+    raise ValueError(f"is not SI: declare it in {way}; scenarios may still give {text}")
+
+
+def is_coherent(name: str) -> bool:
+    """Whether a unit is one of the SI's own; pint's base of mass is the gram, of angle the radian."""
+    factor, bases = base_units(name)
+    return name == "Hz" or factor == Fraction(1000) ** bases.get("gram", Fraction(0))
+
+
+def coherent(text: str) -> str | None:
+    """A unit with each name exchanged for SI's, or one of a few; None where neither can be."""
+    same = {name: of_dimension(name, NAMED) for name, _ in powers(text) if not is_coherent(name)}
+    if None not in same.values():
+        return re.sub(NAME, lambda found: same.get(found[0]) or found[0], text)
+    return of_dimension(text, COMPOUND)
+
+
+def of_dimension(text: str, units: tuple[str, ...]) -> str | None:
+    """The first of some units that has the dimension of another."""
+    dimension = factor_and_dimension(text)[1]
+    return next((unit for unit in units if factor_and_dimension(unit)[1] == dimension), None)
 
 
 @cache

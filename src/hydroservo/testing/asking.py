@@ -1,15 +1,17 @@
 """Asks all of a block, without pytest."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from hydroservo.scenario.fits import said_roles
+from hydroservo.scenario.lines import line_reached
 from hydroservo.testing.case import Case, ContractError, case_of
-from hydroservo.testing.lines import line_reached
 from hydroservo.testing.questions import QUESTIONS, Question, ask, behaviour
 
-__all__ = ["Answer", "answer_of", "answers", "check_block"]
+__all__ = ["Answer", "answer_of", "answers", "by_cause", "check_block"]
+
+TRANSLATED = {"gives the same bits compiled", "gives the same bits in C"}  # what no compiler takes fails both
 
 
 @dataclass(frozen=True)
@@ -36,7 +38,8 @@ class Answer:
 def answers(block: Any, role: type | None = None) -> Iterator[Answer]:
     """Ask all of a block, one question after the other; the same block gives the same answers.
 
-    After a block that does not fit its role nothing else is asked.
+    After a block that does not fit its role nothing else is asked, and not how it behaves after one whose
+    numbers are not as they must be, or whose methods return something else.
 
     Args:
         block: the block, or its class.
@@ -63,11 +66,39 @@ def answers_in(block: Any, cls: type, role: type | None) -> Iterator[Answer]:
         name = role.__name__ if role else ""
         yield Answer(cls.__name__, name, QUESTIONS[0].name, False, str(error), error.line)
         return
+    sound = True
     for question in QUESTIONS:
+        if question.behaviour and not sound:
+            return
         answer = answer_of(question, case)
         yield answer
         if question is QUESTIONS[0] and not answer.ok:
             return
+        sound = sound and (answer.ok or not question.basis)
+
+
+def by_cause(given: Sequence[Answer]) -> list[list[Answer]]:
+    """Answers, with those together that are wrong for one cause: one remark, or one line not translated."""
+    groups: list[list[Answer]] = []
+    for answer in given:
+        same = next((group for group in groups if one_cause(group[0], answer)), None)
+        if same is None:
+            groups.append([answer])
+        else:
+            same.append(answer)
+    return groups
+
+
+def one_cause(first: Answer, answer: Answer) -> bool:
+    """Whether two answers are wrong for one cause."""
+    if (
+        first.ok
+        or answer.ok
+        or (first.block, first.role, first.line) != (answer.block, answer.role, answer.line)
+    ):
+        return False
+    refused = {first.question, answer.question} == TRANSLATED
+    return first.remark == answer.remark or (refused and first.line > 0)
 
 
 def answer_of(question: Question, case: Case) -> Answer:

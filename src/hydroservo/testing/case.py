@@ -8,8 +8,8 @@ from hydroservo.block import Block
 from hydroservo.plants import DesignModel
 from hydroservo.roles import Monitor
 from hydroservo.scenario.fits import role_methods, roles_of, said_roles
+from hydroservo.scenario.lines import file_of, line_of
 from hydroservo.testing.examples import EXAMPLES, example
-from hydroservo.testing.lines import file_of, line_of
 from hydroservo.wiring import with_model
 
 __all__ = ["PLAIN", "Case", "ContractError", "case_of"]

@@ -9,20 +9,15 @@ from hydroservo.errors import ParameterError
 from hydroservo.field import declared_fields
 from hydroservo.roles import (
     Controller,
-    Differentiator,
     Monitor,
-    Observer,
-    Plant,
-    PositionSensor,
-    PressureSensor,
-    VelocityEstimator,
 )
+from hydroservo.runs.returns import STATES
 from hydroservo.scenario.fits import ROLES, a_role, check_said, misfit
-from hydroservo.scenario.units import factor_and_dimension
+from hydroservo.scenario.lines import line_of
+from hydroservo.scenario.units import check_si
 from hydroservo.testing.bits import bits
 from hydroservo.testing.case import Case, ContractError
-from hydroservo.testing.lines import line_of
-from hydroservo.validation import checked
+from hydroservo.validation import TEXT, checked
 
 __all__ = [
     "check_declared",
@@ -32,16 +27,6 @@ __all__ = [
     "check_pickles",
     "check_role",
 ]
-
-STATES: dict[Any, tuple[str, ...]] = {  # the numbers that others read in the state of a role
-    Controller: ("u",),
-    Observer: ("d1", "d2", "s1", "s2", "velocity", "load_force"),
-    Differentiator: ("rate",),
-    Plant: ("velocity", "position"),
-    PositionSensor: ("value",),
-    VelocityEstimator: ("value",),
-    PressureSensor: ("value",),
-}
 
 
 def check_role(case: Case) -> None:
@@ -53,12 +38,25 @@ def check_role(case: Case) -> None:
         check_said(case.cls)
     except ValueError as error:
         raise case.error(str(error)) from None
-    for name, member in vars(case.role).items():
-        if isinstance(member, property) and not hasattr(case.block, name):
-            raise case.error(f"has no {name}, which {a_role(case.role)} must have")
+    check_fields(case)
     check_state(case)
     check_values(case)
     check_parts(case)
+
+
+def check_fields(case: Case) -> None:
+    """What others read of it are fields: compiled code knows no property."""
+    for name, member in vars(case.role).items():
+        if not isinstance(member, property) or name in case.block._fields:
+            continue
+        kind = get_type_hints(member.fget)["return"]
+        way = f"{name}: {'Annotated[float, Field(unit, meaning, ...)]' if kind is float else kind.__name__}"
+        if hasattr(case.block, name):
+            what = "property" if isinstance(vars(case.cls).get(name), property) else "class attribute"
+            raise case.error(
+                f"{name} is a {what}, which compiled code cannot read; write a field, {way}", name
+            )
+        raise case.error(f"has no {name}, which {a_role(case.role)} must have; write a field, {way}")
 
 
 def check_state(case: Case) -> None:
@@ -100,7 +98,7 @@ def check_documented(case: Case) -> None:
 
 
 def check_declared(case: Case) -> None:
-    """Each number of it and of its state is declared, with a unit that is one, and what it means.
+    """Each number of it and of its state is declared, with an SI unit, and what it means.
 
     Of a monitor, whose state may be its own affair, each of its metrics.
     """
@@ -108,11 +106,13 @@ def check_declared(case: Case) -> None:
     for owner, name in [*parameters(case.block), *others]:
         cls: Any = type(owner)
         field, line = declared_fields(cls).get(name), line_of(cls, name)
+        if isinstance(getattr(owner, name), str) and get_type_hints(cls).get(name) is str:
+            raise ContractError(str(ParameterError(name, getattr(owner, name), TEXT)), line)
         if field is None:
             way = f"{name}: Annotated[float, Field(unit, meaning, ...)]"
             raise ContractError(f"{name} has no unit; write {way}", line)
         try:
-            factor_and_dimension(field.unit)
+            check_si(field.unit)
         except ValueError as error:
             raise ContractError(f"the unit {field.unit!r} of {name} {error}", line) from None
         if not field.meaning:
