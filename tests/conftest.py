@@ -4,7 +4,11 @@ import os
 import signal
 from pathlib import Path
 
+import pytest
 from hypothesis import settings
+
+# Comparisons that tests share say as much as their own when they fail.
+pytest.register_assert_rewrite("tests.support")
 
 # A first call compiles for a second.
 settings.register_profile("hydroservo", deadline=None)

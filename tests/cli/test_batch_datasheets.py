@@ -5,11 +5,7 @@ import time
 
 import numpy as np
 import pytest
-from cli_runner import failed, succeeded
-from test_batch_ranges import drawn as drawn_from
-from test_batch_replay import again, alone
 
-from bases import on_base
 from hydroservo import ParameterError, ScenarioError, simulate, simulate_batch
 from hydroservo.block import replace
 from hydroservo.mechanics import Mass
@@ -18,6 +14,10 @@ from hydroservo.plants import Cylinder
 from hydroservo.runs.provenance import scenario_hash
 from hydroservo.scenario import datasheet_columns, load_scenario, parse_override, plugins
 from hydroservo.valves import FirstOrderValve, Orifice
+from tests.support.bases import on_base
+from tests.support.commands import batches
+from tests.support.commands.batches import again, alone
+from tests.support.commands.runner import failed, succeeded
 
 TEXT = """
 [simulation]
@@ -86,7 +86,7 @@ def written(folder, law):
 
 def drawn(file, *ranges, changes=(), runs=20):
     """The loop that all runs start from, and what they do not share."""
-    return drawn_from(*ranges, changes=changes, runs=runs, name=file)
+    return batches.drawn(*ranges, changes=changes, runs=runs, name=file)
 
 
 def cylinder(bore, rod=45e-3 * 0.999):

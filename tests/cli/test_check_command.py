@@ -5,9 +5,9 @@ import subprocess
 import sys
 
 import pytest
-from cli_runner import failed, hydroservo_, succeeded
 
 from hydroservo.testing.questions import QUESTIONS
+from tests.support.commands.runner import failed, hydroservo_, succeeded
 
 LAW = '''\
 from typing import Annotated, NamedTuple

@@ -3,10 +3,10 @@
 import json
 
 import pandas as pd
-from cli_runner import SHORT, UNSTABLE, succeeded
 
-from bases import on_base
 from hydroservo.cli.app import short_names
+from tests.support.bases import on_base
+from tests.support.commands.runner import SHORT, UNSTABLE, succeeded
 
 
 def test_compare_marks_the_best_of_each_row():

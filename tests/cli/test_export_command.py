@@ -5,14 +5,14 @@ import re
 import subprocess
 
 import pytest
-from cli_runner import PLUGIN, failed, succeeded
 
 import hydroservo
-from bases import on_base
 from hydroservo.export.platforms import TOOLCHAINS, this_platform
 from hydroservo.runs.provenance import scenario_hash
 from hydroservo.scenario import load_scenario
-from needs import needs
+from tests.support.bases import on_base
+from tests.support.commands.runner import PLUGIN, failed, succeeded
+from tests.support.needs import needs
 
 SHORT = ("--set", "simulation.duration=20 ms")
 C = ("export", "c", "paper/sine-pi", *SHORT)

@@ -5,15 +5,15 @@ import shlex
 from pathlib import Path
 
 import pytest
-from cli_runner import PLUGIN, QUICK, SHORT, failed, succeeded
 from typer.main import get_command
 from typer.testing import CliRunner
 
 import hydroservo
-from bases import on_base
 from hydroservo.cli.app import app
 from hydroservo.scenario import load_scenario, parse_override, scenario_source, scenarios
-from needs import needs
+from tests.support.bases import on_base
+from tests.support.commands.runner import PLUGIN, QUICK, SHORT, failed, succeeded
+from tests.support.needs import needs
 
 
 def test_version():

@@ -7,14 +7,14 @@ import tomllib
 
 import numpy as np
 import pytest
-from cli_runner import PLUGIN, failed, hydroservo_, succeeded
-from test_cli_process import heavy_libraries_of, leaves_nothing, needs_posix, on_terminal
 
 import hydroservo
-from bases import on_base
 from hydroservo import simulate
 from hydroservo.cli import tune as command_module
 from hydroservo.scenario import load_scenario, parse_override
+from tests.support.bases import on_base
+from tests.support.commands.processes import heavy_libraries_of, leaves_nothing, needs_posix, on_terminal
+from tests.support.commands.runner import PLUGIN, failed, hydroservo_, succeeded
 
 NAMES = ("paper/sine-pi", "paper/square-pi")
 GIVEN = (

@@ -8,7 +8,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bases import on_base
 from hydroservo import Loop, Simulation, simulate
 from hydroservo.controllers import PI
 from hydroservo.hooks import at_rest
@@ -20,6 +19,7 @@ from hydroservo.signals import PortFlows, Pressures
 from hydroservo.testing.examples import example
 from hydroservo.valves import Orifice
 from hydroservo.wiring import believed
+from tests.support.bases import on_base
 
 DIFFERENTIAL = Cylinder(
     area_a=2e-3,

@@ -4,7 +4,6 @@ from pathlib import Path
 
 import pytest
 
-from bases import on_base
 from hydroservo import HydroservoWarning, Loop
 from hydroservo.controllers import PI, TSMC
 from hydroservo.papers.tsmc_eha_2021.printed import (
@@ -21,6 +20,7 @@ from hydroservo.supplies import IdealSupply
 from hydroservo.testing.examples import example
 from hydroservo.theory import damping_ratio, proportional_gain_limit, settling_bound
 from hydroservo.valves import FirstOrderValve
+from tests.support.bases import on_base
 
 
 def test_the_printed_leakage_is_smaller_by_the_area() -> None:

@@ -6,7 +6,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bases import on_base
 from hydroservo import Loop, ParameterError, ScenarioError, Simulation, replace, simulate
 from hydroservo.block import Block
 from hydroservo.controllers import PI
@@ -28,6 +27,7 @@ from hydroservo.signals import Pressures
 from hydroservo.supplies import IdealSupply, PumpSupply, ReliefValve
 from hydroservo.testing.examples import example
 from hydroservo.wiring import believed
+from tests.support.bases import on_base
 
 LINE = Pressures(160e5, 2e5)
 AT_REST = 1e-12  # m/s: what the rounding of pressures of 1e7 Pa does to some kg

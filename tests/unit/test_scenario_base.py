@@ -6,7 +6,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bases import on_base
 from hydroservo import ScenarioError, simulate
 from hydroservo.controllers import DAC, PI, TSMC
 from hydroservo.loads import Recorded
@@ -15,6 +14,7 @@ from hydroservo.scenario import datasheet_columns, load_scenario, scenarios
 from hydroservo.scenario.catalogue import builtin_texts
 from hydroservo.testing.examples import example
 from hydroservo.valves import FirstOrderValve, SecondOrderValve, StaticValve
+from tests.support.bases import on_base
 
 MACHINE = on_base(
     """\

@@ -4,13 +4,13 @@ from pathlib import Path
 
 import pytest
 
-from bases import on_base
 from hydroservo import ScenarioError
 from hydroservo.scenario import load_plugin, load_scenario, plugins
 from hydroservo.supplies import GasAccumulator, ReliefValve
 from hydroservo.testing.examples import example
 from hydroservo.valves import FirstOrderValve, FourEdges, Orifice, SecondOrderValve, StaticValve
 from hydroservo.wiring import believed
+from tests.support.bases import on_base
 
 NOMINAL = {"uncertainty.scale": 0}
 BASE = example(StaticValve)  # that of the scenarios on which those here build

@@ -6,7 +6,6 @@ from pathlib import Path
 
 import pytest
 
-from bases import on_base
 from hydroservo import Loop, ParameterError, ScenarioError, Simulation, replace, simulate
 from hydroservo.block import leaves, model_in, value_at
 from hydroservo.controllers import PI, TSMC, Backstepping, Saturation
@@ -20,6 +19,7 @@ from hydroservo.scenario import load_scenario, parse_override, scenario_source, 
 from hydroservo.testing.examples import example
 from hydroservo.valves import FirstOrderValve
 from hydroservo.wiring import believed, wired
+from tests.support.bases import on_base
 
 DELTA = {
     "plant.damping": 0.2,

@@ -4,7 +4,6 @@ from pathlib import Path
 
 import pytest
 
-from bases import on_base
 from hydroservo import LoopError, ScenarioError, monitors, simulate
 from hydroservo.controllers import PI
 from hydroservo.metrics import declared_metrics, monitors_of, usual
@@ -13,6 +12,7 @@ from hydroservo.runs.provenance import provenance, scenario_hash
 from hydroservo.runs.results import metric_fields, metrics_of
 from hydroservo.scenario import load_scenario, plugins
 from hydroservo.testing.examples import example
+from tests.support.bases import on_base
 
 SHORT = """\
 [simulation]

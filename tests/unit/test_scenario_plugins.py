@@ -9,13 +9,13 @@ from pathlib import Path
 
 import pytest
 
-from bases import on_base
 from hydroservo import ScenarioError, simulate
 from hydroservo.block import Block
 from hydroservo.runs.provenance import describe
 from hydroservo.scenario import load_plugin, load_scenario, plugins
 from hydroservo.scenario.plugins import plugin_classes
 from hydroservo.wiring import believed
+from tests.support.bases import on_base
 
 BLOCK = """
 from typing import Annotated, NamedTuple

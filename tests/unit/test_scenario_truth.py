@@ -4,7 +4,6 @@ from pathlib import Path
 
 import pytest
 
-from bases import on_base
 from hydroservo import ScenarioError
 from hydroservo.block import leaves
 from hydroservo.mechanics import Mass
@@ -12,6 +11,7 @@ from hydroservo.oils import ConstantOil
 from hydroservo.plants import Cylinder
 from hydroservo.scenario import load_scenario
 from hydroservo.testing.examples import example
+from tests.support.bases import on_base
 
 NAME = "paper/sine-tsmc"  # whose law has a model, and whose machine has uncertainty
 DATASHEET = on_base(

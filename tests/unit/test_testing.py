@@ -26,7 +26,7 @@ from hydroservo.testing.case import case_of
 from hydroservo.testing.examples import example
 from hydroservo.testing.places import loop_with, places
 from hydroservo.testing.questions import QUESTIONS, ask
-from needs import needs
+from tests.support.needs import needs
 
 LAW = '''\
 from typing import Annotated, NamedTuple

@@ -5,7 +5,6 @@ from typing import Any, NamedTuple
 
 import pytest
 
-from bases import on_base
 from hydroservo import Loop, ParameterError, ScenarioError, Simulation, replace, simulate
 from hydroservo.block import Block, model_in
 from hydroservo.controllers import DAC, PI, TSMC, AntiWindup, Backstepping, Delay, RateLimit, Saturation
@@ -24,6 +23,7 @@ from hydroservo.supplies import IdealSupply
 from hydroservo.testing.examples import example
 from hydroservo.valves import FirstOrderValve
 from hydroservo.wiring import believed, wired
+from tests.support.bases import on_base
 
 PROPORTIONAL = {"controller.type": "PI", "controller.proportional_gain": 3}
 SHORT = Simulation(0.02, 1e-3, 20, record_period=1e-3)
