@@ -52,6 +52,7 @@ from hydroservo.runs.run import ready
 from hydroservo.scenario import load_plugin
 from hydroservo.signals import Demand
 from hydroservo.testing.examples import example
+from tests.support.equality import assert_same_block
 
 Floats = NDArray[np.float64]
 
@@ -460,7 +461,7 @@ def test_a_group_is_a_block_that_pickles() -> None:
     loop = example(Loop, metrics=made)
     assert unpickled(pickle.dumps(loop)) == loop
     assert type(unpickled(pickle.dumps(made))) is type(made)
-    assert replace(loop, {"metrics.first.band": 0.5}).metrics.first == StepResponse(0.5)
+    assert_same_block(replace(loop, {"metrics.first.band": 0.5}).metrics.first, StepResponse(0.5))
 
 
 def test_the_usual_monitors_are_those_that_the_loop_has_signals_for() -> None:

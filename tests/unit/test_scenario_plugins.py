@@ -16,6 +16,7 @@ from hydroservo.scenario import load_plugin, load_scenario, plugins
 from hydroservo.scenario.plugins import plugin_classes
 from hydroservo.wiring import believed
 from tests.support.bases import on_base
+from tests.support.equality import assert_same_block
 
 BLOCK = """
 from typing import Annotated, NamedTuple
@@ -65,7 +66,7 @@ def test_a_plugin_s_controller_is_loaded_and_runs(tmp_path: Path) -> None:
     loop = load_scenario(scenario, plugins=[plugin])
     assert type(loop.controller).__name__ == "Mine"
     assert loop.controller.gain == 20.0
-    assert loop.controller.model == believed(loop)
+    assert_same_block(loop.controller.model, believed(loop))
     assert loop.controller.model.plant.mass == 7.0
     assert not simulate(loop, compiled=False)["diverged"]
     default = load_scenario(scenario, {"controller.type": "PI", "controller.proportional_gain": 1})
@@ -215,7 +216,8 @@ def test_a_loop_with_a_plugin_runs_in_a_pool_of_new_processes(mine: Path) -> Non
 def test_a_pickle_executes_the_plugin_where_it_is_not_loaded(mine: Path) -> None:
     controller = load_scenario("paper/sine-pi", {"controller.type": "Mine"}, [mine]).controller
     kept = [pickle.dumps(one) for one in (controller, controller.init())]
-    assert unpickled(kept[0]) == copy.deepcopy(controller) == controller
+    assert_same_block(unpickled(kept[0]), copy.deepcopy(controller))
+    assert_same_block(copy.deepcopy(controller), controller)
     assert type(unpickled(kept[0])) is type(controller)
     forget(controller)
     again, state = map(unpickled, kept)
