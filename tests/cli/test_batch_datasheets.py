@@ -191,8 +191,7 @@ class Fixed(NamedTuple):
 
 
 @pytest.fixture
-def plugin(tmp_path, monkeypatch):
-    monkeypatch.setattr(plugins, "loaded", {})
+def plugin(tmp_path, forgotten):
     path = tmp_path / "mine.py"
     path.write_text(PLUGIN, encoding="utf-8")
     return path

@@ -18,6 +18,8 @@ SHORT = ("--set", "simulation.duration=20 ms")
 C = ("export", "c", "paper/sine-pi", *SHORT)
 FIXED = on_base('simulation.duration = "1 ms"\ncontroller.type = "Fixed"\n')
 
+pytestmark = pytest.mark.usefixtures("forgotten")
+
 
 def names(prefix):
     return [f"{prefix}{ending}" for ending in (".h", ".c", "_vectors.h", "_replay.c")] + [
@@ -31,11 +33,6 @@ def done(tmp_path_factory):
     """An export, what it printed, and where it is."""
     out = tmp_path_factory.mktemp("export") / "new folder"
     return succeeded(*C, "--out", out), out
-
-
-@pytest.fixture(autouse=True)
-def no_plugins(monkeypatch):
-    monkeypatch.setattr("hydroservo.scenario.plugins.loaded", {})
 
 
 def test_it_says_what_was_written_and_what_to_do_next(done):

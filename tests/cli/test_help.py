@@ -65,10 +65,10 @@ def test_the_help_has_examples():
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("forgotten")
 @pytest.mark.parametrize("example", EXAMPLES)
 def test_each_example_of_the_help_runs(example, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("hydroservo.scenario.plugins.loaded", {})
     Path("my_controller.py").write_text(PLUGIN)
     Path("my.toml").write_text(on_base('[controller]\ntype = "Fixed"\n'))
     args = shlex.split(example.partition(" > ")[0])

@@ -15,7 +15,7 @@ from hydroservo.papers.tsmc_eha_2021.printed import (
     printed_settling_bound,
     tsmc,
 )
-from hydroservo.scenario import load_plugin, load_scenario, plugins
+from hydroservo.scenario import load_plugin, load_scenario
 from hydroservo.supplies import IdealSupply
 from hydroservo.testing.examples import example
 from hydroservo.theory import damping_ratio, proportional_gain_limit, settling_bound
@@ -61,8 +61,8 @@ def test_pi_is_as_it_is_printed() -> None:
     assert_same_block(printed(loop).controller, example(PI))
 
 
-def test_a_printed_law_is_a_plugin_too(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(plugins, "loaded", {})
+@pytest.mark.usefixtures("forgotten")
+def test_a_printed_law_is_a_plugin_too() -> None:
     load_plugin(str(tsmc.__file__))
     loop = load_scenario("paper/sine-tsmc", {"controller.type": "PrintedTSMC"})
     assert type(loop.controller).__name__ == "PrintedTSMC"

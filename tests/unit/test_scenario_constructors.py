@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from hydroservo import ScenarioError
-from hydroservo.scenario import load_plugin, load_scenario, plugins
+from hydroservo.scenario import load_plugin, load_scenario
 from hydroservo.supplies import GasAccumulator, ReliefValve
 from hydroservo.testing.examples import example
 from hydroservo.valves import FirstOrderValve, FourEdges, Orifice, SecondOrderValve, StaticValve
@@ -146,8 +146,8 @@ def test_what_has_no_default_must_be_given(missing: str) -> None:
     )
 
 
-def test_a_plugin_s_constructor(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(plugins, "loaded", {})
+@pytest.mark.usefixtures("forgotten")
+def test_a_plugin_s_constructor(tmp_path: Path) -> None:
     plugin = tmp_path / "mine.py"
     plugin.write_text("""
 from typing import Annotated, NamedTuple

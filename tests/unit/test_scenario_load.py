@@ -19,7 +19,7 @@ from hydroservo.scenario import load_scenario, parse_override, scenario_source, 
 from hydroservo.testing.examples import example
 from hydroservo.valves import FirstOrderValve
 from hydroservo.wiring import believed, wired
-from tests.support.bases import on_base
+from tests.support.bases import CYLINDER, on_base
 from tests.support.equality import assert_same_block
 
 DELTA = {
@@ -54,16 +54,6 @@ LEAST = {  # what a scenario without base must say
     "reference.frequency": 0.25,
     "controller.type": "PI",
     "controller.proportional_gain": 100.0,
-}
-CYLINDER = {  # what it has and the paper's plant does not
-    "plant.type": "Cylinder",
-    "plant.area_a": "4.91 cm^2",
-    "plant.area_b": "4.91 cm^2",
-    "plant.dead_volume_a": "25 cm^3",
-    "plant.dead_volume_b": "25 cm^3",
-    "plant.oil": {"type": "ConstantOil", "effective_bulk_modulus": "7000 bar"},
-    "plant.mechanism": {"type": "Mass", "mass": "6 kg"},
-    "plant.friction.coefficient": "50 N s/m",
 }
 
 

@@ -18,6 +18,8 @@ from hydroservo.wiring import believed
 from tests.support.bases import on_base
 from tests.support.equality import assert_same_block
 
+pytestmark = pytest.mark.usefixtures("forgotten")
+
 BLOCK = """
 from typing import Annotated, NamedTuple
 from hydroservo.block import Field
@@ -39,12 +41,6 @@ class {name}(NamedTuple):
 """
 
 unpickled = pickle.loads
-
-
-@pytest.fixture(autouse=True)
-def forgotten(monkeypatch: pytest.MonkeyPatch) -> None:
-    """What a test loads, no other test sees."""
-    monkeypatch.setattr(plugins, "loaded", {})
 
 
 def written(folder: Path, name: str, text: str) -> Path:

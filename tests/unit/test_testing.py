@@ -15,7 +15,7 @@ from hydroservo.controllers import DAC, PI, TSMC
 from hydroservo.export.c import compiler
 from hydroservo.plants import DesignModel
 from hydroservo.roles import Limiter, Load, Model, Reference, Relief, role
-from hydroservo.scenario import load_plugin, plugins
+from hydroservo.scenario import load_plugin
 from hydroservo.scenario.fits import ROLES, roles_of
 from hydroservo.scenario.registry import shipped_classes
 from hydroservo.sensors import NoPosition
@@ -27,32 +27,10 @@ from hydroservo.testing.examples import example
 from hydroservo.testing.places import loop_with, places
 from hydroservo.testing.questions import QUESTIONS, ask
 from tests.support.needs import needs
+from tests.support.plugins import LAW, METRIC
 
-LAW = '''\
-from typing import Annotated, NamedTuple
+pytestmark = pytest.mark.usefixtures("forgotten")
 
-from hydroservo import Field, ops
-from hydroservo.controllers import PI
-from hydroservo.roles import Controller, Observer, role
-from hydroservo.observers import Implicit
-
-
-class State(NamedTuple):
-    u: Annotated[float, Field("V", "command")]
-
-
-@role(Controller)
-class Law(NamedTuple):
-    """u = k e."""
-
-    gain: Annotated[float, Field("V s/m", "gain k", above=0)] = 2.0
-
-    def init(self):
-        return State(0.0)
-
-    def step(self, s, y, r, dt):
-        return State(self.gain * (r.value - y.velocity))
-'''
 LOAD = '''\
 from typing import Annotated, NamedTuple
 
@@ -74,45 +52,10 @@ class Push(NamedTuple):
     def next_jump(self, t):
         return 1e300
 '''
-METRIC = '''\
-from typing import Annotated, NamedTuple
-
-from hydroservo import Field, ops
-from hydroservo.roles import Monitor, role
-
-
-class Crossings(NamedTuple):
-    count: float
-    last: float
-
-
-class Counted(NamedTuple):
-    zero_crossings: Annotated[float, Field("", "zero crossings of the error")]
-
-
-@role(Monitor)
-class ZeroCrossings(NamedTuple):
-    """How often the velocity error changes its sign."""
-
-    def init(self):
-        return Crossings(0.0, 0.0)
-
-    def step(self, m, loop, s, t, dt):
-        error = s.plant.velocity - s.reference.value
-        return Crossings(m.count + ops.where(error * m.last < 0.0, 1.0, 0.0), error)
-
-    def values(self, m):
-        return Counted(m.count)
-'''
+COUNT = 'Annotated[float, Field("", "zero crossings of the error", smaller_is_better=True)]'
 ROLE, DOCUMENTED, DECLARED, RANGES, FLOATS, PICKLES, RETURNS, FINITE, COMPILED, AGAIN, IN_C = (
     question.name for question in QUESTIONS
 )
-
-
-@pytest.fixture(autouse=True)
-def forgotten(monkeypatch: pytest.MonkeyPatch) -> None:
-    """What a test loads, no other test sees."""
-    monkeypatch.setattr(plugins, "loaded", {})
 
 
 def block_class(folder: Path, text: str) -> type:
@@ -210,7 +153,11 @@ WRONG = {
         *("    def values", "zero_crossings of values is 'few': must be a float or a flag"),
     ),
     "no unit of a metric": Wrong(
-        *(DECLARED, METRIC, {'Annotated[float, Field("", "zero crossings of the error")]': "float"}),
+        *(
+            DECLARED,
+            METRIC,
+            {COUNT: "float"},
+        ),
         *("    zero_crossings", "zero_crossings has no unit"),
     ),
     "a metric that is a flag at times": Wrong(
@@ -221,7 +168,8 @@ WRONG = {
         *(RETURNS, METRIC, {"0.0), error)": "0.0), 2)"}), *(STEP, "step returns Crossings(count=")
     ),
     "an infinite count": Wrong(
-        *(FINITE, METRIC, {"1.0, 0.0)": "1e308, 1e308) * 10.0"}), *(STEP, "step gives inf in count for ")
+        *(FINITE, METRIC, {"1.0, 0.0)": "1e308, 1e308) * 10.0"}),
+        *(STEP, "step gives inf in count for "),
     ),
     "builtins": Wrong(
         *(IN_C, LAW, {"State(self": "State(max(0.0, self", "velocity))": "velocity)))"}),

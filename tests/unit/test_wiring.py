@@ -16,44 +16,23 @@ from hydroservo.plants import Cylinder, DesignModel, LoadPressurePlant, ThisMach
 from hydroservo.runs.provenance import scenario_hash
 from hydroservo.runs.results import metrics_of
 from hydroservo.runs.run import ready
-from hydroservo.scenario import load_scenario, plugins
+from hydroservo.scenario import load_scenario
 from hydroservo.scenario.plugins import load_plugin
 from hydroservo.sensors import DelayedSensors, Dropout, Encoder, IdealSensors, RigSensors
 from hydroservo.supplies import IdealSupply
 from hydroservo.testing.examples import example
 from hydroservo.valves import FirstOrderValve
 from hydroservo.wiring import believed, wired
-from tests.support.bases import on_base
+from tests.support.bases import DATASHEET, on_base
 from tests.support.equality import assert_same_block
+
+pytestmark = pytest.mark.usefixtures("forgotten")
 
 PROPORTIONAL = {"controller.type": "PI", "controller.proportional_gain": 3}
 SHORT = Simulation(0.02, 1e-3, 20, record_period=1e-3)
 CYLINDER = Cylinder.from_diameters(63e-3, 45e-3, 70e-3, AeratedOil(), Mass(6.0))
 MACHINE = example(Loop, SHORT, plant=CYLINDER, supply=IdealSupply(160e5))
-SCENARIO = """
-[simulation]
-duration = "20 ms"
-period = "1 ms"
-substeps = 20
-
-[plant]
-type = "Cylinder.from_diameters"
-bore = "63 mm"
-rod = "45 mm"
-stroke = "70 mm"
-start_position = "auto"
-oil.type = "AeratedOil"
-mechanism = {type = "Mass", mass = "6 kg"}
-
-[supply]
-supply_pressure = "160 bar"
-"""
-
-
-@pytest.fixture(autouse=True)
-def forgotten(monkeypatch: pytest.MonkeyPatch) -> None:
-    """What a test loads, no other test sees."""
-    monkeypatch.setattr(plugins, "loaded", {})
+SCENARIO = DATASHEET + 'mechanism = {type = "Mass", mass = "6 kg"}\n'
 
 
 def written(folder: Path, text: str, name: str = "my.toml") -> Path:
