@@ -9,10 +9,9 @@ import hydroservo
 
 HERE = Path(__file__).parent
 TOOLS = HERE / "_ext"
-REFERENCES = HERE.parent / "tests" / "reference"
 sys.path.insert(0, str(TOOLS))
 # Cells run in processes of their own, which read their modules from here too.
-PLACES = [str(TOOLS), str(REFERENCES), str(HERE.parent), os.environ.get("PYTHONPATH")]
+PLACES = [str(TOOLS), str(HERE.parent), os.environ.get("PYTHONPATH")]
 os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, PLACES))
 os.environ["PATH"] = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
 os.environ |= {"COLUMNS": "96", "NO_COLOR": "1", "TERM": "dumb"}

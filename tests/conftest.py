@@ -4,7 +4,11 @@ import os
 import signal
 from pathlib import Path
 
+import pytest
 from hypothesis import settings
+
+# Comparisons that tests share say as much as their own when they fail.
+pytest.register_assert_rewrite("tests.support")
 
 # A first call compiles for a second.
 settings.register_profile("hydroservo", deadline=None)
@@ -15,3 +19,9 @@ signal.signal(signal.SIGINT, signal.default_int_handler)
 
 # Kernels of the tests stay out of the user's cache.
 os.environ["HYDROSERVO_CACHE_DIR"] = str(Path(__file__).parent.parent / ".pytest_cache" / "kernels")
+
+
+@pytest.fixture
+def forgotten(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The plug-ins that a test loads, no other test sees."""
+    monkeypatch.setattr("hydroservo.scenario.plugins.loaded", {})

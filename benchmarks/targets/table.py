@@ -6,12 +6,12 @@ from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
 from benchmarks.table import Line, markdown
-from benchmarks.targets.boards import BOARDS, COMPILER
-from benchmarks.targets.callgrind import instructions
-from benchmarks.targets.costs import Costs, costs
-from benchmarks.targets.sources import Rows
-from benchmarks.targets.tools import output
 from hydroservo.export.unit import Unit
+from tools.targets.boards import BOARDS, COMPILER
+from tools.targets.callgrind import instructions
+from tools.targets.compilers import output
+from tools.targets.costs import Costs, costs
+from tools.targets.sources import Rows
 
 __all__ = ["Measured", "measured", "page", "tables"]
 

@@ -4,14 +4,14 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from benchmarks.targets.laws import LAWS, types_in
-from benchmarks.targets.sources import Rows
 from hydroservo import Loop, Simulation
 from hydroservo.export.c.vectors import made_vectors
 from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.unit import Part, Precision, Unit
 from hydroservo.scenario import load_scenario, scenarios
 from hydroservo.testing.examples import example
+from tools.targets.laws import LAWS, types_in
+from tools.targets.sources import Rows
 
 __all__ = ["controllers", "units"]
 

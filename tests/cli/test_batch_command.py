@@ -10,9 +10,7 @@ import pandas as pd
 import pyarrow.parquet as pq
 import pytest
 import xarray as xr
-from cli_runner import failed, hydroservo_, succeeded
 from scipy.io import loadmat
-from test_cli_process import heavy_libraries_of, leaves_nothing, needs_posix, on_terminal
 
 import hydroservo
 from hydroservo import simulate
@@ -22,6 +20,8 @@ from hydroservo.metrics import declared_metrics, usual
 from hydroservo.runs.provenance import scenario_hash
 from hydroservo.runs.run import judged
 from hydroservo.scenario import load_scenario, parse_override
+from tests.support.commands.processes import heavy_libraries_of, leaves_nothing, needs_posix, on_terminal
+from tests.support.commands.runner import failed, hydroservo_, succeeded
 
 NAME = "paper/sine-backstepping"  # whose controller has a model of the machine
 NOISY = "sensors={type='NoisySensors', velocity_noise='0.5 mm/s', load_force_noise='5 N'}"

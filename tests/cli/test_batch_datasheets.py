@@ -5,11 +5,7 @@ import time
 
 import numpy as np
 import pytest
-from cli_runner import failed, succeeded
-from test_batch_ranges import drawn as drawn_from
-from test_batch_replay import again, alone
 
-from bases import on_base
 from hydroservo import ParameterError, ScenarioError, simulate, simulate_batch
 from hydroservo.block import replace
 from hydroservo.mechanics import Mass
@@ -18,6 +14,11 @@ from hydroservo.plants import Cylinder
 from hydroservo.runs.provenance import scenario_hash
 from hydroservo.scenario import datasheet_columns, load_scenario, parse_override, plugins
 from hydroservo.valves import FirstOrderValve, Orifice
+from tests.support.bases import on_base
+from tests.support.commands import batches
+from tests.support.commands.batches import again, alone
+from tests.support.commands.runner import failed, succeeded
+from tests.support.equality import assert_same_block
 
 TEXT = """
 [simulation]
@@ -86,7 +87,7 @@ def written(folder, law):
 
 def drawn(file, *ranges, changes=(), runs=20):
     """The loop that all runs start from, and what they do not share."""
-    return drawn_from(*ranges, changes=changes, runs=runs, name=file)
+    return batches.drawn(*ranges, changes=changes, runs=runs, name=file)
 
 
 def cylinder(bore, rod=45e-3 * 0.999):
@@ -109,7 +110,7 @@ def test_the_numbers_of_each_run_are_what_the_constructor_makes(file):
 
 
 def test_the_controller_and_the_sensors_go_on_believing_in_the_datasheet(file):
-    changes = ["sensors.type=RigSensors"]
+    changes = ["sensors.type=RigSensors", "sensors.position.type=IdealPosition"]
     loop, found = drawn(file, BORE, changes=changes)
     assert set(found.parameters) == {"plant.area_a", "plant.area_b"}
     assert loop.sensors.area_a == pytest.approx(0.25 * math.pi * 63e-3**2)
@@ -137,13 +138,13 @@ def test_a_run_is_replayed_to_the_bit(tmp_path, law, changes):
 
 @pytest.mark.parametrize("text", ["null_leakage=0.1..1 L/min", "lap=1..10 um"])
 def test_what_is_0_in_the_scenario_is_set_and_the_belief_kept(file, text):
-    changes = ["valve.orifice.type=FourEdges.rated"]
+    changes = ["valve.orifice.type=FourEdges.rated", "valve.orifice.supply_pressure=100 bar"]
     loop, found = drawn(file, f"valve.orifice.{text}", changes=changes, runs=3)
     assert list(found.changes(0)) == [f"truth.valve.orifice.{text.partition('=')[0]}"]
     for i in range(3):
         replayed = again(file, changes, found, i)
         assert scenario_hash(replayed) == scenario_hash(alone(loop, found, i))
-        assert replayed.controller == loop.controller
+        assert_same_block(replayed.controller, loop.controller)
 
 
 def test_each_run_starts_at_its_own_rest_and_is_its_single_run(file):
@@ -190,8 +191,7 @@ class Fixed(NamedTuple):
 
 
 @pytest.fixture
-def plugin(tmp_path, monkeypatch):
-    monkeypatch.setattr(plugins, "loaded", {})
+def plugin(tmp_path, forgotten):
     path = tmp_path / "mine.py"
     path.write_text(PLUGIN, encoding="utf-8")
     return path
@@ -309,7 +309,7 @@ def test_uncertainty_of_an_argument_is_the_truth_s_alone(file):
     usual = load_scenario(file, {"uncertainty.scale": 2})
     made = Cylinder.from_diameters(63e-3 * 1.02, 45e-3 * 0.998, 0.2, OIL, MASS)
     assert (loop.plant.area_a, loop.plant.area_b) == (made.area_a, made.area_b * 1.04)
-    assert loop.controller == usual.controller
+    assert_same_block(loop.controller, usual.controller)
     areas = {"plant.area_a": 31e-4, "plant.area_b": 15e-4}
     volumes = {"plant.dead_volume_a": 3e-5, "plant.dead_volume_b": 3e-5}
     without = load_scenario(file, {"plant.type": "Cylinder", **areas, **volumes})

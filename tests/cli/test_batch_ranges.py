@@ -2,23 +2,15 @@
 
 import numpy as np
 import pytest
-from cli_runner import failed
 from hypothesis import given
 from hypothesis import strategies as st
 
 from hydroservo import ScenarioError
 from hydroservo.cli.options import ranges_in
-from hydroservo.scenario import parse_override
 from hydroservo.scenario.load import assembled
-from hydroservo.scenario.sampling import draws_of, variations
-
-NAME = "paper/sine-backstepping"  # whose controller has a model of the machine
-
-
-def drawn(*ranges, changes=(), seed=0, runs=50, seeds=False, name=NAME):
-    assembly = assembled(name, dict(map(parse_override, changes)))
-    varied = variations(assembly, ranges_in(ranges))
-    return assembly.loop, draws_of(assembly, varied, runs, seed=seed, seeds=seeds)
+from hydroservo.scenario.sampling import variations
+from tests.support.commands.batches import NAME, drawn
+from tests.support.commands.runner import failed
 
 
 @given(seed=st.integers(0, 2**63 - 1), few=st.integers(1, 20), more=st.integers(20, 60))

@@ -3,36 +3,13 @@
 import shlex
 
 import pytest
-from cli_runner import succeeded
-from test_batch_ranges import drawn
 
-from hydroservo import Loop
-from hydroservo.block import replace
 from hydroservo.cli.options import replay
 from hydroservo.runs.provenance import scenario_hash
-from hydroservo.scenario import load_scenario, parse_override
-from hydroservo.scenario.sampling import Drawn
+from tests.support.commands.batches import NAME, again, alone, drawn, replayed
+from tests.support.commands.runner import succeeded
 
-NAME = "paper/sine-backstepping"  # whose controller has a model of the machine
 VARIED = ("--vary", "plant.bulk_modulus=-30%..+30%", "--vary", "controller.velocity_gain=1500..2500")
-
-
-def replayed(text: str) -> Loop:
-    """The loop that a printed command simulates."""
-    words = shlex.split(text)
-    assert words[:2] == ["hydroservo", "run"]
-    assert set(words[3::2]) == {"--set"}
-    return load_scenario(words[2], dict(map(parse_override, words[4::2])))
-
-
-def again(name: str, changes: list[str], found: Drawn, run: int) -> Loop:
-    """The loop that the command simulates which is printed for a run."""
-    return replayed(replay(["hydroservo", "run", name], changes, (), found.changes(run)))
-
-
-def alone(loop: Loop, found: Drawn, run: int) -> Loop:
-    """The loop of a run as the batch has it."""
-    return replace(loop, {path: column[run].item() for path, column in found.parameters.items()})
 
 
 @pytest.mark.parametrize(

@@ -5,38 +5,16 @@ import subprocess
 import sys
 
 import pytest
-from cli_runner import failed, hydroservo_, succeeded
 
 from hydroservo.testing.questions import QUESTIONS
+from tests.support import plugins
+from tests.support.commands.runner import failed, hydroservo_, succeeded
 
-LAW = '''\
-from typing import Annotated, NamedTuple
+pytestmark = pytest.mark.usefixtures("forgotten")
 
-from hydroservo import Field
-from hydroservo.roles import Controller, role
-
-
-class State(NamedTuple):
-    u: Annotated[float, Field("V", "command")]
-
-
-@role(Controller)
-class Law(NamedTuple):
-    """u = k e."""
-
-    gain: Annotated[float, Field("V s/m", "gain k", above=0)] = 2.0
-
-    def init(self):
-        return State(0.0)
-
-    def step(self, s, y, r, dt):
-        return State(min(self.gain * (r.value - y.velocity), 10.0))
-'''
-
-
-@pytest.fixture(autouse=True)
-def forgotten(monkeypatch):
-    monkeypatch.setattr("hydroservo.scenario.plugins.loaded", {})
+LAW = plugins.LAW.replace(
+    "self.gain * (r.value - y.velocity)", "min(self.gain * (r.value - y.velocity), 10.0)"
+)
 
 
 @pytest.fixture
@@ -69,8 +47,8 @@ def test_a_bad_file(mine):
     result = hydroservo_("check", "mine.py")
     assert result.exit_code == 2
     assert result.stderr == "hydroservo: mine.py: wrong are 2 of 6 answers\n"
-    assert "line 15: gain has no meaning" in result.stdout
-    assert "line 17: u of init is 0: must be a float" in result.stdout
+    assert "line 16: gain has no meaning" in result.stdout
+    assert "line 18: u of init is 0: must be a float" in result.stdout
 
 
 @pytest.mark.usefixtures("few")
@@ -88,7 +66,7 @@ def test_answers_as_json(mine):
         "question": "starts with floats, at rest",
         "ok": False,
         "remark": "u of init is 0: must be a float",
-        "line": 17,
+        "line": 18,
     }
 
 
@@ -96,7 +74,7 @@ def test_what_export_would_refuse_is_said_with_its_line(mine):
     result = hydroservo_("check", "mine.py")
     assert result.exit_code == 2
     assert result.stderr == f"hydroservo: mine.py: wrong are 1 of {len(QUESTIONS)} answers\n"
-    assert "line 21: Law.step: min has no equal in C here; use ops.minimum" in result.stdout
+    assert "line 22: Law.step: min has no equal in C here; use ops.minimum" in result.stdout
 
 
 def test_one_cause_is_one_row(mine):
@@ -147,7 +125,7 @@ def test_a_block_without_a_role_is_asked_for_it(mine):
         ("x = 1\ndef f(:\n", "line 2: SyntaxError: invalid syntax"),
         (
             LAW.replace("step(self, s, y, r, dt)", "step(self, s, y)"),
-            "line 12: Law says that its role is Controller: its method step must be step(self, s, y, r, dt)",
+            "line 13: Law says that its role is Controller: its method step must be step(self, s, y, r, dt)",
         ),
     ],
 )

@@ -1,32 +1,22 @@
 """The command as a process of its own: streams, signals and exit statuses."""
 
-import contextlib
 import io
 import json
 import os
 import re
-import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
 
 from hydroservo.cli.progress import progress_bar
+from tests.support.commands.processes import leaves_nothing, needs_posix, on_terminal, process
 
-HYDROSERVO = (sys.executable, "-c", "from hydroservo.cli import main; main()")
 QUICK = ("run", "paper/sine-pi", "--set", "simulation.duration=0.02", "--interpreted")
 HOURS = ("--set", "simulation.duration=1e5", "--set", "simulation.record_period=10")
 
-needs_posix = pytest.mark.skipif(os.name != "posix", reason="POSIX signals and devices")
 needs_full = pytest.mark.skipif(not Path("/dev/full").exists(), reason="a device that is always full")
-
-
-def process(*args, **options):
-    return subprocess.run(
-        [*HYDROSERVO, *args], text=True, capture_output=not options, check=False, timeout=120, **options
-    )
 
 
 def test_json_is_all_there_is_on_stdout_and_stderr_is_empty(tmp_path):
@@ -129,30 +119,6 @@ def test_a_command_of_a_script_s_background_is_not_interrupted(tmp_path):
     assert (tmp_path / "metrics.json").exists()
 
 
-def interrupted(*args):
-    """The command, interrupted after two seconds."""
-    running = subprocess.Popen(
-        [*HYDROSERVO, *args], text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE
-    )
-    with running:
-        time.sleep(2.0)
-        running.send_signal(signal.SIGINT)
-        try:
-            stdout, stderr = running.communicate(timeout=60)
-        finally:
-            running.kill()
-    return running.returncode, stdout, stderr
-
-
-def leaves_nothing(out, *args):
-    """A command that writes to a folder, interrupted as it computes: one line, and no folder."""
-    status, stdout, stderr = interrupted(*args)
-    assert status == 130
-    assert stdout == ""
-    assert stderr == "hydroservo: interrupted; nothing was left half-written\n"
-    assert not out.exists()
-
-
 @needs_posix
 @pytest.mark.parametrize(
     "args",
@@ -192,25 +158,6 @@ def test_a_terminal_without_a_sign_shows_another():
     assert done.returncode == 0
     assert done.stdout.isascii()
     assert "rms_error" in done.stdout
-
-
-def on_terminal(stream, *args):
-    """The exit status, what one stream shows on a terminal, and what the other stream says."""
-    import pty
-
-    master, slave = pty.openpty()
-    code = "from hydroservo.cli import main, progress; progress.PATIENCE = 0.0; main()"
-    environment = {**os.environ, "TERM": "xterm-256color", "COLUMNS": "60"}
-    streams = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE} | {stream: slave}
-    running = subprocess.Popen([sys.executable, "-c", code, *args], env=environment, text=True, **streams)
-    os.close(slave)
-    shown = bytearray()
-    with contextlib.suppress(OSError):  # Linux ends a terminal that all have left so
-        while chunk := os.read(master, 4096):
-            shown += chunk
-    os.close(master)
-    said = running.communicate(timeout=60)
-    return running.returncode, shown.decode().replace("\r\n", "\n"), "".join(filter(None, said))
 
 
 @needs_posix
@@ -268,11 +215,3 @@ def test_a_scenario_on_a_terminal_has_colours_and_the_same_text():
     assert "\x1b[" in shown
     plain = process("scenarios", "show", "paper/sine-tsmc").stdout
     assert re.sub(r"\x1b\[[\d;]*m", "", shown) == plain
-
-
-def heavy_libraries_of(module):
-    """Which libraries that take long to import a module has loaded; rich may be typer's."""
-    heavy = "{'matplotlib', 'xarray', 'pandas', 'numba', 'scipy', 'pint'}"
-    code = f"import sys, {module}; print(*sorted({heavy} & set(sys.modules)))"
-    done = subprocess.run([HYDROSERVO[0], "-c", code], text=True, capture_output=True, check=True)
-    return done.stdout.split()

@@ -4,9 +4,7 @@ import json
 
 import pandas as pd
 import pytest
-from cli_runner import SHORT, UNSTABLE, succeeded
 
-from bases import on_base
 from hydroservo import Loop, Simulation
 from hydroservo.cli.app import short_names
 from hydroservo.cli.summary import RunSummary, demand_jumps
@@ -14,6 +12,8 @@ from hydroservo.cli.tables import show_comparison
 from hydroservo.field import Field
 from hydroservo.references import Ramp, Sine, Square, Step
 from hydroservo.testing.examples import example
+from tests.support.bases import on_base
+from tests.support.commands.runner import SHORT, UNSTABLE, succeeded
 
 
 def test_compare_marks_the_best_of_each_row():

@@ -5,18 +5,20 @@ import re
 import subprocess
 
 import pytest
-from cli_runner import PLUGIN, failed, succeeded
 
 import hydroservo
-from bases import on_base
 from hydroservo.export.platforms import TOOLCHAINS, this_platform
 from hydroservo.runs.provenance import scenario_hash
 from hydroservo.scenario import load_scenario
-from needs import needs
+from tests.support.bases import on_base
+from tests.support.commands.runner import PLUGIN, failed, succeeded
+from tests.support.needs import needs
 
 SHORT = ("--set", "simulation.duration=20 ms")
 C = ("export", "c", "paper/sine-pi", *SHORT)
 FIXED = on_base('simulation.duration = "1 ms"\ncontroller.type = "Fixed"\n')
+
+pytestmark = pytest.mark.usefixtures("forgotten")
 
 
 def names(prefix):
@@ -31,11 +33,6 @@ def done(tmp_path_factory):
     """An export, what it printed, and where it is."""
     out = tmp_path_factory.mktemp("export") / "new folder"
     return succeeded(*C, "--out", out), out
-
-
-@pytest.fixture(autouse=True)
-def no_plugins(monkeypatch):
-    monkeypatch.setattr("hydroservo.scenario.plugins.loaded", {})
 
 
 def test_it_says_what_was_written_and_what_to_do_next(done):

@@ -4,9 +4,9 @@ import json
 import re
 
 import pytest
-from cli_runner import QUICK, SHORT, failed, hydroservo_
 
 from hydroservo.runs import results
+from tests.support.commands.runner import QUICK, SHORT, failed, hydroservo_
 
 
 def test_an_unknown_scenario_is_one_line():

@@ -5,15 +5,15 @@ import shlex
 from pathlib import Path
 
 import pytest
-from cli_runner import PLUGIN, QUICK, SHORT, failed, succeeded
 from typer.main import get_command
 from typer.testing import CliRunner
 
 import hydroservo
-from bases import on_base
 from hydroservo.cli.app import app
 from hydroservo.scenario import load_scenario, parse_override, scenario_source, scenarios
-from needs import needs
+from tests.support.bases import on_base
+from tests.support.commands.runner import PLUGIN, QUICK, SHORT, failed, succeeded
+from tests.support.needs import needs
 
 
 def test_version():
@@ -65,10 +65,10 @@ def test_the_help_has_examples():
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("forgotten")
 @pytest.mark.parametrize("example", EXAMPLES)
 def test_each_example_of_the_help_runs(example, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("hydroservo.scenario.plugins.loaded", {})
     Path("my_controller.py").write_text(PLUGIN)
     Path("my.toml").write_text(on_base('[controller]\ntype = "Fixed"\n'))
     args = shlex.split(example.partition(" > ")[0])

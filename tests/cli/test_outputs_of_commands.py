@@ -12,14 +12,14 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from cli_runner import hydroservo_, succeeded
 from PIL import Image
-from test_cli_process import HYDROSERVO
 
 from hydroservo.figures import style
 from hydroservo.outputs import PREFIX
 from hydroservo.runs import results
 from hydroservo.runs.results import foreign_files
+from tests.support.commands.processes import HYDROSERVO, needs_posix
+from tests.support.commands.runner import hydroservo_, succeeded
 
 SHORT = ("--set", "simulation.duration=0.02")
 RUN = ("run", "paper/sine-pi", *SHORT, "--interpreted")
@@ -39,8 +39,6 @@ COMMANDS = [
     (("export", "fmu", "paper/sine-pi"), "law.fmu", "", "hydroservo.export.products.proven_vectors"),
     (("export", "ssp", "paper/sine-pi"), "loop.ssp", "", "hydroservo.export.products.proven_vectors"),
 ]
-
-needs_posix = pytest.mark.skipif(os.name != "posix", reason="POSIX signals and pipes")
 
 
 def never(*_args, **_options):

@@ -1,8 +1,7 @@
 """Reproducing the paper."""
 
-from cli_runner import succeeded
-
 from hydroservo.papers.tsmc_eha_2021 import study as paper_study
+from tests.support.commands.runner import succeeded
 
 
 def test_paper_runs_the_study_writes_the_report_and_shows_verdicts(tmp_path, monkeypatch):

@@ -4,10 +4,8 @@ import json
 
 import pandas as pd
 import pytest
-from cli_runner import PLUGIN, QUICK, SHORT, UNSTABLE, succeeded
 
 import hydroservo
-from bases import on_base
 from hydroservo.cli.summary import RunSummary
 from hydroservo.cli.tables import verdict
 from hydroservo.metrics import declared_metrics, usual
@@ -15,6 +13,8 @@ from hydroservo.runs import results
 from hydroservo.runs.divergence import BEYOND
 from hydroservo.runs.results import Format
 from hydroservo.scenario import load_scenario, scenario_source
+from tests.support.bases import on_base
+from tests.support.commands.runner import PLUGIN, QUICK, SHORT, UNSTABLE, succeeded
 
 METRICS = declared_metrics(usual(load_scenario("paper/sine-pi")))
 

@@ -38,10 +38,9 @@ def ran(*arguments: str) -> Any:
 
 
 @pytest.fixture(autouse=True)
-def _no_kernels(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def _no_kernels(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, forgotten: None) -> None:
     monkeypatch.setenv("HYDROSERVO_CACHE_DIR", str(tmp_path / "cache"))
     monkeypatch.setattr(native, "READY", {})
-    monkeypatch.setattr("hydroservo.scenario.plugins.loaded", {})
 
 
 def test_a_kernel_is_said_to_be_compiled_and_then_read(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -7,9 +7,9 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from bases import on_base
 from hydroservo import Loop, ScenarioError
 from hydroservo.scenario import load_scenario, scenario_source
+from tests.support.bases import on_base
 
 LARGE = 2**20 - 500  # bytes, within the limit
 LONGEST = 1900  # characters of a message

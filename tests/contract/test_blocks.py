@@ -12,7 +12,7 @@ from hydroservo.scenario import registry
 from hydroservo.scenario.fits import said_roles
 from hydroservo.signals import Demand
 from hydroservo.testing import BlockContract
-from roles import blocks, identifier
+from tests.support.roles import blocks, identifier
 
 
 class TestContract(BlockContract):

@@ -13,7 +13,7 @@ from hydroservo.loads import Sine, Square, Step
 from hydroservo.roles import Load
 from hydroservo.testing.drawing import ORDINARY, block_of
 from hydroservo.testing.examples import example
-from roles import identifier, playing
+from tests.support.roles import identifier, playing
 
 BEFORE, AFTER = 1.0 - 2.0**-50, 1.0 + 2.0**-50  # as near to a jump as integrators go
 JUMPS = 20

@@ -15,7 +15,7 @@ from hydroservo.hooks import at_rest
 from hydroservo.runs.record_coverage import check_records
 from hydroservo.scenario.fits import ROLES
 from hydroservo.testing.drawing import ORDINARY
-from strategies import wired
+from tests.support.strategies import wired
 
 PERIODS = 200
 

@@ -12,7 +12,7 @@ from types import ModuleType
 
 import pytest
 
-from needs import needs
+from tests.support.needs import needs
 
 ROOT = Path(__file__).parents[2]
 CELL = re.compile(r"^```\{code-cell\}\n(?::tags:[^\n]*\n)?(.*?)^```", re.MULTILINE | re.DOTALL)

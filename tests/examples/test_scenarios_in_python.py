@@ -15,6 +15,7 @@ from hydroservo.runs.provenance import scenario_hash
 from hydroservo.runs.run import ready
 from hydroservo.testing.bits import bits
 from hydroservo.wiring import believed
+from tests.support.equality import assert_same_block
 
 NOMINAL = {"uncertainty.scale": 0}
 
@@ -73,4 +74,4 @@ def test_a_loop_made_of_objects_is_the_scenario_s(
 def test_a_nominal_law_leaves_its_model_open() -> None:
     loop = open_again(load_scenario("paper/sine-tsmc", NOMINAL))
     assert not [path for path, _ in leaves(loop) if path.startswith("controller.model.")]
-    assert loop.metrics == Usual()
+    assert_same_block(loop.metrics, Usual())

@@ -4,14 +4,14 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from fmus import Instance, mass, unpacked
-from projects import scenario, unit
-from toy import toy
 
 from hydroservo.export.c.vectors import Vectors
 from hydroservo.export.fmu import FmiVersion
 from hydroservo.export.unit import Precision, Unit
 from hydroservo.loop import Loop
+from tests.support.export.fmus import Instance, mass, unpacked
+from tests.support.export.projects import scenario, unit
+from tests.support.export.toy import toy
 
 
 @pytest.fixture(scope="module", params=FmiVersion, ids=lambda version: version.name)

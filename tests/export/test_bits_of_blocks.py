@@ -5,8 +5,6 @@ from typing import get_type_hints
 
 import numpy as np
 import pytest
-from agreement import assert_same_run
-from benchmarks.targets.laws import LAWS, types_in
 
 from hydroservo import Loop, Simulation, replace
 from hydroservo.block import Block
@@ -14,8 +12,10 @@ from hydroservo.holds import DelayedHold
 from hydroservo.roles import Integrator, Monitor
 from hydroservo.scenario.fits import ROLES
 from hydroservo.testing.examples import example
-from roles import NOTHING, blocks, role_of
-from strategies import choices
+from tests.support.export.agreement import assert_same_run
+from tests.support.roles import NOTHING, blocks, role_of
+from tests.support.strategies import choices
+from tools.targets.laws import LAWS, types_in
 
 PERIOD = 1e-4
 PERIODS = 200

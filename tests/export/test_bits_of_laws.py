@@ -4,10 +4,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from agreement import same_bits
-from benchmarks.targets.host import library
-from benchmarks.targets.laws import LAWS, PARTS, types_in
-from benchmarks.targets.sources import Rows
 
 from hydroservo import Loop, Simulation
 from hydroservo.block import leaves
@@ -19,8 +15,12 @@ from hydroservo.roles import Controller
 from hydroservo.runs.run import ready
 from hydroservo.signals import Demand, Measurement
 from hydroservo.testing.examples import example
-from needs import needs
-from roles import playing
+from tests.support.export.agreement import same_bits
+from tests.support.needs import needs
+from tests.support.roles import playing
+from tools.targets.host import library
+from tools.targets.laws import LAWS, PARTS, types_in
+from tools.targets.sources import Rows
 
 STEPS = 1_000_000
 PERIOD = 1e-4

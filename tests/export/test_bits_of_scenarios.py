@@ -3,14 +3,14 @@
 from pathlib import Path
 
 import pytest
-from agreement import assert_same_run, run_in_c
 
-from digests import digest, stored
 from hydroservo import simulate
 from hydroservo.block import leaves
 from hydroservo.export.parts import Command, ControllerUnit, ExternalForce, MachineUnit
 from hydroservo.runs.run import ready
 from hydroservo.scenario import load_scenario, scenarios
+from tests.support.digests import digest, stored
+from tests.support.export.agreement import assert_same_run, run_in_c
 
 
 @pytest.mark.slow

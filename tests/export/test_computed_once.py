@@ -5,13 +5,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from small_laws import NAMED, assert_same, law
 
 from hydroservo import Loop, ops
 from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.unit import Part, Precision
 from hydroservo.scenario import load_scenario
-from needs import needs
+from tests.support.export.small_laws import NAMED, assert_same, law
+from tests.support.needs import needs
 
 OF_PARAMETERS = """\
 root = ops.power(self.gain, 0.5) + ops.sin(self.gain)

@@ -5,12 +5,12 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from benchmarks.targets.sources import write_unit
 
 from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.unit import Part, Unit
 from hydroservo.scenario import load_scenario
-from needs import needs
+from tests.support.needs import needs
+from tools.targets.sources import write_unit
 
 FUSED = re.compile(r"\bv?fn?m[as]\w*\b")
 M7 = ("-mcpu=cortex-m7", "-mthumb", "-mfloat-abi=hard", "-mfpu=fpv5-d16")

@@ -5,8 +5,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from benchmarks.targets.host import library
-from small_laws import NAMED, law
 
 from hydroservo import Loop, Simulation
 from hydroservo.controllers import PI, TSMC, Saturation
@@ -17,7 +15,9 @@ from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.unit import Part, Precision, Unit
 from hydroservo.scenario import load_scenario
 from hydroservo.testing.examples import example
-from needs import needs
+from tests.support.export.small_laws import NAMED, law
+from tests.support.needs import needs
+from tools.targets.host import library
 
 
 def run(unit: Unit, rows: np.ndarray, folder: Path) -> np.ndarray:

@@ -2,12 +2,11 @@
 
 from pathlib import Path
 
-from benchmarks.targets.host import library
-from benchmarks.targets.symbols import foreign, undefined
-from cases import COMPILERS, Case, each_case, rows_of, unit_of
-from cppcheck import findings, unaccepted
-
-from needs import needs
+from tests.support.export.cases import COMPILERS, Case, each_case, rows_of, unit_of
+from tests.support.export.cppcheck import findings, unaccepted
+from tests.support.needs import needs
+from tools.targets.host import library
+from tools.targets.symbols import foreign, undefined
 
 SLOW_ALONE = {"copysign", "copysignf"}  # that gcc calls where it does not optimise at all; exact everywhere
 

@@ -5,15 +5,15 @@ from subprocess import CompletedProcess
 
 import numpy as np
 import pytest
-from benchmarks.targets.boards import COMPILER, Board, compiled, image, ran
-from benchmarks.targets.host import library
-from benchmarks.targets.symbols import foreign, undefined
-from cases import SINGLE, Case, each_board, each_case, named, unit_of, vectors_of
 
 from hydroservo.export.c.project import write_c_project
 from hydroservo.export.c.vectors import Vectors
 from hydroservo.export.unit import Part, Precision, Unit
-from needs import needs
+from tests.support.export.cases import SINGLE, Case, each_board, each_case, named, unit_of, vectors_of
+from tests.support.needs import needs
+from tools.targets.boards import COMPILER, Board, compiled, image, ran
+from tools.targets.host import library
+from tools.targets.symbols import foreign, undefined
 
 pytestmark = pytest.mark.slow
 

@@ -3,12 +3,12 @@
 from pathlib import Path
 
 import pytest
-from benchmarks.targets.host import library
-from cases import COMPILERS, Case, each_case, each_controller, limit_of, rows_of, unit_of
-from fuzz import BLOCK, fuzzed, verdict
-from sanitizers import watched
 
-from needs import needs
+from tests.support.export.cases import COMPILERS, Case, each_case, each_controller, limit_of, rows_of, unit_of
+from tests.support.export.fuzz import BLOCK, fuzzed, verdict
+from tests.support.export.sanitizers import watched
+from tests.support.needs import needs
+from tools.targets.host import library
 
 pytestmark = pytest.mark.slow
 

@@ -11,8 +11,6 @@ import fmpy
 import numpy as np
 import pytest
 from fmpy.validation import validate_fmu
-from fmus import mass
-from toy import toy
 
 from hydroservo.errors import HydroservoError
 from hydroservo.export.c import compiler
@@ -23,6 +21,8 @@ from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.platforms import this_platform
 from hydroservo.export.unit import Part, Signal
 from hydroservo.scenario import load_scenario
+from tests.support.export.fmus import mass
+from tests.support.export.toy import toy
 
 EXPORTS = {"pi": toy(), "mass": mass()}
 

@@ -7,10 +7,21 @@ import fmpy
 import numpy as np
 import pytest
 from fmpy.fmi1 import FMICallException
-from fmus import Instance
-from toy_fmu import COMMAND, DEMAND, GAIN, INTEGRAL, OK, VELOCITY, WARNING, Replica, discarded, refused
 
 from hydroservo.export.fmu import FmiVersion
+from tests.support.export.fmus import Instance
+from tests.support.export.toy_fmu import (
+    COMMAND,
+    DEMAND,
+    GAIN,
+    INTEGRAL,
+    OK,
+    VELOCITY,
+    WARNING,
+    Replica,
+    discarded,
+    refused,
+)
 
 
 def test_instances_side_by_side_are_independent(pi: Path) -> None:

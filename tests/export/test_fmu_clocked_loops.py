@@ -5,7 +5,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from fmus import Instance, unpacked
 
 from hydroservo import simulate
 from hydroservo.export.fmu import FmiVersion
@@ -13,6 +12,7 @@ from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.unit import Part
 from hydroservo.loop import Loop
 from hydroservo.scenario import load_scenario
+from tests.support.export.fmus import Instance, unpacked
 
 SAMPLES = 1000
 PERIOD = 1e-3

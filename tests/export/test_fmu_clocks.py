@@ -13,12 +13,23 @@ import pytest
 from fmpy import fmi3
 from fmpy.fmi1 import FMICallException
 from fmpy.validation import validate_fmu
-from fmus import Instance, mass, unpacked
-from toy import toy
-from toy_fmu import COMMAND, DEMAND, GAIN, INTEGRAL, OK, VELOCITY, WARNING, Replica, refusal, refused
 
 from hydroservo.errors import ParameterError
 from hydroservo.export.fmu import FmiVersion, write_fmu
+from tests.support.export.fmus import Instance, mass, unpacked
+from tests.support.export.toy import toy
+from tests.support.export.toy_fmu import (
+    COMMAND,
+    DEMAND,
+    GAIN,
+    INTEGRAL,
+    OK,
+    VELOCITY,
+    WARNING,
+    Replica,
+    refusal,
+    refused,
+)
 
 CLOCK = "sample"
 PERIOD = 1e-5

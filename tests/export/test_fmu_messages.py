@@ -5,10 +5,10 @@ from ctypes import c_char_p
 from pathlib import Path
 
 import pytest
-from fmus import Instance
-from toy_fmu import OK, VELOCITY, WARNING, refused
 
 from hydroservo.export.fmu import FmiVersion
+from tests.support.export.fmus import Instance
+from tests.support.export.toy_fmu import OK, VELOCITY, WARNING, refused
 
 
 def test_messages_are_those_asked_for(pi: Path) -> None:

@@ -8,11 +8,11 @@ import fmpy
 import numpy as np
 import pytest
 from fmpy.build import build_platform_binary
-from fmus import Instance
-from toy import toy
 
 from hydroservo.export.fmu import FmiVersion, write_fmu
-from needs import needs
+from tests.support.export.fmus import Instance
+from tests.support.export.toy import toy
+from tests.support.needs import needs
 
 READ = ("controller.u", "controller.integral")
 

@@ -5,10 +5,10 @@ from pathlib import Path
 
 import pytest
 from fmpy.fmi1 import FMICallException
-from fmus import Instance
-from toy_fmu import COMMAND, DEMAND, GAIN, INTEGRAL, refused
 
 from hydroservo.export.fmu import FmiVersion
+from tests.support.export.fmus import Instance
+from tests.support.export.toy_fmu import COMMAND, DEMAND, GAIN, INTEGRAL, refused
 
 
 def test_a_saved_state_gives_the_same_bits_again(one: Instance, pi: Path) -> None:

@@ -7,7 +7,6 @@ import fmpy
 import numpy as np
 import pytest
 import xarray as xr
-from fmus import Instance
 
 from hydroservo import simulate
 from hydroservo.export.fmu import FmiVersion, write_fmu
@@ -16,6 +15,7 @@ from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.unit import Part, Signal, Unit
 from hydroservo.loop import Loop
 from hydroservo.scenario import load_scenario, scenarios
+from tests.support.export.fmus import Instance
 
 pytestmark = pytest.mark.slow
 

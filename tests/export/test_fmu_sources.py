@@ -5,15 +5,16 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from exchanges import equations
-from fmus import mass
-from toy import toy
 
 from hydroservo.export.c.compiler import BITS
 from hydroservo.export.fmu import FmiVersion
 from hydroservo.export.fmu.binaries import AS_LIBRARY
 from hydroservo.export.fmu.contents import fmu_files
-from needs import needs
+from tests.support.export import DRIVERS
+from tests.support.export.exchanges import equations
+from tests.support.export.fmus import mass
+from tests.support.export.toy import toy
+from tests.support.needs import needs
 
 FLAGS = ("-std=c99", "-O2", *BITS, *AS_LIBRARY)
 STRICT = ("-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Wstrict-prototypes", "-Werror")
@@ -116,7 +117,7 @@ def test_random_calls_of_equations_are_answered_as_fmi_has_them(
 
 def random_calls(folder: Path, program: str, out: Path) -> str:
     words = ("-O1", *SANITIZED)
-    calls = one_object(folder, Path(__file__).parent / program, out / "calls.o", *words)
+    calls = one_object(folder, DRIVERS / program, out / "calls.o", *words)
     run(out, "gcc", *words, *compiled(folder, out, *words), calls, "-o", "calls", "-lm")
     return run(out, "./calls")
 
@@ -133,7 +134,7 @@ def driver(folder: Path, out: Path, *words: str) -> str:
     """The object of the program that runs the machine of the tests, or integrates equations."""
     version = 2 if (folder / "fmi2.c").exists() else 3
     kind = "exchange_driver" if (folder / "equations.c").exists() else "driver"
-    return one_object(folder, Path(__file__).parent / f"fmi{version}_{kind}.c", out / "driver.o", *words)
+    return one_object(folder, DRIVERS / f"fmi{version}_{kind}.c", out / "driver.o", *words)
 
 
 def one_object(folder: Path, source: Path, made: Path, *words: str) -> str:

@@ -4,15 +4,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from benchmarks.targets.host import program
-from benchmarks.targets.tools import ToolError
-from fuzz import BLOCK, fuzzed, verdict
-from sanitizers import watched
-from toy import toy
-from variants import changed, inputs, single
 
 from hydroservo.export.unit import Unit
-from needs import needs
+from tests.support.export.fuzz import BLOCK, fuzzed, verdict
+from tests.support.export.sanitizers import watched
+from tests.support.export.toy import toy
+from tests.support.export.variants import changed, inputs, single
+from tests.support.needs import needs
+from tools.targets.compilers import ToolError
+from tools.targets.host import program
 
 LIMIT = 10.0  # [V] of the toy
 ROWS = 1000

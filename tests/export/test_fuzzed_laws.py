@@ -1,225 +1,20 @@
-"""Many random laws: each is refused, or does in C what it does in Python, bit for bit.
+"""Many random laws: each is refused, or does in C what it does in Python, bit for bit."""
 
-``python tests/export/test_fuzzed_laws.py COUNT [FIRST]`` tries so many, from that seed on, and counts.
-"""
-
-import math
-import re
-import signal
-import struct
-import sys
-import tempfile
-import traceback
-from collections import Counter
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
 from pathlib import Path
-from random import Random
-from typing import NamedTuple
 
-import numpy as np
 import pytest
-from benchmarks.targets.sources import write_unit
-from benchmarks.targets.tools import FLAGS, ToolError, output, warnings
-from fuzzed_laws import fuzzed_law
-from small_laws import R, Y, loop_of
 
-from hydroservo.block import Block
-from hydroservo.errors import LoopError
 from hydroservo.export.c import source
-from hydroservo.export.c.vectors import number_at
-from hydroservo.export.of_loop import exported_unit
-from hydroservo.export.parts import block_of
-from hydroservo.export.translate.scope import TranslationError
-from hydroservo.export.unit import Part, Unit
-from hydroservo.runs.run import ready
-from needs import needs
+from tests.support.export.law_campaign import SANITIZED, Tried, campaign, tried, wrong
+from tests.support.needs import needs
 
 CORPUS = sorted((Path(__file__).parent / "corpus").glob("*.txt"))  # laws that were wrong once
-ROWS = [
-    (Y, R),
-    (Y._replace(velocity=-1.75), R._replace(value=3.5)),
-    (Y._replace(velocity=40.0), R._replace(value=-0.0)),
-    (Y._replace(velocity=0.0), R._replace(value=-9.0)),
-    (Y._replace(velocity=3.25), R._replace(value=1.5)),
-    (Y._replace(velocity=-0.5), R._replace(value=0.0625)),
-    (Y._replace(velocity=1e300), R._replace(value=-1e300)),
-    (Y._replace(velocity=math.nan), R._replace(value=math.inf)),
-]
-STOPS = (
-    ArithmeticError,
-    AssertionError,
-    AttributeError,
-    LookupError,
-    NameError,
-    RecursionError,
-    TypeError,
-    ValueError,
-)
-AT_ONCE = 50  # laws in one program
-LIMITS = "-Wno-type-limits"  # a random comparison may well be always false
-SANITIZED = ("-O1", "-fsanitize=undefined,address", "-fno-sanitize-recover=all")
-BUILDS = (SANITIZED, *[("-O1",)] * 3, ("-O2",))  # in turn
-LAW_LASTS = 3.0  # s of this process, however busy the machine is
-PROGRAM_LASTS = 20  # s
-
-
-class Tried(NamedTuple):
-    """A law that C and Python can be asked about."""
-
-    name: str
-    unit: Unit
-    expected: list[str]
-
-
-class TooLongError(BaseException):
-    """A law did not end in Python; nothing that catches exceptions is to catch this."""
-
-
-@contextmanager
-def limited() -> Iterator[None]:
-    def stop(*_: object) -> None:
-        raise TooLongError
-
-    before = signal.signal(signal.SIGVTALRM, stop)
-    signal.setitimer(signal.ITIMER_VIRTUAL, LAW_LASTS)
-    try:
-        yield
-    finally:
-        signal.setitimer(signal.ITIMER_VIRTUAL, 0.0)
-        signal.signal(signal.SIGVTALRM, before)
 
 
 @pytest.fixture(autouse=True)
 def _not_formatted(monkeypatch: pytest.MonkeyPatch) -> None:
     """The layout of C is not what is tried here, and takes a program of its own."""
     monkeypatch.setattr(source, "formatted", str)
-
-
-def tried(name: str, text: str, folder: Path, inlined: bool = False) -> Tried | str:
-    """A law with what Python makes of it; or the word for why it is not asked about."""
-    own = folder / name
-    own.mkdir()
-    loop = loop_of(own, text)
-    try:
-        with limited(), np.errstate(all="ignore"):
-            states = stepped(block_of(ready(loop), Part.CONTROLLER))
-            unit = exported_unit(loop, Part.CONTROLLER, prefix=name, title="a law", inlined=inlined)
-    except TooLongError:
-        return "stopped"
-    except TranslationError as error:
-        said = str(error)
-        return "refused" if said.startswith(f"{own}/law.py, line ") and "\n" not in said else "badly refused"
-    except LoopError:  # it stops in Python at the first sample
-        return "stopped"
-    except Exception:  # whatever the translation stumbles over
-        return f"fails: {traceback.format_exc()}"
-    if not states:
-        return "stopped"
-    places = [signal.place for signal in unit.states]
-    expected = [" ".join(bits(number_at(state, place)) for place in places) for state in states]
-    return Tried(name, unit, expected)
-
-
-def stepped(block: Block) -> list[Block]:
-    """The states of a law, as far as Python goes."""
-    state, states = block.init(), []
-    with suppress(*STOPS):
-        for y, r in ROWS:
-            state = block.step(state, y, r)
-            states.append(state)
-    return states
-
-
-def bits(x: float) -> str:
-    return "nan" if x != x else struct.pack(">d", x).hex()  # noqa: PLR0124
-
-
-def driver(laws: list[Tried]) -> str:
-    """A program that prints the states of some laws."""
-    lines = ["#include <inttypes.h>", "#include <stdio.h>", "#include <string.h>"]
-    lines += [f'#include "{one.name}.c"' for one in laws]
-    lines += [
-        "static void show(double x) {",
-        "    uint64_t bits;",
-        "    memcpy(&bits, &x, sizeof bits);",
-        '    if (x != x) { printf(" nan"); } else { printf(" %016" PRIx64, bits); }',
-        "}",
-        "int main(void) {",
-    ]
-    for one in laws:
-        p = one.unit.prefix
-        names = [argument.name for argument in one.unit.arguments]
-        parameters = "" if one.unit.inlined else f", &{p}_defaults"
-        lines += ["    {", f"        {p}_state state;", f"        {p}_init(&state{parameters});"]
-        lines += [f"        {p}_{name} {name}; (void){name};" for name in names]
-        given = "".join(f", &{name}" for name in names)
-        for y, r in ROWS[: len(one.expected)]:
-            records = {"measurement": y, "demand": r}
-            for argument in one.unit.arguments:
-                for x in argument.signals:
-                    number = getattr(records[argument.name], x.path.partition(".")[2])
-                    lines.append(f"        {argument.name}.{x.place} = {in_c(number)};")
-            lines.append(f"        {p}_step(&state{parameters}{given});")
-            lines.append(f'        printf("{one.name}");')
-            lines += [f"        show(state.{x.place});" for x in one.unit.states]
-            lines.append('        printf("\\n");')
-        lines.append("    }")
-    return "\n".join(["#include <math.h>", *lines, "    return 0;", "}", ""])
-
-
-def with_own_names(one: Tried) -> str:
-    """A law's source with its name in those of its functions: many laws are compiled as one text."""
-    text = one.unit.source
-    own = "|".join({*re.findall(r"^static \w+ (\w+)\(", text, re.MULTILINE)})
-    return re.sub(rf"\b({own})\(", rf"{one.name}_\1(", text) if own else text
-
-
-def in_c(x: float) -> str:
-    return float(x).hex() if math.isfinite(x) else "(double)NAN" if math.isnan(x) else "(double)INFINITY"
-
-
-def wrong(laws: list[Tried], folder: Path, flags: tuple[str, ...]) -> list[str]:
-    """What C does otherwise than Python, each with the law's name."""
-    for one in laws:
-        write_unit(one.unit._replace(source=with_own_names(one)), folder)
-    file, program = folder / "driver.c", folder / "program"
-    file.write_text(driver(laws))
-    try:
-        strict = (*FLAGS, *warnings(laws[0].unit), LIMITS)
-        output(["gcc", *strict, *flags, "-I", folder, file, "-o", program, "-lm"])
-        said = output(["timeout", str(PROGRAM_LASTS), program])
-    except ToolError as error:
-        if len(laws) == 1:
-            return [f"{laws[0].name}: {error}"]
-        return [one for part in laws for one in wrong([part], folder, flags)]
-    expected = [f"{one.name} {line}" for one in laws for line in one.expected]
-    pairs = zip(said.splitlines(), expected, strict=True)
-    return sorted({f"{b.split()[0]}: {a} is not {b}" for a, b in pairs if a != b})
-
-
-def campaign(first: int, count: int, folder: Path, flags: tuple[str, ...]) -> tuple[Counter[str], list[str]]:
-    """How many laws agreed, were refused, stopped in Python or were wrong; and those that were."""
-    counts: Counter[str] = Counter()
-    found: list[str] = []
-    asked: list[Tried] = []
-    for seed in range(first, first + count):
-        text = fuzzed_law(Random(seed))  # noqa: S311 - to be played again
-        one = tried(f"law{seed}", text, folder, inlined=seed % 4 == 0)
-        if isinstance(one, str):
-            word, _, _ = one.partition(":")
-            counts[word] += 1
-            found += [f"law{seed}: {one}"] if word in {"fails", "badly refused"} else []
-        else:
-            asked.append(one)
-        if asked and (len(asked) == AT_ONCE or seed == first + count - 1):
-            failures = wrong(asked, folder, flags)
-            numbers = {text.split(":")[0] for text in failures}
-            counts["wrong"] += len(numbers)
-            counts["agreed"] += len(asked) - len(numbers)
-            found += failures
-            asked = []
-    return counts, found
 
 
 @pytest.mark.parametrize("flags", [("-O2",), SANITIZED], ids=["optimized", "sanitized"])
@@ -236,14 +31,3 @@ def test_laws_that_were_wrong_once_are_no_more(flags: tuple[str, ...], tmp_path:
     found = [tried(one.stem, one.read_text(encoding="utf-8"), tmp_path) for one in CORPUS]
     assert {one for one in found if isinstance(one, str)} <= {"refused"}
     assert wrong([one for one in found if isinstance(one, Tried)], tmp_path, flags) == []
-
-
-if __name__ == "__main__":
-    source.formatted = str
-    total, start = int(sys.argv[1]), int((*sys.argv, "0")[2])
-    for at in range(start, start + total, 500):
-        with tempfile.TemporaryDirectory() as place:
-            size = min(500, start + total - at)
-            tally, bad = campaign(at, size, Path(place), BUILDS[at // 500 % len(BUILDS)])
-        print(at, dict(tally), flush=True)
-        print(*bad, sep="\n", flush=True)

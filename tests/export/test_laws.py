@@ -3,19 +3,19 @@
 from pathlib import Path
 
 import pytest
-from benchmarks.targets.host import library
-from benchmarks.targets.laws import LAWS
-from cases import limit_of, rows_of
-from cppcheck import findings, unaccepted
-from fuzz import verdict
-from sanitizers import watched
 
 from hydroservo import Loop
 from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.unit import Part, Precision
 from hydroservo.runs.run import ready
 from hydroservo.testing.examples import example
-from needs import needs
+from tests.support.export.cases import limit_of, rows_of
+from tests.support.export.cppcheck import findings, unaccepted
+from tests.support.export.fuzz import verdict
+from tests.support.export.sanitizers import watched
+from tests.support.needs import needs
+from tools.targets.host import library
+from tools.targets.laws import LAWS
 
 pytestmark = pytest.mark.slow
 

@@ -7,9 +7,7 @@ from pathlib import Path
 import fmpy
 import numpy as np
 import pytest
-from exchanges import Exchange, rk4
 from fmpy.fmi1 import FMICallException
-from fmus import Instance, unpacked
 
 from hydroservo import simulate
 from hydroservo.block import leaves, replace
@@ -23,6 +21,8 @@ from hydroservo.runs.run import ready
 from hydroservo.scenario import load_scenario
 from hydroservo.signals import MachineOutputs
 from hydroservo.testing.examples import example
+from tests.support.export.exchanges import Exchange, rk4
+from tests.support.export.fmus import Instance, unpacked
 
 FORCE = "external.force"
 SAMPLES = 500

@@ -5,7 +5,6 @@ from pathlib import Path
 
 import fmpy
 import pytest
-from projects import TITLE, check, unit
 
 from hydroservo.errors import ParameterError
 from hydroservo.export.c.project import write_c_project
@@ -14,6 +13,7 @@ from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.prefix import checked_prefix, default_prefix
 from hydroservo.export.unit import Part, Precision
 from hydroservo.loop import Loop
+from tests.support.export.projects import TITLE, check, unit
 
 FMU_SOURCES = sorted(file.name for file in (resources.files("hydroservo.export.fmu") / "sources").iterdir())
 

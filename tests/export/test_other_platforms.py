@@ -8,13 +8,6 @@ from typing import NamedTuple
 import fmpy
 import numpy as np
 import pytest
-from agreement import same_bits
-from benchmarks.targets.sources import Rows
-from cases import Case, rows_of, unit_of, vectors_of
-from emulators import EMULATED, Emulated, run, wine_surroundings
-from exchanges import equations
-from fmus import mass
-from toy import toy
 
 from hydroservo.export.c.project import write_c_project
 from hydroservo.export.c.vectors import Vectors
@@ -24,7 +17,15 @@ from hydroservo.export.fmu.contents import Files, fmu_files
 from hydroservo.export.fmu.variables import Kind, variables_of
 from hydroservo.export.platforms import Platform, this_platform
 from hydroservo.export.unit import Part
-from needs import needs
+from tests.support.export import DRIVERS
+from tests.support.export.agreement import same_bits
+from tests.support.export.cases import Case, rows_of, unit_of, vectors_of
+from tests.support.export.emulators import EMULATED, Emulated, run, wine_surroundings
+from tests.support.export.exchanges import equations
+from tests.support.export.fmus import mass
+from tests.support.export.toy import toy
+from tests.support.needs import needs
+from tools.targets.sources import Rows
 
 pytestmark = pytest.mark.slow
 
@@ -36,7 +37,6 @@ FMUS = (
 )
 REPLAYED = Case("rig/noisy-1khz-tsmc-sine", Part.LOOP)
 SAMPLES = 500
-HERE = Path(__file__).parent
 WRONG = "a step of .* s is not a whole multiple of the sample period of .* s"
 SYSTEM = re.compile(
     r"(KERNEL32|msvcrt|ucrtbase|api-ms-win-crt-[\w-]+)\.dll|(libc|libm)\.so\.6|ld-linux-aarch64\.so\.1"
@@ -95,7 +95,7 @@ def runner(place: Path, fmu: Built, platform: Platform, compiler: str) -> str:
     if not (place / program).exists():
         headers = fmu.folder / "sources" / "include"
         options = [] if platform is Platform.X86_64_WINDOWS else ["-ldl"]
-        words = [f"-DFMI={fmu.version}", f"-I{headers}", str(HERE / "fmu_runner.c"), "-o", program]
+        words = [f"-DFMI={fmu.version}", f"-I{headers}", str(DRIVERS / "fmu_runner.c"), "-o", program]
         run(place, compiler, "-std=gnu99", *words, *options)
     return program
 
@@ -160,7 +160,7 @@ def driven(emulated: Emulated, files: Files, driver: str, folder: Path) -> list[
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).write_text(text)
     sources = sorted(str(one) for one in (folder / "sources").glob("*.c"))
-    words = ("-Isources", "-Isources/include", str(HERE / driver), *sources)
+    words = ("-Isources", "-Isources/include", str(DRIVERS / driver), *sources)
     run(folder, emulated.compiler, "-std=c99", "-O1", *words, "-o", "driver.exe", "-lm")
     return run(folder, *emulated.emulator, "./driver.exe").splitlines()
 

@@ -4,14 +4,14 @@ import zipfile
 from pathlib import Path
 
 import pytest
-from toy import toy
 
 from hydroservo.errors import HydroservoError, ParameterError
 from hydroservo.export import platforms
 from hydroservo.export.fmu import FmiVersion, Platform, check_tools, write_fmu
 from hydroservo.export.fmu.binaries import place_of
 from hydroservo.export.platforms import TOOLCHAINS, platforms_named, this_platform
-from needs import needs
+from tests.support.export.toy import toy
+from tests.support.needs import needs
 
 LINUX, ARM, WINDOWS, MAC = (
     Platform.X86_64_LINUX,

@@ -13,7 +13,7 @@ from hydroservo.export.products import export_c, export_fmu, export_ssp
 from hydroservo.loop import Loop
 from hydroservo.outputs import OutputError
 from hydroservo.scenario import load_scenario
-from needs import needs
+from tests.support.needs import needs
 
 PROOF = Proof(1, "cc", 2, 2, (), (), "", "")
 

@@ -7,9 +7,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from benchmarks.targets.boards import BOARDS, COMPILER, Board
-from benchmarks.targets.sources import FOLDER as TARGET
-from projects import TITLE, check, make, unit
 
 from hydroservo.errors import HydroservoError
 from hydroservo.export.c.project import c_project, memory, write_c_project
@@ -17,7 +14,10 @@ from hydroservo.export.c.vectors import Vectors
 from hydroservo.export.comments import WIDTH
 from hydroservo.export.unit import Part, Precision, Signal, Unit
 from hydroservo.loop import Loop
-from needs import needs
+from tests.support.export.projects import TITLE, check, make, unit
+from tests.support.needs import needs
+from tools.targets.boards import BOARDS, COMPILER, Board
+from tools.targets.sources import FOLDER as TARGET
 
 FILES = ["law.h", "law.c", "law_vectors.h", "law_replay.c", "Makefile", "README.md"]
 SEMIHOSTING = "-semihosting-config enable=on,target=native"

@@ -5,7 +5,6 @@ import shutil
 from pathlib import Path
 
 import pytest
-from small_laws import FIRST, NAMED, law
 
 from hydroservo import Loop, LoopError
 from hydroservo.errors import HydroservoError
@@ -16,7 +15,8 @@ from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.products import proof_line
 from hydroservo.export.unit import Part, Precision, Unit
 from hydroservo.scenario import load_scenario
-from needs import needs
+from tests.support.export.small_laws import FIRST, NAMED, law
+from tests.support.needs import needs
 
 RARE = """\
 u = self.gain * y.velocity

@@ -4,13 +4,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from benchmarks.targets.host import library
 from numpy.typing import NDArray
-from small_laws import NAMED, law
 
 from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.unit import Part, Precision
-from needs import needs
+from tests.support.export.small_laws import NAMED, law
+from tests.support.needs import needs
+from tools.targets.host import library
 
 EPS = 2.0**-23
 ROWS = 20_000

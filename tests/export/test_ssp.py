@@ -8,7 +8,6 @@ import fmpy
 import numpy as np
 import pytest
 from fmpy.ssp.ssd import Connection, read_ssd
-from fmus import Instance
 
 from hydroservo import HydroservoError
 from hydroservo.export.fmu import PARTS, FmiVersion, write_ssp
@@ -16,7 +15,8 @@ from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.unit import Part, Unit
 from hydroservo.runs.run import simulate
 from hydroservo.scenario import load_scenario
-from needs import needs
+from tests.support.export.fmus import Instance
+from tests.support.needs import needs
 
 SSD = "http://ssp-standard.org/SSP1/SystemStructureDescription"
 SAMPLES = 200

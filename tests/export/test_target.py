@@ -3,16 +3,16 @@
 from pathlib import Path
 
 import pytest
-from benchmarks.targets.boards import BOARDS, COMPILER, Board, compiled, image, ran
-from benchmarks.targets.costs import Sections, costs, sections
-from benchmarks.targets.stack import deepest
-from benchmarks.targets.symbols import foreign, undefined
-from benchmarks.targets.tools import ToolError, output
-from toy import toy
-from variants import changed, each_unit, idling, inputs
 
 from hydroservo.export.unit import Unit
-from needs import needs
+from tests.support.export.toy import toy
+from tests.support.export.variants import changed, each_unit, idling, inputs
+from tests.support.needs import needs
+from tools.targets.boards import BOARDS, COMPILER, Board, compiled, image, ran
+from tools.targets.compilers import ToolError, output
+from tools.targets.costs import Sections, costs, sections
+from tools.targets.stack import deepest
+from tools.targets.symbols import foreign, undefined
 
 EMULATOR = "qemu-system-arm"
 FAULT = "*(volatile int *)0xFFFFFFF0u = 1;"

@@ -4,18 +4,18 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from benchmarks.targets.callgrind import instructions
-from benchmarks.targets.host import compiled, library, program
-from benchmarks.targets.sources import Rows
-from benchmarks.targets.symbols import foreign, undefined
-from benchmarks.targets.tools import ToolError
-from cppcheck import Finding, findings, unaccepted
-from sanitizers import watched
-from toy import toy
-from variants import changed, each_unit, idling, inlined, inputs, single
 
 from hydroservo.export.unit import Unit
-from needs import needs
+from tests.support.export.cppcheck import Finding, findings, unaccepted
+from tests.support.export.sanitizers import watched
+from tests.support.export.toy import toy
+from tests.support.export.variants import changed, each_unit, idling, inlined, inputs, single
+from tests.support.needs import needs
+from tools.targets.callgrind import instructions
+from tools.targets.compilers import ToolError
+from tools.targets.host import compiled, library, program
+from tools.targets.sources import Rows
+from tools.targets.symbols import foreign, undefined
 
 COMPILERS = ("gcc", "clang")
 

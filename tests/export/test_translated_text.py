@@ -5,10 +5,6 @@ from pathlib import Path
 from types import FunctionType
 
 import pytest
-from benchmarks.targets.host import library
-from projects import check
-from small_laws import FIRST, HEAD, NAMED, assert_same
-from small_laws import law as law_of
 
 from hydroservo import Loop
 from hydroservo.errors import HydroservoError
@@ -20,7 +16,11 @@ from hydroservo.export.translate.scope import TranslationError
 from hydroservo.export.unit import Part
 from hydroservo.scenario import load_plugin
 from hydroservo.testing.examples import example
-from needs import needs
+from tests.support.export.projects import check
+from tests.support.export.small_laws import FIRST, HEAD, NAMED, assert_same
+from tests.support.export.small_laws import law as law_of
+from tests.support.needs import needs
+from tools.targets.host import library
 
 
 def law(folder: Path, body: str) -> Loop:

@@ -4,12 +4,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from small_laws import FIRST, HEAD, NAMED, assert_same, law, loop_of
 
 from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.translate.scope import TranslationError
 from hydroservo.export.unit import Part, Unit
-from needs import needs
+from tests.support.export.small_laws import FIRST, HEAD, NAMED, assert_same, law, loop_of
+from tests.support.needs import needs
 
 TEXT = HEAD.replace(
     "import math\n", "import functools\nimport math\n", 1

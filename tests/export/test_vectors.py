@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from projects import scenario, unit
 
 from hydroservo.export.c.vectors import HUGE, Vectors
 from hydroservo.export.unit import Part, Unit
 from hydroservo.loop import Loop
 from hydroservo.runs.run import simulate
+from tests.support.export.projects import scenario, unit
 
 
 def test_vectors_begin_as_the_simulation_does(loop: Loop, law: tuple[Unit, Vectors]) -> None:

@@ -4,7 +4,8 @@ import re
 from pathlib import Path
 
 import pytest
-from published import CASES, Case
+
+from tools.published import CASES, Case
 
 ROOT = Path(__file__).parents[2]
 

@@ -2,8 +2,8 @@
 
 import pytest
 
-from digests import digests_of, stored
 from hydroservo.scenario import scenarios
+from tests.support.digests import digests_of, stored
 
 
 @pytest.mark.slow

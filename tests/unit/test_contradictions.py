@@ -6,7 +6,6 @@ from typing import Annotated, NamedTuple
 import numpy as np
 import pytest
 
-from bases import on_base
 from hydroservo import Loop, ParameterError, ScenarioError, Simulation, replace
 from hydroservo.block import Block, Field
 from hydroservo.mechanics import LuGre, OneLinkArm, Stribeck
@@ -19,6 +18,7 @@ from hydroservo.supplies import GasAccumulator, IdealSupply, PumpSupply, ReliefV
 from hydroservo.testing.examples import example
 from hydroservo.validation import checked, consistent
 from hydroservo.valves import FirstOrderValve, FourEdges, SecondOrderValve, StaticValve
+from tests.support.bases import on_base
 
 CONTRADICTIONS = [
     (
@@ -210,7 +210,7 @@ def test_a_controller_of_a_plugin_may_check_itself(tmp_path: Path) -> None:
 
 PLUGIN = '''
 from typing import NamedTuple
-from bases import on_base
+from tests.support.bases import on_base
 from hydroservo import ParameterError
 
 class HeldState(NamedTuple):

@@ -22,7 +22,7 @@ from hydroservo.runs.batch import simulate_batch
 from hydroservo.runs.fitting import first_state
 from hydroservo.runs.run import ready
 from hydroservo.testing.examples import example
-from ptx_machine import PtxDevice, PtxFunction
+from tests.support.ptx_machine import PtxDevice, PtxFunction
 
 pytestmark = pytest.mark.slow
 

@@ -8,7 +8,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bases import on_base
 from hydroservo import Loop, Simulation, simulate
 from hydroservo.controllers import PI
 from hydroservo.hooks import at_rest
@@ -20,6 +19,8 @@ from hydroservo.signals import PortFlows, Pressures
 from hydroservo.testing.examples import example
 from hydroservo.valves import Orifice
 from hydroservo.wiring import believed
+from tests.support.bases import on_base
+from tests.support.equality import assert_same_block
 
 DIFFERENTIAL = Cylinder(
     area_a=2e-3,
@@ -190,11 +191,11 @@ def test_a_scenario_names_its_parts(tmp_path: Path) -> None:
     file.write_text(on_base(SCENARIO), encoding="utf-8")
     loop = load_scenario(file)
     assert isinstance(loop.plant, Cylinder)
-    assert loop.plant.oil == AeratedOil(air_content=0.01)
-    assert loop.plant.friction == example(LuGre)
-    assert loop.plant.stops == NoStops()
-    assert loop.plant.mechanism == pytest.approx(
-        example(OneLinkArm, level_angle=math.radians(80.0)), rel=1e-14
-    )
+    assert_same_block(loop.plant.oil, AeratedOil(air_content=0.01))
+    assert_same_block(loop.plant.friction, example(LuGre))
+    assert_same_block(loop.plant.stops, NoStops())
+    arm = example(OneLinkArm, level_angle=math.radians(80.0))
+    assert isinstance(loop.plant.mechanism, OneLinkArm)
+    assert loop.plant.mechanism == pytest.approx(arm, rel=1e-14)
     assert loop.plant.area_b == pytest.approx(3e-4)
-    assert believed(loop).plant == at_rest(loop.plant, loop.supply, loop.load).simplified()
+    assert_same_block(believed(loop).plant, at_rest(loop.plant, loop.supply, loop.load).simplified())

@@ -21,14 +21,14 @@ from hydroservo.time_series import TimeSeries
 
 pytestmark = pytest.mark.slow
 
-GUARDED = Path(__file__).parent.parent / "guarded.py"
+ROOT = Path(__file__).parents[2]
 
 posix = pytest.mark.skipif(os.name != "posix", reason="mprotect is POSIX")
 
 
 def in_guarded_memory(what: str, edge: str) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, str(GUARDED), what, edge]
-    return subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
+    command = [sys.executable, "-m", "tests.support.guarded", what, edge]
+    return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=120, check=False)
 
 
 @posix

@@ -2,9 +2,11 @@
 
 import pytest
 
+from hydroservo import references
 from hydroservo.loads import Constant, Recorded, Sine, Square, Step
 from hydroservo.testing.examples import example
 from hydroservo.time_series import TimeSeries
+from tests.support.equality import assert_same_block
 
 
 def test_the_defaults_are_the_papers() -> None:
@@ -32,3 +34,10 @@ def test_recorded() -> None:
 
 def test_the_default_record_is_zero() -> None:
     assert Recorded().force(0.3) == 0.0
+
+
+def test_a_load_is_no_demand_with_the_same_numbers() -> None:
+    load, demand = example(Sine), references.Sine(*example(Sine))
+    assert load == demand
+    with pytest.raises(AssertionError):
+        assert_same_block(load, demand)

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from bases import on_base
 from hydroservo import Aim, loads, references, tune
 from hydroservo.cli.app import app
 from hydroservo.errors import HydroservoWarning, ParameterError
@@ -22,6 +21,7 @@ from hydroservo.runs.run import ready, simulate
 from hydroservo.scenario import load_scenario
 from hydroservo.testing.examples import example
 from hydroservo.time_series import TimeSeries
+from tests.support.bases import on_base
 
 LOG = np.arange(8001) / 1000.0  # 8 s at 1 kHz
 LONG = np.arange(60_000) / 1000.0

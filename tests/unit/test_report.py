@@ -9,7 +9,6 @@ import zlib
 import numpy as np
 import pandas as pd
 import pytest
-from test_report_figures import METRIC_FIELDS, lost, made_up_runs
 
 from hydroservo.formatting import MINUS, TIMES
 from hydroservo.papers.tsmc_eha_2021.claims import CLAIMS, Claim, Judgement, Outcome
@@ -24,6 +23,7 @@ from hydroservo.papers.tsmc_eha_2021.report.verdict_map import BINS, cells, colo
 from hydroservo.papers.tsmc_eha_2021.study import Study, judged, metrics_table
 from hydroservo.papers.tsmc_eha_2021.study import verdicts as judge
 from hydroservo.runs.results import foreign_files
+from tests.support.study import METRIC_FIELDS, lost, made_up_runs
 
 REPORT = "hydroservo.papers.tsmc_eha_2021.report"
 SETTLED = ("error", "s1", "s2", "xi1", "xi2", "miss1", "miss2")

@@ -6,7 +6,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bases import on_base
 from hydroservo import Loop, ParameterError, ScenarioError, Simulation, replace, simulate
 from hydroservo.block import Block
 from hydroservo.controllers import PI
@@ -28,6 +27,7 @@ from hydroservo.signals import Pressures
 from hydroservo.supplies import IdealSupply, PumpSupply, ReliefValve
 from hydroservo.testing.examples import example
 from hydroservo.wiring import believed
+from tests.support.bases import DATASHEET, on_base
 
 LINE = Pressures(160e5, 2e5)
 AT_REST = 1e-12  # m/s: what the rounding of pressures of 1e7 Pa does to some kg
@@ -144,20 +144,8 @@ def test_a_design_model_needs_the_start() -> None:
     assert plant.simplified().bulk_modulus == pytest.approx(AeratedOil().bulk_modulus(mean), rel=1e-12)
 
 
-SCENARIO = """
-[simulation]
-duration = "20 ms"
-period = "1 ms"
-substeps = 20
-[plant]
-type = "Cylinder.from_diameters"
-bore = "63 mm"
-rod = "45 mm"
-stroke = "70 mm"
-start_position = "auto"
+SCENARIO = f"""{DATASHEET}
 start_pressure_b = "auto"
-[plant.oil]
-type = "AeratedOil"
 [plant.mechanism]
 type = "OneLinkArm"
 base_distance = "300 mm"
@@ -170,8 +158,6 @@ centre_distance = "300 mm"
 moving_mass = "1 kg"
 payload = "3 kg"
 reach = "600 mm"
-[supply]
-supply_pressure = "160 bar"
 [load]
 type = "Constant"
 amplitude = "1 kN"

@@ -12,10 +12,13 @@ from hydroservo.export.translate.definition import changed_class
 from hydroservo.hooks import HOOKS
 from hydroservo.loads import Sine
 from hydroservo.roles import Block, Controller, Load, Observer, PositionSensor, Reference, role
-from hydroservo.scenario import load_plugin, load_scenario, plugins
+from hydroservo.scenario import load_plugin, load_scenario
 from hydroservo.scenario.fits import ROLES, misfit, roles_of, said_roles
 from hydroservo.scenario.registry import names_in_role
 from hydroservo.testing.examples import example
+from tests.support.equality import assert_same_block
+
+pytestmark = pytest.mark.usefixtures("forgotten")
 
 unpickled = pickle.loads
 
@@ -30,12 +33,6 @@ class Both(NamedTuple):
     def force(self, t: float) -> float: ...
     def next_jump(self, t: float) -> float: ...
     def at(self, t: float) -> Block: ...
-
-
-@pytest.fixture(autouse=True)
-def forgotten(monkeypatch: pytest.MonkeyPatch) -> None:
-    """What a test loads, no other test sees."""
-    monkeypatch.setattr(plugins, "loaded", {})
 
 
 def test_each_role_is_played() -> None:
@@ -64,7 +61,7 @@ def test_a_class_may_play_two_roles() -> None:
 
 def test_a_role_is_no_field_and_changes_nothing_else() -> None:
     assert "role" not in PI._fields
-    assert unpickled(pickle.dumps(example(PI))) == example(PI)
+    assert_same_block(unpickled(pickle.dumps(example(PI))), example(PI))
     assert changed_class(PI) == ""
 
 

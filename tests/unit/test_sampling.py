@@ -14,6 +14,7 @@ from hydroservo.runs.batch import simulate_batch
 from hydroservo.runs.run import simulate
 from hydroservo.scenario import assembled, load_scenario
 from hydroservo.testing.examples import example
+from tests.support.equality import assert_same_block
 
 NAME = "paper/sine-backstepping"  # whose law has a model, and whose machine has uncertainty
 LOOP = example(Loop, Simulation(0.002, 1e-4), plant=example(LoadPressurePlant, mass=6))
@@ -53,7 +54,7 @@ def test_what_a_run_is_made_of_is_the_truth_of_the_machine_and_values_elsewhere(
         loop = load_scenario(NAME, drawn.changes(run))
         assert loop.plant.mass == own[MASS]
         assert loop.controller.velocity_gain == own["controller.velocity_gain"]
-        assert loop.controller.model == load_scenario(NAME).controller.model
+        assert_same_block(loop.controller.model, load_scenario(NAME).controller.model)
         assert loop.simulation.seed == own["simulation.seed"] == run
     np.testing.assert_allclose(6.0 * (1.0 + drawn.deviations[MASS]), drawn.values[MASS], rtol=1e-15)
 

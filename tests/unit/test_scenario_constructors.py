@@ -4,13 +4,14 @@ from pathlib import Path
 
 import pytest
 
-from bases import on_base
 from hydroservo import ScenarioError
-from hydroservo.scenario import load_plugin, load_scenario, plugins
+from hydroservo.scenario import load_plugin, load_scenario
 from hydroservo.supplies import GasAccumulator, ReliefValve
 from hydroservo.testing.examples import example
 from hydroservo.valves import FirstOrderValve, FourEdges, Orifice, SecondOrderValve, StaticValve
 from hydroservo.wiring import believed
+from tests.support.bases import on_base
+from tests.support.equality import assert_same_block
 
 NOMINAL = {"uncertainty.scale": 0}
 BASE = example(StaticValve)  # that of the scenarios on which those here build
@@ -74,9 +75,8 @@ def test_arguments_may_be_blocks_from_constructors_too(tmp_path: Path) -> None:
         40 * LITRE_PER_MINUTE, 70e5, 5e-4, null_leakage=LITRE_PER_MINUTE, supply_pressure=210e5
     )
     assert valve.orifice == pytest.approx(edges, rel=1e-14)
-    assert valve == SecondOrderValve.from_response(
-        120.0, 100.0, *BASE._replace(orifice=valve.orifice), slew_limit=0.5
-    )
+    base = BASE._replace(orifice=valve.orifice)
+    assert_same_block(valve, SecondOrderValve.from_response(120.0, 100.0, *base, slew_limit=0.5))
 
 
 def test_a_block_inside_a_default_block_may_come_from_a_constructor() -> None:
@@ -86,7 +86,7 @@ def test_a_block_inside_a_default_block_may_come_from_a_constructor() -> None:
 
 def test_a_block_of_one_class_may_come_from_its_constructor() -> None:
     loop = load_scenario("paper/sine-tsmc", {"controller.model.orifice": RATED})
-    assert loop.controller.model.orifice == Orifice.rated(1e-3, 70e5, 1e-3)
+    assert_same_block(loop.controller.model.orifice, Orifice.rated(1e-3, 70e5, 1e-3))
     with pytest.raises(ScenarioError) as caught:
         load_scenario("paper/sine-tsmc", {"controller.model.orifice.type": "Orifice.rate"})
     message = str(caught.value)
@@ -104,9 +104,9 @@ def test_another_type_keeps_only_the_keys_that_it_has_too(tmp_path: Path) -> Non
         "gain = 4e-4",
     )
     lag = {"valve__type": "FirstOrderValve", "valve__time_constant": "10 ms"}
-    assert loaded(tmp_path, *lines, **lag) == example(FirstOrderValve, gain=4e-4)
+    assert_same_block(loaded(tmp_path, *lines, **lag), example(FirstOrderValve, gain=4e-4))
     second = {"valve__type": "SecondOrderValve", "valve__natural_frequency": "300 rad/s"}
-    assert loaded(tmp_path, *lines, **second) == example(SecondOrderValve, gain=4e-4)
+    assert_same_block(loaded(tmp_path, *lines, **second), example(SecondOrderValve, gain=4e-4))
     assert loaded(tmp_path, *lines, valve__gain=3e-4).gain == 3e-4
 
 
@@ -146,8 +146,8 @@ def test_what_has_no_default_must_be_given(missing: str) -> None:
     )
 
 
-def test_a_plugin_s_constructor(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(plugins, "loaded", {})
+@pytest.mark.usefixtures("forgotten")
+def test_a_plugin_s_constructor(tmp_path: Path) -> None:
     plugin = tmp_path / "mine.py"
     plugin.write_text("""
 from typing import Annotated, NamedTuple
@@ -199,8 +199,8 @@ def test_a_pump_and_its_relief_valve_from_constructors() -> None:
     leaked = loop.supply.leakage * 60e5
     assert leaked == pytest.approx(0.08 * 3.0 * LITRE_PER_MINUTE, rel=1e-12)
     assert loop.supply.relief == pytest.approx(ReliefValve(63e5, 0.75 * LITRE_PER_MINUTE / 1e5), rel=1e-14)
-    assert loop.supply.accumulator == GasAccumulator(precharge=30e5, gas_volume=5e-4)
-    assert loop.valve == FirstOrderValve.from_corner(40.0, *BASE)
+    assert_same_block(loop.supply.accumulator, GasAccumulator(precharge=30e5, gas_volume=5e-4))
+    assert_same_block(loop.valve, FirstOrderValve.from_corner(40.0, *BASE))
     assert believed(loop).supply.supply_pressure == 63e5
 
 
@@ -228,4 +228,4 @@ def test_a_pump_as_its_datasheet_has_it() -> None:
     supply = load_scenario("paper/sine-pi", {**NOMINAL, **changes}).supply
     assert supply.displacement * supply.demanded_speed == pytest.approx(3.0 * LITRE_PER_MINUTE, rel=1e-14)
     assert supply.relief.gradient == pytest.approx(1.5 * LITRE_PER_MINUTE / 1e5, rel=1e-14)
-    assert supply.accumulator == GasAccumulator(precharge=28e5, gas_volume=5e-4)
+    assert_same_block(supply.accumulator, GasAccumulator(precharge=28e5, gas_volume=5e-4))

@@ -1,18 +1,23 @@
 """[metrics] of a scenario: which monitors a run has, and what is refused."""
 
 from pathlib import Path
+from typing import Any
 
 import pytest
+import xarray as xr
 
-from bases import on_base
-from hydroservo import LoopError, ScenarioError, monitors, simulate
+from hydroservo import Loop, LoopError, ScenarioError, monitors, simulate
 from hydroservo.controllers import PI
 from hydroservo.metrics import declared_metrics, monitors_of, usual
-from hydroservo.monitors.group import Usual
+from hydroservo.monitors.group import Usual, group
 from hydroservo.runs.provenance import provenance, scenario_hash
 from hydroservo.runs.results import metric_fields, metrics_of
-from hydroservo.scenario import load_scenario, plugins
+from hydroservo.scenario import load_scenario
 from hydroservo.testing.examples import example
+from tests.support.bases import CYLINDER, on_base
+from tests.support.equality import assert_same_block
+
+pytestmark = pytest.mark.usefixtures("forgotten")
 
 SHORT = """\
 [simulation]
@@ -22,15 +27,6 @@ substeps = 20
 
 """
 LOOP = on_base(f'{SHORT}[controller]\ntype = "PI"\nproportional_gain = "0.3 V s/m"\n')
-CYLINDER = {
-    "plant.type": "Cylinder",
-    "plant.area_a": "5 cm^2",
-    "plant.area_b": "5 cm^2",
-    "plant.dead_volume_a": "25 cm^3",
-    "plant.dead_volume_b": "25 cm^3",
-    "plant.oil": {"type": "ConstantOil", "effective_bulk_modulus": "7000 bar"},
-    "plant.mechanism": {"type": "Mass", "mass": "6 kg"},
-}
 USUAL = ["tracking_error", "step_response", "command_effort", "piston_travel"]
 PLUGIN = '''\
 from typing import Annotated, NamedTuple
@@ -65,12 +61,6 @@ class TopSpeed(NamedTuple):
 '''
 
 
-@pytest.fixture(autouse=True)
-def forgotten(monkeypatch: pytest.MonkeyPatch) -> None:
-    """What a test loads, no other test sees."""
-    monkeypatch.setattr(plugins, "loaded", {})
-
-
 @pytest.fixture
 def write(tmp_path: Path):
     """Writes a file, by its name, and gives its path."""
@@ -83,6 +73,17 @@ def write(tmp_path: Path):
     return written
 
 
+@pytest.fixture
+def loaded(write):
+    """The loop of a scenario with some lines at its end."""
+    return lambda text="": load_scenario(write(LOOP + text))
+
+
+def run(loop: Loop, **options: Any) -> xr.Dataset:
+    """A run without its trajectory."""
+    return simulate(loop, record=[], compiled=False, **options)
+
+
 def refused(path: Path, changes: dict[str, object] | None = None) -> str:
     with pytest.raises(ScenarioError) as caught:
         load_scenario(path, changes)
@@ -93,10 +94,10 @@ def refused(path: Path, changes: dict[str, object] | None = None) -> str:
 @pytest.mark.parametrize(
     "text", ["", "[metrics]\n", "[metrics]\nusual = true\n"], ids=["none", "empty", "usual"]
 )
-def test_the_usual_metrics_need_no_table(write, text: str) -> None:
-    loop = load_scenario(write(LOOP + text))
+def test_the_usual_metrics_need_no_table(loaded, text: str) -> None:
+    loop = loaded(text)
     assert list(monitors_of(loop)) == USUAL
-    assert monitors_of(loop) == usual(loop)
+    assert_same_block(group(monitors_of(loop)), group(usual(loop)))
     if "usual" not in text:
         assert isinstance(loop.metrics, Usual)
 
@@ -118,31 +119,31 @@ def test_what_is_usual_depends_on_the_loop(
     assert set(monitors_of(loop)) == {*USUAL, *more, "energy"}
 
 
-def test_metrics_of_one_s_own_come_besides_the_usual_ones(write) -> None:
+def test_metrics_of_one_s_own_come_besides_the_usual_ones(write, loaded) -> None:
     own = 'metrics.power = {type = "CommandEnergy", limit = 9}\nmetrics.criteria.type = "IntegralCriteria"\n'
     loop = load_scenario(write(own + LOOP))
     assert list(monitors_of(loop)) == [*USUAL, "power", "criteria"]
-    assert loop.metrics.power == monitors.CommandEnergy(limit=9.0)
-    found = metrics_of(simulate(loop, record=[], compiled=False))
+    assert_same_block(loop.metrics.power, monitors.CommandEnergy(limit=9.0))
+    found = metrics_of(run(loop))
     assert {"rms_error", "iae", "itae", "control_energy", "saturation_share", "diverged"} < set(found)
-    without = metrics_of(simulate(load_scenario(write(LOOP)), record=[], compiled=False))
+    without = metrics_of(run(loaded()))
     assert {name: found[name] for name in without} == pytest.approx(without, nan_ok=True, rel=0.0, abs=0.0)
 
 
-def test_one_of_a_usual_name_takes_its_place(write) -> None:
+def test_one_of_a_usual_name_takes_its_place(loaded) -> None:
     text = '[metrics.step_response]\nband = "1 %"\n[metrics.piston_travel]\ntype = "RiseTime"'
-    loop = load_scenario(write(LOOP + text))
+    loop = loaded(text)
     assert list(monitors_of(loop)) == USUAL
-    assert loop.metrics.step_response == monitors.StepResponse(band=0.01)
-    assert loop.metrics.piston_travel == monitors.RiseTime()
+    assert_same_block(loop.metrics.step_response, monitors.StepResponse(band=0.01))
+    assert_same_block(loop.metrics.piston_travel, monitors.RiseTime())
     metrics = declared_metrics(monitors_of(loop))
     assert "rise_time" in metrics
     assert "position_max" not in metrics
 
 
-def test_a_second_one_of_a_type_has_its_name_before_its_metrics(write) -> None:
-    loop = load_scenario(write(LOOP + '[metrics.tight]\ntype = "StepResponse"\nband = 0.01'))
-    data = simulate(loop, record=[], compiled=False)
+def test_a_second_one_of_a_type_has_its_name_before_its_metrics(loaded) -> None:
+    loop = loaded('[metrics.tight]\ntype = "StepResponse"\nband = 0.01')
+    data = run(loop)
     assert float(data["tight_settling_time"]) >= float(data["settling_time"])
     assert metric_fields(data)["tight_settling_time"].smaller_is_better
 
@@ -153,27 +154,27 @@ def test_the_usual_ones_are_those_of_the_law_that_runs(write) -> None:
     assert list(monitors_of(loop)) == [*USUAL[:3], "disturbance", USUAL[3], "energy"]
     changed = loop._replace(controller=example(PI))
     assert list(monitors_of(changed)) == [*USUAL, "energy"]
-    assert not simulate(changed, record=[], compiled=False)["diverged"]
+    assert not run(changed)["diverged"]
 
 
-def test_the_usual_ones_can_be_left_out(write) -> None:
-    loop = load_scenario(write(LOOP + '[metrics]\nusual = false\ncriteria.type = "IntegralCriteria"'))
+def test_the_usual_ones_can_be_left_out(loaded) -> None:
+    loop = loaded('[metrics]\nusual = false\ncriteria.type = "IntegralCriteria"')
     assert list(monitors_of(loop)) == ["criteria"]
-    data = simulate(loop, record=[], compiled=False)
+    data = run(loop)
     assert set(metrics_of(data)) == {"iae", "ise", "itae", "diverged", "diverged_at"}
-    none = load_scenario(write(LOOP + "[metrics]\nusual = false"))
+    none = loaded("[metrics]\nusual = false")
     assert monitors_of(none) == {}
-    assert set(metrics_of(simulate(none, record=[], compiled=False))) == {"diverged", "diverged_at"}
+    assert set(metrics_of(run(none))) == {"diverged", "diverged_at"}
 
 
-def test_metrics_of_a_scenario_give_way_to_those_of_a_call(write) -> None:
-    loop = load_scenario(write(LOOP + '[metrics.energy]\ntype = "Energy"'))
-    data = simulate(loop, metrics=[monitors.PistonTravel()], record=[], compiled=False)
+def test_metrics_of_a_scenario_give_way_to_those_of_a_call(loaded) -> None:
+    loop = loaded('[metrics.energy]\ntype = "Energy"')
+    data = run(loop, metrics=[monitors.PistonTravel()])
     assert set(metrics_of(data)) == {"position_min", "position_max", "stroke_left", "diverged", "diverged_at"}
 
 
-def test_what_a_run_is_judged_by_is_no_part_of_the_scenario(write) -> None:
-    plain, judged = (load_scenario(write(LOOP + text)) for text in ("", '[metrics.energy]\ntype = "Energy"'))
+def test_what_a_run_is_judged_by_is_no_part_of_the_scenario(loaded) -> None:
+    plain, judged = (loaded(text) for text in ("", '[metrics.energy]\ntype = "Energy"'))
     assert scenario_hash(plain) == scenario_hash(judged)
     assert provenance(plain)["scenario"] == provenance(judged)["scenario"]
 
@@ -184,7 +185,7 @@ def test_changes_lie_on_top(write) -> None:
     assert list(monitors_of(load_scenario(path, changes))) == ["criteria", "effort"]
     assert load_scenario(path, {"metrics.step_response.band": "2 %"}).metrics.step_response.band == 0.02
     retyped = load_scenario(path, {"metrics.criteria.type": "Energy"})
-    assert retyped.metrics.criteria == monitors.Energy()
+    assert_same_block(retyped.metrics.criteria, monitors.Energy())
 
 
 def test_metrics_of_a_base_are_those_of_what_builds_on_it(write) -> None:
@@ -196,9 +197,10 @@ def test_metrics_of_a_base_are_those_of_what_builds_on_it(write) -> None:
         write('base = "base.toml"\n[metrics.tight]\nband = 0.02\n[metrics.r]\ntype = "RiseTime"')
     )
     assert list(monitors_of(loop)) == [*USUAL, "tight", "e", "r"]
-    assert loop.metrics.tight == monitors.StepResponse(band=0.02)
+    assert_same_block(loop.metrics.tight, monitors.StepResponse(band=0.02))
     own = write('base = "base.toml"\n[metrics]\nusual = false\ntight.type = "RiseTime"')
-    assert monitors_of(load_scenario(own)) == {"tight": monitors.RiseTime(), "e": monitors.Energy()}
+    others = {"tight": monitors.RiseTime(), "e": monitors.Energy()}
+    assert_same_block(group(monitors_of(load_scenario(own))), group(others))
 
 
 def test_a_monitor_of_one_s_own(write) -> None:
@@ -269,15 +271,15 @@ def test_what_a_base_has_wrong_is_of_that_file(write) -> None:
     )
 
 
-def test_a_monitor_that_does_not_fit_the_loop_is_named(write) -> None:
-    loop = load_scenario(write(LOOP + '[metrics.seen]\ntype = "ChamberPressures"'))
+def test_a_monitor_that_does_not_fit_the_loop_is_named(loaded) -> None:
+    loop = loaded('[metrics.seen]\ntype = "ChamberPressures"')
     with pytest.raises(LoopError) as caught:
         simulate(loop, compiled=False)
     said = str(caught.value)
     assert said.startswith("the metric seen (ChamberPressures) does not fit this loop: ")
     assert "pressure_a" in said
     assert "\n" not in said
-    known = load_scenario(write(LOOP + '[metrics.d]\ntype = "Disturbance"'))
+    known = loaded('[metrics.d]\ntype = "Disturbance"')
     with pytest.raises(LoopError, match=r"^the metric d \(Disturbance\) does not fit this loop: "):
         simulate(known, compiled=False)
 
@@ -308,7 +310,7 @@ def test_a_monitor_that_lacks_a_method_is_refused_where_it_is_loaded(write) -> N
         load_scenario(write(LOOP), plugins=[plugin])
 
 
-def test_a_search_takes_a_metric_that_was_asked_for(write) -> None:
+def test_a_search_takes_a_metric_that_was_asked_for(write, loaded) -> None:
     tune = '[tune]\nmetric = "itae"\nvary.controller.proportional_gain = "0.1..1 V s/m"\n'
     assert "tune.metric: 'itae' must be one of rms_error, " in refused(write(LOOP + tune))
-    load_scenario(write(LOOP + tune + '[metrics.criteria]\ntype = "IntegralCriteria"'))
+    loaded(tune + '[metrics.criteria]\ntype = "IntegralCriteria"')

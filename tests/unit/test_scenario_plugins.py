@@ -9,13 +9,16 @@ from pathlib import Path
 
 import pytest
 
-from bases import on_base
 from hydroservo import ParameterError, ScenarioError, replace, simulate
 from hydroservo.block import Block
 from hydroservo.runs.provenance import describe
 from hydroservo.scenario import load_plugin, load_scenario, plugins
 from hydroservo.scenario.plugins import plugin_classes
 from hydroservo.wiring import believed
+from tests.support.bases import on_base
+from tests.support.equality import assert_same_block
+
+pytestmark = pytest.mark.usefixtures("forgotten")
 
 BLOCK = """
 from typing import Annotated, NamedTuple
@@ -41,12 +44,6 @@ class {name}(NamedTuple):
 unpickled = pickle.loads
 
 
-@pytest.fixture(autouse=True)
-def forgotten(monkeypatch: pytest.MonkeyPatch) -> None:
-    """What a test loads, no other test sees."""
-    monkeypatch.setattr(plugins, "loaded", {})
-
-
 def written(folder: Path, name: str, text: str) -> Path:
     path = folder / f"{name.lower()}.py"
     path.write_text(text, encoding="utf-8")
@@ -66,7 +63,7 @@ def test_a_plugin_s_controller_is_loaded_and_runs(tmp_path: Path) -> None:
     loop = load_scenario(scenario, plugins=[plugin])
     assert type(loop.controller).__name__ == "Mine"
     assert loop.controller.gain == 20.0
-    assert loop.controller.model == believed(loop)
+    assert_same_block(loop.controller.model, believed(loop))
     assert loop.controller.model.plant.mass == 7.0
     assert not simulate(loop, compiled=False)["diverged"]
     default = load_scenario(scenario, {"controller.type": "PI", "controller.proportional_gain": 1})
@@ -269,7 +266,8 @@ def test_a_loop_with_a_plugin_runs_in_a_pool_of_new_processes(mine: Path) -> Non
 def test_a_pickle_executes_the_plugin_where_it_is_not_loaded(mine: Path) -> None:
     controller = load_scenario("paper/sine-pi", {"controller.type": "Mine"}, [mine]).controller
     kept = [pickle.dumps(one) for one in (controller, controller.init())]
-    assert unpickled(kept[0]) == copy.deepcopy(controller) == controller
+    assert_same_block(unpickled(kept[0]), copy.deepcopy(controller))
+    assert_same_block(copy.deepcopy(controller), controller)
     assert type(unpickled(kept[0])) is type(controller)
     forget(controller)
     again, state = map(unpickled, kept)

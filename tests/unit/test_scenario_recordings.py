@@ -6,13 +6,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bases import on_base
 from hydroservo import ScenarioError
 from hydroservo.errors import HydroservoWarning
 from hydroservo.field import Field
 from hydroservo.scenario import load_scenario
 from hydroservo.scenario.recordings import read_series
 from hydroservo.time_series import TimeSeries
+from tests.support.bases import on_base
 
 VELOCITY = Field("m/s", "velocity demand")
 SI = TimeSeries.from_samples([0.0, 0.5, 1.0], [0.0, 0.012, 0.03])

@@ -4,7 +4,6 @@ from pathlib import Path
 
 import pytest
 
-from bases import on_base
 from hydroservo import ScenarioError
 from hydroservo.block import leaves
 from hydroservo.controllers import TSMC
@@ -13,6 +12,7 @@ from hydroservo.scenario import load_scenario, scenarios
 from hydroservo.scenario.load import assembled
 from hydroservo.scenario.search import Search
 from hydroservo.testing.examples import example
+from tests.support.bases import on_base
 
 LAW = on_base(
     """\

@@ -33,6 +33,7 @@ from hydroservo.signals import Demand, Measurement
 from hydroservo.testing.examples import example
 from hydroservo.validation import checked
 from hydroservo.valves import FirstOrderValve
+from tests.support.equality import assert_same_block
 
 SHORT = Simulation(duration=0.5, period=1e-3, record_period=1e-3)
 LOOP = example(Loop, simulation=SHORT, controller=PI(0.3, 100.0))
@@ -295,8 +296,8 @@ def test_the_integrator_is_a_nested_table() -> None:
     changes: dict[str, Any] = dict(
         map(parse_override, ("simulation.integrator.type=Tsit5", "simulation.integrator.tolerance=1e-9"))
     )
-    assert load_scenario("paper/sine-pi", changes).simulation.integrator == Tsit5(1e-9)
-    assert load_scenario("paper/sine-pi").simulation.integrator == RK4()
+    assert_same_block(load_scenario("paper/sine-pi", changes).simulation.integrator, Tsit5(1e-9))
+    assert_same_block(load_scenario("paper/sine-pi").simulation.integrator, RK4())
     with pytest.raises(ScenarioError, match="did you mean Tsit5"):
         load_scenario("paper/sine-pi", {"simulation.integrator.type": "Tsit"})
 

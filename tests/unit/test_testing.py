@@ -15,7 +15,7 @@ from hydroservo.controllers import DAC, PI, TSMC
 from hydroservo.export.c import compiler
 from hydroservo.plants import DesignModel
 from hydroservo.roles import Limiter, Load, Model, Reference, Relief, role
-from hydroservo.scenario import load_plugin, plugins
+from hydroservo.scenario import load_plugin
 from hydroservo.scenario.fits import ROLES, roles_of
 from hydroservo.scenario.registry import shipped_classes
 from hydroservo.sensors import NoPosition
@@ -26,33 +26,11 @@ from hydroservo.testing.case import case_of
 from hydroservo.testing.examples import example
 from hydroservo.testing.places import loop_with, places
 from hydroservo.testing.questions import QUESTIONS, ask
-from needs import needs
+from tests.support.needs import needs
+from tests.support.plugins import LAW, METRIC
 
-LAW = '''\
-from typing import Annotated, NamedTuple
+pytestmark = pytest.mark.usefixtures("forgotten")
 
-from hydroservo import Field, ops
-from hydroservo.controllers import PI
-from hydroservo.roles import Controller, Observer, role
-from hydroservo.observers import Implicit
-
-
-class State(NamedTuple):
-    u: Annotated[float, Field("V", "command")]
-
-
-@role(Controller)
-class Law(NamedTuple):
-    """u = k e."""
-
-    gain: Annotated[float, Field("V s/m", "gain k", above=0)] = 2.0
-
-    def init(self):
-        return State(0.0)
-
-    def step(self, s, y, r, dt):
-        return State(self.gain * (r.value - y.velocity))
-'''
 LOAD = '''\
 from typing import Annotated, NamedTuple
 
@@ -73,36 +51,6 @@ class Push(NamedTuple):
 
     def next_jump(self, t):
         return 1e300
-'''
-METRIC = '''\
-from typing import Annotated, NamedTuple
-
-from hydroservo import Field, ops
-from hydroservo.roles import Monitor, role
-
-
-class Crossings(NamedTuple):
-    count: float
-    last: float
-
-
-class Counted(NamedTuple):
-    zero_crossings: Annotated[float, Field("", "zero crossings of the error")]
-
-
-@role(Monitor)
-class ZeroCrossings(NamedTuple):
-    """How often the velocity error changes its sign."""
-
-    def init(self):
-        return Crossings(0.0, 0.0)
-
-    def step(self, m, loop, s, t, dt):
-        error = s.plant.velocity - s.reference.value
-        return Crossings(m.count + ops.where(error * m.last < 0.0, 1.0, 0.0), error)
-
-    def values(self, m):
-        return Counted(m.count)
 '''
 VALVE = '''\
 from typing import Annotated, NamedTuple
@@ -134,15 +82,10 @@ class Spool(NamedTuple):
 '''
 GAIN_PROPERTY = "    @property\n    def gain(self):\n        return self.slope\n\n"
 TRAVEL = "    gain: Annotated[float, Field"
+COUNT = 'Annotated[float, Field("", "zero crossings of the error", smaller_is_better=True)]'
 ROLE, DOCUMENTED, DECLARED, RANGES, FLOATS, PICKLES, RETURNS, FINITE, COMPILED, AGAIN, IN_C = (
     question.name for question in QUESTIONS
 )
-
-
-@pytest.fixture(autouse=True)
-def forgotten(monkeypatch: pytest.MonkeyPatch) -> None:
-    """What a test loads, no other test sees."""
-    monkeypatch.setattr(plugins, "loaded", {})
 
 
 def block_class(folder: Path, text: str) -> type:
@@ -233,7 +176,7 @@ WRONG = {
         "the unit 'mV' of u is not SI: declare it in 'V'",
     ),
     "a percentage": Wrong(
-        *(DECLARED, METRIC, {'Field("", "zero': 'Field("%", "zero'}, "    zero_crossings"),
+        *(DECLARED, METRIC, {'"", "zero crossings of': '"%", "zero crossings of'}, "    zero_crossings"),
         "the unit '%' of zero_crossings is not SI: declare it in ''",
     ),
     "no meaning": Wrong(
@@ -280,7 +223,11 @@ WRONG = {
         *("    def values", "zero_crossings of values is 'few': must be a float or a flag"),
     ),
     "no unit of a metric": Wrong(
-        *(DECLARED, METRIC, {'Annotated[float, Field("", "zero crossings of the error")]': "float"}),
+        *(
+            DECLARED,
+            METRIC,
+            {COUNT: "float"},
+        ),
         *("    zero_crossings", "zero_crossings has no unit"),
     ),
     "a metric that is a flag at times": Wrong(
@@ -291,7 +238,8 @@ WRONG = {
         *(RETURNS, METRIC, {"0.0), error)": "0.0), 2)"}), *(STEP, "step returns Crossings(count=")
     ),
     "an infinite count": Wrong(
-        *(FINITE, METRIC, {"1.0, 0.0)": "1e308, 1e308) * 10.0"}), *(STEP, "step gives inf in count for ")
+        *(FINITE, METRIC, {"1.0, 0.0)": "1e308, 1e308) * 10.0"}),
+        *(STEP, "step gives inf in count for "),
     ),
     "builtins": Wrong(
         *(IN_C, LAW, {"State(self": "State(max(0.0, self", "velocity))": "velocity)))"}),

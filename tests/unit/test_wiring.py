@@ -5,7 +5,6 @@ from typing import Any, NamedTuple
 
 import pytest
 
-from bases import on_base
 from hydroservo import Loop, ParameterError, ScenarioError, Simulation, replace, simulate
 from hydroservo.block import Block, model_in
 from hydroservo.controllers import DAC, PI, TSMC, AntiWindup, Backstepping, Delay, RateLimit, Saturation
@@ -17,42 +16,23 @@ from hydroservo.plants import Cylinder, DesignModel, LoadPressurePlant, ThisMach
 from hydroservo.runs.provenance import scenario_hash
 from hydroservo.runs.results import metrics_of
 from hydroservo.runs.run import ready
-from hydroservo.scenario import load_scenario, plugins
+from hydroservo.scenario import load_scenario
 from hydroservo.scenario.plugins import load_plugin
 from hydroservo.sensors import DelayedSensors, Dropout, Encoder, IdealSensors, RigSensors
 from hydroservo.supplies import IdealSupply
 from hydroservo.testing.examples import example
 from hydroservo.valves import FirstOrderValve
 from hydroservo.wiring import believed, wired
+from tests.support.bases import DATASHEET, on_base
+from tests.support.equality import assert_same_block
+
+pytestmark = pytest.mark.usefixtures("forgotten")
 
 PROPORTIONAL = {"controller.type": "PI", "controller.proportional_gain": 3}
 SHORT = Simulation(0.02, 1e-3, 20, record_period=1e-3)
 CYLINDER = Cylinder.from_diameters(63e-3, 45e-3, 70e-3, AeratedOil(), Mass(6.0))
 MACHINE = example(Loop, SHORT, plant=CYLINDER, supply=IdealSupply(160e5))
-SCENARIO = """
-[simulation]
-duration = "20 ms"
-period = "1 ms"
-substeps = 20
-
-[plant]
-type = "Cylinder.from_diameters"
-bore = "63 mm"
-rod = "45 mm"
-stroke = "70 mm"
-start_position = "auto"
-oil.type = "AeratedOil"
-mechanism = {type = "Mass", mass = "6 kg"}
-
-[supply]
-supply_pressure = "160 bar"
-"""
-
-
-@pytest.fixture(autouse=True)
-def forgotten(monkeypatch: pytest.MonkeyPatch) -> None:
-    """What a test loads, no other test sees."""
-    monkeypatch.setattr(plugins, "loaded", {})
+SCENARIO = DATASHEET + 'mechanism = {type = "Mass", mass = "6 kg"}\n'
 
 
 def written(folder: Path, text: str, name: str = "my.toml") -> Path:
@@ -74,7 +54,8 @@ def test_a_law_that_is_told_nothing_believes_in_this_machine() -> None:
     loop = MACHINE._replace(controller=example(TSMC))
     model = wired(loop).controller.model
     assert isinstance(loop.controller.model, ThisMachine)
-    assert model == believed(loop) != MODEL
+    assert_same_block(model, believed(loop))
+    assert model != MODEL
     assert model.plant == at_rest(CYLINDER, loop.supply, loop.load).simplified()
     assert model.supply.supply_pressure == 160e5
     assert wired(wired(loop)) == wired(loop)
@@ -82,7 +63,7 @@ def test_a_law_that_is_told_nothing_believes_in_this_machine() -> None:
 
 def test_python_and_toml_mean_the_same_loop(tmp_path: Path) -> None:
     here, there = MACHINE._replace(controller=example(TSMC)), load_scenario(written(tmp_path, SCENARIO))
-    assert there.controller.model == wired(here).controller.model
+    assert_same_block(there.controller.model, wired(here).controller.model)
     assert wired(here) == there
     assert scenario_hash(ready(here)) == scenario_hash(ready(there))
     assert same_metrics(here, there)
@@ -92,12 +73,14 @@ def test_a_law_put_into_a_loaded_machine_believes_in_that_machine() -> None:
     scenario = load_scenario("rig/excavator-link")
     loop = replace(scenario, {"controller": example(TSMC)})
     model = ready(loop).controller.model
-    assert model == believed(scenario)
+    assert_same_block(model, believed(scenario))
     assert model.supply.supply_pressure == scenario.supply.simplified().supply_pressure != 40e5
     law = {"controller": {"type": "Backstepping", "velocity_gain": 100, "force_gain": 100}}
     named = load_scenario("rig/excavator-link", law | {"uncertainty.scale": 0})
     nominal = load_scenario("rig/excavator-link", {"uncertainty.scale": 0})
-    assert ready(replace(nominal, {"controller": example(TSMC)})).controller.model == named.controller.model
+    assert_same_block(
+        ready(replace(nominal, {"controller": example(TSMC)})).controller.model, named.controller.model
+    )
 
 
 def test_a_model_has_no_numbers_before_it_is_filled_in() -> None:
@@ -111,7 +94,7 @@ def test_a_loaded_law_does_not_know_the_uncertainty(tmp_path: Path) -> None:
     loop = load_scenario(written(tmp_path, SCENARIO + '[uncertainty]\nplant.mechanism.mass = "10 %"'))
     certain = load_scenario(written(tmp_path, SCENARIO))
     assert loop.plant.mechanism.mass == pytest.approx(1.1 * certain.plant.mechanism.mass)
-    assert wired(loop).controller.model == certain.controller.model  # what is given stays
+    assert_same_block(wired(loop).controller.model, certain.controller.model)  # what is given stays
 
 
 @pytest.mark.parametrize("law", ["tsmc", "backstepping"])
@@ -156,8 +139,8 @@ def test_disturbances_are_those_besides_the_law_s_own_model() -> None:
 def test_models_in_wrappers_are_filled_too(wrap: Any, law: Block) -> None:
     loop = MACHINE._replace(controller=wrap(law))
     filled = wired(loop).controller
-    assert model_in(filled) == believed(loop)
-    assert filled == wrap(law._replace(model=believed(loop)))
+    assert_same_block(model_in(filled), believed(loop))
+    assert_same_block(filled, wrap(law._replace(model=believed(loop))))
     own = example(DesignModel, valve_gain=1e-4)
     given = MACHINE._replace(controller=wrap(law._replace(model=own)))
     assert wired(given) == given
@@ -185,7 +168,8 @@ class Ahead(NamedTuple):
     )
     (ahead,) = (found for found in load_plugin(plugin) if found.__name__ == "Ahead")
     filled = wired(MACHINE._replace(controller=ahead(controller=example(TSMC)))).controller
-    assert filled.model == filled.controller.model == believed(MACHINE)
+    assert_same_block(filled.model, filled.controller.model)
+    assert_same_block(filled.controller.model, believed(MACHINE))
 
 
 # A machine that a model cannot be made of
@@ -244,7 +228,7 @@ def test_a_law_without_a_model_needs_none_of_its_machine(machine: dict[str, Bloc
     known, unknown = (simulate(one, compiled=False) for one in (loop, loop._replace(**machine)))
     assert metrics_of(known)["rms_error"] == metrics_of(unknown)["rms_error"] or "valve" in machine
     assert not unknown["diverged"]
-    assert wired(loop._replace(**machine)).controller == loop.controller
+    assert_same_block(wired(loop._replace(**machine)).controller, loop.controller)
 
 
 @pytest.mark.parametrize(("machine", "says"), ASIDE, ids=["plant", "valve"])
@@ -290,7 +274,7 @@ class Unmetered(NamedTuple):
     said = str(caught.value)
     assert said.startswith(f"{path}: valve: Unmetered must have a field gain (a float)")
     assert "\n" not in said
-    assert load_scenario(path, PROPORTIONAL, [plugin]).controller == PI(3.0)
+    assert_same_block(load_scenario(path, PROPORTIONAL, [plugin]).controller, PI(3.0))
 
 
 # Areas
@@ -308,7 +292,7 @@ def test_sensors_know_the_areas_of_the_plant() -> None:
 def test_sensors_around_others_know_them_too() -> None:
     loop = wired(MACHINE._replace(sensors=DelayedSensors(Dropout(sensors=example(RigSensors)))))
     assert loop.sensors.sensors.sensors.area_b == CYLINDER.area_b
-    assert wired(MACHINE).sensors == IdealSensors()
+    assert_same_block(wired(MACHINE).sensors, IdealSensors())
 
 
 def test_python_and_toml_mean_the_same_areas(tmp_path: Path) -> None:

@@ -10,7 +10,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bases import on_base
 from hydroservo import Field, Loop, ScenarioError, Simulation, simulate
 from hydroservo.block import Block, model_in, value_at
 from hydroservo.controllers import DAC, PI, TSMC, AntiWindup, Backstepping, Delay, RateLimit, Saturation
@@ -19,6 +18,7 @@ from hydroservo.plants import DesignModel
 from hydroservo.scenario import load_scenario
 from hydroservo.signals import Demand, Measurement
 from hydroservo.testing.examples import example
+from tests.support.bases import on_base
 
 H = 1e-3
 WIDE = Saturation(1e6)

@@ -1,0 +1,1 @@
+"""What tests share: cases, comparisons, and programs that tests run in processes of their own."""

@@ -1,0 +1,58 @@
+"""Texts of plug-ins, as users write them in files of their own."""
+
+__all__ = ["LAW", "METRIC"]
+
+LAW = '''\
+from typing import Annotated, NamedTuple
+
+from hydroservo import Field, ops
+from hydroservo.observers import Implicit
+from hydroservo.roles import Controller, Observer, role
+
+
+class State(NamedTuple):
+    u: Annotated[float, Field("V", "command")]
+
+
+@role(Controller)
+class Law(NamedTuple):
+    """u = k e."""
+
+    gain: Annotated[float, Field("V s/m", "gain k", above=0)] = 2.0
+
+    def init(self):
+        return State(0.0)
+
+    def step(self, s, y, r, dt):
+        return State(self.gain * (r.value - y.velocity))
+'''
+METRIC = '''\
+from typing import Annotated, NamedTuple
+
+from hydroservo import Field, ops
+from hydroservo.roles import Monitor, role
+
+
+class Crossings(NamedTuple):
+    count: Annotated[float, Field("", "zero crossings so far")]
+    last: float
+
+
+class Counted(NamedTuple):
+    zero_crossings: Annotated[float, Field("", "zero crossings of the error", smaller_is_better=True)]
+
+
+@role(Monitor)
+class ZeroCrossings(NamedTuple):
+    """How often the velocity error changes its sign."""
+
+    def init(self):
+        return Crossings(0.0, 0.0)
+
+    def step(self, m, loop, s, t, dt):
+        error = s.plant.velocity - s.reference.value
+        return Crossings(m.count + ops.where(error * m.last < 0.0, 1.0, 0.0), error)
+
+    def values(self, m):
+        return Counted(m.count)
+'''

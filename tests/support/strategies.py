@@ -1,0 +1,46 @@
+"""Blocks with random parameters whose nested blocks are any that play their role."""
+
+from typing import get_type_hints
+
+from hypothesis import strategies as st
+from hypothesis.strategies import SearchStrategy
+
+from hydroservo.block import Block, replace
+from hydroservo.errors import ParameterError
+from hydroservo.scenario.fits import ROLES
+from hydroservo.testing.drawing import Range, block_of
+from hydroservo.testing.examples import example
+from hydroservo.validation import consistent
+from tests.support.roles import NOTHING, playing, wraps
+
+__all__ = ["choices", "wired"]
+
+
+def wired(cls: type, spread: Range) -> SearchStrategy[Block]:
+    """Blocks of a class, each nested block of any type that plays its role."""
+    hints = get_type_hints(cls)
+    inner = {
+        name: st.one_of([wired(choice, spread) for choice in choices(cls, hints[name])])
+        for name in cls._fields
+        if hints[name] in ROLES
+    }
+    exchanged = st.fixed_dictionaries(inner)
+    return st.builds(going_together, block_of(example(cls), spread), exchanged)
+
+
+def going_together(block: Block, parts: dict[str, Block]) -> Block:
+    """A block with these parts, or with numbers or parts of its example where those do not go together."""
+    default = example(type(block))
+    for candidate in (replace(block, parts), replace(default, parts)):
+        try:
+            consistent(candidate)
+        except ParameterError:
+            continue
+        return candidate
+    return default
+
+
+def choices(cls: type, role: type) -> list[type]:
+    """What may be nested in a block: a wrapper wraps no other here, and every signal is measured."""
+    found = playing(role)
+    return [one for one in found if one.__name__ not in NOTHING and not (wraps(one) and cls in found)]
