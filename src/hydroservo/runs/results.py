@@ -148,7 +148,7 @@ def foreign_files(folder: Path | str) -> list[str]:
         named = dict(json.loads((folder / METRICS).read_text(encoding="utf-8"))["files"])
         found = digests(folder, [name for name in named if (folder / name).is_file()])
     except (OSError, ValueError, KeyError, TypeError) as error:
-        raise HydroservoError(f"{folder / METRICS}: cannot be read as that of a result: {error}") from error
+        raise HydroservoError(f"{folder / METRICS}: cannot be read as that of a result: {error}") from None
     return [name for name, digest in named.items() if found.get(name) != digest]
 
 
