@@ -10,7 +10,6 @@ from bases import on_base
 from hydroservo import ScenarioError, simulate, tune
 from hydroservo.controllers import DAC, PI, TSMC, Backstepping
 from hydroservo.loads import Recorded
-from hydroservo.observers import KalmanObserver
 from hydroservo.runs.provenance import scenario_hash
 from hydroservo.scenario import datasheet_columns, load_scenario, scenarios
 from hydroservo.scenario.catalogue import builtin_texts
@@ -168,17 +167,31 @@ def test_another_law_takes_no_number_of_the_law_below_it(files) -> None:
     assert whole._replace(model=None) == Backstepping(20.0, 10.0)._replace(model=None)
 
 
+LAGGED = """
+from typing import NamedTuple
+
+from hydroservo.observers import FilteredDerivative
+
+
+class Lagged(NamedTuple):
+    time_constant: float = 1.0
+    init, step = FilteredDerivative.init, FilteredDerivative.step
+"""
+
+
 def test_another_block_in_a_law_takes_no_number_of_the_one_below_it(files) -> None:
-    below = 'base = "paper/sine-tsmc"\n[controller.observer]\nlinear_gain_1 = "700 1/s"\n'
+    below = 'base = "paper/sine-tsmc"\n[controller.derivative]\ntype = "FilteredDerivative"\n'
+    retyped = 'base = "below.toml"\ncontroller.derivative.type = '
     own = files(
-        own='base = "below.toml"\ncontroller.observer.type = "KalmanObserver"',
-        below=below + "linear_gain_2 = 7",
+        own=f'{retyped}"Lagged"',
+        same=f'{retyped}"FilteredDerivative"',
+        below=below + 'time_constant = "9 ms"',
     )
-    changed = load_scenario(own).controller
-    assert type(changed.observer) is KalmanObserver
-    assert changed.linear_gain_1 == 1e4
-    same = files(same='base = "below.toml"\ncontroller.observer.type = "TSMObserver"')
-    assert load_scenario(same).controller.observer.linear_gain_1 == 700.0
+    plugin = own.with_name("lagged.py")
+    plugin.write_text(LAGGED)
+    law = load_scenario(own, plugins=[plugin]).controller
+    assert (law.derivative.time_constant, law.linear_gain_1) == (1.0, 1e4)
+    assert load_scenario(own.with_name("same.toml")).controller.derivative.time_constant == 9e-3
 
 
 def test_a_law_named_above_its_numbers_takes_them(files) -> None:
