@@ -1,6 +1,6 @@
 """Which block classes a scenario may name, and in which role."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import cache
 from typing import Any
 
@@ -72,11 +72,11 @@ def maker_in_role(role: type, entry: Entry) -> Maker:
     if named:
         raise entry.error(f"cannot be {a_role(role)}: {misfit(named[0], role)}")
     names = names_in_role(role)
-    raise entry.error(f"{one_of(wanted, names)}{own_class(wanted, names)}")
+    raise entry.error(f"{one_of(wanted, names)}{own_class(wanted)}")
 
 
-def own_class(wanted: str, names: Sequence[str]) -> str:
-    """How a name that nothing has may become that of a user's class; "" where there is no name."""
+def own_class(wanted: str) -> str:
+    """How a name that nothing has may be that of a user's class; empty where there is no name."""
     if wanted in plugin_other_classes():
         return f"; the plugin's class {wanted} is no NamedTuple; write class {wanted}(NamedTuple):"
     return f"; {OWN}" if wanted else ""
