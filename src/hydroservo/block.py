@@ -93,6 +93,8 @@ def value_at(block: Block, path: str) -> Any:
     Raises:
         ParameterError: no such path; the message lists the names that exist there, and the nearest path.
     """
+    if not isinstance(path, str):
+        raise ParameterError("path", path, "must be a text such as 'plant.mass'")
     value = block
     for name in path.split("."):
         if not is_block(value) or name not in value._fields:
@@ -127,9 +129,17 @@ def field_at(block: Block, path: str) -> Field:
 def replace(block: Block, changes: Mapping[str, Any]) -> Block:
     """A copy of a block with the values at dotted paths exchanged.
 
+    Args:
+        block: such as a loop.
+        changes: numbers and blocks by path, such as ``{"plant.mass": 7.0}``.
+
     Raises:
         ParameterError: a path does not exist; the message has the nearest that does.
     """
+    if not is_block(block):
+        raise ParameterError("block", block, "must be a block, such as the Loop that load_scenario returns")
+    if not isinstance(changes, Mapping):
+        raise ParameterError("changes", changes, "must map paths to values, such as {'plant.mass': 7.0}")
     for path, value in changes.items():
         value_at(block, path)
         head, _, rest = path.partition(".")

@@ -49,6 +49,9 @@ def short(value: object) -> str:
         text = repr(value)
     except (ValueError, RecursionError):  # an integer of thousands of digits, tables in tables in tables
         return f"a huge {type(value).__name__}"
+    if "\n" in text:  # the many lines that a loop or a dataset shows of itself
+        name = type(value).__name__
+        return f"{'an' if name[0] in 'AEIOUaeiou' else 'a'} {name}"
     return clipped(text, 60)
 
 

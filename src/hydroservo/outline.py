@@ -24,7 +24,7 @@ class Part(NamedTuple):
 
     path: str
     block: Block
-    same: bool  # as the class of the block around it has it by default
+    same: bool  # as one of hydroservo's own blocks has it by default
 
 
 class Entry(NamedTuple):
@@ -44,7 +44,8 @@ def outline(block: Block) -> str:
     """A block as text: its type, then a line for each block in it with the numbers that fit.
 
     What differs from the defaults of a class comes first. Numbers have the units of datasheets, and five
-    digits. Nested blocks that are their owner's default are left out.
+    digits. What hydroservo's own blocks nest by default is left out, for their defaults are neutral or right
+    for nearly all; of blocks of one's own every nested block is shown.
 
     Args:
         block: such as a loop, a machine or a controller.
@@ -77,7 +78,8 @@ def parts_of(block: Block, path: str = "", same: bool = False) -> Iterator[Part]
     yield Part(path, block, same)
     for name, value in block._asdict().items():
         if is_block(value):
-            default = path and alike(value, block._field_defaults.get(name))
+            known = path and type(block).__module__.startswith("hydroservo.")
+            default = known and alike(value, block._field_defaults.get(name))
             yield from parts_of(value, f"{path}.{name}" if path else name, same or bool(default))
 
 

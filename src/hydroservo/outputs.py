@@ -119,7 +119,7 @@ def written_or_kept(folder: Path, write: Callable[[Path], Sequence[Path]]) -> Se
     try:
         return write(folder)
     except OutputError as error:
-        raise keep_elsewhere(error, write) from error
+        raise keep_elsewhere(error, write) from None
 
 
 def keep_elsewhere(problem: OutputError, write: Callable[[Path], object]) -> OutputError:
@@ -181,7 +181,7 @@ def naming(path: Path) -> Iterator[None]:
         yield
     except OSError as error:
         reason = error.strerror or " ".join(str(error).split())
-        raise OutputError(f"{path}: cannot be written: {reason}") from error
+        raise OutputError(f"{path}: cannot be written: {reason}") from None
 
 
 @contextmanager

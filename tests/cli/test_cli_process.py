@@ -4,8 +4,10 @@ import io
 import json
 import os
 import re
+import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -132,6 +134,70 @@ def test_a_command_of_a_script_s_background_is_not_interrupted(tmp_path):
 def test_ctrl_c_leaves_nothing_half_written(tmp_path, args):
     out = tmp_path / "out"
     leaves_nothing(out, *args, "--out", str(out))
+
+
+ENDLESS = """
+from pathlib import Path
+from typing import Annotated, NamedTuple
+
+from hydroservo import Field
+
+
+class State(NamedTuple):
+    u: Annotated[float, Field("V", "command")]
+
+
+class Endless(NamedTuple):
+    def init(self):
+        return State(0.0)
+
+    def step(self, s, y, r, dt):
+        x = {start}
+        while x > 0.5:
+            x = x + 1.0
+        return State(x)
+
+
+Path(__file__).with_name("loaded").touch()
+"""
+IMPATIENT = """
+import hydroservo.cli.interrupts
+from hydroservo.cli import main
+hydroservo.cli.interrupts.PATIENCE = 0.5
+main()
+"""
+
+
+@needs_posix
+@pytest.mark.parametrize(
+    ("start", "says"),
+    [
+        ("1.0", r" in Endless.step \(.*law.py, line 1[6-8]\)"),
+        ("1e3 * r.value", "; what was computed did not stop within 0.5 s, as a while without end does not"),
+    ],
+)
+def test_ctrl_c_ends_a_law_that_never_returns(tmp_path, monkeypatch, start, says):
+    """In plain Python at the first sample, then in compiled code, once the demand is no longer 0."""
+    law = tmp_path / "law.py"
+    tmp_path.chmod(0o700)
+    monkeypatch.setenv("HYDROSERVO_CACHE_DIR", str(tmp_path))
+    law.write_text(ENDLESS.format(start=start))
+    (tmp_path / "my.toml").write_text('base = "paper/sine-pi"\ncontroller = { type = "Endless" }\n')
+    words = ("run", tmp_path / "my.toml", "--plugin", law)
+    with subprocess.Popen(
+        [sys.executable, "-c", IMPATIENT, *words], text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE
+    ) as running:
+        begun = "*.kernel" if "r.value" in start else "loaded"
+        while running.poll() is None and not any(tmp_path.glob(begun)):
+            time.sleep(0.1)
+        time.sleep(2.0)
+        running.send_signal(signal.SIGINT)
+        try:
+            stdout, stderr = running.communicate(timeout=60)
+        finally:
+            running.kill()
+    assert (running.returncode, stdout) == (130, "")
+    assert re.fullmatch(f"hydroservo: interrupted{says}; nothing was left half-written\n", stderr)
 
 
 @needs_posix

@@ -3,6 +3,7 @@
 import json
 import re
 import subprocess
+from pathlib import Path
 
 import pytest
 
@@ -95,6 +96,17 @@ def test_the_machine_and_the_loop(tmp_path, unit, step):
     run = subprocess.run(["make", "-C", tmp_path, "check"], capture_output=True, text=True, check=False)
     assert (run.returncode, run.stderr) == (0, "")
     assert f"{unit}_sine_pi: 500 of 500 samples bit for bit" in run.stdout
+
+
+def test_a_scenario_with_a_metric_of_ones_own_needs_its_plugin(tmp_path):
+    """Though the metric is no part of what is exported."""
+    text = 'base = "paper/sine-pi"\nsimulation.duration = "2 ms"\nmetrics.narrow.type = "Tolerance"\n'
+    (tmp_path / "my.toml").write_text(text)
+    export = ("export", "c", tmp_path / "my.toml", "--out", tmp_path / "c")
+    said = failed(*export)
+    assert "my.toml: metrics.narrow.type: 'Tolerance' must be one of" in said
+    assert said.endswith("; a class of your own needs its file: --plugin FILE, in Python plugins=[FILE]\n")
+    succeeded(*export, "--plugin", Path(__file__).parents[2] / "examples" / "my_metric.py")
 
 
 def test_a_file_of_ones_own_with_a_plugin(tmp_path):

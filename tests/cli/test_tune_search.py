@@ -93,9 +93,14 @@ def test_what_is_found_builds_on_the_scenario_with_one_line(tmp_path):
 @pytest.mark.usefixtures("search")
 def test_a_search_must_hold_its_own_scenario(tmp_path):
     (tmp_path / "third.toml").write_text(SQUARE)
-    assert "third.toml: tune.scenarios: must hold the scenario itself; they are" in failed(
-        "tune", "third.toml"
+    said = failed("tune", "third.toml")
+    assert (
+        "third.toml: tune.scenarios: those of my.toml, its base, are my.toml, square.toml, not this" in said
     )
+    assert 'write [tune] with scenarios = ["third.toml"] and weights = [1]' in said
+    (tmp_path / "fourth.toml").write_text(SQUARE + 'tune.scenarios = ["my.toml", "square.toml"]')
+    said = failed("tune", "fourth.toml")
+    assert "fourth.toml: tune.scenarios: must hold the scenario itself; they are" in said
 
 
 @pytest.mark.usefixtures("search")

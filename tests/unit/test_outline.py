@@ -66,6 +66,13 @@ def test_lines_of_a_loop_fit_a_terminal(name):
     assert text.splitlines()[1].startswith("  simulation")
 
 
+def test_every_block_nested_in_one_of_a_users_own_is_shown():
+    lines = outline(example(Loop, plant=Outer())).splitlines()
+    start = next(i for i, line in enumerate(lines) if line.startswith("  plant"))
+    nested = [line.split() for line in lines[start + 1 : start + 3]]
+    assert nested == [["inner", "Inner:", "area", "4.91", "cm²"], ["other", "Inner:", "area", "1", "cm²"]]
+
+
 def test_what_differs_is_said_of_a_loop():
     loop = example(Loop, Simulation(duration=2.0, substeps=AUTO), controller=PI(5.0, 100.0))
     assert "Simulation: duration 2 s, substeps auto, " in repr(loop)

@@ -2,6 +2,7 @@
 
 import math
 import re
+import traceback
 from collections.abc import Callable
 from typing import Annotated, Any, NamedTuple
 
@@ -307,3 +308,46 @@ def test_whatever_a_law_raises_is_one_line(law: Stumbling, says: str) -> None:
         simulate(EVERY_SAMPLE._replace(controller=law), compiled=False)
     assert re.fullmatch(says, str(error.value))
     assert "\n" not in str(error.value)
+
+
+class Sorting(NamedTuple):
+    """A law that plain Python runs and no compiler takes."""
+
+    def init(self) -> UserState:
+        return UserState(0.0)
+
+    def least(self, x: float) -> float:
+        return sorted({"x": x}.values())[0]
+
+    def step(self, s: UserState, y: Measurement, r: Demand, dt: float) -> UserState:
+        return UserState(self.least(y.velocity))
+
+
+class Writing(NamedTuple):
+    """Another, of which the compiler names no line."""
+
+    def init(self) -> UserState:
+        return UserState(0.0)
+
+    def step(self, s: UserState, y: Measurement, r: Demand, dt: float) -> UserState:
+        return UserState(float(f"{y.velocity}"))
+
+
+@pytest.mark.parametrize(
+    ("law", "says"),
+    [
+        (
+            Sorting(),
+            r"Sorting.least \(.*test_own_laws.py, line \d+\): compiled code has no sorted\(.*\); methods",
+        ),
+        (Writing(), r"Writing.step \(.*_laws.py, line \d+\): .*; methods call only ops"),
+    ],
+)
+def test_a_law_that_cannot_be_compiled_is_named_with_its_line_and_nothing_of_the_compiler(
+    law: Block, says: str
+) -> None:
+    with pytest.raises(LoopError, match=f"cannot be compiled: {says}") as error:
+        simulate(LOOP._replace(controller=law))
+    lines = "".join(traceback.format_exception(error.value)).splitlines()
+    assert len(lines) < 30
+    assert not any("numba" in line for line in lines)

@@ -37,7 +37,7 @@ def test_a_table_shows_a_metric_against_what_varied():
     table = hs.simulate_batch(example(hs.Loop, SHORT), masses)
     figure = hs.plot(table, "max_error")
     assert len(figure.axes) == 2  # one number, and the distribution
-    with pytest.raises(hs.HydroservoError, match="'speed' is no metric of this table"):
+    with pytest.raises(hs.HydroservoError, match="metric = 'speed': must be one of rms_error, "):
         hs.plot(table, "speed")
 
 

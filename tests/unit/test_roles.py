@@ -188,10 +188,10 @@ def test_a_role_that_is_said_wrong_is_one_line(
 def test_a_type_that_nothing_has_may_be_a_users_own(tmp_path: Path) -> None:
     changes = {"controller.type": "Mine"}
     with pytest.raises(
-        ScenarioError, match=r"ValveInversion; a class of your own needs its file: --plugin FILE$"
+        ScenarioError, match=r"ValveInversion; a class of your own needs its file: --plugin FILE, in Python"
     ):
         load_scenario("paper/sine-pi", changes)
-    with pytest.raises(ScenarioError, match=r"did you mean PI\?$"):
+    with pytest.raises(ScenarioError, match=r"did you mean PI\?; a class of your own needs its file"):
         load_scenario("paper/sine-pi", {"controller.type": "PII"})
     path = written(tmp_path)
     text = path.read_text(encoding="utf-8").replace("@role(Controller)\nclass Mine(NamedTuple)", "class Mine")

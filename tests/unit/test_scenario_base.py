@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hydroservo import ScenarioError, simulate
-from hydroservo.controllers import DAC, PI, TSMC
+from hydroservo import ScenarioError, simulate, tune
+from hydroservo.controllers import DAC, PI, TSMC, Backstepping
 from hydroservo.loads import Recorded
 from hydroservo.runs.provenance import scenario_hash
 from hydroservo.scenario import datasheet_columns, load_scenario, scenarios
@@ -150,6 +150,77 @@ def test_what_a_type_dropped_does_not_come_back(files) -> None:
     less = own.with_name("less.toml")
     assert refused(less).startswith(
         f"{less}: valve: natural_frequency is missing; it must be a finite number"
+    )
+
+
+def test_another_law_takes_no_number_of_the_law_below_it(files) -> None:
+    """Its gains would be those of another law under the same name."""
+    law = 'base = "machine.toml"\ncontroller.type = "Backstepping"\n'
+    own = files(
+        own=law,
+        whole=law + 'controller.velocity_gain = "20 1/s"\ncontroller.force_gain = "10 1/s"\n',
+        machine=MACHINE
+        + '[controller.saturation]\nlimit = "2 V"\n[controller.derivative]\ntime_constant = "9 ms"',
+    )
+    assert load_scenario(own.with_name("machine.toml")).controller.saturation.limit == 2.0
+    assert "own.toml: controller: velocity_gain is missing" in refused(own)
+    whole = load_scenario(own.with_name("whole.toml")).controller
+    assert whole._replace(model=None) == Backstepping(20.0, 10.0)._replace(model=None)
+
+
+LAGGED = """
+from typing import NamedTuple
+
+from hydroservo.observers import FilteredDerivative
+
+
+class Lagged(NamedTuple):
+    time_constant: float = 1.0
+    init, step = FilteredDerivative.init, FilteredDerivative.step
+"""
+
+
+def test_another_block_in_a_law_takes_no_number_of_the_one_below_it(files) -> None:
+    below = 'base = "paper/sine-tsmc"\n[controller.derivative]\ntype = "FilteredDerivative"\n'
+    retyped = 'base = "below.toml"\ncontroller.derivative.type = '
+    own = files(
+        own=f'{retyped}"Lagged"',
+        same=f'{retyped}"FilteredDerivative"',
+        below=below + 'time_constant = "9 ms"',
+    )
+    plugin = own.with_name("lagged.py")
+    plugin.write_text(LAGGED)
+    law = load_scenario(own, plugins=[plugin]).controller
+    assert (law.derivative.time_constant, law.linear_gain_1) == (1.0, 1e4)
+    assert load_scenario(own.with_name("same.toml")).controller.derivative.time_constant == 9e-3
+
+
+def test_a_law_named_above_its_numbers_takes_them(files) -> None:
+    """The file below names no type, and so no other one."""
+    own = files(
+        own='base = "gains.toml"\ncontroller.type = "PI"',
+        gains='base = "rig/1khz"\n[controller]\nproportional_gain = 2',
+    )
+    assert load_scenario(own).controller == PI(2.0)
+
+
+def test_a_law_that_overrides_a_file_keeps_what_both_have(files) -> None:
+    own = files(own='base = "paper/sine-pi"\ncontroller.saturation.limit = "2 V"')
+    changes = {"controller.type": "Backstepping", "controller.velocity_gain": 20, "controller.force_gain": 10}
+    assert load_scenario(own, changes).controller.saturation.limit == 2.0
+
+
+def test_a_search_of_a_base_that_is_for_another_law_is_named(files) -> None:
+    search = '[tune]\nscenarios = ["own.toml"]\nweights = [1]\n'
+    law = 'base = "rig/1khz-tsmc-square"\n[controller]\ntype = "PI"\nproportional_gain = 2\n'
+    own = files(own=law + search)
+    with pytest.raises(ScenarioError) as error:
+        tune(own)
+    assert str(error.value).startswith(
+        f"{own}: tune.vary: that of rig/1khz-tsmc-sine, its base, is for another"
+    )
+    assert 'write [tune.vary] of its own, such as controller.proportional_gain = "LOW..HIGH"' in str(
+        error.value
     )
 
 
@@ -309,10 +380,11 @@ def test_what_is_no_toml_is_said_of_the_base(files) -> None:
 
 
 def test_a_run_and_its_hash_do_not_know_the_base(files) -> None:
+    law = load_scenario("rig/1khz-pi-sine").controller
+    gains = f"proportional_gain = {law.proportional_gain!r}\nintegral_gain = {law.integral_gain!r}"
     own = files(
         own='base = "rig/1khz-pi-sine"\nsimulation.duration = "20 ms"',
-        whole='base = "rig/1khz"\nsimulation.duration = "20 ms"\n[controller]\ntype = "PI"\n'
-        'proportional_gain = "3.2318 V s/m"\nintegral_gain = "617.41 V/m"',
+        whole=f'base = "rig/1khz"\nsimulation.duration = "20 ms"\n[controller]\ntype = "PI"\n{gains}',
     )
     loops = [load_scenario(path) for path in (own, own.with_name("whole.toml"))]
     assert scenario_hash(loops[0]) == scenario_hash(loops[1])

@@ -57,8 +57,8 @@ def test_what_is_said_takes_the_place_of_parts_of_the_table() -> None:
         ({"changes": {"tune.seeds": 0}}, f"{RIG}, overridden: tune.seeds: 0 must be a whole number"),
         ({"aim": "rig/1khz-pi-squar"}, "did you mean rig/1khz-pi-square?"),
         ({"aim": "paper/sine-pi"}, "ranges = '{}': must name a number, or the scenario have [tune.vary]"),
-        ({"aim": []}, "aim = 'list': must be an Aim, as Aim([loop]) is, or scenarios by name or path"),
-        ({"aim": hs.load_scenario("paper/sine-pi")}, "aim = 'Loop': must be an Aim, as Aim([loop]) is"),
+        ({"aim": []}, "aim = []: must be an Aim, as Aim([loop]) is, or scenarios by name or path"),
+        ({"aim": hs.load_scenario("paper/sine-pi")}, "aim = a Loop: must be an Aim, as Aim([loop]) is"),
     ],
 )
 def test_what_is_wrong_is_one_line(arguments: dict[str, Any], problem: str) -> None:

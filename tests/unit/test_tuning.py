@@ -23,6 +23,7 @@ from hydroservo.block import Block
 from hydroservo.controllers import PI, Backstepping
 from hydroservo.controllers.pi import PIState
 from hydroservo.metrics import judged_by
+from hydroservo.monitors import IntegralCriteria
 from hydroservo.runs import tuning
 from hydroservo.runs.tuning import Tuned
 from hydroservo.scenario import load_scenario
@@ -289,6 +290,18 @@ def test_candidates_that_allow_no_controller_do_not_win_and_do_not_end_the_searc
     assert found.parameters["controller.wish"] <= 2.0
     with pytest.raises(ParameterError, match="is too much"):
         tune(Aim([loop], [1.0]), {"controller.wish": (3.0, 10.0)}, candidates=64)
+
+
+def test_an_aim_takes_monitors_that_its_loops_do_not_have() -> None:
+    ranges: dict[str, tuple[float, float]] = {GAIN: (0.3, 30.0)}
+    aim = Aim([SINE], metric="iae", metrics=[IntegralCriteria()])
+    found = tune(aim, ranges, candidates=64)
+    best = replace(SINE, found.parameters)
+    assert found.after == [simulate(best, record=(), metrics=[IntegralCriteria()])["iae"].item()]
+    with pytest.raises(ParameterError, match="metric = 'iae': must be one of rms_error, "):
+        tune(aim._replace(metrics=None), ranges)
+    with pytest.raises(ParameterError, match="metrics = 3: must be a list of monitors"):
+        tune(aim._replace(metrics=3), ranges)  # type: ignore[arg-type]
 
 
 def test_a_metric_that_a_loop_does_not_have_is_refused() -> None:

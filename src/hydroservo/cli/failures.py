@@ -2,6 +2,7 @@
 
 import sys
 import warnings
+from traceback import walk_tb
 from typing import Any, NoReturn
 
 import typer
@@ -37,7 +38,7 @@ class Commands(TyperGroup):
             say_error(str(error))
             raise typer.Exit(USER_ERROR) from error
         except KeyboardInterrupt as error:
-            heard()
+            heard(running(error))
             raise typer.Exit(INTERRUPTED) from error
         except BrokenPipeError as error:
             raise typer.Exit(1) from error  # the reader, such as head, has all it wants
@@ -45,6 +46,15 @@ class Commands(TyperGroup):
             say_error(described(error))
             raise typer.Exit(USER_ERROR) from error
         return result
+
+
+def running(error: BaseException) -> str:
+    """Which method of a block of a user's own was interrupted, for one may never return; none for others."""
+    for frame, line in reversed([*walk_tb(error.__traceback__)]):
+        kind, code = type(frame.f_locals.get("self")), frame.f_code
+        if hasattr(kind, "_fields") and not kind.__module__.startswith("hydroservo."):
+            return f" in {kind.__name__}.{code.co_name} ({code.co_filename}, line {line})"
+    return ""
 
 
 def say_error(message: str) -> None:

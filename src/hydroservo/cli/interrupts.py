@@ -1,12 +1,14 @@
 """Makes sure that Ctrl-C is heard.
 
 While LLVM compiles it calls back into Python, and Python drops what is raised in such a callback or in a
-``__del__``: an interrupt that lands there would print a traceback, and the run would go on.
+``__del__``: an interrupt that lands there would print a traceback, and the run would go on. And Python hears
+nothing while compiled code runs, which never ends where a ``while`` of a block does not.
 """
 
 import os
 import signal
 import sys
+from time import sleep
 
 TYPE_CHECKING = False  # as typing has it, during whose import an interrupt would print a traceback
 if TYPE_CHECKING:
@@ -24,6 +26,7 @@ __all__ = [
 
 INTERRUPTED = 130  # exit status: 128 + SIGINT, as shells have it
 PAUSE = 0.2  # s
+PATIENCE = 10.0  # s, after which whatever does not answer is left
 REPEATS = hasattr(signal, "setitimer")  # not on Windows
 
 
@@ -41,6 +44,7 @@ def repeat_interrupts() -> None:
     if REPEATS:
         signal.signal(signal.SIGALRM, interrupt)
         signal.signal(signal.SIGINT, interrupt)
+        leave_what_does_not_answer()
     else:
         signal.signal(signal.SIGINT, signal.default_int_handler)
 
@@ -56,8 +60,16 @@ def ignore_interrupts() -> None:
     heard()
 
 
-def heard() -> None:
-    """Stop repeating the interrupt: it has been acted on."""
+ANSWERS: list[str] = []  # what is to be said of an interrupt that was acted on
+
+
+def heard(where: str = "") -> None:
+    """Stop repeating the interrupt: it has been acted on.
+
+    Args:
+        where: what is to be said of it besides.
+    """
+    ANSWERS.append(where)
     if REPEATS:
         signal.setitimer(signal.ITIMER_REAL, 0.0)
 
@@ -67,6 +79,28 @@ def interrupt(_number: int, _frame: "Any") -> "NoReturn":
     raise KeyboardInterrupt
 
 
+def leave_what_does_not_answer() -> None:
+    """From now on, leave where an interrupt is not acted on for some seconds.
+
+    The system's part of a signal writes to a pipe at once, whatever the main thread is doing.
+    """
+    import threading
+
+    read, write = os.pipe()
+    os.set_blocking(write, False)
+    signal.set_wakeup_fd(write, warn_on_full_buffer=False)
+    threading.Thread(target=watch, args=(read,), daemon=True).start()
+
+
+def watch(pipe: int) -> None:
+    """Wait for an interrupt, and then for the answer."""
+    while signal.SIGINT not in os.read(pipe, 1):
+        pass
+    sleep(PATIENCE)
+    if not ANSWERS:
+        end(f"; what was computed did not stop within {PATIENCE:g} s, as a while without end does not")
+
+
 def dropped(exception: "Any") -> None:
     if not issubclass(exception.exc_type, KeyboardInterrupt):
         sys.__unraisablehook__(exception)
@@ -74,8 +108,18 @@ def dropped(exception: "Any") -> None:
 
 def leave() -> "NoReturn":
     """End at once: Python may crash as it closes an interrupted compiler, and nothing is left to do."""
+    where = "".join(ANSWERS[:1])
     ignore_interrupts()
-    sys.stderr.write("hydroservo: interrupted; nothing was left half-written\n")
+    end(where)
+
+
+def end(why: str) -> "NoReturn":
+    """End the process, from any thread.
+
+    Args:
+        why: what is to be said of it besides.
+    """
+    sys.stderr.write(f"hydroservo: interrupted{why}; nothing was left half-written\n")
     sys.stderr.flush()
     discard_unwritten()
     os._exit(INTERRUPTED)

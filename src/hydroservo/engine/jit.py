@@ -10,7 +10,9 @@ import re
 from collections.abc import Iterator
 from functools import cache
 from importlib import import_module
+from pathlib import Path
 from pkgutil import iter_modules
+from traceback import walk_tb
 from types import FunctionType
 from typing import Any
 
@@ -29,7 +31,7 @@ from hydroservo import ops
 from hydroservo.engine import flat
 from hydroservo.ops import basic, binary
 
-__all__ = ["CONTRACT", "INLINE", "method_template", "reason"]
+__all__ = ["CONTRACT", "INLINE", "WAY_OUT", "method_template", "places", "reason", "said"]
 
 CONTRACT = {"contract"}  # lets LLVM fuse a multiplication with an addition
 INLINE = {
@@ -108,16 +110,51 @@ INSTRUCTIONS: dict[Any, Any] = {  # numba compiles Python functions only, hence 
 types.BaseNamedTuple.__bool__ = lambda _: True
 
 
+WAY_OUT = "methods call only ops, each other and nested blocks, and give every field"
+WRAPPERS = ("Failed in nopython", "- Resolution failure", "None", "File ")
+NO_FUNCTION = "No implementation of function "  # the call that has none stands in a line of its own below
+NO_MEMORY = "NRT required but not enabled"
+PLACE = re.compile(
+    r"(?: at|[Rr]aised from) (?P<at>\S.*) \((?P<row>\d+)\)$|^ *File \"(?P<file>.*)\", line (?P<line>\d+):$",
+    re.MULTILINE,
+)
+
+
 def reason(error: Exception) -> str:
     """Why code cannot be compiled, in one line: what numba says first of the innermost call, and where."""
-    lines = [line.strip() for line in str(error).splitlines()]
-    wrappers = ("Failed in nopython", "- Resolution failure", "None", "File ")
-    said = next((line for line in lines if line and not line.startswith(wrappers)), "")
+    lines = (line.strip() for line in str(error).splitlines())
     place = next((line for line in lines if line.startswith("File ")), "").rstrip(":")
+    return f"{said(error)} ({place}); {WAY_OUT}" if place else f"{said(error)}; {WAY_OUT}"
+
+
+def said(error: Exception) -> str:
+    """What numba says of the innermost call that it cannot compile."""
+    lines = [line.strip() for line in str(error).splitlines()]
+    first = next((line for line in lines if line and not line.startswith(WRAPPERS)), "")
+    if first == NO_MEMORY:
+        return "a list, a dict or a text needs memory, of which compiled code has none"
+    if first.startswith(NO_FUNCTION):
+        call = next((line.removeprefix(">>> ") for line in lines if line.startswith(">>> ")), "")
+        return f"compiled code has no {call}" if call else first
     kind = "" if isinstance(error, NumbaError) else f"{type(error).__name__}: "
-    where = f" ({place})" if place else ""
-    way = "methods call only ops, each other and nested blocks, and give every field"
-    return f"{kind}{plain(said)}{where}; {way}"
+    return f"{kind}{plain(PLACE.sub('', first).rstrip('. '))}"
+
+
+def places(error: Exception) -> list[tuple[str, int]]:
+    """The files and lines that code which cannot be compiled goes through, from the inside out.
+
+    Where numba names none, the method that it stumbled over.
+    """
+    found = PLACE.finditer(str(error))
+    named = [(absolute(one["at"] or one["file"]), int(one["row"] or one["line"])) for one in found]
+    frames = (frame for frame, _ in walk_tb(error.__traceback__) if frame.f_code.co_filename == __file__)
+    tried = [frame.f_locals["inlined"] for frame in frames if "inlined" in frame.f_locals]
+    codes = [method.py_func.__code__ for method in reversed(tried)]
+    return named + [(absolute(code.co_filename), code.co_firstlineno) for code in codes]
+
+
+def absolute(file: str) -> str:
+    return str(Path(file).absolute())
 
 
 @infer_getattr

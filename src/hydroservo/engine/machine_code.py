@@ -18,7 +18,7 @@ from numba.core.compiler_lock import global_compiler_lock
 from numba.core.registry import cpu_target
 
 from hydroservo.engine import arithmetic  # noqa: F401 - teaches numba the arithmetic on states
-from hydroservo.engine.jit import CONTRACT, INLINE, reason
+from hydroservo.engine.jit import CONTRACT, INLINE, WAY_OUT, places, said
 from hydroservo.engine.native import CompileError, MachineCode
 
 __all__ = ["DOUBLES", "FLOAT", "INTEGER", "INTEGERS", "PartLibrary", "inlined", "lowered", "machine_code"]
@@ -155,7 +155,7 @@ def lowered(
             )
         library.finalize()
     except Exception as error:  # whatever numba stumbles over, it is about this text
-        raise CompileError(reason(error)) from error
+        raise CompileError(f"{said(error)}; {WAY_OUT}", places(error)) from None
     return result.fndesc.llvm_func_name, library
 
 

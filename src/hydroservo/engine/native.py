@@ -2,7 +2,7 @@
 
 import ctypes
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cache
 from threading import Lock
 from time import monotonic
@@ -18,7 +18,15 @@ __all__ = ["CompileError", "MachineCode", "Native", "RunError", "native"]
 
 
 class CompileError(Exception):
-    """The blocks cannot be compiled."""
+    """The blocks cannot be compiled.
+
+    Attributes:
+        places: the files and lines that it is about, from the inside out, where it is about any.
+    """
+
+    def __init__(self, message: str, places: Sequence[tuple[str, int]] = ()) -> None:
+        super().__init__(message)
+        self.places = places
 
 
 class RunError(Exception):

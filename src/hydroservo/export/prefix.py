@@ -37,7 +37,7 @@ def checked_prefix(prefix: str) -> str:
     Raises:
         ParameterError: it is no C identifier, is reserved, or a file would have the name of another.
     """
-    if not usable(prefix):
+    if not isinstance(prefix, str) or not usable(prefix):
         wanted = (
             "must be letters, digits and underscores, a letter first, and no name that C or FMI has taken"
         )

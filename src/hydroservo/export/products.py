@@ -16,6 +16,7 @@ from hydroservo.export.unit import FmiVersion, Part, Precision, Unit
 from hydroservo.loop import Loop
 from hydroservo.nearest import one_of
 from hydroservo.outputs import check_outputs, written_or_kept
+from hydroservo.runs.arguments import as_list, checked_loop, checked_path
 from hydroservo.runs.fitting import named
 
 __all__ = ["Export", "Progress", "export_c", "export_fmu", "export_ssp", "proof_line"]
@@ -84,7 +85,8 @@ def export_c(
 
     Fails to prove anything where there is no C compiler; the proof says so.
     """
-    place, report = Path(folder), progress or silent
+    place, report = checked_path("folder", folder), progress or silent
+    loop = checked_loop(loop)
     wanted, digits = chosen(Part, "part", part), chosen(Precision, "precision", precision)
     check_project(place)  # before anything is computed; the names of the sources are known after it
     report(0.0, "translating")
@@ -135,12 +137,13 @@ def export_fmu(
 
     Fails to run the binaries for other platforms.
     """
-    path, report = checked_ending(Path(file)), progress or silent
+    path, report = checked_ending(checked_path("file", file)), progress or silent
+    loop = checked_loop(loop)
     wanted, fmi = chosen(Part, "part", part), chosen(FmiVersion, "version", version)
     check_outputs([path])
     if clocked:
         check_clock(fmi, wanted)
-    built_for = check_tools(platforms)
+    built_for = check_tools(as_list("platforms", platforms, "names such as x86_64-linux"))
     report(0.0, "translating")
     unit = translated(loop, wanted, name, prefix)
     _, proof = proven(loop, unit, 0.2, report)
@@ -185,10 +188,11 @@ def export_ssp(
     Source: SSP 1.0, https://ssp-standard.org.
     Fails to say in which order a tool shall ask, as :func:`~hydroservo.export.fmu.write_ssp` has it.
     """
-    path, report = checked_ending(Path(file), ".ssp"), progress or silent
+    path, report = checked_ending(checked_path("file", file), ".ssp"), progress or silent
+    loop = checked_loop(loop)
     fmi = chosen(FmiVersion, "version", version)
     check_outputs([path])
-    built_for = check_tools(platforms)
+    built_for = check_tools(as_list("platforms", platforms, "names such as x86_64-linux"))
     report(0.0, "translating")
     units = {part: translated(loop, part, name, None) for part in PARTS}
     proofs = [proven(loop, units[part], 0.2 + 0.2 * i, report)[1] for i, part in enumerate(PARTS)]
@@ -211,6 +215,8 @@ def translated(
     inlined: bool = False,
 ) -> Unit:
     """A part of a loop in C, with a title such as "TSMC of scenario paper/sine-tsmc"."""
+    if not isinstance(name, str):
+        raise ParameterError("name", name, "must be a text: the name of a scenario")
     law = named(loop.controller, "controller")
     what = law if part is Part.CONTROLLER else part.value.capitalize()
     return exported_unit(

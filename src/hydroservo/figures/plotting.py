@@ -4,7 +4,11 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from hydroservo.errors import HydroservoError
+from hydroservo.block import is_block
+from hydroservo.errors import ParameterError
+from hydroservo.nearest import one_of
+from hydroservo.runs.arguments import checked_runs, is_result
+from hydroservo.runs.results import metric_fields
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -28,23 +32,28 @@ def plot(
         metric: of a table, the one to show.
 
     Raises:
-        HydroservoError: it is none of these, or a signal that the picture shows was not recorded.
+        ParameterError: it is none of these, or has no such metric.
+        HydroservoError: a signal that the picture shows was not recorded.
     """
-    import xarray as xr
-
     from hydroservo.figures.batch import plot_batch
     from hydroservo.figures.comparison import plot_comparison
     from hydroservo.figures.run import plot_run
 
-    if not isinstance(results, xr.Dataset):
-        named = (
-            results if isinstance(results, Mapping) else dict(zip(names_of(results), results, strict=True))
+    if isinstance(results, Mapping) and not is_result(results):
+        return plot_comparison(checked_runs([*results.values()], "results"), [*map(str, results)])
+    if isinstance(results, list | tuple) and not is_block(results):
+        runs = checked_runs(results, "results")
+        return plot_comparison(runs, names_of(runs))
+    if not is_result(results):
+        wanted = (
+            "must be what simulate or simulate_batch returned, or several of simulate in a list or by name"
         )
-        return plot_comparison([*named.values()], [*named])
+        raise ParameterError("results", results, wanted)
     if "run" not in results.dims:
         return plot_run(results)
-    if metric not in results:
-        raise HydroservoError(f"{metric!r} is no metric of this table")
+    known = metric_fields(results)
+    if not isinstance(metric, str) or metric not in known:
+        raise ParameterError("metric", metric, one_of(str(metric), known))
     numbers = [str(name) for name in results.data_vars if "." in str(name)]
     return plot_batch(results, [name for name in numbers if name != "simulation.seed"], metric)
 

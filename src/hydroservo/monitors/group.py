@@ -42,9 +42,7 @@ def named(metrics: object) -> dict[str, Block]:
         ParameterError: what is given is neither, or something in it is no monitor.
     """
     if is_block(metrics) or not isinstance(metrics, Mapping | list | tuple):
-        raise ParameterError(
-            "metrics", type(metrics).__name__, "must be a list of monitors, or map names to them"
-        )
+        raise ParameterError("metrics", metrics, "must be a list of monitors, or map names to them")
     found = dict(metrics) if isinstance(metrics, Mapping) else by_class(metrics)
     for name, one in found.items():
         if not (is_block(one) and all(hasattr(one, method) for method in ("init", "step", "values"))):

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from hydroservo.block import field_at, value_at
+from hydroservo.block import Block, field_at, value_at
 from hydroservo.errors import ParameterError
 from hydroservo.field import Field
 from hydroservo.loop import Loop
@@ -42,9 +42,12 @@ class Aim(NamedTuple):
     Attributes:
         loops: the loops, all with the same controller.
         weights: of each loop's metric in the geometric mean; alike if none are given.
-        metric: name of a metric that is the better the smaller it is.
+        metric: name of a metric of which less is better, such as those of
+            :class:`~hydroservo.monitors.TrackingError`; another name is refused with those that there are.
         seeds: how many seeds each candidate is simulated with, from the loop's own on.
         effort: exponent e of the command's total variation, at least 0.
+        metrics: the monitors that the metric comes from, in place of the loops' own, as of
+            :func:`~hydroservo.simulate`; the loops' own if None.
     """
 
     loops: Sequence[Loop]
@@ -52,6 +55,7 @@ class Aim(NamedTuple):
     metric: str = "rms_error"
     seeds: int = 1
     effort: float = 0.0
+    metrics: Mapping[str, Block] | Sequence[Block] | None = None
 
 
 def checked_aim(aim: Aim) -> Aim:
@@ -60,11 +64,10 @@ def checked_aim(aim: Aim) -> Aim:
     Raises:
         ParameterError: a part of it is not what it must be.
     """
-    if not aim.loops:
-        raise ParameterError("loops", list(aim.loops), "must be at least one")
     metric_field(aim.loops, aim.metric)
     count = len(aim.loops)
-    weights = checked_weights(aim.weights, count, "loop") if len(aim.weights) else (1.0,) * count
+    none = isinstance(aim.weights, list | tuple) and not aim.weights
+    weights = (1.0,) * count if none else checked_weights(aim.weights, count, "loop")
     seeds, effort = checked_whole("seeds", aim.seeds), checked_effort(aim.effort)
     if effort and ACTIVITY not in judged_by(aim.loops):
         raise ParameterError("effort", effort, f"must be 0 for a loop without the metric {ACTIVITY}")

@@ -16,6 +16,7 @@ from hydroservo.block import Block, field_at, replace
 from hydroservo.errors import ParameterError
 from hydroservo.loop import AUTO, Loop
 from hydroservo.metrics import declared_metrics, flags_of, monitors_of, values_of
+from hydroservo.runs.arguments import checked_loop
 from hydroservo.runs.cautions import pressure_caution, quietly, warns, with_warning
 from hydroservo.runs.columns import SEED, Columns, checked_columns, designs, starts
 from hydroservo.runs.divergence import NOTHING, Loss, first_loss, watched_paths
@@ -108,7 +109,7 @@ def simulate_batch(
             signal of which the runs see nothing, or no device.
         LoopError: a block that does not fit the loop.
     """
-    loop = with_metrics(loop, metrics)
+    loop = with_metrics(checked_loop(loop), metrics)
     given, loop = loop, ready(loop)
     recorded = check_records(loop)
     columns = checked_columns(loop, parameters)

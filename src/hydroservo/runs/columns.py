@@ -13,6 +13,7 @@ from hydroservo.block import Block, field_at, is_block, leaves, replace, value_a
 from hydroservo.errors import ParameterError
 from hydroservo.hooks import at_rest, designed
 from hydroservo.loop import Loop
+from hydroservo.runs.arguments import checked_mapping
 from hydroservo.validation import allowed, check_own, number
 from hydroservo.wiring import believed
 
@@ -31,9 +32,8 @@ def checked_columns(loop: Loop, parameters: Mapping[str, ArrayLike]) -> Columns:
     Raises:
         ParameterError: they are not.
     """
-    if not isinstance(parameters, Mapping):
-        raise ParameterError("parameters", type(parameters).__name__, "must map paths to arrays of numbers")
-    columns = {path: column(loop, path, values) for path, values in parameters.items()}
+    given = checked_mapping("parameters", parameters, "paths to arrays of numbers")
+    columns = {path: column(loop, path, values) for path, values in given.items()}
     sizes = {path: values.size for path, values in columns.items()}
     if not sizes:
         raise ParameterError("parameters", "{}", "must name at least one parameter")
@@ -88,7 +88,7 @@ def versions(block: Block, columns: Columns) -> Iterator[Any]:
 
 def column(loop: Loop, path: str, values: ArrayLike) -> NDArray[np.float64]:
     try:
-        present = value_at(loop, str(path))
+        present = value_at(loop, path)
     except ParameterError as error:
         raise ParameterError("parameters", path, error.allowed) from None
     if path != SEED and (
@@ -117,10 +117,12 @@ def vector(path: str, values: ArrayLike) -> NDArray[np.float64]:
     Raises:
         ParameterError: the values are not that.
     """
+    if is_block(values):
+        raise ParameterError(path, values, "must be an array of numbers")
     try:
         found = np.atleast_1d(np.asarray(values, dtype=np.float64))
     except (OverflowError, TypeError, ValueError):
-        raise ParameterError(path, type(values).__name__, "must be an array of numbers") from None
+        raise ParameterError(path, values, "must be an array of numbers") from None
     if found.ndim != 1 or not found.size:
         raise ParameterError(path, f"shape {found.shape}", "must be an array of shape (runs,)")
     return found

@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from hydroservo.runs.arguments import checked_runs
 from hydroservo.runs.results import best_runs, metric_fields, metrics_of, scenario_of
 
 if TYPE_CHECKING:
@@ -24,17 +25,20 @@ def differences(runs: Sequence["xr.Dataset"]) -> dict[str, tuple[Any, ...]]:
     recorded.
 
     Args:
-        runs: what ``simulate`` returned for each.
+        runs: a list of what ``simulate`` returned, at least one: ``differences([one, other])``.
 
     Returns:
         What each run has by dotted path in SI units. Where blocks differ in their type that is the names of
         the types, and of recorded signals a digest.
 
+    Raises:
+        ParameterError: they are something else.
+
     Fails to see that a condition has no effect, such as another seed where nothing is random.
     """
     return {
         path: values
-        for path, values in unequal("", [as_asked(run) for run in runs])
+        for path, values in unequal("", [as_asked(run) for run in checked_runs(runs)])
         if not any(within(path, other) for other in NO_CONDITION)
     }
 
@@ -46,8 +50,12 @@ def winners(runs: Sequence["xr.Dataset"]) -> dict[str, set[int]]:
     An observer's errors are those of one quantity only where the models agree too.
 
     Args:
-        runs: what ``simulate`` returned for each.
+        runs: a list of what ``simulate`` returned, at least one.
+
+    Raises:
+        ParameterError: they are something else.
     """
+    runs = checked_runs(runs)
     metrics, fair = [metrics_of(run) for run in runs], not differences(runs)
     same_model = not any(True for _ in unequal("", [model_of(run) for run in runs]))
     judged = {name for run in runs for name, field in metric_fields(run).items() if field.smaller_is_better}

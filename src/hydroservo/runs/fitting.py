@@ -1,8 +1,10 @@
 """Whether the blocks of a loop fit together, and one line about it where they do not."""
 
 import traceback
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from pathlib import Path
+from types import CodeType, FunctionType
 from typing import Any
 
 from hydroservo.block import Block, is_block, values
@@ -24,11 +26,12 @@ def compilation(loop: Loop) -> Iterator[None]:
     try:
         yield
     except CompileError as error:
-        raise LoopError(f"the loop with {law} cannot be compiled: {error}") from error
+        where = method_at(loop, error.places)
+        raise LoopError(f"the loop with {law} cannot be compiled: {where}{error}") from None
     except RunError as error:
         cause = error.__cause__
         where = f" ({place_of(cause)})" if cause else "; compiled=False shows it"
-        raise LoopError(f"the loop with {law} stopped: {error}{where}") from error
+        raise LoopError(f"the loop with {law} stopped: {error}{where}") from None
 
 
 def first_state(loop: Loop) -> Block:
@@ -51,7 +54,7 @@ def first_state(loop: Loop) -> Block:
     except LoopError:
         raise
     except Exception as error:  # whatever a block stumbles over
-        raise LoopError(f"{at_fault(loop, error)}: {error} ({place_of(error)})") from error
+        raise LoopError(f"{at_fault(loop, error)}: {error} ({place_of(error)})") from None
     for (path, before), (path_after, value) in zip(parts(state), parts(after), strict=False):
         if path != path_after or (is_block(before) and type(before) is not type(value)):
             raise LoopError(
@@ -79,7 +82,7 @@ def check_monitors(loop: Loop, state: Block) -> None:
             problem = f"{error} ({place_of(error)})"
             raise LoopError(
                 f"the metric {name} ({type(one).__name__}) does not fit this loop: {problem}"
-            ) from error
+            ) from None
         if type(after) is not type(before) or not all(isinstance(value, float) for value in values(after)):
             raise LoopError(
                 f"the metric {name}: a step must return a state of init's type, with floats alone"
@@ -97,6 +100,25 @@ def at_fault(loop: Loop, error: Exception) -> str:
             if any(part is block for _, part in parts(own)):
                 return f"the {name} {named(own, name)} does not fit this loop"
     return "the blocks of this loop do not fit"
+
+
+def method_at(loop: Loop, places: Sequence[tuple[str, int]]) -> str:
+    """The method of a block that the first of some places is in which are in any, with file and line."""
+    classes = {type(block) for _, block in parts(loop) if is_block(block)}
+    methods = [(cls, one) for cls in classes for one in vars(cls).values() if isinstance(one, FunctionType)]
+    inside = (
+        f"{cls.__name__}.{method.__name__} ({file}, line {line}): "
+        for file, line in places
+        for cls, method in methods
+        if holds(method.__code__, file, line)
+    )
+    return next(inside, "")
+
+
+def holds(code: CodeType, file: str, line: int) -> bool:
+    """Whether a line of a file, its path absolute, is one of a function's."""
+    lines = [code.co_firstlineno, *(number for *_, number in code.co_lines() if number is not None)]
+    return str(Path(code.co_filename).absolute()) == file and min(lines) <= line <= max(lines)
 
 
 def place_of(error: BaseException) -> str:

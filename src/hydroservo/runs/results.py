@@ -9,9 +9,10 @@ from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hydroservo.errors import HydroservoError
+from hydroservo.errors import HydroservoError, ParameterError
 from hydroservo.field import Field
 from hydroservo.outputs import atomic_path, digests, write_text
+from hydroservo.runs.arguments import checked_path, checked_run, is_result
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -48,9 +49,12 @@ def save(dataset: "xr.Dataset", path: Path | str) -> Path:
         The path written.
 
     Raises:
+        ParameterError: it is no dataset, or the path none.
         HydroservoError: the ending names no format, or the file cannot be written.
     """
-    path = Path(path)
+    if not is_result(dataset):
+        raise ParameterError("dataset", dataset, "must be what simulate or simulate_batch returned")
+    path = checked_path("path", path)
     form = FORMATS.get(path.suffix.lower())
     if form is None:
         endings = ", ".join(FORMATS)
@@ -61,7 +65,19 @@ def save(dataset: "xr.Dataset", path: Path | str) -> Path:
 
 
 def metrics_of(dataset: "xr.Dataset") -> dict[str, float | bool]:
-    """The metrics of a run by name, in SI units."""
+    """The metrics of a run by name, in SI units.
+
+    Args:
+        dataset: what ``simulate`` returned.
+
+    Raises:
+        ParameterError: it is something else, such as the table of many runs.
+    """
+    return scalars_of(checked_run(dataset, "dataset"))
+
+
+def scalars_of(dataset: "xr.Dataset") -> dict[str, float | bool]:
+    """The metrics of a run by name; of the table of many runs none."""
     return {
         str(name): variable.values.item() for name, variable in dataset.data_vars.items() if not variable.dims
     }
@@ -148,7 +164,7 @@ def foreign_files(folder: Path | str) -> list[str]:
         named = dict(json.loads((folder / METRICS).read_text(encoding="utf-8"))["files"])
         found = digests(folder, [name for name in named if (folder / name).is_file()])
     except (OSError, ValueError, KeyError, TypeError) as error:
-        raise HydroservoError(f"{folder / METRICS}: cannot be read as that of a result: {error}") from error
+        raise HydroservoError(f"{folder / METRICS}: cannot be read as that of a result: {error}") from None
     return [name for name, digest in named.items() if found.get(name) != digest]
 
 
@@ -184,7 +200,7 @@ def save_parquet(dataset: "xr.Dataset", path: Path) -> None:
         pa.field(name, pa.from_numpy_dtype(values.dtype), metadata=texts(dataset[name].attrs))
         for name, values in columns.items()
     ]
-    metrics = metrics_of(dataset)
+    metrics = scalars_of(dataset)
     about = texts(dataset.attrs) | ({"metrics": json.dumps(plain(metrics))} if metrics else {})
     pq.write_table(pa.table(columns, schema=pa.schema(fields, metadata=about)), path)
 
@@ -205,7 +221,7 @@ def save_mat(dataset: "xr.Dataset", path: Path) -> None:
 
     columns = trajectory_of(dataset)
     names = matlab_names(columns)
-    metrics = metrics_of(dataset)
+    metrics = scalars_of(dataset)
     groups = {
         "units": {names.get(name, name): unit_of(dataset, name) for name in [*columns, *metrics]},
         "attributes": {str(name): value for name, value in dataset.attrs.items()},

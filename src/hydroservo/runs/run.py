@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from hydroservo.block import Block, field_at, is_block, leaves, value_at, values
+from hydroservo.block import Block, field_at, leaves, value_at, values
 from hydroservo.errors import LoopError, ParameterError
 from hydroservo.field import Field
 from hydroservo.hooks import at_rest, designed
@@ -16,6 +16,7 @@ from hydroservo.loop import Loop
 from hydroservo.metrics import Divergence, declared_metrics, monitors_of, signals_of, values_of
 from hydroservo.monitors.group import Usual, group
 from hydroservo.monitors.group import named as named_monitors
+from hydroservo.runs.arguments import as_list, checked_loop
 from hydroservo.runs.cautions import pressure_caution, warns, with_warning
 from hydroservo.runs.divergence import NOTHING, Loss, first_loss, reach_of, watched_paths
 from hydroservo.runs.fitting import compilation, first_state
@@ -125,10 +126,10 @@ def simulate(
             sees nothing, an unknown path in ``record``.
         LoopError: a block that does not fit the loop, or a trace too large to hold.
     """
-    loop = ready(with_metrics(loop, metrics))
+    loop = ready(with_metrics(checked_loop(loop), metrics))
     recorded = check_records(loop)
     state, watching = first_state(loop), monitors_of(loop)
-    wanted = tuple(record) if record is not None else paths_of(state, watching)
+    wanted = paths_of(state, watching) if record is None else tuple(as_list("record", record, "paths"))
     plan = plan_of(loop, state, tuple(dict.fromkeys((*wanted, *machine_paths(loop)))))
 
     def one(loop: Loop) -> Trace:
@@ -156,13 +157,10 @@ def ready(loop: Loop) -> Loop:
     """The loop with its parameters checked, wired, its plant at rest and its controller designed.
 
     Raises:
-        ParameterError: what stands for a block is none; or a parameter is out of range, allows no design or
-            no start at rest, or does not go with another.
+        ParameterError: it is no loop, or what stands for a block is none; or a parameter is out of range,
+            allows no design or no start at rest, or does not go with another.
     """
-    for name, block in loop._asdict().items():
-        if not is_block(block):
-            raise ParameterError(name, block, "must be a block: a NamedTuple with the methods of its role")
-    loop = checked(loop)
+    loop = checked(checked_loop(loop))
     check_substeps(loop)
     loop = wired(with_exact_delay(loop))
     controller = designed(loop.controller, loop.simulation.period, partial(believed, loop))

@@ -12,9 +12,11 @@ from hydroservo.errors import HydroservoError, ParameterError
 from hydroservo.loop import Loop
 from hydroservo.metrics import declared_metrics, monitors_of
 from hydroservo.runs.aims import ACTIVITY, Aim, check_ranges, checked_aim, checked_whole
+from hydroservo.runs.arguments import checked_loops
 from hydroservo.runs.batch import simulate_batch
 from hydroservo.runs.cautions import quietly
 from hydroservo.runs.columns import SEED, checked_columns, designs, starts
+from hydroservo.runs.run import with_metrics
 from hydroservo.validation import checked
 from hydroservo.wiring import wired
 
@@ -96,7 +98,8 @@ def searched(
     Source: Storn, Price, Journal of Global Optimization 11, 1997, doi:10.1023/A:1008202821328.
     Fails to promise the best there is: another seed may find a better one.
     """
-    aim = checked_aim(aim._replace(loops=[wired(loop) for loop in aim.loops]))
+    loops = [with_metrics(loop, aim.metrics) for loop in checked_loops(aim.loops)]
+    aim = checked_aim(aim._replace(loops=[wired(loop) for loop in loops]))
     check_ranges(aim.loops, ranges)
     candidates, seed = checked_whole("candidates", candidates), checked_whole("seed", seed)
     own = [{path: value_at(loop, path) for path in ranges} for loop in aim.loops]

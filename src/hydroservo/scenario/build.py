@@ -99,7 +99,8 @@ def draft(hint: Any, default: Block | None, table: Table, nominal: Nominal) -> D
     if is_of_plugin(maker):
         check_maker(maker)
     base = default._asdict() if default is not None and type(default) is maker else defaults(maker)
-    table = table.retyped(type(default).__name__, lambda entry: defaults(maker_named(hint, default, entry)))
+    present = "" if default is None else type(default).__name__
+    table = table.retyped(present, lambda entry: defaults(maker_named(hint, default, entry)))
     for name in table.names():
         if name == AS_PRINTED and name not in base:
             check_as_printed(table.entry(name))

@@ -7,7 +7,7 @@ from importlib.resources import files
 from importlib.resources.abc import Traversable
 from pathlib import Path
 
-from hydroservo.errors import ScenarioError, one_line, short
+from hydroservo.errors import ParameterError, ScenarioError, one_line, short
 from hydroservo.nearest import nearest
 from hydroservo.scenario.files import exists, read_text
 from hydroservo.scenario.tables import Entry, Origin
@@ -36,7 +36,14 @@ def scenario_source(source: str | Path) -> str:
 
 
 def located(source: str | Path) -> tuple[Origin, str]:
-    """Where a scenario comes from, and its text."""
+    """Where a scenario comes from, and its text.
+
+    Raises:
+        ScenarioError: there is no such scenario, or its file cannot be read.
+        ParameterError: what is given is no name and no path.
+    """
+    if not isinstance(source, str | Path):
+        raise ParameterError("source", source, "must be the name of a scenario, or the path of a file")
     if isinstance(source, str) and source in builtin_texts():
         return Origin(source, Path()), builtin_texts()[source]
     path, name = Path(source), one_line(str(source))

@@ -12,6 +12,7 @@ from hydroservo.hooks import at_rest
 from hydroservo.loop import Loop, Simulation
 from hydroservo.nearest import one_of
 from hydroservo.plants.design_model import DesignModel
+from hydroservo.runs.arguments import as_list, checked_mapping, checked_path
 from hydroservo.scenario.build import Argument, Draft, Nominal, draft, no_model
 from hydroservo.scenario.declared import hints
 from hydroservo.scenario.layers import layered
@@ -57,9 +58,10 @@ def load_scenario(
     A scenario is a TOML file with a table for each field of :class:`~hydroservo.loop.Loop`, tables in them
     for nested blocks, ``[uncertainty]`` and ``[truth]``, and ``[tune]`` for the search of its numbers. With
     ``base = "rig/1khz"`` or the path of a file it builds on another: what it gives lies over that one's,
-    key by key, and another ``type`` drops what the new one does not have. What neither gives takes the
-    blocks' defaults; the types of plant, valve, supply, reference and controller must be there, here or in
-    the base. The controller believes in the machine before its uncertainty and truth, unless its own tables
+    key by key; another ``type`` drops what the new one does not have, and in ``[controller]`` all that the
+    base gives, for gains of one law mean nothing to another. What neither gives takes the blocks' defaults;
+    the types of plant, valve, supply, reference and controller must be there, here or in the base. The
+    controller believes in the machine before its uncertainty and truth, unless its own tables
     (``[controller.model.plant]`` ...) say otherwise. An uncertainty is a relative deviation of a parameter of
     the machine, or of what a constructor takes that its ``type`` names; a truth is the value that such a
     number has, whatever deviates.
@@ -73,6 +75,7 @@ def load_scenario(
 
     Raises:
         ScenarioError: in one line, the file, the key, the value and what is allowed.
+        ParameterError: an argument is of another kind.
     """
     return assembled(source, changes, plugins).loop
 
@@ -85,9 +88,10 @@ def assembled(
     Raises:
         ScenarioError: as there.
     """
-    for plugin in plugins:
-        load_plugin(plugin)
-    scenario = layered(source, changes or {})
+    given = checked_mapping("changes", {} if changes is None else changes, "paths to values")
+    for plugin in as_list("plugins", plugins, "files, such as ['my_controller.py']"):
+        load_plugin(checked_path("plugins", plugin))
+    scenario = layered(source, given)
     check_tables(scenario)
     drafts = {name: part(scenario, name, no_model) for name in Machine._fields}
     machine = Machine(**{name: one.made() for name, one in drafts.items()})

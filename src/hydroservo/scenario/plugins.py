@@ -123,7 +123,7 @@ def executed(text: str, place: Path, module_name: str, name: str) -> ModuleType:
         raise
     except (Exception, SystemExit) as error:
         del sys.modules[module_name]
-        raise ScenarioError(name, line_of(error, place), said(error)) from error
+        raise ScenarioError(name, line_of(error, place), said(error)) from None
     return module
 
 

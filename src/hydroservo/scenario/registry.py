@@ -1,6 +1,6 @@
 """Which block classes a scenario may name, and in which role."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import cache
 from typing import Any
 
@@ -19,7 +19,7 @@ from hydroservo import (
     supplies,
     valves,
 )
-from hydroservo.nearest import nearest, one_of
+from hydroservo.nearest import one_of
 from hydroservo.scenario.fits import a_role, misfit
 from hydroservo.scenario.plugins import is_block_class, plugin_classes, plugin_other_classes
 from hydroservo.scenario.tables import Entry
@@ -27,6 +27,8 @@ from hydroservo.scenario.tables import Entry
 __all__ = ["Maker", "maker_in_role", "makers", "names_in_role", "shipped_classes"]
 
 Maker = Callable[..., Any]  # a block's class, or a classmethod of it whose arguments are declared as fields
+
+OWN = "a class of your own needs its file: --plugin FILE, in Python plugins=[FILE]"
 
 PACKAGES = (
     controllers,
@@ -70,15 +72,14 @@ def maker_in_role(role: type, entry: Entry) -> Maker:
     if named:
         raise entry.error(f"cannot be {a_role(role)}: {misfit(named[0], role)}")
     names = names_in_role(role)
-    raise entry.error(f"{one_of(wanted, names)}{own_class(wanted, names)}")
+    raise entry.error(f"{one_of(wanted, names)}{own_class(wanted)}")
 
 
-def own_class(wanted: str, names: Sequence[str]) -> str:
-    """How a name that nothing has may become that of a user's class; "" where it is like another."""
+def own_class(wanted: str) -> str:
+    """How a name that nothing has may be that of a user's class; empty where there is no name."""
     if wanted in plugin_other_classes():
         return f"; the plugin's class {wanted} is no NamedTuple; write class {wanted}(NamedTuple):"
-    like_another = not wanted or nearest(wanted, names)
-    return "" if like_another else "; a class of your own needs its file: --plugin FILE"
+    return f"; {OWN}" if wanted else ""
 
 
 def names_in_role(role: type) -> list[str]:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from hydroservo.block import field_at, leaves, replace, value_at
 from hydroservo.errors import ParameterError, ScenarioError
 from hydroservo.loop import Loop
+from hydroservo.runs.arguments import checked_loop, checked_mapping, checked_table
 from hydroservo.runs.columns import SEED
 from hydroservo.runs.provenance import scenario_hash
 from hydroservo.runs.run import ready
@@ -106,6 +107,7 @@ def draws(
 
     Source: Philox4x64-10, Salmon, Moraes, Dror, Shaw 2011, doi:10.1145/2063384.2063405.
     """
+    ranges = checked_mapping("ranges", ranges, "paths to ranges")
     if not ranges and not seeds:
         raise ParameterError("ranges", "{}", "must name a number that varies, or seeds be True")
     whole = assembly_of(source)
@@ -125,6 +127,7 @@ def run_of(loop: Loop, table: "xr.Dataset", run: int) -> Loop:
     Raises:
         ParameterError: there is no such run, or the table is that of another loop.
     """
+    loop, table = checked_loop(loop), checked_table(table)
     whole_number("run", run, 0, table.sizes["run"] - 1)
     steps = {"simulation.substeps": table.attrs["substeps"]} if "substeps" in table.attrs else {}
     own = scenario_hash(replace(ready(loop), steps))
@@ -140,7 +143,7 @@ def assembly_of(source: Loop | Assembly) -> Assembly:
     """A loop as if a scenario had described it, with nothing but its numbers."""
     if isinstance(source, Assembly):
         return source
-    loop = wired(checked(source))
+    loop = wired(checked(checked_loop(source, "source")))
     machine = Machine(loop.plant, loop.valve, loop.supply, loop.load)
     return Assembly(loop, machine, {}, Truth({}, {}), {}, Search())
 

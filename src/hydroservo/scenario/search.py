@@ -38,6 +38,8 @@ class Search(NamedTuple):
     effort: float = 0.0
     candidates: int = 4096
     seed: int = 0  # of the search
+    lost: Entry | None = None  # a range of a base whose path is none any more
+    together: Entry | None = None  # where the scenarios stand
 
 
 def tune_search(scenario: Table, loop: Loop, arguments: Mapping[str, object]) -> Search:
@@ -60,12 +62,18 @@ def tune_search(scenario: Table, loop: Loop, arguments: Mapping[str, object]) ->
         if name not in keys:
             raise table.entry(name).unknown(name, keys)
     floats = {path for path, value in leaves(loop) if isinstance(value, float)}
+    entries = dict(table.table("vary").entries())
+    lost = {
+        path: entry
+        for path, entry in entries.items()
+        if path not in floats and scenario.has_type_above(entry.origin, path)
+    }
     ranges = {
         path: searched_range(path, entry, loop, arguments)
-        for path, entry in table.table("vary").entries()
-        if path in floats or not scenario.has_type_above(entry.origin, path)
+        for path, entry in entries.items()
+        if path not in lost
     }
-    return Search(ranges, **parts_of(table, loop))
+    return Search(ranges, **parts_of(table, loop), lost=next(iter(lost.values()), None))
 
 
 def parts_of(table: Table, loop: Loop) -> dict[str, Any]:
@@ -76,7 +84,8 @@ def parts_of(table: Table, loop: Loop) -> dict[str, Any]:
     """
     found: dict[str, Any] = {}
     if table.has("scenarios"):
-        found["scenarios"] = tuple(sources(table.entry("scenarios")))
+        found["together"] = table.entry("scenarios")
+        found["scenarios"] = tuple(sources(found["together"]))
     count = len(found.get("scenarios", ())) or 1
     for name in filter(table.has, PARTS):
         entry = table.entry(name)

@@ -12,6 +12,7 @@ from hydroservo.nearest import one_of
 
 __all__ = ["DEEPEST", "Entry", "Layer", "Origin", "Table", "parsed"]
 
+LAW = "controller"  # the table of a loop that holds what is tuned to one law
 DEEPEST = 16  # tables within tables
 KEY_PART = r"""(?:[A-Za-z0-9_-]++|"[^"\n]*+"|'[^'\n]*+')"""
 # tomllib's time grows with the square of the parts of a dotted key: one line of them could take hours.
@@ -105,8 +106,11 @@ class Table(NamedTuple):
     def retyped(self, default: str, names: Callable[[Entry], Iterable[str]]) -> "Table":
         """This table without what a layer gives under keys that another ``type`` above it does not have.
 
+        In a law, a file that names another type takes nothing of what those below give: gains of one law mean
+        nothing to another, even under the same name. What overrides the files keeps what both have.
+
         Args:
-            default: the type where none is given.
+            default: the type where none is given; "" if there is none.
             names: says which keys there are with the type that an entry names.
 
         Raises:
@@ -114,10 +118,13 @@ class Table(NamedTuple):
         """
         kept: list[Layer] = []
         present = default
+        law = self.path.partition(".")[0] == LAW
         for layer in reversed(self.layers):
             wanted = layer.given.get("type", present)
             if wanted != present and any(below.given for below in kept):
                 own = set(names(Entry(layer.origin, self.key("type"), wanted)))
+                if law and present and layer is not self.layers[0]:
+                    own = set()
                 kept = [
                     Layer(origin, {name: value for name, value in given.items() if name in own})
                     for origin, given in kept

@@ -8,10 +8,11 @@ from typing import Any, NamedTuple
 import tomli_w
 
 from hydroservo._version import __version__
-from hydroservo.block import leaves
+from hydroservo.block import Block, field_at, leaves
 from hydroservo.errors import HydroservoWarning, ParameterError, ScenarioError
 from hydroservo.loop import Loop
 from hydroservo.runs.aims import Aim, checked_aim
+from hydroservo.runs.arguments import checked_mapping
 from hydroservo.runs.cautions import warnings_of
 from hydroservo.runs.provenance import scenario_hash
 from hydroservo.runs.tuning import Progress, Tuned, searched
@@ -111,12 +112,13 @@ def tune(
     """
     parts = given(metric=metric, weights=weights, seeds=seeds, effort=effort, scales=scales)
     length = given(candidates=candidates, seed=seed)
+    ranges = checked_mapping("ranges", {} if ranges is None else ranges, "paths to ranges")
     if isinstance(aim, Aim):
         others = parts | given(changes=changes, plugins=plugins)
-        task = task_of_aim(aim, ranges or {}, length, others)
+        task = task_of_aim(aim, ranges, length, others)
     else:
-        asked = as_entries(ranges or {})
-        task = task_of(sources(aim), asked, parts | length, changes or {}, plugins or ())
+        asked, changes = as_entries(ranges), {} if changes is None else changes
+        task = task_of(sources(aim), asked, parts | length, changes, plugins or ())
     found = searched(task.aim, task.ranges, task.candidates, task.seed, threads, progress)
     for line in dict.fromkeys(line for table in found.tables for line in warnings_of(table)):
         warnings.warn(line, HydroservoWarning, stacklevel=2)
@@ -137,8 +139,7 @@ def sources(value: object) -> Sequence[str | Path]:
     every = value if isinstance(value, list | tuple) else [value]
     found = [one for one in every if isinstance(one, str | Path)]
     if not found or len(found) < len(every):
-        kind = type(value).__name__
-        raise ParameterError("aim", kind, "must be an Aim, as Aim([loop]) is, or scenarios by name or path")
+        raise ParameterError("aim", value, "must be an Aim, as Aim([loop]) is, or scenarios by name or path")
     return found
 
 
@@ -217,11 +218,31 @@ def search_of(scenarios: Sequence[str | Path], first: Assembly, parts: Mapping[s
     if len(scenarios) == 1 and search.scenarios:
         together = search.scenarios
         if same_place(scenarios[0]) not in map(same_place, together):
-            problem = f"must hold the scenario itself; they are {', '.join(map(str, together))}"
-            raise ScenarioError(str(scenarios[0]), "tune.scenarios", problem)
+            raise ScenarioError(str(scenarios[0]), "tune.scenarios", not_among(scenarios[0], search))
     count = len(together)
     said = {name: checked_part(name, value, count, [first.loop]) for name, value in parts.items()}
     return search._replace(**{"scenarios": together, "weights": weights or (1.0,) * count} | said)
+
+
+def not_among(scenario: str | Path, search: Search) -> str:
+    """What is wrong with scenarios that are tuned together and do not hold the one that names them."""
+    names = ", ".join(map(str, search.scenarios))
+    origin = search.together.origin.name if search.together else ""
+    if origin in ("", str(scenario)):
+        return f"must hold the scenario itself; they are {names}"
+    own = f'[tune] with scenarios = ["{Path(scenario).name}"] and weights = [1]'
+    return f"those of {origin}, its base, are {names}, not this one; write {own}"
+
+
+def of_another_law(lost: Entry, law: Block) -> str:
+    """What is wrong with ranges of a base that name no number of a law, one of them given."""
+    numbers = (
+        name for name, value in leaves(law) if isinstance(value, float) and not field_at(law, name).derived
+    )
+    own = f'controller.{next(numbers, "NUMBER")} = "LOW..HIGH"'
+    missing = f"{type(law).__name__} has no {lost.key.removeprefix('tune.vary.')}"
+    origin = f"that of {lost.origin.name}, its base, is for another law"
+    return f"{origin}: {missing}; write [tune.vary] of its own, such as {own}"
 
 
 def ranges_of(
@@ -241,6 +262,9 @@ def ranges_of(
     first = next(iter(assemblies.values()))
     asked = {path: searched_range(path, entry, first.loop, first.arguments) for path, entry in ranges.items()}
     wanted = asked or search.ranges
+    if not wanted and search.lost:
+        of = str(next(iter(assemblies)))
+        raise ScenarioError(of, "tune.vary", of_another_law(search.lost, first.loop.controller))
     if not wanted:
         raise ParameterError("ranges", "{}", "must name a number, or the scenario have [tune.vary]")
     for path, one in wanted.items():

@@ -27,7 +27,15 @@ SUPERSCRIPTS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")
 # Coherent units that stand in for others: of one name each, and of several.
 NAMED = ("m", "kg", "s", "A", "K", "rad", "N", "Pa", "J", "W", "C", "V", "ohm", "F")
 COMPOUND = ("", "m^2", "m^3", "m/s", "rad/s", "m^3/s", "m^3/(s Pa)")
-PINT_NAMES = {"%": "percent", "rev": "revolution", "°": "degree", "°C": "degC", "°F": "degF"}
+PINT_NAMES = {
+    "%": "percent",
+    "rev": "revolution",
+    "°": "degree",
+    "°C": "degC",
+    "°F": "degF",
+    "lpm": "liter/minute",
+    "LPM": "liter/minute",
+}
 
 
 @lru_cache(maxsize=1024)
@@ -90,7 +98,8 @@ def base_units(name: str) -> tuple[Fraction, Dimension]:
     try:
         unit = registry.parse_units(name)
     except pint.UndefinedUnitError:
-        raise ValueError(f"has the unknown unit {name}{nearest(name, registry)}") from None
+        near = f"; did you mean {name.lower()}?" if is_unit(name.lower()) else nearest(name, registry)
+        raise ValueError(f"has the unknown unit {name}{near}") from None
     except pint.PintError:  # a prefix on a unit with an offset or a logarithm
         raise ValueError(f"has the unit {name}, which cannot be read") from None
     if not registry.Quantity(1, unit)._is_multiplicative:
@@ -134,6 +143,17 @@ def of_dimension(text: str, units: tuple[str, ...]) -> str | None:
     """The first of some units that has the dimension of another."""
     dimension = factor_and_dimension(text)[1]
     return next((unit for unit in units if factor_and_dimension(unit)[1] == dimension), None)
+
+
+def is_unit(name: str) -> bool:
+    """Whether pint knows a unit of this name, with a prefix perhaps, which its list of names leaves out."""
+    import pint
+
+    try:
+        units().parse_units(name)
+    except pint.PintError:
+        return False
+    return True
 
 
 @cache

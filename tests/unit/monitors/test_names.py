@@ -42,8 +42,8 @@ def test_a_metric_that_another_gives_already_has_its_monitors_name_before_it() -
 @pytest.mark.parametrize(
     ("metrics", "problem"),
     [
-        (StepResponse(), "metrics = 'StepResponse': must be a list of monitors"),
-        ("rise", "metrics = 'str': must be a list of monitors"),
+        (StepResponse(), "metrics = StepResponse(band=0.05): must be a list of monitors"),
+        ("rise", "metrics = 'rise': must be a list of monitors"),
         ([StepResponse], "must be a monitor: a block with init, step and values"),
         ([example(PI)], "must be a monitor: a block with init, step and values"),
         (

@@ -118,7 +118,7 @@ def check_ours(path: Path) -> None:
             if any(OWN.search(line) for line in islice(file, FIRST_LINES)):
                 return
     except OSError as error:
-        raise HydroservoError(f"{path}: cannot be read: {error.strerror}") from error
+        raise HydroservoError(f"{path}: cannot be read: {error.strerror}") from None
     raise HydroservoError(f"{path}: not written by hydroservo, and not replaced; take another folder")
 
 

@@ -128,7 +128,7 @@ def replay(unit: Unit, vectors: Vectors, folder: Path) -> tuple[str, str]:
         program = compiled(folder, [f"{unit.prefix}_replay.c", f"{unit.prefix}.c"], "try-replay")
         done = ran(folder, [str(program)])
     except CompilerError as error:
-        raise LoopError(f"nothing is written: {error}; {whose_fault()}") from error
+        raise LoopError(f"nothing is written: {error}; {whose_fault()}") from None
     if unit.real != "double":
         return "", "numbers in single precision deviate; README.md says by how much"
     if done.returncode != 0:

@@ -207,7 +207,7 @@ def replayed(block: Block, inputs: Iterable[Records], state: Block) -> list[Bloc
             state = block.step(state, **records)
         except (ArithmeticError, ValueError) as error:
             given = ", ".join(map(str, records.values()))
-            raise LoopError(f"no test vectors: Python stopped with {error!r}, given {given}") from error
+            raise LoopError(f"no test vectors: Python stopped with {error!r}, given {given}") from None
         states.append(state)
     return states
 
