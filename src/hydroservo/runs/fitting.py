@@ -26,6 +26,7 @@ def compilation(loop: Loop) -> Iterator[None]:
     try:
         yield
     except CompileError as error:
+        check_returns(loop)
         where = method_at(loop, error.places)
         raise LoopError(f"the loop with {law} cannot be compiled: {where}{error}") from None
     except RunError as error:
@@ -40,19 +41,47 @@ def first_state(loop: Loop) -> Block:
     Raises:
         LoopError: a block reads a signal that is not there, or returns something else than its state's type.
     """
-    law = named(loop.controller, "controller")
     try:
-        judged = lacking(asked(loop), loop)
+        return fitting_state(loop)
+    except LoopError as error:
+        problem = error
+    check_returns(loop)
+    raise problem
+
+
+def check_returns(loop: Loop) -> None:
+    """Name the method that returns what its role does not, where there is one.
+
+    Raises:
+        LoopError: there is.
+    """
+    judged = asked(loop)
+    try:
         state = judged.init()
         after = judged.sample(state, 0.0, loop.simulation.period)
         judged.deriv(0.0, loop.machine(state), judged.held(after))
+    except LoopError:
+        raise
+    except Exception:  # whatever else a block stumbles over is for the caller to say
+        return
+
+
+def fitting_state(loop: Loop) -> Block:
+    """The initial state of a loop whose blocks fit, by one sample.
+
+    Raises:
+        LoopError: as :func:`first_state`, in words that may be those of a block's inside.
+    """
+    law = named(loop.controller, "controller")
+    try:
+        state = loop.init()
+        after = lacking(loop).sample(state, 0.0, loop.simulation.period)
+        loop.deriv(0.0, loop.machine(state), loop.held(after))
     except MissingSignalError as error:
         raise LoopError(
             f"{law} needs {error}, which {named(loop.sensors, 'sensors')} does not measure; "
             "add a sensor for it, or take a law that does without"
         ) from None
-    except LoopError:
-        raise
     except Exception as error:  # whatever a block stumbles over
         raise LoopError(f"{at_fault(loop, error)}: {error} ({place_of(error)})") from None
     for (path, before), (path_after, value) in zip(parts(state), parts(after), strict=False):
@@ -127,9 +156,9 @@ def place_of(error: BaseException) -> str:
     return f"{frame.filename}, line {frame.lineno}"
 
 
-def lacking(judged: Loop, loop: Loop) -> Loop:
-    """A loop with its sensors raising :class:`MissingSignalError` once a signal they lack is used."""
-    return judged._replace(sensors=Lacking(judged.sensors, missing_signals(loop.sensors)))
+def lacking(loop: Loop) -> Loop:
+    """The loop with sensors that raise :class:`MissingSignalError` once a signal they lack is used."""
+    return loop._replace(sensors=Lacking(loop.sensors, missing_signals(loop.sensors)))
 
 
 def named(block: Block, inner: str) -> str:
