@@ -39,7 +39,7 @@ laws = st.builds(Law, surfaces, gains, gains, gains, exponents, powers_of_ten(-6
 @given(law=laws)
 def test_the_implicit_step_is_the_root(law: Law) -> None:
     s, k, D, eps, a, dt = law
-    surface = Implicit().velocity(*law).surface
+    surface = Implicit().first(*law).surface
     excess = abs(s) - dt * D
     if excess <= 0.0:
         assert surface == 0.0
@@ -55,7 +55,7 @@ def test_the_implicit_step_is_the_root(law: Law) -> None:
 @settings(max_examples=500)
 @given(law=laws)
 def test_the_implicit_surface_shrinks_and_keeps_its_side(law: Law) -> None:
-    surface = Implicit().velocity(*law).surface
+    surface = Implicit().first(*law).surface
     assert abs(surface) <= abs(law.s) * (1.0 + ROUNDING)
     assert surface * law.s >= 0.0
     assert (surface == 0.0) == (abs(law.s) <= law.dt * law.D)
@@ -76,22 +76,22 @@ def test_the_implicit_estimate_is_bounded(law: Law) -> None:
 
 @given(law=laws, realisation=st.sampled_from([Explicit(), BoundaryLayer(), BoundaryLayer(1.0, 1.0)]))
 def test_the_direct_estimates_are_odd_and_bounded(law: Law, realisation: Explicit | BoundaryLayer) -> None:
-    correction = realisation.velocity(*law)
+    correction = realisation.first(*law)
     size = abs(law.s)
     assert correction.surface == law.s
     assert abs(correction.estimate) <= (law.k * size + law.D + law.eps * size**law.a) * (1.0 + 1e-15)
     assert correction.estimate * law.s <= 0.0
-    assert realisation.velocity(*law._replace(s=-law.s)).estimate == -correction.estimate
+    assert realisation.first(*law._replace(s=-law.s)).estimate == -correction.estimate
 
 
 @given(law=laws, side=st.sampled_from([-1.0, 1.0]))
 def test_a_thin_boundary_layer_is_the_explicit_law_outside_it(law: Law, side: float) -> None:
     thin = BoundaryLayer(1e-3 * abs(law.s), 1e-3 * abs(law.s))
-    assert thin.velocity(*law) == Explicit().velocity(*law)
+    assert thin.first(*law) == Explicit().first(*law)
     assert thin.force(*law) == Explicit().force(*law)
 
 
 @given(law=laws)
 def test_at_the_surface_nothing_is_estimated(law: Law) -> None:
     for realisation in (Explicit(), BoundaryLayer(), Implicit()):
-        assert realisation.velocity(*law._replace(s=0.0)) == (0.0, 0.0)
+        assert realisation.first(*law._replace(s=0.0)) == (0.0, 0.0)

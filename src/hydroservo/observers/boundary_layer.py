@@ -25,10 +25,10 @@ class BoundaryLayer(NamedTuple):
     velocity_thickness: Annotated[float, Field("m/s", "boundary layer phi_1 on s1", CHOSEN, above=0)] = 1e-3
     force_thickness: Annotated[float, Field("N", "boundary layer phi_2 on s2", CHOSEN, above=0)] = 1e-3
 
-    def velocity(self, s: float, k: float, D: float, eps: float, a: float, dt: float) -> Correction:
+    def first(self, s: float, k: float, D: float, eps: float, a: float, dt: float) -> Correction:
         return self.smooth(s * (1.0 / self.velocity_thickness), s, k, D, eps, a)
 
-    def force(self, s: float, k: float, D: float, eps: float, a: float, dt: float) -> Correction:
+    def second(self, s: float, k: float, D: float, eps: float, a: float, dt: float) -> Correction:
         return self.smooth(s * (1.0 / self.force_thickness), s, k, D, eps, a)
 
     def smooth(self, ratio: float, s: float, k: float, D: float, eps: float, a: float) -> Correction:

@@ -20,8 +20,8 @@ class Explicit(NamedTuple):
     D dt. Where D < |d|, s rests off 0, and the estimate follows with the bandwidth of k and eps alone.
     """
 
-    def velocity(self, s: float, k: float, D: float, eps: float, a: float, dt: float) -> Correction:
+    def first(self, s: float, k: float, D: float, eps: float, a: float, dt: float) -> Correction:
         return Correction(s, -k * s - D * ops.sign(s) - eps * ops.signed_power(s, a))
 
-    def force(self, s: float, k: float, D: float, eps: float, a: float, dt: float) -> Correction:
-        return self.velocity(s, k, D, eps, a, dt)
+    def second(self, s: float, k: float, D: float, eps: float, a: float, dt: float) -> Correction:
+        return self.first(s, k, D, eps, a, dt)

@@ -27,10 +27,10 @@ class Implicit(NamedTuple):
     not within one period.
     """
 
-    def velocity(self, s: float, k: float, D: float, eps: float, a: float, dt: float) -> Correction:
+    def first(self, s: float, k: float, D: float, eps: float, a: float, dt: float) -> Correction:
         sigma = ops.power_root(ops.absolute(s) - dt * D, 1.0 + dt * k, dt * eps, a)
         surface = ops.copysign(sigma, s)
         return Correction(surface, (surface - s) * (1.0 / dt))
 
-    def force(self, s: float, k: float, D: float, eps: float, a: float, dt: float) -> Correction:
-        return self.velocity(s, k, D, eps, a, dt)
+    def second(self, s: float, k: float, D: float, eps: float, a: float, dt: float) -> Correction:
+        return self.first(s, k, D, eps, a, dt)

@@ -61,10 +61,10 @@ class TSMObserver(NamedTuple):
         predicted = s.v2 + dt * s.g2 * y.command
         v1 = ops.where(ops.isnan(s.v1), y.velocity, s.v1)
         v2 = ops.where(ops.isnan(predicted), y.load_force, predicted)
-        c1 = self.realisation.velocity(
+        c1 = self.realisation.first(
             v1 - y.velocity, self.linear_gain_1, self.switching_gain_1, self.power_gain_1, self.exponent, dt
         )
-        c2 = self.realisation.force(
+        c2 = self.realisation.second(
             v2 - y.load_force, self.linear_gain_2, self.switching_gain_2, self.power_gain_2, self.exponent, dt
         )
         model_acceleration = model.f1(y.velocity) + model.g1() * y.load_force
