@@ -65,7 +65,7 @@ def test_the_implicit_surface_shrinks_and_keeps_its_side(law: Law) -> None:
 @given(law=laws)
 def test_the_implicit_estimate_is_bounded(law: Law) -> None:
     """By the reaching law's own size, and so by D while the surface is held."""
-    correction = Implicit().force(*law)
+    correction = Implicit().second(*law)
     size = abs(correction.surface)
     rounding = ROUNDING * abs(law.s) / law.dt
     assert abs(correction.estimate) <= law.D + law.k * size + law.eps * size**law.a + rounding
@@ -88,7 +88,7 @@ def test_the_direct_estimates_are_odd_and_bounded(law: Law, realisation: Explici
 def test_a_thin_boundary_layer_is_the_explicit_law_outside_it(law: Law, side: float) -> None:
     thin = BoundaryLayer(1e-3 * abs(law.s), 1e-3 * abs(law.s))
     assert thin.first(*law) == Explicit().first(*law)
-    assert thin.force(*law) == Explicit().force(*law)
+    assert thin.second(*law) == Explicit().second(*law)
 
 
 @given(law=laws)

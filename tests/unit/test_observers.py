@@ -196,8 +196,8 @@ def test_implicit_leaves_the_surface_where_the_gain_is_short() -> None:
 def test_implicit_step_solves_its_equation(
     s: float, linear: float, power: float, reach: float, exponent: float
 ) -> None:
-    found = Implicit().velocity(s, linear, reach, power, exponent, 1.0).surface
-    assert Implicit().velocity(-s, linear, reach, power, exponent, 1.0).surface == -found
+    found = Implicit().first(s, linear, reach, power, exponent, 1.0).surface
+    assert Implicit().first(-s, linear, reach, power, exponent, 1.0).surface == -found
     if s <= reach:
         assert found == 0.0
         return
