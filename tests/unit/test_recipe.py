@@ -244,7 +244,11 @@ def stopped(recipe: Recipe, *_: object) -> None:
 
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
-PLUGINS = {"my": ["my_controller.py"], "my_metric": ["my_metric.py"], "my_plant": ["my_plant.py"]}  # of the examples
+PLUGINS = {  # of the examples
+    "my": ["my_controller.py"],
+    "my_metric": ["my_metric.py"],
+    "my_plant": ["my_plant.py"],
+}
 SCENARIOS = [*scenarios(), *(str(path) for path in sorted(EXAMPLES.glob("*.toml")))]
 
 
