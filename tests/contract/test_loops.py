@@ -33,7 +33,7 @@ def signs(result: xr.Dataset) -> list[np.ndarray]:
 
 
 def runs(loop: Loop) -> bool:
-    """False where drawn numbers do not go together, such as noises without a filter, or a record is unseen."""
+    """False where drawn numbers do not go together, as noises without a filter, or a record is unseen."""
     try:
         check_records(loop)
         ready(loop)
