@@ -47,7 +47,7 @@ def test_a_bad_file(mine):
     mine.write_text(LAW.replace("0.0)", "0)").replace('"gain k"', '""'), encoding="utf-8")
     result = hydroservo_("check", "mine.py")
     assert result.exit_code == 2
-    assert result.stderr == "hydroservo: mine.py: wrong are 2 of 6 answers\n"
+    assert result.stderr == "hydroservo: mine.py: 2 of 6 answers are wrong\n"
     assert "line 16: gain has no meaning" in result.stdout
     assert "line 18: u of init is 0: must be a float" in result.stdout
 
@@ -74,7 +74,7 @@ def test_answers_as_json(mine):
 def test_what_export_would_refuse_is_said_with_its_line(mine):
     result = hydroservo_("check", "mine.py")
     assert result.exit_code == 2
-    assert result.stderr == f"hydroservo: mine.py: wrong are 1 of {len(QUESTIONS)} answers\n"
+    assert result.stderr == f"hydroservo: mine.py: 1 of {len(QUESTIONS)} answers are wrong\n"
     assert "line 22: Law.step: min has no equal in C here; use ops.minimum" in result.stdout
 
 
@@ -84,14 +84,14 @@ def test_one_cause_is_one_row(mine):
     )
     mine.write_text(helper.replace("min(", "(").replace(", 10.0)", ")"), encoding="utf-8")
     result = hydroservo_("check", "mine.py")
-    assert result.stderr == f"hydroservo: mine.py: wrong are 2 of {len(QUESTIONS)} answers, for 1 cause\n"
+    assert result.stderr == f"hydroservo: mine.py: 2 of {len(QUESTIONS)} answers are wrong, for 1 cause\n"
     assert result.stdout.count("line ") == 1
     assert re.search(r"line \d+: Law.step: twice is a function of a module; make it a", result.stdout)
     mine.write_text(LAW.replace("State(min(", "float(min("), encoding="utf-8")
     result = hydroservo_("check", "mine.py")
     assert (
         result.stderr
-        == "hydroservo: mine.py: wrong are 1 of 7 answers; 4 more can be asked once that is mended\n"
+        == "hydroservo: mine.py: 1 of 7 answers are wrong; 4 more can be asked once that is mended\n"
     )
 
 
@@ -121,7 +121,7 @@ def test_a_block_without_a_role_is_asked_for_it(mine):
         (
             LAW.replace("@role(Controller)\n", "").replace("class Law(NamedTuple)", "class Law"),
             "has no block: no class says a role, as by @role(Controller), or has the methods of one; "
-            "a block is a NamedTuple, which Law is not",
+            "not NamedTuples, as blocks are: Law",
         ),
         ("x = 1\ndef f(:\n", "line 2: SyntaxError: invalid syntax"),
         (

@@ -79,7 +79,8 @@ def batch(
 
     - `hydroservo batch paper/sine-tsmc --runs 1000 --vary plant.bulk_modulus=-30%..+30%`
     - `hydroservo batch paper/sine-pi --runs 300 --vary plant.mass=4..8kg --out runs.csv --out runs.png`
-    - `hydroservo batch paper/sine-tsmc --runs 100 --seeds --set sensors.type=NoisySensors --json`
+    - `hydroservo batch paper/sine-tsmc --runs 100 --seeds --set sensors.type=NoisySensors
+      --set sensors.velocity_noise="0.5 mm/s" --set sensors.load_force_noise="5 N" --json`
     """
     from hydroservo.cli.batch_files import checked_endings, table_of_runs, write_batch
     from hydroservo.cli.batch_summary import batch_summary, remarkable_run, show_batch

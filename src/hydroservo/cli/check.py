@@ -64,7 +64,7 @@ def summary(found: "Sequence[Answer]", causes: int) -> str:
     wrong = sum(not answer.ok for answer in found)
     blocks = {(answer.block, answer.role) for answer in found}
     left = len(blocks) * len(QUESTIONS) - len(found)
-    text = f"wrong are {wrong} of {len(found)} answers"
+    text = f"{wrong} of {len(found)} answers are wrong"
     text += f", for {causes} cause{'s' if causes > 1 else ''}" if causes < wrong else ""
     return text + (f"; {left} more can be asked once that is mended" if left else "")
 
@@ -98,7 +98,7 @@ def blocks_in(file: Path) -> Sequence[type]:
     if not found:
         others = ", ".join(sorted(plugin_other_classes()))
         problem = "has no block: no class says a role, as by @role(Controller), or has the methods of one"
-        problem += f"; a block is a NamedTuple, which {others} is not" if others else ""
+        problem += f"; not NamedTuples, as blocks are: {others}" if others else ""
         raise ScenarioError(str(file), "", problem)
     return found
 

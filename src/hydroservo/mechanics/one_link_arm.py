@@ -48,8 +48,8 @@ class OneLinkArm(NamedTuple):
         float, Field("m", "distance l_s from the hinge to the link's centre of gravity")
     ]
     moving_mass: Annotated[float, Field("kg", "mass m_p of piston and rod", above=0)]
-    payload: Annotated[float, Field("kg", "mass m_tip at the tip", "none", at_least=0)] = 0.0
-    reach: Annotated[float, Field("m", "distance l_r from the hinge to the tip", "none", at_least=0)] = 0.0
+    payload: Annotated[float, Field("kg", "mass m_tip at the tip", "0: none", at_least=0)] = 0.0
+    reach: Annotated[float, Field("m", "distance l_r from the hinge to the tip", "0: none", at_least=0)] = 0.0
 
     def check(self) -> None:
         least = self.arm_mass * self.centre_distance * self.centre_distance

@@ -11,7 +11,7 @@ from hydroservo.block import Block, is_block, values
 from hydroservo.errors import LoopError
 from hydroservo.loop import Loop
 from hydroservo.metrics import monitors_of
-from hydroservo.runs.returns import asked
+from hydroservo.runs.returns import with_checked_returns
 from hydroservo.sensors.missing import Lacking, MissingSignalError, Unmeasured, missing_signals
 
 __all__ = ["compilation", "first_state", "named"]
@@ -55,7 +55,7 @@ def check_returns(loop: Loop) -> None:
     Raises:
         LoopError: there is.
     """
-    judged = asked(loop)
+    judged = with_checked_returns(loop)
     try:
         state = judged.init()
         after = judged.sample(state, 0.0, loop.simulation.period)
@@ -139,12 +139,12 @@ def method_at(loop: Loop, places: Sequence[tuple[str, int]]) -> str:
         f"{cls.__name__}.{method.__name__} ({file}, line {line}): "
         for file, line in places
         for cls, method in methods
-        if holds(method.__code__, file, line)
+        if has_line(method.__code__, file, line)
     )
     return next(inside, "")
 
 
-def holds(code: CodeType, file: str, line: int) -> bool:
+def has_line(code: CodeType, file: str, line: int) -> bool:
     """Whether a line of a file, its path absolute, is one of a function's."""
     lines = [code.co_firstlineno, *(number for *_, number in code.co_lines() if number is not None)]
     return str(Path(code.co_filename).absolute()) == file and min(lines) <= line <= max(lines)

@@ -49,7 +49,7 @@ def save(dataset: "xr.Dataset", path: Path | str) -> Path:
         The path written.
 
     Raises:
-        ParameterError: it is no dataset, or the path none.
+        ParameterError: it is not what ``simulate`` or ``simulate_batch`` returned, or the path is none.
         HydroservoError: the ending names no format, or the file cannot be written.
     """
     if not is_result(dataset):

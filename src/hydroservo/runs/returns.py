@@ -15,9 +15,10 @@ from hydroservo.roles import (
     PositionSensor,
     PressureSensor,
     VelocityEstimator,
+    is_role,
 )
 
-__all__ = ["STATES", "asked"]
+__all__ = ["STATES", "with_checked_returns"]
 
 STATES: dict[Any, tuple[str, ...]] = {  # the numbers that others read in the state of a role
     Controller: ("u",),
@@ -30,16 +31,18 @@ STATES: dict[Any, tuple[str, ...]] = {  # the numbers that others read in the st
 }
 
 
-def asked(loop: Loop) -> Loop:
+def with_checked_returns(loop: Loop) -> Loop:
     """A loop for plain Python whose blocks raise a LoopError once a method returns what its role does not."""
-    parts: dict[str, Any] = {name: Asked(getattr(loop, name), role, name) for name, role in roles().items()}
+    parts: dict[str, Any] = {
+        name: CheckedReturns(getattr(loop, name), role, name) for name, role in roles().items()
+    }
     return loop._replace(**parts)
 
 
 @cache
 def roles() -> dict[str, type]:
     """The role of each block of a loop, by its name there."""
-    return {name: kind for name, kind in get_type_hints(Loop).items() if getattr(kind, "_is_protocol", False)}
+    return {name: kind for name, kind in get_type_hints(Loop).items() if is_role(kind)}
 
 
 @cache
@@ -48,7 +51,7 @@ def returned(role: type, name: str) -> Any:
     return get_type_hints(getattr(role, name))["return"]
 
 
-class Asked:
+class CheckedReturns:
     """A block whose methods return what its role says, or raise a LoopError.
 
     Attributes:
@@ -71,7 +74,7 @@ class Asked:
             if problem:
                 cls = type(self.block).__name__
                 raise LoopError(
-                    f"the {self.place} {cls}: {name} returns {short(result)}{problem}{place_of(found)}"
+                    f"the {self.place} {cls}: {name} returns {short(result)}{problem}{method_place(found)}"
                 )
             return result
 
@@ -106,7 +109,7 @@ def a_number(value: Any) -> bool:
     return value is not None and not isinstance(value, str | tuple | list | dict)
 
 
-def place_of(method: Any) -> str:
+def method_place(method: Any) -> str:
     """The file and line of a method, in brackets."""
     code = getattr(method, "__code__", None)
     return f" ({code.co_filename}, line {code.co_firstlineno})" if code is not None else ""

@@ -10,6 +10,7 @@ from hydroservo.errors import HydroservoWarning, ParameterError
 from hydroservo.field import Field, declared_fields
 from hydroservo.nearest import one_of
 from hydroservo.plants.design_model import THIS_MACHINE, DesignModel
+from hydroservo.roles import is_role
 from hydroservo.scenario.declared import check_maker, hints
 from hydroservo.scenario.plugins import is_block_class, is_of_plugin
 from hydroservo.scenario.quantities import si_value
@@ -202,7 +203,3 @@ def number_from(entry: Entry, field: Field, kind: Any) -> float | int | bool:
 
 def must_be(field: Field, kind: Any) -> str:
     return f"must be {'true or false' if kind is bool else allowed(field, kind is int)}"
-
-
-def is_role(hint: Any) -> bool:
-    return bool(getattr(hint, "_is_protocol", False))

@@ -1,4 +1,4 @@
-"""Where a class says what it says."""
+"""File and line of a class and of its members."""
 
 import ast
 import inspect

@@ -27,7 +27,7 @@ VolumetricEfficiency = Annotated[
 SpeedGain = Annotated[float, Field("N m s/rad", "gain of the speed control", above=0)]
 MaxTorque = Annotated[float, Field("N m", "largest torque of the motor", above=0)]
 Inertia = Annotated[float, Field("kg m^2", "inertia of motor and pump", above=0)]
-ViscousFriction = Annotated[float, Field("N m s/rad", "viscous friction of both", "none", at_least=0)]
+ViscousFriction = Annotated[float, Field("N m s/rad", "viscous friction of both", "0: none", at_least=0)]
 ReturnPressure = Annotated[float, Field("Pa", "return pressure p_r", "an open tank", at_least=0)]
 Volume = Annotated[float, Field("m^3", "oil between pump and valve", above=0)]
 BulkModulus = Annotated[float, Field("Pa", "bulk modulus of oil and line", above=0)]
@@ -72,7 +72,7 @@ class PumpSupply(NamedTuple):
     relief: ReliefValve
     speed_gain: SpeedGain
     viscous: ViscousFriction = 0.0
-    leakage: Annotated[float, Field("m^3/(s Pa)", "leakage of the pump", "none", at_least=0)] = 0.0
+    leakage: Annotated[float, Field("m^3/(s Pa)", "leakage of the pump", "0: none", at_least=0)] = 0.0
     return_pressure: ReturnPressure = 0.0
     free_air: FreeAir = 5e-3
     accumulator: Accumulator = NONE

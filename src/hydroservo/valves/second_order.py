@@ -18,7 +18,7 @@ BRAKE = 5.0  # rate at which the limits are neared, in natural frequencies
 Gain = Annotated[float, Field("m/V", "servo valve gain K_sv", above=0)]
 MaxOpening = Annotated[float, Field("m", "spool limit x_max", above=0)]
 SlewLimit = Annotated[float, Field("m/s", "largest speed of the spool", "no limit", above=0)]
-Hysteresis = Annotated[float, Field("m", "full width of the hysteresis, as an opening", "none", at_least=0)]
+Hysteresis = Annotated[float, Field("m", "full width of the hysteresis as an opening", "0: none", at_least=0)]
 Frequency90 = Annotated[float, Field("Hz", "frequency of -90 degrees", DATASHEET, above=0)]
 Frequency3dB = Annotated[float, Field("Hz", "frequency of -3 dB", DATASHEET, above=0)]
 

@@ -63,7 +63,7 @@ ERRATA = (
         "exponents p + q/q",
         "(p + q)/q",
         "brackets are missing; and (17) bounds k s^2 by k V where it is 2 k V, weaker but true",
-        "lemmas.condition_17 takes 2 k V; half the linear gain gives the printed form",
+        "condition_17 of the paper's lemmas takes 2 k V; half the linear gain gives the printed form",
     ),
     Erratum(
         "(18)",
