@@ -5,7 +5,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Annotated, NamedTuple
 
 from hydroservo import monitors
-from hydroservo.block import Block, estimates_in, model_in
+from hydroservo.block import Block, estimates_in, is_block, model_in
+from hydroservo.errors import LoopError
 from hydroservo.field import Field, declared_fields
 from hydroservo.loop import Loop
 from hydroservo.monitors.group import Usual, by_class
@@ -66,11 +67,28 @@ def declared_metrics(watching: Mapping[str, Block]) -> dict[str, Field]:
     """
     found = dict(declared_fields(Divergence))
     for name, monitor in watching.items():
-        values = monitor.values(monitor.init())
+        values = values_at_start(name, monitor)
         fields = fields_of(values)
         for own in values._fields:
             found[f"{name}_{own}" if own in found else own] = fields.get(own, Field("", own))
     return dict(sorted(found.items(), key=lambda item: item[0] in Divergence._fields))
+
+
+def values_at_start(name: str, monitor: Block) -> Block:
+    """What a monitor gives before it has heard anything.
+
+    Raises:
+        LoopError: it gives no record of numbers.
+    """
+    try:
+        found = monitor.values(monitor.init())
+    except Exception as error:  # whatever a user's block stumbles over
+        raise LoopError(
+            f"the metric {name} ({type(monitor).__name__}) gives no values at the start: {error}"
+        ) from None
+    if not is_block(found):
+        raise LoopError(f"the metric {name}: values must be a NamedTuple of floats and flags")
+    return found
 
 
 def flags_of(watching: Mapping[str, Block]) -> set[str]:

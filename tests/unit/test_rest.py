@@ -291,3 +291,12 @@ def test_no_run_of_a_batch_starts_at_a_pressure_that_is_none() -> None:
     loop = example(Loop, Simulation(0.01, 1e-3, 20), plant=example(Cylinder), controller=example(PI))
     with pytest.raises(ParameterError, match="start_pressure_a = inf: must be a finite number"):
         simulate_batch(loop, {"plant.start_pressure_a": np.array([math.inf, 20e5])})
+
+
+def test_a_load_beyond_the_supply_blames_no_uncertainty_where_there_is_none() -> None:
+    axis = Path(__file__).parents[2] / "examples" / "axis.toml"
+    with pytest.raises(ScenarioError) as error:
+        load_scenario(axis, {"load": {"type": "Constant", "amplitude": "1e6 N"}})
+    assert f"{axis}, overridden: plant.start_pressure_a = 'auto': rest under 1e+06 [N] needs" in str(
+        error.value
+    )

@@ -40,6 +40,9 @@ def show_tuned(task: Task, found: Tuned) -> None:
     """The values found with their ranges, and the metric of each scenario before and after."""
     show(values_table(task, found), metrics_table(task, found))
     show(f"{found.runs:,} closed loops were simulated.")
+    weights = task.aim.weights
+    if geometric_mean(weights, found.after) > geometric_mean(weights, found.before) and not task.aim.effort:
+        show("[bold yellow]NO BETTER[/] than what the scenario has; give the search more candidates")
     if found.edges:
         paths = ", ".join(map(escape, found.edges))
         show(f"[bold yellow]AT THE EDGE[/] of its range, so a wider one may hold better: {paths}")

@@ -149,6 +149,8 @@ def true_machine(
 def truth_error(scenario: Table, problem: str) -> ScenarioError:
     """An error about a machine whose true numbers do not go together."""
     uncertainty, truth = scenario.table("uncertainty"), scenario.table("truth")
+    if not (truth.names() or uncertainty.names()):
+        return scenario.error(problem)
     if not truth.names():
         return uncertainty.error(f"leads to {problem}")
     return truth.error(f"{'and uncertainty lead' if uncertainty.names() else 'leads'} to {problem}")

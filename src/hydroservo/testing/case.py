@@ -103,7 +103,7 @@ def example_of(cls: Any) -> Block:
     given = getattr(cls, "_field_defaults", {})
     open_fields = [name for name in cls._fields if name not in given]
     if open_fields:
-        problem = f"has no default for {', '.join(open_fields)}: give one, or ask of an example"
+        problem = f"has no default for {', '.join(open_fields)}: give one, or check_block an example"
         raise ContractError(problem, line_of(cls, open_fields[0]))
     made: Block = cls()
     return made

@@ -1,11 +1,11 @@
 """What monitors and metrics are called, and which monitors a loop has."""
 
 import pickle
-from typing import Any
+from typing import Any, NamedTuple
 
 import pytest
 
-from hydroservo import Loop, ParameterError, monitors, replace, simulate
+from hydroservo import Loop, LoopError, ParameterError, monitors, replace, simulate
 from hydroservo.controllers import PI, TSMC
 from hydroservo.metrics import METRIC_FIELDS, declared_metrics, monitors_of, usual
 from hydroservo.monitors import ChamberPressures, Energy, RiseTime, StepResponse
@@ -76,3 +76,34 @@ def test_the_usual_monitors_are_those_that_the_loop_has_signals_for() -> None:
     assert list(usual(example(Loop, plant=example(Cylinder)))) == [*always, "chamber_pressures"]
     assert sorted(usual(example(Loop, controller=example(TSMC)))) == sorted([*always, "disturbance"])
     assert monitors_of(example(Loop, metrics=group({"energy": Energy()}))) == {"energy": Energy()}
+
+
+class Nameless(NamedTuple):
+    """A monitor whose values are no record."""
+
+    broken: bool = False
+
+    def init(self) -> Any:
+        return 0.0
+
+    def step(self, m: Any, loop: Any, s: Any, t: float, dt: float) -> Any:
+        return m
+
+    def values(self, m: Any) -> Any:
+        return m.work if self.broken else {"work": 1.0}
+
+
+@pytest.mark.parametrize(
+    ("monitor", "says"),
+    [
+        (Nameless(), "the metric mine: values must be a NamedTuple of floats and flags"),
+        (
+            Nameless(broken=True),
+            "the metric mine (Nameless) gives no values at the start: 'float'",
+        ),
+    ],
+)
+def test_a_monitor_without_values_is_one_line_wherever_metrics_are_asked_for(monitor: Any, says: str) -> None:
+    with pytest.raises(LoopError) as error:
+        declared_metrics({"mine": monitor})
+    assert str(error.value).startswith(says)

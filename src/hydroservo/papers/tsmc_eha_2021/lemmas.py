@@ -20,7 +20,7 @@ def lemma_2(data: "xr.Dataset", observer: TSMObserver) -> tuple[GainCondition, G
         observer: the observer whose gains are judged; it need not be the one that ran.
 
     Source: Lemma 2 of doi:10.1007/s42401-021-00087-w.
-    Fails where :func:`gain_condition` does.
+    Fails where :func:`~hydroservo.theory.gain_condition` does.
     """
     return (
         gain_condition(observer.switching_gain_1, data["disturbance_max_1"]),
@@ -40,7 +40,7 @@ def condition_17(data: "xr.Dataset", observer: TSMObserver, period: float) -> tu
         period: sample period T of the controller [s].
 
     Raises:
-        ParameterError: as :func:`decrease`.
+        ParameterError: as :func:`~hydroservo.theory.decrease`.
         KeyError: a surface was not recorded.
 
     Source: eq. (17) of doi:10.1007/s42401-021-00087-w.
@@ -76,7 +76,7 @@ def condition_25(data: "xr.Dataset", controller: TSMC, dead_zone: float) -> Decr
             itself, and with it all that the realisation of sgn leaves in it.
 
     Raises:
-        ParameterError: as :func:`decrease`.
+        ParameterError: as :func:`~hydroservo.theory.decrease`.
         KeyError: the surface was not recorded.
 
     Source: eqs. (23)-(25) of doi:10.1007/s42401-021-00087-w.
