@@ -102,6 +102,7 @@ def test_only_what_is_finite_counts() -> None:
     assert fastest(LOOP, lost) == 0.0
 
 
+@pytest.mark.slow  # each compiles a loop
 @pytest.mark.parametrize("name", list(scenarios()))
 def test_built_in_scenarios_are_trusted(name: str) -> None:
     loop = load_scenario(name, {"simulation.duration": "0.1 s"})
