@@ -68,7 +68,7 @@ def run(
         section["jobs"].append(done(job, picked(ALL, only_peers), rounds, instructions))
         keep(target, instructions, section)
     if whole and instructions == "native":
-        section["scaling"] = scaling(offered[-1], rounds, tell)
+        section["scaling"] = scaling(picked(offered, "J3 all")[0], rounds, tell)
         keep(target, instructions, section)
         tell("where the time goes")
         section["profile"] = profile(rounds)

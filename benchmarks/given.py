@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from hydroservo import Loop
 from hydroservo.block import value_at
 
-__all__ = ["LAW", "MACHINE", "named", "table"]
+__all__ = ["AXIS", "LAW", "MACHINE", "named", "table"]
 
 # By name, the path in the loop. The order is that of the struct Given in c/laws.h.
 MACHINE = {
@@ -62,6 +62,62 @@ LAW = {
     "phi1": "controller.observer.realisation.velocity_thickness",
     "phi2": "controller.observer.realisation.force_thickness",
     "time_constant": "controller.derivative.time_constant",
+}
+
+# The same of the axis under position control; the order is that of NUMBERS in c/axis.c.
+AXIS = {
+    "mass": "plant.mechanism.mass",
+    "area_a": "plant.area_a",
+    "area_b": "plant.area_b",
+    "stroke": "plant.stroke",
+    "dead_a": "plant.dead_volume_a",
+    "dead_b": "plant.dead_volume_b",
+    "leakage": "plant.internal_leakage",
+    "position": "plant.start_position",
+    "pressure_a": "plant.start_pressure_a",
+    "pressure_b": "plant.start_pressure_b",
+    "liquid": "plant.oil.liquid_bulk_modulus",
+    "air": "plant.oil.air_content",
+    "index": "plant.oil.polytropic_index",
+    "bristles": "plant.friction.bristle_stiffness",
+    "bending": "plant.friction.bristle_damping",
+    "coulomb": "plant.friction.coulomb",
+    "breakaway": "plant.friction.breakaway",
+    "slip": "plant.friction.stribeck_velocity",
+    "viscous": "plant.friction.viscous",
+    "contact": "plant.stops.stiffness",
+    "loss": "plant.stops.dissipation",
+    "gain": "valve.gain",
+    "omega": "valve.natural_frequency",
+    "zeta": "valve.damping_ratio",
+    "travel": "valve.max_opening",
+    "slew": "valve.slew_limit",
+    "hysteresis": "valve.hysteresis",
+    "discharge": "valve.orifice.discharge_coefficient",
+    "gradient": "valve.orifice.area_gradient",
+    "density": "valve.orifice.density",
+    "lap": "valve.orifice.lap",
+    "clearance": "valve.orifice.clearance",
+    "transition": "valve.orifice.transition_drop",
+    "ratio_b": "valve.orifice.area_ratio_b",
+    "supply": "supply.supply_pressure",
+    "tank": "supply.return_pressure",
+    "delay": "hold.delay",
+    "from": "reference.initial",
+    "to": "reference.final",
+    "speed": "reference.rate",
+    "begin": "reference.time",
+    "load": "load.final",
+    "load_time": "load.time",
+    "kp": "controller.controller.proportional_gain",
+    "ki": "controller.controller.integral_gain",
+    "kv": "controller.controller.rate_feedforward",
+    "windup": "controller.controller.anti_windup",
+    "integral_limit": "controller.controller.integral_limit",
+    "limit": "controller.saturation.limit",
+    "extend": "controller.extend_overlap",
+    "retract": "controller.retract_overlap",
+    "threshold": "controller.threshold",
 }
 
 

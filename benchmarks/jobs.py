@@ -1,6 +1,7 @@
 """The jobs that all contenders do."""
 
 import os
+from collections.abc import Mapping
 from functools import cache
 from typing import NamedTuple
 
@@ -12,7 +13,13 @@ from benchmarks.programmed_valve import ProgrammedValve
 from hydroservo import Loop
 from hydroservo.block import value_at
 from hydroservo.controllers import PI
+from hydroservo.drives import ValveOnSupply
+from hydroservo.plants import Cylinder
+from hydroservo.references import Ramp
+from hydroservo.runs.run import ready
 from hydroservo.scenario import load_scenario
+from hydroservo.sensors import IdealSensors
+from hydroservo.starts import AsBuilt
 from hydroservo.testing.examples import example
 
 __all__ = ["ACCURACY", "Job", "Result", "end_state", "jobs"]
@@ -20,11 +27,19 @@ __all__ = ["ACCURACY", "Job", "Result", "end_state", "jobs"]
 WITHIN = "1e-6"
 ACCURACY = float(WITHIN)  # of the plant alone at the end, relative
 SCENARIO = "paper/sine-tsmc"
-SPREAD = {  # of the machine over the runs of a batch: the ends of uniform distributions
+AXIS = "axis/position"
+Ends = tuple[float, float]
+SPREAD: dict[str, Ends] = {  # of the machine over the runs of a batch: the ends of uniform distributions
     "plant.bulk_modulus": (0.7, 1.3),
     "plant.mass": (0.7, 1.3),
     "plant.damping": (0.5, 1.5),
     "plant.leakage": (0.5, 2.0),
+}
+AXES: dict[str, Ends] = {
+    "plant.mechanism.mass": (0.7, 1.3),
+    "plant.oil.liquid_bulk_modulus": (0.8, 1.2),
+    "plant.friction.viscous": (0.5, 1.5),
+    "valve.natural_frequency": (0.9, 1.1),
 }
 
 Result = dict[str, NDArray[np.float64]]  # a number for each run, by name
@@ -44,6 +59,11 @@ class Job(NamedTuple):
     def plant_only(self) -> bool:
         """True where nothing is fed back."""
         return isinstance(self.loop.valve, ProgrammedValve)
+
+    @property
+    def on_axis(self) -> bool:
+        """True of the axis under position control, which only hydroservo and C by hand do."""
+        return isinstance(self.loop.plant, Cylinder)
 
     @property
     def runs(self) -> int:
@@ -83,7 +103,37 @@ def jobs(quick: bool = False) -> list[Job]:
     many = Job("J3", f"{title}, on one core", loop, draw(loop, runs)).shortened(run_steps)
     cores = len(os.sched_getaffinity(0))
     everywhere = many._replace(name="J3 all", title=f"{title}, on {cores} cores", threads=cores)
-    return [plant_alone(loop, seconds), one, many, everywhere]
+    return [plant_alone(loop, seconds), one, many, everywhere, *axes(quick)]
+
+
+def axes(quick: bool) -> list[Job]:
+    """The axis under position control, alone and many side by side."""
+    loop, (runs, seconds) = axis(), (16, 0.3) if quick else (1_000, 3.0)
+    steps = round(seconds / loop.simulation.period) * loop.simulation.substeps
+    one = Job("J4", f"{AXIS}, {seconds:g} s in {steps:,} steps", loop, {})
+    many = Job(
+        "J5", f"{runs:,} of them with machines of their own, on one core", loop, draw(loop, runs, AXES)
+    )
+    return [job.shortened(round(seconds / job.period)) for job in (one, many)]
+
+
+def axis() -> Loop:
+    """The scenario's loop, but that nothing in it rounds: one count more or less is a difference of its own.
+
+    It moves along a ramp, and starts from given pressures.
+    """
+    loop = load_scenario(AXIS)
+    start = ready(loop).init().plant
+    plant = loop.plant._replace(start_pressure_a=start.pressure_a, start_pressure_b=start.pressure_b)
+    move = Ramp(initial=0.05, final=0.25, rate=0.15, time=0.2)
+    return loop._replace(
+        plant=plant,
+        reference=move,
+        drive=ValveOnSupply(),
+        sensors=IdealSensors(),
+        controller=loop.controller.controller,
+        start=AsBuilt(),
+    )
 
 
 def plant_alone(loop: Loop, seconds: float) -> Job:
@@ -117,7 +167,7 @@ def end_state(state: ArrayLike) -> Result:
     return {name: np.atleast_1d(value) for name, value in zip(names, np.asarray(state), strict=True)}
 
 
-def draw(loop: Loop, runs: int) -> dict[str, NDArray[np.float64]]:
+def draw(loop: Loop, runs: int, spread: Mapping[str, Ends] = SPREAD) -> dict[str, NDArray[np.float64]]:
     """The machine's parameters of each run, from the loop's seed."""
     rng = np.random.default_rng(loop.simulation.seed)
-    return {path: value_at(loop, path) * rng.uniform(*ends, runs) for path, ends in SPREAD.items()}
+    return {path: value_at(loop, path) * rng.uniform(*ends, runs) for path, ends in spread.items()}

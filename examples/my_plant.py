@@ -7,8 +7,9 @@ From a scenario: ``hydroservo run my_plant.toml --plugin my_plant.py``.
 from typing import Annotated, NamedTuple
 
 from hydroservo import Field, ParameterError
+from hydroservo.drives.ports import Ports
 from hydroservo.plants import LoadPressurePlant
-from hydroservo.roles import MeteringEdges, Plant, role
+from hydroservo.roles import Plant, role
 from hydroservo.signals import MachineOutputs, PortFlows, Pressures
 
 
@@ -65,8 +66,8 @@ class Hoist(NamedTuple):
     def init(self) -> HoistState:
         return HoistState(0.0, self.start_position, self.start_pressure_a, self.start_pressure_b)
 
-    def flows(self, s: HoistState, edges: MeteringEdges, opening: float, line: Pressures) -> PortFlows:
-        return edges.port_flows(opening, line, s.pressure_a, s.pressure_b)
+    def flows(self, s: HoistState, ports: Ports) -> PortFlows:
+        return ports.flows(s.pressure_a, s.pressure_b)
 
     def deriv(self, s: HoistState, flows: PortFlows, force: float) -> HoistState:
         resistance = self.mass * self.gravity + self.damping * s.velocity + force
@@ -82,8 +83,9 @@ class Hoist(NamedTuple):
     def load_force(self, s: HoistState) -> float:
         return self.area() * (s.pressure_a - s.pressure_b)
 
-    def outputs(self, s: HoistState, line: Pressures) -> MachineOutputs:
-        return MachineOutputs(s.velocity, self.load_force(s), s.position, s.pressure_a, s.pressure_b)
+    def outputs(self, s: HoistState, line: Pressures, force: float) -> MachineOutputs:
+        met = self.mass * self.gravity + force
+        return MachineOutputs(s.velocity, self.load_force(s), s.position, s.pressure_a, s.pressure_b, met)
 
     def simplified(self) -> LoadPressurePlant:
         return LoadPressurePlant(

@@ -7,6 +7,7 @@ typedef double real;
 typedef int mask;
 #define power pow
 #define hyperbolic tanh
+#define exponential exp
 #define root sqrt
 #define magnitude fabs
 #define with_sign copysign
@@ -28,8 +29,10 @@ static inline real all(double number) { return (real){} + number; }
 #if LANES == 8
 real _ZGVeN8vv_pow(real, real); /* libmvec, the vector part of glibc's libm */
 real _ZGVeN8v_tanh(real);
+real _ZGVeN8v_exp(real);
 #define power _ZGVeN8vv_pow
 #define hyperbolic _ZGVeN8v_tanh
+#define exponential _ZGVeN8v_exp
 static inline real root(real x) { return _mm512_sqrt_pd(x); }
 static inline real larger(real a, real b) { return _mm512_max_pd(a, b); }
 static inline real smaller(real a, real b) { return _mm512_min_pd(a, b); }
@@ -40,8 +43,10 @@ static inline int any_finite(real x) { return _mm512_movepi64_mask((__m512i)(x -
 #else
 real _ZGVdN4vv_pow(real, real);
 real _ZGVdN4v_tanh(real);
+real _ZGVdN4v_exp(real);
 #define power _ZGVdN4vv_pow
 #define hyperbolic _ZGVdN4v_tanh
+#define exponential _ZGVdN4v_exp
 static inline real root(real x) { return _mm256_sqrt_pd(x); }
 static inline real larger(real a, real b) { return _mm256_max_pd(a, b); }
 static inline real smaller(real a, real b) { return _mm256_min_pd(a, b); }

@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.given import LAW, MACHINE, table
+from benchmarks.given import AXIS, LAW, MACHINE, table
 from benchmarks.isa import gcc_flags, lanes, widest
 from benchmarks.jobs import Job, Result, end_state
 from benchmarks.peer import STEPS, Prepared, cheapest
@@ -45,8 +45,24 @@ METRICS = (  # in the order of the function report in c/metrics.h
     "position_min",
     "position_max",
 )
+AXIS_METRICS = (  # in the order of the function report in c/axis.c
+    "rms_error",
+    "max_error",
+    "steady_rms_error",
+    "steady_max_error",
+    "settling_time",
+    "overshoot",
+    "control_rms",
+    "control_total_variation",
+    "control_max",
+    "position_min",
+    "position_max",
+    "pressure_min",
+    "pressure_max",
+    "low_pressure_time",
+)
 VECTOR_FLAGS = ("-fno-math-errno", "-fno-trapping-math")
-GROUPS = 4  # vectors that advance together
+GROUPS, AXIS_GROUPS = 4, 2  # vectors that advance together
 
 
 class Scalar(NamedTuple):
@@ -61,7 +77,9 @@ class Scalar(NamedTuple):
         return job
 
     def prepare(self, job: Job) -> Prepared:
-        library = built(["-DLANES=1", "-DGROUPS=1"], ["-lm"])
+        library = built(source(job), ["-DLANES=1", "-DGROUPS=1"], ["-lm"])
+        if job.on_axis:
+            return Prepared(axes(library, job))
         return plant(library, job) if job.plant_only else Prepared(closed_loop(library, job))
 
 
@@ -77,20 +95,27 @@ class Vector(NamedTuple):
         return job if job.varied else None
 
     def prepare(self, job: Job) -> Prepared:
-        library = built([f"-DLANES={lanes()}", f"-DGROUPS={GROUPS}", *VECTOR_FLAGS], ["-lmvec", "-lm"])
-        return Prepared(closed_loop(library, job), f"{lanes()} runs in a vector")
+        groups = AXIS_GROUPS if job.on_axis else GROUPS
+        flags = [f"-DLANES={lanes()}", f"-DGROUPS={groups}", *VECTOR_FLAGS]
+        library = built(source(job), flags, ["-lmvec", "-lm"])
+        run = axes(library, job) if job.on_axis else closed_loop(library, job)
+        return Prepared(run, f"{lanes()} runs in a vector")
 
 
 def no_compiler() -> str | None:
     return None if shutil.which("gcc") else "there is no gcc"
 
 
-def built(flags: Sequence[str], libraries: Sequence[str]) -> ctypes.CDLL:
+def source(job: Job) -> str:
+    return "axis.c" if job.on_axis else "loop.c"
+
+
+def built(name: str, flags: Sequence[str], libraries: Sequence[str]) -> ctypes.CDLL:
     """The C code as a shared object, loaded; its file is gone again."""
     with tempfile.TemporaryDirectory() as folder:
         target = f"{folder}/loop.so"
         command = ["gcc", "-O3", *gcc_flags(), "-fopenmp", "-shared", "-fPIC", *flags]
-        subprocess.run([*command, SOURCES / "loop.c", "-o", target, *libraries], check=True)  # noqa: S603
+        subprocess.run([*command, SOURCES / name, "-o", target, *libraries], check=True)  # noqa: S603
         return ctypes.CDLL(target)
 
 
@@ -113,6 +138,26 @@ def closed_loop(library: ctypes.CDLL, job: Job) -> Callable[[], Result]:
             ctypes.c_long(len(METRICS)),
         )
         return dict(zip(METRICS, out.T, strict=True))
+
+    return run
+
+
+def axes(library: ctypes.CDLL, job: Job) -> Callable[[], Result]:
+    given = table(job.loop, AXIS, job.varied)
+
+    def run() -> Result:
+        out = np.empty((job.runs, len(AXIS_METRICS)))
+        library.axis(
+            address(given),
+            ctypes.c_long(job.runs),
+            ctypes.c_long(job.steps),
+            ctypes.c_double(job.period),
+            ctypes.c_long(job.loop.simulation.substeps),
+            ctypes.c_int(job.threads),
+            address(out),
+            ctypes.c_long(len(AXIS_METRICS)),
+        )
+        return dict(zip(AXIS_METRICS, out.T, strict=True))
 
     return run
 

@@ -27,7 +27,7 @@ class CasADi(NamedTuple):
         return missing("casadi")
 
     def fitted(self, job: Job) -> Job | None:
-        return job
+        return None if job.on_axis else job
 
     def prepare(self, job: Job) -> Prepared:
         if job.plant_only:

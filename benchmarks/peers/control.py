@@ -30,7 +30,7 @@ class PythonControl(NamedTuple):
         return missing("control")
 
     def fitted(self, job: Job) -> Job | None:
-        if job.threads > 1:
+        if job.threads > 1 or job.on_axis:
             return None
         return job if job.plant_only else job.shortened(MOST_STEPS, MOST_RUNS)
 

@@ -41,7 +41,7 @@ class Diffrax(NamedTuple):
         return missing("diffrax")
 
     def fitted(self, job: Job) -> Job | None:
-        return job
+        return None if job.on_axis else job
 
     def prepare(self, job: Job) -> Prepared:
         if job.plant_only:

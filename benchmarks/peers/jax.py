@@ -25,7 +25,7 @@ class Jax(NamedTuple):
         return missing("jax")
 
     def fitted(self, job: Job) -> Job | None:
-        return job
+        return None if job.on_axis else job
 
     def prepare(self, job: Job) -> Prepared:
         return plant(job) if job.plant_only else closed_loops(job)

@@ -23,7 +23,7 @@ class ByHand(NamedTuple):
         return missing("numba")
 
     def fitted(self, job: Job) -> Job | None:
-        return job
+        return None if job.on_axis else job
 
     def prepare(self, job: Job) -> Prepared:
         from numba import set_num_threads

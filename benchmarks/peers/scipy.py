@@ -43,7 +43,7 @@ class SciPy(NamedTuple):
         return missing("scipy")
 
     def fitted(self, job: Job) -> Job | None:
-        if job.threads > 1:
+        if job.threads > 1 or job.on_axis:
             return None
         return job if job.plant_only else job.shortened(MOST_STEPS, MOST_RUNS)
 

@@ -10,6 +10,7 @@ from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.unit import Part, Precision, Unit
 from hydroservo.scenario import load_scenario, scenarios
 from hydroservo.testing.examples import example
+from hydroservo.testing.places import signal_for
 from tools.targets.laws import LAWS, types_in
 from tools.targets.sources import Rows
 
@@ -21,7 +22,10 @@ PERIOD = 1e-4  # s, of the laws' loops
 
 def controllers() -> dict[str, Loop]:
     """Loops by the names of their laws, then by those of their scenarios."""
-    laws = {name: example(Loop, Simulation(period=PERIOD), controller=law) for name, law in LAWS.items()}
+    short = Simulation(period=PERIOD)
+    laws = {
+        name: example(Loop, short, controller=law, controls=signal_for(law)) for name, law in LAWS.items()
+    }
     found: dict[tuple[type, ...], tuple[str, Loop]] = {}
     for name in scenarios():
         loop = load_scenario(name)

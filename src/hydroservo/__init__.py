@@ -15,9 +15,11 @@ _HOMES = {  # what is offered, and the module that it comes from; none for a pac
     "ScenarioError": "errors",
     "Simulation": "loop",
     "__version__": "_version",
+    "controlled": "",
     "controllers": "",
     "differences": "runs.conditions",
     "draws": "scenario.sampling",
+    "drives": "",
     "export_c": "export.products",
     "export_fmu": "export.products",
     "holds": "",
@@ -41,6 +43,7 @@ _HOMES = {  # what is offered, and the module that it comes from; none for a pac
     "sensors": "",
     "simulate": "runs.run",
     "simulate_batch": "runs.batch",
+    "starts": "",
     "supplies": "",
     "tune": "scenario.tuning",
     "valves": "",
@@ -50,7 +53,9 @@ __all__ = list(_HOMES)
 
 TYPE_CHECKING = False  # as typing has it, which takes longer to import than all the rest here
 if TYPE_CHECKING:  # the same once more, for those who read types; a test compares the two
+    from hydroservo import controlled as controlled
     from hydroservo import controllers as controllers
+    from hydroservo import drives as drives
     from hydroservo import holds as holds
     from hydroservo import integrators as integrators
     from hydroservo import loads as loads
@@ -62,6 +67,7 @@ if TYPE_CHECKING:  # the same once more, for those who read types; a test compar
     from hydroservo import plants as plants
     from hydroservo import references as references
     from hydroservo import sensors as sensors
+    from hydroservo import starts as starts
     from hydroservo import supplies as supplies
     from hydroservo import valves as valves
     from hydroservo._version import __version__ as __version__

@@ -28,10 +28,13 @@ __all__ = [
     "declared_fields",
     "estimates_in",
     "field_at",
+    "in_signal",
     "is_block",
     "leaves",
     "model_in",
     "replace",
+    "signal_below",
+    "signal_of",
     "value_at",
     "values",
 ]
@@ -117,13 +120,54 @@ def paths(block: Block, prefix: str = "") -> Iterator[str]:
 def field_at(block: Block, path: str) -> Field:
     """The declaration of the number at a dotted path; its name alone where it has none.
 
+    In a loop, and in a block that says what it controls, its unit is that of the controlled signal where it
+    depends on that.
+
     Raises:
         ParameterError: no such path.
     """
-    parent, _, name = path.rpartition(".")
     value_at(block, path)
-    holder = value_at(block, parent) if parent else block
-    return declared_fields(holder.__class__).get(name, Field("", name))
+    *parents, name = path.split(".")
+    holder, signal = block, signal_of(block, None)
+    for i, parent in enumerate(parents):
+        if parent == "given" and hasattr(block, "init"):  # a state by its path in the loop's
+            return in_signal(field_at(block.init(), ".".join([*parents[i + 1 :], name])), signal)
+        inner = signal_below(holder, parent, signal)
+        holder = getattr(holder, parent)
+        signal = signal_of(holder, inner)
+    return in_signal(declared_fields(holder.__class__).get(name, Field("", name)), signal)
+
+
+def signal_of(block: Block, outer: Field | None) -> Field | None:
+    """What a block's numbers are of, in units that depend on the controlled signal.
+
+    Args:
+        block: the block; one whose field ``controls`` is filled in says it itself.
+        outer: what those of the block around it are of; None if nothing says so.
+    """
+    own: Any = getattr(block, "controls", None)
+    if own is None:
+        return outer
+    declared: Field = own.declared()
+    return in_signal(declared, outer)
+
+
+def signal_below(block: Block, name: str, own: Field | None) -> Field | None:
+    """What a block in another is given for a signal: one with ``inner_controls`` has a law of another inside.
+
+    Args:
+        block: the outer block.
+        name: of the inner one, as a field of it.
+        own: the signal of the outer one.
+    """
+    return (
+        block.inner_controls.declared() if name == "controller" and hasattr(block, "inner_controls") else own
+    )
+
+
+def in_signal(field: Field, signal: Field | None) -> Field:
+    """A declaration with the unit of the controlled signal; as it is where nothing says which that is."""
+    return field if signal is None else field.of(signal)
 
 
 def replace(block: Block, changes: Mapping[str, Any]) -> Block:

@@ -1,11 +1,15 @@
 """The declaration of one number: its unit, meaning, source and range."""
 
 from collections.abc import Hashable, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from functools import cache
 from typing import get_type_hints
 
-__all__ = ["Field", "declared_fields"]
+from hydroservo.unit_algebra import exchanged
+
+__all__ = ["CONTROLLED", "Field", "declared_fields"]
+
+CONTROLLED = "y"  # in a unit: that of the signal which a loop controls; in a meaning "{y}" is its name
 
 
 @dataclass(frozen=True, slots=True)
@@ -13,8 +17,10 @@ class Field:
     """What one number of a block or state is: its unit, its meaning, its source, its range.
 
     Attributes:
-        unit: SI unit, written as pint reads it ("kg", "m^3/(s Pa)"; "" is dimensionless).
-        meaning: what the number is, in the field's standard term.
+        unit: SI unit, written as pint reads it ("kg", "m^3/(s Pa)"; "" is dimensionless). The name y in it,
+            as in "V s/y", stands for the unit of the signal that the loop controls.
+        meaning: what the number is, in the field's standard term. "{y}" in it stands for the name of the
+            signal that the loop controls.
         source: where the default comes from ("" for a state field).
         above: exclusive lower bound, in ``unit``.
         at_least: inclusive lower bound, in ``unit``.
@@ -38,11 +44,26 @@ class Field:
     smaller_is_better: bool = False
     least_is_worst: bool = False
 
+    def of(self, signal: "Field") -> "Field":
+        """The declaration in a loop that controls a signal.
+
+        Args:
+            signal: the declaration of the controlled signal, its meaning a name such as "velocity".
+        """
+        return in_signal(self, signal.unit, signal.meaning)
+
     def __repr__(self) -> str:
         """Unit and meaning, and what else is said of the number."""
         others = ((one.name, getattr(self, one.name), one.default) for one in fields(self)[2:])
         said = [f"{name}={value!r}" for name, value, default in others if value != default]
         return f"Field({', '.join([repr(self.unit), repr(self.meaning), *said])})"
+
+
+@cache
+def in_signal(field: Field, unit: str, name: str) -> Field:
+    """A declaration with the unit and the name of a controlled signal in it."""
+    meaning = field.meaning.replace(f"{{{CONTROLLED}}}", name)
+    return replace(field, unit=exchanged(field.unit, CONTROLLED, unit), meaning=meaning)
 
 
 @cache

@@ -1,16 +1,20 @@
 """What a block may have besides the methods of its role, and who asks for it.
 
-Methods among them are called in plain Python before a run, never compiled. A role's docstring names its own.
+Methods among them are called in plain Python before a run, and compiled only where that is said. A role's
+docstring names its own.
 """
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from hydroservo.block import Block, is_block
 from hydroservo.errors import ParameterError
 from hydroservo.roles import (
     Accumulator,
+    Carried,
+    ControlledSignal,
     Controller,
+    Drive,
     Hold,
     Integrator,
     Mechanism,
@@ -18,9 +22,10 @@ from hydroservo.roles import (
     Monitor,
     Plant,
     Sensors,
+    Valve,
 )
 
-__all__ = ["HOOKS", "Hook", "at_rest", "designed"]
+__all__ = ["HOOKS", "Hook", "at_ports", "at_rest", "designed", "is_valveless", "resting"]
 
 
 class Hook(NamedTuple):
@@ -49,7 +54,16 @@ HOOKS = (
     ),
     Hook("model", Controller, None, "what the controller, or a block in it, believes of the machine"),
     Hook("controller", Controller, None, "the controller that this one wraps"),
+    Hook("controls", Controller, None, "the signal that the law controls; ThisSignal: that of its loop"),
+    Hook("signals", Controller, None, "the signals that the law can control, said by ``@controlling``"),
+    Hook("inner_controls", Controller, None, "what the law in ``controller`` controls if another"),
     Hook("saturation", Controller, None, "the controller's own limiter, which AntiWindup asks to be wide"),
+    Hook(
+        "reach",
+        ControlledSignal,
+        ("plant", "line"),
+        "the least and the largest value that a machine can hold",
+    ),
     Hook("sensors", Sensors, None, "the sensors that these wrap"),
     Hook("missing", Sensors, (), "the fields of a measurement that the sensors do not measure"),
     Hook(
@@ -59,10 +73,21 @@ HOOKS = (
         "area_b", Sensors, None, "the piston's area [m^2] towards chamber b as known; automatic: the plant's"
     ),
     Hook("at_rest", Plant, ("line", "force"), "the plant with what is left open of its start found"),
+    Hook("valveless", Drive, None, "there where the drive stands in the valve's place, by @valveless"),
+    Hook("drive", Drive, None, "the drive that this one lies before"),
+    Hook(
+        "at_rest",
+        Drive,
+        ("pressure_a", "pressure_b"),
+        "the drive with what is left open of its start found, at the chambers' pressures then",
+    ),
     Hook("area_a", Plant, None, "the piston's area [m^2] towards chamber a, for sensors of pressures"),
     Hook("area_b", Plant, None, "the piston's area [m^2] towards chamber b, for sensors of pressures"),
     Hook("piston_area", Plant, None, "both areas [m^2] of a plant that has but one"),
     Hook("positions", Mechanism, (), "the least and the largest position that the mechanism can take [m]"),
+    Hook("gain", Valve, None, "what a design model knows of the spool [m/V]"),
+    Hook("tip", Mechanism, ("position",), "how the tip, which can carry something, moves: a Tip; compiled"),
+    Hook("check_on", Carried, ("mechanism",), "raises a ParameterError where that mechanism cannot carry it"),
     Hook("lap", MeteringEdges, None, "the overlap of the edges [m], which the spool must pass"),
     Hook("precharge", Accumulator, None, "the pressure [Pa] up to which the accumulator takes in nothing"),
     Hook("delay", Hold, None, "the computing delay [s], with which steps of integrators are to end"),
@@ -127,3 +152,47 @@ def at_rest(plant: Block, supply: Block, load: Block) -> Block:
         raise ParameterError(f"plant.{error.path}", error.value, error.allowed) from None
     except ArithmeticError as error:
         raise ParameterError("plant", type(plant).__name__, f"has no start at rest: {error}") from None
+
+
+def at_ports(drive: Block, pressure_a: float, pressure_b: float) -> Block:
+    """A drive with what is left open of its start found, if it has ``at_rest(pressure_a, pressure_b)``.
+
+    One that has not, and lies before another, passes the pressures on to that.
+
+    Args:
+        drive: the drive.
+        pressure_a: at its port A at the start [Pa].
+        pressure_b: at its port B [Pa].
+    """
+    if hasattr(drive, "at_rest"):
+        return drive.at_rest(pressure_a, pressure_b)
+    inner = getattr(drive, "drive", None)
+    return drive if inner is None else drive._replace(drive=at_ports(inner, pressure_a, pressure_b))
+
+
+def resting(machine: Block) -> Any:
+    """A machine, or a loop, with what is left open of the start of its plant and its drive found.
+
+    Args:
+        machine: the loop, or anything with its plant, supply, drive and load.
+
+    Raises:
+        ParameterError: nothing keeps the plant at rest.
+    """
+    plant, supply = at_rest(machine.plant, machine.supply, machine.load), machine.supply
+    if not any(hasattr(drive, "at_rest") for drive in drives_in(machine.drive)):
+        return machine._replace(plant=plant)
+    seen = plant.outputs(plant.init(), supply.pressures(supply.init()), 0.0)
+    drive = at_ports(machine.drive, seen.pressure_a, seen.pressure_b)
+    return machine._replace(plant=plant, drive=drive)
+
+
+def is_valveless(drive: Block) -> bool:
+    """Whether a drive stands in the valve's place, itself or by the drive that it lies before."""
+    return any(hasattr(type(one), "valveless") for one in drives_in(drive))
+
+
+def drives_in(drive: Block) -> list[Block]:
+    """A drive, and those that it lies before."""
+    inner = getattr(drive, "drive", None)
+    return [drive] if inner is None else [drive, *drives_in(inner)]

@@ -4,15 +4,32 @@ from typing import Annotated, Any, NamedTuple
 
 from hydroservo import ops
 from hydroservo.block import Block, Field
+from hydroservo.controlled.velocity import Velocity
+from hydroservo.drives.ports import Ports
+from hydroservo.drives.valve_on_supply import ValveOnSupply
 from hydroservo.holds.zero_order import ZeroOrderHold
 from hydroservo.integrators.rk4 import RK4
 from hydroservo.loads.constant import Constant
 from hydroservo.monitors.group import Usual
 from hydroservo.outline import outline, outline_table
-from hydroservo.roles import Controller, Hold, Integrator, Load, Plant, Reference, Sensors, Supply, Valve
+from hydroservo.roles import (
+    ControlledSignal,
+    Controller,
+    Drive,
+    Hold,
+    Integrator,
+    Load,
+    Plant,
+    Reference,
+    Sensors,
+    Start,
+    Supply,
+    Valve,
+)
 from hydroservo.sensors.ideal import IdealSensors
-from hydroservo.signals import Demand, Draws
+from hydroservo.signals import Demand, Draws, Feed, MachineOutputs
 from hydroservo.sources import CHOSEN
+from hydroservo.starts.as_built import AsBuilt
 
 __all__ = ["AUTO", "Loop", "LoopState", "MachineState", "Simulation"]
 
@@ -55,6 +72,7 @@ class MachineState(NamedTuple):
     plant: Block
     valve: Block
     supply: Block
+    drive: Block
 
 
 class External(NamedTuple):
@@ -63,25 +81,35 @@ class External(NamedTuple):
     force: Annotated[float, Field("N", "external force F_L")]
 
 
+class Controlled(NamedTuple):
+    """The signal that is controlled."""
+
+    value: Annotated[float, Field("y", "{y}")]
+
+
 class LoopState(NamedTuple):
     """Everything at one instant; each number in it can be recorded by its path."""
 
     plant: Block
     valve: Block
     supply: Block
+    drive: Block
     sensors: Block
     controller: Block
     hold: Block
     reference: Block
+    controlled: Controlled
     load: External
 
 
 class Loop(NamedTuple):
     """A machine, its controller and how to simulate them.
 
-    ``metrics`` are the monitors that judge a run: those of :func:`~hydroservo.metrics.usual` where it is left
-    as it is. What a law believes of the machine and what sensors know of it is filled from the machine before
-    a run where it is left open, as :func:`~hydroservo.wiring.wired` does.
+    ``controls`` is the signal that the demand is of, and every verdict; ``drive`` what lies between the valve
+    and the cylinder, or stands in the valve's place. ``metrics`` are the monitors that judge a run: those of
+    :func:`~hydroservo.metrics.usual` where it is left as it is. What a law believes of the machine and what
+    sensors know of it is filled from the machine before a run where it is left open, as
+    :func:`~hydroservo.wiring.wired` does.
     """
 
     simulation: Simulation
@@ -90,9 +118,12 @@ class Loop(NamedTuple):
     supply: Supply
     reference: Reference
     controller: Controller
+    controls: ControlledSignal = Velocity()
+    drive: Drive = ValveOnSupply()
     load: Load = Constant()
     sensors: Sensors = IdealSensors()
     hold: Hold = ZeroOrderHold()
+    start: Start = AsBuilt()
     metrics: Block = Usual()
 
     def __repr__(self) -> str:
@@ -103,27 +134,36 @@ class Loop(NamedTuple):
         return outline_table(self)
 
     def init(self) -> LoopState:
+        begun: LoopState = self.start.of(self.blocks_begin())
+        return begun
+
+    def blocks_begin(self) -> LoopState:
+        """The first state of each block, whatever the start says."""
         return LoopState(
             self.plant.init(),
             self.valve.init(),
             self.supply.init(),
+            self.drive.init(),
             self.sensors.init(),
             self.controller.init(),
             self.hold.init(),
             Demand(0.0, 0.0, 0.0),
+            Controlled(0.0),
             External(0.0),
         )
 
     def sample(self, s: LoopState, t: float, dt: float) -> LoopState:
         """What happens at a sampling instant: measure, run the controller, hold its command."""
-        r = self.reference.at(t)
-        seen = self.plant.outputs(s.plant, self.supply.pressures(s.supply))
+        r, force = self.reference.at(t), self.load.force(t)
+        seen = self.seen(s, force)
         sensors = self.sensors.step(s.sensors, seen, self.draws(t, dt), dt)
         y = self.sensors.measure(sensors, seen, self.hold.applied(s.hold, s.controller.u, dt))
         hold = self.hold.step(s.hold, s.controller.u, t)
         controller = self.controller.step(s.controller, y, r, dt)
-        load = External(self.load.force(t))
-        return LoopState(s.plant, s.valve, s.supply, sensors, controller, hold, r, load)
+        controlled = Controlled(self.controls.of(seen, controller.u))
+        return LoopState(
+            s.plant, s.valve, s.supply, s.drive, sensors, controller, hold, r, controlled, External(force)
+        )
 
     def draws(self, t: float, dt: float) -> Draws:
         """Where the sensors draw their random numbers."""
@@ -135,13 +175,25 @@ class Loop(NamedTuple):
 
     def rates(self, x: MachineState, u: float, force: float) -> MachineState:
         """Rates of the machine under a command at the valve [V] and a force on the rod [N]."""
-        line = self.supply.pressures(x.supply)
-        flows = self.plant.flows(x.plant, self.valve.orifice, self.valve.opening(x.valve, u), line)
+        ports = self.ports(x, u)
+        flows = self.plant.flows(x.plant, ports)
+        seen = self.seen(x, force)
         return MachineState(
             self.plant.deriv(x.plant, flows, force),
             self.valve.deriv(x.valve, u),
             self.supply.deriv(x.supply, flows.supply),
+            self.drive.deriv(x.drive, ports.feed, seen.pressure_a, seen.pressure_b),
         )
+
+    def seen(self, x: MachineState | LoopState, force: float) -> MachineOutputs:
+        """What can be seen of the machine under a force on the rod [N]."""
+        return self.plant.outputs(x.plant, self.supply.pressures(x.supply), force)
+
+    def ports(self, x: MachineState, u: float) -> Ports:
+        """The cylinder's ports as the drive holds them under a command [V]."""
+        line = self.supply.pressures(x.supply)
+        feed = Feed(u, self.valve.orifice, self.valve.opening(x.valve, u), line)
+        return Ports(self.drive, x.drive, feed)
 
     def next_jump(self, t: float, held: Any) -> float:
         """The first instant after ``t`` at which what drives the machine between samples jumps [s]."""
@@ -149,7 +201,7 @@ class Loop(NamedTuple):
 
     def machine(self, s: LoopState) -> MachineState:
         """The part of the state that is integrated."""
-        return MachineState(s.plant, s.valve, s.supply)
+        return MachineState(s.plant, s.valve, s.supply, s.drive)
 
     def held(self, s: LoopState) -> Any:
         """What is held of the command until the next sample."""
@@ -157,11 +209,32 @@ class Loop(NamedTuple):
 
     def with_machine(self, s: LoopState, x: MachineState) -> LoopState:
         """The state with its machine part exchanged."""
-        return LoopState(x.plant, x.valve, x.supply, s.sensors, s.controller, s.hold, s.reference, s.load)
+        return LoopState(
+            x.plant,
+            x.valve,
+            x.supply,
+            x.drive,
+            s.sensors,
+            s.controller,
+            s.hold,
+            s.reference,
+            s.controlled,
+            s.load,
+        )
 
     def between(self, s: LoopState, x: MachineState, t: float) -> LoopState:
-        """The state between samples, with its machine part as it is then, and the demand and the load."""
-        load = External(self.load.force(t))
+        """The state between samples, with its machine part as it is then, and what changes with it."""
+        force = self.load.force(t)
+        seen = self.seen(x, force)
         return LoopState(
-            x.plant, x.valve, x.supply, s.sensors, s.controller, s.hold, self.reference.at(t), load
+            x.plant,
+            x.valve,
+            x.supply,
+            x.drive,
+            s.sensors,
+            s.controller,
+            s.hold,
+            self.reference.at(t),
+            Controlled(self.controls.of(seen, s.controller.u)),
+            External(force),
         )

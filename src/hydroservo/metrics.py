@@ -6,6 +6,7 @@ from typing import Annotated, NamedTuple
 
 from hydroservo import monitors
 from hydroservo.block import Block, estimates_in, is_block, model_in
+from hydroservo.controlled import Command, Velocity
 from hydroservo.errors import LoopError
 from hydroservo.field import Field, declared_fields
 from hydroservo.loop import Loop
@@ -24,6 +25,9 @@ __all__ = [
 ]
 
 
+VELOCITY = Velocity()
+
+
 class Divergence(NamedTuple):
     """Whether a run was lost; part of every result, whatever its monitors."""
 
@@ -39,9 +43,12 @@ def usual(loop: Loop) -> dict[str, Block]:
     """The monitors that a loop usually has, by name.
 
     Tracking error, step response, command and the piston's travel; pressures where the plant has chambers,
-    and the lumped disturbances where the law has a model and an observer that estimates them.
+    and the lumped disturbances where the law has a model and an observer that estimates them. Of an open loop
+    no error: its demand is the command itself.
     """
-    found: list[Block] = [monitors.TrackingError(), monitors.StepResponse(), monitors.CommandEffort()]
+    open_loop = isinstance(loop.controls, Command)
+    found: list[Block] = [] if open_loop else [monitors.TrackingError(), monitors.StepResponse()]
+    found.append(monitors.CommandEffort())
     if model_in(loop.controller) is not None and estimates_in(loop.controller.init()) is not None:
         found.append(monitors.Disturbance())
     found.append(monitors.PistonTravel())
@@ -60,17 +67,22 @@ def monitors_of(loop: Loop) -> dict[str, Block]:
     return found
 
 
-def declared_metrics(watching: Mapping[str, Block]) -> dict[str, Field]:
+def declared_metrics(watching: Mapping[str, Block], controls: Block = VELOCITY) -> dict[str, Field]:
     """The metrics that monitors give, and whether the run diverged, by name.
 
     One that another monitor gives already has the name of its monitor before its own.
+
+    Args:
+        watching: the monitors by name.
+        controls: the signal that their loop controls, on which units depend.
     """
+    signal = controls.declared()
     found = dict(declared_fields(Divergence))
     for name, monitor in watching.items():
         values = values_at_start(name, monitor)
         fields = fields_of(values)
         for own in values._fields:
-            found[f"{name}_{own}" if own in found else own] = fields.get(own, Field("", own))
+            found[f"{name}_{own}" if own in found else own] = fields.get(own, Field("", own)).of(signal)
     return dict(sorted(found.items(), key=lambda item: item[0] in Divergence._fields))
 
 
@@ -94,9 +106,8 @@ def values_at_start(name: str, monitor: Block) -> Block:
 def flags_of(watching: Mapping[str, Block]) -> set[str]:
     """The metrics that are true or false."""
     empty = values_of(watching, [one.init() for one in watching.values()], Divergence())
-    return {
-        name for name, value in zip(declared_metrics(watching), empty, strict=True) if isinstance(value, bool)
-    }
+    names = declared_metrics(watching)
+    return {name for name, value in zip(names, empty, strict=True) if isinstance(value, bool)}
 
 
 def values_of(
@@ -113,18 +124,19 @@ def values_of(
     return [*(value for monitor, state in pairs for value in monitor.values(state)), *divergence]
 
 
-def signals_of(watching: Mapping[str, Block]) -> dict[str, Field]:
+def signals_of(loop: Loop) -> dict[str, Field]:
     """What of the monitors' states can be recorded: the numbers that are declared, such as disturbance.d1."""
+    signal = loop.controls.declared()
     return {
-        f"{name}.{own}": field
-        for name, monitor in watching.items()
+        f"{name}.{own}": field.of(signal)
+        for name, monitor in monitors_of(loop).items()
         for own, field in fields_of(monitor.init()).items()
     }
 
 
 def judged_by(loops: Sequence[Loop]) -> dict[str, Field]:
     """The metrics that all of some loops have and of which less is better: by which gains are tuned."""
-    every = [declared_metrics(monitors_of(loop)) for loop in loops]
+    every = [declared_metrics(monitors_of(loop), loop.controls) for loop in loops]
     return {
         name: field
         for name, field in every[0].items()
@@ -138,8 +150,9 @@ def fields_of(block: Block) -> Mapping[str, Field]:
 
 
 def all_fields() -> dict[str, Field]:
-    """The metrics of hydroservo's own monitors by name."""
-    return declared_metrics(by_class([getattr(monitors, name)() for name in monitors.__all__]))
+    """The metrics of hydroservo's own monitors by name, for a loop that controls the velocity."""
+    own = by_class([getattr(monitors, name)() for name in monitors.__all__])
+    return declared_metrics(own)
 
 
 METRIC_FIELDS = all_fields()

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hydroservo.block import Block, is_block
+from hydroservo.block import Block, in_signal, is_block, signal_below, signal_of
 from hydroservo.field import Field, declared_fields
 from hydroservo.formatting import common_unit
 
@@ -25,6 +25,7 @@ class Part(NamedTuple):
     path: str
     block: Block
     same: bool  # as one of hydroservo's own blocks has it by default
+    signal: Field | None  # what the loop, or a law, controls
 
 
 class Entry(NamedTuple):
@@ -73,14 +74,18 @@ def outline_table(block: Block) -> str:
     return "\n".join(section(group) for group in groups)
 
 
-def parts_of(block: Block, path: str = "", same: bool = False) -> Iterator[Part]:
+def parts_of(block: Block, path: str = "", same: bool = False, outer: Field | None = None) -> Iterator[Part]:
     """A block and the blocks in it, depth first."""
-    yield Part(path, block, same)
+    signal = signal_of(block, outer)
+    yield Part(path, block, same, signal)
     for name, value in block._asdict().items():
         if is_block(value):
             known = path and type(block).__module__.startswith("hydroservo.")
             default = known and alike(value, block._field_defaults.get(name))
-            yield from parts_of(value, f"{path}.{name}" if path else name, same or bool(default))
+            if name == "controls" and path:  # a law's own, which is worth a line where it is not its loop's
+                default = default or signal == outer
+            below = signal_below(block, name, signal)
+            yield from parts_of(value, f"{path}.{name}" if path else name, same or bool(default), below)
 
 
 def alike(value: object, other: object) -> bool:
@@ -97,14 +102,15 @@ def indented(path: str) -> str:
     return f"{'  ' * (path.count('.') + 1)}{path.rpartition('.')[2]}  " if path else ""
 
 
-def entries_of(block: Block) -> list[Entry]:
+def entries_of(part: Part) -> list[Entry]:
     """The numbers of a block, in declared order."""
+    block = part.block
     fields, defaults = declared_fields(block.__class__), block._field_defaults
     found = []
     for name, value in block._asdict().items():
         if is_block(value) or value is None:
             continue
-        field = fields.get(name, Field("", name))
+        field = in_signal(fields.get(name, Field("", name)), part.signal)
         text, unit = written(value, field)
         same = name in defaults and alike(value, defaults[name])
         found.append(Entry(name, text, unit, field.meaning, same))
@@ -128,7 +134,7 @@ def written(value: object, field: Field) -> tuple[str, str]:
 def line(part: Part, start: str) -> str:
     """A block's name, its type, and as many of its numbers as a line holds, changed ones first."""
     start += type(part.block).__name__
-    entries = [entry for entry in entries_of(part.block) if entry.value != "nan"]
+    entries = [entry for entry in entries_of(part) if entry.value != "nan"]
     texts = [str(entry) for entry in sorted(entries, key=lambda entry: entry.same)]
     shown = list(texts)
     while len(joined(start, shown, texts)) > WIDTH and shown:
@@ -168,7 +174,7 @@ def headed(part: Part, rows: list[str]) -> list[str]:
 def rows_of(part: Part) -> list[str]:
     """A row for each number of a block."""
     rows = []
-    for entry in entries_of(part.block):
+    for entry in entries_of(part):
         name, value, unit, meaning = map(escape, (entry.name, entry.value, entry.unit, entry.meaning))
         shown = value if entry.same else f"<b>{value}</b>"
         cells = "".join(f"<td {LEFT}>{text}</td>" for text in (name, shown, unit, meaning))

@@ -13,23 +13,30 @@ from collections.abc import Callable
 from typing import Any, Protocol, TypeVar
 
 from hydroservo.errors import LoopError
+from hydroservo.field import Field
 from hydroservo.signals import (
     Correction,
     Demand,
     Draws,
+    Feed,
     MachineOutputs,
     Measurement,
     PortFlows,
     Pressures,
     Pull,
+    Seen,
 )
 
 __all__ = [
     "Accumulator",
     "Block",
+    "Carried",
+    "ControlledSignal",
     "Controller",
     "Differentiator",
+    "Drive",
     "EndStops",
+    "ForceSensor",
     "Friction",
     "Hold",
     "Integrator",
@@ -42,6 +49,7 @@ __all__ = [
     "Observer",
     "Oil",
     "Plant",
+    "Poppet",
     "PositionSensor",
     "PressureSensor",
     "Reaching",
@@ -49,11 +57,14 @@ __all__ = [
     "Reference",
     "Relief",
     "Sensors",
+    "Start",
     "Supply",
     "Valve",
     "VelocityEstimator",
     "at_samples",
+    "controlling",
     "role",
+    "valveless",
 ]
 
 Block = Any  # a NamedTuple with methods; Python's type system has no name for "some NamedTuple"
@@ -102,12 +113,36 @@ def at_samples(cls: BlockClass) -> BlockClass:
     return cls
 
 
+def controlling(*signals: type) -> Callable[[BlockClass], BlockClass]:
+    """Says of a law which signals it can control, such as ``@controlling(Velocity)``; one that does not, any.
+
+    It stands above the class, beside its role. A loop that controls another is refused.
+    """
+
+    def say(cls: BlockClass) -> BlockClass:
+        cls.signals = signals  # type: ignore[attr-defined]
+        return cls
+
+    return say
+
+
+def valveless(cls: BlockClass) -> BlockClass:
+    """Says of a drive that it stands in the valve's place, so that the loop's valve must be a ``NoValve``.
+
+    It stands above the class, beside its role.
+    """
+    cls.valveless = True  # type: ignore[attr-defined]
+    return cls
+
+
 class Controller(Protocol):
     """A sampled control law: measurement and demand in, a new state with its command ``u`` [V] out.
 
     What is computed before a run is, by ``designed(model, period)``, which blocks in a law may have too; a
     ``model`` of its own is what it, and what is in it, believes of the machine. A law that wraps another has
-    that as its field ``controller``; its own limiter is its field ``saturation``.
+    that as its field ``controller``; its own limiter is its field ``saturation``. What it controls is its
+    field ``controls``, and one of its ``signals`` if it can control but some; what the law inside controls,
+    if another, its field ``inner_controls``.
     """
 
     def init(self) -> Block: ...
@@ -149,8 +184,19 @@ class Differentiator(Protocol):
     def step(self, s: Block, value: float, model_rate: float, dt: float) -> Block: ...
 
 
+class ControlledSignal(Protocol):
+    """What a loop controls, and a law's demand is of.
+
+    ``declared`` is its unit and its name; ``of`` picks it from what is seen of the machine, by sensors or as
+    it is, and the command [V]. One that a machine can take within limits has ``reach(plant, line)``.
+    """
+
+    def declared(self) -> Field: ...
+    def of(self, seen: Seen, command: float) -> float: ...
+
+
 class Reference(Protocol):
-    """A velocity demand as a function of time, with its first two derivatives."""
+    """What the controlled signal should be as a function of time, with its first two derivatives."""
 
     def at(self, t: float) -> Demand: ...
 
@@ -184,17 +230,46 @@ class MeteringEdges(Protocol):
 class Valve(Protocol):
     """A servo valve: a spool driven by the command, and the metering edges that its opening [m] uncovers.
 
-    ``gain`` [m/V] is what a design model knows of the spool.
+    One whose laws are to have a design model of it has its ``gain`` [m/V] as a field.
     """
 
-    @property
-    def gain(self) -> float: ...
     @property
     def orifice(self) -> MeteringEdges: ...
 
     def init(self) -> Block: ...
     def deriv(self, s: Block, u: float) -> Block: ...
     def opening(self, s: Block, u: float) -> float: ...
+
+
+class Start(Protocol):
+    """Where a run starts: the loop's first state, from that which its blocks start in.
+
+    Numbers of the state that are given are in a group ``given``, as :func:`~hydroservo.group.nested` makes
+    it.
+    """
+
+    @property
+    def given(self) -> Block: ...
+
+    def of(self, s: Block) -> Block: ...
+
+
+class Drive(Protocol):
+    """What turns a command and the pressures at the cylinder's two ports [Pa] into the flows through them.
+
+    It is given what the loop's valve and supply hold ready, the :class:`~hydroservo.signals.Feed`.
+    ``load_flow`` [m^3/s] is for a cylinder described by its load pressure [Pa]. ``power`` [W] is what the
+    drive draws while it passes these flows: with the oil from the supply's line, and at the shaft of a motor
+    of its own; negative where it gives back. One that stands in the valve's place is ``valveless``, as the
+    decorator of that name says; one around another has that as its field ``drive``, and one whose start may
+    be left open has ``at_rest(pressure_a, pressure_b)``.
+    """
+
+    def init(self) -> Block: ...
+    def deriv(self, s: Block, feed: Feed, pressure_a: float, pressure_b: float) -> Block: ...
+    def flows(self, s: Block, feed: Feed, pressure_a: float, pressure_b: float) -> PortFlows: ...
+    def load_flow(self, s: Block, feed: Feed, load_pressure: float) -> float: ...
+    def power(self, s: Block, feed: Feed, flows: PortFlows) -> float: ...
 
 
 class Supply(Protocol):
@@ -249,31 +324,54 @@ class Mechanism(Protocol):
 
     The inertia [kg] may depend on the position; the resistance [N] is that of gravity, springs and a changing
     inertia, positive against a positive velocity. A mechanism that cannot take every position says which it
-    can, by ``positions()``.
+    can, by ``positions()``; one whose tip can carry something says how that moves, by ``tip(position)``.
     """
 
     def inertia(self, position: float) -> float: ...
     def resistance(self, position: float, velocity: float) -> float: ...
 
 
+class Carried(Protocol):
+    """What the mechanism carries that has a motion of its own, with what the rod then meets.
+
+    With x the rod's position and q what it carries moves by itself, Lagrange's equations are::
+
+        M_xx dv/dt + M_xq q'' = F - R_x        M_xq dv/dt + M_qq q'' = -R_q
+
+    The rod thus meets inertia [kg] M_xx - M_xq^2/M_qq and resistance [N] R_x - R_q M_xq/M_qq, mechanism and
+    all: ``inertia`` and ``resistance``, which a friction that sticks, and a load cell, take like those of a
+    mechanism alone. ``deriv`` gives the state's rates under the rod's acceleration [m/s^2]. What goes with
+    some mechanisms alone refuses others by ``check_on(mechanism)``.
+    """
+
+    def init(self) -> Block: ...
+    def inertia(self, s: Block, mechanism: Mechanism, position: float) -> float: ...
+    def resistance(self, s: Block, mechanism: Mechanism, position: float, velocity: float) -> float: ...
+    def deriv(
+        self, s: Block, mechanism: Mechanism, position: float, velocity: float, acceleration: float
+    ) -> Block: ...
+
+
 class Plant(Protocol):
     """A cylinder and what it moves, from the valve's flows and an external force on the rod [N].
 
-    ``flows`` asks the valve's edges for what the cylinder takes. ``load_force`` is that of the oil on the
-    piston, and linear in the state, so that it also gives its rate from the state's. States have ``velocity``
-    [m/s] and ``position`` [m], plants have ``stroke`` [m]. ``simplified`` is the LoadPressurePlant that a
-    design model takes it for. A plant whose start may be left open has ``at_rest(line, force)``. Sensors of
-    pressures take the piston's areas ``area_a`` and ``area_b`` [m^2] from it, or ``piston_area`` for both.
+    ``flows`` asks the drive's :class:`~hydroservo.drives.ports.Ports` for what the cylinder takes.
+    ``load_force`` is that of the oil on the piston, and linear in the state, so that it also gives its rate
+    from the state's. States have ``velocity`` [m/s] and ``position`` [m], plants have ``stroke`` [m].
+    ``simplified`` is the LoadPressurePlant that a design model takes it for. ``outputs`` is given the
+    external force, too, for what a load cell at the rod shows. A plant whose start may be left open has
+    ``at_rest(line, force)``. Sensors of pressures take the piston's areas ``area_a`` and ``area_b`` [m^2]
+    from it, or ``piston_area`` for both.
     """
 
     @property
     def stroke(self) -> float: ...
 
     def init(self) -> Block: ...
-    def flows(self, s: Block, edges: MeteringEdges, opening: float, line: Pressures) -> PortFlows: ...
+    def flows(self, s: Block, ports: Block) -> PortFlows: ...
     def deriv(self, s: Block, flows: PortFlows, force: float) -> Block: ...
     def load_force(self, s: Block) -> float: ...
-    def outputs(self, s: Block, line: Pressures) -> MachineOutputs: ...
+    def outputs(self, s: Block, line: Pressures, force: float) -> MachineOutputs: ...
     def simplified(self) -> Block: ...
 
 
@@ -353,6 +451,13 @@ class PressureSensor(Protocol):
     def step(self, s: Block, pressure: float, draws: Draws, dt: float) -> Block: ...
 
 
+class ForceSensor(Protocol):
+    """A sensor of the force at the rod [N]; its state holds the reading ``value``, nan if it has none."""
+
+    def init(self) -> Block: ...
+    def step(self, s: Block, force: float, draws: Draws, dt: float) -> Block: ...
+
+
 class Limiter(Protocol):
     """The limit of a command [V]."""
 
@@ -376,6 +481,18 @@ class Relief(Protocol):
     """What lets a supply's oil off to the tank: its flow [m^3/s] at a gauge pressure [Pa]."""
 
     def flow(self, pressure: float) -> float: ...
+
+
+class Poppet(Protocol):
+    """How the poppet of a relief valve, the supply's ReliefValve, follows the gauge pressure [Pa].
+
+    ``settled`` is the state in which the ``flow`` [m^3/s] is that of the relief valve's own curve.
+    """
+
+    def init(self) -> Block: ...
+    def settled(self, relief: Block, pressure: float) -> Block: ...
+    def deriv(self, s: Block, relief: Block, pressure: float) -> Block: ...
+    def flow(self, s: Block, relief: Block, pressure: float) -> float: ...
 
 
 class Monitor(Protocol):

@@ -1,6 +1,6 @@
 """What travels between blocks: plain records of SI numbers."""
 
-from typing import Annotated, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 from hydroservo.field import Field
 
@@ -8,20 +8,23 @@ __all__ = [
     "Correction",
     "Demand",
     "Draws",
+    "Feed",
     "MachineOutputs",
     "Measurement",
     "PortFlows",
     "Pressures",
     "Pull",
+    "Seen",
+    "Tip",
 ]
 
 
 class Demand(NamedTuple):
-    """A velocity demand and its first two derivatives at one instant."""
+    """What the controlled signal should be, with its first two derivatives, at one instant."""
 
-    value: Annotated[float, Field("m/s", "velocity demand dy_d/dt")]
-    rate: Annotated[float, Field("m/s^2", "first derivative of the velocity demand")]
-    jerk: Annotated[float, Field("m/s^3", "second derivative of the velocity demand")]
+    value: Annotated[float, Field("y", "{y} demand")]
+    rate: Annotated[float, Field("y/s", "first derivative of the {y} demand")]
+    second_rate: Annotated[float, Field("y/s^2", "second derivative of the {y} demand")]
 
 
 class Measurement(NamedTuple):
@@ -33,6 +36,19 @@ class Measurement(NamedTuple):
     command: Annotated[float, Field("V", "mean of u as applied over the period just ended")]
     pressure_a: Annotated[float, Field("Pa", "pressure in chamber A")]
     pressure_b: Annotated[float, Field("Pa", "pressure in chamber B")]
+    force: Annotated[float, Field("N", "force of the rod on what resists it, without inertia")]
+
+    def with_command(self, command: float) -> "Measurement":
+        """What a nested law is given, with its own share of the applied command [V]."""
+        return Measurement(
+            self.velocity,
+            self.load_force,
+            self.position,
+            command,
+            self.pressure_a,
+            self.pressure_b,
+            self.force,
+        )
 
 
 class MachineOutputs(NamedTuple):
@@ -43,6 +59,10 @@ class MachineOutputs(NamedTuple):
     position: Annotated[float, Field("m", "piston position from the stroke's lower end")]
     pressure_a: Annotated[float, Field("Pa", "pressure in chamber A")]
     pressure_b: Annotated[float, Field("Pa", "pressure in chamber B")]
+    force: Annotated[float, Field("N", "force of the rod on what resists it, without inertia")]
+
+
+Seen = Measurement | MachineOutputs  # both have what a loop may control under the same names
 
 
 class Pressures(NamedTuple):
@@ -52,13 +72,42 @@ class Pressures(NamedTuple):
     tank: Annotated[float, Field("Pa", "pressure at port T, of the return line")]
 
 
+class Feed(NamedTuple):
+    """What a drive finds at its side away from the cylinder.
+
+    Attributes:
+        command: u [V].
+        edges: what the valve's spool opens.
+        opening: of the valve's spool [m].
+        line: the pressures of the supply's line.
+    """
+
+    command: float
+    edges: Any
+    opening: float
+    line: Pressures
+
+
 class PortFlows(NamedTuple):
-    """What passes the four ports of a valve."""
+    """What passes the four ports of a valve, or of what stands in its place."""
 
     a: Annotated[float, Field("m^3/s", "out of port A, into chamber A")]
     b: Annotated[float, Field("m^3/s", "into port B, out of chamber B")]
     supply: Annotated[float, Field("m^3/s", "into port P")]
     tank: Annotated[float, Field("m^3/s", "out of port T")]
+
+
+class Tip(NamedTuple):
+    """How the tip of a mechanism moves in its vertical plane as the rod does.
+
+    Its place (X, Y), Y upwards, and the angle of the part it sits on, by the rod's position x.
+    """
+
+    across: Annotated[float, Field("", "dX/dx")]
+    up: Annotated[float, Field("", "dY/dx")]
+    across_slope: Annotated[float, Field("1/m", "d^2X/dx^2")]
+    up_slope: Annotated[float, Field("1/m", "d^2Y/dx^2")]
+    turn: Annotated[float, Field("rad/m", "turning of the part with the tip, from X to Y")]
 
 
 class Correction(NamedTuple):

@@ -10,7 +10,7 @@ from typing import Any
 from hydroservo import ops
 from hydroservo.block import Block, is_block, values
 
-__all__ = ["Matrix", "axpy", "factored", "filled", "miss", "misses", "nudge", "scaled", "solved"]
+__all__ = ["Matrix", "axpy", "factored", "filled", "miss", "misses", "nudge", "overlaid", "scaled", "solved"]
 
 NEGLIGIBLE = 1e-150  # added to every scale, so that a state that is 0 and stays 0 misses by 0
 RELATIVE_NUDGE = 2.0**-26  # root of the unit roundoff: what a difference quotient loses least with
@@ -65,6 +65,13 @@ def miss(error: float, x: float, y: float, rate: float, dt: float) -> float:
 def filled(like: Block, numbers: Iterator[float]) -> Block:
     """A state of the same type with other numbers."""
     return type(like)(*[filled(part, numbers) if is_block(part) else next(numbers) for part in like])
+
+
+def overlaid(x: Block, given: Block) -> Block:
+    """A state with those numbers exchanged that a group in the same shape has."""
+    parts = given._asdict().items()
+    inner = {name: overlaid(getattr(x, name), part) if is_block(part) else part for name, part in parts}
+    return x._replace(**inner)
 
 
 def factored(system: Block, t: float, x: Block, u: Any, f: Block, h: float) -> Matrix:

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple, get_type_hints
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.block import Block, is_block
+from hydroservo.block import Block, in_signal, is_block, signal_below, signal_of
 from hydroservo.errors import ParameterError
 from hydroservo.field import Field, declared_fields
 from hydroservo.time_series import TimeSeries, check_series
@@ -79,21 +79,27 @@ def check_own(block: Block, path: str) -> None:
         raise ParameterError(path or kind, kind, problem) from None
 
 
-def in_range(block: Block, path: str = "") -> Block:
+def in_range(block: Block, path: str = "", outer: Field | None = None) -> Block:
     """A copy of a block, and all blocks nested in it, with every parameter of its declared type and range.
+
+    Args:
+        block: the block.
+        path: where it is, for the message.
+        outer: the controlled signal of what it is in, whose unit the message may need; None if there is none.
 
     Raises:
         ParameterError: naming the path, the value and what is allowed.
     """
     values = []
+    signal = signal_of(block, outer)
     for (name, field, kind, is_array), value in zip(declarations(block.__class__), block, strict=True):
         here = f"{path}.{name}" if path else name
         if is_block(value):
-            values.append(in_range(value, here))
+            values.append(in_range(value, here, signal_below(block, name, signal)))
         elif is_array or isinstance(value, np.ndarray):
             values.append(array(value, here, kind))
         else:
-            values.append(number(value, here, field, kind))
+            values.append(number(value, here, in_signal(field, signal), kind))
     found = type(block)(*values)
     if isinstance(found, TimeSeries):
         check_series(found, path)

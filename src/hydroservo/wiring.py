@@ -1,16 +1,19 @@
-"""What a loop leaves open and its machine answers: a law's model of it, the areas that sensors know.
+"""What a loop leaves open and itself answers: a law's signal and model, the areas that sensors know.
 
 The one place for Python, scenarios and the command line.
 """
 
 from hydroservo.block import Block, field_at, is_block
+from hydroservo.controlled.command import Command
+from hydroservo.controlled.this_signal import ThisSignal
 from hydroservo.errors import ParameterError
-from hydroservo.hooks import at_rest
+from hydroservo.hooks import at_rest, is_valveless
 from hydroservo.loop import Loop
 from hydroservo.plants.design_model import DesignModel, ThisMachine
 from hydroservo.validation import consistent
+from hydroservo.valves.no_valve import NoValve
 
-__all__ = ["believed", "wired", "with_model"]
+__all__ = ["believed", "wired", "with_model", "with_signal"]
 
 
 def wired(loop: Loop) -> Loop:
@@ -20,20 +23,38 @@ def wired(loop: Loop) -> Loop:
     makes of the machine; sensors whose areas are automatic know those of the plant. What is given stays.
 
     Raises:
-        ParameterError: the machine does not answer, or cannot rest at its start.
+        ParameterError: the machine does not answer, or cannot rest at its start; the law cannot control what
+            the loop does; or the drive needs a valve and there is none, or the other way round.
     """
+    check_valve(loop)
     sensors = with_plant_areas(loop.sensors, loop.plant, "sensors")
     controller = loop.controller
+    check_signals(controller, loop.controls, "controller")
     if is_open(controller):
         controller = with_model(controller, believed(loop))
     return loop._replace(sensors=sensors, controller=controller)
+
+
+def check_valve(loop: Loop) -> None:
+    """Refuse a valve that the drive has no use for, and a drive without the valve that it needs.
+
+    Raises:
+        ParameterError: valve and drive do not go together.
+    """
+    drive, valve = type(loop.drive).__name__, type(loop.valve).__name__
+    if is_valveless(loop.drive) and not isinstance(loop.valve, NoValve):
+        raise ParameterError(
+            "valve", valve, f"must be NoValve: the drive {drive} stands in the valve's place"
+        )
+    if isinstance(loop.valve, NoValve) and not is_valveless(loop.drive):
+        raise ParameterError("valve", valve, f"is none, and the drive {drive} needs one")
 
 
 def believed(loop: Block) -> DesignModel:
     """What a law takes a machine for that is told nothing else: the machine simplified, at rest at its start.
 
     Args:
-        loop: the loop, or anything with its plant, valve, supply and load.
+        loop: the loop, or anything with its plant, valve, supply, drive and load.
 
     Raises:
         ParameterError: a block of the machine has no simplified form, or the machine cannot rest at its
@@ -41,7 +62,8 @@ def believed(loop: Block) -> DesignModel:
     """
     check_simple(loop)
     plant = at_rest(loop.plant, loop.supply, loop.load).simplified()
-    found = DesignModel(plant, loop.valve.orifice.simplified(), loop.supply.simplified(), loop.valve.gain)
+    gain: float = loop.valve.gain
+    found = DesignModel(plant, loop.valve.orifice.simplified(), loop.supply.simplified(), gain)
     consistent(found)
     return found
 
@@ -50,9 +72,13 @@ def check_simple(loop: Block) -> None:
     """Refuse a machine that has no design model, and say which block is in the way.
 
     Raises:
-        ParameterError: the valve has no gain, or a block has no method simplified.
+        ParameterError: the drive stands in the valve's place, the valve has no gain, or a block has no method
+            simplified.
     """
     why = "for the controller's model of it; else give the controller a model"
+    if is_valveless(loop.drive):
+        problem = "has no design model, for no valve meters; give the controller a model, or take another law"
+        raise ParameterError("drive", type(loop.drive).__name__, problem)
     orifice, gain = (getattr(loop.valve, name, None) for name in ("orifice", "gain"))
     if not (hasattr(orifice, "simplified") and isinstance(gain, float)):
         needed = (
@@ -68,6 +94,47 @@ def check_simple(loop: Block) -> None:
 def is_open(block: Block) -> bool:
     """Whether a controller, or a block in it, holds :class:`ThisMachine` for a model."""
     return isinstance(block, ThisMachine) or any(is_open(part) for part in block if is_block(part))
+
+
+def with_signal(block: Block, controls: Block) -> Block:
+    """A controller, and the blocks in it, with what they control in place of :class:`ThisSignal`.
+
+    That is the signal of the loop, or the ``inner_controls`` of the law around it.
+    """
+    if isinstance(block, ThisSignal):
+        return controls
+    inner = getattr(block, "inner_controls", controls)
+    parts = {
+        name: with_signal(part, inner if name == "controller" else controls)
+        for name, part in block._asdict().items()
+        if is_block(part)
+    }
+    return block._replace(**parts)
+
+
+def check_signals(law: Block, controls: Block, path: str) -> None:
+    """Refuse a law that cannot control what its loop does.
+
+    Args:
+        law: the controller, or one that it wraps.
+        controls: the signal that it is to control.
+        path: of the law, for the message.
+
+    Raises:
+        ParameterError: it cannot.
+    """
+    name, own = controls.declared().meaning, getattr(law, "controls", None)
+    open_to = getattr(law, "signals", (type(controls),))
+    able = open_to if own is None or isinstance(own, ThisSignal) else (type(own),)
+    if type(controls) not in able:
+        others = " or ".join(one().declared().meaning for one in able)
+        problem = f"controls the {others}, and here the {name} is controlled"
+        raise ParameterError(path, type(law).__name__, problem)
+    if own is not None and isinstance(controls, Command):
+        problem = "closes a loop, and an open one has none: its law is OpenLoop"
+        raise ParameterError(path, type(law).__name__, problem)
+    if hasattr(law, "controller"):
+        check_signals(law.controller, getattr(law, "inner_controls", controls), f"{path}.controller")
 
 
 def with_model(block: Block, model: DesignModel) -> Block:

@@ -120,7 +120,7 @@ def test_a_demand_that_does_not_jump_has_no_settling_time():
         (Sine(0.03, 0.25, phase=1.0), True),  # the start from rest
         (Square(0.03, 4.0), True),
         (Step(0.0, 0.03, 1.0), True),
-        (Ramp(0.0, 0.03), False),
+        (Ramp(0.0, 0.03, 0.1), False),
     ],
 )
 def test_which_demands_jump(reference, jumps):

@@ -65,7 +65,10 @@ def test_each_exchangeable_block_is_drawn() -> None:
         "supply",
         "load",
         "sensors",
+        "start",
         "reference",
         "controller",
+        "controls",
+        "drive",
         "hold",
     }

@@ -18,13 +18,17 @@ EXAMPLES = Path(__file__).parents[2] / "examples"
 COVERED = {
     "axis.toml",
     "compare_in_python.py",
+    "hopsan_position_servo.toml",
     "my.toml",
     "my_controller.py",
+    "my_drive.py",
+    "my_drive.toml",
     "my_metric.py",
     "my_metric.toml",
     "my_plant.py",
     "my_plant.toml",
     "on_the_rig.toml",
+    "pump_axis.toml",
     "recorded.toml",
     "recorded_demand.csv",
 }
@@ -99,7 +103,29 @@ def test_own_plant_conserves_energy(monkeypatch: pytest.MonkeyPatch) -> None:
     assert stored + lifted + lost == pytest.approx(p_a * 5e-5 - p_b * 2e-5)
 
 
-@pytest.mark.parametrize("name", ["my_controller.py", "my_metric.py", "my_plant.py"])
+def test_own_drive_in_python_and_from_a_scenario(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The throttle damps: the pressure is steadier after the jump; the drive in it begins at rest."""
+    monkeypatch.syspath_prepend(EXAMPLES)
+    bypass = importlib.import_module("my_drive").Bypass
+    short = {"simulation.duration": "0.25 s", "simulation.substeps": 300}
+    loop = load_scenario(EXAMPLES / "my_drive.toml", short, [EXAMPLES / "my_drive.py"])
+    damped, free = (
+        simulate(replace(loop, {"drive": bypass(conductance, drive=loop.drive.drive)}))
+        for conductance in (loop.drive.conductance, 0.0)
+    )
+    assert float(free["drive.pressure_a"][0]) == float(free["plant.pressure_a"][0])
+    after = slice(50, None)
+    assert float(damped["plant.velocity"][after].std()) < 0.5 * float(free["plant.velocity"][after].std())
+
+
+def test_an_axis_on_a_pump() -> None:
+    data = simulate(load_scenario(EXAMPLES / "pump_axis.toml", {"simulation.substeps": 200}))
+    assert not data.stroke_left
+    assert float(data.pressure_min) > 7e5  # it is replenished at 8 bar
+    assert data.rms_error < 0.03
+
+
+@pytest.mark.parametrize("name", ["my_controller.py", "my_drive.py", "my_metric.py", "my_plant.py"])
 def test_own_blocks_hold_to_the_contract(name: str) -> None:
     done = command("check", name, folder=EXAMPLES)
     assert done.returncode == 0, done.stdout
@@ -133,6 +159,12 @@ def test_recorded_demand_and_load() -> None:
     assert not data["stroke_left"]
     assert float(data["reference.value"].max()) == pytest.approx(0.025, rel=0.01)  # 25 mm/s in the file
     assert float(data["load.force"].max()) == pytest.approx(120.0)  # 0.12 kN
+
+
+def test_a_position_servo_of_another_simulator() -> None:
+    done = command("run", "hopsan_position_servo.toml", "--set", "simulation.duration=0.2 s", folder=EXAMPLES)
+    assert done.returncode == 0, done.stderr
+    assert "did not diverge" in done.stdout
 
 
 def test_an_axis_from_datasheets() -> None:

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from hydroservo import Loop, load_scenario, replace, scenarios, simulate
-from hydroservo.block import is_block, leaves
+from hydroservo.block import is_block, leaves, model_in
 from hydroservo.engine.flat import shape
 from hydroservo.monitors.group import Usual
 from hydroservo.plants import DesignModel
@@ -30,7 +30,8 @@ def python_file(loop: Loop) -> str:
 
 def open_again(block: Any, model: DesignModel | None = None) -> Any:
     """A loop whose law leaves its model open where that is what the machine is taken for."""
-    model = believed(block) if isinstance(block, Loop) else model
+    if isinstance(block, Loop) and model_in(block.controller) is not None:
+        model = believed(block)
     kept = {}
     for name, value in block._asdict().items():
         follows = isinstance(value, DesignModel) and bits(value) == bits(model)

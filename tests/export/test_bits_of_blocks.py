@@ -8,10 +8,15 @@ import pytest
 
 from hydroservo import Loop, Simulation, replace
 from hydroservo.block import Block
+from hydroservo.group import nested
 from hydroservo.holds import DelayedHold
-from hydroservo.roles import Integrator, Monitor
+from hydroservo.plants import DesignModel
+from hydroservo.roles import ControlledSignal, Integrator, Monitor, Start
 from hydroservo.scenario.fits import ROLES
+from hydroservo.starts import AsBuilt
 from hydroservo.testing.examples import example
+from hydroservo.testing.places import signal_for, with_its_valve
+from hydroservo.wiring import with_model
 from tests.support.export.agreement import assert_same_run
 from tests.support.roles import NOTHING, blocks, role_of
 from tests.support.strategies import choices
@@ -19,7 +24,7 @@ from tools.targets.laws import LAWS, types_in
 
 PERIOD = 1e-4
 PERIODS = 200
-LOOPS = 32  # of different blocks
+LOOPS = 45  # of different blocks
 
 
 def picked(cls: type, draw: np.random.Generator) -> Block:
@@ -36,8 +41,10 @@ def picked(cls: type, draw: np.random.Generator) -> Block:
 def loop_of_choices(i: int) -> Loop:
     """A loop of random blocks, with each of the laws in turn."""
     simulation = Simulation(PERIODS * PERIOD, PERIOD, 2, PERIOD)
-    law = list(LAWS.values())[i % len(LAWS)]
-    loop = replace(picked(Loop, np.random.default_rng(i)), {"simulation": simulation, "controller": law})
+    law = with_model(list(LAWS.values())[i % len(LAWS)], example(DesignModel))  # a pump has none
+    own = {"simulation": simulation, "controller": law, "controls": signal_for(law)}
+    made = replace(picked(Loop, np.random.default_rng(i)), own)
+    loop = with_its_valve(made)
     return replace(loop, {"hold.delay": 0.5 * PERIOD}) if isinstance(loop.hold, DelayedHold) else loop
 
 
@@ -47,7 +54,16 @@ def test_loops_of_all_blocks(i: int, tmp_path: Path) -> None:
     assert_same_run(loop_of_choices(i), tmp_path, compiled=False)
 
 
+@pytest.mark.slow
+def test_a_loop_that_starts_with_given_states(tmp_path: Path) -> None:
+    given = nested({"plant.velocity": 0.01, "controller.integral": 0.25})
+    simulation = Simulation(PERIODS * PERIOD, PERIOD, 2, PERIOD)
+    loop = example(Loop, simulation, controller=LAWS["PI"], start=AsBuilt(given))
+    assert_same_run(loop, tmp_path, compiled=False)
+
+
 def test_every_block_is_in_a_loop() -> None:
     found = {cls for i in range(LOOPS) for cls in types_in(loop_of_choices(i))}
     other = (Integrator, Monitor)  # which no C computes
+    other += (ControlledSignal, Start)  # of which the loops here have one each
     assert {cls for cls in blocks() if cls.__name__ not in NOTHING and role_of(cls) not in other} <= found

@@ -15,6 +15,7 @@ from hydroservo.roles import Controller
 from hydroservo.runs.run import ready
 from hydroservo.signals import Demand, Measurement
 from hydroservo.testing.examples import example
+from hydroservo.testing.places import signal_for
 from tests.support.export.agreement import same_bits
 from tests.support.needs import needs
 from tests.support.roles import playing
@@ -24,7 +25,7 @@ from tools.targets.sources import Rows
 
 STEPS = 1_000_000
 PERIOD = 1e-4
-SCALES = (0.05, 200.0, 0.03, 4.0, 1e6, 1e6, 0.05, 1.0, 30.0)  # of a measurement and a demand, SI
+SCALES = (0.05, 200.0, 0.03, 4.0, 1e6, 1e6, 100.0, 0.05, 1.0, 30.0)  # of a measurement and a demand, SI
 
 
 def signals(count: int) -> Rows:
@@ -43,8 +44,10 @@ def steps(law: Controller, rows: Rows) -> Rows:
 
     def run(law, s, rows, out, dt):  # type: ignore[no-untyped-def]
         for k in range(rows.shape[0]):
-            y = Measurement(rows[k, 0], rows[k, 1], rows[k, 2], rows[k, 3], rows[k, 4], rows[k, 5])
-            s = law.step(s, y, Demand(rows[k, 6], rows[k, 7], rows[k, 8]), dt)
+            y = Measurement(
+                rows[k, 0], rows[k, 1], rows[k, 2], rows[k, 3], rows[k, 4], rows[k, 5], rows[k, 6]
+            )
+            s = law.step(s, y, Demand(rows[k, 7], rows[k, 8], rows[k, 9]), dt)
             store(out, k, s)
 
     out = np.empty(len(rows) * width)
@@ -64,7 +67,8 @@ def column(path: str) -> int:
 @pytest.mark.parametrize("name", LAWS)
 def test_a_million_random_steps_of_each_law(name: str, tmp_path: Path) -> None:
     needs("gcc")
-    loop = ready(example(Loop, Simulation(period=PERIOD, duration=1.0), controller=LAWS[name]))
+    law, simulation = LAWS[name], Simulation(period=PERIOD, duration=1.0)
+    loop = ready(example(Loop, simulation, controller=law, controls=signal_for(law)))
     unit = exported_unit(loop, Part.CONTROLLER, prefix="law", title=name)
     rows = signals(STEPS)
     given = [column(signal.path) for one in unit.arguments for signal in one.signals]

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from hydroservo import simulate
@@ -43,5 +44,5 @@ def test_controller_and_machine_in_turn_are_the_loop() -> None:
             assert data[f"controller.{path}"].values[k] == number, path
         for part in ("plant", "valve", "sensors"):
             for path, number in leaves(getattr(s, part)):
-                assert data[f"{part}.{path}"].values[k] == number, path
+                assert np.array_equal(data[f"{part}.{path}"].values[k], number, equal_nan=True), path
         s = machine.step(s, Command(state.u), ExternalForce(0.0))

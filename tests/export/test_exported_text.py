@@ -28,12 +28,12 @@ def run(unit: Unit, rows: np.ndarray, folder: Path) -> np.ndarray:
 
 
 def test_what_nobody_reads_is_left_out(tmp_path: Path) -> None:
-    loop = law(tmp_path, "spare = r.jerk * y.position\nreturn LawState(self.gain * y.velocity, 0.0)")
+    loop = law(tmp_path, "spare = r.second_rate * y.position\nreturn LawState(self.gain * y.velocity, 0.0)")
     unit = exported_unit(loop, Part.CONTROLLER, **NAMED)
     assert [one.path for one in unit.parameters] == ["controller.gain", "simulation.period"]
     assert [one.path for argument in unit.arguments for one in argument.signals] == ["measurement.velocity"]
     assert [one.path for one in unit.states] == ["controller.u", "controller.beside"]
-    for name in ("unused", "spare", "jerk", "position"):
+    for name in ("unused", "spare", "second_rate", "position"):
         assert name not in unit.source.partition("*/")[2]
 
 

@@ -15,13 +15,12 @@ from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.unit import Part, Signal, Unit
 from hydroservo.loop import Loop
 from hydroservo.scenario import load_scenario, scenarios
-from tests.support.export.fmus import Instance
+from tests.support.export.fmus import Instance, parts_make_the_run
 
 pytestmark = pytest.mark.slow
 
-RUN = ("paper/sine-tsmc", "rig/encoder-tsmc-square", "rig/excavator-link")
+RUN = ("paper/sine-tsmc", "rig/encoder-tsmc-square", "rig/excavator-link", "axis/position")
 SAMPLES = 1000
-MACHINE = ("plant.", "valve.", "supply.", "sensors.")
 
 
 @pytest.mark.parametrize("name", scenarios())
@@ -92,10 +91,6 @@ def folders(
     return request.param, found
 
 
-def table(rows: list[list[float]], names: list[str]) -> dict[str, np.ndarray]:
-    return dict(zip(names, np.array(rows).T, strict=True))
-
-
 def test_a_whole_loop_equals_its_simulation(folders: tuple[str, dict[Part, Path]]) -> None:
     name, parts = folders
     data, period = simulated(name), short(name).simulation.period
@@ -107,32 +102,10 @@ def test_a_whole_loop_equals_its_simulation(folders: tuple[str, dict[Part, Path]
         for k in range(SAMPLES):
             assert loop.step(k * period) == 0
             rows.append(loop.get(*names))
-    for one, values in table(rows, names).items():
+    for one, values in zip(names, np.array(rows).T, strict=True):
         np.testing.assert_array_equal(values, data[one].values, err_msg=one)
 
 
 def test_a_controller_and_a_machine_make_the_loop(folders: tuple[str, dict[Part, Path]]) -> None:
     name, parts = folders
-    data, reference = simulated(name), short(name).reference
-    period = short(name).simulation.period
-    with Instance(parts[Part.CONTROLLER]) as controller, Instance(parts[Part.MACHINE]) as machine:
-        given = [one for one in controller.references if one.startswith("measurement.")]
-        wanted = [one for one in controller.references if one.startswith("demand.")]
-        own = [one for one in controller.references if one.startswith("controller.") and one in data]
-        its = [one for one in machine.references if one.startswith(MACHINE) and one in data]
-        controller.begin()
-        machine.begin()
-        laws, machines = [], []
-        for k in range(SAMPLES):
-            machines.append(machine.get(*its))
-            demand = reference.at(k * period)._asdict()
-            controller.set(dict(zip(given, machine.get(*given), strict=True)))
-            controller.set({one: demand[one.removeprefix("demand.")] for one in wanted})
-            assert controller.step(k * period) == 0
-            laws.append(controller.get(*own))
-            machine.set({"controller.u": controller.get("controller.u")[0]})
-            assert machine.step(k * period) == 0
-    assert "controller.u" in own
-    assert any(one.startswith("plant.") for one in its)
-    for one, values in (table(laws, own) | table(machines, its)).items():
-        np.testing.assert_array_equal(values, data[one].values[:SAMPLES], err_msg=one)
+    parts_make_the_run(short(name), simulated(name), parts[Part.CONTROLLER], parts[Part.MACHINE])

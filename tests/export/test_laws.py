@@ -9,6 +9,7 @@ from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.unit import Part, Precision
 from hydroservo.runs.run import ready
 from hydroservo.testing.examples import example
+from hydroservo.testing.places import signal_for
 from tests.support.export.cases import limit_of, rows_of
 from tests.support.export.cppcheck import findings, unaccepted
 from tests.support.export.fuzz import verdict
@@ -24,7 +25,7 @@ pytestmark = pytest.mark.slow
 @pytest.mark.parametrize("name", LAWS)
 def test_each_law_passes_what_scenarios_pass(name: str, precision: Precision, tmp_path: Path) -> None:
     needs("cppcheck", "gcc", "clang")
-    loop = example(Loop, controller=LAWS[name])
+    loop = example(Loop, controller=LAWS[name], controls=signal_for(LAWS[name]))
     unit = exported_unit(loop, Part.CONTROLLER, prefix="unit", title=name, precision=precision)
     assert unaccepted(findings(unit, tmp_path)) == []
     library(unit, tmp_path)
@@ -33,4 +34,4 @@ def test_each_law_passes_what_scenarios_pass(name: str, precision: Precision, tm
 
 @pytest.mark.parametrize("name", LAWS)
 def test_a_law_begins_at_0_volts(name: str) -> None:
-    assert ready(example(Loop, controller=LAWS[name])).controller.init().u == 0.0
+    assert ready(example(Loop, controller=LAWS[name], controls=signal_for(LAWS[name]))).controller.init().u == 0.0

@@ -20,7 +20,7 @@ from tests.support.needs import needs
 
 RARE = """\
 u = self.gain * y.velocity
-if r.jerk < -1e6:
+if r.second_rate < -1e6:
     u = -u
 if s.beside > 200.0 and y.velocity > 0.0:
     u = 2.0 * u
@@ -120,7 +120,7 @@ ENDLESS = """\
 u = y.velocity
 while u > 1e6:
     u = u + 0.0
-if r.jerk < -1e6:
+if r.second_rate < -1e6:
     u = 1.0
 return LawState(u, 0.0)"""
 

@@ -12,6 +12,7 @@ from scipy.integrate import solve_ivp
 import hydroservo.engine.arithmetic  # noqa: F401 - lets compiled code add states
 from hydroservo import Loop
 from hydroservo.block import Block, leaves
+from hydroservo.drives import ValveOnSupplyState
 from hydroservo.engine.compiling import compiled
 from hydroservo.integrators import RK4, Rosenbrock, Tsit5
 from hydroservo.loads import Sine
@@ -122,12 +123,20 @@ def test_order_on_a_smooth_system(step: Step, order: int, count: int) -> None:
 def order_on_the_machine(step: Step, count: int) -> float:
     """Under a sine load, against DOP853."""
     loop = example(Loop, valve=example(FirstOrderValve), load=Sine(100.0, 50.0, 0.3))
-    x = MachineState(LoadPressureState(0.01, 20.0, 0.04), FirstOrderValveState(1e-5), IdealSupplyState())
+    x = MachineState(
+        LoadPressureState(0.01, 20.0, 0.04),
+        FirstOrderValveState(1e-5),
+        IdealSupplyState(),
+        ValveOnSupplyState(),
+    )
     u, end = 0.05, 0.02
 
     def rates(t: float, y: np.ndarray) -> list[float]:
         state = MachineState(
-            LoadPressureState(*y[:3].tolist()), FirstOrderValveState(float(y[3])), IdealSupplyState()
+            LoadPressureState(*y[:3].tolist()),
+            FirstOrderValveState(float(y[3])),
+            IdealSupplyState(),
+            ValveOnSupplyState(),
         )
         return [rate for _, rate in leaves(loop.deriv(t, state, u))]
 

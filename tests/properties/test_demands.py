@@ -35,7 +35,7 @@ def assert_derivatives(block: Any, t: float, omega: float, amplitude: float) -> 
     assert demand.rate == pytest.approx(
         slope(lambda t: block.at(t).value, t, h), abs=AGREED * amplitude * omega
     )
-    assert demand.jerk == pytest.approx(
+    assert demand.second_rate == pytest.approx(
         slope(lambda t: block.at(t).rate, t, h), abs=AGREED * amplitude * omega**2
     )
 
@@ -66,7 +66,7 @@ def test_chirp_ends_at_its_last_frequency(a: float, first: float, last: float, s
     assert before.rate == pytest.approx(after.rate, abs=a * omega**2 * sweep * 4e-12)
     later = block.at(sweep + period)
     assert later.value == pytest.approx(after.value, abs=a * 1e-10)
-    assert later.jerk == pytest.approx(-((2.0 * math.pi * last) ** 2) * later.value, rel=1e-12)
+    assert later.second_rate == pytest.approx(-((2.0 * math.pi * last) ** 2) * later.value, rel=1e-12)
 
 
 @given(a=amplitudes, f=st.floats(0.01, 5.0), n=st.integers(1, 20), t=instants)
@@ -95,22 +95,22 @@ def test_crest_factor_of_the_multisine(n: int) -> None:
 @given(
     initial=st.floats(-1.0, 1.0),
     final=st.floats(-1.0, 1.0),
-    acceleration=amplitudes,
+    rate=amplitudes,
     start=st.floats(0.0, 1.0),
     t=instants,
 )
-def test_ramp(initial: float, final: float, acceleration: float, start: float, t: float) -> None:
-    block = Ramp(initial, final, acceleration, start)
+def test_ramp(initial: float, final: float, rate: float, start: float, t: float) -> None:
+    block = Ramp(initial, final, rate, start)
     change = final - initial
-    end = start + abs(change) / acceleration
+    end = start + abs(change) / rate
     demand = block.at(t)
     expected = (
         np.interp(t, [start, end], [initial, final]) if end > start else (final if t >= start else initial)
     )
     assert demand.value == pytest.approx(expected, abs=1e-12)
-    assert demand.jerk == 0.0
+    assert demand.second_rate == 0.0
     if start < t - 1e-9 and t + 1e-9 < end:
-        assert demand.rate == math.copysign(acceleration, change)
+        assert demand.rate == math.copysign(rate, change)
     if t < start or t > end + 1e-9:
         assert demand.rate == 0.0
         assert demand.value == (initial if t < start else final)
@@ -131,7 +131,7 @@ def test_square_demand_and_square_load_are_one_wave(a: float, period: float, t: 
     demand = references.Square(a, period, 0.25).at(t)
     assert demand.value == loads.Square(a, period, 0.25).force(t)
     assert abs(demand.value - 0.25) == pytest.approx(a, rel=1e-12)
-    assert (demand.rate, demand.jerk) == (0.0, 0.0)
+    assert (demand.rate, demand.second_rate) == (0.0, 0.0)
 
 
 @given(a=amplitudes, f=frequencies, phase=st.floats(-7.0, 7.0), offset=st.floats(-1.0, 1.0), t=instants)
@@ -168,7 +168,7 @@ def test_a_recorded_signal_is_scipys_interpolant(record: tuple[np.ndarray, np.nd
     steepest = np.abs(np.diff(value) / np.diff(time)).max()
     assert demand.value == pytest.approx(float(scipys(t)), abs=1e-13)
     assert demand.rate == pytest.approx(float(scipys(t, 1)), abs=1e-12 * (1.0 + steepest))
-    assert demand.jerk == pytest.approx(
+    assert demand.second_rate == pytest.approx(
         float(scipys(t, 2)), abs=1e-12 * (1.0 + steepest) / np.diff(time).min()
     )
 

@@ -10,6 +10,7 @@ from scipy.optimize import fsolve
 from hydroservo import Loop, Simulation, replace, simulate
 from hydroservo.controllers import PI
 from hydroservo.controllers.pi import PIState
+from hydroservo.drives import ValveOnSupplyState
 from hydroservo.loads import Constant
 from hydroservo.loop import MachineState
 from hydroservo.plants import DesignModel, LoadPressurePlant, LoadPressureState
@@ -85,7 +86,9 @@ def test_steady_velocity_gain_near_rest() -> None:
 
     def rates(x: np.ndarray) -> list[float]:
         plant = LoadPressureState(*(x * u).tolist(), 0.0)
-        rate = loop.deriv(0.0, MachineState(plant, StaticValveState(), IdealSupplyState()), u).plant
+        rate = loop.deriv(
+            0.0, MachineState(plant, StaticValveState(), IdealSupplyState(), ValveOnSupplyState()), u
+        ).plant
         return [rate.velocity, rate.load_force]
 
     gain = fsolve(rates, [1.0, 1.0], xtol=1e-12)[0]

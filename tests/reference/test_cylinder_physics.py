@@ -9,6 +9,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from hydroservo.block import Block
+from hydroservo.drives import open_ports
 from hydroservo.mechanics import Mass, NoStops, OneLinkArm, Stops, Viscous, ViscousState
 from hydroservo.oils import AeratedOil, ConstantOil
 from hydroservo.plants import Cylinder, CylinderState, LoadPressurePlant, LoadPressureState
@@ -208,11 +209,11 @@ def responses(amplitude: float) -> tuple[np.ndarray, np.ndarray]:
 
     def paper_rates(t: float, y: np.ndarray) -> list[float]:
         s = LoadPressureState(*y.tolist())
-        return list(paper.deriv(s, paper.flows(s, edges, opening(t), line), 0.0))
+        return list(paper.deriv(s, paper.flows(s, open_ports(edges, opening(t), line)), 0.0))
 
     def here_rates(t: float, y: np.ndarray) -> list[float]:
         s = CylinderState(*y.tolist(), ViscousState())
-        return list(here.deriv(s, here.flows(s, edges, opening(t), line), 0.0)[:4])
+        return list(here.deriv(s, here.flows(s, open_ports(edges, opening(t), line)), 0.0)[:4])
 
     starts = [0.0, 0.0, 0.039], [0.0, 0.039, 20e5, 20e5]
     one = solved(paper_rates, starts[0], 0.1, atol=[1e-14, 1e-9, 1e-15], t_eval=instants)

@@ -10,6 +10,7 @@ from scipy.integrate import solve_ivp
 from hydroservo import Loop, Simulation, simulate
 from hydroservo.block import Block, leaves
 from hydroservo.controllers import PI
+from hydroservo.drives import ValveOnSupplyState
 from hydroservo.engine.compiling import compiled
 from hydroservo.integrators import RK4
 from hydroservo.loads import Sine as SineLoad
@@ -59,7 +60,13 @@ def by_dop853(loop: Loop, commands: np.ndarray) -> np.ndarray:
 
     def rates(t: float, y: np.ndarray, u: float) -> list[float]:
         return flat(
-            loop.deriv(t, MachineState(plant(*y[:3].tolist()), valve(*y[3:].tolist()), IdealSupplyState()), u)
+            loop.deriv(
+                t,
+                MachineState(
+                    plant(*y[:3].tolist()), valve(*y[3:].tolist()), IdealSupplyState(), ValveOnSupplyState()
+                ),
+                u,
+            )
         )
 
     states = [np.array(flat(x))]

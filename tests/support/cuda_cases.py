@@ -14,11 +14,11 @@ import xarray as xr
 from hydroservo import Loop, Simulation, monitors
 from hydroservo.controllers import DAC, PI, TSMC, AntiWindup, Backstepping, RateLimit
 from hydroservo.engine import cuda
+from hydroservo.group import group
 from hydroservo.holds import DelayedHold
 from hydroservo.integrators import Tsit5
 from hydroservo.loads import Recorded as RecordedLoad
 from hydroservo.loads import Square as SquareLoad
-from hydroservo.monitors.group import group
 from hydroservo.observers import Explicit, Implicit, ModelDerivative, TSMObserver
 from hydroservo.references import Chirp, Multisine, Recorded, Square
 from hydroservo.runs import batch

@@ -45,6 +45,7 @@ def instant(**given: float) -> Any:
     plant = SimpleNamespace(**{name: known[name] for name in tuple(known)[:4]})
     return SimpleNamespace(
         plant=plant,
+        controlled=SimpleNamespace(value=known["velocity"]),
         reference=Demand(known["demand"], known["rate"], 0.0),
         controller=SimpleNamespace(u=known["u"]),
     )

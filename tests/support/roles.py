@@ -10,7 +10,7 @@ from hydroservo.scenario.registry import shipped_classes
 
 __all__ = ["NOTHING", "blocks", "identifier", "playing", "role_of", "wraps"]
 
-NOTHING = ("NoPosition", "NoPressure")  # blocks whose answer, nan, is that there is none
+NOTHING = ("NoEdges", "NoForce", "NoPosition", "NoPressure", "NoValve")  # whose answer is that there is none
 
 
 def role_of(cls: type) -> type:

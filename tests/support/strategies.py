@@ -6,8 +6,11 @@ from hypothesis import strategies as st
 from hypothesis.strategies import SearchStrategy
 
 from hydroservo.block import Block, replace
+from hydroservo.controlled import Velocity
 from hydroservo.errors import ParameterError
+from hydroservo.roles import ControlledSignal, Start
 from hydroservo.scenario.fits import ROLES
+from hydroservo.starts import AsBuilt
 from hydroservo.testing.drawing import Range, block_of
 from hydroservo.testing.examples import example
 from hydroservo.validation import consistent
@@ -41,6 +44,10 @@ def going_together(block: Block, parts: dict[str, Block]) -> Block:
 
 
 def choices(cls: type, role: type) -> list[type]:
-    """What may be nested in a block: a wrapper wraps no other here, and every signal is measured."""
-    found = playing(role)
-    return [one for one in found if one.__name__ not in NOTHING and not (wraps(one) and cls in found)]
+    """What may be nested in a block: a wrapper wraps no other here, and every signal is measured.
+
+    Loops control the velocity, as the laws for it do, and start as they are built.
+    """
+    found = {ControlledSignal: [Velocity], Start: [AsBuilt]}.get(role) or playing(role)
+    without = (*NOTHING, "OpenLoop")
+    return [one for one in found if one.__name__ not in without and not (wraps(one) and cls in found)]

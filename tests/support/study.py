@@ -34,7 +34,7 @@ def made_up(demand, controller, scale=1.0):
     wave = np.sin(0.5 * np.pi * time)
     value = 0.03 * (wave if demand == "sine" else np.where(np.mod(time + 1e-9, 4.0) < 2.0, 1.0, -1.0))
     signals = {
-        "plant.velocity": value + ERRORS[controller] * wave,
+        "controlled.value": value + ERRORS[controller] * wave,
         "reference.value": value,
         "controller.u": 0.03 * wave,
     }
@@ -43,8 +43,12 @@ def made_up(demand, controller, scale=1.0):
     fields = METRIC_FIELDS[controller]
     metrics = {name: scale * (1 + i) * 1e-3 for i, name in enumerate(fields)}
     metrics |= {"stroke_left": False, "diverged": False}
+    about = dict.fromkeys(signals, ("", "")) | {"controlled.value": ("m/s", "velocity")}
     return xr.Dataset(
-        {name: ("time", values, {"units": "", "long_name": name}) for name, values in signals.items()}
+        {
+            name: ("time", values, {"units": about[name][0], "long_name": about[name][1] or name})
+            for name, values in signals.items()
+        }
         | {name: ((), metrics[name], {"units": field.unit}) for name, field in fields.items()},
         coords={"time": ("time", time, {"units": "s"})},
         attrs=provenance(example(Loop, controller=LAWS[controller])),

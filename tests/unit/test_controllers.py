@@ -60,9 +60,9 @@ def after(block: Block, y: Measurement, r: Demand) -> Any:
 
 def test_pi_by_hand() -> None:
     block, r = PI(2.0, 30.0), Demand(0.5, 0.0, 0.0)
-    first = block.step(block.init(), Measurement(0.1, 0.0, 0.0, 0.0, 0.0, 0.0), r, 0.01)
+    first = block.step(block.init(), Measurement(0.1, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), r, 0.01)
     assert first == pytest.approx(PIState(2.0 * 0.4 + 0.12, 0.12, 2.0 * 0.4 + 0.12))
-    second = block.step(first, Measurement(0.6, 0.0, 0.0, first.u, 0.0, 0.0), r, 0.01)
+    second = block.step(first, Measurement(0.6, 0.0, 0.0, first.u, 0.0, 0.0, 0.0), r, 0.01)
     assert second.integral == pytest.approx(0.12 - 0.03)
     assert second.u == pytest.approx(-0.2 + 0.09)
 
@@ -75,7 +75,7 @@ def test_pi_winds_up_without_anti_windup_and_not_with_it() -> None:
         s, u = block.init(), 0.0
         for k in range(3000):
             velocity = 0.0 if k < 1000 else 2.0
-            s = block.step(s, Measurement(velocity, 0.0, 0.0, u, 0.0, 0.0), r, 1e-3)
+            s = block.step(s, Measurement(velocity, 0.0, 0.0, u, 0.0, 0.0, 0.0), r, 1e-3)
             u = s.u
             if k >= 1000 and s.u < block.saturation.limit:
                 return k - 1000
@@ -104,7 +104,7 @@ def test_backstepping_gives_its_error_dynamics_on_the_nominal_model(
     x1_rate = MODEL.f1(x1) + g1 * x2
     scale = k1 * (abs(s.z1) + 0.2) + g1 * 1000.0 + 10.0
     assert x1_rate - r.rate == pytest.approx(-k1 * s.z1 + g1 * s.z2, abs=1e-12 * scale)
-    zeta_rate = (-k1 * (x1_rate - r.rate) - MODEL.f1(1.0) * x1_rate + r.jerk) / g1
+    zeta_rate = (-k1 * (x1_rate - r.rate) - MODEL.f1(1.0) * x1_rate + r.second_rate) / g1
     x2_rate = MODEL.f2(x1, x2) + MODEL.g2(x2, y.command) * s.u
     terms = [MODEL.f2(x1, x2), zeta_rate, k2 * s.z2, g1 * s.z1]
     rounding = 1e-12 * (1.0 + sum(map(abs, terms)))
@@ -151,7 +151,7 @@ def test_tsmc_gives_its_surface_dynamics_when_the_estimates_are_true(
     assert s.xi2 == pytest.approx(
         xi1_rate + law.linear_gain_1 * xi1 + law.power_gain_1 * ops.signed_power(xi1, a1), rel=1e-12, abs=1e-9
     )
-    xi1_acceleration = MODEL.f1(1.0) * x1_rate + g1 * x2_rate - r.jerk
+    xi1_acceleration = MODEL.f1(1.0) * x1_rate + g1 * x2_rate - r.second_rate
     slope = a1 * (abs(xi1) + 1e-4) ** (a1 - 1.0)
     xi2_rate = xi1_acceleration + (law.linear_gain_1 + law.power_gain_1 * slope) * xi1_rate
     wanted = -law.linear_gain_2 * s.xi2 - law.power_gain_2 * ops.signed_power(s.xi2, a2)
@@ -182,7 +182,7 @@ def test_printed_tsmc_differs_where_the_print_does(y: Measurement, r: Demand, to
     xi1_rate = MODEL.f1(y.velocity) + MODEL.g1() * y.load_force + told.d1 - r.rate
     slope = law.exponent_1 * (abs(corrected.xi1) + 1e-4) ** (law.exponent_1 - 1.0)
     # the first sample of the filtered derivative knows no rate, neither of d1 nor of s1^a1
-    more = told.d1 - (r.rate - r.jerk) - law.power_gain_1 * slope * xi1_rate
+    more = told.d1 - (r.rate - r.second_rate) - law.power_gain_1 * slope * xi1_rate
     gain = MODEL.g1() * MODEL.g2(y.load_force, y.command)
     assert (printed.xi1, printed.xi2) == (corrected.xi1, corrected.xi2)
     assert printed.u - corrected.u == pytest.approx(

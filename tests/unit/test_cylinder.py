@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from hydroservo import Loop, Simulation, simulate
 from hydroservo.controllers import PI
+from hydroservo.drives import open_ports
 from hydroservo.hooks import at_rest
 from hydroservo.mechanics import LuGre, Mass, NoStops, OneLinkArm, Stops, Stribeck, StribeckState, Viscous
 from hydroservo.oils import AeratedOil, ConstantOil
@@ -83,11 +84,11 @@ def test_volumes_stay_positive(x: float) -> None:
 def test_it_takes_the_port_flows_of_the_edges() -> None:
     state = CylinderState(0.1, 0.3, 2.5e6, 1.5e6, DIFFERENTIAL.friction.init())
     line = Pressures(40e5, 1e5)
-    assert DIFFERENTIAL.flows(state, example(Orifice), 1e-4, line) == example(Orifice).port_flows(
+    assert DIFFERENTIAL.flows(state, open_ports(example(Orifice), 1e-4, line)) == example(Orifice).port_flows(
         1e-4, line, 2.5e6, 1.5e6
     )
-    seen = DIFFERENTIAL.outputs(state, line)
-    assert seen == (0.1, 2e-3 * 2.5e6 - 1e-3 * 1.5e6, 0.3, 2.5e6, 1.5e6)
+    seen = DIFFERENTIAL.outputs(state, line, 0.0)
+    assert seen == (0.1, 2e-3 * 2.5e6 - 1e-3 * 1.5e6, 0.3, 2.5e6, 1.5e6, 0.0)
 
 
 def test_the_defaults_are_the_paper_s_machine() -> None:

@@ -51,7 +51,7 @@ def curve(axis, i):
 def test_run_without_observer_has_velocity_error_and_command(pi):
     fig = plot_run(pi)
     assert labels(fig) == ["velocity [mm/s]", "error [mm/s]", "command [mV]"]
-    velocity, demand = pi["plant.velocity"].values, pi["reference.value"].values
+    velocity, demand = pi["controlled.value"].values, pi["reference.value"].values
     np.testing.assert_array_equal(curve(fig.axes[0], 0), 1e3 * velocity)
     np.testing.assert_array_equal(curve(fig.axes[0], 1), 1e3 * demand)
     np.testing.assert_array_equal(curve(fig.axes[1], 0), 1e3 * (velocity - demand))
@@ -84,7 +84,7 @@ from hydroservo.figures.batch import plot_batch
 from hydroservo.figures.comparison import plot_comparison
 from hydroservo.figures.ranges import axis_unit
 from hydroservo.figures.run import plot_run
-names = ("reference.value", "plant.velocity", "controller.u")
+names = ("reference.value", "controlled.value", "controller.u")
 run = xr.Dataset(
     {**dict.fromkeys(names, ("time", np.arange(4.0))), "diverged": False},
     coords={"time": np.arange(4.0)},
@@ -109,7 +109,7 @@ def test_legends_lie_above_their_axes(tsmc, tmp_path):
 def test_peaks_that_press_a_curve_flat_bring_an_enlarged_panel(pi):
     error = 3e-4 * np.sin(np.linspace(0.0, 50.0, pi["time"].size))
     error[5:10] = 0.06
-    peaks = pi.assign({"plant.velocity": pi["reference.value"] + error})
+    peaks = pi.assign({"controlled.value": pi["reference.value"] + error})
     fig = plot_run(peaks)
     assert labels(fig)[1:3] == ["error [mm/s]", "error [mm/s]\n(enlarged)"]
     whole, enlarged = fig.axes[1:3]
@@ -156,7 +156,7 @@ def test_every_curve_is_seen_in_some_panel():
 def test_an_enlarged_error_panel_shows_zero(pi):
     error = np.full(pi["time"].size, 3e-4)
     error[5:10] = 0.06
-    fig = plot_run(pi.assign({"plant.velocity": pi["reference.value"] + error}))
+    fig = plot_run(pi.assign({"controlled.value": pi["reference.value"] + error}))
     low, high = fig.axes[2].get_ylim()
     assert low < 0.0
     assert 0.3 < high < 0.4
@@ -177,7 +177,7 @@ def test_estimates_are_found_by_their_names(names, path):
 
 def test_diverged_run_is_shown_until_it_is_lost(pi):
     lost = pi.copy(deep=True)
-    lost["plant.velocity"][100:] = math.nan
+    lost["controlled.value"][100:] = math.nan
     lost["diverged"] = ((), True)
     trace = trace_of(lost)
     assert trace.time.size == 100
@@ -207,7 +207,7 @@ def test_comparison_overlays_runs_and_draws_a_common_demand_once(pi, tsmc):
     fig = plot_comparison([pi, tsmc], ["one", "other"])
     assert legend_of(fig) == ["one", "other", "demand"]
     assert len(fig.axes[0].lines) == 3
-    np.testing.assert_array_equal(curve(fig.axes[0], 1), 1e3 * tsmc["plant.velocity"].values)
+    np.testing.assert_array_equal(curve(fig.axes[0], 1), 1e3 * tsmc["controlled.value"].values)
     widths = [line.get_linewidth() for line in fig.axes[0].lines]
     assert widths == sorted(widths, reverse=True)
 
@@ -265,7 +265,7 @@ def test_saving_gives_both_formats_and_always_the_same_bytes(pi, tmp_path):
 @pytest.mark.parametrize(("size", "pixels"), [(20_000, False), (20_001, True)])
 def test_only_long_curves_become_pixels_in_an_svg(size, pixels):
     noise = np.random.default_rng(0).normal(size=size)
-    names = ("reference.value", "plant.velocity", "controller.u")
+    names = ("reference.value", "controlled.value", "controller.u")
     data = xr.Dataset(
         {**dict.fromkeys(names, ("time", noise)), "diverged": False},
         coords={"time": np.arange(size) * 1e-3},
@@ -292,7 +292,7 @@ def test_what_chatters_is_drawn_beneath_what_does_not(pi):
 
 def test_the_demand_stays_on_top_of_noise(pi):
     noise = 1e-3 * (-1.0) ** np.arange(pi["time"].size)
-    noisy = pi.assign({"plant.velocity": pi["plant.velocity"] + noise})
+    noisy = pi.assign({"controlled.value": pi["controlled.value"] + noise})
     velocity = plot_comparison([pi, noisy], ["a", "b"]).axes[0]
     run, band, demand = (line.get_zorder() for line in velocity.lines)
     assert band < run < demand
@@ -302,7 +302,7 @@ def test_a_peak_beyond_a_panel_does_not_make_a_curve_lively(pi):
     signs = (-1.0) ** np.arange(pi["time"].size)
     calm, band = np.full(signs.size, 1e-5), 1e-4 * signs
     calm[5:8] = 0.2, -0.2, 0.2
-    runs = [pi.assign({"plant.velocity": pi["reference.value"] + error}) for error in (calm, band)]
+    runs = [pi.assign({"controlled.value": pi["reference.value"] + error}) for error in (calm, band)]
     enlarged = plot_comparison(runs, ["calm", "band"]).axes[2]
     assert enlarged.lines[0].get_zorder() > enlarged.lines[1].get_zorder()
 

@@ -3,6 +3,7 @@
 import math
 
 import pytest
+from scipy.optimize import brentq
 
 from hydroservo import ParameterError
 from hydroservo.signals import Pressures
@@ -134,3 +135,49 @@ def test_each_edge_lets_oil_back(opening: float) -> None:
     assert (flows.a < 0.0) == (opening > 0.0 or flows.tank > 0.0)
     assert (flows.supply < 0.0) == (opening > 0.0)
     assert (flows.tank < 0.0) == (opening > 0.0)
+
+
+LAPS = {"extra_lap_pa": 2e-5, "extra_lap_at": -3e-5, "extra_lap_pb": 4e-5, "extra_lap_bt": 7e-5}
+
+
+@pytest.mark.parametrize("opening", [-2e-4, -5e-5, 0.0, 1e-5, 8e-5, 3e-4])
+def test_each_edge_may_have_a_lap_of_its_own(opening: float) -> None:
+    """The flows are those of four single edges, each of edges that all have its lap."""
+    edges = example(FourEdges, lap=1e-5, clearance=2e-6, area_ratio_b=0.7)
+    line, a, b = Pressures(80e5, 3e5), 30e5, 45e5
+    found = edges._replace(**LAPS).port_flows(opening, line, a, b)
+
+    def single(name: str, up: float, down: float, side: float) -> float:
+        e = edges._replace(lap=1e-5 + LAPS[name]).uncovered(side * opening)
+        return edges.conductance() * e * edges.root(up - down)
+
+    pa, at = single("extra_lap_pa", line.supply, a, 1.0), single("extra_lap_at", a, line.tank, -1.0)
+    pb, bt = single("extra_lap_pb", line.supply, b, -1.0), single("extra_lap_bt", b, line.tank, 1.0)
+    assert found == pytest.approx((pa - at, 0.7 * (bt - pb), pa + 0.7 * pb, at + 0.7 * bt), rel=1e-13)
+
+
+def test_edges_of_several_laps_pass_their_rated_flow_and_leakage() -> None:
+    """Out of blocked ports nothing flows, at pressures that are no half of the supply's."""
+    leaked = 0.4 * LITRE_PER_MINUTE
+    edges = FourEdges.rated(**SERVO, **LAPS, null_leakage=leaked, supply_pressure=140e5, area_ratio_b=0.5)
+    assert edges.flow(5e-4, 70e5, 0.0) == pytest.approx(SERVO["rated_flow"], rel=1e-14)
+    line = Pressures(140e5, 0.0)
+    a = brentq(lambda p: edges.port_flows(0.0, line, p, p).a, 0.0, 140e5, xtol=1e-6)
+    b = brentq(lambda p: edges.port_flows(0.0, line, p, p).b, 0.0, 140e5, xtol=1e-6)
+    assert abs(a - 70e5) > 5e5
+    assert edges.port_flows(0.0, line, a, b).supply == pytest.approx(leaked, rel=1e-9)
+    with pytest.raises(ParameterError, match=r"rated_opening = .* lap of the edge P-A, 0.0006 \[m\]"):
+        FourEdges.rated(**SERVO, lap=1e-4, extra_lap_pa=5e-4)
+
+
+@pytest.mark.parametrize("edges", [Orifice, FourEdges])
+def test_a_valve_rated_with_heavier_oil_passes_more_of_a_lighter_one(edges: type) -> None:
+    usual = edges.rated(**SERVO, density=850.0)
+    assert edges.rated(**SERVO, density=850.0, rated_density=850.0) == usual
+    rated = edges.rated(**SERVO, density=833.0, rated_density=868.0)
+    assert rated.density == 833.0
+    assert rated._replace(density=868.0).flow(5e-4, 70e5, 0.0) == pytest.approx(
+        SERVO["rated_flow"], rel=1e-14
+    )
+    ratio = rated.flow(5e-4, 70e5, 0.0) / SERVO["rated_flow"]
+    assert ratio == pytest.approx(math.sqrt(868.0 / 833.0), rel=1e-14)

@@ -112,7 +112,7 @@ def test_what_the_law_hears_is_the_mean_of_two_commands() -> None:
     assert np.abs(moved).max() > 1e-7
 
 
-SMOOTH = LOOP._replace(reference=Ramp(0.0, 0.03, acceleration=0.2, time=0.0), hold=DelayedHold(0.25 * H))
+SMOOTH = LOOP._replace(reference=Ramp(0.0, 0.03, rate=0.2, time=0.0), hold=DelayedHold(0.25 * H))
 
 
 def test_rk4_keeps_its_order_where_substeps_end_on_the_command() -> None:

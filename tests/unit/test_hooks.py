@@ -9,7 +9,7 @@ from hydroservo.hooks import HOOKS
 
 SOURCES = Path(hydroservo.__file__).parent
 OF_ROLES = {  # which blocks of a role have; asked for to say who does not
-    *("gain", "orifice", "simplified", "init", "step", "values")
+    *("orifice", "simplified", "init", "step", "values")
 }
 OF_OTHERS = {  # of Python and of libraries
     *(

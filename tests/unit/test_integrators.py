@@ -14,6 +14,7 @@ from scipy.integrate import solve_ivp
 import hydroservo.engine.arithmetic  # noqa: F401 - lets compiled code add states
 from hydroservo import Loop, integrators, ops, replace
 from hydroservo.block import Block, declared_fields, leaves
+from hydroservo.drives import ValveOnSupplyState
 from hydroservo.engine.compiling import compiled
 from hydroservo.integrators import RK4, Rosenbrock, Tsit5
 from hydroservo.loads import Square, Step
@@ -26,7 +27,9 @@ from hydroservo.testing.examples import example
 from hydroservo.valves import FirstOrderValve, FirstOrderValveState
 
 LOOP = example(Loop, valve=example(FirstOrderValve), load=Step(0.0, 100.0, 0.0123456))
-START = MachineState(LoadPressureState(0.01, 20.0, 0.04), FirstOrderValveState(1e-5), IdealSupplyState())
+START = MachineState(
+    LoadPressureState(0.01, 20.0, 0.04), FirstOrderValveState(1e-5), IdealSupplyState(), ValveOnSupplyState()
+)
 U, END = 0.05, 0.02
 
 
@@ -41,7 +44,9 @@ def flat(x: Block) -> np.ndarray:
 
 def state(numbers: np.ndarray) -> MachineState:
     *plant, valve = numbers.tolist()
-    return MachineState(LoadPressureState(*plant), FirstOrderValveState(valve), IdealSupplyState())
+    return MachineState(
+        LoadPressureState(*plant), FirstOrderValveState(valve), IdealSupplyState(), ValveOnSupplyState()
+    )
 
 
 def by_dop853(loop: Block, x: Block, u: float, *ends: float) -> np.ndarray:
@@ -140,7 +145,10 @@ def test_compiled_equals_interpreted(
     loop = LOOP._replace(load=Square(1e3 * numbers[0], period, 100.0))
     loop = replace(loop, {"plant.bulk_modulus": 7e8 * 10.0**scale})
     x = MachineState(
-        LoadPressureState(*numbers[1:4]), FirstOrderValveState(1e-3 * numbers[4]), IdealSupplyState()
+        LoadPressureState(*numbers[1:4]),
+        FirstOrderValveState(1e-3 * numbers[4]),
+        IdealSupplyState(),
+        ValveOnSupplyState(),
     )
     integrator = cls(1e-6, 50) if cls is Tsit5 else cls()
     arguments = (integrator, loop, 0.37, x, 2.0 * numbers[0], 1e-3, substeps)

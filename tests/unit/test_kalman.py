@@ -60,14 +60,14 @@ def test_constant_disturbances_are_found_exactly() -> None:
     x = np.linalg.solve(rates, [-d1, -d2])
     s = observer.init()
     for _ in range(3000):
-        s = observer.step(s, MODEL, Measurement(float(x[0]), float(x[1]), 0.0, 0.0, 0.0, 0.0), PERIOD)
+        s = observer.step(s, MODEL, Measurement(float(x[0]), float(x[1]), 0.0, 0.0, 0.0, 0.0, 0.0), PERIOD)
     assert (s.d1, s.d2) == pytest.approx((d1, d2), rel=1e-3)
     assert (s.velocity, s.load_force) == pytest.approx(x, rel=1e-3)
 
 
 def test_it_starts_at_the_first_measurement_and_again_after_a_lost_one() -> None:
     observer = FILTER.designed(MODEL, PERIOD)
-    y = Measurement(0.02, 50.0, 0.0, 0.0, 0.0, 0.0)
+    y = Measurement(0.02, 50.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     first = observer.step(observer.init(), MODEL, y, PERIOD)
     assert (first.velocity, first.load_force, first.d1, first.d2) == (0.02, 50.0, 0.0, 0.0)
     lost = observer.step(first, MODEL, y._replace(velocity=math.nan), PERIOD)
@@ -118,7 +118,7 @@ def test_a_position_is_as_good_as_its_derivative_without_noise() -> None:
     d2 = -MODEL.f2(speed, force)
     s = observer.init()
     for k in range(3000):
-        y = Measurement(math.nan, force, speed * k * PERIOD, 0.0, 0.0, 0.0)
+        y = Measurement(math.nan, force, speed * k * PERIOD, 0.0, 0.0, 0.0, 0.0)
         s = observer.step(s, MODEL, y, PERIOD)
     assert (s.velocity, s.load_force, s.d1, s.d2) == pytest.approx((speed, force, d1, d2), rel=1e-3)
 
@@ -134,7 +134,7 @@ def test_a_position_filter_beats_differences_of_an_encoder() -> None:
 
 def test_a_lost_position_starts_the_filter_again() -> None:
     observer = example(PositionKalmanObserver).designed(MODEL, PERIOD)
-    y = Measurement(0.0, 50.0, 0.01, 0.0, 0.0, 0.0)
+    y = Measurement(0.0, 50.0, 0.01, 0.0, 0.0, 0.0, 0.0)
     s = observer.step(observer.init(), MODEL, y, PERIOD)
     assert (s.position, s.load_force, s.velocity, s.d1) == (0.01, 50.0, 0.0, 0.0)
     again = observer.step(observer.step(s, MODEL, y._replace(position=math.nan), PERIOD), MODEL, y, PERIOD)

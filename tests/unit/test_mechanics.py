@@ -111,10 +111,25 @@ def test_mass() -> None:
     assert Mass(4.0).resistance(0.02, 0.1) == 0.0
 
 
+@pytest.mark.parametrize("rise", [1.0, -1.0, 0.5])
+def test_a_mass_on_a_slope_weighs_what_its_rise_says(rise: float) -> None:
+    assert Mass(4.0, rise).resistance(0.02, 0.1) == pytest.approx(4.0 * 9.80665 * rise, rel=1e-15)
+    assert Mass(4.0, rise, gravity=1.62).resistance(0.02, 0.1) == pytest.approx(6.48 * rise, rel=1e-15)
+    across, up, *rest = Mass(4.0, rise).tip(0.02)
+    assert (math.hypot(across, up), up, *rest) == (1.0, rise, 0.0, 0.0, 0.0)
+
+
+def test_on_the_moon_an_arm_weighs_a_sixth() -> None:
+    moon = ARM._replace(gravity=9.80665 / 6.0)
+    assert moon.resistance(0.02, 0.0) == pytest.approx(ARM.resistance(0.02, 0.0) / 6.0, rel=1e-14)
+    assert moon.inertia(0.02) == ARM.inertia(0.02)
+
+
 def test_mass_spring_damper() -> None:
     load = MassSpringDamper(4.0, 1e4, 0.03, 20.0)
     assert load.inertia(0.1) == 4.0
     assert load.resistance(0.05, 0.1) == pytest.approx(1e4 * 0.02 + 20.0 * 0.1)
+    assert load.tip(0.05) == Mass(4.0).tip(0.02) == (1.0, 0.0, 0.0, 0.0, 0.0)
 
 
 class TestOneLinkArm:

@@ -75,8 +75,8 @@ def watch(
     x1 = x2 = u = d1 = d2 = 0.0
     rows = []
     for k in range(samples):
-        y = Measurement(x1, x2, 0.0, u, 0.0, 0.0)
-        seen = y if k != lost else Measurement(math.nan, math.nan, math.nan, u, 0.0, 0.0)
+        y = Measurement(x1, x2, 0.0, u, 0.0, 0.0, 0.0)
+        seen = y if k != lost else Measurement(math.nan, math.nan, math.nan, u, 0.0, 0.0, 0.0)
         state = observer.step(state, MODEL, seen, h)
         rows.append(((state.s1, state.s2), (state.d1, state.d2), (d1, d2), (x1, x2)))
         g2 = MODEL.g2(x2, u)  # with the sign of the last command, as the observer has it
@@ -117,7 +117,7 @@ def assert_means_agree(run: Watched, window: int) -> None:
 @pytest.mark.parametrize("realisation", REALISATIONS)
 def test_starts_on_the_surface(realisation: Realisation) -> None:
     observer = example(TSMObserver, realisation=realisation)
-    y = Measurement(0.02, 150.0, 0.0, 0.01, 0.0, 0.0)
+    y = Measurement(0.02, 150.0, 0.0, 0.01, 0.0, 0.0, 0.0)
     s = observer.step(observer.init(), MODEL, y, H)
     assert (s.s1, s.s2, s.d1, s.d2) == (0.0, 0.0, 0.0, 0.0)
     assert s.v1 == 0.02 + H * (MODEL.f1(0.02) + MODEL.g1() * 150.0)

@@ -1,10 +1,15 @@
 """The oils against the volume laws that they state."""
 
+import math
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hydroservo.oils import AeratedOil, ConstantOil
+from hydroservo import ParameterError
+from hydroservo.oils import AeratedOil, CavitatingOil, ConstantOil
+from hydroservo.oils.mineral import MineralOil
+from hydroservo.validation import checked
 
 ATMOSPHERE = 101325.0
 OILS = [
@@ -62,3 +67,92 @@ def test_it_stays_positive_below_vacuum(below: float) -> None:
 @given(a=st.floats(-1e5, 4e7), b=st.floats(-1e5, 4e7))
 def test_it_stiffens_with_pressure(a: float, b: float) -> None:
     assert AeratedOil().bulk_modulus(min(a, b)) <= AeratedOil().bulk_modulus(max(a, b))
+
+
+VG_46 = MineralOil(879.0, 46e-6, 6.7e-6)  # the numbers of a zinc-based oil of viscosity index 98
+CELSIUS = 273.15
+
+
+@pytest.mark.parametrize(
+    ("cold", "hot", "temperature", "wanted", "rounding"),
+    [
+        (404.0, 28.0, 60.0, 132.126, 5e-4),  # SAE 140 gear oil, published example of ASTM D341
+        (68.0, 8.8, 80.0, 14.85, 0.05 / 8.8 * 14.85),  # the 8.8 was published as what 14.85 comes to
+    ],
+)
+def test_viscosities_between_two_are_those_that_others_publish(
+    cold: float, hot: float, temperature: float, wanted: float, rounding: float
+) -> None:
+    oil = MineralOil(890.0, 1e-6 * cold, 1e-6 * hot)
+    found = oil.kinematic_viscosity(CELSIUS + temperature)
+    assert found == pytest.approx(1e-6 * wanted, abs=1e-6 * rounding)
+
+
+def test_a_data_sheet_s_own_viscosities_come_out() -> None:
+    assert VG_46.kinematic_viscosity(CELSIUS + 40.0) == pytest.approx(46e-6, rel=1e-12)
+    assert VG_46.kinematic_viscosity(CELSIUS + 100.0) == pytest.approx(6.7e-6, rel=1e-12)
+    assert VG_46.viscosity(CELSIUS + 40.0) == pytest.approx(VG_46.density(CELSIUS + 40.0) * 46e-6)
+
+
+@pytest.mark.parametrize("celsius", [-20.0, 15.0, 40.0, 80.0])
+def test_density_is_that_of_the_petroleum_tables(celsius: float) -> None:
+    """The same law in degrees Fahrenheit, as ASTM D1250 has it for lubricating oils."""
+    expansion = 0.34878 / 879.0  # 1/degF
+    fahrenheit = 1.8 * (celsius - 15.0)
+    wanted = 879.0 * math.exp(-expansion * fahrenheit * (1.0 + 0.8 * expansion * fahrenheit))
+    assert VG_46.density(CELSIUS + celsius) == pytest.approx(wanted, rel=1e-12)
+
+
+def test_ten_kelvin_cost_seven_thousandths_of_the_density() -> None:
+    lost = 1.0 - VG_46.density(CELSIUS + 25.0) / VG_46.density(CELSIUS + 15.0)
+    assert lost == pytest.approx(7e-3, rel=0.05)
+
+
+def test_an_oil_that_thickens_with_heat_is_refused() -> None:
+    with pytest.raises(ParameterError, match="viscosity_100 = 5e-05: must be below viscosity_40"):
+        checked(MineralOil(879.0, 46e-6, 50e-6))
+
+
+MODULI = {"cold": 293.15, "cold_bulk_modulus": 1.9e9, "hot": 343.15, "hot_bulk_modulus": 1.45e9}
+
+
+def test_a_temperature_in_degrees_celsius_is_refused() -> None:
+    for asked in (VG_46.density, VG_46.kinematic_viscosity, VG_46.viscosity):
+        with pytest.raises(ParameterError, match=r"temperature = 40\.0: must be from 200 to 500 \[K\]"):
+            asked(40.0)
+
+
+class TestAtTemperature:
+    def test_it_meets_both_moduli_and_their_mean_between(self) -> None:
+        found = [
+            AeratedOil.at_temperature(t, **MODULI, air_content=0.01).liquid_bulk_modulus
+            for t in (293.15, 318.15, 343.15)
+        ]
+        assert found == pytest.approx([1.9e9, math.sqrt(1.9e9 * 1.45e9), 1.45e9], rel=1e-12)
+        oil = AeratedOil.at_temperature(300.0, **MODULI, air_content=0.01)
+        assert (oil.air_content, oil.polytropic_index) == (0.01, 1.4)
+
+    @pytest.mark.parametrize(
+        ("changes", "says"),
+        [
+            ({"hot": 293.15}, r"hot = 293\.15: must be above cold"),
+            ({"hot_bulk_modulus": 2e9}, r"hot_bulk_modulus = 2000000000\.0: must be below cold_bulk_modulus"),
+        ],
+    )
+    def test_what_is_the_wrong_way_round_is_refused(self, changes: dict[str, float], says: str) -> None:
+        with pytest.raises(ParameterError, match=says):
+            AeratedOil.at_temperature(300.0, **{**MODULI, **changes})
+
+
+@given(absolute=st.floats(1e-2, 4e7))
+def test_cavitating_oil_is_liquid_in_series_with_a_void(absolute: float) -> None:
+    oil = CavitatingOil(1e9, 1e-4)
+    compliance = 1e-9 + 1e-4 * ATMOSPHERE / absolute**2
+    assert oil.bulk_modulus(absolute - ATMOSPHERE) == pytest.approx(1.0 / compliance, rel=1e-6)
+
+
+def test_cavitating_oil_at_work_and_below_vacuum() -> None:
+    oil = CavitatingOil(1e9)
+    assert oil.bulk_modulus(1e6) == pytest.approx(1e9, rel=1e-3)
+    assert oil.bulk_modulus(-1e9) == pytest.approx(oil.bulk_modulus(1e-3 - ATMOSPHERE), rel=1e-6)
+    assert oil.bulk_modulus(-1e9) > 0.0

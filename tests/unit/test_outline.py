@@ -7,12 +7,14 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
+from hydroservo.controlled import Position
 from hydroservo.controllers import PI, TSMC
 from hydroservo.field import Field
 from hydroservo.loop import AUTO, Loop, Simulation
 from hydroservo.oils import AeratedOil
 from hydroservo.outline import WIDTH, outline, outline_table
 from hydroservo.plants import Cylinder
+from hydroservo.runs.run import ready
 from hydroservo.scenario import load_scenario
 from hydroservo.testing.examples import example
 
@@ -82,7 +84,8 @@ def test_what_differs_is_said_of_a_loop():
 def test_a_notebook_shows_every_number_with_its_meaning():
     loop = load_scenario("rig/excavator-link")
     page = ElementTree.fromstring(f"<div>{loop._repr_html_()}</div>")  # noqa: S314
-    assert len(page.findall("details")) == len(set(Loop._fields) - {"metrics"})  # the usual ones
+    empty = {"controls", "drive", "metrics", "start"}  # without numbers: the usual ones
+    assert len(page.findall("details")) == len(set(Loop._fields) - empty)
     rows = [["".join(cell.itertext()) for cell in row.findall("td")] for row in page.iter("tr")]
     assert ["air_content", "0.005", "", "volume share of free air at atmospheric pressure"] in rows
     assert ["supply_pressure", "160", "bar", "supply pressure p_s"] in rows
@@ -94,3 +97,10 @@ def test_a_table_marks_what_differs_and_escapes_text():
     assert "<b>2</b>" in page
     assert "<b>40</b>" not in page
     assert "area &lt;A&gt;" in page
+
+
+def test_a_law_that_controls_what_its_loop_does_does_not_say_so():
+    loop = load_scenario("paper/sine-pi")
+    assert outline(ready(loop)).count("controls") == 1
+    law = loop.controller._replace(controls=Position())
+    assert outline(loop._replace(controller=law)).count("controls") == 2

@@ -4,6 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from hydroservo.drives import open_ports
 from hydroservo.plants import DesignModel, LoadPressurePlant, LoadPressureState
 from hydroservo.signals import PortFlows, Pressures
 from hydroservo.supplies import IdealSupply
@@ -61,7 +62,7 @@ def test_the_nominal_model_is_the_machine_without_load(
     model = DesignModel(plant, valve.orifice, supply, valve.gain)
     state = LoadPressureState(v, x2, 0.0)
     opening, line = valve.opening(StaticValveState(), u), supply.pressures(supply.init())
-    rate = plant.deriv(state, plant.flows(state, valve.orifice, opening, line), 0.0)
+    rate = plant.deriv(state, plant.flows(state, open_ports(valve.orifice, opening, line)), 0.0)
     assert model.f1(v) + model.g1() * x2 == pytest.approx(rate.velocity, abs=1e-9)
     assert model.f2(v, x2) + model.g2(x2, u) * u == pytest.approx(rate.load_force, rel=1e-12, abs=1e-6)
 
@@ -87,8 +88,8 @@ def test_the_supply_gives_what_the_edges_let_through(load_force: float) -> None:
     state = LoadPressureState(0.0, load_force, 0.04)
     mean, half = 21e5, 0.5 * plant.load_pressure(state)
     for opening in (0.0, 1e-4, -1e-4):
-        flows = plant.flows(state, edges, opening, line)
+        flows = plant.flows(state, open_ports(edges, opening, line))
         ports = edges.port_flows(opening, line, mean + half, mean - half)
         assert flows.a == pytest.approx(ports.a, rel=1e-9)
         assert (flows.supply, flows.tank) == (ports.supply, ports.tank)
-    assert plant.flows(state, edges, 0.0, line).supply != 0.0
+    assert plant.flows(state, open_ports(edges, 0.0, line)).supply != 0.0

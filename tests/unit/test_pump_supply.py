@@ -17,7 +17,10 @@ from hydroservo.supplies import (
     NoAccumulator,
     PumpSupply,
     PumpSupplyState,
+    QuickPoppet,
     ReliefValve,
+    SlowPoppet,
+    SlowPoppetState,
 )
 from hydroservo.testing.examples import example
 from hydroservo.validation import checked
@@ -39,9 +42,9 @@ def followed(
 
     def rates(t: float, y: np.ndarray) -> list[float]:
         s = PumpSupplyState(y[0], y[1])
-        return [*supply.deriv(s, drawn(t)), 1e6 * (delivered(supply, s) - drawn(t))]
+        return [*supply.deriv(s, drawn(t))[:2], 1e6 * (delivered(supply, s) - drawn(t))]
 
-    start = [*supply.init(), 0.0]
+    start = [*supply.init()[:2], 0.0]
     found = solve_ivp(
         rates, (0.0, duration), start, method=method, rtol=1e-10, atol=1e-9, max_step=duration / 200
     )
@@ -201,7 +204,7 @@ def test_the_steady_pressure_is_where_the_relief_valve_takes_all() -> None:
     wanted = np.linalg.solve(
         matrix, [-g * supply.relief.cracking_pressure, k * supply.demanded_speed + d * supply.return_pressure]
     )
-    assert supply.init() == pytest.approx(tuple(wanted), rel=1e-12)
+    assert supply.init()[:2] == pytest.approx(tuple(wanted), rel=1e-12)
 
 
 def test_a_weak_motor_stalls_at_the_pressure_that_its_torque_holds() -> None:
@@ -312,3 +315,68 @@ def test_the_line_s_stiffness_is_that_of_oil_and_air() -> None:
     supply = example(PumpSupply, volume=1e-3, bulk_modulus=1e9, free_air=0.01)
     wanted = 1e-3 / 1e9 + 1e-3 * 0.01 * ATMOSPHERE / (20e5 + ATMOSPHERE) ** 2
     assert supply.line_compliance(20e5) == pytest.approx(wanted, rel=1e-14)
+
+
+class TestSlowPoppet:
+    supply = example(PumpSupply, poppet=SlowPoppet(4e-3), return_pressure=0.0)
+
+    @given(override=st.floats(0.0, 50e5))
+    def test_settled_it_passes_what_the_valve_s_curve_says(self, override: float) -> None:
+        poppet, relief = self.supply.poppet, self.supply.relief
+        pressure = relief.cracking_pressure + override
+        s = poppet.settled(relief, pressure)
+        assert poppet.flow(s, relief, pressure) == pytest.approx(relief.flow(pressure), rel=1e-9, abs=1e-20)
+        assert poppet.deriv(s, relief, pressure).override == 0.0
+
+    def test_it_starts_at_rest_where_a_quick_one_does(self) -> None:
+        start = self.supply.init()
+        assert start[:2] == self.supply._replace(poppet=QuickPoppet()).init()[:2]
+        assert start.poppet.override == start.pressure - self.supply.relief.cracking_pressure
+        speed, pressure, _ = self.supply.deriv(start, 0.0)
+        assert (speed, pressure) == pytest.approx((0.0, 0.0), abs=1e-3)
+
+    def test_it_opens_with_its_lag(self) -> None:
+        relief = self.supply.relief
+        pressure = relief.cracking_pressure + 8e5
+        found = solve_ivp(
+            lambda _, y: [self.supply.poppet.deriv(SlowPoppetState(y[0]), relief, pressure).override],
+            *((0.0, 8e-3), [0.0]),
+            rtol=1e-10,
+        )
+        assert found.y[0, -1] == pytest.approx(8e5 * -math.expm1(-2.0), rel=1e-8)
+
+    def test_no_oil_comes_back_through_it(self) -> None:
+        poppet, relief = self.supply.poppet, self.supply.relief
+        assert poppet.flow(SlowPoppetState(5e5), relief, -9e4) == 0.0
+        assert poppet.flow(SlowPoppetState(-1.0), relief, 50e5) == 0.0
+        assert poppet.deriv(SlowPoppetState(5e5), relief, 0.0).override == pytest.approx(-5e5 / 4e-3)
+
+    def test_the_line_swings_on_it(self) -> None:
+        """At a steady delivery, s^2 + (1/T + Q_p/C) s + (Q_p + Q_y)/(C T) = 0, with the slopes of Q."""
+        supply, start = self.supply, self.supply.init()
+        pressure, override = start.pressure, start.poppet.override
+
+        def rates(dp: float, dy: float) -> list[float]:
+            s = PumpSupplyState(start.speed, pressure + dp, SlowPoppetState(override + dy))
+            rate = supply.deriv(s, 0.0)
+            leaked = supply.leakage * dp / supply.line_compliance(pressure + dp)
+            return [rate.pressure + leaked, rate.poppet.override]
+
+        h = 1.0
+        columns = [np.subtract(rates(h, 0.0), rates(-h, 0.0)), np.subtract(rates(0.0, h), rates(0.0, -h))]
+        matrix = np.array(columns).T / (2.0 * h)
+        c, lag = supply.line_compliance(pressure), 4e-3
+        by_pressure = 0.5 * supply.relief.flow(pressure) / pressure
+        by_opening = supply.relief.gradient - by_pressure
+        wanted = np.roots([1.0, 1.0 / lag + by_pressure / c, (by_pressure + by_opening) / (c * lag)])
+        assert sorted(np.linalg.eigvals(matrix), key=lambda z: z.imag) == pytest.approx(
+            sorted(wanted, key=lambda z: z.imag), rel=1e-4
+        )
+
+
+def test_a_return_line_may_be_below_the_atmosphere() -> None:
+    supply = checked(example(PumpSupply, return_pressure=-0.5e5))
+    assert supply.init().pressure > supply.return_pressure
+    assert checked(IdealSupply(40e5, -0.9e5)).drop() == 40.9e5
+    with pytest.raises(ParameterError, match=r"return_pressure = -120000\.0: must be .* above -1013"):
+        checked(IdealSupply(40e5, -1.2e5))

@@ -246,6 +246,7 @@ def stopped(recipe: Recipe, *_: object) -> None:
 EXAMPLES = Path(__file__).parents[2] / "examples"
 PLUGINS = {  # of the examples
     "my": ["my_controller.py"],
+    "my_drive": ["my_drive.py"],
     "my_metric": ["my_metric.py"],
     "my_plant": ["my_plant.py"],
 }

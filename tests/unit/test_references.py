@@ -13,7 +13,7 @@ def test_the_default_sine_is_the_papers() -> None:
     """30 sin(0.5 pi t) mm/s."""
     assert example(Sine).at(0.0) == (0.0, pytest.approx(0.03 * 0.5 * math.pi), 0.0)
     assert example(Sine).at(1.0).value == pytest.approx(0.03)
-    assert example(Sine).at(1.0).jerk == pytest.approx(-0.03 * (0.5 * math.pi) ** 2)
+    assert example(Sine).at(1.0).second_rate == pytest.approx(-0.03 * (0.5 * math.pi) ** 2)
 
 
 def test_the_default_square_is_the_papers() -> None:

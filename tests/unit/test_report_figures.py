@@ -67,7 +67,7 @@ def test_velocities_are_drawn_in_mm_per_s(runs, drawn, index):
     whole = labelled(panels(drawn[index])[0])
     assert set(whole) == {"PI", "backstepping", "TSMC", "demand"}
     for name, label in (("pi", "PI"), ("tsmc", "TSMC")):
-        expected = 1e3 * runs[f"{demand}-{name}"]["plant.velocity"].to_numpy()[:-1]
+        expected = 1e3 * runs[f"{demand}-{name}"]["controlled.value"].to_numpy()[:-1]
         np.testing.assert_allclose(whole[label].get_ydata(), expected)
 
 

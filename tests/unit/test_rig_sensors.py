@@ -23,6 +23,7 @@ from hydroservo.sensors import (
     FilteredDifference,
     IdealPosition,
     IdealSensors,
+    LoadCell,
     NoisySensors,
     PressureTransducer,
     RigSensors,
@@ -34,7 +35,7 @@ from hydroservo.testing.examples import example
 H = 1e-3
 COUNT = 1e-6
 GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
-MACHINE = MachineOutputs(0.1, 491.0, 0.03, 2.5e6, 1.5e6)
+MACHINE = MachineOutputs(0.1, 491.0, 0.03, 2.5e6, 1.5e6, 0.0)
 EXACT = PressureTransducer(range_low=-1e9, range_high=1e9, noise=0.0, bits=0)
 
 
@@ -81,7 +82,9 @@ def measurements(sensors: Any, machines: Sequence[MachineOutputs], stream: float
 
 def moving(samples: int) -> list[MachineOutputs]:
     """A machine none of whose outputs repeats itself."""
-    return [MachineOutputs(1.0 + k, 2.0 + 3.0 * k, 3.0 + 5.0 * k, 1e5 + k, 2e5 + k) for k in range(samples)]
+    return [
+        MachineOutputs(1.0 + k, 2.0 + 3.0 * k, 3.0 + 5.0 * k, 1e5 + k, 2e5 + k, 0.0) for k in range(samples)
+    ]
 
 
 # Position
@@ -282,7 +285,7 @@ def test_a_transducers_own_lag() -> None:
 
 def test_a_rig_with_ideal_parts_sees_what_ideal_sensors_see() -> None:
     area = MACHINE.load_force / (MACHINE.pressure_a - MACHINE.pressure_b)
-    rig = RigSensors(IdealPosition(), VelocitySensor(), EXACT, EXACT, area, area)
+    rig = RigSensors(IdealPosition(), VelocitySensor(), EXACT, EXACT, area, area, LoadCell(0.0))
     found, expected = (measurements(one, [MACHINE])[0] for one in (rig, IdealSensors()))
     assert found == pytest.approx(expected, rel=1e-12)
 
@@ -295,7 +298,7 @@ def test_the_load_force_is_that_of_the_known_areas() -> None:
 
 
 def test_the_velocity_is_that_of_the_position_as_measured() -> None:
-    machines = [MachineOutputs(9.0, 0.0, x, 0.0, 0.0) for x in (0.0102, 0.0104, 0.0116)]
+    machines = [MachineOutputs(9.0, 0.0, x, 0.0, 0.0, 0.0) for x in (0.0102, 0.0104, 0.0116)]
     found = [y.velocity for y in measurements(RigSensors(Encoder(1e-3)), machines)]
     assert found == pytest.approx([0.0, 0.0, 2e-3 / H])  # counts 10, 10, 12
 
@@ -303,7 +306,7 @@ def test_the_velocity_is_that_of_the_position_as_measured() -> None:
 def test_each_sensor_draws_numbers_of_its_own() -> None:
     noisy = example(PressureTransducer, noise=0.01, bits=0)
     rig = RigSensors(IdealPosition(), VelocitySensor(1.0), noisy, noisy)
-    found = measurements(rig, [MachineOutputs(0.0, 0.0, 0.0, 30e5, 30e5)] * 20_000)
+    found = measurements(rig, [MachineOutputs(0.0, 0.0, 0.0, 30e5, 30e5, 0.0)] * 20_000)
     noise = np.array([(y.velocity, y.pressure_a, y.pressure_b) for y in found])
     together = np.corrcoef(noise.T) - np.eye(3)
     assert np.abs(together).max() < 3.5 / math.sqrt(len(found))

@@ -188,7 +188,8 @@ def test_a_role_that_is_said_wrong_is_one_line(
 def test_a_type_that_nothing_has_may_be_a_users_own(tmp_path: Path) -> None:
     changes = {"controller.type": "Mine"}
     with pytest.raises(
-        ScenarioError, match=r"ValveInversion; a class of your own needs its file: --plugin FILE, in Python"
+        ScenarioError,
+        match=r"VelocityCompensation; a class of your own needs its file: --plugin FILE, in Python",
     ):
         load_scenario("paper/sine-pi", changes)
     with pytest.raises(ScenarioError, match=r"did you mean PI\?; a class of your own needs its file"):

@@ -100,6 +100,7 @@ def test_builtin_names_and_text() -> None:
     names = scenarios()
     loops = ("1khz", "10khz", "noisy-1khz", "noisy-10khz", "encoder")
     assert set(names) == {
+        *(f"axis/{one}" for one in ("crane", "force", "position", "pump-controlled")),
         *(f"paper/{d}-{c}" for d in ("sine", "square") for c in ("pi", "backstepping", "tsmc")),
         *(f"rig/{loop}-{c}-{d}" for loop in loops for c in ("pi", "tsmc") for d in ("sine", "square")),
         "rig/excavator-link",
@@ -254,7 +255,8 @@ def test_changes_take_what_a_file_can_hold() -> None:
     assert loop.simulation.period == 1e-3
     assert_same_block(loop.valve, example(FirstOrderValve, time_constant=5e-3))
     assert_same_block(
-        loop.controller, example(PI)._replace(saturation=example(PI).saturation._replace(limit=5.0))
+        loop.controller,
+        example(PI)._replace(saturation=example(PI).saturation._replace(limit=5.0)),
     )
 
 

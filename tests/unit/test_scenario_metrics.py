@@ -8,8 +8,9 @@ import xarray as xr
 
 from hydroservo import Loop, LoopError, ScenarioError, monitors, simulate
 from hydroservo.controllers import PI
+from hydroservo.group import group
 from hydroservo.metrics import declared_metrics, monitors_of, usual
-from hydroservo.monitors.group import Usual, group
+from hydroservo.monitors.group import Usual
 from hydroservo.runs.provenance import provenance, scenario_hash
 from hydroservo.runs.results import metric_fields, metrics_of
 from hydroservo.scenario import load_scenario

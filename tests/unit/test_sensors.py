@@ -10,7 +10,7 @@ from hydroservo.sensors import IdealSensors, IdealSensorsState, NoisySensors, No
 from hydroservo.signals import Draws, MachineOutputs
 from hydroservo.testing.examples import example
 
-MACHINE = MachineOutputs(0.1, 20.0, 0.03, 2e6, 1e6)
+MACHINE = MachineOutputs(0.1, 20.0, 0.03, 2e6, 1e6, 0.0)
 DRAWS = Draws(3.0, 0.0, 17.0)
 LOOP = example(Loop, Simulation(0.2, 1e-4, record_period=1e-4, seed=5), sensors=example(NoisySensors))
 
@@ -23,7 +23,7 @@ def noise(result: xr.Dataset, name: str) -> np.ndarray:
 
 def test_ideal_sensors_see_the_state_and_the_command_as_they_are() -> None:
     s = IdealSensors().step(IdealSensorsState(), MACHINE, DRAWS, 1e-5)
-    assert IdealSensors().measure(s, MACHINE, 4.0) == (0.1, 20.0, 0.03, 4.0, 2e6, 1e6)
+    assert IdealSensors().measure(s, MACHINE, 4.0) == (0.1, 20.0, 0.03, 4.0, 2e6, 1e6, 0.0)
 
 
 def test_noise_is_added_to_velocity_and_load_force_alone() -> None:

@@ -14,7 +14,7 @@ from hydroservo import HydroservoError, replace
 from hydroservo.controllers import DAC, PI, TSMC
 from hydroservo.export.c import compiler
 from hydroservo.plants import DesignModel
-from hydroservo.roles import Limiter, Load, Model, Reference, Relief, role
+from hydroservo.roles import Limiter, Load, Model, Reference, role
 from hydroservo.scenario import load_plugin
 from hydroservo.scenario.fits import ROLES, roles_of
 from hydroservo.scenario.registry import shipped_classes
@@ -80,8 +80,8 @@ class Spool(NamedTuple):
     def opening(self, s, u):
         return self.gain * u
 '''
-GAIN_PROPERTY = "    @property\n    def gain(self):\n        return self.slope\n\n"
-TRAVEL = "    gain: Annotated[float, Field"
+EDGES_PROPERTY = "    @property\n    def orifice(self):\n        return self.edges\n\n"
+EDGES = "    orifice: MeteringEdges"
 COUNT = 'Annotated[float, Field("", "zero crossings of the error", smaller_is_better=True)]'
 ROLE, DOCUMENTED, DECLARED, RANGES, FLOATS, PICKLES, RETURNS, FINITE, COMPILED, AGAIN, IN_C = (
     question.name for question in QUESTIONS
@@ -137,11 +137,11 @@ WRONG = {
         *(
             ROLE,
             VALVE,
-            {TRAVEL: "    slope: Annotated[float, Field", "    def init": GAIN_PROPERTY + "    def init"},
+            {EDGES: "    edges: MeteringEdges", "    def init": EDGES_PROPERTY + "    def init"},
         ),
         *(
-            "    def gain",
-            "gain is a property, which compiled code cannot read; write a field, gain: Annotated[",
+            "    def orifice",
+            "orifice is a property, which compiled code cannot read; write a field, orifice: MeteringEdges",
         ),
     ),
     "a block that must be a field": Wrong(
@@ -152,10 +152,10 @@ WRONG = {
         ),
     ),
     "no field for a role": Wrong(
-        *(ROLE, VALVE, {TRAVEL: "    slope: Annotated[float, Field", "self.gain": "self.slope"}),
+        *(ROLE, VALVE, {EDGES: "    edges: MeteringEdges"}),
         *(
             "class Spool",
-            "has no gain, which a Valve must have; write a field, gain: Annotated[float, Field(unit,",
+            "has no orifice, which a Valve must have; write a field, orifice: MeteringEdges",
         ),
     ),
     "no default": Wrong(
@@ -397,7 +397,7 @@ def test_there_is_a_loop_for_a_block_of_each_role() -> None:
 
 
 def test_there_is_a_loop_for_a_users_block_of_each_role_that_a_scenario_can_name() -> None:
-    assert set(ROLES) - {place.kind for place in places()} == {Limiter, Model, Relief}
+    assert set(ROLES) - {place.kind for place in places()} == {Limiter, Model}
 
 
 def test_each_question_has_a_test_of_its_name() -> None:

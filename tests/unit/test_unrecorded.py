@@ -22,7 +22,7 @@ simulation = {{ type = "Simulation", period = {PERIOD} }}
 def recorded(command, stride=STRIDE):
     """A run with this command at all samples, of which it recorded some."""
     shown = command[::stride]
-    signals = {"plant.velocity": 0.0 * shown, "reference.value": 0.0 * shown, "controller.u": shown}
+    signals = {"controlled.value": 0.0 * shown, "reference.value": 0.0 * shown, "controller.u": shown}
     metrics = {
         "control_total_variation": np.abs(np.diff(command)).sum(),
         "control_rms": np.sqrt(np.mean(command**2)),

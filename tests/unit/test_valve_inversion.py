@@ -35,7 +35,7 @@ def after(law: ValveInversion, steps: int) -> tuple[Block, float, float]:
     """The wrapper's state, an exact spool's opening and its mean over the last period, after some steps."""
     s, opening, mean = law.init(), 0.0, 0.0
     for _ in range(steps):
-        s = law.step(s, Measurement(0.0, 0.0, 0.0, s.u, 0.0, 0.0), NONE, DT)
+        s = law.step(s, Measurement(0.0, 0.0, 0.0, s.u, 0.0, 0.0, 0.0), NONE, DT)
         mean = s.u + (opening - s.u) * (1.0 - KEPT) * TAU / DT
         opening = s.u + (opening - s.u) * KEPT
     return s, opening, mean
@@ -59,7 +59,7 @@ def test_the_law_is_told_the_mean_opening() -> None:
     law = ValveInversion(Wanted(0.3), TAU)
     for steps in (1, 2, 6):
         s, _, mean = after(law, steps)
-        y = Measurement(0.0, 0.0, 0.0, s.u, 0.0, 0.0)
+        y = Measurement(0.0, 0.0, 0.0, s.u, 0.0, 0.0, 0.0)
         assert law.step(s, y, NONE, DT).controller.told == pytest.approx(mean, rel=1e-12)
 
 

@@ -184,8 +184,8 @@ class Unknown(NamedTuple):
     def init(self) -> Block:
         return self.plant.init()
 
-    def flows(self, s: Block, edges: Block, opening: float, line: Block) -> Block:
-        return self.plant.flows(s, edges, opening, line)
+    def flows(self, s: Block, ports: Block) -> Block:
+        return self.plant.flows(s, ports)
 
     def deriv(self, s: Block, flows: Block, force: float) -> Block:
         return self.plant.deriv(s, flows, force)
@@ -193,8 +193,8 @@ class Unknown(NamedTuple):
     def load_force(self, s: Block) -> float:
         return self.plant.load_force(s)
 
-    def outputs(self, s: Block, line: Block) -> Block:
-        return self.plant.outputs(s, line)
+    def outputs(self, s: Block, line: Block, force: float) -> Block:
+        return self.plant.outputs(s, line, force)
 
 
 class Spool(NamedTuple):

@@ -43,7 +43,7 @@ def given_out(law: Any, demands: Sequence[float], velocities: Sequence[float] = 
     """The commands of a law whose outermost one is applied at once."""
     s, found, seen = law.init(), [], velocities or [0.0] * len(demands)
     for demand, velocity in zip(demands, seen, strict=True):
-        y = Measurement(velocity, 0.0, 0.0, s.u, 0.0, 0.0)
+        y = Measurement(velocity, 0.0, 0.0, s.u, 0.0, 0.0, 0.0)
         s = law.step(s, y, Demand(demand, 0.0, 0.0), H)
         found.append(s.u)
     return found
@@ -97,7 +97,7 @@ def test_a_law_learns_what_was_put_out() -> None:
     assert first == 10.0 - 20.0 / 2**12
     s = DAC(law).init()
     for _ in range(2):
-        s = DAC(law).step(s, Measurement(0.0, 0.0, 0.0, s.u, 0.0, 0.0), Demand(25.0, 0.0, 0.0), H)
+        s = DAC(law).step(s, Measurement(0.0, 0.0, 0.0, s.u, 0.0, 0.0, 0.0), Demand(25.0, 0.0, 0.0), H)
     assert s.u == second
     assert s.controller.integral == pytest.approx(H * 100.0 * (first - 25.0))
 
@@ -141,7 +141,7 @@ def overshoot(law: Any) -> float:
     """Of a body that 10 V accelerate by 1 m/s^2, when 1 m/s is asked of it."""
     s, velocity, largest = law.init(), 0.0, 0.0
     for _ in range(10_000):
-        s = law.step(s, Measurement(velocity, 0.0, 0.0, s.u, 0.0, 0.0), Demand(1.0, 0.0, 0.0), H)
+        s = law.step(s, Measurement(velocity, 0.0, 0.0, s.u, 0.0, 0.0, 0.0), Demand(1.0, 0.0, 0.0), H)
         velocity += H * 0.1 * s.u
         largest = max(largest, velocity)
     return largest - 1.0
@@ -169,7 +169,7 @@ def test_rates_of_the_demand_are_left_alone() -> None:
 
         def step(self, s: Demand, y: Measurement, r: Demand, dt: float) -> Any:
             assert r.rate in (0.0, 7.0)
-            assert r.jerk in (0.0, -3.0)
+            assert r.second_rate in (0.0, -3.0)
             return Seen(100.0, r.value)
 
     class Seen(NamedTuple):
@@ -179,7 +179,7 @@ def test_rates_of_the_demand_are_left_alone() -> None:
     law: Any = AntiWindup(Rates(), 10.0)
     s = law.init()._replace(controller=Seen(0.0, 0.0), before=Seen(0.0, 0.0))
     for _ in range(3):
-        s = law.step(s, Measurement(0.0, 0.0, 0.0, s.u, 0.0, 0.0), Demand(1.0, 7.0, -3.0), H)
+        s = law.step(s, Measurement(0.0, 0.0, 0.0, s.u, 0.0, 0.0, 0.0), Demand(1.0, 7.0, -3.0), H)
     assert s.before.value == 1.0 + (10.0 - 100.0) / 10.0
 
 

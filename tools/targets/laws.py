@@ -6,16 +6,25 @@ from hydroservo.block import Block, is_block
 from hydroservo.controllers import (
     DAC,
     PI,
+    PID,
     TSMC,
+    AccelerationFeedback,
     AntiWindup,
     Backstepping,
+    Cascade,
+    DeadBandCompensation,
+    DeadBandJump,
     Delay,
+    DirectionalGain,
     ExplicitReaching,
+    FlowCompensation,
     ImplicitReaching,
+    PressureFeedback,
     RateLimit,
     Saturation,
     SmoothReaching,
     ValveInversion,
+    VelocityCompensation,
 )
 from hydroservo.observers import (
     BoundaryLayer,
@@ -68,6 +77,13 @@ CHOSEN: dict[str, Controller] = {
     "delay": Delay(controller=Delay(controller=example(PI))),
     "rate limit": example(RateLimit, controller=example(Backstepping)),
     "valve inversion": example(ValveInversion, controller=example(TSMC)),
+    "PID": example(PID, anti_windup=50.0),
+    "cascade": example(Cascade, example(AccelerationFeedback)),
+    "force with velocity compensation": example(VelocityCompensation, example(DeadBandJump)),
+    "industrial axis": example(
+        DeadBandCompensation,
+        example(FlowCompensation, example(DirectionalGain, example(PressureFeedback, example(PID)))),
+    ),
     "DAC around rate limit around valve inversion": DAC(
         example(RateLimit, example(ValveInversion, example(TSMC)))
     ),

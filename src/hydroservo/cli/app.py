@@ -141,7 +141,7 @@ def compare(
 
     The best of each metric is marked where the scenarios differ in nothing but their controllers; else it
     says in what else they differ. Each --set applies to all of them. With --out it also writes the metrics in
-    SI units (metrics.csv, metrics.json) and a plot of velocity, error and command on common axes
+    SI units (metrics.csv, metrics.json) and a plot of what is controlled, error and command on common axes
     (comparison.png, comparison.svg).
 
     Examples:
@@ -155,11 +155,13 @@ def compare(
     from hydroservo.cli.summary import for_table, run_summary
     from hydroservo.cli.tables import show_comparison
     from hydroservo.cli.writing import write_or_keep
+    from hydroservo.runs.arguments import check_one_signal
     from hydroservo.runs.conditions import differences, winners
     from hydroservo.runs.results import as_json, metric_fields
     from hydroservo.runs.run import simulate
 
     loops = [loaded(scenario, changes, plugins) for scenario in scenarios]
+    check_one_signal("scenarios", [loop.controls.declared().meaning for loop in loops])
     if out:
         announce(comparison_files(out), loops)
     datasets = []

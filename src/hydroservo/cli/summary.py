@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 import numpy as np
 
+from hydroservo.hooks import at_rest
 from hydroservo.monitors.step_response import StepResponse, StepResponseValues
 from hydroservo.runs.cautions import warnings_of
 from hydroservo.runs.results import metrics_of
@@ -61,11 +62,13 @@ def demand_jumps(loop: "Loop") -> bool:
     """
     monitor, end = StepResponse(), loop.simulation.duration
     state, system = monitor.init(), SimpleNamespace()
+    machine = loop._replace(plant=at_rest(loop.plant, loop.supply, loop.load))
+    signal = loop.controls.of(machine.seen(machine.init(), loop.load.force(0.0)), 0.0)
     step = end / (INSTANTS - 1)
     for t in np.linspace(0.0, end, INSTANTS).tolist():
         demand = loop.reference.at(t)
-        follows = SimpleNamespace(velocity=demand.value)
-        state = monitor.step(state, system, SimpleNamespace(reference=demand, plant=follows), t, step)
+        follows = SimpleNamespace(value=demand.value if t else signal)
+        state = monitor.step(state, system, SimpleNamespace(reference=demand, controlled=follows), t, step)
         if state.jump_sign != 0.0:
             return True
     return False

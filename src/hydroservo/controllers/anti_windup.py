@@ -47,7 +47,7 @@ class AntiWindup(NamedTuple):
     """
 
     controller: Controller
-    gain: Annotated[float, Field("V s/m", "du/dr of the law within a sample", above=0)]
+    gain: Annotated[float, Field("V/y", "du/dr of the law within a sample", above=0)]
     saturation: Saturation = Saturation()
 
     def check(self) -> None:
@@ -61,12 +61,12 @@ class AntiWindup(NamedTuple):
 
     def init(self) -> AntiWindupState:
         first = self.controller.init()
-        rest, still = Measurement(0.0, 0.0, 0.0, 0.0, 0.0, 0.0), Demand(0.0, 0.0, 0.0)
+        rest, still = Measurement(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), Demand(0.0, 0.0, 0.0)
         return AntiWindupState(0.0, first, first, rest, still)
 
     def step(self, s: AntiWindupState, y: Measurement, r: Demand, dt: float) -> AntiWindupState:
         excess = y.command - s.controller.u
-        realisable = Demand(s.r.value + excess * (1.0 / self.gain), s.r.rate, s.r.jerk)
+        realisable = Demand(s.r.value + excess * (1.0 / self.gain), s.r.rate, s.r.second_rate)
         again = self.controller.step(s.before, s.y, realisable, dt)
         before = ops.where(excess == 0.0, s.controller, again)
         controller = self.controller.step(before, y, r, dt)

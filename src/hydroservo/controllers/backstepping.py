@@ -3,10 +3,11 @@
 from typing import Annotated, NamedTuple
 
 from hydroservo.block import Block, Field
+from hydroservo.controlled.velocity import Velocity
 from hydroservo.controllers.saturation import Saturation
 from hydroservo.observers.model_derivative import ModelDerivative
 from hydroservo.plants.design_model import THIS_MACHINE, DesignModel
-from hydroservo.roles import Controller, Differentiator, role
+from hydroservo.roles import Controller, Differentiator, controlling, role
 from hydroservo.signals import Demand, Measurement
 
 __all__ = ["Backstepping", "BacksteppingState"]
@@ -22,6 +23,7 @@ class BacksteppingState(NamedTuple):
 
 
 @role(Controller)
+@controlling(Velocity)
 class Backstepping(NamedTuple):
     """Two-step backstepping for the strict-feedback model, without disturbance estimates.
 
@@ -52,9 +54,9 @@ class Backstepping(NamedTuple):
         z1 = x1 - r.value
         zeta1 = (-self.velocity_gain * z1 - f1 + r.rate) * (1.0 / g1)
         acceleration = f1 + g1 * x2
-        model_rate = (-self.velocity_gain * (acceleration - r.rate) - f1_slope * acceleration + r.jerk) * (
-            1.0 / g1
-        )
+        model_rate = (
+            -self.velocity_gain * (acceleration - r.rate) - f1_slope * acceleration + r.second_rate
+        ) * (1.0 / g1)
         derivative = self.derivative.step(s.derivative, zeta1, model_rate, dt)
         z2 = x2 - zeta1
         numerator = -self.force_gain * z2 - m.f2(x1, x2) - g1 * z1 + derivative.rate

@@ -1,10 +1,11 @@
-"""Proportional-integral velocity control."""
+"""Proportional-integral control."""
 
 from typing import Annotated, NamedTuple
 
 from hydroservo.block import Field
+from hydroservo.controlled.this_signal import THIS_SIGNAL
 from hydroservo.controllers.saturation import Saturation
-from hydroservo.roles import Controller, role
+from hydroservo.roles import ControlledSignal, Controller, role
 from hydroservo.signals import Demand, Measurement
 
 __all__ = ["PI", "PIState"]
@@ -20,7 +21,7 @@ class PIState(NamedTuple):
 
 @role(Controller)
 class PI(NamedTuple):
-    """u = sat(k_p e + k_i int e dt) with e the velocity error.
+    """u = sat(k_p e + k_i int e dt) with e = r - y the error of the signal that the loop controls.
 
     With ``anti_windup`` k_aw > 0 the integral also follows the command that was really applied,
     d(integral)/dt = k_i e + k_aw (u_applied - u_unlimited): back-calculation.
@@ -31,18 +32,19 @@ class PI(NamedTuple):
     hydroservo.theory.proportional_gain_limit.
     """
 
-    proportional_gain: Annotated[float, Field("V s/m", "proportional gain k_p", at_least=0)]
-    integral_gain: Annotated[float, Field("V/m", "integral gain k_i", "0: a P law", at_least=0)] = 0.0
+    proportional_gain: Annotated[float, Field("V/y", "proportional gain k_p", at_least=0)]
+    integral_gain: Annotated[float, Field("V/(y s)", "integral gain k_i", "0: a P law", at_least=0)] = 0.0
     anti_windup: Annotated[
         float, Field("1/s", "back-calculation gain k_aw", "0: none, as in the paper", at_least=0)
     ] = 0.0
     saturation: Saturation = Saturation()
+    controls: ControlledSignal = THIS_SIGNAL
 
     def init(self) -> PIState:
         return PIState(0.0, 0.0, 0.0)
 
     def step(self, s: PIState, y: Measurement, r: Demand, dt: float) -> PIState:
-        error = r.value - y.velocity
+        error = r.value - self.controls.of(y, y.command)
         correction = self.anti_windup * (y.command - s.unlimited)
         integral = s.integral + dt * (self.integral_gain * error + correction)
         unlimited = self.proportional_gain * error + integral

@@ -3,11 +3,12 @@
 from typing import Annotated, NamedTuple
 
 from hydroservo.block import Block, Field
+from hydroservo.controlled.velocity import Velocity
 from hydroservo.controllers.explicit_reaching import ExplicitReaching
 from hydroservo.controllers.saturation import Saturation
 from hydroservo.observers.filtered_derivative import FilteredDerivative
 from hydroservo.plants.design_model import THIS_MACHINE, DesignModel
-from hydroservo.roles import Controller, Differentiator, Observer, Reaching, role
+from hydroservo.roles import Controller, Differentiator, Observer, Reaching, controlling, role
 from hydroservo.signals import Demand, Measurement
 
 __all__ = ["TSMC", "TSMCState"]
@@ -24,6 +25,7 @@ class TSMCState(NamedTuple):
 
 
 @role(Controller)
+@controlling(Velocity)
 class TSMC(NamedTuple):
     """Terminal sliding mode velocity control on the nominal model and the observer's estimates.
 
@@ -74,7 +76,7 @@ class TSMC(NamedTuple):
             f1_slope * acceleration
             + g1 * (m.f2(x1, x2) + o.d2)
             + derivative.rate
-            - r.jerk
+            - r.second_rate
             + pull.slope * xi1_rate
             + self.reaching.second(xi2, self.linear_gain_2, self.power_gain_2, self.exponent_2, dt)
         )

@@ -52,8 +52,7 @@ class ValveInversion(NamedTuple):
         kept = ops.power(math.e, -dt / self.time_constant)
         opening = y.command + kept * (s.opening - y.command)
         mean = y.command + (s.opening - y.command) * (1.0 - kept) * self.time_constant / dt
-        seen = Measurement(y.velocity, y.load_force, y.position, mean, y.pressure_a, y.pressure_b)
-        controller = self.controller.step(s.controller, seen, r, dt)
+        controller = self.controller.step(s.controller, y.with_command(mean), r, dt)
         aim = ops.power(math.e, -self.reach * dt / self.time_constant)
         u = self.saturation.apply((controller.u - aim * opening) / (1.0 - aim))
         return ValveInversionState(u, opening, controller)

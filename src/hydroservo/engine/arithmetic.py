@@ -17,6 +17,7 @@ __all__ = [
     "compiled_factored",
     "compiled_misses",
     "compiled_model_in",
+    "compiled_overlaid",
     "compiled_scaled",
     "compiled_solved",
 ]
@@ -62,6 +63,12 @@ def compiled_factored(
 def compiled_solved(_matrix: types.Type, k: types.Type) -> Callable[..., Any]:
     """``states.solved`` for states of one type."""
     return state_text.solved(shape_of(k))
+
+
+@overload(states.overlaid, strict=False, jit_options=INLINE)
+def compiled_overlaid(x: types.Type, given: types.Type) -> Callable[..., Any]:
+    """``states.overlaid`` for states of one type and groups of another."""
+    return state_text.overlaid(shape_of(x), shape_of(given))
 
 
 @overload(block.estimates_in, strict=False, jit_options=INLINE)

@@ -21,6 +21,7 @@ __all__ = [
     "factored",
     "misses",
     "model_in",
+    "overlaid",
     "places",
     "scaled",
     "solved",
@@ -94,6 +95,13 @@ def solved(shape: Shape) -> FunctionType:
     return defined(
         states.solved, "matrix, k", made(shape, ("k",), "{}", namespace, solution), namespace, lines
     )
+
+
+def overlaid(shape: Shape, given: Shape) -> FunctionType:
+    """``states.overlaid`` for states of one type and groups of another."""
+    namespace: dict[str, Any] = {}
+    instead = {f"x.{path}": f"given.{path}" for path in places(given)}
+    return defined(states.overlaid, "x, given", made(shape, ("x",), "{}", namespace, instead), namespace)
 
 
 def estimates_in(shape: Shape) -> FunctionType:

@@ -11,6 +11,7 @@ import numpy as np
 from hydroservo._version import __version__
 from hydroservo.block import Block, leaves
 from hydroservo.errors import LoopError
+from hydroservo.export.c.declared import declared_in
 from hydroservo.export.c.liveness import Needed
 from hydroservo.export.c.primitives import WRITTEN
 from hydroservo.export.c.source import Form, Translation, texts
@@ -21,7 +22,7 @@ from hydroservo.export.translate.fixed import computed_once
 from hydroservo.export.translate.program import Program, check_law
 from hydroservo.export.translate.terms import REAL, Record
 from hydroservo.export.unit import INTEGRATED, RATES, Argument, Part, Precision, Signal, Unit
-from hydroservo.field import Field, declared_fields
+from hydroservo.field import Field
 from hydroservo.loop import Loop, MachineState
 from hydroservo.runs.cautions import quietly
 from hydroservo.runs.fitting import first_state
@@ -47,7 +48,7 @@ TAKES = {  # name and type of each argument of step besides the state
 
 
 STEPPED = (Part.MACHINE, Part.LOOP)  # by an integrator of its own
-MACHINE = ("plant.", "valve.", "supply.")  # records of a machine's state
+MACHINE = ("plant.", "valve.", "supply.", "drive.")  # records of a machine's state
 
 
 class Size(NamedTuple):
@@ -115,7 +116,7 @@ def exported_unit(
         source=source,
         parameters=tuple(parameter_signals(translation, read, later)),
         arguments=tuple(
-            Argument(name, tuple(argument_signals(name, record, needed, integrated)))
+            Argument(name, tuple(argument_signals(name, record, needed, integrated, translation.signal)))
             for name, record in translation.arguments
             if needed.kept(record)
         ),
@@ -141,15 +142,16 @@ def translated(loop: Loop, part: Part, prefix: str) -> Translation:
         LoopError: an expression nests too deep.
     """
     try:
-        return translation_of(Program(WRITTEN, prefix), block_of(loop, part), part)
+        return translation_of(Program(WRITTEN, prefix), block_of(loop, part), part, loop.controls.declared())
     except RecursionError:
         raise LoopError(f"{part}: an expression nests too deep to be translated; name parts of it") from None
 
 
-def translation_of(program: Program, block: Block, part: Part) -> Translation:
+def translation_of(program: Program, block: Block, part: Part, controlled: Field) -> Translation:
+    # Arguments first: the names of their types are public, and a block such as Command may have the same.
+    arguments = tuple((name, argument_record(program, name, cls, block)) for name, cls in TAKES[part])
     record = program.type_of(block)
     assert isinstance(record, Record)
-    arguments = tuple((name, argument_record(program, name, cls, block)) for name, cls in TAKES[part])
     if part is Part.CONTROLLER:
         check_law(program, record.fields["controller"], [kind for _, kind in arguments])
     init = program.method(record, "init", [])
@@ -158,7 +160,7 @@ def translation_of(program: Program, block: Block, part: Part) -> Translation:
     step = program.method(record, "step", [state, *(kind for _, kind in arguments)])
     record.name, state.name = "parameters", "state"
     known = tuple(program.records.values()), tuple(program.tables.values())
-    return Translation(block, record, init, step, arguments, part, *known)
+    return Translation(block, record, init, step, arguments, part, *known, controlled)
 
 
 def argument_record(program: Program, name: str, cls: Any, block: Block) -> Record:
@@ -199,23 +201,25 @@ def parameter_signals(translation: Translation, needed: Needed, later: Needed) -
     for place, record, name in kept_numbers(translation.parameters, needed):
         path = "simulation.period" if place == "period" else place.removeprefix("loop.")
         fixed = not later.has(record, name) or place == "period"
-        parameter = signal(path, place, record, name, number_in(translation.block, place))
-        least, most = bounds(declared(record, name))
+        field = declared(record, name, translation.signal)
+        parameter = signal(path, place, field, number_in(translation.block, place))
+        least, most = bounds(field)
         yield parameter._replace(fixed=fixed, least=least, most=most)
 
 
 def argument_signals(
-    argument: str, record: Record, needed: Needed, integrated: Mapping[str, Size]
+    argument: str, record: Record, needed: Needed, integrated: Mapping[str, Size], controlled: Field
 ) -> Iterator[Signal]:
     """The numbers of an argument; those that an integrator carries on have a start and a nominal value."""
     for place, owner, name in kept_numbers(record, needed):
+        field = declared(owner, name, controlled)
         if argument == INTEGRATED:
             start, largest = integrated[place]
-            state = signal(place, place, owner, name, start)
+            state = signal(place, place, field, start)
             yield state._replace(integrated=True, nominal=largest or 1.0)
         else:
             path = "controller.u" if owner.cls is Command else f"{argument}.{place}"
-            yield signal(path, place, owner, name, 0.0)
+            yield signal(path, place, field, 0.0)
 
 
 def sizes(loop: Loop, start: Block) -> dict[str, Size]:
@@ -230,19 +234,18 @@ def state_signals(translation: Translation, needed: Needed, start: Block, part: 
         own = place.removeprefix("loop.")
         integrated = part is not Part.CONTROLLER and own.startswith(MACHINE)
         path = f"controller.{own}" if part is Part.CONTROLLER else own
-        state = signal(path, place, record, name, number_in(start, place))
+        state = signal(path, place, declared(record, name, translation.signal), number_in(start, place))
         if own.startswith(RATES):
             state = state._replace(unit=f"{state.unit or 1}/s", meaning=f"rate of the {state.meaning}")
         yield state._replace(integrated=integrated)
 
 
-def signal(path: str, place: str, record: Record, name: str, value: float) -> Signal:
-    field = declared(record, name)
+def signal(path: str, place: str, field: Field, value: float) -> Signal:
     return Signal(path, place_in_c(place), field.unit, field.meaning, float(value))
 
 
-def declared(record: Record, name: str) -> Field:
-    return (declared_fields(record.cls) if record.cls else {}).get(name, Field("", name))
+def declared(record: Record, name: str, controlled: Field) -> Field:
+    return declared_in(record, controlled).get(name, Field("", name))
 
 
 def bounds(field: Field) -> tuple[float, float]:

@@ -76,7 +76,7 @@ class ExternalForce(NamedTuple):
 
 
 class Driven(NamedTuple):
-    """What acts on a machine from one sample to the next."""
+    """What acts on a machine from one sample to the next: the command, as it is held, and a force [N]."""
 
     held: Any
     force: float
@@ -88,6 +88,7 @@ class MachineUnitState(NamedTuple):
     plant: Block
     valve: Block
     supply: Block
+    drive: Block
     sensors: Block
     hold: Block
     measurement: Measurement
@@ -109,19 +110,20 @@ class MachineUnit(NamedTuple):
     def init(self) -> MachineUnitState:
         """At the start, measured."""
         m = self.loop
-        machine = MachineState(m.plant.init(), m.valve.init(), m.supply.init())
-        return self.measured(machine, m.sensors.init(), m.hold.init(), 0.0, 0.0)
+        machine = m.machine(m.init())
+        return self.measured(machine, m.sensors.init(), m.hold.init(), Driven(0.0, 0.0), 0.0)
 
     def step(self, state: MachineUnitState, command: Command, external: ExternalForce) -> MachineUnitState:
         """From a sample to the next one."""
         m = self.loop
         t = state.sample * self.period
         hold = m.hold.step(state.hold, state.command, t)
-        machine = MachineState(state.plant, state.valve, state.supply)
+        machine = MachineState(state.plant, state.valve, state.supply, state.drive)
         driven = Driven(m.hold.held(hold, command.u), external.force)
         integrator, substeps = m.simulation.integrator, m.simulation.substeps
         x = integrator.advance(self, t, machine, driven, self.period, substeps)
-        return self.measured(x, state.sensors, hold, command.u, state.sample + 1.0)
+        done = Driven(command.u, external.force)
+        return self.measured(x, state.sensors, hold, done, state.sample + 1.0)
 
     def deriv(self, t: float, x: MachineState, driven: Driven) -> MachineState:
         """Rates of the machine, for its integrator."""
@@ -133,16 +135,18 @@ class MachineUnit(NamedTuple):
         return self.loop.next_jump(t, driven.held)
 
     def measured(
-        self, x: MachineState, sensors: Block, hold: Block, u: float, sample: float
+        self, x: MachineState, sensors: Block, hold: Block, driven: Driven, sample: float
     ) -> MachineUnitState:
         """A machine's state with what the sensors make of it."""
         m = self.loop
         t = sample * self.period
-        seen = m.plant.outputs(x.plant, m.supply.pressures(x.supply))
+        force = m.load.force(t)
+        seen = m.seen(x, force + driven.force)
         read = m.sensors.step(sensors, seen, m.draws(t, self.period), self.period)
-        y = m.sensors.measure(read, seen, m.hold.applied(hold, u, self.period))
-        load = External(m.load.force(t))
-        return MachineUnitState(x.plant, x.valve, x.supply, read, hold, y, load, u, sample)
+        y = m.sensors.measure(read, seen, m.hold.applied(hold, driven.held, self.period))
+        return MachineUnitState(
+            x.plant, x.valve, x.supply, x.drive, read, hold, y, External(force), driven.held, sample
+        )
 
 
 class Instant(NamedTuple):
@@ -181,7 +185,7 @@ class EquationsUnit(NamedTuple):
     def init(self) -> EquationsUnitState:
         """At the start, without a command."""
         m = self.loop
-        start = MachineState(m.plant.init(), m.valve.init(), m.supply.init())
+        start = m.machine(m.init())
         return self.at(start, Instant(0.0, math.inf), start, Command(0.0), ExternalForce(0.0))
 
     def step(
@@ -210,7 +214,7 @@ class EquationsUnit(NamedTuple):
         return EquationsUnitState(
             start=start,
             rates=m.rates(x, command.u, force + external.force),
-            outputs=m.plant.outputs(x.plant, m.supply.pressures(x.supply)),
+            outputs=m.seen(x, force + external.force),
             load=External(force),
             jump=m.load.next_jump(t),
         )

@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 from hydroservo.figures.style import COLOURS, PALETTE, style
 from hydroservo.figures.trace import controller_name, trace_of
 from hydroservo.figures.tracking import TracedRun, tracking_figure
+from hydroservo.runs.arguments import check_one_signal
 from hydroservo.runs.conditions import differences
 
 __all__ = ["plot_comparison"]
@@ -21,19 +22,21 @@ REMARK, LINE = 7, 100  # points, and the characters of that size that fit in a l
 def plot_comparison(datasets: Sequence[xr.Dataset], labels: Sequence[str]) -> Figure:
     """Velocity, error and command of several runs, overlaid.
 
-    The error is velocity less demand. The first run of a PI, Backstepping or TSMC controller has the colour
-    that this controller has in all figures. A run that diverged is shown up to where its error is lost, as
-    a number of it was. Where the runs differ in more than their controllers, a
-    line below says in what.
+    The error is the controlled signal less demand. The first run of a PI, Backstepping or TSMC controller has
+    the colour that this controller has in all figures. A run that diverged is shown up to where its error is
+    lost, as a number of it was. Where the runs differ in more than their controllers, a line below says in
+    what.
 
     Args:
         datasets: what ``simulate`` returned for each run.
         labels: what the legend calls each run.
 
     Raises:
-        HydroservoError: the velocity, demand or command of a run was not recorded.
+        ParameterError: they control different signals.
+        HydroservoError: the controlled signal, demand or command of a run was not recorded.
     """
     traces = [trace_of(dataset) for dataset in datasets]
+    check_one_signal("results", [trace.name for trace in traces])
     notes = [" (diverged)" if trace.diverged else "" for trace in traces]
     names = [literal(label) + note for label, note in zip(labels, notes, strict=True)]
     colours = distinct_colours([controller_name(dataset) for dataset in datasets])

@@ -22,9 +22,9 @@ def plot(
 ) -> "Figure":
     """The picture of a run, of several runs on common axes, or of a table of many.
 
-    A run shows velocity and demand, error and command, and with an observer what it estimates; several show
-    the first three, and say where they differ in more than their controllers. A table shows a metric against
-    each number that varied. Notebooks show the picture; ``savefig`` writes it.
+    A run shows what is controlled and its demand, error and command, and with an observer what it estimates;
+    several show the first three, and say where they differ in more than their controllers. A table shows a
+    metric against each number that varied. Notebooks show the picture; ``savefig`` writes it.
 
     Args:
         results: what ``simulate`` returned; a list of these, or several by the names that the legend is to

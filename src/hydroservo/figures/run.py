@@ -1,4 +1,4 @@
-"""The plot of one run: velocity, error, command and, with an observer, its estimates."""
+"""The plot of one run: what is controlled, error, command and, with an observer, its estimates."""
 
 import xarray as xr
 from matplotlib.axes import Axes
@@ -13,21 +13,20 @@ __all__ = ["plot_run"]
 
 
 def plot_run(dataset: xr.Dataset) -> Figure:
-    """Velocity and demand, error and command over time; with an observer, both disturbances and estimates.
+    """What is controlled, error and command over time; with an observer, both disturbances and estimates.
 
-    The error is velocity less demand. Where peaks press the error or the command flat, an enlarged panel
-    follows. A run that diverged is shown up to where it was lost, as ``diverged_at`` has
-    it.
+    The error is the controlled signal less demand. Where peaks press the error or the command flat, an
+    enlarged panel follows. A run that diverged is shown up to where it was lost, as ``diverged_at`` has it.
 
     Args:
-        dataset: what ``simulate`` returned, with at least the velocity, demand and command recorded.
+        dataset: what ``simulate`` returned, with at least the controlled signal, demand and command recorded.
 
     Raises:
         HydroservoError: one of these was not recorded.
     """
     trace = trace_of(dataset)
     name = controller_name(dataset)
-    run = TracedRun(trace, "velocity", COLOURS.get(name, PALETTE[3]), 1.4)
+    run = TracedRun(trace, trace.name, COLOURS.get(name, PALETTE[3]), 1.4)
     count = len(trace.estimates)
     with style():
         fig = tracking_figure([run], spare=count)

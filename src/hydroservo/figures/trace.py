@@ -14,6 +14,7 @@ from hydroservo.runs.unrecorded import Unrecorded, unrecorded_command
 __all__ = ["Samples", "Trace", "controller_name", "controller_title", "trace_of"]
 
 Samples = NDArray[np.float64]
+CONTROLLED = "controlled.value"
 
 
 class Trace(NamedTuple):
@@ -21,13 +22,15 @@ class Trace(NamedTuple):
 
     time: Samples
     demand: Samples
-    velocity: Samples
-    error: Samples  # velocity less demand
+    signal: Samples  # that the loop controls
+    error: Samples  # signal less demand
     command: Samples
     disturbances: tuple[Samples, ...]  # d_L1 [m/s^2] and d_L2 [N/s]
     estimates: tuple[Samples, ...]  # of both; empty without an observer
     diverged: bool
     unrecorded: Unrecorded = Unrecorded()
+    name: str = "velocity"  # of the controlled signal
+    unit: str = "m/s"  # of it
 
 
 def trace_of(dataset: xr.Dataset) -> Trace:
@@ -36,24 +39,26 @@ def trace_of(dataset: xr.Dataset) -> Trace:
     Raises:
         HydroservoError: a signal was not recorded.
     """
-    missing = [path for path in ("plant.velocity", "reference.value", "controller.u") if path not in dataset]
+    missing = [path for path in (CONTROLLED, "reference.value", "controller.u") if path not in dataset]
     if missing:
         raise HydroservoError(f"a plot needs {', '.join(missing)}, which this run did not record")
-    demand, velocity = dataset["reference.value"].values, dataset["plant.velocity"].values
+    demand, signal = dataset["reference.value"].values, dataset[CONTROLLED].values
     diverged = bool(dataset["diverged"])
-    end = length_shown(velocity) if diverged else demand.size
+    end = length_shown(signal) if diverged else demand.size
     truths, estimates = pair(dataset, "disturbance"), pair(dataset, observer_path(dataset))
     both = bool(truths and estimates)
     return Trace(
         time=dataset["time"].values[:end],
         demand=demand[:end],
-        velocity=velocity[:end],
-        error=(velocity - demand)[:end],
+        signal=signal[:end],
+        error=(signal - demand)[:end],
         command=dataset["controller.u"].values[:end],
         disturbances=tuple(values[:end] for values in truths if both),
         estimates=tuple(values[:end] for values in estimates if both),
         diverged=diverged,
         unrecorded=unrecorded_command(dataset, scenario_of(dataset)["simulation"]["period"]),
+        name=dataset[CONTROLLED].attrs.get("long_name", ""),
+        unit=dataset[CONTROLLED].attrs.get("units", ""),
     )
 
 
@@ -76,10 +81,10 @@ def controller_types(dataset: xr.Dataset) -> list[str]:
     return found
 
 
-def length_shown(velocity: Samples) -> int:
+def length_shown(signal: Samples) -> int:
     """How many samples of a diverged run come before it was lost; at least two."""
-    lost = ~np.isfinite(velocity)
-    return max(int(np.argmax(lost)) if lost.any() else velocity.size, 2)
+    lost = ~np.isfinite(signal)
+    return max(int(np.argmax(lost)) if lost.any() else signal.size, 2)
 
 
 def observer_path(dataset: xr.Dataset) -> str:

@@ -1,4 +1,4 @@
-"""Velocity, error and command of one or several runs, one below the other."""
+"""What is controlled, error and command of one or several runs, one below the other."""
 
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
@@ -36,15 +36,17 @@ class TracedRun(NamedTuple):
 
 
 def tracking_figure(runs: Sequence[TracedRun], spare: int = 0) -> Figure:
-    """Velocity, error and command of some runs, one below the other, above a number of empty panels.
+    """What is controlled, error and command of some runs, one below the other, above some empty panels.
 
     Where short peaks, or one run, press another flat, an enlarged panel follows. Call it inside
     :func:`~hydroservo.figures.style.style`.
     """
     window = whole(runs)
-    error = Panel("error", "m/s", [run.curve(run.trace.error) for run in runs], window, zero=True)
+    error = Panel(
+        "error", runs[0].trace.unit, [run.curve(run.trace.error) for run in runs], window, zero=True
+    )
     command = Panel("command", "V", [run.curve(run.trace.command) for run in runs], window, zero=True)
-    panels = [velocities(runs)._replace(window=window), error, *enlarged(error), command, *enlarged(command)]
+    panels = [signals(runs)._replace(window=window), error, *enlarged(error), command, *enlarged(command)]
     count = len(panels) + spare
     fig = figure(height=0.45 + HEIGHT * count)
     axes = fig.subplots(count, 1, sharex=True)
@@ -98,14 +100,15 @@ def not_shown(runs: Sequence[TracedRun]) -> str:
     return "" if not notes else line if len(line) <= LEGEND else "not all is shown between recorded samples"
 
 
-def velocities(runs: Sequence[TracedRun]) -> Panel:
-    """The velocity of each run, and each demand that differs from those before it."""
+def signals(runs: Sequence[TracedRun]) -> Panel:
+    """The controlled signal of each run, and each demand that differs from those before it."""
     drawn: list[Trace] = []
     for run in runs:
         if not any(same_demand(run.trace, other) for other in drawn):
             drawn.append(run.trace)
     demands = [truth("" if i else "demand", trace.time, trace.demand) for i, trace in enumerate(drawn)]
-    return Panel("velocity", "m/s", [*(run.curve(run.trace.velocity) for run in runs), *demands])
+    first = runs[0].trace
+    return Panel(first.name, first.unit, [*(run.curve(run.trace.signal) for run in runs), *demands])
 
 
 def same_demand(one: Trace, other: Trace) -> bool:

@@ -4,13 +4,14 @@ from typing import Annotated, NamedTuple
 
 from hydroservo.block import Field
 from hydroservo.roles import Mechanism, role
+from hydroservo.signals import Tip
 
 __all__ = ["MassSpringDamper"]
 
 
 @role(Mechanism)
 class MassSpringDamper(NamedTuple):
-    """m dv/dt = the sum of the forces on the rod - k_s (x - x_0) - b_s v.
+    """m dv/dt = the sum of the forces on the rod - k_s (x - x_0) - b_s v, on the level.
 
     Source: Merritt, Hydraulic Control Systems, 1967, ch. 6 (a cylinder with a spring load).
     Fails where the rod between piston and mass bends: the two are one here.
@@ -26,3 +27,6 @@ class MassSpringDamper(NamedTuple):
 
     def resistance(self, position: float, velocity: float) -> float:
         return self.stiffness * (position - self.rest_position) + self.damping * velocity
+
+    def tip(self, position: float) -> Tip:
+        return Tip(1.0, 0.0, 0.0, 0.0, 0.0)

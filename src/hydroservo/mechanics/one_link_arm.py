@@ -8,6 +8,8 @@ from hydroservo.block import Field
 from hydroservo.constants import GRAVITY
 from hydroservo.errors import ParameterError
 from hydroservo.roles import Mechanism, role
+from hydroservo.signals import Tip
+from hydroservo.sources import CHOSEN
 
 __all__ = ["OneLinkArm"]
 
@@ -25,7 +27,7 @@ class OneLinkArm(NamedTuple):
         M dv/dt = F - (1/2) dM/dx v^2 - G/r,        G = g (m_arm l_s + m_tip l_r) cos(q - q_0)
 
     q_0 is the angle q at which the link, through hinge, centre of gravity and tip, is level; a growing q
-    raises it.
+    raises it. X points from the hinge along the level link.
 
     Source: the cosine rule and Lagrange's equation for the coordinate x; the manipulator is the application
     of doi:10.1007/s42401-021-00087-w.
@@ -50,6 +52,7 @@ class OneLinkArm(NamedTuple):
     moving_mass: Annotated[float, Field("kg", "mass m_p of piston and rod", above=0)]
     payload: Annotated[float, Field("kg", "mass m_tip at the tip", "0: none", at_least=0)] = 0.0
     reach: Annotated[float, Field("m", "distance l_r from the hinge to the tip", "0: none", at_least=0)] = 0.0
+    gravity: Annotated[float, Field("m/s^2", "acceleration g of free fall", CHOSEN)] = GRAVITY
 
     def check(self) -> None:
         least = self.arm_mass * self.centre_distance * self.centre_distance
@@ -75,7 +78,7 @@ class OneLinkArm(NamedTuple):
         cosine = self.cosine(length)
         sine = self.sine(cosine)
         lever = self.lever(length, sine)
-        lever_slope = cosine / sine - lever / length  # dr/dx
+        lever_slope = self.lever_slope(length, lever, cosine, sine)
         half_slope = -self.turning_inertia() * lever_slope / (lever * lever * lever)  # (1/2) dM/dx
         return half_slope * velocity * velocity + self.gravity_torque(cosine, sine) / lever
 
@@ -97,11 +100,39 @@ class OneLinkArm(NamedTuple):
         """r [m]."""
         return self.base_distance * self.pin_distance * sine / length
 
+    def lever_slope(self, length: float, lever: float, cosine: float, sine: float) -> float:
+        """dr/dx."""
+        return cosine / sine - lever / length
+
+    def tip(self, position: float) -> Tip:
+        length = self.length(position)
+        cosine = self.cosine(length)
+        sine = self.sine(cosine)
+        lever = self.lever(length, sine)
+        turn = 1.0 / lever
+        turn_slope = -self.lever_slope(length, lever, cosine, sine) * turn * turn
+        across, up = self.reach * self.level(cosine, sine), self.reach * self.climb(cosine, sine)
+        return Tip(
+            -up * turn,
+            across * turn,
+            -across * turn * turn - up * turn_slope,
+            across * turn_slope - up * turn * turn,
+            turn,
+        )
+
     def turning_inertia(self) -> float:
         """J [kg m^2]."""
         return self.arm_inertia + self.payload * self.reach * self.reach
 
     def gravity_torque(self, cosine: float, sine: float) -> float:
         """G [N m]."""
-        weight = GRAVITY * (self.arm_mass * self.centre_distance + self.payload * self.reach)
-        return weight * (cosine * ops.cos(self.level_angle) + sine * ops.sin(self.level_angle))
+        weight = self.gravity * (self.arm_mass * self.centre_distance + self.payload * self.reach)
+        return weight * self.level(cosine, sine)
+
+    def level(self, cosine: float, sine: float) -> float:
+        """cos(q - q_0)."""
+        return cosine * ops.cos(self.level_angle) + sine * ops.sin(self.level_angle)
+
+    def climb(self, cosine: float, sine: float) -> float:
+        """sin(q - q_0)."""
+        return sine * ops.cos(self.level_angle) - cosine * ops.sin(self.level_angle)

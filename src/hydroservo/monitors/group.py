@@ -1,38 +1,17 @@
-"""Several monitors under names of their own."""
+"""Which monitors a loop has, and what they are called."""
 
-from collections import namedtuple
 from collections.abc import Mapping
-from functools import cache
 from keyword import iskeyword
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from hydroservo.block import Block, is_block
 from hydroservo.errors import ParameterError
 
-__all__ = ["Usual", "group", "is_name", "named"]
+__all__ = ["Usual", "by_class", "is_name", "named"]
 
 
 class Usual(NamedTuple):
     """The monitors that a loop usually has."""
-
-
-def group(monitors: Mapping[str, Block]) -> Block:
-    """Monitors as one block, whose fields are their names."""
-    return group_class(tuple(monitors))(*monitors.values())
-
-
-@cache
-def group_class(names: tuple[str, ...]) -> type[Any]:
-    """A block with fields of these names; it pickles by what makes it."""
-    made: Any = namedtuple("Monitors", list(names))  # type: ignore[misc]
-    setattr(made, "__reduce__", pickled)  # noqa: B010 - what a class of this kind cannot declare
-    found: type[Any] = made
-    return found
-
-
-def pickled(monitors: Any) -> tuple[Any, ...]:
-    """What pickle keeps of monitors: how to make their block again."""
-    return group, (monitors._asdict(),)
 
 
 def named(metrics: object) -> dict[str, Block]:

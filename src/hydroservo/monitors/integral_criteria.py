@@ -1,4 +1,4 @@
-"""The integral criteria of the velocity error."""
+"""The integral criteria of the error."""
 
 from typing import Annotated, NamedTuple
 
@@ -21,14 +21,14 @@ class IntegralCriteriaState(NamedTuple):
 class IntegralCriteriaValues(NamedTuple):
     """The integrals over the run."""
 
-    iae: Annotated[float, Field("m", "integral of |error|", smaller_is_better=True)]
-    ise: Annotated[float, Field("m^2/s", "integral of error^2", smaller_is_better=True)]
-    itae: Annotated[float, Field("m s", "integral of t |error|", smaller_is_better=True)]
+    iae: Annotated[float, Field("y s", "integral of |error|", smaller_is_better=True)]
+    ise: Annotated[float, Field("y^2 s", "integral of error^2", smaller_is_better=True)]
+    itae: Annotated[float, Field("y s^2", "integral of t |error|", smaller_is_better=True)]
 
 
 @role(Monitor)
 class IntegralCriteria(NamedTuple):
-    """IAE, ISE and ITAE of the velocity error e = v - dy_d/dt.
+    """IAE, ISE and ITAE of the error e = y - r of the controlled signal.
 
     IAE = integral of |e| dt, ISE = integral of e^2 dt, ITAE = integral of t |e| dt, by the left rule over the
     integrator's steps. ITAE counts the time from the start of the run.
@@ -43,7 +43,7 @@ class IntegralCriteria(NamedTuple):
     def step(
         self, m: IntegralCriteriaState, loop: Block, s: Block, t: float, dt: float
     ) -> IntegralCriteriaState:
-        error = s.plant.velocity - s.reference.value
+        error = s.controlled.value - s.reference.value
         size = ops.absolute(error) * dt
         return IntegralCriteriaState(m.absolute + size, m.squares + error * error * dt, m.weighted + t * size)
 

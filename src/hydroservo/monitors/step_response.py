@@ -1,4 +1,4 @@
-"""How the velocity follows the jumps of its demand."""
+"""How the controlled signal follows the jumps of its demand."""
 
 from typing import Annotated, NamedTuple
 
@@ -17,6 +17,7 @@ class StepResponseState(NamedTuple):
     last_demand: float
     last_rate: float
     last_step: float  # [s]
+    start: float  # the signal at the start, from which demands are counted
     demand_max: float
     jump_time: float
     jump_sign: float  # 0 before the first
@@ -32,7 +33,7 @@ class StepResponseValues(NamedTuple):
         Field("s", "longest time from a jump until within the band", smaller_is_better=True),
     ]
     overshoot: Annotated[
-        float, Field("m/s", "largest error in the direction of the last jump", smaller_is_better=True)
+        float, Field("y", "largest error in the direction of the last jump", smaller_is_better=True)
     ]
 
 
@@ -42,8 +43,9 @@ class StepResponse(NamedTuple):
 
     A jump is a change of the demand, beyond what its rates at both instants explain, of more than the band;
     the start from rest counts, a kink does not. ``settling_time`` is the longest time from a jump (or the
-    start) until the error is last outside the band, which is a share of the largest demand so far.
-    ``overshoot`` is the largest error in the direction of the demand's last jump, 0 without one.
+    start) until the error is last outside the band, which is a share of the largest demand so far, counted
+    from the signal at the start. ``overshoot`` is the largest error in the direction of the demand's last
+    jump, 0 without one.
 
     Source: Ogata, Modern Control Engineering, 2010, sec. 5-3; what counts as a jump is chosen here.
     Fails for a demand that changes as much as the band within a step: it may be taken for one that jumps.
@@ -58,12 +60,14 @@ class StepResponse(NamedTuple):
 
     def step(self, m: StepResponseState, loop: Block, s: Block, t: float, dt: float) -> StepResponseState:
         demand, rate = s.reference.value, s.reference.rate
-        demand_max = ops.maximum(m.demand_max, ops.absolute(demand))
+        first = m.last_step == 0.0
+        start = ops.where(first, s.controlled.value, m.start)
+        demand_max = ops.maximum(m.demand_max, ops.absolute(demand - start))
         band = self.band * demand_max
         half = 0.5 * m.last_step
-        jump = demand - m.last_demand - half * (m.last_rate + rate)
+        jump = demand - ops.where(first, start, m.last_demand) - half * (m.last_rate + rate)
         jumped = ops.absolute(jump) - half * ops.absolute(rate - m.last_rate) > band
-        error = s.plant.velocity - demand
+        error = s.controlled.value - demand
         jump_time = ops.where(jumped, t, m.jump_time)
         jump_sign = ops.where(jumped, ops.sign(jump), m.jump_sign)
         outside = ops.where(ops.absolute(error) > band, t - jump_time, 0.0)
@@ -71,6 +75,7 @@ class StepResponse(NamedTuple):
             last_demand=demand,
             last_rate=rate,
             last_step=dt,
+            start=start,
             demand_max=demand_max,
             jump_time=jump_time,
             jump_sign=jump_sign,

@@ -1,4 +1,4 @@
-"""How far the velocity is from its demand."""
+"""How far the controlled signal is from its demand."""
 
 import math
 from typing import Annotated, NamedTuple
@@ -27,19 +27,17 @@ class TrackingErrorState(NamedTuple):
 class TrackingErrorValues(NamedTuple):
     """What it comes to; nan where the run ended before there was any."""
 
-    rms_error: Annotated[float, Field("m/s", "rms of the velocity error", smaller_is_better=True)]
-    max_error: Annotated[float, Field("m/s", "largest velocity error", smaller_is_better=True)]
+    rms_error: Annotated[float, Field("y", "rms of the {y} error", smaller_is_better=True)]
+    max_error: Annotated[float, Field("y", "largest {y} error", smaller_is_better=True)]
     steady_rms_error: Annotated[
-        float, Field("m/s", "rms of the velocity error, second half", smaller_is_better=True)
+        float, Field("y", "rms of the {y} error, second half", smaller_is_better=True)
     ]
-    steady_max_error: Annotated[
-        float, Field("m/s", "largest velocity error, second half", smaller_is_better=True)
-    ]
+    steady_max_error: Annotated[float, Field("y", "largest {y} error, second half", smaller_is_better=True)]
 
 
 @role(Monitor)
 class TrackingError(NamedTuple):
-    """The error e = v - dy_d/dt over the run and over its second half.
+    """The error e = y - r of the controlled signal over the run and over its second half.
 
     rms = sqrt(1/T integral of e^2 dt), the integral by the left rule over the integrator's steps, so that
     what happens between samples counts. A demand that jumps at the very end asks for what no time is left
@@ -53,7 +51,7 @@ class TrackingError(NamedTuple):
         return TrackingErrorState(*[0.0] * len(TrackingErrorState._fields))
 
     def step(self, m: TrackingErrorState, loop: Block, s: Block, t: float, dt: float) -> TrackingErrorState:
-        error = s.plant.velocity - s.reference.value
+        error = s.controlled.value - s.reference.value
         squares = error * error * dt
         steady = t >= HALF * loop.simulation.duration
         return TrackingErrorState(

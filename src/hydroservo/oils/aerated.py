@@ -5,11 +5,18 @@ from typing import Annotated, NamedTuple
 from hydroservo import ops
 from hydroservo.block import Field
 from hydroservo.constants import ATMOSPHERE
+from hydroservo.errors import ParameterError
 from hydroservo.roles import Oil, role
 from hydroservo.sources import CHOSEN
 
 __all__ = ["AeratedOil"]
 
+AirContent = Annotated[
+    float, Field("", "volume share of free air at atmospheric pressure", CHOSEN, above=0, below=1)
+]
+PolytropicIndex = Annotated[
+    float, Field("", "polytropic index n of the air", "1.4: adiabatic", at_least=1, at_most=2)
+]
 LEAST = 1e-3  # [Pa] absolute: below it the oil is as soft as there
 
 
@@ -39,12 +46,38 @@ class AeratedOil(NamedTuple):
     liquid_bulk_modulus: Annotated[
         float, Field("Pa", "bulk modulus beta_l of the liquid at atmospheric pressure", CHOSEN, at_least=1e6)
     ] = 1.4e9
-    air_content: Annotated[
-        float, Field("", "volume share of free air at atmospheric pressure", CHOSEN, above=0, below=1)
-    ] = 0.005
-    polytropic_index: Annotated[
-        float, Field("", "polytropic index n of the air", "1.4: adiabatic", at_least=1, at_most=2)
-    ] = 1.4
+    air_content: AirContent = 0.005
+    polytropic_index: PolytropicIndex = 1.4
+
+    @classmethod
+    def at_temperature(
+        cls,
+        temperature: Annotated[float, Field("K", "temperature T of the oil", at_least=200, at_most=500)],
+        cold: Annotated[
+            float, Field("K", "temperature T_1 of the first bulk modulus", at_least=200, at_most=500)
+        ],
+        cold_bulk_modulus: Annotated[float, Field("Pa", "bulk modulus of the liquid at T_1", at_least=1e6)],
+        hot: Annotated[float, Field("K", "temperature T_2 of the second", at_least=200, at_most=500)],
+        hot_bulk_modulus: Annotated[float, Field("Pa", "bulk modulus of the liquid at T_2", at_least=1e6)],
+        air_content: AirContent = 0.005,
+        polytropic_index: PolytropicIndex = 1.4,
+    ) -> "AeratedOil":
+        """The oil at a temperature, from bulk moduli of its liquid at two others, at atmospheric pressure.
+
+        Its logarithm falls linearly: beta = beta_1 (beta_2/beta_1)^((T - T_1)/(T_2 - T_1)).
+        Quick changes ask for adiabatic bulk moduli, which are those that the speed of sound gives.
+
+        Raises:
+            ParameterError: the two temperatures are not apart, or the hotter oil is the stiffer one.
+        """
+        if not hot > cold:
+            raise ParameterError("hot", hot, f"must be above cold, {cold:g} [K]")
+        if not hot_bulk_modulus < cold_bulk_modulus:
+            allowed = f"must be below cold_bulk_modulus, {cold_bulk_modulus:g} [Pa]"
+            raise ParameterError("hot_bulk_modulus", hot_bulk_modulus, allowed)
+        share = (temperature - cold) / (hot - cold)
+        liquid = cold_bulk_modulus * (hot_bulk_modulus / cold_bulk_modulus) ** share
+        return cls(liquid, air_content, polytropic_index)
 
     def bulk_modulus(self, pressure: float) -> float:
         absolute = ops.maximum(pressure + ATMOSPHERE, LEAST)

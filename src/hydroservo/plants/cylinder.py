@@ -6,18 +6,20 @@ from typing import Annotated, NamedTuple
 from hydroservo import ops
 from hydroservo.block import Block, Field
 from hydroservo.constants import ATMOSPHERE
+from hydroservo.drives.ports import Ports
 from hydroservo.errors import ParameterError
+from hydroservo.mechanics.nothing_carried import NothingCarried, NothingCarriedState
 from hydroservo.mechanics.stops import Stops
 from hydroservo.mechanics.viscous import Viscous
 from hydroservo.plants.load_pressure import LoadPressurePlant
 from hydroservo.plants.stroke import check_start
-from hydroservo.roles import EndStops, Friction, Mechanism, MeteringEdges, Oil, Plant, role
+from hydroservo.roles import Carried, EndStops, Friction, Mechanism, Oil, Plant, role
 from hydroservo.signals import MachineOutputs, PortFlows, Pressures
 from hydroservo.sources import CHOSEN
 
 __all__ = ["Cylinder", "CylinderState"]
 
-FRICTION, STOPS = Viscous(), Stops()
+FRICTION, STOPS, NOTHING = Viscous(), Stops(), NothingCarried()
 LEAST_VOLUME = 0.01  # of a chamber's dead volume
 OPEN = math.inf  # a number of the start that is to be found; "auto" in a scenario
 
@@ -30,13 +32,14 @@ StartPressureB = Annotated[
 
 
 class CylinderState(NamedTuple):
-    """Motion, both chambers' pressures and what the friction remembers."""
+    """Motion, both chambers' pressures, what the friction remembers and how what is carried moves."""
 
     velocity: Annotated[float, Field("m/s", "piston velocity x1")]
     position: Annotated[float, Field("m", "piston position from the lower end of the stroke")]
     pressure_a: Annotated[float, Field("Pa", "pressure p_A in chamber A")]
     pressure_b: Annotated[float, Field("Pa", "pressure p_B in chamber B")]
     friction: Block
+    carried: Block = NothingCarriedState()
 
 
 @role(Plant)
@@ -49,6 +52,7 @@ class Cylinder(NamedTuple):
         dp_A/dt = beta_e(p_A)/V_A (Q_A - A_A v - C_i (p_A - p_B) - C_e max(p_A, 0))
         dp_B/dt = beta_e(p_B)/V_B (A_B v - Q_B + C_i (p_A - p_B) - C_e max(p_B, 0))
 
+    Inertia and resistance are the mechanism's, with those of what it carries, which may swing by itself.
     Oil that leaks to the outside does not come back: a chamber below atmospheric pressure draws in no air.
 
     Start pressures that are left open ("auto") are those at which the piston rests under the load and the
@@ -85,6 +89,7 @@ class Cylinder(NamedTuple):
     start_pressure_b: StartPressureB = OPEN
     friction: Friction = Viscous()
     stops: EndStops = Stops()
+    carried: Carried = NothingCarried()
 
     @classmethod
     def from_diameters(
@@ -107,6 +112,7 @@ class Cylinder(NamedTuple):
         start_pressure_b: StartPressureB = OPEN,
         friction: Friction = FRICTION,
         stops: EndStops = STOPS,
+        carried: Carried = NOTHING,
     ) -> "Cylinder":
         """A cylinder from what a catalogue lists of it, at rest at mid-stroke unless its start is given.
 
@@ -127,6 +133,7 @@ class Cylinder(NamedTuple):
             start_pressure_b: in chamber B [Pa], gauge.
             friction: of the piston.
             stops: at both ends.
+            carried: what the mechanism carries that moves by itself.
 
         Raises:
             ParameterError: the rod is not thinner than the bore.
@@ -150,6 +157,7 @@ class Cylinder(NamedTuple):
             friction=friction,
             stops=stops,
             mechanism=mechanism,
+            carried=carried,
         )
 
     def check(self) -> None:
@@ -162,6 +170,8 @@ class Cylinder(NamedTuple):
                     f"its lengths do not go with the stroke, 0 to {self.stroke:g} [m]"
                 )
                 raise ParameterError("mechanism", type(self.mechanism).__name__, allowed)
+        if hasattr(self.carried, "check_on"):
+            self.carried.check_on(self.mechanism)
         for name in ("start_pressure_a", "start_pressure_b"):
             pressure = getattr(self, name)
             if pressure != OPEN and not pressure < self.oil.bulk_modulus(pressure):
@@ -183,7 +193,8 @@ class Cylinder(NamedTuple):
         a, b, x = self.start_pressure_a, self.start_pressure_b, self.start_position
         if OPEN not in (a, b):
             return self
-        held = force + self.mechanism.resistance(x, 0.0) - self.stops.force(x, 0.0, self.stroke)
+        weight = self.carried.resistance(self.carried.init(), self.mechanism, x, 0.0)
+        held = force + weight - self.stops.force(x, 0.0, self.stroke)
         mean = 0.5 * (line.supply + line.tank)
         apart = (held - (self.area_a - self.area_b) * mean) / (self.area_a + self.area_b)
         if a == b:
@@ -204,40 +215,48 @@ class Cylinder(NamedTuple):
 
     def init(self) -> CylinderState:
         return CylinderState(
-            0.0, self.start_position, self.start_pressure_a, self.start_pressure_b, self.friction.init()
+            0.0,
+            self.start_position,
+            self.start_pressure_a,
+            self.start_pressure_b,
+            self.friction.init(),
+            self.carried.init(),
         )
 
-    def flows(self, s: CylinderState, edges: MeteringEdges, opening: float, line: Pressures) -> PortFlows:
-        """What the valve passes at its two ports [m^3/s]."""
-        return edges.port_flows(opening, line, s.pressure_a, s.pressure_b)
+    def flows(self, s: CylinderState, ports: Ports) -> PortFlows:
+        """What the drive passes at its two ports [m^3/s]."""
+        return ports.flows(s.pressure_a, s.pressure_b)
 
     def deriv(self, s: CylinderState, flows: PortFlows, force: float) -> CylinderState:
-        inertia = self.mechanism.inertia(s.position)
+        inertia = self.carried.inertia(s.carried, self.mechanism, s.position)
         net = (
             self.load_force(s)
             - force
-            - self.mechanism.resistance(s.position, s.velocity)
+            - self.carried.resistance(s.carried, self.mechanism, s.position, s.velocity)
             + self.stops.force(s.position, s.velocity, self.stroke)
         )
         friction = self.friction.force(s.friction, s.velocity, net, inertia)
+        acceleration = (net - friction) * (1.0 / inertia)
         past_piston = self.internal_leakage * (s.pressure_a - s.pressure_b)
         into_a = flows.a - past_piston - self.outside(s.pressure_a)
         into_b = past_piston - flows.b - self.outside(s.pressure_b)
         return CylinderState(
-            velocity=(net - friction) * (1.0 / inertia),
+            velocity=acceleration,
             position=s.velocity,
             pressure_a=self.stiffness_a(s) * (into_a - self.area_a * s.velocity),
             pressure_b=self.stiffness_b(s) * (into_b + self.area_b * s.velocity),
             friction=self.friction.deriv(s.friction, s.velocity),
+            carried=self.carried.deriv(s.carried, self.mechanism, s.position, s.velocity, acceleration),
         )
 
     def load_force(self, s: CylinderState) -> float:
         """A_A p_A - A_B p_B [N]; of a state's rate, its rate."""
         return self.area_a * s.pressure_a - self.area_b * s.pressure_b
 
-    def outputs(self, s: CylinderState, line: Pressures) -> MachineOutputs:
-        """What sensors can see."""
-        return MachineOutputs(s.velocity, self.load_force(s), s.position, s.pressure_a, s.pressure_b)
+    def outputs(self, s: CylinderState, line: Pressures, force: float) -> MachineOutputs:
+        """What sensors can see; the force at the rod is the mechanism's resistance and the external force."""
+        met = self.carried.resistance(s.carried, self.mechanism, s.position, s.velocity) + force
+        return MachineOutputs(s.velocity, self.load_force(s), s.position, s.pressure_a, s.pressure_b, met)
 
     def volume_a(self, position: float) -> float:
         """V_A, kept above a hundredth of the dead volume [m^3]."""
@@ -277,7 +296,7 @@ class Cylinder(NamedTuple):
         spring_a = self.area_a**2 / self.volume_a(self.start_position)
         spring_b = self.area_b**2 / self.volume_b(self.start_position)
         return LoadPressurePlant(
-            mass=self.mechanism.inertia(self.start_position),
+            mass=self.carried.inertia(self.carried.init(), self.mechanism, self.start_position),
             damping=self.friction.simplified(),
             piston_area=area,
             total_volume=4.0 * area**2 / (spring_a + spring_b),

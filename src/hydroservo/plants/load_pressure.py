@@ -3,8 +3,9 @@
 from typing import Annotated, NamedTuple
 
 from hydroservo.block import Field
+from hydroservo.drives.ports import Ports
 from hydroservo.plants.stroke import check_start
-from hydroservo.roles import MeteringEdges, Plant, role
+from hydroservo.roles import Plant, role
 from hydroservo.signals import MachineOutputs, PortFlows, Pressures
 
 __all__ = ["LoadPressurePlant", "LoadPressureState"]
@@ -49,13 +50,13 @@ class LoadPressurePlant(NamedTuple):
     def init(self) -> LoadPressureState:
         return LoadPressureState(0.0, 0.0, self.start_position)
 
-    def flows(self, s: LoadPressureState, edges: MeteringEdges, opening: float, line: Pressures) -> PortFlows:
-        """What the valve passes: the load flow at both ports, and what the line gives and takes [m^3/s]."""
-        half = 0.5 * self.load_pressure(s)
+    def flows(self, s: LoadPressureState, ports: Ports) -> PortFlows:
+        """What the drive passes: the load flow at both ports, and what the line gives and takes [m^3/s]."""
+        half, line = 0.5 * self.load_pressure(s), ports.feed.line
         mean = 0.5 * (line.supply + line.tank)
-        load = edges.flow(opening, line.supply - line.tank, self.load_pressure(s))
-        ports = edges.port_flows(opening, line, mean + half, mean - half)
-        return PortFlows(load, load, supply=ports.supply, tank=ports.tank)
+        load = ports.load_flow(self.load_pressure(s))
+        passed = ports.flows(mean + half, mean - half)
+        return PortFlows(load, load, supply=passed.supply, tank=passed.tank)
 
     def deriv(self, s: LoadPressureState, flows: PortFlows, force: float) -> LoadPressureState:
         return LoadPressureState(
@@ -68,10 +69,10 @@ class LoadPressurePlant(NamedTuple):
         """x2 [N]; of a state's rate, its rate."""
         return s.load_force
 
-    def outputs(self, s: LoadPressureState, line: Pressures) -> MachineOutputs:
+    def outputs(self, s: LoadPressureState, line: Pressures, force: float) -> MachineOutputs:
         """What sensors can see; the chambers' pressures lie about the mean of the supply's and the tank's."""
         mean, half = 0.5 * (line.supply + line.tank), 0.5 * self.load_pressure(s)
-        return MachineOutputs(s.velocity, s.load_force, s.position, mean + half, mean - half)
+        return MachineOutputs(s.velocity, s.load_force, s.position, mean + half, mean - half, force)
 
     def load_pressure(self, s: LoadPressureState) -> float:
         """p_L [Pa]."""

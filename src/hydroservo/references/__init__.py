@@ -1,7 +1,8 @@
-"""Velocity demands."""
+"""Demands."""
 
 from hydroservo.references.chirp import Chirp
 from hydroservo.references.multisine import Multisine
+from hydroservo.references.point_to_point import PointToPoint
 from hydroservo.references.ramp import Ramp
 from hydroservo.references.recorded import Recorded
 from hydroservo.references.sine import Sine
@@ -11,6 +12,7 @@ from hydroservo.references.step import Step
 __all__ = [
     "Chirp",
     "Multisine",
+    "PointToPoint",
     "Ramp",
     "Recorded",
     "Sine",

@@ -1,4 +1,4 @@
-"""A sinusoidal velocity demand that sweeps through frequencies."""
+"""A sinusoidal demand that sweeps through frequencies."""
 
 import math
 from typing import Annotated, NamedTuple
@@ -18,7 +18,7 @@ class Chirp(NamedTuple):
 
     With f0 and f1 the first and last frequency, T the sweep time and tau = min(t, T)::
 
-        dy_d/dt = amplitude sin(2 pi (f0 tau + (f1 - f0) tau^2/(2 T) + f1 (t - tau)))
+        r = amplitude sin(2 pi (f0 tau + (f1 - f0) tau^2/(2 T) + f1 (t - tau)))
 
     Value and rate are continuous at the end of the sweep; the second derivative jumps there.
 
@@ -27,7 +27,7 @@ class Chirp(NamedTuple):
     Multisine.
     """
 
-    amplitude: Annotated[float, Field("m/s", "amplitude")]
+    amplitude: Annotated[float, Field("y", "amplitude")]
     first_frequency: Annotated[float, Field("Hz", "frequency f0 at t = 0", CHOSEN, at_least=0)] = 0.1
     last_frequency: Annotated[float, Field("Hz", "frequency f1 at the end", CHOSEN, at_least=0)] = 10.0
     sweep_time: Annotated[float, Field("s", "duration T of the sweep", CHOSEN, above=0)] = 8.0

@@ -1,4 +1,4 @@
-"""A periodic velocity demand with a flat spectrum."""
+"""A periodic demand with a flat spectrum."""
 
 import math
 from typing import Annotated, NamedTuple
@@ -16,7 +16,7 @@ __all__ = ["Multisine"]
 class Multisine(NamedTuple):
     """N equal harmonics of one frequency, with Schroeder's phases and exact derivatives.
 
-    dy_d/dt = amplitude/sqrt(2 N) sum_k sin(2 pi k f0 t - pi k (k - 1)/N),   k = 1 ... N
+    r = amplitude/sqrt(2 N) sum_k sin(2 pi k f0 t - pi k (k - 1)/N),   k = 1 ... N
 
     Its rms is half the amplitude, and its peak stays within the amplitude: these phases keep the crest factor
     below 1.94 for every N up to 1000, as the tests show.
@@ -26,18 +26,18 @@ class Multisine(NamedTuple):
     Fails as a start from rest: the first value is not 0. Its second derivative grows as N^2.
     """
 
-    amplitude: Annotated[float, Field("m/s", "bound of the peak, twice the rms")]
+    amplitude: Annotated[float, Field("y", "bound of the peak, twice the rms")]
     frequency: Annotated[float, Field("Hz", "lowest frequency f0", CHOSEN, above=0)] = 0.25
     harmonics: Annotated[int, Field("", "number of harmonics N", CHOSEN, at_least=1, at_most=1000)] = 20
 
     def at(self, t: float) -> Demand:
         omega = 2.0 * math.pi * self.frequency
         each = self.amplitude / ops.sqrt(2.0 * self.harmonics)
-        value = rate = jerk = 0.0
+        value = rate = second_rate = 0.0
         for i in range(self.harmonics):
             k = i + 1.0
             angle = k * omega * t - math.pi * k * (k - 1.0) / self.harmonics
             value += each * ops.sin(angle)
             rate += each * k * omega * ops.cos(angle)
-            jerk -= each * k * omega * k * omega * ops.sin(angle)
-        return Demand(value, rate, jerk)
+            second_rate -= each * k * omega * k * omega * ops.sin(angle)
+        return Demand(value, rate, second_rate)

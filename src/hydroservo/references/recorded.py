@@ -1,4 +1,4 @@
-"""A recorded velocity demand."""
+"""A recorded demand."""
 
 from typing import Annotated, NamedTuple
 
@@ -12,7 +12,7 @@ __all__ = ["Recorded"]
 
 @role(Reference)
 class Recorded(NamedTuple):
-    """dy_d/dt read from a record, smoothly interpolated, held before its first and after its last sample.
+    """r read from a record, smoothly interpolated, held before its first and after its last sample.
 
     Source: the record; the interpolation and its two derivatives are those of
     :class:`~hydroservo.time_series.TimeSeries`.
@@ -20,7 +20,7 @@ class Recorded(NamedTuple):
     Fails as a demand for laws that use its second derivative: that jumps at each sample of the record.
     """
 
-    series: Annotated[TimeSeries, Field("m/s", "recorded velocity demand", "the record")] = TimeSeries()
+    series: Annotated[TimeSeries, Field("y", "recorded demand", "the record")] = TimeSeries()
 
     def at(self, t: float) -> Demand:
         return Demand(self.series.value(t), self.series.rate(t), self.series.second_rate(t))

@@ -1,4 +1,4 @@
-"""A square-wave velocity demand."""
+"""A square-wave demand."""
 
 from typing import Annotated, NamedTuple
 
@@ -13,15 +13,15 @@ __all__ = ["Square"]
 
 @role(Reference)
 class Square(NamedTuple):
-    """dy_d/dt = offset +- amplitude, starting with +, half a period each; both derivatives are 0.
+    """r = offset +- amplitude, starting with +, half a period each; both derivatives are 0.
 
     Source: Sec. 4 of doi:10.1007/s42401-021-00087-w.
     Fails as a demand for laws that use its derivatives: the jumps are not in them.
     """
 
-    amplitude: Annotated[float, Field("m/s", "amplitude")]
+    amplitude: Annotated[float, Field("y", "amplitude")]
     period: Annotated[float, Field("s", "period", above=0)]
-    offset: Annotated[float, Field("m/s", "mean", CHOSEN)] = 0.0
+    offset: Annotated[float, Field("y", "mean", CHOSEN)] = 0.0
 
     def at(self, t: float) -> Demand:
         return Demand(self.offset + self.amplitude * ops.square_wave(t, self.period), 0.0, 0.0)

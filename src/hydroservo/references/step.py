@@ -1,4 +1,4 @@
-"""A velocity demand that jumps once."""
+"""A demand that jumps once."""
 
 from typing import Annotated, NamedTuple
 
@@ -13,7 +13,7 @@ __all__ = ["Step"]
 
 @role(Reference)
 class Step(NamedTuple):
-    """dy_d/dt = initial before the switching instant, final from it on; both derivatives are 0.
+    """r = initial before the switching instant, final from it on; both derivatives are 0.
 
     An instant that falls short of the switching one by less than 1e-9 of it counts as there.
 
@@ -21,8 +21,8 @@ class Step(NamedTuple):
     Fails as a demand for laws that use its derivatives: the jump is not in them.
     """
 
-    initial: Annotated[float, Field("m/s", "demand before the step")]
-    final: Annotated[float, Field("m/s", "demand from the step on")]
+    initial: Annotated[float, Field("y", "demand before the step")]
+    final: Annotated[float, Field("y", "demand from the step on")]
     time: Annotated[float, Field("s", "switching instant", CHOSEN, at_least=0)] = 0.1
 
     def at(self, t: float) -> Demand:

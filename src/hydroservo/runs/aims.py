@@ -13,6 +13,7 @@ from hydroservo.field import Field
 from hydroservo.loop import Loop
 from hydroservo.metrics import judged_by
 from hydroservo.nearest import one_of
+from hydroservo.runs.arguments import check_one_signal
 from hydroservo.validation import whole_number, within
 
 __all__ = [
@@ -64,6 +65,7 @@ def checked_aim(aim: Aim) -> Aim:
     Raises:
         ParameterError: a part of it is not what it must be.
     """
+    check_one_signal("loops", [loop.controls.declared().meaning for loop in aim.loops])
     metric_field(aim.loops, aim.metric)
     count = len(aim.loops)
     none = isinstance(aim.weights, list | tuple) and not aim.weights

@@ -1,7 +1,7 @@
 """What the functions of ``import hydroservo as hs`` are given: of the right kind, or refused in one line."""
 
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeGuard
 
@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "as_list",
+    "check_one_signal",
     "checked_loop",
     "checked_loops",
     "checked_mapping",
@@ -118,6 +119,21 @@ def checked_run(value: object, name: str = "run") -> "xr.Dataset":
         return value
     table = "; of the table of many runs, table['rms_error'] has a metric of each" if is_result(value) else ""
     raise ParameterError(name, value, f"must be what simulate returned{table}")
+
+
+def check_one_signal(name: str, signals: Sequence[str]) -> None:
+    """Refuse runs or loops side by side whose errors are of different signals.
+
+    Args:
+        name: of the argument that holds them.
+        signals: what each of them controls, such as "velocity".
+
+    Raises:
+        ParameterError: they differ.
+    """
+    if len(set(signals)) > 1:
+        every = ", ".join(dict.fromkeys(signals))
+        raise ParameterError(name, every, "must all be of one controlled signal")
 
 
 def checked_runs(value: object, name: str = "runs") -> list["xr.Dataset"]:

@@ -19,6 +19,7 @@ from hydroservo.metrics import declared_metrics, flags_of, monitors_of, values_o
 from hydroservo.runs.arguments import checked_loop
 from hydroservo.runs.cautions import pressure_caution, quietly, warns, with_warning
 from hydroservo.runs.columns import SEED, Columns, checked_columns, designs, starts
+from hydroservo.runs.demands import demand_caution
 from hydroservo.runs.divergence import NOTHING, Loss, first_loss, watched_paths
 from hydroservo.runs.fitting import compilation, first_state
 from hydroservo.runs.provenance import provenance
@@ -134,7 +135,7 @@ def simulate_batch(
                 losses[start : start + len(lost)] = lost
                 told(min(1.0, done * size / runs))
     data = dataset(loop, columns, table, losses).assign_attrs(said)
-    return with_warning(data, [*recorded, pressure_caution(data)])
+    return with_warning(data, [*recorded, demand_caution(loop), pressure_caution(data)])
 
 
 def with_steps(loop: Loop, columns: Columns, strict: bool) -> tuple[Loop, dict[str, float | str]]:
@@ -248,7 +249,7 @@ def dataset(loop: Loop, columns: Columns, table: NDArray[np.float64], losses: Se
         if (field := field_at(loop, path))
     }
     watching = monitors_of(loop)
-    fields, flags = declared_metrics(watching), flags_of(watching)
+    fields, flags = declared_metrics(watching, loop.controls), flags_of(watching)
     found = {
         name: ("run", row.astype(bool) if name in flags else row, judged(field))
         for row, (name, field) in zip(table, fields.items(), strict=True)

@@ -11,9 +11,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from hydroservo.block import Block, field_at, is_block, leaves, replace, value_at
 from hydroservo.errors import ParameterError
-from hydroservo.hooks import at_rest, designed
-from hydroservo.loop import Loop
+from hydroservo.hooks import designed, resting
+from hydroservo.loop import Loop, MachineState
 from hydroservo.runs.arguments import checked_mapping
+from hydroservo.runs.steady import steady_state
+from hydroservo.starts import Steady
 from hydroservo.validation import allowed, check_own, number
 from hydroservo.wiring import believed
 
@@ -155,36 +157,63 @@ def designs(loop: Loop, columns: Columns) -> Columns:
 
 
 def starts(loop: Loop, columns: Columns) -> Columns:
-    """Where the plants of runs start, where that is left open and something of the machine differs.
+    """Where the plants and drives of runs start, where that is open and something of the machine differs.
 
     Args:
-        loop: the loop as it was given, its plant not yet at rest.
+        loop: the loop as it was given, its plant and drive not yet at rest.
         columns: what is given for each run.
 
     Raises:
         ParameterError: nothing keeps the plant of a run at rest.
     """
-    machine = {path: row for path, row in columns.items() if path.startswith(("plant.", "supply.", "load."))}
+    if isinstance(loop.start, Steady):
+        return settled(loop, loop.start.command, columns)
+    start = Machine(loop.plant, loop.supply, loop.load, loop.drive)
+    machine = {path: row for path, row in columns.items() if path.partition(".")[0] in Machine._fields}
     open_ones = [
         path
-        for path, value in leaves(loop.plant, "plant.")
+        for path, value in leaves(start)
         if isinstance(value, float) and value == field_at(loop, path).auto and path not in columns
     ]
     if not machine or not open_ones:
         return {}
     table = []
-    for run, own in enumerate(versions(Machine(loop.plant, loop.supply, loop.load), machine)):
+    for run, own in enumerate(versions(start, machine)):
         try:
-            plant = at_rest(*own)
+            found = resting(own)
         except ParameterError as error:
             raise in_run(run, error) from None
-        table.append([value_at(plant, path.removeprefix("plant.")) for path in open_ones])
+        table.append([value_at(found, path) for path in open_ones])
     return dict(zip(open_ones, np.array(table).T, strict=True))
 
 
+def settled(loop: Loop, command: float, columns: Columns) -> Columns:
+    """Where the machines of runs have settled, where something of the machine differs.
+
+    Raises:
+        ParameterError: that of a run does not settle.
+    """
+    if not any(path.partition(".")[0] in (*MachineState._fields, "load", "start") for path in columns):
+        return {}
+    rows = zip(*(row.tolist() for row in columns.values()), strict=True)
+    table = []
+    for run, numbers in enumerate(rows):
+        try:
+            own: Loop = replace(loop, dict(zip(columns, numbers, strict=True)))
+            state = steady_state(resting(own), command)
+        except ParameterError as error:
+            raise in_run(run, error) from None
+        table.append([value for _, value in leaves(state)])
+    paths = [f"start.given.{path}" for path, _ in leaves(loop.machine(loop.blocks_begin()))]
+    given = {f"start.given.{path}" for path, _ in leaves(loop.start.given)}
+    found = dict(zip(paths, np.array(table).T, strict=True))
+    return {path: row for path, row in found.items() if path not in given}
+
+
 class Machine(NamedTuple):
-    """What the start of a plant depends on."""
+    """What the start of a plant and its drive depends on."""
 
     plant: Block
     supply: Block
     load: Block
+    drive: Block

@@ -89,7 +89,7 @@ def unequal(path: str, values: Sequence[Any]) -> Iterator[tuple[str, tuple[Any, 
         if not all(same(first, value) for value in values):
             yield path, tuple(values)
         return
-    types = [(table["type"], table.get("module")) for table in values]
+    types = [(table.get("type", ", ".join(table)), table.get("module")) for table in values]
     if len(set(types)) > 1:
         distinct = len({name for name, _ in types}) == len(set(types))
         yield path, tuple(name if distinct or not module else f"{module}.{name}" for name, module in types)

@@ -10,6 +10,7 @@ import tomli_w
 
 from hydroservo._version import __version__
 from hydroservo.block import Block, is_block
+from hydroservo.group import group_class
 
 __all__ = ["describe", "provenance", "scenario_hash", "scenario_text"]
 
@@ -19,11 +20,14 @@ def describe(block: Block) -> dict[str, Any]:
 
     Arrays (recorded signals) are named by their length and SHA-256, not written out.
     """
-    table: dict[str, Any] = {"type": type(block).__name__}
+    named = type(block) is not group_class(block._fields)  # and no mere group of names
+    table: dict[str, Any] = {"type": type(block).__name__} if named else {}
     if not type(block).__module__.startswith("hydroservo."):
         table["module"] = type(block).__module__  # of a plugin: holds a digest of its text
     for name in block._fields:
         value = getattr(block, name)
+        if name == "controls":  # which a loop says once
+            continue
         if is_block(value):
             table[name] = describe(value)
         elif isinstance(value, np.ndarray):
@@ -38,6 +42,7 @@ def scenario_text(loop: Block) -> str:
     """A loop as canonical TOML in SI units, without what it is judged by, which changes nothing in a run."""
     tables = describe(loop)
     del tables["metrics"]
+    tables["controls"] = describe(loop.controls)
     return toml(json.dumps(tables))
 
 

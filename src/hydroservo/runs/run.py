@@ -11,21 +11,24 @@ import numpy as np
 from hydroservo.block import Block, field_at, leaves, value_at, values
 from hydroservo.errors import LoopError, ParameterError
 from hydroservo.field import Field
-from hydroservo.hooks import at_rest, designed
+from hydroservo.group import group
+from hydroservo.hooks import designed, resting
 from hydroservo.loop import Loop
 from hydroservo.metrics import Divergence, declared_metrics, monitors_of, signals_of, values_of
-from hydroservo.monitors.group import Usual, group
+from hydroservo.monitors.group import Usual
 from hydroservo.monitors.group import named as named_monitors
 from hydroservo.runs.arguments import as_list, checked_loop
 from hydroservo.runs.cautions import pressure_caution, warns, with_warning
+from hydroservo.runs.demands import demand_caution
 from hydroservo.runs.divergence import NOTHING, Loss, first_loss, reach_of, watched_paths
 from hydroservo.runs.fitting import compilation, first_state
 from hydroservo.runs.provenance import provenance
 from hydroservo.runs.record_coverage import check_records
+from hydroservo.runs.steady import started
 from hydroservo.runs.step_sizes import check_substeps, checked_steps, machine_paths, with_exact_delay
 from hydroservo.runs.unrecorded import record_caution
 from hydroservo.validation import checked
-from hydroservo.wiring import believed, wired
+from hydroservo.wiring import believed, wired, with_signal
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -129,7 +132,7 @@ def simulate(
     loop = ready(with_metrics(checked_loop(loop), metrics))
     recorded = check_records(loop)
     state, watching = first_state(loop), monitors_of(loop)
-    wanted = paths_of(state, watching) if record is None else tuple(as_list("record", record, "paths"))
+    wanted = paths_of(loop, state) if record is None else tuple(as_list("record", record, "paths"))
     plan = plan_of(loop, state, tuple(dict.fromkeys((*wanted, *machine_paths(loop)))))
 
     def one(loop: Loop) -> Trace:
@@ -141,7 +144,8 @@ def simulate(
 
     data = dataset(checked_steps(loop, one), wanted)
     period = loop.simulation.period
-    return with_warning(data, [*recorded, pressure_caution(data), record_caution(data, period)])
+    asked = demand_caution(loop)
+    return with_warning(data, [*recorded, asked, pressure_caution(data), record_caution(data, period)])
 
 
 def with_metrics(loop: Loop, metrics: "Mapping[str, Block] | Sequence[Block] | None") -> Loop:
@@ -163,18 +167,15 @@ def ready(loop: Loop) -> Loop:
     loop = checked(checked_loop(loop))
     check_substeps(loop)
     loop = wired(with_exact_delay(loop))
-    controller = designed(loop.controller, loop.simulation.period, partial(believed, loop))
-    return loop._replace(
-        plant=at_rest(loop.plant, loop.supply, loop.load), controller=checked(controller, "controller")
-    )
+    law = with_signal(loop.controller, loop.controls)
+    controller = designed(law, loop.simulation.period, partial(believed, loop))
+    return started(resting(loop)._replace(controller=checked(controller, "controller")))
 
 
 def trace_size(loop: Loop, record: Sequence[str] | None = None) -> int:
     """Bytes that the recorded trajectory of a loop will take."""
     state = loop.init()
-    return plan_size(
-        plan_of(loop, state, record if record is not None else paths_of(state, monitors_of(loop)))
-    )
+    return plan_size(plan_of(loop, state, record if record is not None else paths_of(loop, state)))
 
 
 def plan_size(plan: Plan) -> int:
@@ -232,7 +233,7 @@ def wanted_of(loop: Loop, state: Block, paths: Sequence[str]) -> "Wanted":
     from hydroservo.engine.watch import place
 
     watching = monitors_of(loop)
-    signals = signals_of(watching)
+    signals = signals_of(loop)
 
     def source(path: str) -> str:
         name, _, own = path.partition(".")
@@ -278,8 +279,8 @@ def plan_of(loop: Loop, state: Block, record: Sequence[str]) -> Plan:
             f"must be a whole number of sample periods of {simulation.period:g} s",
         )
     stride = min(stride, periods + 1)  # beyond the end, the first sample alone is recorded
-    signals = signals_of(monitors_of(loop))
-    fields = tuple(recordable(state, signals, path) for path in record)
+    signals, controlled = signals_of(loop), loop.controls.declared()
+    fields = tuple(recordable(state, signals, path).of(controlled) for path in record)
     plan = Plan(periods + 1, stride, periods // stride + 1, tuple(record), fields)
     size = plan_size(plan)
     if size > LARGEST_TRACE:
@@ -296,9 +297,9 @@ def whole(ratio: float) -> int | None:
     return nearest if abs(ratio - nearest) <= 1e-9 * max(nearest, 1) else None
 
 
-def paths_of(state: Block, watching: Mapping[str, Block]) -> tuple[str, ...]:
+def paths_of(loop: Loop, state: Block) -> tuple[str, ...]:
     """All that can be recorded of a loop's state and of its monitors."""
-    return (*(path for path, _ in leaves(state)), *signals_of(watching))
+    return (*(path for path, _ in leaves(state)), *signals_of(loop))
 
 
 def recordable(state: Block, signals: Mapping[str, Field], path: str) -> Field:
@@ -325,7 +326,7 @@ def dataset(trace: Trace, wanted: Sequence[str]) -> "xr.Dataset":
     loop, plan = trace.loop, trace.plan
     fields = dict(zip(plan.paths, plan.fields, strict=True))
     signals = {path: ("time", trace[path], described(fields[path])) for path in wanted}
-    metrics = declared_metrics(monitors_of(loop))
+    metrics = declared_metrics(monitors_of(loop), loop.controls)
     pairs = zip(metrics.items(), trace.values, strict=True)
     scalars = {name: ((), value, judged(field)) for (name, field), value in pairs}
     return xr.Dataset(

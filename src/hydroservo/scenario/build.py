@@ -6,6 +6,7 @@ from collections.abc import Callable, Collection, Iterator, Mapping
 from typing import Any, NamedTuple, cast
 
 from hydroservo.block import Block
+from hydroservo.controlled import Velocity
 from hydroservo.errors import HydroservoWarning, ParameterError
 from hydroservo.field import Field, declared_fields
 from hydroservo.nearest import one_of
@@ -20,12 +21,37 @@ from hydroservo.scenario.tables import Entry, Table
 from hydroservo.time_series import TimeSeries
 from hydroservo.validation import allowed, checked, number
 
-__all__ = ["Argument", "Draft", "draft", "no_model", "number_from"]
+__all__ = ["Argument", "Context", "Draft", "draft", "number_from"]
 
-Nominal = Callable[[], DesignModel | None]
 LARGEST_INTEGER = 2**63  # TOML's integers have 64 bits
 AS_PRINTED = "as_printed"
 NO_FIELD = Field("", "")
+VELOCITY = Velocity().declared()
+
+
+def no_model() -> None:
+    """A model in a machine or a metric has nothing to start from."""
+
+
+class Context(NamedTuple):
+    """What a block's table is read with.
+
+    Attributes:
+        nominal: gives what a :class:`DesignModel` inside the block starts from for which there is a table.
+        controlled: the signal that the loop controls, in whose unit some numbers are.
+    """
+
+    nominal: Callable[[], DesignModel | None] = no_model
+    controlled: Field = VELOCITY
+
+    def below(self, members: Mapping[str, Any], name: str) -> "Context":
+        """The context of a block in another, whose members before it are known."""
+        found = self.controlled
+        for key in ("controls", "inner_controls")[: 2 if name == "controller" else 1]:
+            one: Any = members.get(key)
+            block = one.made() if isinstance(one, Draft) else one
+            found = found if block is None else block.declared().of(found)
+        return self._replace(controlled=found)
 
 
 class Argument(NamedTuple):
@@ -82,20 +108,21 @@ class Draft(NamedTuple):
                 yield prefix + name, Argument(field, one)
 
 
-def draft(hint: Any, default: Block | None, table: Table, nominal: Nominal) -> Draft:
+def draft(hint: Any, default: Block | None, table: Table, context: Context | None = None) -> Draft:
     """The block that a table describes, before it is made.
 
     Args:
         hint: the annotation of the field it is for: a role, or a class of blocks.
         default: the field's own block, whose values hold where the table has none; None if there is none.
         table: the table.
-        nominal: gives what a :class:`DesignModel` inside the block starts from for which there is a table.
+        context: what it is read with.
 
     Raises:
         ScenarioError: the table has an unknown key or type, or a value that is not what it must be.
     """
+    context = context or Context()
     if hint is DesignModel:  # what a law believes, whatever its class believes by default
-        default = nominal() if table.names() else THIS_MACHINE
+        default = context.nominal() if table.names() else THIS_MACHINE
     maker = maker_of(hint, default, table)
     if is_of_plugin(maker):
         check_maker(maker)
@@ -107,12 +134,10 @@ def draft(hint: Any, default: Block | None, table: Table, nominal: Nominal) -> D
             check_as_printed(table.entry(name))
         elif name not in (*base, "type"):
             raise table.entry(name).unknown(name, base)
-    members = {name: member(maker, name, value, table, nominal) for name, value in base.items()}
-    return Draft(maker, members, table)
-
-
-def no_model() -> None:
-    """A model in a machine or a metric has nothing to start from."""
+    members: dict[str, Any] = {}
+    for name in sorted(base, key=lambda name: not name.endswith("controls")):  # on which others' units depend
+        members[name] = member(maker, name, base[name], table, context.below(members, name))
+    return Draft(maker, {name: members[name] for name in base}, table)
 
 
 def check_as_printed(entry: Entry) -> None:
@@ -162,14 +187,14 @@ def defaults(maker: Maker) -> dict[str, Any]:
     return {name: None if p.default is p.empty else p.default for name, p in parameters.items()}
 
 
-def member(maker: Maker, name: str, default: Any, table: Table, nominal: Nominal) -> Any:
+def member(maker: Maker, name: str, default: Any, table: Table, context: Context) -> Any:
     """The value of one argument: a draft of a block, a recorded signal or a number."""
     hint = hints(maker).get(name)
-    field = declared_fields(maker).get(name, NO_FIELD)
+    field = declared_fields(maker).get(name, NO_FIELD).of(context.controlled)
     if hint is TimeSeries:
         return recorded(table.table(name), field)
     if is_role(hint) or is_block_class(hint) or is_block_class(type(default)):
-        return draft(hint, default, table.table(name), nominal)
+        return draft(hint, default, table.table(name), context)
     if table.has(name) and field.derived:
         raise table.entry(name).error("is computed before a run; leave it out")
     if table.has(name):

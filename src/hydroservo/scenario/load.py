@@ -13,13 +13,14 @@ from hydroservo.loop import Loop, Simulation
 from hydroservo.nearest import one_of
 from hydroservo.plants.design_model import DesignModel
 from hydroservo.runs.arguments import as_list, checked_mapping, checked_path
-from hydroservo.scenario.build import Argument, Draft, Nominal, draft, no_model
+from hydroservo.scenario.build import Argument, Context, Draft, draft
 from hydroservo.scenario.declared import hints
 from hydroservo.scenario.layers import layered
 from hydroservo.scenario.metrics import metrics_in
 from hydroservo.scenario.plugins import load_plugin
 from hydroservo.scenario.registry import names_in_role
 from hydroservo.scenario.search import Search, tune_search
+from hydroservo.scenario.start import start_in, start_written_out
 from hydroservo.scenario.tables import Table
 from hydroservo.scenario.truth import Truth, truth_of
 from hydroservo.validation import consistent
@@ -27,7 +28,8 @@ from hydroservo.wiring import believed, wired
 
 __all__ = ["Assembly", "Machine", "assembled", "load_scenario"]
 
-DIGITAL = tuple(name for name in Loop._fields if name not in ("plant", "valve", "supply", "load", "metrics"))
+FIRST = ("plant", "valve", "supply", "drive", "load", "metrics", "controls", "start")
+DIGITAL = tuple(name for name in Loop._fields if name not in FIRST)
 
 
 class Machine(NamedTuple):
@@ -36,6 +38,7 @@ class Machine(NamedTuple):
     plant: Block
     valve: Block
     supply: Block
+    drive: Block
     load: Block
 
 
@@ -91,15 +94,18 @@ def assembled(
     given = checked_mapping("changes", {} if changes is None else changes, "paths to values")
     for plugin in as_list("plugins", plugins, "files, such as ['my_controller.py']"):
         load_plugin(checked_path("plugins", plugin))
-    scenario = layered(source, given)
+    scenario = start_written_out(layered(source, given))
     check_tables(scenario)
-    drafts = {name: part(scenario, name, no_model) for name in Machine._fields}
+    drafts = {name: part(scenario, name) for name in Machine._fields}
     machine = Machine(**{name: one.made() for name, one in drafts.items()})
-    drafts |= {name: part(scenario, name, partial(believed_in, machine, scenario)) for name in DIGITAL}
+    controls = part(scenario, "controls").made()
+    context = Context(partial(believed_in, machine, scenario), controls.declared())
+    drafts |= {name: part(scenario, name, context) for name in DIGITAL}
     digital = {name: drafts[name].made() for name in DIGITAL}
     with answers(scenario):
-        loop = wired(Loop(**machine._asdict(), **digital))
+        loop = wired(Loop(**machine._asdict(), **digital, controls=controls))
     loop = loop._replace(metrics=metrics_in(scenario.table("metrics"), loop))
+    loop = loop._replace(start=start_in(scenario.table("start"), loop))
     arguments = arguments_of(drafts, machine)
     truth = truth_of(scenario, machine, arguments)
     loop = loop._replace(**true_machine(scenario, machine, drafts, arguments, truth)._asdict())
@@ -156,9 +162,9 @@ def truth_error(scenario: Table, problem: str) -> ScenarioError:
     return truth.error(f"{'and uncertainty lead' if uncertainty.names() else 'leads'} to {problem}")
 
 
-def part(scenario: Table, name: str, nominal: Nominal) -> Draft:
+def part(scenario: Table, name: str, context: Context | None = None) -> Draft:
     """The block of one field of the loop, before it is made."""
-    return draft(hints(Loop)[name], Loop._field_defaults.get(name), scenario.table(name), nominal)
+    return draft(hints(Loop)[name], Loop._field_defaults.get(name), scenario.table(name), context)
 
 
 def check_tables(scenario: Table) -> None:

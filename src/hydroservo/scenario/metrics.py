@@ -1,11 +1,12 @@
 """The monitors of a run from a scenario's ``[metrics]``."""
 
 from hydroservo.block import Block
+from hydroservo.group import group
 from hydroservo.loop import Loop
 from hydroservo.metrics import usual
-from hydroservo.monitors.group import Usual, group, is_name
+from hydroservo.monitors.group import Usual, is_name
 from hydroservo.roles import Monitor
-from hydroservo.scenario.build import draft, no_model
+from hydroservo.scenario.build import Context, draft
 from hydroservo.scenario.tables import Table
 
 __all__ = ["metrics_in"]
@@ -31,8 +32,9 @@ def metrics_in(table: Table, loop: Loop) -> Block:
     if not isinstance(wanted, bool):
         raise table.entry(USUAL).error("must be true or false: whether the usual metrics count too")
     every, found = usual(loop), ({USUAL: Usual()} if wanted else {})
+    context = Context(controlled=loop.controls.declared())
     for name in names:
         if not is_name(name):
             raise table.entry(name).error("must stand under a name of letters, digits and underscores")
-        found[name] = draft(Monitor, every.get(name), table.table(name), no_model).made()
+        found[name] = draft(Monitor, every.get(name), table.table(name), context).made()
     return group(found)

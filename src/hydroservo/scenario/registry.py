@@ -5,7 +5,9 @@ from functools import cache
 from typing import Any
 
 from hydroservo import (
+    controlled,
     controllers,
+    drives,
     holds,
     integrators,
     loads,
@@ -16,6 +18,7 @@ from hydroservo import (
     plants,
     references,
     sensors,
+    starts,
     supplies,
     valves,
 )
@@ -31,7 +34,9 @@ Maker = Callable[..., Any]  # a block's class, or a classmethod of it whose argu
 OWN = "a class of your own needs its file: --plugin FILE, in Python plugins=[FILE]"
 
 PACKAGES = (
+    controlled,
     controllers,
+    drives,
     holds,
     integrators,
     loads,
@@ -42,6 +47,7 @@ PACKAGES = (
     plants,
     references,
     sensors,
+    starts,
     supplies,
     valves,
 )

@@ -144,7 +144,7 @@ def assembly_of(source: Loop | Assembly) -> Assembly:
     if isinstance(source, Assembly):
         return source
     loop = wired(checked(checked_loop(source, "source")))
-    machine = Machine(loop.plant, loop.valve, loop.supply, loop.load)
+    machine = Machine(*(getattr(loop, name) for name in Machine._fields))
     return Assembly(loop, machine, {}, Truth({}, {}), {}, Search())
 
 

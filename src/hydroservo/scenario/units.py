@@ -7,6 +7,7 @@ from functools import cache, lru_cache
 from typing import Any
 
 from hydroservo.errors import short
+from hydroservo.field import CONTROLLED
 from hydroservo.nearest import nearest
 
 __all__ = ["check_si", "factor_and_dimension"]
@@ -113,12 +114,12 @@ def base_units(name: str) -> tuple[Fraction, Dimension]:
 def check_si(text: str) -> None:
     """Refuse a unit that is not coherent SI, as mm, bar and deg are not.
 
-    Hz, a cycle per second, may stand for a frequency.
+    Hz, a cycle per second, may stand for a frequency, and y for the unit of what a loop controls.
 
     Raises:
         ValueError: the text is no unit, or has a name that is not coherent; the message says what to write.
     """
-    if all(is_coherent(name) for name, _ in powers(text)):
+    if all(name == CONTROLLED or is_coherent(name) for name, _ in powers(text)):
         return
     instead = coherent(text)
     way = "units without prefixes, such as m, kg, s, Pa and rad" if instead is None else repr(instead)

@@ -8,6 +8,8 @@ from hydroservo.sensors.exact_differentiator import ExactDifferentiator, ExactDi
 from hydroservo.sensors.filtered_difference import FilteredDifference, FilteredDifferenceState
 from hydroservo.sensors.ideal import IdealSensors, IdealSensorsState
 from hydroservo.sensors.ideal_position import IdealPosition, PositionReading
+from hydroservo.sensors.load_cell import LoadCell
+from hydroservo.sensors.no_force import ForceReading, NoForce
 from hydroservo.sensors.no_position import NoPosition
 from hydroservo.sensors.no_pressure import NoPressure, PressureReading
 from hydroservo.sensors.noisy import NoisySensors, NoisySensorsState
@@ -27,9 +29,12 @@ __all__ = [
     "ExactDifferentiatorState",
     "FilteredDifference",
     "FilteredDifferenceState",
+    "ForceReading",
     "IdealPosition",
     "IdealSensors",
     "IdealSensorsState",
+    "LoadCell",
+    "NoForce",
     "NoPosition",
     "NoPressure",
     "NoisySensors",

@@ -34,7 +34,7 @@ class DelayedSensors(NamedTuple):
     sensors: Sensors = IdealSensors()
 
     def init(self) -> DelayedSensorsState:
-        nothing = MachineOutputs(math.nan, math.nan, math.nan, math.nan, math.nan)
+        nothing = MachineOutputs(math.nan, math.nan, math.nan, math.nan, math.nan, math.nan)
         return DelayedSensorsState(self.sensors.init(), nothing, nothing)
 
     def step(
@@ -48,8 +48,9 @@ class DelayedSensors(NamedTuple):
             self.known(s.latest.position, y.position),
             self.known(s.latest.pressure_a, y.pressure_a),
             self.known(s.latest.pressure_b, y.pressure_b),
+            self.known(s.latest.force, y.force),
         )
-        latest = MachineOutputs(y.velocity, y.load_force, y.position, y.pressure_a, y.pressure_b)
+        latest = MachineOutputs(y.velocity, y.load_force, y.position, y.pressure_a, y.pressure_b, y.force)
         return DelayedSensorsState(sensors, latest, passed)
 
     def known(self, before: float, now: float) -> float:
@@ -58,7 +59,7 @@ class DelayedSensors(NamedTuple):
 
     def measure(self, s: DelayedSensorsState, machine: MachineOutputs, command: float) -> Measurement:
         y = s.passed
-        return Measurement(y.velocity, y.load_force, y.position, command, y.pressure_a, y.pressure_b)
+        return Measurement(y.velocity, y.load_force, y.position, command, y.pressure_a, y.pressure_b, y.force)
 
     def missing(self) -> tuple[str, ...]:
         """The fields of a measurement that the nested sensors do not measure."""

@@ -41,7 +41,7 @@ class Dropout(NamedTuple):
     sensors: Sensors = IdealSensors()
 
     def init(self) -> DropoutState:
-        nothing = MachineOutputs(math.nan, math.nan, math.nan, math.nan, math.nan)
+        nothing = MachineOutputs(math.nan, math.nan, math.nan, math.nan, math.nan, math.nan)
         return DropoutState(self.sensors.init(), nothing)
 
     def step(self, s: DropoutState, machine: MachineOutputs, draws: Draws, dt: float) -> DropoutState:
@@ -55,6 +55,7 @@ class Dropout(NamedTuple):
             self.kept(lost, last.position, y.position),
             self.kept(lost, last.pressure_a, y.pressure_a),
             self.kept(lost, last.pressure_b, y.pressure_b),
+            self.kept(lost, last.force, y.force),
         )
         return DropoutState(sensors, received)
 
@@ -64,7 +65,7 @@ class Dropout(NamedTuple):
 
     def measure(self, s: DropoutState, machine: MachineOutputs, command: float) -> Measurement:
         y = s.received
-        return Measurement(y.velocity, y.load_force, y.position, command, y.pressure_a, y.pressure_b)
+        return Measurement(y.velocity, y.load_force, y.position, command, y.pressure_a, y.pressure_b, y.force)
 
     def missing(self) -> tuple[str, ...]:
         """The fields of a measurement that the nested sensors do not measure."""

@@ -36,4 +36,5 @@ class IdealSensors(NamedTuple):
             command,
             machine.pressure_a,
             machine.pressure_b,
+            machine.force,
         )

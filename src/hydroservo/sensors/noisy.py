@@ -47,5 +47,11 @@ class NoisySensors(NamedTuple):
 
     def measure(self, s: NoisySensorsState, machine: MachineOutputs, command: float) -> Measurement:
         return Measurement(
-            s.velocity, s.load_force, machine.position, command, machine.pressure_a, machine.pressure_b
+            s.velocity,
+            s.load_force,
+            machine.position,
+            command,
+            machine.pressure_a,
+            machine.pressure_b,
+            machine.force,
         )

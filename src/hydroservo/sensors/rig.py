@@ -3,8 +3,9 @@
 from typing import Annotated, NamedTuple
 
 from hydroservo.block import Block, Field
-from hydroservo.roles import PositionSensor, PressureSensor, Sensors, VelocityEstimator, role
+from hydroservo.roles import ForceSensor, PositionSensor, PressureSensor, Sensors, VelocityEstimator, role
 from hydroservo.sensors.difference import Difference
+from hydroservo.sensors.no_force import NoForce
 from hydroservo.sensors.no_pressure import NoPressure
 from hydroservo.signals import Draws, MachineOutputs, Measurement
 
@@ -12,7 +13,7 @@ __all__ = ["RigSensors", "RigSensorsState"]
 
 AS_THE_PLANT = 0.0
 SHARE = 16.0  # streams of random numbers for each sensor
-REST = MachineOutputs(0.0, 0.0, 0.0, 0.0, 0.0)
+REST = MachineOutputs(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 class RigSensorsState(NamedTuple):
@@ -22,15 +23,16 @@ class RigSensorsState(NamedTuple):
     velocity: Block
     pressure_a: Block
     pressure_b: Block
+    force: Block
 
 
 @role(Sensors)
 class RigSensors(NamedTuple):
-    """A position sensor, a velocity from it or from a sensor of its own, and a pressure sensor each chamber.
+    """A position sensor, a velocity from it or from a sensor of its own, pressure sensors and a load cell.
 
     The load force is not measured: it is area_a p_a - area_b p_b, with the areas that the controller's side
     knows; those of the plant ("auto") unless others are given. A sensor whose reading is nan measures
-    nothing (NoPosition, NoPressure), and what is computed from it is missing too.
+    nothing (NoPosition, NoPressure, NoForce), and what is computed from it is missing too.
 
     Source: a definition.
     Fails where sensors are read at different instants.
@@ -46,10 +48,15 @@ class RigSensors(NamedTuple):
     area_b: Annotated[
         float, Field("m^2", "piston area at chamber B as known", "the plant's", above=0, auto=AS_THE_PLANT)
     ] = AS_THE_PLANT
+    force: ForceSensor = NoForce()
 
     def init(self) -> RigSensorsState:
         return RigSensorsState(
-            self.position.init(), self.velocity.init(), self.pressure_a.init(), self.pressure_b.init()
+            self.position.init(),
+            self.velocity.init(),
+            self.pressure_a.init(),
+            self.pressure_b.init(),
+            self.force.init(),
         )
 
     def step(self, s: RigSensorsState, machine: MachineOutputs, draws: Draws, dt: float) -> RigSensorsState:
@@ -59,6 +66,7 @@ class RigSensors(NamedTuple):
             self.velocity.step(s.velocity, machine, position.value, self.share(draws, 1.0), dt),
             self.pressure_a.step(s.pressure_a, machine.pressure_a, self.share(draws, 2.0), dt),
             self.pressure_b.step(s.pressure_b, machine.pressure_b, self.share(draws, 3.0), dt),
+            self.force.step(s.force, machine.force, self.share(draws, 4.0), dt),
         )
 
     def share(self, draws: Draws, number: float) -> Draws:
@@ -67,9 +75,8 @@ class RigSensors(NamedTuple):
 
     def measure(self, s: RigSensorsState, machine: MachineOutputs, command: float) -> Measurement:
         a, b = s.pressure_a.value, s.pressure_b.value
-        return Measurement(
-            s.velocity.value, self.area_a * a - self.area_b * b, s.position.value, command, a, b
-        )
+        load_force = self.area_a * a - self.area_b * b
+        return Measurement(s.velocity.value, load_force, s.position.value, command, a, b, s.force.value)
 
     def missing(self) -> tuple[str, ...]:
         """The fields of a measurement that are not measured: those that are nan when the machine rests."""

@@ -3,6 +3,7 @@
 from typing import Annotated, NamedTuple
 
 from hydroservo.block import Field
+from hydroservo.constants import ATMOSPHERE
 from hydroservo.errors import ParameterError
 from hydroservo.roles import Supply, role
 from hydroservo.signals import Pressures
@@ -25,9 +26,9 @@ class IdealSupply(NamedTuple):
     """
 
     supply_pressure: Annotated[float, Field("Pa", "supply pressure p_s", above=0)]
-    return_pressure: Annotated[float, Field("Pa", "return pressure p_r", "eq. (2) has none", at_least=0)] = (
-        0.0
-    )
+    return_pressure: Annotated[
+        float, Field("Pa", "return pressure p_r", "eq. (2) has none", above=-ATMOSPHERE)
+    ] = 0.0
 
     def check(self) -> None:
         if not self.supply_pressure > self.return_pressure:

@@ -3,20 +3,21 @@
 from typing import Annotated, NamedTuple
 
 from hydroservo import ops
-from hydroservo.block import Field
+from hydroservo.block import Block, Field
 from hydroservo.constants import ATMOSPHERE
 from hydroservo.errors import ParameterError
-from hydroservo.roles import Accumulator, Supply, role
+from hydroservo.roles import Accumulator, Poppet, Supply, role
 from hydroservo.signals import Pressures
 from hydroservo.sources import CHOSEN, DATASHEET
 from hydroservo.supplies.ideal import IdealSupply
 from hydroservo.supplies.no_accumulator import NoAccumulator
+from hydroservo.supplies.quick_poppet import QuickPoppet, QuickPoppetState
 from hydroservo.supplies.relief import ReliefValve
 
 __all__ = ["PumpSupply", "PumpSupplyState"]
 
 LEAST_PRESSURE = 1.0  # [Pa] absolute, at which the air is thought to grow no more
-NONE = NoAccumulator()
+NONE, QUICK = NoAccumulator(), QuickPoppet()
 
 Displacement = Annotated[float, Field("m^3/rad", "displacement of the pump", above=0)]
 RatedSpeed = Annotated[float, Field("rad/s", "speed at the rated point", DATASHEET, above=0)]
@@ -28,7 +29,7 @@ SpeedGain = Annotated[float, Field("N m s/rad", "gain of the speed control", abo
 MaxTorque = Annotated[float, Field("N m", "largest torque of the motor", above=0)]
 Inertia = Annotated[float, Field("kg m^2", "inertia of motor and pump", above=0)]
 ViscousFriction = Annotated[float, Field("N m s/rad", "viscous friction of both", "0: none", at_least=0)]
-ReturnPressure = Annotated[float, Field("Pa", "return pressure p_r", "an open tank", at_least=0)]
+ReturnPressure = Annotated[float, Field("Pa", "return pressure p_r", "an open tank", above=-ATMOSPHERE)]
 Volume = Annotated[float, Field("m^3", "oil between pump and valve", above=0)]
 BulkModulus = Annotated[float, Field("Pa", "bulk modulus of oil and line", above=0)]
 FreeAir = Annotated[
@@ -37,10 +38,11 @@ FreeAir = Annotated[
 
 
 class PumpSupplyState(NamedTuple):
-    """The shaft's speed and the line's pressure."""
+    """The shaft's speed, the line's pressure and how far the relief valve is open."""
 
     speed: Annotated[float, Field("rad/s", "speed of the shaft")]
     pressure: Annotated[float, Field("Pa", "pressure in the supply line")]
+    poppet: Block = QuickPoppetState()
 
 
 @role(Supply)
@@ -48,10 +50,11 @@ class PumpSupply(NamedTuple):
     """A fixed-displacement pump turned by a speed-controlled motor, feeding a line with a relief valve.
 
     With the shaft's speed w, the line's pressure p, its absolute value p_abs = p + p_0 with p_0 = 101325 Pa,
-    the return pressure p_r, the pump's displacement D and the flow Q drawn by the servo valve::
+    the return pressure p_r, the pump's displacement D, the flow Q_relief of the relief valve,
+    whose poppet may take its time, and the flow Q drawn by the servo valve::
 
         J dw/dt = T - D (p - p_r) - B w      T = K (w_ref - w) within +-T_max
-        C dp/dt = D w - L (p - p_r) - Q_relief(p) - Q
+        C dp/dt = D w - L (p - p_r) - Q_relief - Q
         C       = V (1/beta_e + a p_0/p_abs^2) + C_accumulator(p)
 
     The free air a is what keeps p above -p_0 however much is drawn: the line then fills with it. The
@@ -76,6 +79,7 @@ class PumpSupply(NamedTuple):
     return_pressure: ReturnPressure = 0.0
     free_air: FreeAir = 5e-3
     accumulator: Accumulator = NONE
+    poppet: Poppet = QUICK
 
     @classmethod
     def from_datasheet(
@@ -94,6 +98,7 @@ class PumpSupply(NamedTuple):
         return_pressure: ReturnPressure = 0.0,
         free_air: FreeAir = 5e-3,
         accumulator: Accumulator = NONE,
+        poppet: Poppet = QUICK,
     ) -> "PumpSupply":
         """The supply whose pump delivers eta D w_n at its rated speed w_n, p_n above the return pressure.
 
@@ -127,6 +132,7 @@ class PumpSupply(NamedTuple):
             free_air=free_air,
             relief=relief,
             accumulator=accumulator,
+            poppet=poppet,
         )
 
     def check(self) -> None:
@@ -145,7 +151,9 @@ class PumpSupply(NamedTuple):
     def init(self) -> PumpSupplyState:
         pressure = self.idle_pressure()
         delivered = self.leakage * (pressure - self.return_pressure) + self.relief.flow(pressure)
-        return PumpSupplyState(delivered * (1.0 / self.displacement), pressure)
+        return PumpSupplyState(
+            delivered * (1.0 / self.displacement), pressure, self.poppet.settled(self.relief, pressure)
+        )
 
     def idle_pressure(self) -> float:
         """The pressure at which nothing is left to draw [Pa].
@@ -171,10 +179,12 @@ class PumpSupply(NamedTuple):
         torque = ops.clip(
             self.speed_gain * (self.demanded_speed - s.speed), -self.max_torque, self.max_torque
         )
-        stored = self.displacement * s.speed - self.leakage * rise - self.relief.flow(s.pressure) - drawn
+        relieved = self.poppet.flow(s.poppet, self.relief, s.pressure)
+        stored = self.displacement * s.speed - self.leakage * rise - relieved - drawn
         return PumpSupplyState(
             speed=(torque - self.displacement * rise - self.viscous * s.speed) * (1.0 / self.inertia),
             pressure=stored / self.line_compliance(s.pressure),
+            poppet=self.poppet.deriv(s.poppet, self.relief, s.pressure),
         )
 
     def line_compliance(self, pressure: float) -> float:

@@ -14,7 +14,7 @@ from hydroservo.wiring import with_model
 
 __all__ = ["PLAIN", "Case", "ContractError", "case_of"]
 
-PLAIN = {"simplified", "substeps_for", "trusted_rate"}  # methods of roles that only Python calls
+PLAIN = {"declared", "simplified", "substeps_for", "trusted_rate"}  # methods of roles that only Python calls
 NAMED = (  # how translation and numba name a place
     re.compile(r"^(?P<file>.+?), line (?P<line>\d+), "),
     re.compile(r' \(File "(?P<file>.+?)", line (?P<line>\d+)\)'),

@@ -9,14 +9,18 @@ from hypothesis import strategies as st
 from hypothesis.strategies import SearchStrategy
 
 from hydroservo.block import Block, is_block, leaves, replace
+from hydroservo.drives import ValveOnSupply, ValveOnSupplyState
+from hydroservo.drives.ports import Ports
 from hydroservo.errors import ParameterError
 from hydroservo.field import Field, declared_fields
+from hydroservo.mechanics import OneLinkArm
 from hydroservo.monitors.group import Usual
 from hydroservo.plants import DesignModel
-from hydroservo.roles import Monitor, Reaching, Realisation
+from hydroservo.roles import Monitor, Reaching, Realisation, Start
 from hydroservo.runs.run import ready
 from hydroservo.scenario.fits import role_methods
-from hydroservo.signals import Demand, Draws, MachineOutputs, Measurement, PortFlows, Pressures
+from hydroservo.signals import Demand, Draws, Feed, MachineOutputs, Measurement, PortFlows, Pressures
+from hydroservo.supplies import ReliefValve
 from hydroservo.testing.examples import example
 from hydroservo.testing.places import watched_loop
 from hydroservo.time_series import TimeSeries
@@ -112,6 +116,7 @@ def series(draw: Any) -> TimeSeries:
 SCALES = {
     "D": 100.0,
     "a": 0.5,
+    "acceleration": 10.0,
     "command": 1.0,
     "drawn": 1e-5,
     "drop": 4e6,
@@ -143,6 +148,7 @@ RECORDS: dict[str, Any] = {
     "y": Measurement,
     "r": Demand,
     "machine": MachineOutputs,
+    "seen": MachineOutputs,
     "line": Pressures,
     "flows": PortFlows,
 }
@@ -165,10 +171,24 @@ class Oscillator(NamedTuple):
         return np.inf
 
 
+def feeds(spread: Range) -> SearchStrategy[Feed]:
+    """What drives find at a valve and a supply."""
+    ordinary = spread is ORDINARY
+    line = st.builds(Pressures, signal(4e6, ordinary), signal(1e5, ordinary))
+    command, opening = (signal(SCALES[name], ordinary) for name in ("command", "opening"))
+    return st.builds(Feed, command, block_of(example(Orifice), spread), opening, line)
+
+
 MADE: dict[str, Callable[[Range], SearchStrategy[Any]]] = {
     "draws": lambda _: st.builds(Draws, whole_below(2**53), whole_below(2**16), whole_below(2**53)),
     "model": lambda spread: block_of(example(DesignModel), spread),
+    "mechanism": lambda spread: block_of(example(OneLinkArm), spread),
     "edges": lambda spread: block_of(example(Orifice), spread),
+    "feed": feeds,
+    "ports": lambda spread: st.builds(
+        Ports, st.just(ValveOnSupply()), st.just(ValveOnSupplyState()), feeds(spread)
+    ),
+    "relief": lambda spread: block_of(example(ReliefValve), spread),
     "substeps": lambda _: st.integers(1, 5),
     "system": lambda _: st.just(Oscillator()),
     "x": lambda _: state(Swinging(0.0, 0.0), ordinary=True),
@@ -191,6 +211,8 @@ def arguments(draw: Any, block: Block, role: type, name: str, ordinary: bool) ->
     for wanted in role_methods(role)[name][1:]:
         if wanted == own:
             rows.append(draw(state(block.init(), ordinary)))
+        elif role is Start:
+            rows.append(draw(loop_states(ordinary)))
         elif role is Monitor and wanted in RUNNING:
             rows.append(draw(RUNNING[wanted](ordinary)))
         elif wanted == "held":

@@ -9,33 +9,44 @@ from typing import Any, TypeVar, cast
 from hydroservo.block import Block
 from hydroservo.controllers import (
     DAC,
+    PID,
+    AccelerationFeedback,
     AntiWindup,
+    Cascade,
+    DeadBandCompensation,
+    DeadBandJump,
     Delay,
+    DirectionalGain,
+    FlowCompensation,
+    PressureFeedback,
     RateLimit,
     Saturation,
     ValveInversion,
+    VelocityCompensation,
 )
+from hydroservo.drives import CheckValve, Counterbalance, Hoses, LoadSensing, PressureCompensator, PumpDrive
 from hydroservo.holds import DelayedHold
 from hydroservo.loads import Constant as ConstantLoad
 from hydroservo.loads import Square as SquareLoad
 from hydroservo.loads import Step as StepLoad
 from hydroservo.loop import Loop, Simulation
-from hydroservo.mechanics import LuGre, Mass, MassSpringDamper, OneLinkArm, Stribeck, Viscous
+from hydroservo.mechanics import LuGre, Mass, MassSpringDamper, OneLinkArm, Stribeck, SwingingLoad, Viscous
 from hydroservo.observers import BoundaryLayer, KalmanObserver, PositionKalmanObserver
-from hydroservo.oils import ConstantOil
+from hydroservo.oils import CavitatingOil, ConstantOil
 from hydroservo.papers.tsmc_eha_2021 import machine
 from hydroservo.plants import Cylinder
 from hydroservo.plants.design_model import THIS_MACHINE
-from hydroservo.references import Chirp, Multisine, Ramp, Step
+from hydroservo.references import Chirp, Multisine, PointToPoint, Ramp, Step
 from hydroservo.sensors import (
     Encoder,
     ExactDifferentiator,
     FilteredDifference,
+    LoadCell,
     NoisySensors,
     PressureTransducer,
     RigSensors,
 )
-from hydroservo.supplies import GasAccumulator, PumpSupply, ReliefValve
+from hydroservo.supplies import GasAccumulator, PumpSupply, ReliefValve, SlowPoppet
 from hydroservo.valves import FirstOrderValve, FourEdges, SecondOrderValve
 
 __all__ = ["EXAMPLES", "example"]
@@ -71,6 +82,8 @@ PUMP = PumpSupply(
     leakage=7e-13,
     return_pressure=2e5,
 )
+OIL = ConstantOil(PLANT.bulk_modulus)
+CHECK_VALVE = CheckValve(opening_pressure=5e4, gradient=1e-9)
 TRANSDUCER = PressureTransducer(0.0, 60e5)
 ARM = OneLinkArm(
     base_distance=0.3,
@@ -100,27 +113,74 @@ BLOCKS: tuple[Block, ...] = (
     PUMP,
     TRANSDUCER,
     ARM,
+    AccelerationFeedback(LAW, acceleration_gain=2e-3),
     AntiWindup(LAW._replace(saturation=Saturation(1000.0)), gain=100.0, saturation=LIMIT),
+    Cascade(LAW, proportional_gain=10.0, max_velocity=0.1, rate_feedforward=1.0),
+    CavitatingOil(PLANT.bulk_modulus),
     Chirp(AMPLITUDE),
     ConstantLoad(FORCE),
     ConstantOil(PLANT.bulk_modulus),
     DAC(LAW),
+    DeadBandCompensation(LAW, extend_overlap=0.5, retract_overlap=0.4, threshold=0.05),
+    DeadBandJump(LAW, extend_overlap=0.5, retract_overlap=0.4, threshold=0.05),
     Delay(LAW),
     DelayedHold(5e-4),
+    DirectionalGain(LAW, extend_gain=1.0, retract_gain=1.4),
+    CHECK_VALVE,
+    Counterbalance(
+        pilot_ratio=3.0,
+        cracking_pressure=60e5,
+        opening_range=10e5,
+        rated_flow=1e-4,
+        rated_drop=10e5,
+        check_valve=CHECK_VALVE,
+        volume=1e-5,
+        oil=OIL,
+    ),
+    Hoses(2e-5, 2e-5, 1e10, 1e10, OIL),
+    LoadSensing(margin=10e5, time_constant=0.02),
+    PressureCompensator(spring_pressure=7e5),
+    PumpDrive(
+        displacement=3.2e-7,
+        command_gain=30.0,
+        max_speed=300.0,
+        speed_gain=1.0,
+        max_torque=5.0,
+        inertia=0.002,
+        check_valve=CHECK_VALVE,
+        relief=RELIEF,
+        viscous=1e-3,
+        leakage=7e-13,
+        case_leakage=2e-13,
+    ),
     Encoder(1e-6),
     ExactDifferentiator(1.0),
     FilteredDifference(2e-3),
     KalmanObserver(100.0, 1e6, velocity_noise=5e-4, load_force_noise=5.0),
     NoisySensors(5e-4, 5.0),
+    PID(3.0, 100.0, 1e-3, 0.9, 1e-3, 1e-6),
+    PressureFeedback(LAW, force_gain=1e-4, time_constant=0.02),
     PositionKalmanObserver(100.0, 1e6, position_noise=3e-7, load_force_noise=5.0),
     RigSensors(Encoder(1e-6), pressure_a=TRANSDUCER, pressure_b=TRANSDUCER),
+    FlowCompensation(
+        LAW,
+        SUPPLY.supply_pressure,
+        PLANT.piston_area,
+        PLANT.piston_area,
+        rated_drop=20e5,
+        least_drop=2e5,
+        time_constant=0.02,
+    ),
     FirstOrderValve(VALVE.gain, machine.VALVE_LAG, VALVE.max_opening, machine.ORIFICE),
+    LoadCell(0.5),
     LuGre(1e6, 80.0, 40.0, 60.0, 5e-3, PLANT.damping),
     Mass(PLANT.mass),
     MassSpringDamper(PLANT.mass, stiffness=1e4, rest_position=0.039),
     Multisine(AMPLITUDE),
-    Ramp(0.0, AMPLITUDE),
+    PointToPoint(0.0, AMPLITUDE, max_rate=0.1, max_second_rate=1.0, max_third_rate=20.0, time=1e-3),
+    Ramp(0.0, AMPLITUDE, rate=0.1),
     RateLimit(LAW, rate=1000.0),
+    SlowPoppet(5e-3),
     SecondOrderValve(VALVE.gain, 300.0, VALVE.max_opening, machine.ORIFICE, slew_limit=0.5),
     machine.LOADS["sine"],
     SquareLoad(FORCE, machine.PERIOD),
@@ -128,7 +188,9 @@ BLOCKS: tuple[Block, ...] = (
     Step(0.0, AMPLITUDE),
     StepLoad(0.0, FORCE),
     Stribeck(40.0, 60.0, 5e-3, PLANT.damping),
+    SwingingLoad(2.0, centre_distance=0.4, moment_of_inertia=0.02, damping=0.05),
     ValveInversion(LAW, machine.VALVE_LAG),
+    VelocityCompensation(LAW, velocity_gain=0.5),
     Viscous(PLANT.damping),
     machine.BACKSTEPPING._replace(model=THIS_MACHINE),
     machine.TERMINAL._replace(model=THIS_MACHINE, observer=machine.OBSERVER),

@@ -5,17 +5,21 @@ from collections.abc import Iterator
 from typing import Any, NamedTuple, get_type_hints
 
 from hydroservo.block import Block, is_block, replace, value_at
+from hydroservo.controlled import Velocity
 from hydroservo.controllers import TSMC
+from hydroservo.drives import PumpDrive
+from hydroservo.group import group
+from hydroservo.hooks import is_valveless
 from hydroservo.loop import Loop, Simulation
 from hydroservo.monitors import TrackingError
-from hydroservo.monitors.group import group
 from hydroservo.plants import Cylinder
 from hydroservo.roles import Hold, Monitor
 from hydroservo.scenario.fits import ROLES, said_roles
 from hydroservo.scenario.registry import shipped_classes
 from hydroservo.testing.examples import example
+from hydroservo.valves import NoValve
 
-__all__ = ["loop_with", "watched_loop"]
+__all__ = ["loop_with", "signal_for", "watched_loop", "with_its_valve"]
 
 PERIOD = 1e-4  # s
 PERIODS = 1000
@@ -40,8 +44,20 @@ def loop_with(block: Block, role: type) -> Loop | None:
             period = 2.0 * late or PERIOD  # one of the two steps in it ends where the command comes
             simulation = Simulation(PERIODS * period, period, substeps=2, record_period=period)
             found: Loop = replace(place.loop, {"simulation": simulation, place.path: block})
-            return found
+            return with_its_valve(found._replace(controls=signal_for(found.controller)))
     return None
+
+
+def signal_for(law: Block) -> Block:
+    """What a loop is to control with a law: the velocity, unless the law says that it cannot."""
+    return getattr(law, "signals", (Velocity,))[0]()
+
+
+def with_its_valve(loop: Loop) -> Loop:
+    """A loop whose valve and drive go together: without a valve where the drive stands in its place."""
+    if is_valveless(loop.drive):
+        return loop._replace(valve=NoValve())
+    return loop._replace(drive=example(PumpDrive)) if isinstance(loop.valve, NoValve) else loop
 
 
 def places() -> Iterator[Place]:

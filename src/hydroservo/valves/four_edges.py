@@ -11,9 +11,11 @@ from hydroservo.roles import MeteringEdges, role
 from hydroservo.signals import PortFlows, Pressures
 from hydroservo.sources import CHOSEN
 from hydroservo.valves.orifice import (
+    SAME,
     Density,
     DischargeCoefficient,
     Orifice,
+    RatedDensity,
     RatedDrop,
     RatedFlow,
     RatedOpening,
@@ -32,6 +34,10 @@ TransitionDrop = Annotated[
 AreaRatioB = Annotated[
     float, Field("", "area of the edges of port B over that of port A's", "symmetric", above=0)
 ]
+ExtraLapPA = Annotated[float, Field("m", "overlap of the edge P-A beyond the lap", "as lapped")]
+ExtraLapAT = Annotated[float, Field("m", "overlap of the edge A-T beyond the lap", "as lapped")]
+ExtraLapPB = Annotated[float, Field("m", "overlap of the edge P-B beyond the lap", "as lapped")]
+ExtraLapBT = Annotated[float, Field("m", "overlap of the edge B-T beyond the lap", "as lapped")]
 NullLeakage = Annotated[float, Field("m^3/s", "flow from P to T at null, ports blocked", CHOSEN, at_least=0)]
 NullPressure = Annotated[
     float,
@@ -48,6 +54,14 @@ def rising_root(function: Callable[[float], float], value: float, most: float) -
     return float(brentq(lambda x: function(x) - value, 0.0, most, xtol=1e-24, rtol=1e-15))
 
 
+def blocked_pressure(flow: Callable[[float], float], supply_pressure: float) -> float:
+    """The pressure in a blocked port, where the flow out of it, which falls with the pressure, is 0 [Pa]."""
+    if flow(0.5 * supply_pressure) == 0.0:
+        return 0.5 * supply_pressure
+    found = rising_root(lambda pressure: -flow(pressure), 0.0, supply_pressure)
+    return 0.5 * supply_pressure if found is None else found
+
+
 @role(MeteringEdges)
 class FourEdges(NamedTuple):
     """The edges P-A, A-T, P-B and B-T of a spool, each of which may flow either way.
@@ -59,10 +73,13 @@ class FourEdges(NamedTuple):
 
     For d far above the transition drop d_t that is the square-root law, far below it is laminar, with a
     finite slope. An edge that is open by far opens by z, a closed one leaks as one open by c^2/|z| would, and
-    at z = 0 it is open by c. Port B's edges may have another area gradient, for a single rod.
+    at z = 0 it is open by c. Port B's edges may have another area gradient, for a single rod. Each edge may
+    have an extra lap of its own beyond that of all; one that overlaps by more than the spool travels stays
+    shut.
 
     To a symmetric load, with p_A = (p_s + p_t + p_L)/2 and p_B = (p_s + p_t - p_L)/2, P-A and B-T have the
-    drop (p_s - p_t - p_L)/2 and the others (p_s - p_t + p_L)/2: the same load flow passes both ports.
+    drop (p_s - p_t - p_L)/2 and the others (p_s - p_t + p_L)/2: the same load flow passes both ports, as far
+    as the edges have the same lap, and else it is that of port A.
 
     Source: Merritt, Hydraulic Control Systems, 1967, ch. 5 (four-way spool valve); the two transitions are
     chosen here.
@@ -79,6 +96,10 @@ class FourEdges(NamedTuple):
     ] = 1e-6
     transition_drop: TransitionDrop = 1e5
     area_ratio_b: AreaRatioB = 1.0
+    extra_lap_pa: ExtraLapPA = 0.0
+    extra_lap_at: ExtraLapAT = 0.0
+    extra_lap_pb: ExtraLapPB = 0.0
+    extra_lap_bt: ExtraLapBT = 0.0
 
     @classmethod
     def rated(
@@ -93,13 +114,19 @@ class FourEdges(NamedTuple):
         area_ratio_b: AreaRatioB = 1.0,
         discharge_coefficient: DischargeCoefficient = 0.62,
         density: Density = 850.0,
+        extra_lap_pa: ExtraLapPA = 0.0,
+        extra_lap_at: ExtraLapAT = 0.0,
+        extra_lap_pb: ExtraLapPB = 0.0,
+        extra_lap_bt: ExtraLapBT = 0.0,
+        rated_density: RatedDensity = SAME,
     ) -> "FourEdges":
         """The edges that pass a datasheet's rated flow and null leakage.
 
         Rated drops are over both edges together, usually 70 bar for servo valves and 10 bar for proportional
         ones. The rated flow is that out of port A without load, the null leakage that from P to T with the
         spool at 0 and the ports blocked, at a supply pressure that goes with it. Area gradient and clearance
-        are found so that both come out; without a leakage there is no clearance.
+        are found so that both come out, with an oil of the rated density where one is given; without a
+        leakage there is no clearance.
 
         Raises:
             ParameterError: the spool does not open at its rated position, no clearance leaks that much, or
@@ -107,16 +134,30 @@ class FourEdges(NamedTuple):
         """
         if null_leakage > 0.0 and not supply_pressure > 0.0:
             raise ParameterError("supply_pressure", supply_pressure, "must be above 0 with a null leakage")
-        if not rated_opening > lap:
-            raise ParameterError("rated_opening", rated_opening, f"must be above the lap, {lap:g} [m]")
+        if not rated_opening > lap + extra_lap_pa:
+            of_edge = f"must be above the lap of the edge P-A, {lap + extra_lap_pa:g} [m]"
+            raise ParameterError("rated_opening", rated_opening, of_edge)
 
         def of_unit_gradient(clearance: float) -> "FourEdges":
-            return cls(discharge_coefficient, 1.0, density, lap, clearance, transition_drop, area_ratio_b)
+            return cls(
+                discharge_coefficient,
+                1.0,
+                density if rated_density == SAME else rated_density,
+                lap,
+                clearance,
+                transition_drop,
+                area_ratio_b,
+                extra_lap_pa,
+                extra_lap_at,
+                extra_lap_pb,
+                extra_lap_bt,
+            )
 
         def share(clearance: float) -> float:
-            edges, half = of_unit_gradient(clearance), 0.5 * supply_pressure
-            leakage = edges.port_flows(0.0, Pressures(supply_pressure, 0.0), half, half).supply
-            return leakage / edges.flow(rated_opening, rated_drop, 0.0)
+            edges, line = of_unit_gradient(clearance), Pressures(supply_pressure, 0.0)
+            a = blocked_pressure(lambda p: edges.port_flows(0.0, line, p, p).a, supply_pressure)
+            b = blocked_pressure(lambda p: -edges.port_flows(0.0, line, p, p).b, supply_pressure)
+            return edges.port_flows(0.0, line, a, b).supply / edges.flow(rated_opening, rated_drop, 0.0)
 
         clearance = rising_root(share, null_leakage / rated_flow, rated_opening + abs(lap))
         if clearance is None:
@@ -124,28 +165,35 @@ class FourEdges(NamedTuple):
             allowed = f"must be from {least:.3g} to {most:.3g} [m^3/s] with this lap and rated flow"
             raise ParameterError("null_leakage", null_leakage, allowed)
         edges = of_unit_gradient(clearance)
-        return edges._replace(area_gradient=rated_flow / edges.flow(rated_opening, rated_drop, 0.0))
+        area_gradient = rated_flow / edges.flow(rated_opening, rated_drop, 0.0)
+        return edges._replace(area_gradient=area_gradient, density=density)
 
     def flow(self, opening: float, supply_drop: float, load_pressure: float) -> float:
         """Q_L [m^3/s] to a symmetric load through port A's edges."""
-        forwards = self.uncovered(opening) * self.root(0.5 * (supply_drop - load_pressure))
-        backwards = self.uncovered(-opening) * self.root(0.5 * (supply_drop + load_pressure))
+        forwards = self.uncovered(opening - self.extra_lap_pa) * self.root(
+            0.5 * (supply_drop - load_pressure)
+        )
+        backwards = self.uncovered(-opening - self.extra_lap_at) * self.root(
+            0.5 * (supply_drop + load_pressure)
+        )
         return self.conductance() * (forwards - backwards)
 
     def port_flows(self, opening: float, line: Pressures, pressure_a: float, pressure_b: float) -> PortFlows:
         """The flows through the four edges [m^3/s]."""
-        forwards = self.conductance() * self.uncovered(opening)
-        backwards = self.conductance() * self.uncovered(-opening)
-        supply_a = forwards * self.root(line.supply - pressure_a)
-        a_tank = backwards * self.root(pressure_a - line.tank)
-        supply_b = self.area_ratio_b * backwards * self.root(line.supply - pressure_b)
-        b_tank = self.area_ratio_b * forwards * self.root(pressure_b - line.tank)
+        pa = self.conductance() * self.uncovered(opening - self.extra_lap_pa)
+        at = self.conductance() * self.uncovered(-opening - self.extra_lap_at)
+        pb = self.conductance() * self.uncovered(-opening - self.extra_lap_pb)
+        bt = self.conductance() * self.uncovered(opening - self.extra_lap_bt)
+        supply_a = pa * self.root(line.supply - pressure_a)
+        a_tank = at * self.root(pressure_a - line.tank)
+        supply_b = self.area_ratio_b * pb * self.root(line.supply - pressure_b)
+        b_tank = self.area_ratio_b * bt * self.root(pressure_b - line.tank)
         return PortFlows(
             supply_a - a_tank, b_tank - supply_b, supply=supply_a + supply_b, tank=a_tank + b_tank
         )
 
     def uncovered(self, opening: float) -> float:
-        """The opening of the edges P-A and B-T [m]; of the other two, that at -opening."""
+        """The opening of an edge without extra lap [m]: of A-T and P-B, that at -opening."""
         z = opening - self.lap
         return 0.5 * (z + ops.sqrt(z * z + 4.0 * self.clearance * self.clearance))
 

@@ -6,13 +6,18 @@ from pathlib import Path
 from typing import Any
 
 import fmpy
+import numpy as np
+import xarray as xr
 from fmpy import fmi2, fmi3
 
 from hydroservo.export.fmu import FmiVersion, write_fmu
 from hydroservo.export.fmu.binaries import place_of
 from hydroservo.export.platforms import this_platform
 from hydroservo.export.unit import Argument, Part, Signal, Unit
+from hydroservo.loop import Loop
 from tests.support.export.by_hand import by_hand
+
+MACHINE = ("plant.", "valve.", "supply.", "sensors.")
 
 HEADER = """\
 #ifndef MASS_H
@@ -199,3 +204,30 @@ class Instance:
 
     def restore(self, state: c_void_p) -> None:
         self.slave.setFMUState(state)
+
+
+def parts_make_the_run(loop: Loop, data: xr.Dataset, law: Path, axis: Path) -> None:
+    """Unpacked FMUs of a controller and a machine, under the loop's demand, give a run's every sample."""
+    period = loop.simulation.period
+    with Instance(law) as controller, Instance(axis) as machine:
+        given = [one for one in controller.references if one.startswith("measurement.")]
+        wanted = [one for one in controller.references if one.startswith("demand.")]
+        own = [one for one in controller.references if one.startswith("controller.") and one in data]
+        its = [one for one in machine.references if one.startswith(MACHINE) and one in data]
+        controller.begin()
+        machine.begin()
+        rows = []
+        samples = data["controller.u"].size - 1
+        for k in range(samples):
+            states = machine.get(*its)
+            demand = loop.reference.at(k * period)._asdict()
+            controller.set(dict(zip(given, machine.get(*given), strict=True)) if given else {})
+            controller.set({one: demand[one.removeprefix("demand.")] for one in wanted})
+            assert controller.step(k * period) == 0
+            rows.append(controller.get(*own) + states)
+            machine.set({"controller.u": controller.get("controller.u")[0]})
+            assert machine.step(k * period) == 0
+    assert "controller.u" in own
+    assert any(one.startswith("plant.") for one in its)
+    for one, values in zip([*own, *its], np.array(rows).T, strict=True):
+        np.testing.assert_array_equal(values, data[one].values[:samples], err_msg=one)

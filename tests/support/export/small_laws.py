@@ -121,7 +121,7 @@ class Law(NamedTuple):
 '''
 FIRST = HEAD.count("\n") + 1  # the line of the first statement
 NAMED = {"prefix": "law", "title": "a law"}
-Y = Measurement(0.25, 100.0, 0.03, 1.5, 2e6, 1e6)
+Y = Measurement(0.25, 100.0, 0.03, 1.5, 2e6, 1e6, 0.0)
 R = Demand(0.75, -2.0, 30.0)
 
 

@@ -7,9 +7,10 @@ import pytest
 
 from hydroservo import Loop, LoopError, ParameterError, monitors, replace, simulate
 from hydroservo.controllers import PI, TSMC
+from hydroservo.group import group
 from hydroservo.metrics import METRIC_FIELDS, declared_metrics, monitors_of, usual
 from hydroservo.monitors import ChamberPressures, Energy, RiseTime, StepResponse
-from hydroservo.monitors.group import group, named
+from hydroservo.monitors.group import named
 from hydroservo.plants import Cylinder
 from hydroservo.testing.examples import example
 from tests.support.equality import assert_same_block

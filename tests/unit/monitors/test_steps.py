@@ -14,8 +14,9 @@ from tests.support.monitors import COLUMNS, DT, Floats, instant, instants, judge
 
 def changes(v: dict[str, Floats]) -> tuple[NDArray[Any], Floats]:
     """The instants at which the demand jumps, and the change at each beyond that of the mean rate."""
-    band = 0.05 * np.maximum.accumulate(np.abs(v["demand"]))
-    change = np.diff(v["demand"], prepend=0.0)
+    start = v["velocity"][0]
+    band = 0.05 * np.maximum.accumulate(np.abs(v["demand"] - start))
+    change = np.diff(v["demand"], prepend=start)
     rates = DT * np.stack([np.r_[v["rate"][0], v["rate"][:-1]], v["rate"]])
     rates[:, 0] = 0.0
     unexplained = np.maximum(change - rates.max(axis=0), rates.min(axis=0) - change)
@@ -25,7 +26,7 @@ def changes(v: dict[str, Floats]) -> tuple[NDArray[Any], Floats]:
 @given(trajectories)
 def test_settling_and_overshoot_are_those_of_numpy(trajectory: Floats) -> None:
     v = dict(zip(COLUMNS, trajectory.T, strict=True))
-    band = 0.05 * np.maximum.accumulate(np.abs(v["demand"]))
+    band = 0.05 * np.maximum.accumulate(np.abs(v["demand"] - v["velocity"][0]))
     (jumped, change), error = changes(v), v["velocity"] - v["demand"]
     longest = largest = 0.0
     for first, end in zip([0, *jumped], [*jumped, len(error)], strict=True):
@@ -80,7 +81,12 @@ def test_a_rise_that_is_cut_off_is_infinite_and_no_jump_has_none() -> None:
     assert math.isnan(judged(RiseTime(), instants(demand=0.0, velocity=LAG)).rise_time)
     ramp = instants(demand=time, rate=1.0, velocity=time)
     assert math.isnan(judged(RiseTime(), ramp).rise_time)
-    assert math.isnan(judged(RiseTime(least_jump=0.04), instants(demand=0.03, velocity=LAG)).rise_time)
+    small = np.where(time < 0.1, 0.0, np.where(time < 0.2, 0.03, 0.031))  # of which the second is 3 %
+    rises = [
+        judged(RiseTime(least_jump=least), instants(demand=small, velocity=small)) for least in (0.05, 0.02)
+    ]
+    assert [one.rise_time for one in rises] == [0.0, 0.0]
+    assert math.isnan(judged(RiseTime(least_jump=1.1), instants(demand=0.03, velocity=LAG)).rise_time)
 
 
 def test_a_jump_at_the_very_end_asks_for_no_rise() -> None:

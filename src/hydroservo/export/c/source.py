@@ -4,7 +4,8 @@ import inspect
 from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
-from hydroservo.block import Block, declared_fields
+from hydroservo.block import Block
+from hydroservo.export.c.declared import declared_in
 from hydroservo.export.c.layout import formatted
 from hydroservo.export.c.liveness import Needed
 from hydroservo.export.c.writer import Ends, NamedConstant, Writer
@@ -12,6 +13,7 @@ from hydroservo.export.comments import comment, in_comment
 from hydroservo.export.names import identifier
 from hydroservo.export.translate.terms import Function, Matrix, Record, Table
 from hydroservo.export.unit import Part
+from hydroservo.field import Field
 
 __all__ = ["Form", "Translation", "texts"]
 
@@ -28,6 +30,7 @@ class Translation(NamedTuple):
         part: of the loop.
         records: all that its functions know.
         tables: all that its functions know.
+        signal: what the loop controls.
     """
 
     block: Block
@@ -38,6 +41,7 @@ class Translation(NamedTuple):
     part: Part
     records: tuple[Record, ...]
     tables: tuple[Table, ...]
+    signal: Field
 
 
 class Form(NamedTuple):
@@ -128,7 +132,7 @@ extern "C" {{
 
 def texts(translation: Translation, needed: Needed, form: Form) -> Texts:
     """Header and source of a unit."""
-    writer = Writer(form.prefix, form.real, needed)
+    writer = Writer(form.prefix, form.real, needed, translation.signal)
     state = translation.init.returns
     public = [translation.parameters] * (not form.inlined) + [
         state,
@@ -248,7 +252,7 @@ def defaults_text(translation: Translation, writer: Writer, inlined: bool) -> st
 
 
 def defaults_lines(block: Block, record: Record, writer: Writer) -> Iterator[str]:
-    fields = declared_fields(record.cls) if record.cls else {}
+    fields = declared_in(record, writer.signal)
     for name, kind in writer.kept(record):
         value = getattr(block, name)
         if isinstance(kind, Record):

@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hydroservo.errors import LoopError
+from hydroservo.export.c.declared import declared_in
 from hydroservo.export.c.liveness import Needed, matters
 from hydroservo.export.c.single import SINGLE
 from hydroservo.export.comments import comment, in_comment
@@ -45,7 +46,7 @@ from hydroservo.export.translate.terms import (
     While,
     Whole,
 )
-from hydroservo.field import Field, declared_fields
+from hydroservo.field import Field
 
 __all__ = ["Ends", "NamedConstant", "Writer"]
 
@@ -77,10 +78,11 @@ class Writer:
         prefix: of the names of types.
         real: "double" or "float".
         needed: what is needed.
+        signal: what the loop controls.
     """
 
-    def __init__(self, prefix: str, real: str, needed: Needed) -> None:
-        self.prefix, self.real, self.needed = prefix, real, needed
+    def __init__(self, prefix: str, real: str, needed: Needed, signal: Field) -> None:
+        self.prefix, self.real, self.needed, self.signal = prefix, real, needed, signal
         self.constants: dict[tuple[str, str, float], NamedConstant] = {}
         self.pointers: dict[str, bool] = {}  # of the function at hand: whether a name is a pointer
         self.renamed: dict[str, str] = {}
@@ -110,7 +112,7 @@ class Writer:
 
     def record(self, record: Record) -> str:
         """The definition of a record's type."""
-        fields = declared_fields(record.cls) if record.cls else {}
+        fields = declared_in(record, self.signal)
         body = []
         for name, kind in self.kept(record):
             declared = fields.get(name, Field("", ""))

@@ -114,9 +114,15 @@ def clock_after(variables: Sequence[Variable]) -> Variable:
 
 
 def sampled_variables(unit: Unit) -> Iterator[Variable]:
-    """The parameters, arguments and states of what takes samples, without their references."""
+    """The parameters, arguments and states of what takes samples, without their references.
+
+    A parameter that has the name of a state, as a ramp's rate and that of its demand, is ``parameters.`` and
+    that.
+    """
+    taken = {one.path for one in unit.states}
     for one in unit.parameters:
-        yield variable(one, parameter_kind(one), "parameters")
+        path = f"parameters.{one.path}" if one.path in taken else one.path
+        yield variable(one._replace(path=path), parameter_kind(one), "parameters")
     for argument in unit.arguments:
         for one in argument.signals:
             yield variable(one, Kind.INPUT, argument.name)

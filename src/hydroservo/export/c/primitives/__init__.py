@@ -31,6 +31,7 @@ MADE = {
     states.scaled: on_states.scaled,
     states.misses: on_states.misses,
     states.miss: on_states.own_text(states.miss),
+    states.overlaid: on_states.overlaid,
     states.nudge: on_states.own_text(states.nudge),
     states.factored: linear.factored,
     states.solved: linear.solved,

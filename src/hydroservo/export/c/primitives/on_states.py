@@ -10,7 +10,7 @@ from hydroservo.export.c.primitives.kinds import record_of
 from hydroservo.export.translate.body import Body
 from hydroservo.export.translate.terms import Function, Record, Translator, Type
 
-__all__ = ["axpy", "misses", "own_text", "scaled"]
+__all__ = ["axpy", "misses", "overlaid", "own_text", "scaled"]
 
 Made = Callable[[Translator, Sequence[Type]], Function]
 
@@ -23,6 +23,12 @@ def for_states(text: Callable[[Shape], FunctionType], number: int) -> Made:
         return Body(translator, text(shape), arguments, None).translated()
 
     return made
+
+
+def overlaid(translator: Translator, arguments: Sequence[Type]) -> Function:
+    """``states.overlaid`` from its text for a state and a group of these types."""
+    state, given = (shape_of(record_of(argument)) for argument in arguments)
+    return Body(translator, state_text.overlaid(state, given), arguments, None).translated()
 
 
 def own_text(origin: Any) -> Made:

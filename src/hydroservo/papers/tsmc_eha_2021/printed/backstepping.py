@@ -3,10 +3,11 @@
 from typing import Annotated, NamedTuple
 
 from hydroservo.block import Block, Field
+from hydroservo.controlled.velocity import Velocity
 from hydroservo.controllers.saturation import Saturation
 from hydroservo.papers.tsmc_eha_2021.machine import BACKSTEPPING, COMMAND_LIMIT, MODEL, SOURCE
 from hydroservo.plants.design_model import DesignModel
-from hydroservo.roles import Controller, Differentiator, role
+from hydroservo.roles import Controller, Differentiator, controlling, role
 from hydroservo.signals import Demand, Measurement
 
 __all__ = ["PrintedBackstepping", "PrintedBacksteppingState"]
@@ -23,6 +24,7 @@ class PrintedBacksteppingState(NamedTuple):
 
 
 @role(Controller)
+@controlling(Velocity)
 class PrintedBackstepping(NamedTuple):
     """Two-step backstepping to the letter of the print.
 
@@ -57,7 +59,7 @@ class PrintedBackstepping(NamedTuple):
         zeta1 = (-self.velocity_gain * z1 - f1 + r.rate) * (1.0 / g1)
         acceleration = f1 + g1 * x2
         z1_rate = acceleration - r.value
-        model_rate = (-self.velocity_gain * z1_rate - f1_slope * acceleration + r.jerk) * (1.0 / g1)
+        model_rate = (-self.velocity_gain * z1_rate - f1_slope * acceleration + r.second_rate) * (1.0 / g1)
         derivative = self.derivative.step(s.derivative, zeta1, model_rate, dt)
         z2 = x2 - zeta1
         numerator = -self.force_gain * z2 - m.f2(x1, x2) - g1 * z1 + derivative.rate

@@ -4,17 +4,19 @@ from typing import Annotated, NamedTuple
 
 from hydroservo import ops
 from hydroservo.block import Field
+from hydroservo.controlled.velocity import Velocity
 from hydroservo.controllers.saturation import Saturation
 from hydroservo.controllers.tsmc import TSMCState
 from hydroservo.papers.tsmc_eha_2021.machine import COMMAND_LIMIT, MODEL, OBSERVER, SOURCE, TERMINAL
 from hydroservo.plants.design_model import DesignModel
-from hydroservo.roles import Controller, Differentiator, Observer, role
+from hydroservo.roles import Controller, Differentiator, Observer, controlling, role
 from hydroservo.signals import Demand, Measurement
 
 __all__ = ["PrintedTSMC"]
 
 
 @role(Controller)
+@controlling(Velocity)
 class PrintedTSMC(NamedTuple):
     """Terminal sliding mode velocity control to the letter of the print.
 

@@ -67,7 +67,7 @@ def draw_figures(
 def velocities(trajectories: Trajectories, demand: str) -> Figure:
     """The three velocities: whole run, start or jump, and from close by what lies on one another."""
     traces = traces_of(trajectories, demand)
-    curves = [controller_curve(name, trace, trace.velocity) for name, trace in traces.items()]
+    curves = [controller_curve(name, trace, trace.signal) for name, trace in traces.items()]
     longest = max(traces.values(), key=lambda trace: trace.time.size)
     curves.append(
         Curve("demand", longest.time, longest.demand, COLOURS["demand"], 0.8, "--", demand == "square")

@@ -1,0 +1,43 @@
+"""A valve that oil passes one way, or both ways while a pilot holds it open."""
+
+from typing import Annotated, NamedTuple
+
+from hydroservo import ops
+from hydroservo.block import Field
+from hydroservo.roles import Relief, role
+from hydroservo.sources import CHOSEN
+
+__all__ = ["CheckValve"]
+
+
+@role(Relief)
+class CheckValve(NamedTuple):
+    """Shut up to its opening pressure p_o; wide open it passes Q = G d at a drop d.
+
+    With the pilot's pressure p_X above that before the valve, it is open by e from 0 to 1::
+
+        x = (d + R max(p_X, 0) - p_o)/h within 0 and 1       e = x^2 (3 - 2 x)
+        Q = G e d
+
+    so that the flow is smooth. Without a pilot (R = 0) nothing comes back; held open by one, oil passes
+    backwards, too.
+
+    Source: the balance of forces on a poppet with the areas 1 and R; the laminar flow and the transition are
+    chosen here.
+    Fails where the flow follows the root of the drop, and where its ball takes time to close.
+    """
+
+    opening_pressure: Annotated[float, Field("Pa", "drop p_o at which it opens", at_least=0)]
+    gradient: Annotated[float, Field("m^3/(s Pa)", "flow G per drop, wide open", above=0)]
+    pilot_ratio: Annotated[float, Field("", "pilot ratio R", "0: no pilot", at_least=0)] = 0.0
+    transition: Annotated[float, Field("Pa", "h, from its opening to wide open", CHOSEN, above=0)] = 5e4
+
+    def flow(self, pressure: float) -> float:
+        """What passes at a drop, without a pilot [m^3/s]."""
+        return self.piloted(pressure, 0.0)
+
+    def piloted(self, drop: float, pilot: float) -> float:
+        """What passes at a drop, and with a pilot above the pressure before the valve [m^3/s]."""
+        forced = drop + self.pilot_ratio * ops.maximum(pilot, 0.0) - self.opening_pressure
+        x = ops.clip(forced / self.transition, 0.0, 1.0)
+        return self.gradient * (x * x * (3.0 - 2.0 * x)) * drop

@@ -1,0 +1,124 @@
+"""A counterbalance valve at the cylinder."""
+
+import math
+from typing import Annotated, NamedTuple
+
+from hydroservo import ops
+from hydroservo.block import Block, Field
+from hydroservo.constants import ATMOSPHERE
+from hydroservo.drives.check_valve import CheckValve
+from hydroservo.drives.valve_on_supply import ValveOnSupply
+from hydroservo.hooks import at_ports
+from hydroservo.roles import Drive, Oil, role
+from hydroservo.signals import Feed, PortFlows
+from hydroservo.sources import CHOSEN, DATASHEET
+
+__all__ = ["Counterbalance", "CounterbalanceState"]
+
+OPEN = math.inf  # a number of the start that is to be found; "auto" in a scenario
+LEAST_SQUARE = 1e-60  # [Pa^2] keeps 0/0 away where the transition drop is 0
+
+
+class CounterbalanceState(NamedTuple):
+    """The pressure between the valve and the drive behind it, and that drive's state."""
+
+    pressure: Annotated[float, Field("Pa", "pressure p_V in the line behind the valve")]
+    drive: Block
+
+
+@role(Drive)
+class Counterbalance(NamedTuple):
+    """A counterbalance (overcentre) valve in the line to chamber A, or to B, with another drive behind it.
+
+    With the pressure p of its chamber, p_X of the other chamber, which pilots it, and p_V in the volume V
+    behind it, its relief stage opens by x, and a check valve passes what flows towards the chamber::
+
+        z = p - p_V + R (p_X - p_V) - p_c           x = z/h within 0 and 1
+        Q = check(p_V - p) - Q_n x root(p - p_V)/root(p_n)
+        dp_V/dt = beta_e(p_V)/V (Q_drive - Q)
+
+    with root(d) = d/(d^2 + d_t^2)^(1/4). Q flows into the chamber. Without a pilot it opens at
+    p = p_c + (1 + R) p_V: a pressure behind the valve raises its setting. Two of them, one in each line,
+    are one around the other.
+
+    Source: the balance of forces on a poppet with the areas 1, R and 1 + R; Merritt, Hydraulic Control
+    Systems, 1967, ch. 3 (orifices) and 9 (pressure control valves). The two transitions are chosen here.
+    Fails where the poppet's mass and friction matter: its hysteresis is several per cent of the setting.
+    """
+
+    pilot_ratio: Annotated[float, Field("", "pilot ratio R", DATASHEET, at_least=0)]
+    cracking_pressure: Annotated[float, Field("Pa", "setting p_c", DATASHEET, above=0)]
+    opening_range: Annotated[float, Field("Pa", "h, from cracking to wide open", DATASHEET, above=0)]
+    rated_flow: Annotated[float, Field("m^3/s", "flow Q_n of the relief stage wide open", DATASHEET, above=0)]
+    rated_drop: Annotated[float, Field("Pa", "drop p_n at that flow", DATASHEET, above=0)]
+    check_valve: CheckValve
+    volume: Annotated[float, Field("m^3", "oil V between the valve and the drive", above=0)]
+    oil: Oil
+    drive: Drive = ValveOnSupply()
+    in_line_b: bool = False
+    transition_drop: Annotated[
+        float, Field("Pa", "drop d_t below which the flow is laminar", CHOSEN, at_least=0)
+    ] = 1e5
+    start_pressure: Annotated[
+        float,
+        Field("Pa", "pressure behind the valve at the start", "the chamber's", above=-ATMOSPHERE, auto=OPEN),
+    ] = OPEN
+
+    def at_rest(self, pressure_a: float, pressure_b: float) -> "Counterbalance":
+        """The valve with the start pressure that was left open: its chamber's, which lets nothing flow."""
+        chamber = pressure_b if self.in_line_b else pressure_a
+        behind = chamber if self.start_pressure == OPEN else self.start_pressure
+        ends = (pressure_a, behind) if self.in_line_b else (behind, pressure_b)
+        return self._replace(start_pressure=behind, drive=at_ports(self.drive, *ends))
+
+    def init(self) -> CounterbalanceState:
+        return CounterbalanceState(self.start_pressure, self.drive.init())
+
+    def deriv(
+        self, s: CounterbalanceState, feed: Feed, pressure_a: float, pressure_b: float
+    ) -> CounterbalanceState:
+        end_a = ops.where(self.in_line_b, pressure_a, s.pressure)
+        end_b = ops.where(self.in_line_b, s.pressure, pressure_b)
+        fed = self.drive.flows(s.drive, feed, end_a, end_b)
+        stored = ops.where(self.in_line_b, -fed.b, fed.a) - self.into_chamber(s, pressure_a, pressure_b)
+        return CounterbalanceState(
+            self.oil.bulk_modulus(s.pressure) / self.volume * stored,
+            self.drive.deriv(s.drive, feed, end_a, end_b),
+        )
+
+    def flows(self, s: CounterbalanceState, feed: Feed, pressure_a: float, pressure_b: float) -> PortFlows:
+        end_a = ops.where(self.in_line_b, pressure_a, s.pressure)
+        end_b = ops.where(self.in_line_b, s.pressure, pressure_b)
+        fed = self.drive.flows(s.drive, feed, end_a, end_b)
+        passed = self.into_chamber(s, pressure_a, pressure_b)
+        return PortFlows(
+            ops.where(self.in_line_b, fed.a, passed),
+            ops.where(self.in_line_b, -passed, fed.b),
+            supply=fed.supply,
+            tank=fed.tank,
+        )
+
+    def load_flow(self, s: CounterbalanceState, feed: Feed, load_pressure: float) -> float:
+        mean, half = 0.5 * (feed.line.supply + feed.line.tank), 0.5 * load_pressure
+        flows = self.flows(s, feed, mean + half, mean - half)
+        return 0.5 * (flows.a + flows.b)
+
+    def power(self, s: CounterbalanceState, feed: Feed, flows: PortFlows) -> float:
+        return self.drive.power(s.drive, feed, flows)
+
+    def into_chamber(self, s: CounterbalanceState, pressure_a: float, pressure_b: float) -> float:
+        """What flows through the valve into its chamber [m^3/s]."""
+        chamber = ops.where(self.in_line_b, pressure_b, pressure_a)
+        pilot = ops.where(self.in_line_b, pressure_a, pressure_b)
+        let_off = self.rated_flow * self.opening(chamber, pilot, s.pressure) * self.root(chamber - s.pressure)
+        return self.check_valve.flow(s.pressure - chamber) - let_off / ops.sqrt(self.rated_drop)
+
+    def opening(self, chamber: float, pilot: float, behind: float) -> float:
+        """How far the relief stage is open, 0 to 1."""
+        beyond = chamber - behind + self.pilot_ratio * (pilot - behind) - self.cracking_pressure
+        return ops.clip(beyond / self.opening_range, 0.0, 1.0)
+
+    def root(self, drop: float) -> float:
+        """The drop's root [Pa^(1/2)] with its sign, linear below the transition drop."""
+        square = drop * drop + self.transition_drop * self.transition_drop
+        return drop / ops.sqrt(ops.sqrt(ops.maximum(square, LEAST_SQUARE)))

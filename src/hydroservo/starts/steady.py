@@ -1,0 +1,32 @@
+"""A run that starts where its machine has settled."""
+
+from typing import Annotated, NamedTuple
+
+from hydroservo.block import Block, Field
+from hydroservo.group import group
+from hydroservo.roles import Start, role
+from hydroservo.sources import CHOSEN
+from hydroservo.states import overlaid
+
+__all__ = ["Steady"]
+
+
+@role(Start)
+class Steady(NamedTuple):
+    """The machine starts in the steady state that it takes under a command and the load at t = 0.
+
+    All its rates but that of the position are 0: the piston rests at its start, or moves evenly if the
+    command asks for that. The state is found before the run, by :func:`~hydroservo.runs.steady.steady_state`;
+    states that are given stay as they are. The controller starts as it does otherwise.
+
+    Source: the definition of an operating point.
+    Fails where none exists, which is said in one line; to say that a load is more than the supply holds,
+    where the state is one that it drives back evenly; and where there are many, as with a valve that seals at
+    null: one near the machine's own start is taken.
+    """
+
+    command: Annotated[float, Field("V", "command under which the machine has settled", CHOSEN)] = 0.0
+    given: Block = group({})
+
+    def of(self, s: Block) -> Block:
+        return overlaid(s, self.given)
