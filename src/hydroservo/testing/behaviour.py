@@ -3,8 +3,10 @@
 import inspect
 import math
 from collections.abc import Callable, Sequence
-from functools import cache
+from functools import cache, lru_cache
 from typing import Any
+
+from hypothesis.strategies import SearchStrategy
 
 from hydroservo.block import Block, is_block, leaves
 from hydroservo.engine.compiling import compiled
@@ -138,11 +140,16 @@ def compiled_method(cls: type, name: str) -> Callable[..., Any]:
 
 
 def drawn_run(case: Case, draw: Draw, name: str, *, ordinary: bool) -> Run:
-    block = draw(block_of(case.block, ORDINARY if ordinary else WIDE))
+    block = draw(blocks(case, ordinary))
     inputs = [draw(arguments(block, case.role, name, ordinary)) for _ in range(STEPS)]
     if name == "step":
         inputs[0][0] = block.init()
     return block, inputs
+
+
+@lru_cache(maxsize=2)  # to make it takes longer than to draw from it
+def blocks(case: Case, ordinary: bool) -> SearchStrategy[Block]:
+    return block_of(case.block, ORDINARY if ordinary else WIDE)
 
 
 def results(method: Method, block: Block, name: str, inputs: Sequence[Sequence[Any]]) -> list[Any]:

@@ -1,8 +1,9 @@
 """What is asked of: a block in a role, and what is said where it is not as it must be."""
 
 import re
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from hydroservo.block import Block
 from hydroservo.plants import DesignModel
@@ -33,7 +34,8 @@ class ContractError(AssertionError):
         super().__init__(problem)
 
 
-class Case(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class Case:
     """A block, and the role in which it is asked."""
 
     block: Block

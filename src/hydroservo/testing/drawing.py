@@ -270,6 +270,7 @@ def whole_below(limit: int) -> SearchStrategy[float]:
     return st.integers(0, limit - 1).map(float)
 
 
+@cache
 def signal(scale: float, ordinary: bool) -> SearchStrategy[float]:
     near = around(scale, 1.0)
     return near if ordinary else st.one_of(near, st.floats())
@@ -277,6 +278,10 @@ def signal(scale: float, ordinary: bool) -> SearchStrategy[float]:
 
 def state(example: Block, ordinary: bool) -> SearchStrategy[Block]:
     """States of the type of an example."""
-    paths = [path for path, _ in leaves(example)]
-    values = st.fixed_dictionaries({path: signal(0.1, ordinary) for path in paths})
-    return values.map(lambda changes: replace(example, changes))
+    changed = changes_at(tuple(path for path, _ in leaves(example)), ordinary)
+    return changed.map(lambda changes: replace(example, changes))
+
+
+@cache  # what strategies look like is worth more time than what they draw
+def changes_at(paths: tuple[str, ...], ordinary: bool) -> SearchStrategy[dict[str, float]]:
+    return st.fixed_dictionaries({path: signal(0.1, ordinary) for path in paths})
