@@ -52,11 +52,13 @@ def numbers(text: str) -> dict[str, list[list[float]]]:
     return found
 
 
+@pytest.mark.slow  # it lists every combination of blocks
 def test_the_page_has_a_row_for_each_combination() -> None:
     shown = numbers(PAGE.read_text(encoding="utf-8"))
     assert {name: len(shown.get(name, ())) for name in controllers()} == dict.fromkeys(controllers(), 3)
 
 
+@pytest.mark.slow  # each compiles for two targets
 @pytest.mark.parametrize("name", ["PI", "backstepping filtered", "rate limit", "paper/sine-tsmc"])
 def test_the_page_shows_what_is_measured(name: str) -> None:
     needs(COMPILER, "qemu-system-arm", "gcc", "valgrind")

@@ -24,7 +24,7 @@ VARIED = ("--vary", "plant.bulk_modulus=-30%..+30%", "--vary", "controller.veloc
         ["truth.plant.mass=7 kg", "truth.plant.damping=70"],
     ],
 )
-@pytest.mark.parametrize("name", [NAME, "paper/square-tsmc"])
+@pytest.mark.parametrize("name", [NAME, pytest.param("paper/square-tsmc", marks=pytest.mark.slow)])
 def test_a_run_is_replayed_to_the_bit(name, changes):
     ranges = (
         "plant.mass=-50%..50%",

@@ -169,6 +169,7 @@ main()
 
 
 @needs_posix
+@pytest.mark.slow  # waits for time to run out
 @pytest.mark.parametrize(
     ("start", "says"),
     [

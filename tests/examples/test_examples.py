@@ -125,6 +125,7 @@ def test_an_axis_on_a_pump() -> None:
     assert data.rms_error < 0.03
 
 
+@pytest.mark.slow  # all that hydroservo check asks
 @pytest.mark.parametrize("name", ["my_controller.py", "my_drive.py", "my_metric.py", "my_plant.py"])
 def test_own_blocks_hold_to_the_contract(name: str) -> None:
     done = command("check", name, folder=EXAMPLES)

@@ -73,6 +73,7 @@ QUICK = ["--set", "simulation.duration=10 ms"]
 SHORT = {"run": QUICK, "compare": QUICK, "batch": QUICK, "tune": [*QUICK, "--candidates", "2"]}
 
 
+@pytest.mark.slow  # whole commands
 @pytest.mark.parametrize("line", [line for line in taste() if line.startswith("hydroservo ")])
 def test_a_line_of_the_taste_runs(line: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """For 10 ms, and not compiled."""

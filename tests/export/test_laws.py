@@ -34,4 +34,5 @@ def test_each_law_passes_what_scenarios_pass(name: str, precision: Precision, tm
 
 @pytest.mark.parametrize("name", LAWS)
 def test_a_law_begins_at_0_volts(name: str) -> None:
-    assert ready(example(Loop, controller=LAWS[name], controls=signal_for(LAWS[name]))).controller.init().u == 0.0
+    loop = example(Loop, controller=LAWS[name], controls=signal_for(LAWS[name]))
+    assert ready(loop).controller.init().u == 0.0

@@ -59,6 +59,7 @@ LOOPS: dict[str, tuple[Loop, dict[str, tuple[float, float]]]] = {
 }
 
 
+@pytest.mark.slow  # each compiles two kernels of a whole machine
 @pytest.mark.parametrize("name", LOOPS)
 def test_each_run_has_the_bits_of_its_single_run(name: str) -> None:
     """What starts open, the pressures in hoses among it, is found for each run."""

@@ -82,6 +82,7 @@ def test_it_is_less_noisy_than_what_it_measures() -> None:
     assert rms[1] < 0.8 * rms[0]
 
 
+@pytest.mark.slow  # compiles lanes
 def test_each_run_of_a_batch_has_its_own_gains() -> None:
     given = np.array([1.0, 100.0, 1.0])
     batch = simulate_batch(LOOP, {f"{PATH}.disturbance_1": given}, strict=True)

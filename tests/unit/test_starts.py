@@ -64,6 +64,7 @@ def test_a_state_that_there_is_not(path: str, problem: str) -> None:
     assert problem in str(caught.value)
 
 
+@pytest.mark.slow  # compiles lanes
 def test_runs_of_a_batch_start_as_they_are_given() -> None:
     loop = SHORT._replace(start=AsBuilt(nested({"plant.velocity": 0.0})))
     starts = np.array([0.0, 0.02, -0.01])
@@ -151,6 +152,7 @@ def test_no_steady_state_is_one_line() -> None:
         simulate(loop)
 
 
+@pytest.mark.slow  # compiles lanes
 def test_each_machine_of_a_batch_settles_by_itself() -> None:
     loop = example(Loop, BRIEF, valve=example(FirstOrderValve), load=Constant(0.0), start=Steady(0.1))
     forces = np.array([0.0, 200.0])
