@@ -34,6 +34,7 @@ _HOMES = {  # what is offered, and the module that it comes from; none for a pac
     "ops": "",
     "plants": "",
     "plot": "figures.plotting",
+    "pulls": "",
     "references": "",
     "relative": "scenario.ranges",
     "replace": "block",
@@ -65,6 +66,7 @@ if TYPE_CHECKING:  # the same once more, for those who read types; a test compar
     from hydroservo import oils as oils
     from hydroservo import ops as ops
     from hydroservo import plants as plants
+    from hydroservo import pulls as pulls
     from hydroservo import references as references
     from hydroservo import sensors as sensors
     from hydroservo import starts as starts

@@ -23,8 +23,9 @@ from hydroservo.signals import (
     Measurement,
     PortFlows,
     Pressures,
-    Pull,
+    ReachingRate,
     Seen,
+    VelocityError,
 )
 
 __all__ = [
@@ -52,6 +53,7 @@ __all__ = [
     "Poppet",
     "PositionSensor",
     "PressureSensor",
+    "Pull",
     "Reaching",
     "Realisation",
     "Reference",
@@ -65,6 +67,7 @@ __all__ = [
     "controlling",
     "role",
     "valveless",
+    "without_estimates",
 ]
 
 Block = Any  # a NamedTuple with methods; Python's type system has no name for "some NamedTuple"
@@ -135,6 +138,12 @@ def valveless(cls: BlockClass) -> BlockClass:
     return cls
 
 
+def without_estimates(cls: BlockClass) -> BlockClass:
+    """Says of an observer's state that its d1 and d2 are no estimates, so that no metric judges them."""
+    cls.without_estimates = True  # type: ignore[attr-defined]
+    return cls
+
+
 class Controller(Protocol):
     """A sampled control law: measurement and demand in, a new state with its command ``u`` [V] out.
 
@@ -167,13 +176,24 @@ class Realisation(Protocol):
     def second(self, s: float, k: float, D: float, eps: float, a: float, dt: float) -> Correction: ...
 
 
+class Pull(Protocol):
+    """How a law wants the velocity's error to vanish: e'' = -q.
+
+    Its state holds the two terms of q [m/s^3]: ``damping``, against the error's rate, and ``restoring``,
+    against the error or a surface.
+    """
+
+    def init(self) -> Block: ...
+    def step(self, s: Block, error: VelocityError, dt: float) -> Block: ...
+
+
 class Reaching(Protocol):
-    """How a law draws its two surfaces to 0 in discrete time: the rate k s + eps |s|^a sgn(s), and its slope.
+    """How a pull draws two surfaces to 0 in discrete time: the rate k s + eps |s|^a sgn(s), and its slope.
 
     The slope is the rate's derivative by s [1/s]; the second surface needs none.
     """
 
-    def first(self, s: float, k: float, eps: float, a: float, dt: float) -> Pull: ...
+    def first(self, s: float, k: float, eps: float, a: float, dt: float) -> ReachingRate: ...
     def second(self, s: float, k: float, eps: float, a: float, dt: float) -> float: ...
 
 

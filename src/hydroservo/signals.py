@@ -1,5 +1,6 @@
 """What travels between blocks: plain records of SI numbers."""
 
+import warnings
 from typing import Annotated, Any, NamedTuple
 
 from hydroservo.field import Field
@@ -13,10 +14,19 @@ __all__ = [
     "Measurement",
     "PortFlows",
     "Pressures",
-    "Pull",
+    "ReachingRate",
     "Seen",
     "Tip",
+    "VelocityError",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    """ReachingRate by the name that it had; goes with version 0.3."""
+    if name != "Pull":
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    warnings.warn("hydroservo.signals.Pull is ReachingRate now", DeprecationWarning, stacklevel=2)
+    return ReachingRate
 
 
 class Demand(NamedTuple):
@@ -117,11 +127,24 @@ class Correction(NamedTuple):
     estimate: float  # of the lumped disturbance, in the unit of x_i per second
 
 
-class Pull(NamedTuple):
+class ReachingRate(NamedTuple):
     """How a law draws a surface to 0."""
 
     rate: float  # in the unit of the surface per second, of its sign
     slope: float  # [1/s] derivative of the rate by the surface
+
+
+class VelocityError(NamedTuple):
+    """What a pull is given: the velocity's error, and how an observer's surfaces shift that of its rate."""
+
+    value: Annotated[float, Field("m/s", "error e, with the observer's surface s1 in it")]
+    rate: Annotated[float, Field("m/s^2", "its rate de/dt by model and estimates")]
+    force_surface: Annotated[float, Field("m/s^2", "g1 s2, of the observer's surface s2")]
+    velocity_surface: Annotated[float, Field("m/s^2", "f1' s1, of the observer's surface s1")]
+
+    def shift(self) -> float:
+        """s' = g1 s2 + f1' s1 [m/s^2], 0 with most observers."""
+        return self.force_surface + self.velocity_surface
 
 
 class Draws(NamedTuple):

@@ -16,13 +16,10 @@ from hydroservo.controllers import (
     DeadBandJump,
     Delay,
     DirectionalGain,
-    ExplicitReaching,
     FlowCompensation,
-    ImplicitReaching,
     PressureFeedback,
     RateLimit,
     Saturation,
-    SmoothReaching,
     ValveInversion,
     VelocityCompensation,
 )
@@ -37,6 +34,7 @@ from hydroservo.observers import (
     TSMObserver,
 )
 from hydroservo.papers.tsmc_eha_2021.printed import PrintedBackstepping, PrintedTSMC
+from hydroservo.pulls import ExplicitReaching, ImplicitReaching, SmoothReaching
 from hydroservo.roles import Controller, Differentiator, Observer, Reaching, Realisation
 from hydroservo.scenario.fits import said_roles
 from hydroservo.scenario.registry import shipped_classes

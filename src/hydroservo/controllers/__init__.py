@@ -1,5 +1,9 @@
 """Control laws, one a file, and what can be wrapped around them."""
 
+import warnings
+from typing import Any
+
+from hydroservo import pulls
 from hydroservo.controllers.acceleration_feedback import AccelerationFeedback, AccelerationFeedbackState
 from hydroservo.controllers.anti_windup import AntiWindup, AntiWindupState
 from hydroservo.controllers.backstepping import Backstepping, BacksteppingState
@@ -9,16 +13,14 @@ from hydroservo.controllers.dead_band_compensation import DeadBandCompensation, 
 from hydroservo.controllers.dead_band_jump import DeadBandJump, DeadBandJumpState
 from hydroservo.controllers.delay import Delay, DelayState
 from hydroservo.controllers.directional_gain import DirectionalGain, DirectionalGainState
-from hydroservo.controllers.explicit_reaching import ExplicitReaching
 from hydroservo.controllers.flow_compensation import FlowCompensation, FlowCompensationState
-from hydroservo.controllers.implicit_reaching import ImplicitReaching
+from hydroservo.controllers.inverting import Inverting, InvertingState
 from hydroservo.controllers.open_loop import OpenLoop, OpenLoopState
 from hydroservo.controllers.pi import PI, PIState
 from hydroservo.controllers.pid import PID, PIDState
 from hydroservo.controllers.pressure_feedback import PressureFeedback, PressureFeedbackState
 from hydroservo.controllers.rate_limit import RateLimit, RateLimitState
 from hydroservo.controllers.saturation import Saturation
-from hydroservo.controllers.smooth_reaching import SmoothReaching
 from hydroservo.controllers.tsmc import TSMC, TSMCState
 from hydroservo.controllers.valve_inversion import ValveInversion, ValveInversionState
 from hydroservo.controllers.velocity_compensation import VelocityCompensation, VelocityCompensationState
@@ -45,10 +47,10 @@ __all__ = [
     "DelayState",
     "DirectionalGain",
     "DirectionalGainState",
-    "ExplicitReaching",
     "FlowCompensation",
     "FlowCompensationState",
-    "ImplicitReaching",
+    "Inverting",
+    "InvertingState",
     "OpenLoop",
     "OpenLoopState",
     "PIDState",
@@ -58,10 +60,18 @@ __all__ = [
     "RateLimit",
     "RateLimitState",
     "Saturation",
-    "SmoothReaching",
     "TSMCState",
     "ValveInversion",
     "ValveInversionState",
     "VelocityCompensation",
     "VelocityCompensationState",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    """A reaching law, from where these were before there were pulls; goes with version 0.3."""
+    if not name.endswith("Reaching"):
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    text = f"hydroservo.controllers.{name} is hydroservo.pulls.{name} now"
+    warnings.warn(text, DeprecationWarning, stacklevel=2)
+    return getattr(pulls, name)

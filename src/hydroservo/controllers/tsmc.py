@@ -4,10 +4,12 @@ from typing import Annotated, NamedTuple
 
 from hydroservo.block import Block, Field
 from hydroservo.controlled.velocity import Velocity
-from hydroservo.controllers.explicit_reaching import ExplicitReaching
+from hydroservo.controllers.inverting import Inverting, InvertingState
 from hydroservo.controllers.saturation import Saturation
 from hydroservo.observers.filtered_derivative import FilteredDerivative
 from hydroservo.plants.design_model import THIS_MACHINE, DesignModel
+from hydroservo.pulls.explicit_reaching import ExplicitReaching
+from hydroservo.pulls.terminal import TerminalPull, TerminalPullState
 from hydroservo.roles import Controller, Differentiator, Observer, Reaching, controlling, role
 from hydroservo.signals import Demand, Measurement
 
@@ -62,23 +64,16 @@ class TSMC(NamedTuple):
         return TSMCState(0.0, 0.0, 0.0, self.observer.init(), self.derivative.init())
 
     def step(self, s: TSMCState, y: Measurement, r: Demand, dt: float) -> TSMCState:
-        m = self.model
-        o = self.observer.step(s.observer, m, y, dt)
-        x1, x2 = o.velocity, o.load_force
-        g1, f1_slope = m.g1(), m.f1_slope()
-        xi1 = x1 - r.value + o.s1
-        acceleration = m.f1(x1) + g1 * x2 + o.d1
-        xi1_rate = acceleration - r.rate
-        pull = self.reaching.first(xi1, self.linear_gain_1, self.power_gain_1, self.exponent_1, dt)
-        xi2 = xi1_rate + pull.rate + g1 * o.s2 + f1_slope * o.s1
-        derivative = self.derivative.step(s.derivative, o.d1, 0.0, dt)
-        drift = (
-            f1_slope * acceleration
-            + g1 * (m.f2(x1, x2) + o.d2)
-            + derivative.rate
-            - r.second_rate
-            + pull.slope * xi1_rate
-            + self.reaching.second(xi2, self.linear_gain_2, self.power_gain_2, self.exponent_2, dt)
+        pull = TerminalPull(
+            self.linear_gain_1,
+            self.linear_gain_2,
+            self.power_gain_1,
+            self.power_gain_2,
+            self.exponent_1,
+            self.exponent_2,
+            self.reaching,
         )
-        u = self.saturation.apply(-drift * (1.0 / (g1 * m.g2(x2, y.command))))
-        return TSMCState(u, xi1, xi2, o, derivative)
+        law = Inverting(pull, self.observer, self.model, self.derivative, self.saturation)
+        last = InvertingState(s.u, TerminalPullState(0.0, 0.0, s.xi1, s.xi2), s.observer, s.derivative)
+        now = law.step(last, y, r, dt)
+        return TSMCState(now.u, now.pull.xi1, now.pull.xi2, now.observer, now.derivative)

@@ -2,23 +2,32 @@
 
 from hydroservo.observers.boundary_layer import BoundaryLayer
 from hydroservo.observers.explicit import Explicit
+from hydroservo.observers.extended_state import ExtendedStateObserver, ExtendedStateObserverState
 from hydroservo.observers.filtered_derivative import FilteredDerivative, FilteredDerivativeState
+from hydroservo.observers.high_gain import HighGainObserver, HighGainObserverState
 from hydroservo.observers.implicit import Implicit
 from hydroservo.observers.kalman import KalmanObserver, KalmanObserverState
 from hydroservo.observers.model_derivative import ModelDerivative, ModelDerivativeState
+from hydroservo.observers.no_observer import NoObserver, NoObserverState
 from hydroservo.observers.position_kalman import PositionKalmanObserver, PositionKalmanObserverState
 from hydroservo.observers.tsm import TSMObserver, TSMObserverState
 
 __all__ = [
     "BoundaryLayer",
     "Explicit",
+    "ExtendedStateObserver",
+    "ExtendedStateObserverState",
     "FilteredDerivative",
     "FilteredDerivativeState",
+    "HighGainObserver",
+    "HighGainObserverState",
     "Implicit",
     "KalmanObserver",
     "KalmanObserverState",
     "ModelDerivative",
     "ModelDerivativeState",
+    "NoObserver",
+    "NoObserverState",
     "PositionKalmanObserver",
     "PositionKalmanObserverState",
     "TSMObserver",

@@ -19,7 +19,16 @@ from hydroservo.plants import DesignModel
 from hydroservo.roles import Monitor, Reaching, Realisation, Start
 from hydroservo.runs.run import ready
 from hydroservo.scenario.fits import role_methods
-from hydroservo.signals import Demand, Draws, Feed, MachineOutputs, Measurement, PortFlows, Pressures
+from hydroservo.signals import (
+    Demand,
+    Draws,
+    Feed,
+    MachineOutputs,
+    Measurement,
+    PortFlows,
+    Pressures,
+    VelocityError,
+)
 from hydroservo.supplies import ReliefValve
 from hydroservo.testing.examples import example
 from hydroservo.testing.places import watched_loop
@@ -147,6 +156,7 @@ NEVER_NEGATIVE = {"D", "dt", "eps", "k", "mass", "rate", "stroke", "t", "toleran
 RECORDS: dict[str, Any] = {
     "y": Measurement,
     "r": Demand,
+    "error": VelocityError,
     "machine": MachineOutputs,
     "seen": MachineOutputs,
     "line": Pressures,

@@ -18,6 +18,7 @@ from hydroservo.controllers import (
     Delay,
     DirectionalGain,
     FlowCompensation,
+    Inverting,
     PressureFeedback,
     RateLimit,
     Saturation,
@@ -31,11 +32,26 @@ from hydroservo.loads import Square as SquareLoad
 from hydroservo.loads import Step as StepLoad
 from hydroservo.loop import Loop, Simulation
 from hydroservo.mechanics import LuGre, Mass, MassSpringDamper, OneLinkArm, Stribeck, SwingingLoad, Viscous
-from hydroservo.observers import BoundaryLayer, KalmanObserver, PositionKalmanObserver
+from hydroservo.observers import (
+    BoundaryLayer,
+    ExtendedStateObserver,
+    HighGainObserver,
+    KalmanObserver,
+    PositionKalmanObserver,
+)
 from hydroservo.oils import CavitatingOil, ConstantOil
 from hydroservo.papers.tsmc_eha_2021 import machine
 from hydroservo.plants import Cylinder
 from hydroservo.plants.design_model import THIS_MACHINE
+from hydroservo.pulls import (
+    HomogeneousPull,
+    LinearPull,
+    NaiveSuperTwisting,
+    NonsingularTerminalPull,
+    RISEPull,
+    SuperTwisting,
+    TerminalPull,
+)
 from hydroservo.references import Chirp, Multisine, PointToPoint, Ramp, Step
 from hydroservo.sensors import (
     Encoder,
@@ -84,6 +100,7 @@ PUMP = PumpSupply(
 )
 OIL = ConstantOil(PLANT.bulk_modulus)
 CHECK_VALVE = CheckValve(opening_pressure=5e4, gradient=1e-9)
+KALMAN = KalmanObserver(100.0, 1e6, velocity_noise=5e-4, load_force_noise=5.0)
 TRANSDUCER = PressureTransducer(0.0, 60e5)
 ARM = OneLinkArm(
     base_distance=0.3,
@@ -156,7 +173,17 @@ BLOCKS: tuple[Block, ...] = (
     Encoder(1e-6),
     ExactDifferentiator(1.0),
     FilteredDifference(2e-3),
-    KalmanObserver(100.0, 1e6, velocity_noise=5e-4, load_force_noise=5.0),
+    ExtendedStateObserver(300.0, 600.0),
+    HighGainObserver(200.0, 100.0),
+    HomogeneousPull(3e3, 200.0, exponent=0.8),
+    Inverting(LinearPull(300.0, 300.0), KALMAN),
+    LinearPull(300.0, 300.0),
+    NaiveSuperTwisting(surface_gain=200.0, disturbance_rate=1e4),
+    NonsingularTerminalPull(2e3, 200.0, 100.0, surface_exponent=9 / 7, exponent=5 / 9),
+    RISEPull(200.0, feedback_gain=200.0, integral_rate=50.0, sign_gain=1e3),
+    SuperTwisting(surface_gain=200.0, disturbance_rate=1e4),
+    TerminalPull(*machine.TERMINAL[:6]),
+    KALMAN,
     NoisySensors(5e-4, 5.0),
     PID(3.0, 100.0, 1e-3, 0.9, 1e-3, 1e-6),
     PressureFeedback(LAW, force_gain=1e-4, time_constant=0.02),

@@ -6,7 +6,6 @@ equation, and the switching gain D_2 is far below the disturbance that it must e
 """
 
 from hydroservo.controllers.backstepping import Backstepping
-from hydroservo.controllers.explicit_reaching import ExplicitReaching
 from hydroservo.controllers.pi import PI
 from hydroservo.controllers.saturation import Saturation
 from hydroservo.controllers.tsmc import TSMC
@@ -18,6 +17,7 @@ from hydroservo.observers.model_derivative import ModelDerivative
 from hydroservo.observers.tsm import TSMObserver
 from hydroservo.plants.design_model import DesignModel
 from hydroservo.plants.load_pressure import LoadPressurePlant
+from hydroservo.pulls.explicit_reaching import ExplicitReaching
 from hydroservo.references.sine import Sine
 from hydroservo.references.square import Square
 from hydroservo.roles import Load, Reference

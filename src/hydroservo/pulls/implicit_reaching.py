@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 from hydroservo import ops
 from hydroservo.roles import Reaching, role
-from hydroservo.signals import Pull
+from hydroservo.signals import ReachingRate
 
 __all__ = ["ImplicitReaching"]
 
@@ -24,11 +24,11 @@ class ImplicitReaching(NamedTuple):
     Fails to be faster than the sample period: gains above about 1/dt change nothing any more.
     """
 
-    def first(self, s: float, k: float, eps: float, a: float, dt: float) -> Pull:
+    def first(self, s: float, k: float, eps: float, a: float, dt: float) -> ReachingRate:
         ahead = ops.power_root(ops.absolute(s), 1.0 + dt * k, dt * eps, a)
         steepness = ops.power(ahead + LEAST, 1.0 - a)
         slope = (k * steepness + a * eps) / (steepness * (1.0 + dt * k) + dt * a * eps)
-        return Pull((s - ops.copysign(ahead, s)) / dt, slope)
+        return ReachingRate((s - ops.copysign(ahead, s)) / dt, slope)
 
     def second(self, s: float, k: float, eps: float, a: float, dt: float) -> float:
         return (s - ops.copysign(ops.power_root(ops.absolute(s), 1.0 + dt * k, dt * eps, a), s)) / dt

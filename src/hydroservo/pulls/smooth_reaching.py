@@ -5,7 +5,7 @@ from typing import Annotated, NamedTuple
 from hydroservo import ops
 from hydroservo.block import Field
 from hydroservo.roles import Reaching, role
-from hydroservo.signals import Pull
+from hydroservo.signals import ReachingRate
 from hydroservo.sources import CHOSEN
 
 __all__ = ["SmoothReaching"]
@@ -24,10 +24,10 @@ class SmoothReaching(NamedTuple):
     first_thickness: Annotated[float, Field("m/s", "boundary layer on xi1", CHOSEN, above=0)] = 1e-3
     second_thickness: Annotated[float, Field("m/s^2", "boundary layer on xi2", CHOSEN, above=0)] = 1.0
 
-    def first(self, s: float, k: float, eps: float, a: float, dt: float) -> Pull:
+    def first(self, s: float, k: float, eps: float, a: float, dt: float) -> ReachingRate:
         size = ops.absolute(s) + self.first_thickness
         pull = eps * ops.power(size, a - 1.0)
-        return Pull((k + pull) * s, k + pull * (1.0 + (a - 1.0) * ops.absolute(s) / size))
+        return ReachingRate((k + pull) * s, k + pull * (1.0 + (a - 1.0) * ops.absolute(s) / size))
 
     def second(self, s: float, k: float, eps: float, a: float, dt: float) -> float:
         return (k + eps * ops.power(ops.absolute(s) + self.second_thickness, a - 1.0)) * s

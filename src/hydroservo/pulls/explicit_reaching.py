@@ -5,7 +5,7 @@ from typing import Annotated, NamedTuple
 from hydroservo import ops
 from hydroservo.block import Field
 from hydroservo.roles import Reaching, role
-from hydroservo.signals import Pull
+from hydroservo.signals import ReachingRate
 from hydroservo.sources import CHOSEN
 
 __all__ = ["ExplicitReaching"]
@@ -25,9 +25,9 @@ class ExplicitReaching(NamedTuple):
         float, Field("m/s", "keeps |xi1|^(a1-1) finite in the slope", CHOSEN, above=0)
     ] = 1e-4
 
-    def first(self, s: float, k: float, eps: float, a: float, dt: float) -> Pull:
+    def first(self, s: float, k: float, eps: float, a: float, dt: float) -> ReachingRate:
         slope = a * ops.power(ops.absolute(s) + self.least_surface, a - 1.0)
-        return Pull(k * s + eps * ops.signed_power(s, a), k + eps * slope)
+        return ReachingRate(k * s + eps * ops.signed_power(s, a), k + eps * slope)
 
     def second(self, s: float, k: float, eps: float, a: float, dt: float) -> float:
         return k * s + eps * ops.signed_power(s, a)

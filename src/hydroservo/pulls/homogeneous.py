@@ -1,0 +1,50 @@
+"""A pull whose every part is a power of error and rate: finite time without a surface."""
+
+from typing import Annotated, NamedTuple
+
+from hydroservo import ops
+from hydroservo.block import Field
+from hydroservo.pulls.implicit_reaching import ImplicitReaching
+from hydroservo.roles import Pull, Reaching, role
+from hydroservo.signals import VelocityError
+
+__all__ = ["HomogeneousPull", "HomogeneousPullState"]
+
+
+class HomogeneousPullState(NamedTuple):
+    """What is asked for at this sample."""
+
+    damping: Annotated[float, Field("m/s^3", "jerk asked against the error's rate")]
+    restoring: Annotated[float, Field("m/s^3", "jerk asked against the error")]
+
+
+@role(Pull)
+class HomogeneousPull(NamedTuple):
+    """A double integrator in finite time, by powers of error and rate that scale alike.
+
+    With every power odd (|x|^a sgn x)::
+
+        q = k1 e^(a/(2-a)) + k2 (de/dt + s')^a
+
+    with s' the shift by the observer's surfaces. The power of the rate is taken where it leads to, by the
+    nested ``reaching``.
+
+    Source: Bhat, Bernstein, IEEE Trans. Automatic Control 43(5), 1998, prop. 1 (unverified).
+    Fails far from 0, where its powers pull less than a linear law, and where the error's rate is noisy.
+    """
+
+    error_gain: Annotated[float, Field("m^(1/3)/s^(7/3)", "gain k1 [(m/s)^(1-a/(2-a))/s^2]", above=0)]
+    rate_gain: Annotated[float, Field("m^(1/5)/s^(7/5)", "gain k2 [(m/s^2)^(1-a)/s]", above=0)]
+    exponent: Annotated[float, Field("", "exponent a", at_least=0.1, below=1)]
+    reaching: Reaching = ImplicitReaching()
+
+    def init(self) -> HomogeneousPullState:
+        return HomogeneousPullState(0.0, 0.0)
+
+    def step(self, s: HomogeneousPullState, error: VelocityError, dt: float) -> HomogeneousPullState:
+        power = self.exponent / (2.0 - self.exponent)
+        rate = error.rate + error.shift()
+        return HomogeneousPullState(
+            self.reaching.second(rate, 0.0, self.rate_gain, self.exponent, dt),
+            self.error_gain * ops.signed_power(error.value, power),
+        )

@@ -1,0 +1,52 @@
+"""The super-twisting algorithm by the usual implicit step, which forgets the disturbance."""
+
+from typing import Annotated, NamedTuple
+
+from hydroservo import ops
+from hydroservo.block import Field
+from hydroservo.roles import Pull, role
+from hydroservo.signals import VelocityError
+
+__all__ = ["NaiveSuperTwisting", "NaiveSuperTwistingState"]
+
+
+class NaiveSuperTwistingState(NamedTuple):
+    """What is asked for at this sample, the surface, and the integral of its sign."""
+
+    damping: Annotated[float, Field("m/s^3", "jerk asked against the error's rate")]
+    restoring: Annotated[float, Field("m/s^3", "jerk asked against the surface")]
+    sigma: Annotated[float, Field("m/s^2", "sliding surface")]
+    learnt: Annotated[float, Field("m/s^3", "integral w of the surface's sign")]
+
+
+@role(Pull)
+class NaiveSuperTwisting(NamedTuple):
+    """:class:`SuperTwisting` sampled as if nothing disturbed the surface over the period ahead.
+
+    With sigma, k1 and k2 as there::
+
+        z_k = sigma_k + h v_k,   v_k = -k1 |z_k|^(1/2) sgn(z_k) + w_k,   w_k = w_(k-1) - h k2 Sgn(z_k)
+
+    Where |sigma + h w| <= h^2 k2, z_k = 0 and v_k = -sigma_k/h whatever w was: no chatter, and sigma is h
+    times the disturbance, not h^2 L. It is here to show what that costs.
+
+    Source: Brogliato, Polyakov, Efimov, IEEE Trans. Automatic Control 65(8), 2020 (unverified).
+    Fails as SuperTwisting does, and leaves an error under a constant disturbance.
+    """
+
+    surface_gain: Annotated[float, Field("1/s", "gain c of the error in the surface", above=0)]
+    disturbance_rate: Annotated[float, Field("m/s^4", "bound L on the disturbance's rate", above=0)]
+
+    def init(self) -> NaiveSuperTwistingState:
+        return NaiveSuperTwistingState(0.0, 0.0, 0.0, 0.0)
+
+    def step(self, s: NaiveSuperTwistingState, error: VelocityError, dt: float) -> NaiveSuperTwistingState:
+        k1, k2 = 1.5 * ops.sqrt(self.disturbance_rate), 1.1 * self.disturbance_rate
+        sigma = error.rate + self.surface_gain * error.value + error.shift()
+        known = sigma + dt * s.learnt
+        beyond = ops.absolute(known) - dt * dt * k2
+        half = 0.5 * dt * k1
+        root = ops.sqrt(half * half + ops.maximum(beyond, 0.0)) - half  # of |z_k|
+        learnt = s.learnt - ops.clip(known / dt, -dt * k2, dt * k2)
+        drive = learnt - k1 * ops.copysign(root, known)
+        return NaiveSuperTwistingState(self.surface_gain * error.rate, -drive, sigma, learnt)

@@ -1,0 +1,58 @@
+"""A terminal sliding surface whose derivative has no negative power."""
+
+from typing import Annotated, NamedTuple
+
+from hydroservo import ops
+from hydroservo.block import Field
+from hydroservo.pulls.implicit_reaching import ImplicitReaching
+from hydroservo.roles import Pull, Reaching, role
+from hydroservo.signals import VelocityError
+
+__all__ = ["NonsingularTerminalPull", "NonsingularTerminalPullState"]
+
+
+class NonsingularTerminalPullState(NamedTuple):
+    """What is asked for at this sample, and the surface."""
+
+    damping: Annotated[float, Field("m/s^3", "jerk asked against the error's rate")]
+    restoring: Annotated[float, Field("m/s^3", "jerk asked against the surface")]
+    sigma: Annotated[float, Field("m/s^2", "sliding surface")]
+
+
+@role(Pull)
+class NonsingularTerminalPull(NamedTuple):
+    """One surface on which the error vanishes in finite time, without the singularity of a terminal one.
+
+    With every power odd (|x|^a sgn x), 1 < p < 2, and s' the shift by the observer's surfaces::
+
+        sigma = de/dt + (beta e)^(1/p) + s'
+        q     = beta/p (de/dt)^(2-p) + k sigma + epsilon sigma^a
+
+    On the surface an error e0 is gone after p/(p - 1) beta^(-1/p) |e0|^(1-1/p). Both powers in q are taken
+    where they lead to, by the nested ``reaching``.
+
+    Source: Feng, Yu, Man, Automatica 38(12), 2002, doi:10.1016/S0005-1098(02)00147-4 (unverified), with the
+    surface solved for the error's rate.
+    Fails where the error's rate is noisy: its power has an infinite slope at 0.
+    """
+
+    surface_gain: Annotated[float, Field("m^(2/7)/s^(18/7)", "beta [(m/s^2)^p s/m]", above=0)]
+    linear_gain: Annotated[float, Field("1/s", "gain k", at_least=0)]
+    power_gain: Annotated[float, Field("m^(4/9)/s^(17/9)", "gain epsilon [(m/s^2)^(1-a)/s]", at_least=0)]
+    surface_exponent: Annotated[float, Field("", "exponent p", above=1, at_most=1.9)]
+    exponent: Annotated[float, Field("", "exponent a", at_least=0.1, below=1)]
+    reaching: Reaching = ImplicitReaching()
+
+    def init(self) -> NonsingularTerminalPullState:
+        return NonsingularTerminalPullState(0.0, 0.0, 0.0)
+
+    def step(
+        self, s: NonsingularTerminalPullState, error: VelocityError, dt: float
+    ) -> NonsingularTerminalPullState:
+        p = self.surface_exponent
+        sigma = error.rate + ops.signed_power(self.surface_gain * error.value, 1.0 / p) + error.shift()
+        return NonsingularTerminalPullState(
+            self.reaching.second(error.rate, 0.0, self.surface_gain / p, 2.0 - p, dt),
+            self.reaching.second(sigma, self.linear_gain, self.power_gain, self.exponent, dt),
+            sigma,
+        )
