@@ -32,7 +32,8 @@ class HighGainObserver(NamedTuple):
 
         d_i := d_i + (1 - exp(-L_i h)) (x_i - x_i,ahead)/h
 
-    A step of a disturbance is followed to 1 - exp(-n L_i h) after n samples, at any L_i. It starts with the
+    Where the sample period is short against the machine's own times, a step of a disturbance is followed to
+    1 - exp(-n L_i h) after n samples. It starts with the
     first measurement and no disturbance, and anew after a sample that was not a number.
 
     Source: Won, Kim, Shin, Chung, IEEE Trans. Control Systems Technology 23(2), 2015 (unverified), sampled.
