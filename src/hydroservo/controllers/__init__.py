@@ -13,6 +13,7 @@ from hydroservo.controllers.dead_band_compensation import DeadBandCompensation, 
 from hydroservo.controllers.dead_band_jump import DeadBandJump, DeadBandJumpState
 from hydroservo.controllers.delay import Delay, DelayState
 from hydroservo.controllers.directional_gain import DirectionalGain, DirectionalGainState
+from hydroservo.controllers.first_order_adrc import FirstOrderADRC, FirstOrderADRCState
 from hydroservo.controllers.flow_compensation import FlowCompensation, FlowCompensationState
 from hydroservo.controllers.inverting import Inverting, InvertingState
 from hydroservo.controllers.open_loop import OpenLoop, OpenLoopState
@@ -21,6 +22,7 @@ from hydroservo.controllers.pid import PID, PIDState
 from hydroservo.controllers.pressure_feedback import PressureFeedback, PressureFeedbackState
 from hydroservo.controllers.rate_limit import RateLimit, RateLimitState
 from hydroservo.controllers.saturation import Saturation
+from hydroservo.controllers.second_order_adrc import SecondOrderADRC, SecondOrderADRCState
 from hydroservo.controllers.tsmc import TSMC, TSMCState
 from hydroservo.controllers.valve_inversion import ValveInversion, ValveInversionState
 from hydroservo.controllers.velocity_compensation import VelocityCompensation, VelocityCompensationState
@@ -47,6 +49,8 @@ __all__ = [
     "DelayState",
     "DirectionalGain",
     "DirectionalGainState",
+    "FirstOrderADRC",
+    "FirstOrderADRCState",
     "FlowCompensation",
     "FlowCompensationState",
     "Inverting",
@@ -60,6 +64,8 @@ __all__ = [
     "RateLimit",
     "RateLimitState",
     "Saturation",
+    "SecondOrderADRC",
+    "SecondOrderADRCState",
     "TSMCState",
     "ValveInversion",
     "ValveInversionState",

@@ -1,0 +1,63 @@
+"""Active disturbance rejection of order one: an integrator, and all else a disturbance."""
+
+import math
+from typing import Annotated, NamedTuple
+
+from hydroservo import ops
+from hydroservo.block import Field
+from hydroservo.controlled.this_signal import THIS_SIGNAL
+from hydroservo.controllers.saturation import Saturation
+from hydroservo.roles import ControlledSignal, Controller, role
+from hydroservo.signals import Demand, Measurement
+
+__all__ = ["FirstOrderADRC", "FirstOrderADRCState"]
+
+
+class FirstOrderADRCState(NamedTuple):
+    """The last command, and what the extended state observer estimates."""
+
+    u: Annotated[float, Field("V", "command")]
+    signal: Annotated[float, Field("y", "estimate of the {y}")]
+    disturbance: Annotated[float, Field("y/s", "estimate of the total disturbance f")]
+
+
+@role(Controller)
+class FirstOrderADRC(NamedTuple):
+    """Linear active disturbance rejection control of a signal y that is taken for y' = b0 u + f.
+
+    All that is not b0 u is the disturbance f. An extended state observer with both poles at w_o gives y and
+    f from the measured signal and the mean command applied, z = exp(-w_o h)::
+
+        y_ahead = y + h (f + b0 u_applied)
+        y := y_ahead + (1 - z^2) (y_measured - y_ahead),   f := f + (1 - z)^2/h (y_measured - y_ahead)
+        u  = sat( (r' + w_c (r - y) - f)/b0 )
+
+    A command that is limited is known to the observer, so nothing winds up. For a velocity behind a valve of
+    first order b0 is the velocity gain over the valve's time constant.
+
+    Source: Gao, American Control Conference 2003, doi:10.1109/ACC.2003.1242516; Herbst, Electronics 2(3), 2013;
+    the observer that uses the newest sample: Miklosovic, Radke, Gao, American Control Conference 2006,
+    doi:10.1109/ACC.2006.1656547.
+    Fails where b0 is wrong by half or more, by its margins; the observer's bandwidth is limited by delay and
+    by the oil's resonance, and by noise, which w_o passes on to the command.
+    """
+
+    input_gain: Annotated[float, Field("y/(s V)", "b0, rate of the {y} per command", above=0)]
+    bandwidth: Annotated[float, Field("rad/s", "w_c of the loop", above=0)]
+    observer_bandwidth: Annotated[float, Field("rad/s", "w_o of the observer", above=0)]
+    saturation: Saturation = Saturation()
+    controls: ControlledSignal = THIS_SIGNAL
+
+    def init(self) -> FirstOrderADRCState:
+        return FirstOrderADRCState(0.0, math.nan, 0.0)
+
+    def step(self, s: FirstOrderADRCState, y: Measurement, r: Demand, dt: float) -> FirstOrderADRCState:
+        measured = self.controls.of(y, y.command)
+        ahead = s.signal + dt * (s.disturbance + self.input_gain * y.command)
+        lost = ops.isnan(ahead)  # at the start, and after a sample that was not a number
+        miss = ops.where(lost, 0.0, measured - ahead)
+        z = ops.power(math.e, -self.observer_bandwidth * dt)
+        signal = ops.where(lost, measured, ahead + (1.0 - z * z) * miss)
+        disturbance = ops.where(lost, 0.0, s.disturbance + (1.0 - z) * (1.0 - z) / dt * miss)
+        wanted = r.rate + self.bandwidth * (r.value - signal) - disturbance
+        return FirstOrderADRCState(self.saturation.apply(wanted / self.input_gain), signal, disturbance)
