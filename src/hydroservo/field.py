@@ -1,5 +1,6 @@
 """The declaration of one number: its unit, meaning, source and range."""
 
+import math
 from collections.abc import Hashable, Mapping
 from dataclasses import dataclass, fields, replace
 from functools import cache
@@ -7,9 +8,10 @@ from typing import get_type_hints
 
 from hydroservo.unit_algebra import exchanged
 
-__all__ = ["CONTROLLED", "Field", "declared_fields"]
+__all__ = ["CONTROLLED", "OPEN", "Field", "declared_fields"]
 
 CONTROLLED = "y"  # in a unit: that of the signal which a loop controls; in a meaning "{y}" is its name
+OPEN = math.inf  # a number that is left open, as Field(auto=OPEN) declares it; "auto" in a scenario
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,6 +12,7 @@ from hydroservo.errors import ParameterError
 from hydroservo.roles import (
     Accumulator,
     Carried,
+    CheckFlow,
     ControlledSignal,
     Controller,
     Drive,
@@ -24,8 +25,19 @@ from hydroservo.roles import (
     Sensors,
     Valve,
 )
+from hydroservo.signals import Pressures
 
-__all__ = ["HOOKS", "Hook", "at_ports", "at_rest", "designed", "is_valveless", "resting"]
+__all__ = [
+    "HOOKS",
+    "Hook",
+    "at_ports",
+    "at_rest",
+    "designed",
+    "has_chambers",
+    "is_valveless",
+    "resting",
+    "takes_load_pressure",
+]
 
 
 class Hook(NamedTuple):
@@ -78,9 +90,16 @@ HOOKS = (
     Hook(
         "at_rest",
         Drive,
-        ("pressure_a", "pressure_b"),
-        "the drive with what is left open of its start found, at the chambers' pressures then",
+        ("line", "pressure_a", "pressure_b"),
+        "the drive with what is left open of its start found, at the pressures of its feed and the chambers",
     ),
+    Hook(
+        "load_flow",
+        Drive,
+        ("s", "feed", "load_pressure"),
+        "the one flow [m^3/s] to a plant that is described by its load pressure; compiled",
+    ),
+    Hook("pilot_ratio", CheckFlow, None, "the ratio of areas by which a pilot opens it"),
     Hook("area_a", Plant, None, "the piston's area [m^2] towards chamber a, for sensors of pressures"),
     Hook("area_b", Plant, None, "the piston's area [m^2] towards chamber b, for sensors of pressures"),
     Hook("piston_area", Plant, None, "both areas [m^2] of a plant that has but one"),
@@ -154,20 +173,21 @@ def at_rest(plant: Block, supply: Block, load: Block) -> Block:
         raise ParameterError("plant", type(plant).__name__, f"has no start at rest: {error}") from None
 
 
-def at_ports(drive: Block, pressure_a: float, pressure_b: float) -> Block:
-    """A drive with what is left open of its start found, if it has ``at_rest(pressure_a, pressure_b)``.
+def at_ports(drive: Block, line: Pressures, pressure_a: float, pressure_b: float) -> Block:
+    """A drive with what is left open of its start found, if it has ``at_rest(line, pressure_a, pressure_b)``.
 
     One that has not, and lies before another, passes the pressures on to that.
 
     Args:
         drive: the drive.
+        line: the pressures of what feeds it at the start.
         pressure_a: at its port A at the start [Pa].
         pressure_b: at its port B [Pa].
     """
     if hasattr(drive, "at_rest"):
-        return drive.at_rest(pressure_a, pressure_b)
+        return drive.at_rest(line, pressure_a, pressure_b)
     inner = getattr(drive, "drive", None)
-    return drive if inner is None else drive._replace(drive=at_ports(inner, pressure_a, pressure_b))
+    return drive if inner is None else drive._replace(drive=at_ports(inner, line, pressure_a, pressure_b))
 
 
 def resting(machine: Block) -> Any:
@@ -182,14 +202,25 @@ def resting(machine: Block) -> Any:
     plant, supply = at_rest(machine.plant, machine.supply, machine.load), machine.supply
     if not any(hasattr(drive, "at_rest") for drive in drives_in(machine.drive)):
         return machine._replace(plant=plant)
-    seen = plant.outputs(plant.init(), supply.pressures(supply.init()), 0.0)
-    drive = at_ports(machine.drive, seen.pressure_a, seen.pressure_b)
+    line = supply.pressures(supply.init())
+    seen = plant.outputs(plant.init(), line, 0.0)
+    drive = at_ports(machine.drive, line, seen.pressure_a, seen.pressure_b)
     return machine._replace(plant=plant, drive=drive)
 
 
 def is_valveless(drive: Block) -> bool:
     """Whether a drive stands in the valve's place, itself or by the drive that it lies before."""
     return any(hasattr(type(one), "valveless") for one in drives_in(drive))
+
+
+def takes_load_pressure(drive: Block) -> bool:
+    """Whether a plant described by its load pressure can have a drive: all in it have ``load_flow``."""
+    return all(hasattr(one, "load_flow") for one in drives_in(drive))
+
+
+def has_chambers(plant: Block) -> bool:
+    """Whether a plant's state holds the pressures of two chambers."""
+    return {"pressure_a", "pressure_b"} <= set(plant.init()._fields)
 
 
 def drives_in(drive: Block) -> list[Block]:

@@ -32,6 +32,7 @@ __all__ = [
     "Accumulator",
     "Block",
     "Carried",
+    "CheckFlow",
     "ControlledSignal",
     "Controller",
     "Differentiator",
@@ -277,18 +278,17 @@ class Start(Protocol):
 class Drive(Protocol):
     """What turns a command and the pressures at the cylinder's two ports [Pa] into the flows through them.
 
-    It is given what the loop's valve and supply hold ready, the :class:`~hydroservo.signals.Feed`.
-    ``load_flow`` [m^3/s] is for a cylinder described by its load pressure [Pa]. ``power`` [W] is what the
-    drive draws while it passes these flows: with the oil from the supply's line, and at the shaft of a motor
-    of its own; negative where it gives back. One that stands in the valve's place is ``valveless``, as the
-    decorator of that name says; one around another has that as its field ``drive``, and one whose start may
-    be left open has ``at_rest(pressure_a, pressure_b)``.
+    It is given what the loop's valve and supply hold ready, the :class:`~hydroservo.signals.Feed`. ``power``
+    [W] is what the drive draws while it passes these flows: with the oil from the supply's line, and at the
+    shaft of a motor of its own; negative where it gives back. One that stands in the valve's place is
+    ``valveless``, as the decorator of that name says; one around another has that as its field ``drive``, and
+    one whose start may be left open has ``at_rest(line, pressure_a, pressure_b)``. One that a cylinder
+    described by its load pressure [Pa] may have, too, has ``load_flow(s, feed, load_pressure)`` [m^3/s].
     """
 
     def init(self) -> Block: ...
     def deriv(self, s: Block, feed: Feed, pressure_a: float, pressure_b: float) -> Block: ...
     def flows(self, s: Block, feed: Feed, pressure_a: float, pressure_b: float) -> PortFlows: ...
-    def load_flow(self, s: Block, feed: Feed, load_pressure: float) -> float: ...
     def power(self, s: Block, feed: Feed, flows: PortFlows) -> float: ...
 
 
@@ -497,6 +497,17 @@ class Model(Protocol):
     def g2(self, load_force: float, command: float) -> float: ...
 
 
+class CheckFlow(Protocol):
+    """What lets oil pass one way: its flow [m^3/s] at a drop [Pa], negative where it comes back.
+
+    ``piloted`` is the flow with a pilot's pressure above that before the valve [Pa]; one that a pilot opens
+    has its ``pilot_ratio`` as a field.
+    """
+
+    def flow(self, drop: float) -> float: ...
+    def piloted(self, drop: float, pilot: float) -> float: ...
+
+
 class Relief(Protocol):
     """What lets a supply's oil off to the tank: its flow [m^3/s] at a gauge pressure [Pa]."""
 
@@ -506,11 +517,11 @@ class Relief(Protocol):
 class Poppet(Protocol):
     """How the poppet of a relief valve, the supply's ReliefValve, follows the gauge pressure [Pa].
 
-    ``settled`` is the state in which the ``flow`` [m^3/s] is that of the relief valve's own curve.
+    ``steady_at`` is the state in which the ``flow`` [m^3/s] is that of the relief valve's own curve.
     """
 
     def init(self) -> Block: ...
-    def settled(self, relief: Block, pressure: float) -> Block: ...
+    def steady_at(self, relief: Block, pressure: float) -> Block: ...
     def deriv(self, s: Block, relief: Block, pressure: float) -> Block: ...
     def flow(self, s: Block, relief: Block, pressure: float) -> float: ...
 

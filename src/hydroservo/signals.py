@@ -3,6 +3,7 @@
 import warnings
 from typing import Annotated, Any, NamedTuple
 
+from hydroservo import ops
 from hydroservo.field import Field
 
 __all__ = [
@@ -96,6 +97,15 @@ class Feed(NamedTuple):
     edges: Any
     opening: float
     line: Pressures
+
+    def with_supply(self, pressure: float) -> "Feed":
+        """What a drive finds that is fed with another pressure [Pa] than the supply's."""
+        return Feed(self.command, self.edges, self.opening, Pressures(pressure, self.line.tank))
+
+    def sensed(self, pressure_a: float, pressure_b: float) -> float:
+        """The load [Pa]: the pressure at the port that the spool opens to P, or the tank's with it at 0."""
+        closed = ops.where(self.opening < 0.0, pressure_b, self.line.tank)
+        return ops.where(self.opening > 0.0, pressure_a, closed)
 
 
 class PortFlows(NamedTuple):

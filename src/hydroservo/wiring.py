@@ -7,7 +7,7 @@ from hydroservo.block import Block, field_at, is_block
 from hydroservo.controlled.command import Command
 from hydroservo.controlled.this_signal import ThisSignal
 from hydroservo.errors import ParameterError
-from hydroservo.hooks import at_rest, is_valveless
+from hydroservo.hooks import at_rest, has_chambers, is_valveless, takes_load_pressure
 from hydroservo.loop import Loop
 from hydroservo.plants.design_model import DesignModel, ThisMachine
 from hydroservo.validation import consistent
@@ -24,9 +24,10 @@ def wired(loop: Loop) -> Loop:
 
     Raises:
         ParameterError: the machine does not answer, or cannot rest at its start; the law cannot control what
-            the loop does; or the drive needs a valve and there is none, or the other way round.
+            the loop does; or the drive needs a valve or chambers that are not there, or has no use for one.
     """
     check_valve(loop)
+    check_chambers(loop)
     sensors = with_plant_areas(loop.sensors, loop.plant, "sensors")
     controller = loop.controller
     check_signals(controller, loop.controls, "controller")
@@ -48,6 +49,18 @@ def check_valve(loop: Loop) -> None:
         )
     if isinstance(loop.valve, NoValve) and not is_valveless(loop.drive):
         raise ParameterError("valve", valve, f"is none, and the drive {drive} needs one")
+
+
+def check_chambers(loop: Loop) -> None:
+    """Refuse a drive that goes by the pressures of two chambers on a plant that has none.
+
+    Raises:
+        ParameterError: it does.
+    """
+    if not (has_chambers(loop.plant) or takes_load_pressure(loop.drive)):
+        plant = type(loop.plant).__name__
+        problem = f"goes by the pressures of two chambers, and the plant {plant} has none; take a Cylinder"
+        raise ParameterError("drive", type(loop.drive).__name__, problem)
 
 
 def believed(loop: Block) -> DesignModel:

@@ -15,11 +15,11 @@ from hydroservo.roles import ControlledSignal, Integrator, Monitor, Start
 from hydroservo.scenario.fits import ROLES
 from hydroservo.starts import AsBuilt
 from hydroservo.testing.examples import example
-from hydroservo.testing.places import signal_for, with_its_valve
+from hydroservo.testing.places import signal_for, with_its_machine
 from hydroservo.wiring import with_model
 from tests.support.export.agreement import assert_same_run
 from tests.support.roles import NOTHING, blocks, role_of
-from tests.support.strategies import choices
+from tests.support.strategies import choices, going_together
 from tools.targets.laws import LAWS, types_in
 
 PERIOD = 1e-4
@@ -35,7 +35,7 @@ def picked(cls: type, draw: np.random.Generator) -> Block:
         if hints[name] in ROLES:
             found = choices(cls, hints[name])
             inner[name] = picked(found[draw.integers(len(found))], draw)
-    return replace(example(cls), inner)
+    return going_together(example(cls), inner)
 
 
 def loop_of_choices(i: int) -> Loop:
@@ -44,7 +44,7 @@ def loop_of_choices(i: int) -> Loop:
     law = with_model(list(LAWS.values())[i % len(LAWS)], example(DesignModel))  # a pump has none
     own = {"simulation": simulation, "controller": law, "controls": signal_for(law)}
     made = replace(picked(Loop, np.random.default_rng(i)), own)
-    loop = with_its_valve(made)
+    loop = with_its_machine(made)
     return replace(loop, {"hold.delay": 0.5 * PERIOD}) if isinstance(loop.hold, DelayedHold) else loop
 
 

@@ -54,6 +54,7 @@ LOOPS: dict[str, tuple[Loop, dict[str, tuple[float, float]]]] = {
             "drive.drive.drive.drive.volume_a": (1e-5, 1e-4),
             "load.amplitude": (-500.0, 500.0),
             "supply.supply_pressure": (30e5, 60e5),
+            "supply.return_pressure": (0.0, 4e5),
         },
     ),
 }
@@ -62,7 +63,7 @@ LOOPS: dict[str, tuple[Loop, dict[str, tuple[float, float]]]] = {
 @pytest.mark.slow  # each compiles two kernels of a whole machine
 @pytest.mark.parametrize("name", LOOPS)
 def test_each_run_has_the_bits_of_its_single_run(name: str) -> None:
-    """What starts open, the pressures in hoses among it, is found for each run."""
+    """What starts open, in hoses and at a load-sensing pump, is found for each run."""
     loop, ranges = LOOPS[name]
     rng = np.random.default_rng(7)
     parameters: dict[str, Any] = {path: rng.uniform(*limits, 5) for path, limits in ranges.items()}

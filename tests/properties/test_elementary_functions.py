@@ -35,6 +35,7 @@ ARGUMENTS = {
     "sign": "x",
     "signed_power": "xx",
     "sin": "x",
+    "smooth_root": "xx",
     "sqrt": "x",
     "square_wave": "tp",
     "tanh": "x",

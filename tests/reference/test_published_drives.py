@@ -57,7 +57,7 @@ def test_a_hydrostatic_transmission_speeds_up_as_in_hopsan() -> None:
         speed_gain=1.0,
         max_torque=1.0,
         inertia=1.0,
-        check_valve=CheckValve(opening_pressure=0.0, gradient=2.3e-8),
+        check_valve=CheckValve(cracking_pressure=0.0, conductance=2.3e-8),
         relief=TheirRelief(),
         leakage=1e-9,
     )
@@ -84,7 +84,7 @@ def test_a_pilot_opens_a_check_valve_as_a_trade_journal_has_it() -> None:
 
     B. Casey, The hydraulic equivalent of mechanical advantage, hydraulicsupermarket.com.
     """
-    valve = CheckValve(opening_pressure=0.0, gradient=1e-9, pilot_ratio=4.0)
+    valve = CheckValve(cracking_pressure=0.0, conductance=1e-9, pilot_ratio=4.0)
     assert valve.piloted(-3000.0 * PSI, 750.0 * PSI) == 0.0
     assert valve.piloted(-3000.0 * PSI, 760.0 * PSI) < 0.0
 
@@ -92,5 +92,5 @@ def test_a_pilot_opens_a_check_valve_as_a_trade_journal_has_it() -> None:
 @pytest.mark.parametrize(("ratio", "opens"), [(1.5, False), (3.0, True)])
 def test_a_cylinder_of_two_to_one_needs_a_check_valve_of_three_to_one(ratio: float, opens: bool) -> None:
     """The pilot's pressure on the piston is twice as much at the rod: the same article."""
-    valve = CheckValve(opening_pressure=0.0, gradient=1e-9, pilot_ratio=ratio)
+    valve = CheckValve(cracking_pressure=0.0, conductance=1e-9, pilot_ratio=ratio)
     assert all((valve.piloted(-2.0 * pilot, pilot) < 0.0) is opens for pilot in (1e6, 5e6, 20e6))

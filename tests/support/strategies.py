@@ -16,7 +16,7 @@ from hydroservo.testing.examples import example
 from hydroservo.validation import consistent
 from tests.support.roles import NOTHING, playing, wraps
 
-__all__ = ["choices", "wired"]
+__all__ = ["choices", "going_together", "wired"]
 
 
 def wired(cls: type, spread: Range) -> SearchStrategy[Block]:

@@ -44,7 +44,7 @@ def test_gains_of_order_two_are_the_published_ones() -> None:
 def test_on_an_integrator_with_b0_known_the_loop_has_its_pole() -> None:
     """The observer has nothing to correct there, so that its poles are not seen."""
     h, w_c = 1e-4, 40.0
-    law, y, u = first(2.0, w_c, 400.0), 1.0, 0.0
+    law, y, u = first(2.0, w_c, 400.0), 0.1, 0.0
     state, rows = law.init(), []
     for _ in range(1000):
         state = law.step(state, seen(y, u), STILL, h)
@@ -60,13 +60,14 @@ def test_on_a_double_integrator_with_b0_known_the_loop_has_its_poles() -> None:
     law, y, rate, u = second(b0, w_c, 4000.0), 0.0, 0.0, 0.0
     state, rows = law.init(), []
     for k in range(20_000):
-        r = Demand(math.sin(5.0 * k * h), 5.0 * math.cos(5.0 * k * h), -25.0 * math.sin(5.0 * k * h))
+        turn = 5.0 * k * h
+        r = Demand(0.01 * math.sin(turn), 0.05 * math.cos(turn), -0.25 * math.sin(turn))
         state = law.step(state, seen(y, u), r, h)
         rows.append(r.value - y)
         u = state.u
         y, rate = y + h * rate + 0.5 * h * h * b0 * u, rate + h * b0 * u
     t = h * np.arange(len(rows))
-    exact = 5.0 * t * np.exp(-w_c * t)  # from the rate that is missing at the start
+    exact = 0.05 * t * np.exp(-w_c * t)  # from the rate that is missing at the start
     assert np.abs(np.array(rows) - exact).max() < 5e-3 * exact.max()
 
 

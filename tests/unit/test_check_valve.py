@@ -5,12 +5,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hydroservo.drives import CheckValve
+from hydroservo.roles import CheckFlow, Relief
+from hydroservo.scenario.fits import misfit
 
-VALVE = CheckValve(opening_pressure=5e4, gradient=1e-9, transition=2e4)
+VALVE = CheckValve(cracking_pressure=5e4, conductance=1e-9, opening_range=2e4)
 
 
 @given(st.floats(-4e7, 5e4))
-def test_it_is_shut_up_to_its_opening_pressure(drop: float) -> None:
+def test_it_is_shut_up_to_its_cracking_pressure(drop: float) -> None:
     assert VALVE.flow(drop) == 0.0
 
 
@@ -37,3 +39,8 @@ def test_a_pilot_holds_it_open_for_oil_that_comes_back() -> None:
     assert valve.piloted(-10e5, 2.6e5) == 0.0
     assert valve.piloted(-10e5, 2.7e5) == pytest.approx(-1e-3)
     assert valve.piloted(-10e5, -50e5) == 0.0
+
+
+def test_it_is_no_relief_valve() -> None:
+    assert misfit(CheckValve, CheckFlow) is None
+    assert misfit(CheckValve, Relief) == "it says that its role is CheckFlow"

@@ -2,9 +2,11 @@
 
 import pytest
 
+from hydroservo import ParameterError
 from hydroservo.drives import CheckValve, Counterbalance, CounterbalanceState, ValveOnSupplyState
 from hydroservo.oils import ConstantOil
 from hydroservo.signals import Feed, Pressures
+from hydroservo.validation import checked
 from hydroservo.valves import NoEdges
 
 VALVE = Counterbalance(
@@ -13,12 +15,13 @@ VALVE = Counterbalance(
     opening_range=20e5,
     rated_flow=1e-3,
     rated_drop=25e5,
-    check_valve=CheckValve(opening_pressure=1e5, gradient=1e-9),
+    check_valve=CheckValve(cracking_pressure=1e5, conductance=1e-9),
     volume=1e-5,
     oil=ConstantOil(1e9),
     transition_drop=0.0,
 )
-SHUT = Feed(0.0, NoEdges(), 0.0, Pressures(210e5, 0.0))
+LINE = Pressures(210e5, 0.0)
+SHUT = Feed(0.0, NoEdges(), 0.0, LINE)
 
 
 def state(pressure: float) -> CounterbalanceState:
@@ -46,6 +49,19 @@ def test_wide_open_it_passes_its_rated_flow() -> None:
     assert VALVE.flows(state(100e5), SHUT, 125e5, 210e5).a == pytest.approx(-1e-3)
 
 
+def test_at_its_rated_drop_it_passes_its_rated_flow_however_wide_the_transition_is() -> None:
+    """5 bar, and the transition at its default of 1 bar, which takes 1 % of the root there."""
+    valve = VALVE._replace(rated_drop=5e5, transition_drop=Counterbalance._field_defaults["transition_drop"])
+    assert valve.flows(state(120e5), SHUT, 125e5, 210e5).a == pytest.approx(-1e-3, rel=1e-12)
+
+
+def test_a_pilot_that_its_check_valve_would_not_have_is_refused() -> None:
+    piloted = VALVE.check_valve._replace(pilot_ratio=3.0)
+    with pytest.raises(ParameterError, match=r"check_valve\.pilot_ratio = 3\.0: must be 0"):
+        checked(VALVE._replace(check_valve=piloted))
+    assert checked(VALVE) == VALVE
+
+
 def test_it_lets_the_load_rise_freely() -> None:
     assert VALVE.flows(state(150e5), SHUT, 100e5, 0.0).a == pytest.approx(1e-9 * 50e5)
 
@@ -65,6 +81,6 @@ def test_what_leaks_past_it_is_compressed_behind_it() -> None:
 
 
 def test_it_begins_at_its_chambers_pressure() -> None:
-    assert VALVE.at_rest(30e5, 5e5).init().pressure == 30e5
-    assert VALVE._replace(in_line_b=True).at_rest(30e5, 5e5).init().pressure == 5e5
-    assert VALVE._replace(start_pressure=1e5).at_rest(30e5, 5e5).init().pressure == 1e5
+    assert VALVE.at_rest(LINE, 30e5, 5e5).init().pressure == 30e5
+    assert VALVE._replace(in_line_b=True).at_rest(LINE, 30e5, 5e5).init().pressure == 5e5
+    assert VALVE._replace(start_pressure=1e5).at_rest(LINE, 30e5, 5e5).init().pressure == 1e5

@@ -13,7 +13,8 @@ from hydroservo.signals import Feed, Pressures
 from hydroservo.testing.examples import example
 from hydroservo.valves import NoEdges
 
-SHUT = Feed(0.0, NoEdges(), 0.0, Pressures(40e5, 0.0))
+LINE = Pressures(40e5, 0.0)
+SHUT = Feed(0.0, NoEdges(), 0.0, LINE)
 HOSES = Hoses(2e-5, 3e-5, 1e10, 2e10, ConstantOil(1e9))
 STATE = HosesState(30e5, 10e5, ValveOnSupplyState())
 
@@ -40,6 +41,12 @@ def test_a_hose_is_that_of_hagen_and_poiseuille() -> None:
     assert hose.resistance_a * 1e-4 == pytest.approx(drop)
 
 
+def test_hoses_of_given_dimensions_may_be_given_their_start() -> None:
+    hoses = Hoses.from_dimensions(3.0, 0.0127, 46e-6, ConstantOil(1e9), start_pressure_b=3e5)
+    state = hoses.at_rest(LINE, 7e5, 2e5).init()
+    assert (state.pressure_a, state.pressure_b) == (7e5, 3e5)
+
+
 def test_pressures_that_are_left_open_are_those_of_the_chambers() -> None:
     loop = resting(example(Loop, plant=example(Cylinder), drive=HOSES))
     plant, drive = loop.plant.init(), loop.drive.init()
@@ -50,11 +57,11 @@ def test_pressures_that_are_left_open_are_those_of_the_chambers() -> None:
 
 def test_what_lies_behind_begins_at_the_hoses_pressures() -> None:
     inner = HOSES._replace(drive=example(PumpDrive))
-    found = HOSES._replace(start_pressure_a=7e5, drive=inner).at_rest(1e5, 2e5)
+    found = HOSES._replace(start_pressure_a=7e5, drive=inner).at_rest(LINE, 1e5, 2e5)
     assert (found.drive.start_pressure_a, found.drive.start_pressure_b) == (7e5, 2e5)
 
 
 def test_a_drive_without_a_start_of_its_own_passes_the_pressures_on() -> None:
-    found = at_ports(LoadSensing(10e5, 0.02, HOSES), 7e5, 2e5)
+    found = at_ports(LoadSensing(10e5, 0.02, HOSES), LINE, 7e5, 2e5)
     assert (found.drive.start_pressure_a, found.drive.start_pressure_b) == (7e5, 2e5)
-    assert at_ports(example(PumpDrive), 7e5, 2e5) == example(PumpDrive)
+    assert at_ports(example(PumpDrive), LINE, 7e5, 2e5) == example(PumpDrive)

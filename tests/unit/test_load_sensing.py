@@ -2,16 +2,32 @@
 
 import pytest
 
-from hydroservo.drives import LoadSensing, LoadSensingState, PressureCompensator, ValveOnSupplyState
+from hydroservo import Loop, ParameterError
+from hydroservo.drives import (
+    Hoses,
+    LoadSensing,
+    LoadSensingState,
+    PressureCompensator,
+    PumpDrive,
+    ValveOnSupplyState,
+)
+from hydroservo.hooks import resting
+from hydroservo.plants import Cylinder
 from hydroservo.signals import Feed, Pressures
+from hydroservo.supplies import IdealSupply
+from hydroservo.testing.examples import example
+from hydroservo.validation import checked
 from hydroservo.valves import Orifice
 
 PUMP = LoadSensing(margin=20e5, time_constant=0.05)
 INNER = ValveOnSupplyState()
 
 
+LINE = Pressures(120e5, 1e5)
+
+
 def feed(opening: float) -> Feed:
-    return Feed(0.0, Orifice(0.6, 0.02, 850.0), opening, Pressures(120e5, 1e5))
+    return Feed(0.0, Orifice(0.6, 0.02, 850.0), opening, LINE)
 
 
 @pytest.mark.parametrize(
@@ -45,5 +61,32 @@ def test_it_feeds_a_compensator() -> None:
     assert compensated.power(state, feed(5e-4), flows) == 60e5 * flows.supply
 
 
-def test_it_begins_at_its_margin() -> None:
-    assert PUMP.init().pressure == 20e5
+def test_a_start_that_is_left_open_is_that_of_standby() -> None:
+    """Its margin above the tank, where it stays with the spool at 0."""
+    started = PUMP.at_rest(LINE, 40e5, 10e5).init()
+    assert started.pressure == 21e5
+    assert PUMP.deriv(started, feed(0.0), 40e5, 10e5).pressure == 0.0
+    assert PUMP.at_rest(Pressures(15e5, 1e5), 40e5, 10e5).init().pressure == 15e5
+    assert PUMP._replace(start_pressure=50e5).at_rest(LINE, 40e5, 10e5).init().pressure == 50e5
+
+
+def test_a_loop_finds_its_start() -> None:
+    supply = IdealSupply(60e5, 3e5)
+    loop = resting(example(Loop, plant=example(Cylinder), supply=supply, drive=PUMP))
+    assert loop.drive.init().pressure == 23e5
+
+
+def test_what_lies_behind_it_begins_on_its_pressure() -> None:
+    """Another such pump behind the hoses there, for which this one's pressure is the most it may reach."""
+    inner = example(Hoses, drive=LoadSensing(margin=30e5, time_constant=0.05))
+    found = PUMP._replace(drive=inner).at_rest(LINE, 40e5, 10e5)
+    assert found.drive.drive.init().pressure == 21e5
+
+
+@pytest.mark.parametrize("inner", [example(PumpDrive), example(Hoses, drive=example(PumpDrive))])
+def test_a_pump_in_the_valves_place_behind_it_is_refused(inner: Hoses | PumpDrive) -> None:
+    with pytest.raises(
+        ParameterError, match=f"drive = '{type(inner).__name__}': stands in the valve's place"
+    ):
+        checked(PUMP._replace(drive=inner))
+    checked(PUMP._replace(drive=example(Hoses)))

@@ -38,6 +38,16 @@ def test_signed_power_is_the_odd_root(x: float, exponent: float, expected: float
 
 
 @pytest.mark.parametrize(
+    ("x", "transition", "expected"),
+    [(4.0, 0.0, 2.0), (-4.0, 0.0, -2.0), (0.0, 0.0, 0.0), (-9e10, 1.0, -3e5), (1e-6, 4.0, 5e-7)],
+)
+def test_a_smooth_root_is_the_root_far_above_its_transition_and_linear_below(
+    x: float, transition: float, expected: float
+) -> None:
+    assert ops.smooth_root(x, transition) == pytest.approx(expected, rel=1e-12)
+
+
+@pytest.mark.parametrize(
     ("t", "expected"), [(0.0, 1.0), (1.999, 1.0), (2.0, -1.0), (3.999, -1.0), (4.0, 1.0), (-0.5, -1.0)]
 )
 def test_square_wave_starts_with_plus(t: float, expected: float) -> None:

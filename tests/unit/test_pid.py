@@ -107,6 +107,13 @@ def test_back_calculation_settles_at_the_limit_and_the_error_it_trades_for_it() 
     assert s.unlimited == pytest.approx(2.0 + 20.0 * 3.0 / 100.0, rel=1e-9)
 
 
+def test_a_range_that_is_left_open_is_automatic() -> None:
+    """It stays a finite number, as a parameter of an FMU must be."""
+    law = checked(PID(1.0, integral_range="auto"))  # type: ignore[arg-type]
+    assert law == PID(1.0)
+    assert np.isfinite(law.integral_range)
+
+
 def test_a_dead_zone_beyond_the_range_is_refused() -> None:
     with pytest.raises(ParameterError, match=r"dead_zone.*must be below integral_range, 0.001"):
         checked(PID(1.0, dead_zone=2e-3, integral_range=1e-3))

@@ -6,8 +6,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hydroservo.drives import PressureCompensator, ValveOnSupplyState
+from hydroservo import ParameterError
+from hydroservo.drives import Hoses, PressureCompensator, PumpDrive, ValveOnSupplyState
 from hydroservo.signals import Feed, Pressures
+from hydroservo.testing.examples import example
+from hydroservo.validation import checked
 from hydroservo.valves import Orifice
 
 EDGES = Orifice(0.6, 0.02, 850.0)
@@ -39,6 +42,10 @@ def test_without_opening_it_stands_at_the_tank_and_its_spring() -> None:
     assert COMPENSATOR.compensated(feed(0.0), 50e5, 50e5).line == Pressures(9e5, 1e5)
 
 
-def test_a_cylinder_described_by_its_load_pressure_gets_the_metered_flow() -> None:
-    assert COMPENSATOR.load_flow(STATE, feed(5e-4), 30e5) == pytest.approx(METERED)
-    assert COMPENSATOR.load_flow(STATE, feed(-5e-4), 30e5) == pytest.approx(-METERED)
+@pytest.mark.parametrize("inner", [example(PumpDrive), example(Hoses, drive=example(PumpDrive))])
+def test_a_pump_in_the_valves_place_behind_it_is_refused(inner: Hoses | PumpDrive) -> None:
+    with pytest.raises(
+        ParameterError, match=f"drive = '{type(inner).__name__}': stands in the valve's place"
+    ):
+        checked(COMPENSATOR._replace(drive=inner))
+    checked(COMPENSATOR._replace(drive=example(Hoses)))

@@ -56,7 +56,7 @@ def test_speed_and_torque_are_limited() -> None:
 def test_a_port_that_runs_dry_is_replenished_and_one_under_pressure_is_relieved() -> None:
     still = PumpDriveState(0.0)
     dry = PUMP._replace(leakage=0.0, case_leakage=0.0).flows(still, feed(0.0), 20e5, 1e5)
-    assert dry.b == pytest.approx(-PUMP.check_valve.gradient * 7e5)
+    assert dry.b == pytest.approx(-PUMP.check_valve.conductance * 7e5)
     assert dry.supply == -dry.b
     over = 8e5 + PUMP.relief.cracking_pressure + 10e5
     relieved = PUMP._replace(leakage=0.0, case_leakage=0.0).flows(still, feed(0.0), over, 20e5)
@@ -87,7 +87,7 @@ def from_datasheet(**changes: float) -> PumpDrive:
         "volumetric_efficiency": 0.94,
         "case_leakage": 1e-13,
     }
-    rest = {"speed_gain": 1.0, "max_torque": 40.0, "inertia": 0.004}
+    rest = {"speed_gain": 1.0, "max_torque": 60.0, "inertia": 0.004}
     return PumpDrive.from_datasheet(
         **(given | rest | changes), check_valve=PUMP.check_valve, relief=PUMP.relief
     )
@@ -102,11 +102,26 @@ def test_a_datasheet_says_what_leaks_and_how_fast_a_command_turns_it() -> None:
 
 @pytest.mark.parametrize(
     ("name", "value"),
-    [("volumetric_efficiency", 1.2), ("rated_speed", 0.0), ("max_command", -10.0), ("case_leakage", 1e-11)],
+    [
+        ("volumetric_efficiency", 1.2),
+        ("volumetric_efficiency", 0.0),
+        ("rated_speed", 0.0),
+        ("rated_pressure", 0.0),
+        ("max_command", -10.0),
+        ("case_leakage", 1e-11),
+        ("max_torque", 52.0),
+    ],
 )
 def test_a_datasheet_that_cannot_be_is_refused(name: str, value: float) -> None:
     with pytest.raises(ParameterError, match=name):
         from_datasheet(**{name: value})
+
+
+def test_the_motor_must_hold_the_rated_point() -> None:
+    """D p_n + B w_n, as of a pump that supplies: 52.5 N m without friction."""
+    assert from_datasheet(max_torque=52.6).max_torque == 52.6
+    with pytest.raises(ParameterError, match=r"max_torque = 52\.6: must be at least 52\.66 \[N m\]"):
+        from_datasheet(max_torque=52.6, viscous=1e-3)
 
 
 def test_valve_and_drive_must_go_together() -> None:

@@ -14,10 +14,10 @@ from hydroservo.signals import Pressures
 from hydroservo.supplies import (
     GasAccumulator,
     IdealSupply,
+    InstantPoppet,
     NoAccumulator,
     PumpSupply,
     PumpSupplyState,
-    QuickPoppet,
     ReliefValve,
     SlowPoppet,
     SlowPoppetState,
@@ -324,13 +324,13 @@ class TestSlowPoppet:
     def test_settled_it_passes_what_the_valve_s_curve_says(self, override: float) -> None:
         poppet, relief = self.supply.poppet, self.supply.relief
         pressure = relief.cracking_pressure + override
-        s = poppet.settled(relief, pressure)
+        s = poppet.steady_at(relief, pressure)
         assert poppet.flow(s, relief, pressure) == pytest.approx(relief.flow(pressure), rel=1e-9, abs=1e-20)
         assert poppet.deriv(s, relief, pressure).override == 0.0
 
     def test_it_starts_at_rest_where_a_quick_one_does(self) -> None:
         start = self.supply.init()
-        assert start[:2] == self.supply._replace(poppet=QuickPoppet()).init()[:2]
+        assert start[:2] == self.supply._replace(poppet=InstantPoppet()).init()[:2]
         assert start.poppet.override == start.pressure - self.supply.relief.cracking_pressure
         speed, pressure, _ = self.supply.deriv(start, 0.0)
         assert (speed, pressure) == pytest.approx((0.0, 0.0), abs=1e-3)

@@ -35,8 +35,8 @@ class FirstOrderADRC(NamedTuple):
     A command that is limited is known to the observer, so nothing winds up. For a velocity behind a valve of
     first order b0 is the velocity gain over the valve's time constant.
 
-    Source: Gao, American Control Conference 2003, doi:10.1109/ACC.2003.1242516; Herbst, Electronics 2(3), 2013;
-    the observer that uses the newest sample: Miklosovic, Radke, Gao, American Control Conference 2006,
+    Source: Gao, American Control Conference 2003, doi:10.1109/ACC.2003.1242516; Herbst, Electronics 2(3),
+    2013; the observer that uses the newest sample: Miklosovic, Radke, Gao, American Control Conference 2006,
     doi:10.1109/ACC.2006.1656547.
     Fails where b0 is wrong by half or more, by its margins; the observer's bandwidth is limited by delay and
     by the oil's resonance, and by noise, which w_o passes on to the command.

@@ -13,7 +13,7 @@ from hydroservo.signals import Demand, Measurement
 
 __all__ = ["PID", "PIDState"]
 
-EVERYWHERE = 1e30  # for PID.integral_range, in any unit
+EVERYWHERE = 1e30  # for an open integral_range, in any unit; finite, as parameters of FMUs must be
 
 
 class PIDState(NamedTuple):
@@ -59,9 +59,9 @@ class PID(NamedTuple):
     integral_limit: Annotated[
         float, Field("V", "largest integral part of the command", "Saturation's limit", above=0)
     ] = 10.0
-    integral_range: Annotated[float, Field("y", "largest error that is integrated", "all are", above=0)] = (
-        EVERYWHERE
-    )
+    integral_range: Annotated[
+        float, Field("y", "largest error that is integrated", "all are", above=0, auto=EVERYWHERE)
+    ] = EVERYWHERE
     dead_zone: Annotated[float, Field("y", "least error that is integrated", "0: all are", at_least=0)] = 0.0
     anti_windup: Annotated[
         float, Field("1/s", "back-calculation gain k_aw", "0: none, as in PI", at_least=0)

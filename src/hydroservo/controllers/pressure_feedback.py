@@ -31,8 +31,9 @@ class PressureFeedback(NamedTuple):
     the damping ratio, with g2 [N/(s V)] the rate of the load force per command. A steady load is not fed
     back, and costs no stiffness. The nested law learns of the applied command without what was fed back.
 
-    Source: dynamic pressure feedback: Moog Technical Bulletins; Mechanical Engineers' Handbook, vol. 2, 2006,
-    sec. 10, figs. 52 to 54 and table 11; static pressure feedback: Merritt, Hydraulic Control Systems, 1967.
+    Source: dynamic pressure feedback, with an example by Moog: Kutz (ed.), Mechanical Engineers' Handbook,
+    vol. 2, 2006, p. 615, figs. 52 to 54 and table 11; static pressure feedback: Merritt, Hydraulic Control
+    Systems, 1967.
     Fails with a valve slower than the axis, whose lag turns the damping into a spring and then into
     excitation: it should have three times the axis' frequency. A long tau lets slow loads through.
     """

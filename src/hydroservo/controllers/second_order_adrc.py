@@ -27,10 +27,12 @@ class SecondOrderADRC(NamedTuple):
     """Linear active disturbance rejection control of a signal y that is taken for y'' = b0 u + f.
 
     All that is not b0 u is the disturbance f. An extended state observer with its three poles at w_o gives y,
-    y' and f from the measured signal and the mean command applied, z = exp(-w_o h), e = y_measured - y_ahead::
+    y' and f from the measured signal and the mean command applied, with z = exp(-w_o h) and e what is
+    measured less y_ahead::
 
         y_ahead = y + h y' + h^2/2 (f + b0 u_applied),   y'_ahead = y' + h (f + b0 u_applied)
-        y  := y_ahead + (1 - z^3) e,   y' := y'_ahead + 3/(2 h) (1 - z)^2 (1 + z) e,   f := f + (1 - z)^3/h^2 e
+        y  := y_ahead + (1 - z^3) e,   y' := y'_ahead + 3/(2 h) (1 - z)^2 (1 + z) e
+        f  := f + (1 - z)^3/h^2 e
         u   = sat( (r'' + w_c^2 (r - y) + 2 w_c (r' - y') - f)/b0 )
 
     A command that is limited is known to the observer, so nothing winds up. A position behind a valve that is

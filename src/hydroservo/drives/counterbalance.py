@@ -1,22 +1,19 @@
 """A counterbalance valve at the cylinder."""
 
-import math
 from typing import Annotated, NamedTuple
 
 from hydroservo import ops
 from hydroservo.block import Block, Field
 from hydroservo.constants import ATMOSPHERE
-from hydroservo.drives.check_valve import CheckValve
 from hydroservo.drives.valve_on_supply import ValveOnSupply
+from hydroservo.errors import ParameterError
+from hydroservo.field import OPEN
 from hydroservo.hooks import at_ports
-from hydroservo.roles import Drive, Oil, role
-from hydroservo.signals import Feed, PortFlows
+from hydroservo.roles import CheckFlow, Drive, Oil, role
+from hydroservo.signals import Feed, PortFlows, Pressures
 from hydroservo.sources import CHOSEN, DATASHEET
 
 __all__ = ["Counterbalance", "CounterbalanceState"]
-
-OPEN = math.inf  # a number of the start that is to be found; "auto" in a scenario
-LEAST_SQUARE = 1e-60  # [Pa^2] keeps 0/0 away where the transition drop is 0
 
 
 class CounterbalanceState(NamedTuple):
@@ -42,8 +39,9 @@ class Counterbalance(NamedTuple):
     are one around the other.
 
     Source: the balance of forces on a poppet with the areas 1, R and 1 + R; Merritt, Hydraulic Control
-    Systems, 1967, ch. 3 (orifices) and 9 (pressure control valves). The two transitions are chosen here.
-    Fails where the poppet's mass and friction matter: its hysteresis is several per cent of the setting.
+    Systems, 1967 (orifices, pressure control valves). The two transitions are chosen here.
+    Fails where the poppet's mass and friction matter: its hysteresis is several per cent of the setting; and
+    with a plant that is described by its load pressure, which is refused: it throttles one side alone.
     """
 
     pilot_ratio: Annotated[float, Field("", "pilot ratio R", DATASHEET, at_least=0)]
@@ -51,7 +49,7 @@ class Counterbalance(NamedTuple):
     opening_range: Annotated[float, Field("Pa", "h, from cracking to wide open", DATASHEET, above=0)]
     rated_flow: Annotated[float, Field("m^3/s", "flow Q_n of the relief stage wide open", DATASHEET, above=0)]
     rated_drop: Annotated[float, Field("Pa", "drop p_n at that flow", DATASHEET, above=0)]
-    check_valve: CheckValve
+    check_valve: CheckFlow
     volume: Annotated[float, Field("m^3", "oil V between the valve and the drive", above=0)]
     oil: Oil
     drive: Drive = ValveOnSupply()
@@ -64,12 +62,17 @@ class Counterbalance(NamedTuple):
         Field("Pa", "pressure behind the valve at the start", "the chamber's", above=-ATMOSPHERE, auto=OPEN),
     ] = OPEN
 
-    def at_rest(self, pressure_a: float, pressure_b: float) -> "Counterbalance":
+    def check(self) -> None:
+        ratio = getattr(self.check_valve, "pilot_ratio", 0.0)
+        if ratio != 0.0:
+            raise ParameterError("check_valve.pilot_ratio", ratio, "must be 0: it has no pilot here")
+
+    def at_rest(self, line: Pressures, pressure_a: float, pressure_b: float) -> "Counterbalance":
         """The valve with the start pressure that was left open: its chamber's, which lets nothing flow."""
         chamber = pressure_b if self.in_line_b else pressure_a
         behind = chamber if self.start_pressure == OPEN else self.start_pressure
         ends = (pressure_a, behind) if self.in_line_b else (behind, pressure_b)
-        return self._replace(start_pressure=behind, drive=at_ports(self.drive, *ends))
+        return self._replace(start_pressure=behind, drive=at_ports(self.drive, line, *ends))
 
     def init(self) -> CounterbalanceState:
         return CounterbalanceState(self.start_pressure, self.drive.init())
@@ -98,11 +101,6 @@ class Counterbalance(NamedTuple):
             tank=fed.tank,
         )
 
-    def load_flow(self, s: CounterbalanceState, feed: Feed, load_pressure: float) -> float:
-        mean, half = 0.5 * (feed.line.supply + feed.line.tank), 0.5 * load_pressure
-        flows = self.flows(s, feed, mean + half, mean - half)
-        return 0.5 * (flows.a + flows.b)
-
     def power(self, s: CounterbalanceState, feed: Feed, flows: PortFlows) -> float:
         return self.drive.power(s.drive, feed, flows)
 
@@ -111,7 +109,7 @@ class Counterbalance(NamedTuple):
         chamber = ops.where(self.in_line_b, pressure_b, pressure_a)
         pilot = ops.where(self.in_line_b, pressure_a, pressure_b)
         let_off = self.rated_flow * self.opening(chamber, pilot, s.pressure) * self.root(chamber - s.pressure)
-        return self.check_valve.flow(s.pressure - chamber) - let_off / ops.sqrt(self.rated_drop)
+        return self.check_valve.flow(s.pressure - chamber) - let_off / self.root(self.rated_drop)
 
     def opening(self, chamber: float, pilot: float, behind: float) -> float:
         """How far the relief stage is open, 0 to 1."""
@@ -120,5 +118,4 @@ class Counterbalance(NamedTuple):
 
     def root(self, drop: float) -> float:
         """The drop's root [Pa^(1/2)] with its sign, linear below the transition drop."""
-        square = drop * drop + self.transition_drop * self.transition_drop
-        return drop / ops.sqrt(ops.sqrt(ops.maximum(square, LEAST_SQUARE)))
+        return ops.smooth_root(drop, self.transition_drop)

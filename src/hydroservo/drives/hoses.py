@@ -6,14 +6,21 @@ from typing import Annotated, NamedTuple
 from hydroservo.block import Block, Field
 from hydroservo.constants import ATMOSPHERE
 from hydroservo.drives.valve_on_supply import ValveOnSupply
+from hydroservo.field import OPEN
 from hydroservo.hooks import at_ports
 from hydroservo.roles import Drive, Oil, role
-from hydroservo.signals import Feed, PortFlows
+from hydroservo.signals import Feed, PortFlows, Pressures
 
 __all__ = ["Hoses", "HosesState"]
 
-OPEN = math.inf  # a number of the start that is to be found; "auto" in a scenario
 VALVE = ValveOnSupply()
+
+StartPressureA = Annotated[
+    float, Field("Pa", "pressure in hose A at the start", "the chamber's", above=-ATMOSPHERE, auto=OPEN)
+]
+StartPressureB = Annotated[
+    float, Field("Pa", "pressure in hose B at the start", "the chamber's", above=-ATMOSPHERE, auto=OPEN)
+]
 
 
 class HosesState(NamedTuple):
@@ -38,7 +45,8 @@ class Hoses(NamedTuple):
     Source: Merritt, Hydraulic Control Systems, 1967, ch. 3 (laminar flow in pipes) and 6 (the continuity of a
     compressed volume).
     Fails where the flow is turbulent (Re = 4 Q/(pi d nu) above some 2,300), and where the hose is long enough
-    for waves. A law's design model knows nothing of hoses.
+    for waves. A law's design model knows nothing of hoses, and a plant that is described by its load pressure
+    neither keeps nor gives back what two hoses that differ pass differently.
     """
 
     volume_a: Annotated[float, Field("m^3", "volume V_HA of hose A", above=0)]
@@ -47,12 +55,8 @@ class Hoses(NamedTuple):
     resistance_b: Annotated[float, Field("Pa s/m^3", "laminar resistance R_B of hose B", above=0)]
     oil: Oil
     drive: Drive = ValveOnSupply()
-    start_pressure_a: Annotated[
-        float, Field("Pa", "pressure in hose A at the start", "the chamber's", above=-ATMOSPHERE, auto=OPEN)
-    ] = OPEN
-    start_pressure_b: Annotated[
-        float, Field("Pa", "pressure in hose B at the start", "the chamber's", above=-ATMOSPHERE, auto=OPEN)
-    ] = OPEN
+    start_pressure_a: StartPressureA = OPEN
+    start_pressure_b: StartPressureB = OPEN
 
     @classmethod
     def from_dimensions(
@@ -63,17 +67,20 @@ class Hoses(NamedTuple):
         oil: Oil,
         density: Annotated[float, Field("kg/m^3", "oil density rho", "of mineral oil", above=0)] = 850.0,
         drive: Drive = VALVE,
+        start_pressure_a: StartPressureA = OPEN,
+        start_pressure_b: StartPressureB = OPEN,
     ) -> "Hoses":
         """Two hoses of one size: V = pi d^2 l/4 and R = 128 rho nu l/(pi d^4) (Hagen and Poiseuille)."""
         volume = 0.25 * math.pi * inner_diameter**2 * length
         resistance = 128.0 * density * kinematic_viscosity * length / (math.pi * inner_diameter**4)
-        return cls(volume, volume, resistance, resistance, oil, drive)
+        sizes = volume, volume, resistance, resistance
+        return cls(*sizes, oil, drive, start_pressure_a, start_pressure_b)
 
-    def at_rest(self, pressure_a: float, pressure_b: float) -> "Hoses":
+    def at_rest(self, line: Pressures, pressure_a: float, pressure_b: float) -> "Hoses":
         """The hoses with the start pressures that were left open: the chambers', which let nothing flow."""
         a = pressure_a if self.start_pressure_a == OPEN else self.start_pressure_a
         b = pressure_b if self.start_pressure_b == OPEN else self.start_pressure_b
-        return self._replace(start_pressure_a=a, start_pressure_b=b, drive=at_ports(self.drive, a, b))
+        return self._replace(start_pressure_a=a, start_pressure_b=b, drive=at_ports(self.drive, line, a, b))
 
     def init(self) -> HosesState:
         return HosesState(self.start_pressure_a, self.start_pressure_b, self.drive.init())

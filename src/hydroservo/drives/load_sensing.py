@@ -4,7 +4,11 @@ from typing import Annotated, NamedTuple
 
 from hydroservo import ops
 from hydroservo.block import Block, Field
+from hydroservo.constants import ATMOSPHERE
 from hydroservo.drives.valve_on_supply import ValveOnSupply
+from hydroservo.errors import ParameterError
+from hydroservo.field import OPEN
+from hydroservo.hooks import at_ports, is_valveless
 from hydroservo.roles import Drive, role
 from hydroservo.signals import Feed, PortFlows, Pressures
 from hydroservo.sources import DATASHEET
@@ -28,26 +32,43 @@ class LoadSensing(NamedTuple):
 
         T dp/dt = min(p_P, max(p_load + p_margin, p_T)) - p
 
-    The drive in it finds min(p, p_P) for its supply, and draws that times its flow, not p_P times it. The
-    pump begins at its margin, as with the spool at 0 for long.
+    The drive in it finds min(p, p_P) for its supply, and draws that times its flow, not p_P times it. A start
+    pressure that is left open ("auto") is that of standby, with the spool at 0 for long: p_T + p_margin.
 
     Source: Jelali and Kroll, Hydraulic Servo-systems, 2003, ch. 2 (supplies that follow the load); the lag as
     one time constant is chosen here.
     Fails with a supply of fixed displacement, such as PumpSupply, whose relief valve takes what the valve
-    does not: it draws more energy; and where the pump's control swings, which is of first order here.
+    does not: it draws more energy; where the pump's control swings, which is of first order here; and with a
+    plant that is described by its load pressure, which is refused: it has no chambers to sense.
     """
 
     margin: Annotated[float, Field("Pa", "margin p_margin above the load", DATASHEET, above=0)]
     time_constant: Annotated[float, Field("s", "time constant T of the pump's control", above=0)]
     drive: Drive = ValveOnSupply()
+    start_pressure: Annotated[
+        float, Field("Pa", "pressure of the pump at the start", "standby", above=-ATMOSPHERE, auto=OPEN)
+    ] = OPEN
+
+    def check(self) -> None:
+        if is_valveless(self.drive):
+            problem = "stands in the valve's place, and a load-sensing pump feeds a valve"
+            raise ParameterError("drive", type(self.drive).__name__, problem)
+
+    def at_rest(self, line: Pressures, pressure_a: float, pressure_b: float) -> "LoadSensing":
+        """The pump with the start pressure that was left open: that of standby."""
+        standby = min(line.tank + self.margin, line.supply)
+        start = standby if self.start_pressure == OPEN else self.start_pressure
+        delivered = Pressures(min(start, line.supply), line.tank)
+        inner = at_ports(self.drive, delivered, pressure_a, pressure_b)
+        return self._replace(start_pressure=start, drive=inner)
 
     def init(self) -> LoadSensingState:
-        return LoadSensingState(self.margin, self.drive.init())
+        return LoadSensingState(self.start_pressure, self.drive.init())
 
     def deriv(
         self, s: LoadSensingState, feed: Feed, pressure_a: float, pressure_b: float
     ) -> LoadSensingState:
-        wanted = ops.maximum(self.load(feed, pressure_a, pressure_b) + self.margin, feed.line.tank)
+        wanted = ops.maximum(feed.sensed(pressure_a, pressure_b) + self.margin, feed.line.tank)
         reached = ops.minimum(wanted, feed.line.supply)
         return LoadSensingState(
             (reached - s.pressure) * (1.0 / self.time_constant),
@@ -57,18 +78,9 @@ class LoadSensing(NamedTuple):
     def flows(self, s: LoadSensingState, feed: Feed, pressure_a: float, pressure_b: float) -> PortFlows:
         return self.drive.flows(s.drive, self.delivered(s, feed), pressure_a, pressure_b)
 
-    def load_flow(self, s: LoadSensingState, feed: Feed, load_pressure: float) -> float:
-        return self.drive.load_flow(s.drive, self.delivered(s, feed), load_pressure)
-
     def power(self, s: LoadSensingState, feed: Feed, flows: PortFlows) -> float:
         return self.drive.power(s.drive, self.delivered(s, feed), flows)
 
     def delivered(self, s: LoadSensingState, feed: Feed) -> Feed:
         """What the drive in front of the pump finds: the supply's line at the pump's pressure."""
-        line = Pressures(ops.minimum(s.pressure, feed.line.supply), feed.line.tank)
-        return Feed(feed.command, feed.edges, feed.opening, line)
-
-    def load(self, feed: Feed, pressure_a: float, pressure_b: float) -> float:
-        """The pressure that is sensed [Pa]."""
-        closed = ops.where(feed.opening < 0.0, pressure_b, feed.line.tank)
-        return ops.where(feed.opening > 0.0, pressure_a, closed)
+        return feed.with_supply(ops.minimum(s.pressure, feed.line.supply))

@@ -3,7 +3,6 @@
 from typing import NamedTuple
 
 from hydroservo.block import Block
-from hydroservo.roles import Drive
 from hydroservo.signals import Feed, PortFlows
 
 __all__ = ["Ports"]
@@ -18,18 +17,21 @@ class Ports(NamedTuple):
         feed: what the valve and the supply hold ready.
     """
 
-    drive: Drive
+    drive: Block
     state: Block
     feed: Feed
 
     def flows(self, pressure_a: float, pressure_b: float) -> PortFlows:
         """The flows at the pressures in the two chambers [Pa]."""
-        return self.drive.flows(self.state, self.feed, pressure_a, pressure_b)
+        flows: PortFlows = self.drive.flows(self.state, self.feed, pressure_a, pressure_b)
+        return flows
 
     def load_flow(self, load_pressure: float) -> float:
-        """The flow [m^3/s] to a symmetric cylinder at a load pressure [Pa]."""
-        return self.drive.load_flow(self.state, self.feed, load_pressure)
+        """The flow [m^3/s] to a symmetric cylinder at a load pressure [Pa], of a drive that has one."""
+        flow: float = self.drive.load_flow(self.state, self.feed, load_pressure)
+        return flow
 
     def power(self, flows: PortFlows) -> float:
         """What the drive draws while it passes these flows [W]."""
-        return self.drive.power(self.state, self.feed, flows)
+        power: float = self.drive.power(self.state, self.feed, flows)
+        return power

@@ -5,8 +5,10 @@ from typing import Annotated, NamedTuple
 from hydroservo import ops
 from hydroservo.block import Block, Field
 from hydroservo.drives.valve_on_supply import ValveOnSupply
+from hydroservo.errors import ParameterError
+from hydroservo.hooks import is_valveless
 from hydroservo.roles import Drive, role
-from hydroservo.signals import Feed, PortFlows, Pressures
+from hydroservo.signals import Feed, PortFlows
 from hydroservo.sources import DATASHEET
 
 __all__ = ["PressureCompensator"]
@@ -24,13 +26,19 @@ class PressureCompensator(NamedTuple):
     and the drive in it finds p for its supply. So Q = C_d w x sqrt(2 p_spring/rho) through an edge that is
     open by x, as long as p_P is that much above the load. All oil is drawn at p_P.
 
-    Source: Merritt, Hydraulic Control Systems, 1967, ch. 9 (flow control valves) in steady state.
+    Source: Merritt, Hydraulic Control Systems, 1967 (flow control valves), in steady state.
     Fails above the compensator's own corner frequency, some tens of hertz; with edges that overlap, for it
-    senses the load from the spool's first move on; and under a load that runs away, which the outlet meters.
+    senses the load from the spool's first move on; under a load that runs away, which the outlet meters; and
+    with a plant that is described by its load pressure, which is refused: it has no chambers to sense.
     """
 
     spring_pressure: Annotated[float, Field("Pa", "pressure p_spring of the spring", DATASHEET, above=0)]
     drive: Drive = ValveOnSupply()
+
+    def check(self) -> None:
+        if is_valveless(self.drive):
+            problem = "stands in the valve's place, and a compensator is for the edges of a valve"
+            raise ParameterError("drive", type(self.drive).__name__, problem)
 
     def init(self) -> Block:
         return self.drive.init()
@@ -41,21 +49,10 @@ class PressureCompensator(NamedTuple):
     def flows(self, s: Block, feed: Feed, pressure_a: float, pressure_b: float) -> PortFlows:
         return self.drive.flows(s, self.compensated(feed, pressure_a, pressure_b), pressure_a, pressure_b)
 
-    def load_flow(self, s: Block, feed: Feed, load_pressure: float) -> float:
-        mean, half = 0.5 * (feed.line.supply + feed.line.tank), 0.5 * load_pressure
-        flows = self.flows(s, feed, mean + half, mean - half)
-        return ops.where(feed.opening > 0.0, flows.a, flows.b)
-
     def power(self, s: Block, feed: Feed, flows: PortFlows) -> float:
         return self.drive.power(s, feed, flows)
 
     def compensated(self, feed: Feed, pressure_a: float, pressure_b: float) -> Feed:
         """What the drive in it finds: the supply's line at the compensated pressure."""
-        kept = ops.maximum(self.load(feed, pressure_a, pressure_b) + self.spring_pressure, feed.line.tank)
-        line = Pressures(ops.minimum(kept, feed.line.supply), feed.line.tank)
-        return Feed(feed.command, feed.edges, feed.opening, line)
-
-    def load(self, feed: Feed, pressure_a: float, pressure_b: float) -> float:
-        """The pressure that is sensed [Pa]."""
-        closed = ops.where(feed.opening < 0.0, pressure_b, feed.line.tank)
-        return ops.where(feed.opening > 0.0, pressure_a, closed)
+        kept = ops.maximum(feed.sensed(pressure_a, pressure_b) + self.spring_pressure, feed.line.tank)
+        return feed.with_supply(ops.minimum(kept, feed.line.supply))

@@ -4,9 +4,8 @@ from typing import Annotated, NamedTuple
 
 from hydroservo import ops
 from hydroservo.block import Field
-from hydroservo.drives.check_valve import CheckValve
 from hydroservo.errors import ParameterError
-from hydroservo.roles import Drive, Relief, role, valveless
+from hydroservo.roles import CheckFlow, Drive, Relief, role, valveless
 from hydroservo.signals import Feed, PortFlows
 from hydroservo.sources import DATASHEET
 
@@ -51,8 +50,8 @@ class PumpDrive(NamedTuple):
     the rest; going in, a pilot must open the one at the piston's side for it, or a relief valve lets it off.
     The motor has no integral action: a pressure rise costs it the speed D (p_A - p_B)/(K + B).
 
-    Source: Merritt, Hydraulic Control Systems, 1967, ch. 7 (pump-controlled motor, with replenishing and
-    relief valves).
+    Source: Merritt, Hydraulic Control Systems, 1967 (pump-controlled motor, with replenishing and relief
+    valves).
     Fails where the flow pulsates with the pump's pistons, and where friction in the pump grows with pressure;
     of a cylinder described by its load pressure it does not know what replenishes it.
     """
@@ -63,7 +62,7 @@ class PumpDrive(NamedTuple):
     speed_gain: SpeedGain
     max_torque: MaxTorque
     inertia: Inertia
-    check_valve: CheckValve
+    check_valve: CheckFlow
     relief: Relief
     viscous: Viscous = 0.0
     leakage: Annotated[float, Field("m^3/(s Pa)", "leakage L between the ports", "0: none", at_least=0)] = 0.0
@@ -83,7 +82,7 @@ class PumpDrive(NamedTuple):
         speed_gain: SpeedGain,
         max_torque: MaxTorque,
         inertia: Inertia,
-        check_valve: CheckValve,
+        check_valve: CheckFlow,
         relief: Relief,
         viscous: Viscous = 0.0,
         case_leakage: CaseLeakage = 0.0,
@@ -94,8 +93,9 @@ class PumpDrive(NamedTuple):
         demands the largest speed: k = w_max/u_max.
 
         Raises:
-            ParameterError: a value is not above 0, the efficiency is above 1, or more leaks to the case than
-                the efficiency says.
+            ParameterError: max_command, rated_speed, rated_pressure or volumetric_efficiency is not above 0,
+                the efficiency is above 1, the motor's largest torque does not hold the rated point, or more
+                leaks to the case than the efficiency says.
         """
         given = {
             "max_command": max_command,
@@ -108,6 +108,10 @@ class PumpDrive(NamedTuple):
                 raise ParameterError(name, value, "must be above 0")
         if not volumetric_efficiency <= 1.0:
             raise ParameterError("volumetric_efficiency", volumetric_efficiency, "must be at most 1")
+        torque = displacement * rated_pressure + viscous * rated_speed
+        if not torque <= max_torque:
+            allowed = f"must be at least {torque:.4g} [N m], which the rated speed and pressure take"
+            raise ParameterError("max_torque", max_torque, allowed)
         lost = (1.0 - volumetric_efficiency) * displacement * rated_speed / rated_pressure
         if not case_leakage <= lost:
             allowed = f"must be at most {lost:.4g} [m^3/(s Pa)], all that leaks at this efficiency"

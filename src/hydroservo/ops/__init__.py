@@ -26,7 +26,7 @@ from hydroservo.ops.basic import (
 )
 from hydroservo.ops.circular import cos, sin
 from hydroservo.ops.hyperbolic import tanh
-from hydroservo.ops.power import power, power_root, signed_power
+from hydroservo.ops.power import power, power_root, signed_power, smooth_root
 from hydroservo.ops.random import normal, uniform
 
 __all__ = [
@@ -48,6 +48,7 @@ __all__ = [
     "sign",
     "signed_power",
     "sin",
+    "smooth_root",
     "sqrt",
     "square_wave",
     "tanh",

@@ -2,10 +2,10 @@
 
 import math
 
-from hydroservo.ops.basic import absolute, clip, copysign, maximum, minimum, nearest, where
+from hydroservo.ops.basic import absolute, clip, copysign, maximum, minimum, nearest, sqrt, where
 from hydroservo.ops.binary import exponent, mantissa, scaled
 
-__all__ = ["LN_2", "exp2_tail", "power", "power_root", "signed_power"]
+__all__ = ["LN_2", "exp2_tail", "power", "power_root", "signed_power", "smooth_root"]
 
 LEAST_NORMAL = 2.2250738585072014e-308
 SPLITTER = 134217729.0  # 2^27 + 1, Veltkamp: splits a number into halves whose products are exact
@@ -13,6 +13,7 @@ LN_2 = 0.6931471805599453
 BEYOND = 1100.0  # an exponent of two that overflows or underflows for certain
 NEWTON_STEPS = 6  # of power_root
 STEEPEST = 1e20  # an exponent that takes every x but 1 there
+LEAST_SQUARE = 1e-60  # keeps 0/0 away from a root without a transition
 
 
 def power(x: float, y: float) -> float:
@@ -44,6 +45,12 @@ def power(x: float, y: float) -> float:
 def signed_power(x: float, y: float) -> float:
     """|x|^y sgn(x): the odd power that the paper writes x^(p/q) with p and q odd."""
     return copysign(power(absolute(x), y), x)
+
+
+def smooth_root(x: float, transition: float) -> float:
+    """x/(x^2 + t^2)^(1/4): sgn(x) |x|^(1/2) for |x| far above the transition t, x/t^(1/2) far below it."""
+    square = x * x + transition * transition
+    return x / sqrt(sqrt(maximum(square, LEAST_SQUARE)))
 
 
 def log2_mantissa(m: float) -> float:

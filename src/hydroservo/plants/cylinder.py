@@ -8,6 +8,7 @@ from hydroservo.block import Block, Field
 from hydroservo.constants import ATMOSPHERE
 from hydroservo.drives.ports import Ports
 from hydroservo.errors import ParameterError
+from hydroservo.field import OPEN
 from hydroservo.mechanics.nothing_carried import NothingCarried, NothingCarriedState
 from hydroservo.mechanics.stops import Stops
 from hydroservo.mechanics.viscous import Viscous
@@ -21,7 +22,6 @@ __all__ = ["Cylinder", "CylinderState"]
 
 FRICTION, STOPS, NOTHING = Viscous(), Stops(), NothingCarried()
 LEAST_VOLUME = 0.01  # of a chamber's dead volume
-OPEN = math.inf  # a number of the start that is to be found; "auto" in a scenario
 
 StartPressureA = Annotated[
     float, Field("Pa", "pressure in chamber A at the start", "at rest", above=-ATMOSPHERE, auto=OPEN)

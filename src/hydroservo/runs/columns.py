@@ -167,7 +167,7 @@ def starts(loop: Loop, columns: Columns) -> Columns:
         ParameterError: nothing keeps the plant of a run at rest.
     """
     if isinstance(loop.start, Steady):
-        return settled(loop, loop.start.command, columns)
+        return steady_starts(loop, loop.start.command, columns)
     start = Machine(loop.plant, loop.supply, loop.load, loop.drive)
     machine = {path: row for path, row in columns.items() if path.partition(".")[0] in Machine._fields}
     open_ones = [
@@ -187,7 +187,7 @@ def starts(loop: Loop, columns: Columns) -> Columns:
     return dict(zip(open_ones, np.array(table).T, strict=True))
 
 
-def settled(loop: Loop, command: float, columns: Columns) -> Columns:
+def steady_starts(loop: Loop, command: float, columns: Columns) -> Columns:
     """Where the machines of runs have settled, where something of the machine differs.
 
     Raises:

@@ -2,9 +2,9 @@
 
 from hydroservo.supplies.gas_accumulator import GasAccumulator
 from hydroservo.supplies.ideal import IdealSupply, IdealSupplyState
+from hydroservo.supplies.instant_poppet import InstantPoppet, InstantPoppetState
 from hydroservo.supplies.no_accumulator import NoAccumulator
 from hydroservo.supplies.pump import PumpSupply, PumpSupplyState
-from hydroservo.supplies.quick_poppet import QuickPoppet, QuickPoppetState
 from hydroservo.supplies.relief import ReliefValve
 from hydroservo.supplies.slow_poppet import SlowPoppet, SlowPoppetState
 
@@ -12,11 +12,11 @@ __all__ = [
     "GasAccumulator",
     "IdealSupply",
     "IdealSupplyState",
+    "InstantPoppet",
+    "InstantPoppetState",
     "NoAccumulator",
     "PumpSupply",
     "PumpSupplyState",
-    "QuickPoppet",
-    "QuickPoppetState",
     "ReliefValve",
     "SlowPoppet",
     "SlowPoppetState",

@@ -10,14 +10,14 @@ from hydroservo.roles import Accumulator, Poppet, Supply, role
 from hydroservo.signals import Pressures
 from hydroservo.sources import CHOSEN, DATASHEET
 from hydroservo.supplies.ideal import IdealSupply
+from hydroservo.supplies.instant_poppet import InstantPoppet, InstantPoppetState
 from hydroservo.supplies.no_accumulator import NoAccumulator
-from hydroservo.supplies.quick_poppet import QuickPoppet, QuickPoppetState
 from hydroservo.supplies.relief import ReliefValve
 
 __all__ = ["PumpSupply", "PumpSupplyState"]
 
 LEAST_PRESSURE = 1.0  # [Pa] absolute, at which the air is thought to grow no more
-NONE, QUICK = NoAccumulator(), QuickPoppet()
+NONE, INSTANT = NoAccumulator(), InstantPoppet()
 
 Displacement = Annotated[float, Field("m^3/rad", "displacement of the pump", above=0)]
 RatedSpeed = Annotated[float, Field("rad/s", "speed at the rated point", DATASHEET, above=0)]
@@ -42,7 +42,7 @@ class PumpSupplyState(NamedTuple):
 
     speed: Annotated[float, Field("rad/s", "speed of the shaft")]
     pressure: Annotated[float, Field("Pa", "pressure in the supply line")]
-    poppet: Block = QuickPoppetState()
+    poppet: Block = InstantPoppetState()
 
 
 @role(Supply)
@@ -79,7 +79,7 @@ class PumpSupply(NamedTuple):
     return_pressure: ReturnPressure = 0.0
     free_air: FreeAir = 5e-3
     accumulator: Accumulator = NONE
-    poppet: Poppet = QUICK
+    poppet: Poppet = INSTANT
 
     @classmethod
     def from_datasheet(
@@ -98,7 +98,7 @@ class PumpSupply(NamedTuple):
         return_pressure: ReturnPressure = 0.0,
         free_air: FreeAir = 5e-3,
         accumulator: Accumulator = NONE,
-        poppet: Poppet = QUICK,
+        poppet: Poppet = INSTANT,
     ) -> "PumpSupply":
         """The supply whose pump delivers eta D w_n at its rated speed w_n, p_n above the return pressure.
 
@@ -152,7 +152,7 @@ class PumpSupply(NamedTuple):
         pressure = self.idle_pressure()
         delivered = self.leakage * (pressure - self.return_pressure) + self.relief.flow(pressure)
         return PumpSupplyState(
-            delivered * (1.0 / self.displacement), pressure, self.poppet.settled(self.relief, pressure)
+            delivered * (1.0 / self.displacement), pressure, self.poppet.steady_at(self.relief, pressure)
         )
 
     def idle_pressure(self) -> float:

@@ -139,6 +139,7 @@ SCALES = {
     "model_rate": 10.0,
     "net": 100.0,
     "opening": 1e-4,
+    "pilot": 1e6,
     "position": 0.03,
     "pressure": 1e6,
     "pressure_a": 1e6,

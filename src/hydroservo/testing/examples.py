@@ -101,7 +101,7 @@ PUMP = PumpSupply(
     return_pressure=2e5,
 )
 OIL = ConstantOil(PLANT.bulk_modulus)
-CHECK_VALVE = CheckValve(opening_pressure=5e4, gradient=1e-9)
+CHECK_VALVE = CheckValve(cracking_pressure=5e4, conductance=1e-9)
 KALMAN = KalmanObserver(100.0, 1e6, velocity_noise=5e-4, load_force_noise=5.0)
 TRANSDUCER = PressureTransducer(0.0, 60e5)
 ARM = OneLinkArm(

@@ -9,7 +9,7 @@ from hydroservo.controlled import Velocity
 from hydroservo.controllers import TSMC
 from hydroservo.drives import PumpDrive
 from hydroservo.group import group
-from hydroservo.hooks import is_valveless
+from hydroservo.hooks import has_chambers, is_valveless, takes_load_pressure
 from hydroservo.loop import Loop, Simulation
 from hydroservo.monitors import TrackingError
 from hydroservo.plants import Cylinder
@@ -19,7 +19,7 @@ from hydroservo.scenario.registry import shipped_classes
 from hydroservo.testing.examples import example
 from hydroservo.valves import NoValve
 
-__all__ = ["loop_with", "signal_for", "watched_loop", "with_its_valve"]
+__all__ = ["loop_with", "signal_for", "watched_loop", "with_its_machine"]
 
 PERIOD = 1e-4  # s
 PERIODS = 1000
@@ -44,7 +44,7 @@ def loop_with(block: Block, role: type) -> Loop | None:
             period = 2.0 * late or PERIOD  # one of the two steps in it ends where the command comes
             simulation = Simulation(PERIODS * period, period, substeps=2, record_period=period)
             found: Loop = replace(place.loop, {"simulation": simulation, place.path: block})
-            return with_its_valve(found._replace(controls=signal_for(found.controller)))
+            return with_its_machine(found._replace(controls=signal_for(found.controller)))
     return None
 
 
@@ -53,8 +53,10 @@ def signal_for(law: Block) -> Block:
     return getattr(law, "signals", (Velocity,))[0]()
 
 
-def with_its_valve(loop: Loop) -> Loop:
-    """A loop whose valve and drive go together: without a valve where the drive stands in its place."""
+def with_its_machine(loop: Loop) -> Loop:
+    """A loop whose plant, valve and drive go together: with chambers, and a valve or none, as that needs."""
+    if not (has_chambers(loop.plant) or takes_load_pressure(loop.drive)):
+        loop = loop._replace(plant=example(Cylinder))
     if is_valveless(loop.drive):
         return loop._replace(valve=NoValve())
     return loop._replace(drive=example(PumpDrive)) if isinstance(loop.valve, NoValve) else loop

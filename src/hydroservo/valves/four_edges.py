@@ -7,11 +7,11 @@ from typing import Annotated, NamedTuple
 from hydroservo import ops
 from hydroservo.block import Field
 from hydroservo.errors import ParameterError
+from hydroservo.field import OPEN
 from hydroservo.roles import MeteringEdges, role
 from hydroservo.signals import PortFlows, Pressures
 from hydroservo.sources import CHOSEN
 from hydroservo.valves.orifice import (
-    SAME,
     Density,
     DischargeCoefficient,
     Orifice,
@@ -24,7 +24,7 @@ from hydroservo.valves.orifice import (
 __all__ = ["FourEdges"]
 
 ROOT_2 = math.sqrt(2.0)
-LEAST_SQUARE = 1e-60  # [Pa^2] keeps 0/0 away where the transition drop is 0
+FINEST, FINEST_SHARE = 1e-24, 1e-15  # [Pa or m], and of the value, to which roots are found
 
 AreaGradient = Annotated[float, Field("m", "area gradient w of port A's edges", above=0)]
 Lap = Annotated[float, Field("m", "overlap of each edge, underlap if negative", "critical lap")]
@@ -43,23 +43,6 @@ NullPressure = Annotated[
     float,
     Field("Pa", "drop from P to T at which the null leakage is given", "none given", at_least=0),
 ]
-
-
-def rising_root(function: Callable[[float], float], value: float, most: float) -> float | None:
-    """Where a rising function has a value, in [0, most]; None if nowhere."""
-    from scipy.optimize import brentq
-
-    if not function(0.0) <= value <= function(most):
-        return None
-    return float(brentq(lambda x: function(x) - value, 0.0, most, xtol=1e-24, rtol=1e-15))
-
-
-def blocked_pressure(flow: Callable[[float], float], supply_pressure: float) -> float:
-    """The pressure in a blocked port, where the flow out of it, which falls with the pressure, is 0 [Pa]."""
-    if flow(0.5 * supply_pressure) == 0.0:
-        return 0.5 * supply_pressure
-    found = rising_root(lambda pressure: -flow(pressure), 0.0, supply_pressure)
-    return 0.5 * supply_pressure if found is None else found
 
 
 @role(MeteringEdges)
@@ -118,7 +101,7 @@ class FourEdges(NamedTuple):
         extra_lap_at: ExtraLapAT = 0.0,
         extra_lap_pb: ExtraLapPB = 0.0,
         extra_lap_bt: ExtraLapBT = 0.0,
-        rated_density: RatedDensity = SAME,
+        rated_density: RatedDensity = OPEN,
     ) -> "FourEdges":
         """The edges that pass a datasheet's rated flow and null leakage.
 
@@ -137,34 +120,21 @@ class FourEdges(NamedTuple):
         if not rated_opening > lap + extra_lap_pa:
             of_edge = f"must be above the lap of the edge P-A, {lap + extra_lap_pa:g} [m]"
             raise ParameterError("rated_opening", rated_opening, of_edge)
-
-        def of_unit_gradient(clearance: float) -> "FourEdges":
-            return cls(
-                discharge_coefficient,
-                1.0,
-                density if rated_density == SAME else rated_density,
-                lap,
-                clearance,
-                transition_drop,
-                area_ratio_b,
-                extra_lap_pa,
-                extra_lap_at,
-                extra_lap_pb,
-                extra_lap_bt,
-            )
-
-        def share(clearance: float) -> float:
-            edges, line = of_unit_gradient(clearance), Pressures(supply_pressure, 0.0)
-            a = blocked_pressure(lambda p: edges.port_flows(0.0, line, p, p).a, supply_pressure)
-            b = blocked_pressure(lambda p: -edges.port_flows(0.0, line, p, p).b, supply_pressure)
-            return edges.port_flows(0.0, line, a, b).supply / edges.flow(rated_opening, rated_drop, 0.0)
-
-        clearance = rising_root(share, null_leakage / rated_flow, rated_opening + abs(lap))
-        if clearance is None:
-            least, most = (rated_flow * share(c) for c in (0.0, rated_opening + abs(lap)))
-            allowed = f"must be from {least:.3g} to {most:.3g} [m^3/s] with this lap and rated flow"
-            raise ParameterError("null_leakage", null_leakage, allowed)
-        edges = of_unit_gradient(clearance)
+        edges = cls(
+            discharge_coefficient,
+            1.0,
+            density if rated_density == OPEN else rated_density,
+            lap,
+            0.0,
+            transition_drop,
+            area_ratio_b,
+            extra_lap_pa,
+            extra_lap_at,
+            extra_lap_pb,
+            extra_lap_bt,
+        )
+        point = RatedPoint(rated_flow, rated_drop, rated_opening)
+        edges = edges._replace(clearance=clearance_that_leaks(edges, point, null_leakage, supply_pressure))
         area_gradient = rated_flow / edges.flow(rated_opening, rated_drop, 0.0)
         return edges._replace(area_gradient=area_gradient, density=density)
 
@@ -199,8 +169,7 @@ class FourEdges(NamedTuple):
 
     def root(self, drop: float) -> float:
         """The drop's root [Pa^(1/2)] with its sign, linear below the transition drop."""
-        square = drop * drop + self.transition_drop * self.transition_drop
-        return drop / ops.sqrt(ops.sqrt(ops.maximum(square, LEAST_SQUARE)))
+        return ops.smooth_root(drop, self.transition_drop)
 
     def conductance(self) -> float:
         """Flow through an edge per opening and root of its drop, C_d w sqrt(2/rho) [m^2/(s Pa^(1/2))]."""
@@ -209,3 +178,59 @@ class FourEdges(NamedTuple):
     def simplified(self) -> Orifice:
         """What a design model takes them for: critically lapped edges of the same size."""
         return Orifice(self.discharge_coefficient, self.area_gradient, self.density)
+
+
+class RatedPoint(NamedTuple):
+    """A flow that a datasheet gives, without load."""
+
+    flow: RatedFlow
+    drop: RatedDrop
+    opening: RatedOpening
+
+
+def clearance_that_leaks(
+    edges: FourEdges, rated: RatedPoint, null_leakage: float, supply_pressure: float
+) -> float:
+    """The clearance with which edges of the rated flow leak so much at null [m].
+
+    Args:
+        edges: of any area gradient.
+        rated: their rated point.
+        null_leakage: from P to T, the ports blocked [m^3/s].
+        supply_pressure: at which that is [Pa].
+
+    Raises:
+        ParameterError: none leaks so much.
+    """
+    from scipy.optimize import brentq
+
+    def beyond(clearance: float) -> float:
+        return leaking_share(edges._replace(clearance=clearance), rated, supply_pressure) - wanted
+
+    wanted, widest = null_leakage / rated.flow, rated.opening + abs(edges.lap)
+    least, most = beyond(0.0), beyond(widest)
+    if not least <= 0.0 <= most:
+        least, most = (rated.flow * (one + wanted) for one in (least, most))
+        allowed = f"must be from {least:.3g} to {most:.3g} [m^3/s] with this lap and rated flow"
+        raise ParameterError("null_leakage", null_leakage, allowed)
+    return float(brentq(beyond, 0.0, widest, xtol=FINEST, rtol=FINEST_SHARE))
+
+
+def leaking_share(edges: FourEdges, rated: RatedPoint, supply_pressure: float) -> float:
+    """What leaks from P to T at null, the ports blocked, over the flow at the rated point."""
+    line = Pressures(supply_pressure, 0.0)
+    a = blocked_pressure(lambda p: edges.port_flows(0.0, line, p, p).a, supply_pressure)
+    b = blocked_pressure(lambda p: -edges.port_flows(0.0, line, p, p).b, supply_pressure)
+    return edges.port_flows(0.0, line, a, b).supply / edges.flow(rated.opening, rated.drop, 0.0)
+
+
+def blocked_pressure(flow: Callable[[float], float], supply_pressure: float) -> float:
+    """The pressure in a blocked port, where the flow out of it is 0 [Pa].
+
+    That falls with the pressure: at 0 nothing flows to the tank, at the supply's pressure nothing from it.
+    """
+    from scipy.optimize import brentq
+
+    if flow(0.5 * supply_pressure) == 0.0:  # as through edges that are shut
+        return 0.5 * supply_pressure
+    return float(brentq(flow, 0.0, supply_pressure, xtol=FINEST, rtol=FINEST_SHARE))

@@ -6,6 +6,7 @@ from typing import Annotated, NamedTuple
 from hydroservo import ops
 from hydroservo.block import Field
 from hydroservo.errors import ParameterError
+from hydroservo.field import OPEN
 from hydroservo.roles import MeteringEdges, role
 from hydroservo.signals import PortFlows, Pressures
 from hydroservo.sources import DATASHEET
@@ -13,12 +14,11 @@ from hydroservo.sources import DATASHEET
 __all__ = ["Orifice", "check_opens"]
 
 ROOT_2 = math.sqrt(2.0)
-SAME = math.inf  # a number that is as another one; "auto" in a scenario
 
 DischargeCoefficient = Annotated[float, Field("", "discharge coefficient C_d", "of sharp edges", above=0)]
 Density = Annotated[float, Field("kg/m^3", "oil density rho", "of mineral oil", above=0)]
 RatedDensity = Annotated[
-    float, Field("kg/m^3", "oil density at the rated flow", "that of the oil", above=0, auto=SAME)
+    float, Field("kg/m^3", "oil density at the rated flow", "that of the oil", above=0, auto=OPEN)
 ]
 RatedFlow = Annotated[float, Field("m^3/s", "flow at the rated point, without load", DATASHEET, above=0)]
 RatedDrop = Annotated[float, Field("Pa", "rated pressure drop over both edges", DATASHEET, above=0)]
@@ -50,14 +50,14 @@ class Orifice(NamedTuple):
         rated_opening: RatedOpening,
         discharge_coefficient: DischargeCoefficient = 0.62,
         density: Density = 850.0,
-        rated_density: RatedDensity = SAME,
+        rated_density: RatedDensity = OPEN,
     ) -> "Orifice":
         """The edges that pass a datasheet's rated flow.
 
         Rated drops are over both edges together, usually 70 bar for servo valves and 10 bar for proportional
         ones. The flow is rated with an oil of a density of its own where that is given.
         """
-        edges = cls(discharge_coefficient, 1.0, density if rated_density == SAME else rated_density)
+        edges = cls(discharge_coefficient, 1.0, density if rated_density == OPEN else rated_density)
         area_gradient = rated_flow / edges.flow(rated_opening, rated_drop, 0.0)
         return edges._replace(area_gradient=area_gradient, density=density)
 

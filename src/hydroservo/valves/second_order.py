@@ -43,8 +43,8 @@ class SecondOrderValve(NamedTuple):
     So the spool nears a limit as a lag of rate k does and never passes it, one that rests at x_max has no
     outward speed, and the right side stays continuous. A sine at wn is limited from 98 % of v_max on.
 
-    Source: Merritt, Hydraulic Control Systems, 1967, ch. 7 (a servo valve as a second-order system); limits
-    and play are chosen here.
+    Source: Merritt, Hydraulic Control Systems, 1967 (a servo valve as a second-order system); limits and play
+    are chosen here.
     Fails above the natural frequency, where a real spool has a third pole, and where its speed depends on
     the pilot pressure.
     """
