@@ -100,20 +100,18 @@ def test_nothing_winds_up_at_the_limit() -> None:
 
 
 @pytest.mark.slow  # each compiles a loop
-@pytest.mark.parametrize("scale", [-1.0, 1.0])
+@pytest.mark.parametrize("scale", [-1.0, 0.0, 1.0])
 def test_order_one_follows_on_the_rig(scale: float) -> None:
     loop = load_scenario("rig/1khz-pi-sine", {"uncertainty.scale": scale})
-    before = simulate(loop)
-    law = FirstOrderADRC(103.4, 150.0, 200.0)
-    after = simulate(replace(loop, {"controller": law}))
-    assert not after.diverged
-    assert float(after.rms_error) < 2.0 * float(before.rms_error)
+    found = simulate(replace(loop, {"controller": FirstOrderADRC(244.0, 460.0, 2600.0)}))
+    assert not found.diverged
+    assert float(found.rms_error) < float(simulate(loop).rms_error)
 
 
 @pytest.mark.slow  # compiles a loop
 def test_order_two_closes_a_position_loop() -> None:
     loop = load_scenario("axis/position")
-    law = SecondOrderADRC(60.0, 40.0, 200.0, controls=Position())
+    law = SecondOrderADRC(49.4, 297.0, 888.0, controls=Position())
     found = simulate(replace(loop, {"controller": law}))
     assert not found.diverged
-    assert float(found.rms_error) < 1e-3
+    assert float(found.rms_error) < 1e-4
