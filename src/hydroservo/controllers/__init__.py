@@ -21,6 +21,7 @@ from hydroservo.controllers.pi import PI, PIState
 from hydroservo.controllers.pid import PID, PIDState
 from hydroservo.controllers.pressure_feedback import PressureFeedback, PressureFeedbackState
 from hydroservo.controllers.rate_limit import RateLimit, RateLimitState
+from hydroservo.controllers.reference_filter import ReferenceFilter, ReferenceFilterState
 from hydroservo.controllers.saturation import Saturation
 from hydroservo.controllers.second_order_adrc import SecondOrderADRC, SecondOrderADRCState
 from hydroservo.controllers.tsmc import TSMC, TSMCState
@@ -63,6 +64,8 @@ __all__ = [
     "PressureFeedbackState",
     "RateLimit",
     "RateLimitState",
+    "ReferenceFilter",
+    "ReferenceFilterState",
     "Saturation",
     "SecondOrderADRC",
     "SecondOrderADRCState",
