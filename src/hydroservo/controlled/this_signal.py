@@ -18,8 +18,8 @@ class ThisSignal(NamedTuple):
     :func:`~hydroservo.wiring.wired`: a loop that is loaded or wired may yet be given another signal.
 
     Source: a definition.
-    Fails to be a loop's own; and a law that is stepped by itself, in no loop, is given nan: tell it its signal,
-    as ``PI(3.0, controls=Velocity())``.
+    Fails to be a loop's own; and gives a law that is stepped by itself, in no loop, nan: tell that its
+    signal, as ``PI(3.0, controls=Velocity())``.
     """
 
     def declared(self) -> Field:
