@@ -19,6 +19,7 @@ from hydroservo.controllers import (
     ExplicitReaching,
     FlowCompensation,
     ImplicitReaching,
+    InvertedPolarity,
     PressureFeedback,
     RateLimit,
     Saturation,
@@ -80,6 +81,7 @@ CHOSEN: dict[str, Controller] = {
     "PID": example(PID, anti_windup=50.0),
     "cascade": example(Cascade, example(AccelerationFeedback)),
     "force with velocity compensation": example(VelocityCompensation, example(DeadBandJump)),
+    "inverted polarity": InvertedPolarity(example(PI)),
     "industrial axis": example(
         DeadBandCompensation,
         example(FlowCompensation, example(DirectionalGain, example(PressureFeedback, example(PID)))),

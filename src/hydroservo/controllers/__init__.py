@@ -12,6 +12,7 @@ from hydroservo.controllers.directional_gain import DirectionalGain, Directional
 from hydroservo.controllers.explicit_reaching import ExplicitReaching
 from hydroservo.controllers.flow_compensation import FlowCompensation, FlowCompensationState
 from hydroservo.controllers.implicit_reaching import ImplicitReaching
+from hydroservo.controllers.inverted_polarity import InvertedPolarity, InvertedPolarityState
 from hydroservo.controllers.open_loop import OpenLoop, OpenLoopState
 from hydroservo.controllers.pi import PI, PIState
 from hydroservo.controllers.pid import PID, PIDState
@@ -49,6 +50,8 @@ __all__ = [
     "FlowCompensation",
     "FlowCompensationState",
     "ImplicitReaching",
+    "InvertedPolarity",
+    "InvertedPolarityState",
     "OpenLoop",
     "OpenLoopState",
     "PIDState",
