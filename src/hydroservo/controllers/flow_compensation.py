@@ -5,7 +5,7 @@ from typing import Annotated, NamedTuple
 
 from hydroservo import ops
 from hydroservo.block import Block, Field
-from hydroservo.controllers.low_pass import low_passed
+from hydroservo.controllers.low_pass import LowPass
 from hydroservo.controllers.saturation import Saturation
 from hydroservo.errors import ParameterError
 from hydroservo.roles import Controller, role
@@ -62,7 +62,7 @@ class FlowCompensation(NamedTuple):
 
     def step(self, s: FlowCompensationState, y: Measurement, r: Demand, dt: float) -> FlowCompensationState:
         controller = self.controller.step(s.controller, y.with_command(y.command / s.gain), r, dt)
-        slow_force = low_passed(s.slow_force, y.load_force, self.time_constant, dt)
+        slow_force = LowPass(self.time_constant).after(s.slow_force, y.load_force, dt)
         drop = ops.maximum(self.drop(controller.u, slow_force), self.least_drop)
         gain = ops.sqrt(self.rated_drop / drop)
         return FlowCompensationState(self.saturation.apply(gain * controller.u), gain, slow_force, controller)

@@ -1,18 +1,27 @@
-"""What laws make of a measured signal's slow part."""
+"""A low-pass that laws put a measured signal through."""
+
+from typing import NamedTuple
 
 from hydroservo import ops
 
-__all__ = ["low_passed"]
+__all__ = ["LowPass"]
 
 
-def low_passed(last: float, value: float, time_constant: float, dt: float) -> float:
-    """A signal through a low-pass of first order, by backward Euler; it begins at the first sample.
+class LowPass(NamedTuple):
+    """A low-pass of first order by backward Euler, which begins at the signal's first sample.
 
-    Args:
-        last: what this gave at the sample before; nan at the first.
-        value: of the signal at this sample.
-        time_constant: of the low-pass [s].
-        dt: the sample period [s].
+    x_k = x_(k-1) + dt/(tau + dt) (y_k - x_(k-1))
     """
-    before = ops.where(ops.isnan(last), value, last)
-    return before + dt / (time_constant + dt) * (value - before)
+
+    time_constant: float  # tau [s]
+
+    def after(self, last: float, value: float, dt: float) -> float:
+        """What comes out at a sample.
+
+        Args:
+            last: what came out at the one before; nan at the first.
+            value: of the signal.
+            dt: the sample period [s].
+        """
+        before = ops.where(ops.isnan(last), value, last)
+        return before + dt / (self.time_constant + dt) * (value - before)
