@@ -22,6 +22,7 @@ from hydroservo.roles import (
     Monitor,
     Plant,
     Sensors,
+    Start,
     Valve,
 )
 
@@ -108,6 +109,12 @@ HOOKS = (
         Integrator,
         ("system", "t", "x", "u", "dt", "p"),
         "the state after one more step that ``advance`` tries, and how far that is: p.gone seconds",
+    ),
+    Hook(
+        "found",
+        Start,
+        ("steady",),
+        "numbers of the state in which the loop is to begin; steady(command) is its machine's steady state",
     ),
     Hook("at_samples", Monitor, None, "there where its step comes at samples alone"),
 )
