@@ -14,7 +14,7 @@ __all__ = ["THIS_SIGNAL", "ThisSignal"]
 class ThisSignal(NamedTuple):
     """In place of the signal that a law controls: that of its loop.
 
-    It is filled in at the start of a run, by :func:`~hydroservo.runs.run.ready`, and not by
+    It is filled in at the start of a run, by ``hydroservo.runs.run.ready``, and not by
     :func:`~hydroservo.wiring.wired`: a loop that is loaded or wired may yet be given another signal.
 
     Source: a definition.
