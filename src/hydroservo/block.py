@@ -29,12 +29,16 @@ __all__ = [
     "estimates_in",
     "field_at",
     "in_signal",
+    "inner_controls",
     "is_block",
     "leaves",
     "model_in",
+    "nested_signal",
+    "nested_state",
     "replace",
     "signal_below",
     "signal_of",
+    "state_field_at",
     "value_at",
     "values",
 ]
@@ -117,25 +121,86 @@ def paths(block: Block, prefix: str = "") -> Iterator[str]:
             yield from paths(value, f"{prefix}{name}.")
 
 
-def field_at(block: Block, path: str) -> Field:
+def field_at(block: Block, path: str, outer: Field | None = None) -> Field:
     """The declaration of the number at a dotted path; its name alone where it has none.
 
     In a loop, and in a block that says what it controls, its unit is that of the controlled signal where it
     depends on that.
+
+    Args:
+        block: the block.
+        path: of a number in it.
+        outer: the controlled signal of what the block is in; None if nothing says so.
 
     Raises:
         ParameterError: no such path.
     """
     value_at(block, path)
     *parents, name = path.split(".")
-    holder, signal = block, signal_of(block, None)
+    holder, around, signal = block, block, signal_of(block, outer)
     for i, parent in enumerate(parents):
-        if parent == "given" and hasattr(block, "init"):  # a state by its path in the loop's
-            return in_signal(field_at(block.init(), ".".join([*parents[i + 1 :], name])), signal)
-        inner = signal_below(holder, parent, signal)
-        holder = getattr(holder, parent)
-        signal = signal_of(holder, inner)
+        if parents[i - 1 : i + 1] == ["start", "given"]:  # a state by its path in the loop's
+            inner = ".".join([*parents[i + 1 :], name])
+            return state_field_at(around, around.init(), inner, signal)
+        signal = nested_signal(holder, parent, signal)
+        holder, around = getattr(holder, parent), holder
     return in_signal(declared_fields(holder.__class__).get(name, Field("", name)), signal)
+
+
+def state_field_at(block: Block, state: Block, path: str, outer: Field | None = None) -> Field:
+    """The declaration of the number at a dotted path of a block's state, as :func:`field_at`'s of a block.
+
+    Args:
+        block: the block, such as a loop.
+        state: its state.
+        path: of a number in the state.
+        outer: the controlled signal of what the block is in; None if nothing says so.
+
+    Raises:
+        ParameterError: no such path.
+    """
+    value_at(state, path)
+    *parents, name = path.split(".")
+    signal = signal_of(block, outer)
+    for parent in parents:
+        block, signal = nested_state(block, state, parent, signal)
+        state = getattr(state, parent)
+    return in_signal(declared_fields(state.__class__).get(name, Field("", name)), signal)
+
+
+def nested_signal(block: Block, name: str, own: Field | None) -> Field | None:
+    """What the numbers of a block in another are of.
+
+    Args:
+        block: the outer block.
+        name: of the inner one, as a field of it.
+        own: what those of the outer one are of.
+    """
+    return signal_of(getattr(block, name), signal_below(block, name, own))
+
+
+def nested_state(
+    block: Block, state: Block, name: str, own: Field | None
+) -> tuple[Block | None, Field | None]:
+    """The block whose state another's holds under a name, None if it is that of no block; and what it is of.
+
+    The block has that name in the other; but a copy of a nested law's state, which has that law's type and
+    any name, is a state of that law.
+
+    Args:
+        block: the outer block, or None.
+        state: its state.
+        name: of the inner state, as a field of the outer one.
+        own: what the numbers of the outer block are of.
+    """
+    if not is_block(block):
+        return None, own
+    nested = getattr(state, "controller", None)
+    copied = hasattr(block, "controller") and type(getattr(state, name)) is type(nested)
+    name = "controller" if copied else name
+    if name not in block._fields:
+        return None, own
+    return getattr(block, name), nested_signal(block, name, own)
 
 
 def signal_of(block: Block, outer: Field | None) -> Field | None:
@@ -153,16 +218,25 @@ def signal_of(block: Block, outer: Field | None) -> Field | None:
 
 
 def signal_below(block: Block, name: str, own: Field | None) -> Field | None:
-    """What a block in another is given for a signal: one with ``inner_controls`` has a law of another inside.
+    """What a block in another is given for a signal: the one rule, for parameters, states and exports.
 
     Args:
         block: the outer block.
         name: of the inner one, as a field of it.
         own: the signal of the outer one.
     """
-    return (
-        block.inner_controls.declared() if name == "controller" and hasattr(block, "inner_controls") else own
-    )
+    inner = inner_controls(block, name)
+    return own if inner is None else in_signal(inner.declared(), own)
+
+
+def inner_controls(block: Block, name: str) -> Any:
+    """The signal that a law has the one inside control, if another than its own; else None.
+
+    Args:
+        block: the law, or any block.
+        name: of the inner block, as a field of it.
+    """
+    return getattr(block, "inner_controls", None) if name == "controller" else None
 
 
 def in_signal(field: Field, signal: Field | None) -> Field:

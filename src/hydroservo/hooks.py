@@ -23,6 +23,7 @@ from hydroservo.roles import (
     Monitor,
     Plant,
     Sensors,
+    Start,
     Valve,
 )
 from hydroservo.signals import Pressures
@@ -127,6 +128,12 @@ HOOKS = (
         Integrator,
         ("system", "t", "x", "u", "dt", "p"),
         "the state after one more step that ``advance`` tries, and how far that is: p.gone seconds",
+    ),
+    Hook(
+        "found",
+        Start,
+        ("steady",),
+        "numbers of the state in which the loop is to begin; steady(command) is its machine's steady state",
     ),
     Hook("at_samples", Monitor, None, "there where its step comes at samples alone"),
 )

@@ -266,7 +266,9 @@ class Start(Protocol):
     """Where a run starts: the loop's first state, from that which its blocks start in.
 
     Numbers of the state that are given are in a group ``given``, as :func:`~hydroservo.group.nested` makes
-    it.
+    it. A start that finds others before a run has ``found(steady)``, which gives them in such a group, or as
+    a state of the machine; ``steady(command)`` is the machine's steady state under a command [V]. The loop
+    then starts :class:`~hydroservo.starts.AsBuilt` with both.
     """
 
     @property

@@ -1,9 +1,10 @@
-"""What a loop leaves open and itself answers: a law's signal and model, the areas that sensors know.
+"""What a loop leaves open and itself answers: a law's model, the areas that sensors know, a law's signal.
 
-The one place for Python, scenarios and the command line.
+The one place for Python, scenarios and the command line. :func:`wired` fills in models and areas;
+:func:`with_signal` the signal, which :func:`~hydroservo.runs.run.ready` asks for at the start of a run.
 """
 
-from hydroservo.block import Block, field_at, is_block
+from hydroservo.block import Block, field_at, inner_controls, is_block
 from hydroservo.controlled.command import Command
 from hydroservo.controlled.this_signal import ThisSignal
 from hydroservo.errors import ParameterError
@@ -21,6 +22,8 @@ def wired(loop: Loop) -> Loop:
 
     A law that holds :class:`~hydroservo.plants.ThisMachine` for its model believes in what :func:`believed`
     makes of the machine; sensors whose areas are automatic know those of the plant. What is given stays.
+    Laws keep :class:`~hydroservo.controlled.this_signal.ThisSignal` until a run begins, so that
+    ``replace(loop, {"controls": Position()})`` of a wired loop is a loop of the other signal.
 
     Raises:
         ParameterError: the machine does not answer, or cannot rest at its start; the law cannot control what
@@ -116,13 +119,24 @@ def with_signal(block: Block, controls: Block) -> Block:
     """
     if isinstance(block, ThisSignal):
         return controls
-    inner = getattr(block, "inner_controls", controls)
     parts = {
-        name: with_signal(part, inner if name == "controller" else controls)
+        name: with_signal(part, below(block, name, controls))
         for name, part in block._asdict().items()
         if is_block(part)
     }
     return block._replace(**parts)
+
+
+def below(law: Block, name: str, controls: Block) -> Block:
+    """What a block in a law is to control.
+
+    Args:
+        law: the outer law.
+        name: of the inner block, as a field of it.
+        controls: what the outer law is to control.
+    """
+    inner = inner_controls(law, name)
+    return controls if inner is None else with_signal(inner, controls)
 
 
 def check_signals(law: Block, controls: Block, path: str) -> None:
@@ -147,7 +161,7 @@ def check_signals(law: Block, controls: Block, path: str) -> None:
         problem = "closes a loop, and an open one has none: its law is OpenLoop"
         raise ParameterError(path, type(law).__name__, problem)
     if hasattr(law, "controller"):
-        check_signals(law.controller, getattr(law, "inner_controls", controls), f"{path}.controller")
+        check_signals(law.controller, below(law, "controller", controls), f"{path}.controller")
 
 
 def with_model(block: Block, model: DesignModel) -> Block:

@@ -7,6 +7,7 @@ import pytest
 import xarray as xr
 
 from hydroservo import Loop, ScenarioError, load_scenario, plot, replace, simulate, simulate_batch, tune
+from hydroservo.block import value_at
 from hydroservo.export.fmu import FmiVersion
 from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.unit import Part
@@ -21,7 +22,7 @@ SIGNALS = {  # unit, amount of a demand, gain
     "Force": ("N", 100.0, "1e-3 V/N"),
     "LoadPressure": ("Pa", 2e5, "1e-6 V/Pa"),
     "PressureA": ("Pa", 2e6, "1e-6 V/Pa"),
-    "PressureB": ("Pa", 2e6, "1e-8 V/Pa"),  # a command that rises lowers it: its gain must stay small
+    "PressureB": ("Pa", 2e6, "1e-6 V/Pa"),
     "Command": ("V", 1.0, ""),
 }
 SOURCES = {  # {y} stands for an amount with its unit
@@ -35,6 +36,7 @@ SOURCES = {  # {y} stands for an amount with its unit
     "PointToPoint": 'initial = "0 {u}"\nfinal = "{y} {u}"\nmax_rate = "{y} {u}/s"\n'
     'max_second_rate = "{y} {u}/s^2"\nmax_third_rate = "{y} {u}/s^3"\ntime = "1 ms"',
 }
+FALLING = {"PressureB"}  # as the command rises
 LOOP = """
 title = "each signal with each demand"
 [simulation]
@@ -82,6 +84,8 @@ type = "{source}"
 def text_of(signal: str, source: str, unit: str | None = None) -> str:
     own, amount, gain = SIGNALS[signal]
     law = f'type = "PI"\nproportional_gain = "{gain}"' if gain else 'type = "OpenLoop"'
+    if signal in FALLING:
+        law = f'type = "InvertedPolarity"\n[controller.controller]\n{law}'
     demand = SOURCES[source].format(u=unit or own, y=f"{amount:g}")
     return LOOP.format(signal=signal, source=source, law=law) + demand
 
@@ -134,6 +138,17 @@ def own_signal(data: xr.Dataset, loop: Loop, signal: str) -> np.ndarray:
     ]
 
 
+@pytest.mark.parametrize("signal", [name for name in SIGNALS if name != "Command"])
+@pytest.mark.parametrize("share", [0.5, 1.5])
+def test_the_loop_takes_its_signal_towards_the_demand(signal: str, share: float, tmp_path: Path) -> None:
+    """In the first sample period, from rest."""
+    loop = loop_of(tmp_path, signal, "Step")
+    demand = {"reference.final": share * SIGNALS[signal][1], "reference.time": 0.0}
+    data = in_plain_python(replace(loop, demand))
+    asked, found = data["reference.value"].values[0], data["controlled.value"].values[:2]
+    assert (found[1] - found[0]) * (asked - found[0]) > 0.0
+
+
 @pytest.mark.parametrize("source", SOURCES)
 @pytest.mark.parametrize("signal", SIGNALS)
 def test_a_demand_in_another_unit_is_refused_in_one_line(signal: str, source: str, tmp_path: Path) -> None:
@@ -162,7 +177,10 @@ def test_a_batch_and_a_search_are_of_the_signal(signal: str, tmp_path: Path) -> 
     rate = table["reference.max_rate"].attrs["units"]
     assert rate == {"Velocity": "m/s^2"}.get(signal, f"{SIGNALS[signal][0]}/s")
     if signal != "Command":
-        gain, path = loop.controller.proportional_gain, "controller.proportional_gain"
+        path = (
+            "controller.controller.proportional_gain" if signal in FALLING else "controller.proportional_gain"
+        )
+        gain = value_at(loop, path)
         found = tune(Aim([loop]), {path: (0.1 * gain, gain)}, candidates=64)
         again = quietly(simulate)(replace(loop, found.parameters))
         assert 0.1 * gain <= found.parameters[path] <= gain

@@ -2,7 +2,7 @@
 
 import pytest
 
-from hydroservo.controlled import Position
+from hydroservo.controlled import Position, Velocity
 from hydroservo.controllers import PI, AccelerationFeedback, Saturation
 from hydroservo.observers import FilteredDerivative
 from hydroservo.papers.tsmc_eha_2021.machine import MODEL
@@ -27,7 +27,7 @@ def test_it_adds_damping_on_a_static_valve(added: float) -> None:
 
 
 def test_a_steady_acceleration_takes_its_share_off() -> None:
-    law = AccelerationFeedback(PI(0.0), 0.02, FilteredDerivative(1e-3))
+    law = AccelerationFeedback(PI(0.0, controls=Velocity()), 0.02, FilteredDerivative(1e-3))
     s = law.init()
     for k in range(100):
         s = law.step(

@@ -5,18 +5,26 @@ from typing import Annotated, NamedTuple
 
 import pytest
 
-from hydroservo import Field, Loop, ParameterError, ScenarioError, simulate
-from hydroservo.block import field_at
+from hydroservo import Field, Loop, ParameterError, ScenarioError, Simulation, replace, simulate
+from hydroservo.block import Block, field_at
 from hydroservo.controlled import Force, Position, Velocity
-from hydroservo.controllers import PI, PID, TSMC, Cascade, Saturation
+from hydroservo.controlled.this_signal import ThisSignal
+from hydroservo.controllers import DAC, PI, PID, TSMC, AntiWindup, Cascade, Saturation
+from hydroservo.export.of_loop import exported_unit
+from hydroservo.export.unit import Part
+from hydroservo.group import nested
 from hydroservo.outline import outline
+from hydroservo.runs.run import ready
 from hydroservo.scenario import load_scenario
 from hydroservo.signals import Demand, Measurement
+from hydroservo.starts import AsBuilt
 from hydroservo.testing.examples import example
 from hydroservo.wiring import wired
 from tests.support.bases import on_base
+from tests.support.equality import assert_same_block
 
 H = 1e-3
+BRIEF = Simulation(5e-3, 1e-3, 20, record_period=1e-3)
 SCENARIO = """
 [controls]
 type = "Position"
@@ -90,10 +98,12 @@ def test_over_a_p_law_it_is_a_p_law_with_velocity_feedback() -> None:
 
 
 def test_the_nested_law_controls_the_velocity_whatever_the_loop_controls() -> None:
-    loop = wired(example(Loop, controller=example(Cascade), controls=Position()))
-    assert loop.controller.controls == Position()
-    assert loop.controller.controller.controls == Velocity()
-    assert wired(loop) == loop
+    loop = example(Loop, controller=example(Cascade), controls=Position())
+    law = ready(loop).controller
+    assert (type(law.controls), type(law.controller.controls)) == (Position, Velocity)
+    assert type(wired(loop).controller.controls) is ThisSignal  # so that the loop may yet control another
+    law = ready(replace(wired(loop), {"controls": Force()})).controller
+    assert (type(law.controls), type(law.controller.controls)) == (Force, Velocity)
 
 
 def test_a_law_for_velocities_alone_holds_a_position_inside() -> None:
@@ -101,7 +111,8 @@ def test_a_law_for_velocities_alone_holds_a_position_inside() -> None:
     loop = example(Loop, controller=example(TSMC), controls=Position())
     with pytest.raises(ParameterError, match="controls the velocity, and here the position is controlled"):
         wired(loop)
-    assert wired(loop._replace(controller=example(Cascade, example(TSMC)))).controller.controls == Position()
+    law = ready(loop._replace(controller=example(Cascade, example(TSMC)))).controller
+    assert type(law.controls) is Position
 
 
 @pytest.mark.parametrize(("controls", "units"), [(Position(), ("1/s", "")), (Force(), ("m/(s N)", "m/N"))])
@@ -112,6 +123,68 @@ def test_units_are_those_of_each_loop(controls: Position | Force, units: tuple[s
     assert f"proportional_gain 10 {units[0]}" in outline(loop)
 
 
+def test_a_number_has_one_unit_wherever_it_is_said() -> None:
+    """In a wrapper around and in one inside, in what is recorded, in C, and as a state that is given."""
+    inner = AntiWindup(PI(3.0, saturation=Saturation(1e4)), 3.0, Saturation(1e3))
+    law = AntiWindup(Cascade(inner, 10.0, 1.0), 5.0, Saturation(5.0))
+    loop = example(Loop, BRIEF, controller=law, controls=Position())
+    wanted = {
+        "controller.gain": "V/m",
+        "controller.controller.proportional_gain": "1/s",
+        "controller.controller.controller.gain": "V s/m",
+        "controller.controller.controller.controller.proportional_gain": "V s/m",
+    }
+    assert {path: field_at(loop, path).unit for path in wanted} == wanted
+    states = {
+        "controller.r.value": ("m", "position demand"),
+        "controller.controller.controller.r.value": ("m/s", "velocity demand"),
+        "controller.controller.controller.r.rate": ("m/s^2", "first derivative of the velocity demand"),
+        "controller.before.controller.r.value": ("m/s", "velocity demand"),  # a copy of the nested law's
+        "controlled.value": ("m", "position"),
+    }
+    run = simulate(loop, record=list(states), metrics=(), compiled=False)
+    assert {path: (run[path].units, run[path].long_name) for path in states} == states
+    said = {  # of a struct that is at places of both
+        Part.CONTROLLER: "double value; /* [m or m/s] position or velocity demand */",
+        Part.LOOP: "double value; /* [m/s or m] velocity or position demand */",
+    }
+    for part, struct in said.items():
+        unit = exported_unit(loop, part, prefix="law", title="a cascade")
+        found = {one.path: one.unit for one in unit.parameters}
+        assert {path: found[path] for path in wanted} == wanted
+        found = {one.path: (one.unit, one.meaning) for one in unit.states}
+        assert {path: found[path] for path in states if path in found} == {
+            path: pair for path, pair in states.items() if part is Part.LOOP or path.startswith("controller")
+        }
+        header = " ".join(unit.header.split())
+        for gain in wanted.values():
+            assert f"[{gain}]" in header
+        assert struct in header
+    given = {path: 0.0 for path in states if path.startswith("controller.")}
+    started = loop._replace(start=AsBuilt(nested(given)))
+    units = {path: field_at(started, f"start.given.{path}").unit for path in given}
+    assert units == {path: unit for path, (unit, _) in states.items() if path in given}
+
+
+def test_a_law_of_one_s_own_may_have_another_signal_inside() -> None:
+    """Of a force inside, whatever the loop controls, and around a law that wraps another."""
+
+    class OverForce(NamedTuple):
+        controller: Block
+        inner_controls: Force = Force()
+
+        def init(self) -> Block:
+            return self.controller.init()
+
+        def step(self, s: Block, y: Measurement, r: Demand, dt: float) -> Block:
+            return self.controller.step(s, y, Demand(0.0, 0.0, 0.0), dt)
+
+    loop = example(Loop, BRIEF, controller=OverForce(DAC(PI(1e-3))), controls=Position())
+    assert type(ready(loop).controller.controller.controller.controls) is Force
+    assert field_at(loop, "controller.controller.controller.proportional_gain").unit == "V/N"
+    assert "proportional_gain 0.001 V/N" in outline(loop)
+
+
 def written(folder: Path, text: str) -> Path:
     path = folder / "cascade.toml"
     path.write_text(on_base(text), encoding="utf-8")
@@ -120,7 +193,12 @@ def written(folder: Path, text: str) -> Path:
 
 def test_a_scenario_has_units_of_both_loops(tmp_path: Path) -> None:
     loop = load_scenario(written(tmp_path, SCENARIO))
-    assert loop.controller == Cascade(PI(3.0), 20.0, 0.05)
+    assert_same_block(loop.controller, Cascade(PI(3.0), 20.0, 0.05))
+    units = [
+        field_at(loop, f"controller.{name}").unit for name in ("proportional_gain", "controller.anti_windup")
+    ]
+    assert units == ["1/s", "1/s"]
+    assert field_at(loop, "controller.controller.integral_gain").unit == "V/m"
     text = SCENARIO.replace("3 V s/m", "3 V/m")
     with pytest.raises(ScenarioError, match=r"controller.controller.proportional_gain.*V s/m"):
         load_scenario(written(tmp_path, text))

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 
 from hydroservo import ops
 from hydroservo.block import Block
+from hydroservo.controlled import Velocity
 from hydroservo.controllers import PI, TSMC, Backstepping, PIState, Saturation
 from hydroservo.observers import FilteredDerivative, ModelDerivative
 from hydroservo.papers.tsmc_eha_2021.printed import PrintedBackstepping, PrintedTSMC
@@ -59,7 +60,7 @@ def after(block: Block, y: Measurement, r: Demand) -> Any:
 
 
 def test_pi_by_hand() -> None:
-    block, r = PI(2.0, 30.0), Demand(0.5, 0.0, 0.0)
+    block, r = PI(2.0, 30.0, controls=Velocity()), Demand(0.5, 0.0, 0.0)
     first = block.step(block.init(), Measurement(0.1, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), r, 0.01)
     assert first == pytest.approx(PIState(2.0 * 0.4 + 0.12, 0.12, 2.0 * 0.4 + 0.12))
     second = block.step(first, Measurement(0.6, 0.0, 0.0, first.u, 0.0, 0.0, 0.0), r, 0.01)
@@ -81,13 +82,19 @@ def test_pi_winds_up_without_anti_windup_and_not_with_it() -> None:
                 return k - 1000
         raise AssertionError("never")
 
-    assert samples_until_it_lets_go(PI(1.0, 20.0, 100.0)) <= 1
-    assert samples_until_it_lets_go(PI(1.0, 20.0, 0.0)) == pytest.approx(450, abs=1)  # 9 V at 20 V/s
+    assert samples_until_it_lets_go(PI(1.0, 20.0, 100.0, controls=Velocity())) <= 1
+    assert samples_until_it_lets_go(PI(1.0, 20.0, 0.0, controls=Velocity())) == pytest.approx(
+        450, abs=1
+    )  # 9 V at 20 V/s
 
 
 @given(y=measurements, r=demands)
 def test_saturation_limits_every_law(y: Measurement, r: Demand) -> None:
-    for law in (example(PI, 1e6), example(Backstepping, model=MODEL), example(TSMC, model=MODEL)):
+    for law in (
+        example(PI, 1e6, controls=Velocity()),
+        example(Backstepping, model=MODEL),
+        example(TSMC, model=MODEL),
+    ):
         assert abs(after(law._replace(saturation=Saturation(0.5)), y, r).u) <= 0.5
 
 

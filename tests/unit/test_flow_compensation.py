@@ -7,6 +7,7 @@ import pytest
 from scipy.optimize import root
 
 from hydroservo import ParameterError
+from hydroservo.controlled import Velocity
 from hydroservo.controllers import PI, DirectionalGain, FlowCompensation
 from hydroservo.signals import Demand, Measurement, Pressures
 from hydroservo.testing.examples import example
@@ -17,7 +18,7 @@ SUPPLY, DROP = 120e5, 35e5
 AREA_A, AREA_B = 31.2e-4, 15.3e-4  # 63/45 mm
 RATIO = AREA_B / AREA_A
 EDGES, OPENING_GAIN = example(Orifice), 1e-5
-BARE = PI(1.0)  # asks for the demand, at a measured velocity of 0
+BARE = PI(1.0, controls=Velocity())  # asks for the demand, at a measured velocity of 0
 
 
 COMPENSATED = FlowCompensation(

@@ -9,7 +9,6 @@ from hypothesis import strategies as st
 from hydroservo import ParameterError
 from hydroservo.oils import AeratedOil, CavitatingOil, ConstantOil
 from hydroservo.oils.mineral import MineralOil
-from hydroservo.validation import checked
 
 ATMOSPHERE = 101325.0
 OILS = [
@@ -108,9 +107,18 @@ def test_ten_kelvin_cost_seven_thousandths_of_the_density() -> None:
     assert lost == pytest.approx(7e-3, rel=0.05)
 
 
-def test_an_oil_that_thickens_with_heat_is_refused() -> None:
-    with pytest.raises(ParameterError, match="viscosity_100 = 5e-05: must be below viscosity_40"):
-        checked(MineralOil(879.0, 46e-6, 50e-6))
+@pytest.mark.parametrize(
+    ("oil", "says"),
+    [
+        (MineralOil(879.0, 46e-6, 50e-6), "viscosity_100 = 5e-05: must be below viscosity_40"),
+        (MineralOil(-879.0, 46e-6, 6.7e-6), r"density_15 = -879\.0: must be a finite number above 0"),
+        (MineralOil(879.0, math.nan, 6.7e-6), "viscosity_40 = nan: must be a finite number above 0"),
+    ],
+)
+def test_an_oil_that_thickens_with_heat_or_is_none_is_refused(oil: MineralOil, says: str) -> None:
+    for asked in (oil.density, oil.kinematic_viscosity, oil.viscosity):
+        with pytest.raises(ParameterError, match=says):
+            asked(313.15)
 
 
 MODULI = {"cold": 293.15, "cold_bulk_modulus": 1.9e9, "hot": 343.15, "hot_bulk_modulus": 1.45e9}
@@ -131,6 +139,21 @@ class TestAtTemperature:
         assert found == pytest.approx([1.9e9, math.sqrt(1.9e9 * 1.45e9), 1.45e9], rel=1e-12)
         oil = AeratedOil.at_temperature(300.0, **MODULI, air_content=0.01)
         assert (oil.air_content, oil.polytropic_index) == (0.01, 1.4)
+
+    @pytest.mark.parametrize(
+        ("changes", "says"),
+        [
+            ({"temperature": 40.0}, r"temperature = 40\.0: must be from 200 to 500 \[K\]"),
+            ({"temperature": -400.0}, r"temperature = -400\.0: must be from 200"),
+            ({"cold": 20.0}, r"cold = 20\.0: must be from 200 to 500 \[K\]"),
+            ({"hot": 700.0}, r"hot = 700\.0: must be from 200 to 500 \[K\]"),
+        ],
+    )
+    def test_what_cannot_be_an_absolute_temperature_is_refused(
+        self, changes: dict[str, float], says: str
+    ) -> None:
+        with pytest.raises(ParameterError, match=says):
+            AeratedOil.at_temperature(**{"temperature": 300.0, **MODULI, **changes})
 
     @pytest.mark.parametrize(
         ("changes", "says"),

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from hydroservo import ParameterError
 from hydroservo.block import field_at
-from hydroservo.controlled import Position
+from hydroservo.controlled import Position, Velocity
 from hydroservo.controllers import PI, PID, PIDState, Saturation
 from hydroservo.observers import FilteredDerivative
 from hydroservo.scenario import load_scenario
@@ -41,7 +41,8 @@ def error_after(law: PID, rate: float, second_rate: float, seconds: float = 4.0)
 
 @given(signals)
 def test_without_its_parts_it_gives_the_bits_of_pi(given_out: list[tuple[float, float, float]]) -> None:
-    one, other = PI(3.0, 40.0, anti_windup=7.0), PID(3.0, 40.0, anti_windup=7.0, integral_limit=1e9)
+    one = PI(3.0, 40.0, anti_windup=7.0, controls=Velocity())
+    other = PID(3.0, 40.0, anti_windup=7.0, integral_limit=1e9, controls=Velocity())
     s, t = one.init(), other.init()
     for velocity, command, demand in given_out:
         y, r = at(0.0, command, velocity), Demand(demand, 1.0, 2.0)
@@ -55,8 +56,17 @@ def test_a_ramp_leaves_the_velocity_over_the_loop_s_gain_and_none_with_feedforwa
     assert error_after(law._replace(rate_feedforward=1.0 / GAIN), SPEED, 0.0) == pytest.approx(0.0, abs=1e-12)
 
 
+def test_with_a_derivative_the_feedforward_that_leaves_no_error_of_a_ramp_is_larger_by_its_gain() -> None:
+    """k_p e = (1/K_v + k_d - k_1) r'."""
+    law = PID(80.0, derivative_gain=5.0, rate_feedforward=1.0 / GAIN, controls=Position())
+    found = error_after(law, SPEED, 0.0, seconds=8.0)  # 26 time constants (1/K_v + k_d)/k_p
+    assert found == pytest.approx(5.0 * SPEED / 80.0, rel=1e-6)  # 12.5 mm
+    whole = law._replace(rate_feedforward=1.0 / GAIN + 5.0)
+    assert error_after(whole, SPEED, 0.0, seconds=8.0) == pytest.approx(0.0, abs=1e-12)
+
+
 def test_feedforward_is_of_the_demand_and_both_its_rates() -> None:
-    law = PID(0.0, feedforward=2.0, rate_feedforward=0.3, second_rate_feedforward=-0.01)
+    law = PID(0.0, feedforward=2.0, rate_feedforward=0.3, second_rate_feedforward=-0.01, controls=Position())
     u = law.step(law.init(), at(0.0), Demand(1.0, 10.0, 100.0), H).u
     assert u == pytest.approx(2.0 + 3.0 - 1.0)
 
@@ -73,7 +83,7 @@ def test_the_derivative_is_of_what_is_measured_and_not_of_the_demand() -> None:
 @pytest.mark.parametrize(("error", "integrates"), [(0.5, False), (1.0, True), (3.0, True), (3.5, False)])
 @pytest.mark.parametrize("sign", [-1.0, 1.0])
 def test_errors_in_range_are_integrated(error: float, integrates: bool, sign: float) -> None:
-    law = PID(0.0, 10.0, integral_range=3.0, dead_zone=1.0)
+    law = PID(0.0, 10.0, integral_range=3.0, dead_zone=1.0, controls=Position())
     s = law.step(PIDState(0.0, 0.25, 0.0, law.derivative.init()), at(0.0), Demand(sign * error, 0.0, 0.0), H)
     assert s.integral == pytest.approx(0.25 + (sign * error * 10.0 * H if integrates else 0.0))
 
@@ -89,7 +99,7 @@ def test_a_position_in_the_dead_zone_leaves_the_command_at_rest() -> None:
 
 
 def test_the_integral_stays_in_its_limit() -> None:
-    law = PID(0.0, 1e3, integral_limit=0.5)
+    law = PID(0.0, 1e3, integral_limit=0.5, controls=Position())
     s = law.init()
     for demand, integral in ((1.0, 0.5), (-1.0, -0.5)):
         for _ in range(10):
@@ -99,7 +109,9 @@ def test_the_integral_stays_in_its_limit() -> None:
 
 def test_back_calculation_settles_at_the_limit_and_the_error_it_trades_for_it() -> None:
     """k_i e + k_aw (u_max - u_unlimited) = 0."""
-    law = PID(1.0, 20.0, anti_windup=100.0, integral_limit=100.0, saturation=Saturation(2.0))
+    law = PID(
+        1.0, 20.0, anti_windup=100.0, integral_limit=100.0, saturation=Saturation(2.0), controls=Position()
+    )
     s = law.init()
     for _ in range(1000):
         s = law.step(s, at(0.0, s.u), Demand(3.0, 0.0, 0.0), H)

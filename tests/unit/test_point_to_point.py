@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hydroservo.references import PointToPoint
+from hydroservo.references.point_to_point import Limits
 
 SLACK = 1e-11  # of rounding, relative to a limit
 
@@ -84,7 +85,7 @@ def test_limits_hold_and_the_move_never_turns(
     initial: float, final: float, limit: tuple[float, float, float]
 ) -> None:
     block = PointToPoint(initial, final, *limit, time=0.25)
-    total = block.pieces(abs(final - initial)).total
+    total = Limits(*limit).sections(abs(final - initial)).total
     instants = np.linspace(0.0, 0.5 + total, 301)
     demands = np.array([block.at(float(t)) for t in instants])
     assert np.abs(demands[:, 1]).max() <= limit[0] * (1.0 + SLACK)
@@ -100,7 +101,7 @@ def test_rates_are_derivatives_and_halves_mirror(
     initial: float, final: float, limit: tuple[float, float, float], share: float
 ) -> None:
     block = PointToPoint(initial, final, *limit, time=0.0)
-    total = block.pieces(abs(final - initial)).total
+    total = Limits(*limit).sections(abs(final - initial)).total
     t, h = share * total, 1e-4 * total
     before, demand, after = block.at(t - h), block.at(t), block.at(t + h)
     bend = limit[2] * h

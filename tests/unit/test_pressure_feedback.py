@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from hydroservo.controlled import Position
+from hydroservo.controlled import Position, Velocity
 from hydroservo.controllers import PI, PressureFeedback, Saturation
 from hydroservo.papers.tsmc_eha_2021.machine import MODEL
 from hydroservo.plants import DesignModel
@@ -56,7 +56,7 @@ def test_a_steady_force_is_not_fed_back() -> None:
 
 
 def test_what_a_force_that_jumps_takes_off_decays() -> None:
-    feedback = PressureFeedback(PI(0.0), 1e-3, time_constant=0.1)
+    feedback = PressureFeedback(PI(0.0, controls=Velocity()), 1e-3, time_constant=0.1)
     y = [Measurement(0.0, force, 0.0, 0.0, 0.0, 0.0, 0.0) for force in (0.0, 200.0)]
     s = feedback.step(feedback.init(), y[0], REST, H)
     for _ in range(round(0.1 / H)):

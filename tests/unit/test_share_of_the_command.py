@@ -4,6 +4,7 @@ from typing import Any
 
 import pytest
 
+from hydroservo.controlled import Velocity
 from hydroservo.controllers import (
     PI,
     AccelerationFeedback,
@@ -19,7 +20,7 @@ from hydroservo.signals import Demand, Measurement
 
 H = 1e-3
 LIMIT = Saturation(5.0)
-LAW = PI(0.5, 30.0, anti_windup=100.0, saturation=Saturation(1e3))
+LAW = PI(0.5, 30.0, anti_windup=100.0, saturation=Saturation(1e3), controls=Velocity())
 WRAPPED = [
     AccelerationFeedback(LAW, 0.01, saturation=LIMIT),
     DeadBandCompensation(LAW, 0.5, 0.4, 0.05, LIMIT),

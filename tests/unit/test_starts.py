@@ -1,12 +1,15 @@
 """Where runs start: states that are given, and machines that have settled."""
 
 import math
+from collections.abc import Callable
 from pathlib import Path
+from typing import Annotated, NamedTuple
 
 import numpy as np
 import pytest
 
 from hydroservo import (
+    Field,
     Loop,
     ParameterError,
     ScenarioError,
@@ -16,10 +19,11 @@ from hydroservo import (
     simulate,
     simulate_batch,
 )
-from hydroservo.block import field_at
-from hydroservo.group import nested
+from hydroservo.block import Block, field_at
+from hydroservo.group import group, nested
 from hydroservo.loads import Constant
 from hydroservo.plants import Cylinder
+from hydroservo.roles import Start, role
 from hydroservo.runs.run import ready
 from hydroservo.runs.steady import steady_state
 from hydroservo.starts import AsBuilt, Steady
@@ -161,3 +165,55 @@ def test_each_machine_of_a_batch_settles_by_itself() -> None:
         alone = simulate(replace(loop, {"load.amplitude": force}), strict=True)
         assert float(table["max_error"][run]) == float(alone["max_error"])
     assert float(table["max_error"][0]) != float(table["max_error"][1])
+
+
+@role(Start)
+class HalfWay(NamedTuple):
+    """A start between rest and a steady state, and with an integral that holds what is left."""
+
+    command: Annotated[float, Field("V", "command of the steady state")] = 0.1
+    given: Block = group({})
+
+    def found(self, steady: Callable[[float], Block]) -> Block:
+        velocity = steady(self.command).plant.velocity
+        return nested({"plant.velocity": 0.5 * velocity, "controller.integral": 0.5 * self.command})
+
+    def of(self, s: Block) -> Block:
+        return s
+
+
+def test_a_start_of_one_s_own_finds_the_states_that_it_wants() -> None:
+    loop = example(Loop, BRIEF, valve=example(FirstOrderValve), load=Constant(0.0), start=HalfWay())
+    there, found = settled(loop._replace(start=AsBuilt()), 0.1)
+    state = ready(loop).init()
+    assert state.plant.velocity == 0.5 * found.plant.velocity > 0.0
+    assert state.plant.load_force == there.init().plant.load_force
+    assert state.controller.integral == 0.05
+    data = simulate(loop, metrics=(), compiled=False)
+    assert data["plant.velocity"].values[0] == state.plant.velocity
+    given = ready(loop._replace(start=HalfWay(given=nested({"controller.integral": 0.3})))).init()
+    assert (given.plant.velocity, given.controller.integral) == (state.plant.velocity, 0.3)
+
+
+def test_a_start_of_one_s_own_finds_them_for_each_run_of_a_batch() -> None:
+    loop = example(Loop, BRIEF, valve=example(FirstOrderValve), load=Constant(0.0), start=HalfWay())
+    changes = {"load.amplitude": np.array([0.0, 200.0]), "plant.mass": np.array([6.0, 7.0])}
+    table = simulate_batch(loop, changes, strict=True)
+    for run in range(2):
+        alone = simulate(replace(loop, {path: row[run] for path, row in changes.items()}), strict=True)
+        assert float(table["max_error"][run]) == float(alone["max_error"])
+    assert float(table["max_error"][0]) != float(table["max_error"][1])
+
+
+def test_a_start_that_finds_what_there_is_not_is_one_line() -> None:
+    class Wrong(NamedTuple):
+        given: Block = group({})
+
+        def found(self, steady: Callable[[float], Block]) -> Block:
+            return nested({"plant.speed": 0.1})
+
+        def of(self, s: Block) -> Block:
+            return s
+
+    with pytest.raises(ParameterError, match=r"start\.given\.plant\.speed.*no 'speed' there"):
+        simulate(example(Loop, BRIEF, start=Wrong()))

@@ -2,6 +2,7 @@
 
 import pytest
 
+from hydroservo.controlled import Velocity
 from hydroservo.controllers import PI, VelocityCompensation
 from hydroservo.papers.tsmc_eha_2021.machine import MODEL
 from hydroservo.signals import Demand, Measurement
@@ -13,7 +14,7 @@ FULL = -MODEL.f2(1.0, 0.0) / MODEL.g2(0.0, 0.0)  # 1/K_v [V s/m]
 @pytest.mark.parametrize(("share", "left"), [(0.0, 1.0), (0.5, 0.5), (1.0, 0.0)])
 def test_the_load_force_of_a_moved_cylinder_stays(share: float, left: float) -> None:
     """dx2/dt = f2 + g2 u, of which motion alone leaves nothing at k_v = 1/K_v."""
-    law = VelocityCompensation(PI(0.0), share * FULL)
+    law = VelocityCompensation(PI(0.0, controls=Velocity()), share * FULL)
     u = law.step(law.init(), Measurement(0.1, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), Demand(0.0, 0.0, 0.0), H).u
     rate = MODEL.f2(0.1, 0.0) + MODEL.g2(0.0, u) * u
     assert rate == pytest.approx(left * MODEL.f2(0.1, 0.0), abs=1e-6 * abs(MODEL.f2(0.1, 0.0)))

@@ -12,12 +12,14 @@ from hypothesis import strategies as st
 
 from hydroservo import Field, Loop, ScenarioError, Simulation, simulate
 from hydroservo.block import Block, model_in, value_at
+from hydroservo.controlled import Velocity
 from hydroservo.controllers import DAC, PI, TSMC, AntiWindup, Backstepping, Delay, RateLimit, Saturation
 from hydroservo.observers import Implicit, TSMObserver
 from hydroservo.plants import DesignModel
 from hydroservo.scenario import load_scenario
 from hydroservo.signals import Demand, Measurement
 from hydroservo.testing.examples import example
+from hydroservo.wiring import with_signal
 from tests.support.bases import on_base
 
 H = 1e-3
@@ -41,6 +43,7 @@ class Told(NamedTuple):
 
 def given_out(law: Any, demands: Sequence[float], velocities: Sequence[float] = ()) -> list[float]:
     """The commands of a law whose outermost one is applied at once."""
+    law = with_signal(law, Velocity())
     s, found, seen = law.init(), [], velocities or [0.0] * len(demands)
     for demand, velocity in zip(demands, seen, strict=True):
         y = Measurement(velocity, 0.0, 0.0, s.u, 0.0, 0.0, 0.0)
@@ -92,7 +95,7 @@ def test_a_delay_is_of_one_sample_exactly(asked: list[float]) -> None:
 
 def test_a_law_learns_what_was_put_out() -> None:
     """PI's own back-calculation counts what the converter takes away."""
-    law = PI(1.0, 0.0, anti_windup=100.0, saturation=WIDE)
+    law = PI(1.0, 0.0, anti_windup=100.0, saturation=WIDE, controls=Velocity())
     first, second = given_out(DAC(law), [25.0, 25.0])
     assert first == 10.0 - 20.0 / 2**12
     s = DAC(law).init()
@@ -139,6 +142,7 @@ def test_while_nothing_limits_the_law_runs_as_if_it_were_alone(
 
 def overshoot(law: Any) -> float:
     """Of a body that 10 V accelerate by 1 m/s^2, when 1 m/s is asked of it."""
+    law = with_signal(law, Velocity())
     s, velocity, largest = law.init(), 0.0, 0.0
     for _ in range(10_000):
         s = law.step(s, Measurement(velocity, 0.0, 0.0, s.u, 0.0, 0.0, 0.0), Demand(1.0, 0.0, 0.0), H)

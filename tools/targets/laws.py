@@ -17,6 +17,7 @@ from hydroservo.controllers import (
     Delay,
     DirectionalGain,
     FlowCompensation,
+    InvertedPolarity,
     PressureFeedback,
     RateLimit,
     Saturation,
@@ -78,6 +79,7 @@ CHOSEN: dict[str, Controller] = {
     "PID": example(PID, anti_windup=50.0),
     "cascade": example(Cascade, example(AccelerationFeedback)),
     "force with velocity compensation": example(VelocityCompensation, example(DeadBandJump)),
+    "inverted polarity": InvertedPolarity(example(PI)),
     "industrial axis": example(
         DeadBandCompensation,
         example(FlowCompensation, example(DirectionalGain, example(PressureFeedback, example(PID)))),

@@ -16,7 +16,7 @@ class PressureB(NamedTuple):
 
     Source: a definition.
     Fails under laws that raise the command to raise it: p_B falls as the piston is driven out, so that a gain
-    above 0 drives it the wrong way. Control p_A of a machine whose ports are exchanged.
+    above 0 drives it the wrong way. Put InvertedPolarity around them.
     """
 
     def declared(self) -> Field:

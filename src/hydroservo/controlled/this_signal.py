@@ -1,5 +1,6 @@
 """The signal of the loop that a law is in."""
 
+import math
 from typing import NamedTuple
 
 from hydroservo.field import CONTROLLED, Field
@@ -11,10 +12,14 @@ __all__ = ["THIS_SIGNAL", "ThisSignal"]
 
 @role(ControlledSignal)
 class ThisSignal(NamedTuple):
-    """In place of the signal that a law controls: that of its loop, which is filled in before a run.
+    """In place of the signal that a law controls: that of its loop.
+
+    It is filled in at the start of a run, by ``hydroservo.runs.run.ready``, and not by
+    :func:`~hydroservo.wiring.wired`: a loop that is loaded or wired may yet be given another signal.
 
     Source: a definition.
-    Fails to be a loop's own; and a law that is stepped by itself, in no loop, takes the velocity.
+    Fails to be a loop's own; and gives a law that is stepped by itself, in no loop, nan: tell that its
+    signal, as ``PI(3.0, controls=Velocity())``.
     """
 
     def declared(self) -> Field:
@@ -22,7 +27,7 @@ class ThisSignal(NamedTuple):
         return Field(CONTROLLED, f"{{{CONTROLLED}}}")
 
     def of(self, seen: Seen, command: float) -> float:
-        return seen.velocity
+        return math.nan
 
 
 THIS_SIGNAL = ThisSignal()

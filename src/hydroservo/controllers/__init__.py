@@ -15,6 +15,7 @@ from hydroservo.controllers.delay import Delay, DelayState
 from hydroservo.controllers.directional_gain import DirectionalGain, DirectionalGainState
 from hydroservo.controllers.first_order_adrc import FirstOrderADRC, FirstOrderADRCState
 from hydroservo.controllers.flow_compensation import FlowCompensation, FlowCompensationState
+from hydroservo.controllers.inverted_polarity import InvertedPolarity, InvertedPolarityState
 from hydroservo.controllers.inverting import Inverting, InvertingState
 from hydroservo.controllers.open_loop import OpenLoop, OpenLoopState
 from hydroservo.controllers.pi import PI, PIState
@@ -54,6 +55,8 @@ __all__ = [
     "FirstOrderADRCState",
     "FlowCompensation",
     "FlowCompensationState",
+    "InvertedPolarity",
+    "InvertedPolarityState",
     "Inverting",
     "InvertingState",
     "OpenLoop",

@@ -32,7 +32,7 @@ class AccelerationFeedback(NamedTuple):
     Source: Moog ACV with CANopen bus interface, user manual B99224-DV018-D-211, Rev. A, 2018, sec. 7.10;
     Merritt, Hydraulic Control Systems, 1967.
     Fails with a velocity of coarse resolution, whose difference is noise; with a low-pass or a valve slower
-    than the axis, as PressureFeedback does; and takes motion that is asked for for an oscillation, unless an
+    than the axis, as PressureFeedback does; and also opposes acceleration that the demand asks for, unless an
     acceleration feedforward of k_a gives it back.
     """
 

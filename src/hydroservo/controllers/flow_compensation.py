@@ -5,6 +5,7 @@ from typing import Annotated, NamedTuple
 
 from hydroservo import ops
 from hydroservo.block import Block, Field
+from hydroservo.controllers.low_pass import LowPass
 from hydroservo.controllers.saturation import Saturation
 from hydroservo.errors import ParameterError
 from hydroservo.roles import Controller, role
@@ -24,7 +25,7 @@ class FlowCompensationState(NamedTuple):
 
 @role(Controller)
 class FlowCompensation(NamedTuple):
-    """The command of a nested law, times what makes the oil into chamber A that at a rated drop.
+    """The command of a nested law, scaled so that the flow into chamber A is that at the rated drop.
 
     u = sat(u_law sqrt(rated_drop/max(drop, least_drop))); the drop is that over the open edge of port A in
     steady motion under the load force x2, with alpha = A_B/A_A, and p_s as the controller knows it::
@@ -61,8 +62,7 @@ class FlowCompensation(NamedTuple):
 
     def step(self, s: FlowCompensationState, y: Measurement, r: Demand, dt: float) -> FlowCompensationState:
         controller = self.controller.step(s.controller, y.with_command(y.command / s.gain), r, dt)
-        before = ops.where(ops.isnan(s.slow_force), y.load_force, s.slow_force)
-        slow_force = before + dt / (self.time_constant + dt) * (y.load_force - before)
+        slow_force = LowPass(self.time_constant).after(s.slow_force, y.load_force, dt)
         drop = ops.maximum(self.drop(controller.u, slow_force), self.least_drop)
         gain = ops.sqrt(self.rated_drop / drop)
         return FlowCompensationState(self.saturation.apply(gain * controller.u), gain, slow_force, controller)

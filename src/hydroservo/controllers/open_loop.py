@@ -20,7 +20,7 @@ class OpenLoopState(NamedTuple):
 @role(Controller)
 @controlling(Command)
 class OpenLoop(NamedTuple):
-    """u = sat(r): each source of demands drives the command, in a loop whose ``controls`` is Command.
+    """u = sat(r): the demand is the command, in a loop whose ``controls`` is Command.
 
     Source: a definition; the excitation of identification and frequency response.
     Fails to keep the machine anywhere: it drifts, to the end of its stroke in time.

@@ -37,7 +37,8 @@ class PID(NamedTuple):
 
     In a position loop k_1 is the velocity feedforward and k_2 the acceleration feedforward; in a velocity
     loop these are k_0 and k_1. An axis that moves at K_v per volt follows a ramp without error when its
-    velocity feedforward is 1/K_v. Without what stands at 0 by default it is a P law, and gives PI's bits.
+    velocity feedforward is 1/K_v + k_d. Without what stands at 0 by default it is a P law, and gives the
+    bits of PI.
 
     Source: the axis controllers of Moog ACV with CANopen bus interface, user manual B99224-DV018-D-211, Rev.
     A, 2018, sec. 7.8 and 7.10 (feedforward gains, an integrator with inner and outer range and a limit);

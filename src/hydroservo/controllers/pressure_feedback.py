@@ -3,8 +3,8 @@
 import math
 from typing import Annotated, NamedTuple
 
-from hydroservo import ops
 from hydroservo.block import Block, Field
+from hydroservo.controllers.low_pass import LowPass
 from hydroservo.controllers.saturation import Saturation
 from hydroservo.roles import Controller, role
 from hydroservo.signals import Demand, Measurement
@@ -47,8 +47,7 @@ class PressureFeedback(NamedTuple):
         return PressureFeedbackState(0.0, 0.0, math.nan, self.controller.init())
 
     def step(self, s: PressureFeedbackState, y: Measurement, r: Demand, dt: float) -> PressureFeedbackState:
-        before = ops.where(ops.isnan(s.slow_force), y.load_force, s.slow_force)
-        slow_force = before + dt / (self.time_constant + dt) * (y.load_force - before)
+        slow_force = LowPass(self.time_constant).after(s.slow_force, y.load_force, dt)
         fed_back = self.force_gain * (y.load_force - slow_force)
         controller = self.controller.step(s.controller, y.with_command(y.command + s.fed_back), r, dt)
         u = self.saturation.apply(controller.u - fed_back)

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hydroservo._version import __version__
-from hydroservo.block import Block, leaves
+from hydroservo.block import Block, field_at, leaves, state_field_at
 from hydroservo.errors import LoopError
 from hydroservo.export.c.declared import declared_in
 from hydroservo.export.c.liveness import Needed
@@ -100,7 +100,7 @@ def exported_unit(
     about = ABOUT.format(title=title, hash=digest, version=__version__, sampled=sampled)
     real = "float" if single else "double"
     header, source = texts(translation, needed, Form(prefix, real, inlined, about, digest, __version__))
-    start = translation.block.init()
+    start = translation.start
     integrated = sizes(ready_loop, start.start) if part is Part.EQUATIONS else {}
     return Unit(
         part=part,
@@ -120,7 +120,7 @@ def exported_unit(
             for name, record in translation.arguments
             if needed.kept(record)
         ),
-        states=tuple(state_signals(translation, needed, start, part)),
+        states=tuple(state_signals(translation, needed)),
         functions=dict(blocks_functions(translation, needed, prefix)),
     )
 
@@ -201,7 +201,7 @@ def parameter_signals(translation: Translation, needed: Needed, later: Needed) -
     for place, record, name in kept_numbers(translation.parameters, needed):
         path = "simulation.period" if place == "period" else place.removeprefix("loop.")
         fixed = not later.has(record, name) or place == "period"
-        field = declared(record, name, translation.signal)
+        field = field_at(translation.block, place, translation.signal)
         parameter = signal(path, place, field, number_in(translation.block, place))
         least, most = bounds(field)
         yield parameter._replace(fixed=fixed, least=least, most=most)
@@ -212,7 +212,7 @@ def argument_signals(
 ) -> Iterator[Signal]:
     """The numbers of an argument; those that an integrator carries on have a start and a nominal value."""
     for place, owner, name in kept_numbers(record, needed):
-        field = declared(owner, name, controlled)
+        field = declared_in(owner, [controlled]).get(name, Field("", name))
         if argument == INTEGRATED:
             start, largest = integrated[place]
             state = signal(place, place, field, start)
@@ -228,13 +228,15 @@ def sizes(loop: Loop, start: Block) -> dict[str, Size]:
     return {path: Size(value, float(np.nanmax(np.abs(run[path])))) for path, value in leaves(start)}
 
 
-def state_signals(translation: Translation, needed: Needed, start: Block, part: Part) -> Iterator[Signal]:
+def state_signals(translation: Translation, needed: Needed) -> Iterator[Signal]:
     """The numbers of the state, by their paths in the loop."""
-    for place, record, name in kept_numbers(translation.init.returns, needed):
+    start, part = translation.start, translation.part
+    for place, _, _ in kept_numbers(translation.init.returns, needed):
         own = place.removeprefix("loop.")
         integrated = part is not Part.CONTROLLER and own.startswith(MACHINE)
         path = f"controller.{own}" if part is Part.CONTROLLER else own
-        state = signal(path, place, declared(record, name, translation.signal), number_in(start, place))
+        field = state_field_at(translation.stepped, start, place, translation.signal)
+        state = signal(path, place, field, number_in(start, place))
         if own.startswith(RATES):
             state = state._replace(unit=f"{state.unit or 1}/s", meaning=f"rate of the {state.meaning}")
         yield state._replace(integrated=integrated)
@@ -242,10 +244,6 @@ def state_signals(translation: Translation, needed: Needed, start: Block, part: 
 
 def signal(path: str, place: str, field: Field, value: float) -> Signal:
     return Signal(path, place_in_c(place), field.unit, field.meaning, float(value))
-
-
-def declared(record: Record, name: str, controlled: Field) -> Field:
-    return declared_in(record, controlled).get(name, Field("", name))
 
 
 def bounds(field: Field) -> tuple[float, float]:

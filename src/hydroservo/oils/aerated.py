@@ -6,6 +6,7 @@ from hydroservo import ops
 from hydroservo.block import Field
 from hydroservo.constants import ATMOSPHERE
 from hydroservo.errors import ParameterError
+from hydroservo.oils.mineral import check_temperature
 from hydroservo.roles import Oil, role
 from hydroservo.sources import CHOSEN
 
@@ -68,8 +69,11 @@ class AeratedOil(NamedTuple):
         Quick changes ask for adiabatic bulk moduli, which are those that the speed of sound gives.
 
         Raises:
-            ParameterError: the two temperatures are not apart, or the hotter oil is the stiffer one.
+            ParameterError: a temperature is not from 200 to 500 K, the two are not apart, or the hotter oil
+                is the stiffer one.
         """
+        for name, one in (("temperature", temperature), ("cold", cold), ("hot", hot)):
+            check_temperature(name, one)
         if not hot > cold:
             raise ParameterError("hot", hot, f"must be above cold, {cold:g} [K]")
         if not hot_bulk_modulus < cold_bulk_modulus:

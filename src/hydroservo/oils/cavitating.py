@@ -22,9 +22,9 @@ class CavitatingOil(NamedTuple):
 
         1/beta_e = 1/beta + a p_0/P^2
 
-    Above P = sqrt(a p_0 beta), 0.3 bar for the default trace and 10,000 bar, the oil alone counts; below,
-    the void does: the pressure approaches absolute zero and never passes it, and the void closes after
-    the volume that opened it. A supply's line is compressed by the same law.
+    At P = sqrt(a p_0 beta), 0.3 bar for the default trace and 10,000 bar, both give alike; far above it the
+    oil alone counts, far below the void: the pressure approaches absolute zero and never passes it, and the
+    void closes after the volume that opened it. A supply's line is compressed by the same law.
 
     Source: Merritt, Hydraulic Control Systems, 1967, ch. 2 (liquid and gas in series), the gas isothermal.
     Fails where much air softens the oil at working pressure; see AeratedOil. Below 1 mPa absolute,

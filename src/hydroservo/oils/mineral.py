@@ -5,6 +5,7 @@ from typing import Annotated, NamedTuple
 
 from hydroservo.errors import ParameterError
 from hydroservo.field import Field
+from hydroservo.validation import checked
 
 __all__ = ["MineralOil"]
 
@@ -44,9 +45,10 @@ class MineralOil(NamedTuple):
         """rho [kg/m^3] at a temperature [K] and atmospheric pressure.
 
         Raises:
-            ParameterError: the temperature is not from 200 to 500 K.
+            ParameterError: the temperature is not from 200 to 500 K, or the oil has a number out of range.
         """
-        check_temperature(temperature)
+        checked(self)
+        check_temperature("temperature", temperature)
         grown = EXPANSION / self.density_15 * (temperature - KELVIN_15)
         return self.density_15 * math.exp(-grown * (1.0 + 0.8 * grown))
 
@@ -54,9 +56,10 @@ class MineralOil(NamedTuple):
         """nu [m^2/s] at a temperature [K] and atmospheric pressure.
 
         Raises:
-            ParameterError: the temperature is not from 200 to 500 K.
+            ParameterError: the temperature is not from 200 to 500 K, or the oil has a number out of range.
         """
-        check_temperature(temperature)
+        checked(self)
+        check_temperature("temperature", temperature)
         hot, cold = walther(self.viscosity_100), walther(self.viscosity_40)
         slope = (hot - cold) / math.log10(KELVIN_100 / KELVIN_40)
         found = cold + slope * math.log10(temperature / KELVIN_40)
@@ -66,7 +69,7 @@ class MineralOil(NamedTuple):
         """mu = rho nu [Pa s] at a temperature [K] and atmospheric pressure.
 
         Raises:
-            ParameterError: the temperature is not from 200 to 500 K.
+            ParameterError: the temperature is not from 200 to 500 K, or the oil has a number out of range.
         """
         return self.density(temperature) * self.kinematic_viscosity(temperature)
 
@@ -76,11 +79,15 @@ def walther(viscosity: float) -> float:
     return math.log10(math.log10(viscosity / MM2_PER_S + 0.7))
 
 
-def check_temperature(temperature: float) -> None:
+def check_temperature(name: str, temperature: float) -> None:
     """Refuse what cannot be an oil's absolute temperature.
+
+    Args:
+        name: of the number, for the message.
+        temperature: the number [K].
 
     Raises:
         ParameterError: it is not from 200 to 500 K.
     """
     if not COLDEST <= temperature <= HOTTEST:
-        raise ParameterError("temperature", temperature, f"must be from {COLDEST:g} to {HOTTEST:g} [K]")
+        raise ParameterError(name, temperature, f"must be from {COLDEST:g} to {HOTTEST:g} [K]")

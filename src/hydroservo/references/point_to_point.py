@@ -13,13 +13,53 @@ __all__ = ["PointToPoint"]
 THIRD = 1.0 / 3.0
 
 
-class Pieces(NamedTuple):
-    """Half of a move: how far it goes, how long each of its sections takes, and all of it."""
+class Sections(NamedTuple):
+    """How far a move goes, and how long it and the sections of its first half are."""
 
     distance: float
-    jerking: float
-    steady: float
+    rise_time: float  # of the second rate to its top; it falls in the same time
+    top_time: float  # for which the second rate stays there
     total: float
+
+
+class Limits(NamedTuple):
+    """The largest rates of a move, and what they make of it."""
+
+    rate: float
+    second_rate: float
+    third_rate: float
+
+    def sections(self, distance: float) -> Sections:
+        """How long the sections of a move are."""
+        third_rate = self.third_rate
+        # h/(2 J) underflows to 0 for the smallest changes; these are done at once.
+        moves = 0.5 * distance / third_rate > 0.0
+        h = ops.where(moves, distance, 1.0)
+        shortest = ops.minimum(ops.power(0.5 * h / third_rate, THIRD), ops.sqrt(self.rate / third_rate))
+        rise_time = ops.minimum(shortest, self.second_rate / third_rate)
+        top = third_rate * rise_time  # of the second rate
+        near = ops.sqrt(0.25 * rise_time * rise_time + h / top) - 1.5 * rise_time
+        top_time = ops.maximum(ops.minimum(near, self.rate / top - rise_time), 0.0)
+        cruise = ops.maximum(h / (top * (rise_time + top_time)) - (2.0 * rise_time + top_time), 0.0)
+        total = ops.where(moves, 2.0 * (2.0 * rise_time + top_time) + cruise, 0.0)
+        return Sections(distance, rise_time, top_time, total)
+
+    def first_half(self, sections: Sections, gone: float) -> Demand:
+        """How far a move has come within its first half, the sections before this instant added up."""
+        third_rate, rise_time, top_time = self.third_rate, sections.rise_time, sections.top_time
+        rising = ops.clip(gone, 0.0, rise_time)
+        holding = ops.clip(gone - rise_time, 0.0, top_time)
+        falling = ops.clip(gone - (rise_time + top_time), 0.0, rise_time)
+        cruising = ops.maximum(gone - (2.0 * rise_time + top_time), 0.0)
+        top = third_rate * rise_time
+        rate_1 = 0.5 * third_rate * rising * rising
+        rate_2 = rate_1 + top * holding
+        rate_3 = rate_2 + (top - 0.5 * third_rate * falling) * falling
+        value = third_rate * rising * rising * rising / 6.0
+        value = value + (rate_1 + 0.5 * top * holding) * holding
+        value = value + (rate_2 + (0.5 * top - third_rate * falling / 6.0) * falling) * falling
+        value = ops.minimum(value + rate_3 * cruising, 0.5 * sections.distance)
+        return Demand(value, rate_3, third_rate * (rising - falling))
 
 
 @role(Reference)
@@ -48,43 +88,13 @@ class PointToPoint(NamedTuple):
 
     def at(self, t: float) -> Demand:
         change = self.final - self.initial
-        pieces = self.pieces(ops.absolute(change))
+        limits = Limits(self.max_rate, self.max_second_rate, self.max_third_rate)
+        sections = limits.sections(ops.absolute(change))
         gone = t - self.time
-        left = pieces.total - gone
+        left = sections.total - gone
         first = gone < left  # half of it
-        moved = self.first_half(pieces, ops.minimum(gone, left))
+        half = limits.first_half(sections, ops.minimum(gone, left))
         way = ops.copysign(1.0, change)
-        value = ops.where(first, self.initial + way * moved.value, self.final - way * moved.value)
-        second = ops.where(first, way * moved.second_rate, -way * moved.second_rate)
-        return Demand(value, way * moved.rate, second)
-
-    def pieces(self, distance: float) -> Pieces:
-        """How long the sections of a move are."""
-        jerk = self.max_third_rate
-        moves = 0.5 * distance / jerk > 0.0  # what vanishes here is no distance to go, but a jump of rounding
-        h = ops.where(moves, distance, 1.0)
-        shortest = ops.minimum(ops.power(0.5 * h / jerk, THIRD), ops.sqrt(self.max_rate / jerk))
-        jerking = ops.minimum(shortest, self.max_second_rate / jerk)
-        top = jerk * jerking  # of the second rate
-        near = ops.sqrt(0.25 * jerking * jerking + h / top) - 1.5 * jerking
-        steady = ops.maximum(ops.minimum(near, self.max_rate / top - jerking), 0.0)
-        cruise = ops.maximum(h / (top * (jerking + steady)) - (2.0 * jerking + steady), 0.0)
-        total = ops.where(moves, 2.0 * (2.0 * jerking + steady) + cruise, 0.0)
-        return Pieces(distance, jerking, steady, total)
-
-    def first_half(self, pieces: Pieces, gone: float) -> Demand:
-        """How far a move has come within its first half, the sections before this instant added up."""
-        jerk, jerking, steady = self.max_third_rate, pieces.jerking, pieces.steady
-        rising = ops.clip(gone, 0.0, jerking)
-        holding = ops.clip(gone - jerking, 0.0, steady)
-        falling = ops.clip(gone - (jerking + steady), 0.0, jerking)
-        cruising = ops.maximum(gone - (2.0 * jerking + steady), 0.0)
-        top = jerk * jerking
-        rate_1 = 0.5 * jerk * rising * rising
-        rate_2 = rate_1 + top * holding
-        rate_3 = rate_2 + (top - 0.5 * jerk * falling) * falling
-        value = jerk * rising * rising * rising / 6.0
-        value = value + (rate_1 + 0.5 * top * holding) * holding
-        value = value + (rate_2 + (0.5 * top - jerk * falling / 6.0) * falling) * falling
-        value = ops.minimum(value + rate_3 * cruising, 0.5 * pieces.distance)
-        return Demand(value, rate_3, jerk * (rising - falling))
+        value = ops.where(first, self.initial + way * half.value, self.final - way * half.value)
+        second = ops.where(first, way * half.second_rate, -way * half.second_rate)
+        return Demand(value, way * half.rate, second)

@@ -14,8 +14,7 @@ from hydroservo.errors import ParameterError
 from hydroservo.hooks import designed, resting
 from hydroservo.loop import Loop, MachineState
 from hydroservo.runs.arguments import checked_mapping
-from hydroservo.runs.steady import steady_state
-from hydroservo.starts import Steady
+from hydroservo.runs.steady import start_found
 from hydroservo.validation import allowed, check_own, number
 from hydroservo.wiring import believed
 
@@ -166,8 +165,8 @@ def starts(loop: Loop, columns: Columns) -> Columns:
     Raises:
         ParameterError: nothing keeps the plant of a run at rest.
     """
-    if isinstance(loop.start, Steady):
-        return steady_starts(loop, loop.start.command, columns)
+    if hasattr(loop.start, "found"):
+        return starts_found(loop, columns)
     start = Machine(loop.plant, loop.supply, loop.load, loop.drive)
     machine = {path: row for path, row in columns.items() if path.partition(".")[0] in Machine._fields}
     open_ones = [
@@ -187,27 +186,28 @@ def starts(loop: Loop, columns: Columns) -> Columns:
     return dict(zip(open_ones, np.array(table).T, strict=True))
 
 
-def steady_starts(loop: Loop, command: float, columns: Columns) -> Columns:
-    """Where the machines of runs have settled, where something of the machine differs.
+def starts_found(loop: Loop, columns: Columns) -> Columns:
+    """The states in which runs begin, where a start finds them and something of the machine differs.
 
     Raises:
-        ParameterError: that of a run does not settle.
+        ParameterError: that of a run has none, or other numbers than the first run's.
     """
     if not any(path.partition(".")[0] in (*MachineState._fields, "load", "start") for path in columns):
         return {}
     rows = zip(*(row.tolist() for row in columns.values()), strict=True)
-    table = []
+    given = {path for path, _ in leaves(loop.start.given)}
+    table: list[dict[str, float]] = []
     for run, numbers in enumerate(rows):
         try:
             own: Loop = replace(loop, dict(zip(columns, numbers, strict=True)))
-            state = steady_state(resting(own), command)
+            found = dict(leaves(start_found(resting(own))))
         except ParameterError as error:
             raise in_run(run, error) from None
-        table.append([value for _, value in leaves(state)])
-    paths = [f"start.given.{path}" for path, _ in leaves(loop.machine(loop.blocks_begin()))]
-    given = {f"start.given.{path}" for path, _ in leaves(loop.start.given)}
-    found = dict(zip(paths, np.array(table).T, strict=True))
-    return {path: row for path, row in found.items() if path not in given}
+        table.append({path: value for path, value in found.items() if path not in given})
+        if table[-1].keys() != table[0].keys():
+            problem = "must find the same numbers of the state in each run"
+            raise in_run(run, ParameterError("start", type(loop.start).__name__, problem))
+    return {f"start.given.{path}": np.array([row[path] for row in table]) for path in table[0]}
 
 
 class Machine(NamedTuple):

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from hydroservo.block import Block, field_at, leaves, value_at, values
+from hydroservo.block import Block, leaves, state_field_at, value_at, values
 from hydroservo.errors import LoopError, ParameterError
 from hydroservo.field import Field
 from hydroservo.group import group
@@ -279,8 +279,8 @@ def plan_of(loop: Loop, state: Block, record: Sequence[str]) -> Plan:
             f"must be a whole number of sample periods of {simulation.period:g} s",
         )
     stride = min(stride, periods + 1)  # beyond the end, the first sample alone is recorded
-    signals, controlled = signals_of(loop), loop.controls.declared()
-    fields = tuple(recordable(state, signals, path).of(controlled) for path in record)
+    signals = signals_of(loop)
+    fields = tuple(recordable(loop, state, signals, path) for path in record)
     plan = Plan(periods + 1, stride, periods // stride + 1, tuple(record), fields)
     size = plan_size(plan)
     if size > LARGEST_TRACE:
@@ -302,8 +302,8 @@ def paths_of(loop: Loop, state: Block) -> tuple[str, ...]:
     return (*(path for path, _ in leaves(state)), *signals_of(loop))
 
 
-def recordable(state: Block, signals: Mapping[str, Field], path: str) -> Field:
-    """The declaration of the number at a path of a state, or of what a monitor declares.
+def recordable(loop: Loop, state: Block, signals: Mapping[str, Field], path: str) -> Field:
+    """The declaration of the number at a path of a loop's state, or of what a monitor declares.
 
     Raises:
         ParameterError: there is no number at that path.
@@ -316,7 +316,7 @@ def recordable(state: Block, signals: Mapping[str, Field], path: str) -> Field:
         raise ParameterError("record", path, error.allowed) from None
     if not isinstance(value, float):
         raise ParameterError("record", path, "not a number but a group; name one number in it")
-    return field_at(state, path)
+    return state_field_at(loop, state, path)
 
 
 def dataset(trace: Trace, wanted: Sequence[str]) -> "xr.Dataset":

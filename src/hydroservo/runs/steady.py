@@ -1,6 +1,7 @@
 """The steady state of a machine, from which a run may start."""
 
 from collections.abc import Callable, Iterator
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,30 +10,44 @@ from hydroservo.block import Block, is_block, leaves, value_at, values
 from hydroservo.errors import ParameterError
 from hydroservo.group import nested
 from hydroservo.loop import Loop, MachineState
-from hydroservo.starts import AsBuilt, Steady
+from hydroservo.starts import AsBuilt
 from hydroservo.states import filled
 
-__all__ = ["started", "steady_state"]
+__all__ = ["start_found", "started", "steady_state"]
 
 POSITION = "plant.position"
 Rates = Callable[[NDArray[np.float64]], NDArray[np.float64]]
-SETTLED = 1e-9  # of the rates that a tenth of each state's size, once a second, would be
+SETTLED = 1e-9  # largest rate left, as a share of what a state changed by its size causes
 SIZES = {"velocity": 0.1, "position": 0.1, "pressure": 1e6, "opening": 1e-3, "load_force": 1e3}
 ROUNDS = 200
 
 
 def started(loop: Loop) -> Loop:
-    """The loop with a start that asks for a steady state exchanged for one with the states that this has.
+    """The loop with a start that is yet to be found exchanged for one with the states that this has.
 
     Raises:
         ParameterError: there is none.
     """
     check_given(loop)
-    if not isinstance(loop.start, Steady):
+    if not hasattr(loop.start, "found"):
         return loop
-    found = steady_state(loop, loop.start.command)
-    given = dict(leaves(loop.start.given))
-    return loop._replace(start=AsBuilt(nested({**dict(leaves(found)), **given})))
+    return loop._replace(start=AsBuilt(start_found(loop)))
+
+
+def start_found(loop: Loop) -> Block:
+    """The states in which a start with a method ``found`` has a loop begin; those that are given stay.
+
+    Args:
+        loop: the loop, ready to run but for its start.
+
+    Raises:
+        ParameterError: there are none, or the loop has no such states.
+    """
+    start: Block = loop.start
+    found = dict(leaves(start.found(partial(steady_state, loop))))
+    states = nested({**found, **dict(leaves(start.given))})
+    check_given(loop._replace(start=AsBuilt(states)))
+    return states
 
 
 def check_given(loop: Loop) -> None:
@@ -71,28 +86,33 @@ def steady_state(loop: Loop, command: float) -> MachineState:
     fixed = {POSITION, *(path for path, _ in leaves(loop.start.given))}
     free = [i for i, (path, _) in enumerate(leaves(start)) if path not in fixed]
     watched = [i for i, (path, _) in enumerate(leaves(start)) if path != POSITION]
-    first, sizes = np.array(values(start)), np.array([size for _, size in sized(start)])
+    first, sizes = np.array(values(start)), np.array(list(sizes_of(start)))
     force = loop.load.force(0.0)
 
-    def rates(x: NDArray[np.float64]) -> NDArray[np.float64]:
+    def at(x: NDArray[np.float64]) -> MachineState:
         numbers = first.copy()
         numbers[free] += sizes[free] * x
-        rate = np.array(values(loop.rates(filled(start, iter(numbers.tolist())), command, force)))
-        return np.nan_to_num(rate[watched] / weights, nan=1e30, posinf=1e30, neginf=-1e30)
+        state: MachineState = filled(start, iter(numbers.tolist()))
+        return state
 
-    weights = np.ones(len(watched))
-    weights = stiffness(rates, len(free), len(watched))
-    found = least_squares(rates, np.zeros(len(free)), xtol=1e-15, ftol=1e-15, gtol=1e-15, max_nfev=ROUNDS)
+    def raw(x: NDArray[np.float64]) -> NDArray[np.float64]:
+        rates = np.array(values(loop.rates(at(x), command, force)), dtype=np.float64)[watched]
+        np.nan_to_num(rates, copy=False, nan=1e30, posinf=1e30, neginf=-1e30)
+        return rates
+
+    weights = stiffness(raw, len(free), len(watched))
+
+    def weighed(x: NDArray[np.float64]) -> NDArray[np.float64]:
+        return raw(x) / weights
+
+    found = least_squares(weighed, np.zeros(len(free)), xtol=1e-15, ftol=1e-15, gtol=1e-15, max_nfev=ROUNDS)
     if not np.abs(found.fun).max() < SETTLED:
         worst = list(leaves(start))[watched[int(np.abs(found.fun).argmax())]][0]
         problem = (
             f"has no steady state under {command:g} V and {force:.4g} N on the rod: {worst} does not settle"
         )
-        raise ParameterError("start", "Steady", problem)
-    numbers = first.copy()
-    numbers[free] += sizes[free] * found.x
-    state: MachineState = filled(start, iter(numbers.tolist()))
-    return state
+        raise ParameterError("start", type(loop.start).__name__, problem)
+    return at(found.x)
 
 
 def stiffness(rates: Rates, free: int, watched: int) -> NDArray[np.float64]:
@@ -103,9 +123,9 @@ def stiffness(rates: Rates, free: int, watched: int) -> NDArray[np.float64]:
     return np.where(largest > 0.0, largest, 1.0)
 
 
-def sized(state: Block) -> Iterator[tuple[str, float]]:
+def sizes_of(state: MachineState) -> Iterator[float]:
     """The size of each number of a machine's state, from its value or its name."""
     for path, value in leaves(state):
         name = path.rpartition(".")[2]
         usual = next((size for key, size in SIZES.items() if name.startswith(key)), 1.0)
-        yield path, max(abs(value), usual)
+        yield max(abs(value), usual)

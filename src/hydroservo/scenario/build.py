@@ -5,10 +5,11 @@ import warnings
 from collections.abc import Callable, Collection, Iterator, Mapping
 from typing import Any, NamedTuple, cast
 
-from hydroservo.block import Block
+from hydroservo.block import Block, signal_below, signal_of
 from hydroservo.controlled import Velocity
 from hydroservo.errors import HydroservoWarning, ParameterError
 from hydroservo.field import Field, declared_fields
+from hydroservo.group import group
 from hydroservo.nearest import one_of
 from hydroservo.plants.design_model import THIS_MACHINE, DesignModel
 from hydroservo.roles import is_role
@@ -27,6 +28,7 @@ LARGEST_INTEGER = 2**63  # TOML's integers have 64 bits
 AS_PRINTED = "as_printed"
 NO_FIELD = Field("", "")
 VELOCITY = Velocity().declared()
+SIGNALS = ("controls", "inner_controls")  # by which a block says what the units of its other numbers are of
 
 
 def no_model() -> None:
@@ -44,14 +46,11 @@ class Context(NamedTuple):
     nominal: Callable[[], DesignModel | None] = no_model
     controlled: Field = VELOCITY
 
-    def below(self, members: Mapping[str, Any], name: str) -> "Context":
-        """The context of a block in another, whose members before it are known."""
-        found = self.controlled
-        for key in ("controls", "inner_controls")[: 2 if name == "controller" else 1]:
-            one: Any = members.get(key)
-            block = one.made() if isinstance(one, Draft) else one
-            found = found if block is None else block.declared().of(found)
-        return self._replace(controlled=found)
+    def below(self, signals: Block, name: str) -> "Context":
+        """The context of what has a name in a block, of which the signals that it says are known."""
+        own = signal_of(signals, self.controlled)
+        inside = signal_below(signals, name, own)
+        return self if inside is None else self._replace(controlled=inside)
 
 
 class Argument(NamedTuple):
@@ -134,10 +133,14 @@ def draft(hint: Any, default: Block | None, table: Table, context: Context | Non
             check_as_printed(table.entry(name))
         elif name not in (*base, "type"):
             raise table.entry(name).unknown(name, base)
-    members: dict[str, Any] = {}
-    for name in sorted(base, key=lambda name: not name.endswith("controls")):  # on which others' units depend
-        members[name] = member(maker, name, base[name], table, context.below(members, name))
-    return Draft(maker, {name: members[name] for name in base}, table)
+    said = {name: member(maker, name, base[name], table, context) for name in base if name in SIGNALS}
+    signals = group({name: one.made() if isinstance(one, Draft) else one for name, one in said.items()})
+    others = {
+        name: member(maker, name, base[name], table, context.below(signals, name))
+        for name in base
+        if name not in said
+    }
+    return Draft(maker, {name: (said | others)[name] for name in base}, table)
 
 
 def check_as_printed(entry: Entry) -> None:

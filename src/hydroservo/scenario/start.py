@@ -1,6 +1,6 @@
 """Where a run starts, from a scenario's ``start``."""
 
-from hydroservo.block import Block, field_at, leaves
+from hydroservo.block import Block, leaves, state_field_at
 from hydroservo.group import nested
 from hydroservo.loop import Loop
 from hydroservo.roles import Start
@@ -47,11 +47,11 @@ def start_in(table: Table, loop: Loop) -> Block:
     entries = dict(table.table(GIVEN).entries())
     if not entries:
         return start
-    state, signal = loop.blocks_begin(), loop.controls.declared()
+    state = loop.blocks_begin()
     known = [path for path, value in leaves(state) if isinstance(value, float)]
     numbers = {}
     for path, entry in entries.items():
         if path not in known:
             raise entry.unknown(path, known)
-        numbers[path] = number_from(entry, field_at(state, path).of(signal), float)
+        numbers[path] = number_from(entry, state_field_at(loop, state, path), float)
     return start._replace(given=nested(numbers))

@@ -6,12 +6,13 @@ from pathlib import Path
 from typing import Any
 
 from hydroservo.block import Block
+from hydroservo.controlled import Velocity
 from hydroservo.plants import DesignModel
 from hydroservo.roles import Monitor
 from hydroservo.scenario.fits import role_methods, roles_of, said_roles
 from hydroservo.scenario.lines import file_of, line_of
 from hydroservo.testing.examples import EXAMPLES, example
-from hydroservo.wiring import with_model
+from hydroservo.wiring import with_model, with_signal
 
 __all__ = ["PLAIN", "Case", "ContractError", "case_of"]
 
@@ -69,7 +70,8 @@ class Case:
 def case_of(block: Any, role: type | None = None) -> Case:
     """A block to be asked, by itself or by its class, whose defaults it then has.
 
-    A law that believes in the machine of its loop, is asked with an example of a design model.
+    A law that believes in the machine of its loop is asked with an example of a design model, and one that
+    controls what its loop does with the velocity.
 
     Args:
         block: the block or its class.
@@ -80,7 +82,8 @@ def case_of(block: Any, role: type | None = None) -> Case:
     """
     cls = block if isinstance(block, type) else type(block)
     asked = example_of(block) if isinstance(block, type) else block
-    return Case(with_model(asked, example(DesignModel)), role or only_role(cls))
+    filled = with_signal(with_model(asked, example(DesignModel)), Velocity())
+    return Case(filled, role or only_role(cls))
 
 
 def only_role(cls: type) -> type:

@@ -1,11 +1,12 @@
 """The header and the source of an exported unit."""
 
 import inspect
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import chain
 from typing import Any, NamedTuple
 
-from hydroservo.block import Block
-from hydroservo.export.c.declared import declared_in
+from hydroservo.block import Block, nested_signal
+from hydroservo.export.c.declared import declared_in, in_arguments, in_parameters, in_state
 from hydroservo.export.c.layout import formatted
 from hydroservo.export.c.liveness import Needed
 from hydroservo.export.c.writer import Ends, NamedConstant, Writer
@@ -42,6 +43,28 @@ class Translation(NamedTuple):
     records: tuple[Record, ...]
     tables: tuple[Table, ...]
     signal: Field
+
+    @property
+    def start(self) -> Block:
+        """The first state."""
+        return self.block.init()
+
+    @property
+    def stepped(self) -> Block:
+        """The block whose state it is: a unit's, but of a controller's the controller's own."""
+        return self.block.controller if self.part is Part.CONTROLLER else self.block
+
+    def signals(self) -> Mapping[Record, Sequence[Field | None]]:
+        """What the numbers of each record are of that an argument, the parameters or the state have."""
+        places = chain(
+            *(in_arguments(record, self.signal) for _, record in self.arguments),
+            in_parameters(self.block, self.parameters, self.signal),
+            in_state(self.stepped, self.start, self.init.returns, self.signal),
+        )
+        found: dict[Record, dict[Field | None, None]] = {}
+        for record, signal in places:
+            found.setdefault(record, {})[signal] = None
+        return {record: tuple(signals) for record, signals in found.items()}
 
 
 class Form(NamedTuple):
@@ -132,7 +155,7 @@ extern "C" {{
 
 def texts(translation: Translation, needed: Needed, form: Form) -> Texts:
     """Header and source of a unit."""
-    writer = Writer(form.prefix, form.real, needed, translation.signal)
+    writer = Writer(form.prefix, form.real, needed, translation.signals())
     state = translation.init.returns
     public = [translation.parameters] * (not form.inlined) + [
         state,
@@ -247,17 +270,17 @@ def defaults_text(translation: Translation, writer: Writer, inlined: bool) -> st
     """The object that holds the scenario's parameters."""
     name = f"{writer.prefix}_fixed" if inlined else f"{writer.prefix}_defaults"
     kind = f"{'static ' if inlined else ''}const {writer.prefix}_parameters"
-    lines = defaults_lines(translation.block, translation.parameters, writer)
+    lines = defaults_lines(translation.block, translation.parameters, writer, translation.signal)
     return "\n".join([f"{kind} {name} = {{", *lines, "};", ""])
 
 
-def defaults_lines(block: Block, record: Record, writer: Writer) -> Iterator[str]:
-    fields = declared_in(record, writer.signal)
+def defaults_lines(block: Block, record: Record, writer: Writer, signal: Field | None) -> Iterator[str]:
+    fields = declared_in(record, [signal])
     for name, kind in writer.kept(record):
         value = getattr(block, name)
         if isinstance(kind, Record):
             yield f".{identifier(name)} = {{"
-            yield from defaults_lines(value, kind, writer)
+            yield from defaults_lines(value, kind, writer, nested_signal(block, name, signal))
             yield "},"
         else:
             unit = fields[name].unit if name in fields else ""

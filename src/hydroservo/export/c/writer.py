@@ -3,7 +3,7 @@
 import inspect
 import math
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -78,11 +78,14 @@ class Writer:
         prefix: of the names of types.
         real: "double" or "float".
         needed: what is needed.
-        signal: what the loop controls.
+        signals: the controlled signals in whose units the numbers of each record are; of others, all of them.
     """
 
-    def __init__(self, prefix: str, real: str, needed: Needed, signal: Field) -> None:
-        self.prefix, self.real, self.needed, self.signal = prefix, real, needed, signal
+    def __init__(
+        self, prefix: str, real: str, needed: Needed, signals: Mapping[Record, Sequence[Field | None]]
+    ) -> None:
+        self.prefix, self.real, self.needed, self.signals = prefix, real, needed, signals
+        self.every = tuple(dict.fromkeys(one for found in signals.values() for one in found))
         self.constants: dict[tuple[str, str, float], NamedConstant] = {}
         self.pointers: dict[str, bool] = {}  # of the function at hand: whether a name is a pointer
         self.renamed: dict[str, str] = {}
@@ -112,7 +115,7 @@ class Writer:
 
     def record(self, record: Record) -> str:
         """The definition of a record's type."""
-        fields = declared_in(record, self.signal)
+        fields = declared_in(record, self.signals.get(record, self.every))
         body = []
         for name, kind in self.kept(record):
             declared = fields.get(name, Field("", ""))
