@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from hydroservo import Loop, load_scenario, replace, scenarios, simulate
+from hydroservo import Loop, load_scenario, replace, simulate
 from hydroservo.block import is_block, leaves, model_in
 from hydroservo.engine.flat import shape
 from hydroservo.monitors.group import Usual
@@ -16,6 +16,7 @@ from hydroservo.runs.run import ready
 from hydroservo.testing.bits import bits
 from hydroservo.wiring import believed
 from tests.support.equality import assert_same_block
+from tests.support.scenarios import LOOPS
 
 NOMINAL = {"uncertainty.scale": 0}
 
@@ -55,7 +56,7 @@ def expression(block: Any, modules: set[str]) -> str:
 
 
 @pytest.mark.parametrize("scale", [{}, NOMINAL], ids=["as it is", "nominal"])
-@pytest.mark.parametrize("name", scenarios())
+@pytest.mark.parametrize("name", LOOPS)
 def test_a_loop_made_of_objects_is_the_scenario_s(
     name: str, scale: dict[str, object], tmp_path: Path
 ) -> None:

@@ -9,13 +9,14 @@ from hydroservo import simulate
 from hydroservo.block import leaves
 from hydroservo.export.parts import Command, ControllerUnit, ExternalForce, MachineUnit
 from hydroservo.runs.run import ready
-from hydroservo.scenario import load_scenario, scenarios
+from hydroservo.scenario import load_scenario
 from tests.support.digests import digest, stored
 from tests.support.export.agreement import assert_same_run, run_in_c
+from tests.support.scenarios import LOOPS
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", scenarios())
+@pytest.mark.parametrize("name", LOOPS)
 def test_built_in_scenarios(name: str, tmp_path: Path) -> None:
     # tests/regression holds the strict simulation against the same digests.
     found = {path: digest(values) for path, values in run_in_c(load_scenario(name), tmp_path).items()}

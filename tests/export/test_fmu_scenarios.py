@@ -14,8 +14,9 @@ from hydroservo.export.fmu.contents import fmu_files
 from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.unit import Part, Signal, Unit
 from hydroservo.loop import Loop
-from hydroservo.scenario import load_scenario, scenarios
+from hydroservo.scenario import load_scenario
 from tests.support.export.fmus import Instance, parts_make_the_run
+from tests.support.scenarios import MACHINES
 
 pytestmark = pytest.mark.slow
 
@@ -23,7 +24,7 @@ RUN = ("paper/sine-tsmc", "rig/encoder-tsmc-square", "rig/excavator-link", "axis
 SAMPLES = 1000
 
 
-@pytest.mark.parametrize("name", scenarios())
+@pytest.mark.parametrize("name", MACHINES)
 def test_descriptions_are_valid(name: str, tmp_path: Path) -> None:
     loop = load_scenario(name)
     for part in Part:

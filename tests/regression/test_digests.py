@@ -2,12 +2,12 @@
 
 import pytest
 
-from hydroservo.scenario import scenarios
 from tests.support.digests import digests_of, stored
+from tests.support.scenarios import LOOPS
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("scenario", scenarios())
+@pytest.mark.parametrize("scenario", LOOPS)
 def test_strict_results_are_as_they_were(scenario: str) -> None:
     before, now = stored()[scenario], digests_of(scenario)
     assert {name: digest for name, digest in now.items() if before.get(name) != digest} == {}
@@ -15,4 +15,4 @@ def test_strict_results_are_as_they_were(scenario: str) -> None:
 
 
 def test_each_scenario_has_digests() -> None:
-    assert set(stored()) == set(scenarios())
+    assert set(stored()) == set(LOOPS)

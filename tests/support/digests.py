@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hydroservo import HydroservoWarning, simulate
-from hydroservo.scenario import load_scenario, scenarios
+from hydroservo.scenario import load_scenario
+from tests.support.scenarios import LOOPS
 
 __all__ = ["digest", "digests_of", "stored"]
 
@@ -41,5 +42,5 @@ def stored() -> dict[str, dict[str, str]]:
 
 
 if __name__ == "__main__":
-    digests = {name: digests_of(name) for name in scenarios()}
+    digests = {name: digests_of(name) for name in LOOPS}
     FILE.write_text(json.dumps(digests, indent=1) + "\n", "utf-8")

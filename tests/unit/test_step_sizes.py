@@ -28,12 +28,13 @@ from hydroservo.runs.step_sizes import (
     settled,
     warning,
 )
-from hydroservo.scenario import load_scenario, parse_override, scenarios
+from hydroservo.scenario import load_scenario, parse_override
 from hydroservo.signals import Demand, Measurement
 from hydroservo.testing.examples import example
 from hydroservo.validation import checked
 from hydroservo.valves import FirstOrderValve
 from tests.support.equality import assert_same_block
+from tests.support.scenarios import MACHINES
 
 SHORT = Simulation(duration=0.5, period=1e-3, record_period=1e-3)
 LOOP = example(Loop, simulation=SHORT, controller=PI(0.3, 100.0))
@@ -103,7 +104,7 @@ def test_only_what_is_finite_counts() -> None:
 
 
 @pytest.mark.slow  # each compiles a loop
-@pytest.mark.parametrize("name", list(scenarios()))
+@pytest.mark.parametrize("name", MACHINES)
 def test_built_in_scenarios_are_trusted(name: str) -> None:
     loop = load_scenario(name, {"simulation.duration": "0.1 s"})
     data = simulate(loop)

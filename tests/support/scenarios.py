@@ -1,0 +1,10 @@
+"""The built-in scenarios that a test goes through where each of them costs seconds."""
+
+from hydroservo.scenario import scenarios
+
+__all__ = ["LOOPS", "MACHINES"]
+
+LOOPS = [  # of laws/... the square loop is that of the sine under another demand, and all share one machine
+    name for name in scenarios() if not (name.startswith("laws/") and name.endswith("-square"))
+]
+MACHINES = [name for name in LOOPS if not name.startswith("laws/") or name == "laws/pi-sine"]
