@@ -107,6 +107,7 @@ def test_a_title_is_not_inherited() -> None:
     untitled = set(builtin_texts()) - set(scenarios())
     assert untitled == {
         "axis/machine",
+        "laws/machine",
         *("paper/machine", "rig/machine", "rig/excavator", "rig/1khz", "rig/10khz"),
         *("rig/noisy-1khz", "rig/noisy-10khz", "rig/encoder"),
     }
