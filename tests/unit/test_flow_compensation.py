@@ -70,6 +70,14 @@ def test_the_gain_is_limited_where_little_drop_is_left() -> None:
         assert command(COMPENSATED, -1.0, -force) == pytest.approx(-math.sqrt(35.0))
 
 
+def test_a_reading_beyond_all_numbers_leaves_a_gain() -> None:
+    s = COMPENSATED.init()
+    for force in (0.0, -math.inf, 0.0, math.nan, 0.0):
+        y = Measurement(0.0, force, 0.0, s.u, 0.0, 0.0, 0.0)
+        s = COMPENSATED.step(s, y, Demand(1.0, 0.0, 0.0), 1e-3)
+        assert s.gain > 0.0
+
+
 def test_the_load_force_goes_through_the_low_pass() -> None:
     law = COMPENSATED._replace(time_constant=0.05, area_b=AREA_A, rated_drop=0.5 * SUPPLY)
     y = [Measurement(0.0, share * AREA_A * SUPPLY, 0.0, 0.0, 0.0, 0.0, 0.0) for share in (0.0, 0.5)]

@@ -13,6 +13,8 @@ from hydroservo.signals import Demand, Measurement
 
 __all__ = ["FlowCompensation", "FlowCompensationState"]
 
+LARGEST_DROP = 1e12  # [Pa] beyond any; so that no reading makes the gain 0, by which commands are divided
+
 
 class FlowCompensationState(NamedTuple):
     """What is put out, the gain that it was given, and the slow part of the load force."""
@@ -64,7 +66,7 @@ class FlowCompensation(NamedTuple):
         controller = self.controller.step(s.controller, y.with_command(y.command / s.gain), r, dt)
         slow_force = LowPass(self.time_constant).after(s.slow_force, y.load_force, dt)
         drop = ops.maximum(self.drop(controller.u, slow_force), self.least_drop)
-        gain = ops.sqrt(self.rated_drop / drop)
+        gain = ops.sqrt(self.rated_drop / ops.minimum(drop, LARGEST_DROP))
         return FlowCompensationState(self.saturation.apply(gain * controller.u), gain, slow_force, controller)
 
     def drop(self, u: float, load_force: float) -> float:
