@@ -217,3 +217,10 @@ def test_a_start_that_finds_what_there_is_not_is_one_line() -> None:
 
     with pytest.raises(ParameterError, match=r"start\.given\.plant\.speed.*no 'speed' there"):
         simulate(example(Loop, BRIEF, start=Wrong()))
+
+
+@pytest.mark.parametrize("name", ["axis/position", "axis/force"])
+def test_a_friction_that_sticks_holds_no_more_than_its_breakaway(name: str) -> None:
+    loop = ready(load_scenario(name))
+    friction, state = loop.plant.friction, loop.init().plant.friction
+    assert abs(friction.bristle_stiffness * state.deflection) <= friction.breakaway

@@ -6,7 +6,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.block import Block, is_block, leaves, value_at, values
+from hydroservo.block import Block, field_at, is_block, leaves, value_at, values
 from hydroservo.errors import ParameterError
 from hydroservo.group import nested
 from hydroservo.loop import Loop, MachineState
@@ -18,7 +18,7 @@ __all__ = ["start_found", "started", "steady_state"]
 POSITION = "plant.position"
 Rates = Callable[[NDArray[np.float64]], NDArray[np.float64]]
 SETTLED = 1e-9  # largest rate left, as a share of what a state changed by its size causes
-SIZES = {"velocity": 0.1, "position": 0.1, "pressure": 1e6, "opening": 1e-3, "load_force": 1e3}
+SIZES = {"m/s": 0.1, "m": 1e-3, "Pa": 1e6, "N": 1e3}  # of openings and deflections, not of positions
 ROUNDS = 200
 
 
@@ -124,8 +124,6 @@ def stiffness(rates: Rates, free: int, watched: int) -> NDArray[np.float64]:
 
 
 def sizes_of(state: MachineState) -> Iterator[float]:
-    """The size of each number of a machine's state, from its value or its name."""
+    """The size of each number of a machine's state, from its value or its unit."""
     for path, value in leaves(state):
-        name = path.rpartition(".")[2]
-        usual = next((size for key, size in SIZES.items() if name.startswith(key)), 1.0)
-        yield max(abs(value), usual)
+        yield max(abs(value), SIZES.get(field_at(state, path).unit, 1.0))
