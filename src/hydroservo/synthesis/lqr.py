@@ -1,0 +1,91 @@
+"""State feedback that is best by a quadratic measure."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from hydroservo.block import Block
+from hydroservo.synthesis.gains import no_gain, rounded
+from hydroservo.synthesis.linear_model import LinearModel
+from hydroservo.synthesis.matrix import Matrix
+from hydroservo.synthesis.memory import NOTHING, Memory, remembering
+from hydroservo.synthesis.sampled import under_held_input
+
+__all__ = ["feedback", "lqr"]
+
+
+def lqr(transition: Matrix, driven: Matrix, weights: Matrix, effort: float) -> Matrix:
+    """The gain K of u = -K x that makes the sum of |W x|^2 + (rho u)^2 over all samples least.
+
+    With F and G the transition and what a held input adds, X solves the discrete algebraic Riccati equation::
+
+        X = F^T X F - F^T X G (G^T X G + rho^2)^-1 G^T X F + W^2,   K = (G^T X G + rho^2)^-1 G^T X F
+
+    Args:
+        transition: F, shape (n, n).
+        driven: G, shape (n,).
+        weights: the diagonal of W, shape (n,).
+        effort: rho.
+
+    Returns:
+        Shape (n,).
+
+    Raises:
+        numpy.linalg.LinAlgError: no gain makes it stable, or none is found.
+        ValueError: what is given is not finite.
+
+    Source: Franklin, Powell, Workman, Digital Control of Dynamic Systems, 1998, sec. 9.2; Anderson, Moore,
+    Optimal Control: Linear Quadratic Methods, 1990.
+    Fails where the states, or the weights, are of very different sizes: scale them before.
+    """
+    from scipy.linalg import solve_discrete_are
+
+    inputs, price = driven[:, np.newaxis], np.array([[effort * effort]])
+    cost = solve_discrete_are(transition, inputs, np.diag(weights * weights), price)
+    moved = cost @ driven
+    gain: Matrix = (moved @ transition) / (moved @ driven + price[0, 0])
+    closed = transition - np.outer(driven, gain)
+    if not np.abs(np.linalg.eigvals(closed)).max() < 1.0:
+        raise np.linalg.LinAlgError("not stable")
+    return gain
+
+
+def feedback(
+    law: Block,
+    names: Sequence[str],
+    plant: LinearModel,
+    weights: Sequence[float],
+    effort: float,
+    period: float,
+    memory: Memory = NOTHING,
+) -> list[float]:
+    """The gains of a law from all states of the plant, and from what it remembers, to its command.
+
+    Args:
+        law: that which is designed.
+        names: of its numbers that rule the design, for what is said where there is none.
+        plant: the model.
+        weights: the velocity error that an error of each state counts for [m/s per its unit].
+        effort: the velocity error that a volt counts for [m/(s V)].
+        period: sample period [s].
+        memory: of the velocity's error.
+
+    Returns:
+        [V per the unit of each] in nine digits, of the states first.
+
+    Raises:
+        ParameterError: there are none, or they are out of the reach of floating-point numbers.
+    """
+    sizes = np.concatenate([plant.sizes, 1.0 / memory.rates])
+    with np.errstate(all="ignore"):
+        try:
+            scaled = plant.scaled()
+            sampled = under_held_input(scaled.rates, scaled.driven, period)
+            own = np.concatenate([np.array(weights) * plant.sizes, np.ones(len(memory.rates))])
+            gain = lqr(*remembering(*sampled, memory), own, effort * plant.command) * plant.command / sizes
+        except (np.linalg.LinAlgError, ValueError):
+            gain = np.full(len(sizes), np.nan)
+    if not np.isfinite(gain).all():
+        raise no_gain(law, names, period, "they, or the model, are")
+    found: list[float] = rounded(gain[np.newaxis])[0].tolist()
+    return found
