@@ -14,7 +14,10 @@ from hydroservo.controllers.dead_band_jump import DeadBandJump, DeadBandJumpStat
 from hydroservo.controllers.delay import Delay, DelayState
 from hydroservo.controllers.directional_gain import DirectionalGain, DirectionalGainState
 from hydroservo.controllers.flow_compensation import FlowCompensation, FlowCompensationState
+from hydroservo.controllers.internal_model import InternalModel, InternalModelState
 from hydroservo.controllers.inverting import Inverting, InvertingState
+from hydroservo.controllers.lqi import LQI, LQIState
+from hydroservo.controllers.offset_free_lq import OffsetFreeLQ, OffsetFreeLQState
 from hydroservo.controllers.open_loop import OpenLoop, OpenLoopState
 from hydroservo.controllers.pi import PI, PIState
 from hydroservo.controllers.pid import PID, PIDState
@@ -27,6 +30,7 @@ from hydroservo.controllers.velocity_compensation import VelocityCompensation, V
 
 __all__ = [
     "DAC",
+    "LQI",
     "PI",
     "PID",
     "TSMC",
@@ -49,8 +53,13 @@ __all__ = [
     "DirectionalGainState",
     "FlowCompensation",
     "FlowCompensationState",
+    "InternalModel",
+    "InternalModelState",
     "Inverting",
     "InvertingState",
+    "LQIState",
+    "OffsetFreeLQ",
+    "OffsetFreeLQState",
     "OpenLoop",
     "OpenLoopState",
     "PIDState",

@@ -5,8 +5,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from hydroservo.block import Block
+from hydroservo.plants.design_model import DesignModel
 from hydroservo.synthesis.gains import no_gain, rounded
-from hydroservo.synthesis.linear_model import LinearModel
+from hydroservo.synthesis.linear_model import at_rest
 from hydroservo.synthesis.matrix import Matrix
 from hydroservo.synthesis.memory import NOTHING, Memory, remembering
 from hydroservo.synthesis.sampled import under_held_input
@@ -51,41 +52,43 @@ def lqr(transition: Matrix, driven: Matrix, weights: Matrix, effort: float) -> M
 
 
 def feedback(
-    law: Block,
-    names: Sequence[str],
-    plant: LinearModel,
-    weights: Sequence[float],
-    effort: float,
-    period: float,
-    memory: Memory = NOTHING,
+    law: Block, names: Sequence[str], model: DesignModel, period: float, memory: Memory = NOTHING
 ) -> list[float]:
-    """The gains of a law from all states of the plant, and from what it remembers, to its command.
+    """The gains of a law from x1, x2 and x3 of the model at rest, and from what it remembers, to its command.
 
     Args:
-        law: that which is designed.
+        law: that which is designed: with the velocity error that a volt counts for as its ``effort``, that a
+            newton counts for as its ``force_weight``, and the valve's ``time_constant``.
         names: of its numbers that rule the design, for what is said where there is none.
-        plant: the model.
-        weights: the velocity error that an error of each state counts for [m/s per its unit].
-        effort: the velocity error that a volt counts for [m/(s V)].
+        model: the design model.
         period: sample period [s].
         memory: of the velocity's error.
 
     Returns:
-        [V per the unit of each] in nine digits, of the states first.
+        [V per the unit of each] in nine digits, x1 to x3 first; that of x3 is 0 where the valve has no lag.
 
     Raises:
         ParameterError: there are none, or they are out of the reach of floating-point numbers.
     """
-    sizes = np.concatenate([plant.sizes, 1.0 / memory.rates])
-    with np.errstate(all="ignore"):
-        try:
-            scaled = plant.scaled()
-            sampled = under_held_input(scaled.rates, scaled.driven, period)
-            own = np.concatenate([np.array(weights) * plant.sizes, np.ones(len(memory.rates))])
-            gain = lqr(*remembering(*sampled, memory), own, effort * plant.command) * plant.command / sizes
-        except (np.linalg.LinAlgError, ValueError):
-            gain = np.full(len(sizes), np.nan)
+    try:
+        with np.errstate(all="ignore"):
+            gain = gain_at_rest(law, model, period, memory)
+    except (ArithmeticError, np.linalg.LinAlgError, ValueError):
+        gain = np.full(1, np.nan)
     if not np.isfinite(gain).all():
         raise no_gain(law, names, period, "they, or the model, are")
     found: list[float] = rounded(gain[np.newaxis])[0].tolist()
     return found
+
+
+def gain_at_rest(law: Block, model: DesignModel, period: float, memory: Memory) -> Matrix:
+    """The gains as :func:`feedback` returns them, in all digits."""
+    plant = at_rest(model, law.time_constant)
+    scaled, states = plant.scaled(), len(plant.sizes)
+    sampled = under_held_input(scaled.rates, scaled.driven, period)
+    weights = np.array([1.0, law.force_weight, 0.0])[:states] * plant.sizes
+    every = np.concatenate([weights, np.ones(len(memory.rates))])
+    found = lqr(*remembering(*sampled, memory), every, law.effort * plant.command) * plant.command
+    of_states = np.zeros(3)
+    of_states[:states] = found[:states] / plant.sizes
+    return np.concatenate([of_states, found[states:] * memory.rates])

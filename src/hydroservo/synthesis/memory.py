@@ -7,7 +7,7 @@ import numpy as np
 
 from hydroservo.synthesis.matrix import Matrix
 
-__all__ = ["NOTHING", "Memory", "integrator", "oscillator", "remembering"]
+__all__ = ["NOTHING", "Memory", "both", "integrator", "oscillator", "remembering"]
 
 
 class Memory(NamedTuple):
@@ -48,6 +48,18 @@ def oscillator(rate: float, frequency: float, period: float) -> Memory:
     return Memory(turn, turn[:, 1] * period, np.array([rate, rate]))
 
 
+def both(one: Memory, other: Memory) -> Memory:
+    """Two memories of the same error side by side."""
+    size, more = len(one.transition), len(other.transition)
+    transition = np.zeros((size + more, size + more))
+    transition[:size, :size], transition[size:, size:] = one.transition, other.transition
+    return Memory(
+        transition,
+        np.concatenate([one.driven, other.driven]),
+        np.concatenate([one.rates, other.rates]),
+    )
+
+
 def remembering(transition: Matrix, driven: Matrix, memory: Memory) -> tuple[Matrix, Matrix]:
     """A sampled plant with a memory of its first state, each number of it in units that count as an error.
 
@@ -60,8 +72,8 @@ def remembering(transition: Matrix, driven: Matrix, memory: Memory) -> tuple[Mat
         Transition and input of [x, m], shapes (n + m, n + m) and (n + m,).
     """
     size, more = len(transition), len(memory.transition)
-    both = np.zeros((size + more, size + more))
-    both[:size, :size] = transition
-    both[size:, 0] = memory.rates * memory.driven
-    both[size:, size:] = memory.transition * memory.rates[:, np.newaxis] / memory.rates
-    return both, np.concatenate([driven, np.zeros(more)])
+    joined = np.zeros((size + more, size + more))
+    joined[:size, :size] = transition
+    joined[size:, 0] = memory.rates * memory.driven
+    joined[size:, size:] = memory.transition * memory.rates[:, np.newaxis] / memory.rates
+    return joined, np.concatenate([driven, np.zeros(more)])
