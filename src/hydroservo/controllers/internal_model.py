@@ -49,9 +49,9 @@ class InternalModel(NamedTuple):
 
     Source: Francis, Wonham, Automatica 12(5), 1976 (the principle); as resonant states of a linear quadratic
     design: Franklin, Powell, Workman, Digital Control of Dynamic Systems, 1998, sec. 8.4.
-    Fails at every other frequency, where it is LQI, and near its own worse than that: with the oscillator's
-    own the error is found again that the loop makes elsewhere. It rings after a jump, for about the time that
-    ``resonant_rate`` sets. Harmonics that a nonlinear machine makes stay. And as LQI.
+    Fails at other frequencies, where an error stays, the larger the further off; at most of them it is little
+    better than LQI, and what it gains at its own it loses elsewhere. It rings after a jump, for about the
+    time that ``resonant_rate`` sets. Harmonics that a nonlinear machine makes stay. And as LQI.
     """
 
     effort: Annotated[float, Field("m/(s V)", "velocity error that a volt of command counts for", above=0)]

@@ -1,5 +1,6 @@
 """State feedback that is best by a quadratic measure."""
 
+import warnings
 from collections.abc import Sequence
 
 import numpy as np
@@ -39,10 +40,15 @@ def lqr(transition: Matrix, driven: Matrix, weights: Matrix, effort: float) -> M
     Optimal Control: Linear Quadratic Methods, 1990.
     Fails where the states, or the weights, are of very different sizes: scale them before.
     """
-    from scipy.linalg import solve_discrete_are
+    from scipy.linalg import LinAlgWarning, solve_discrete_are
 
     inputs, price = driven[:, np.newaxis], np.array([[effort * effort]])
-    cost = solve_discrete_are(transition, inputs, np.diag(weights * weights), price)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", LinAlgWarning)
+        try:
+            cost = solve_discrete_are(transition, inputs, np.diag(weights * weights), price)
+        except LinAlgWarning as warning:
+            raise np.linalg.LinAlgError(str(warning)) from None
     moved = cost @ driven
     gain: Matrix = (moved @ transition) / (moved @ driven + price[0, 0])
     closed = transition - np.outer(driven, gain)
