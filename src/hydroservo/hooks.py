@@ -4,7 +4,9 @@ Methods among them are called in plain Python before a run, and compiled only wh
 docstring names its own.
 """
 
+import math
 from collections.abc import Callable
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 from hydroservo.block import Block, is_block
@@ -63,7 +65,7 @@ HOOKS = (
         "designed",
         Controller,
         ("model", "period"),
-        "the controller, or a block in it, with its gains computed",
+        "the controller, or a block in it, with its gains computed, once for the same numbers",
     ),
     Hook("model", Controller, None, "what the controller, or a block in it, believes of the machine"),
     Hook("controller", Controller, None, "the controller that this one wraps"),
@@ -156,7 +158,34 @@ def designed(block: Block, period: float, model: Callable[[], Block]) -> Block:
         name: designed(value, period, known) for name, value in block._asdict().items() if is_block(value)
     }
     block = block._replace(**nested)
-    return block.designed(known(), period) if hasattr(block, "designed") else block
+    if not hasattr(block, "designed"):
+        return block
+    believed = known()
+    try:
+        hash((block, believed))
+    except TypeError:  # an array among the numbers
+        return block.designed(believed, period)
+    return designed_once(block, believed, period, (kind_of(block), kind_of(believed)))
+
+
+@lru_cache(maxsize=4096)  # many generations of a search, all of whose loops ask for the same
+def designed_once(block: Block, model: Block, period: float, _kinds: Any) -> Block:
+    """What one block computes before a run, for a model and a sample period [s].
+
+    Args:
+        block: with what is in it designed.
+        model: the design model.
+        period: the sample period [s].
+        _kinds: of both, for to Python blocks of other classes with the same numbers are the same.
+    """
+    return block.designed(model, period)
+
+
+def kind_of(value: Any) -> Any:
+    """What two equal values may yet differ in: their classes, those of what is in them, and a zero's sign."""
+    if is_block(value):
+        return (type(value), *map(kind_of, value))
+    return math.copysign(1.0, value) if type(value) is float else type(value)
 
 
 def at_rest(plant: Block, supply: Block, load: Block) -> Block:

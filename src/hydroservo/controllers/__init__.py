@@ -15,8 +15,11 @@ from hydroservo.controllers.delay import Delay, DelayState
 from hydroservo.controllers.directional_gain import DirectionalGain, DirectionalGainState
 from hydroservo.controllers.first_order_adrc import FirstOrderADRC, FirstOrderADRCState
 from hydroservo.controllers.flow_compensation import FlowCompensation, FlowCompensationState
+from hydroservo.controllers.internal_model import InternalModel, InternalModelState
 from hydroservo.controllers.inverted_polarity import InvertedPolarity, InvertedPolarityState
 from hydroservo.controllers.inverting import Inverting, InvertingState
+from hydroservo.controllers.lqi import LQI, LQIState
+from hydroservo.controllers.offset_free_lq import OffsetFreeLQ, OffsetFreeLQState
 from hydroservo.controllers.open_loop import OpenLoop, OpenLoopState
 from hydroservo.controllers.pi import PI, PIState
 from hydroservo.controllers.pid import PID, PIDState
@@ -31,6 +34,7 @@ from hydroservo.controllers.velocity_compensation import VelocityCompensation, V
 
 __all__ = [
     "DAC",
+    "LQI",
     "PI",
     "PID",
     "TSMC",
@@ -55,10 +59,15 @@ __all__ = [
     "FirstOrderADRCState",
     "FlowCompensation",
     "FlowCompensationState",
+    "InternalModel",
+    "InternalModelState",
     "InvertedPolarity",
     "InvertedPolarityState",
     "Inverting",
     "InvertingState",
+    "LQIState",
+    "OffsetFreeLQ",
+    "OffsetFreeLQState",
     "OpenLoop",
     "OpenLoopState",
     "PIDState",

@@ -5,10 +5,11 @@ from typing import Annotated, NamedTuple
 
 from hydroservo import ops
 from hydroservo.block import Field
-from hydroservo.observers.kalman_gain import rates_of, steady_gain
 from hydroservo.plants.design_model import DesignModel
 from hydroservo.roles import Observer, role
 from hydroservo.signals import Measurement
+from hydroservo.synthesis.kalman import steady_gain
+from hydroservo.synthesis.linear_model import with_disturbances
 
 __all__ = ["KalmanObserver", "KalmanObserverState"]
 
@@ -94,6 +95,6 @@ class KalmanObserver(NamedTuple):
             ParameterError: there is no steady state, or it is out of the reach of floating-point numbers.
         """
         sizes = (self.velocity_noise, self.load_force_noise)
-        gain = steady_gain(self, rates_of(model), (0, 1), sizes, period)
+        gain = steady_gain(self, with_disturbances(model), (0, 1), sizes, period)
         names = ("gain_11", "gain_12", "gain_21", "gain_22", "gain_31", "gain_32", "gain_41", "gain_42")
         return self._replace(**dict(zip(names, gain.ravel().tolist(), strict=True)))

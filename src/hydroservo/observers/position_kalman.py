@@ -7,10 +7,11 @@ import numpy as np
 
 from hydroservo import ops
 from hydroservo.block import Field
-from hydroservo.observers.kalman_gain import rates_of, steady_gain
 from hydroservo.plants.design_model import DesignModel
 from hydroservo.roles import Observer, role
 from hydroservo.signals import Measurement
+from hydroservo.synthesis.kalman import steady_gain
+from hydroservo.synthesis.linear_model import with_disturbances
 
 __all__ = ["PositionKalmanObserver", "PositionKalmanObserverState"]
 
@@ -97,7 +98,7 @@ class PositionKalmanObserver(NamedTuple):
         """
         rates = np.zeros((5, 5))
         rates[0, 1] = 1.0
-        rates[1:, 1:] = rates_of(model)
+        rates[1:, 1:] = with_disturbances(model)
         sizes = (self.position_noise, self.position_noise / period, self.load_force_noise)
         gain = steady_gain(self, rates, (0, 2), sizes, period)
         names = [f"gain_{state}{measured}" for state in range(1, 6) for measured in (1, 2)]
