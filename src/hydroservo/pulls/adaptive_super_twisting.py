@@ -30,8 +30,8 @@ class AdaptiveSuperTwistingState(NamedTuple):
 class AdaptiveSuperTwisting(NamedTuple):
     """:class:`SuperTwisting` whose bound L is no larger than the disturbance asks for, nor smaller.
 
-    On the surface the rate of w is that of the disturbance: the equivalent of k2 sgn(sigma). L, with its least
-    and largest value and rate R, follows it through a low-pass at a margin alpha::
+    On the surface the rate of w is that of the disturbance: the equivalent of k2 sgn(sigma). L, with its
+    least and largest value and rate R, follows it through a low-pass at a margin alpha::
 
         df/dt = omega (dw/dt - f)
         dL/dt = R sgn(L_least + alpha |f| - L)
