@@ -166,7 +166,7 @@ def test_one_thing_that_is_not_as_modelled_is_found(name: str) -> None:
 
 @pytest.mark.slow  # compiles a loop
 def test_of_the_paper_s_machine_off_by_delta_the_factors_are_found() -> None:
-    """But for a part in proportion to the sample period, with which the two estimates are extrapolated to 0."""
+    """But for a part in proportion to the sample period: estimates at two of them are extrapolated to 0."""
     names = ("stiffness", "leakage", "input_gain")
     law = AdaptiveRobust(
         300.0,
