@@ -17,7 +17,7 @@ LEAST = 1e-300  # keeps the share of a size beyond the dead zone finite where th
 
 
 class Unknowns(NamedTuple):
-    """A number for each thing that is not known of the machine: its estimate, or its effect."""
+    """A number for each thing not known of the machine: its estimate, or its effect as an acceleration."""
 
     damping: Annotated[float, Field("", "factor on the model's f1")]
     stiffness: Annotated[float, Field("", "factor on the model's f2(x1, 0)")]
@@ -70,19 +70,21 @@ class AdaptiveRobust(NamedTuple):
         k_s   = kappa A^2/(1 + h kappa A^2)
 
     Each estimate follows the gradient of z1^2 + e2^2, and dzeta1/dt has in it how t_b and t_d change (tuning
-    functions). With phi the term that an estimate stands at, as an acceleration of z1 or e2, s how far the
-    estimate may be from nominal, and N = 1 + 4 h gamma/min(k1, k2) sum(s^2 phi^2)::
+    functions). With phi the term that an estimate stands at, as an acceleration of z1 or e2, and s how far
+    the estimate may be from nominal::
 
-        dt_b/dt, dt_d/dt           = gamma s^2 phi (z1 + e2 (k1 + t_b f1')/k1)/N
-        dt_k/dt, ... t_e           = gamma s^2 phi e2/N
+        dt_b/dt, dt_d/dt      = gamma s^2 phi (z1 + p e2)/N,   p = (k1 + t_b f1')/k1
+        dt_k/dt ... dt_e/dt   = gamma s^2 phi e2/N
+        N                     = 1 + 4 h gamma/min(k1, k2) sum(s^2 phi^2)
 
-    clipped to the bounds, nominal +-s: what is more uncertain is adapted more, as in least squares that start
-    from there. N keeps the step of the estimates, and with it the loop, from growing beyond what the errors'
-    own decay bears, at any gain and sample period; kappa A^2 is taken by an implicit step for the same
-    reason. Errors are shortened by ``dead_zone``, so that nothing is adapted within it, nor after a sample at
-    which the command was limited. kappa = 0 is adaptive backstepping, kappa > 0 adaptive robust control,
-    gamma = kappa = 0 Backstepping. x1, x2 and what is known of the disturbances are as the nested
-    ``observer`` hands them on.
+    with those of t_b and t_d in the sum 1 + p^2 times, for they act on both errors. Estimates are clipped to
+    nominal +-s, and factors at 0: what is more uncertain is adapted more, as in least squares that start from
+    there. N keeps their step, at any gain, below half of what the sampled decay of the errors bears; kappa
+    A^2 is taken by an implicit step for the same reason. Errors are shortened by ``dead_zone``, so that
+    nothing is adapted within it, nor after a sample at which the law's own saturation limited the command.
+    kappa = 0 is adaptive backstepping, kappa > 0 adaptive robust control, gamma = kappa = 0 Backstepping.
+    x1, x2 and what is known of the disturbances are as the nested ``observer`` hands them on; u in phi and A
+    is the command applied over the last period.
 
     Source: Krstic, Kanellakopoulos, Kokotovic, Nonlinear and Adaptive Control Design, 1995, ch. 4 (tuning
     functions); Yao, Tomizuka, Automatica 33(5), 1997, and, for a double-rod cylinder, Yao, Bu, Chiu, Int. J.
