@@ -5,6 +5,7 @@ from typing import Any
 
 from hydroservo import pulls
 from hydroservo.controllers.acceleration_feedback import AccelerationFeedback, AccelerationFeedbackState
+from hydroservo.controllers.adaptive_robust import AdaptiveRobust, AdaptiveRobustState
 from hydroservo.controllers.anti_windup import AntiWindup, AntiWindupState
 from hydroservo.controllers.backstepping import Backstepping, BacksteppingState
 from hydroservo.controllers.cascade import Cascade, CascadeState
@@ -40,6 +41,8 @@ __all__ = [
     "TSMC",
     "AccelerationFeedback",
     "AccelerationFeedbackState",
+    "AdaptiveRobust",
+    "AdaptiveRobustState",
     "AntiWindup",
     "AntiWindupState",
     "Backstepping",

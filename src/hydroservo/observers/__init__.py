@@ -1,5 +1,6 @@
 """Disturbance observers and derivative estimates, with their realisations of sgn."""
 
+from hydroservo.observers.adaptive_tsm import AdaptiveTSMObserver, AdaptiveTSMObserverState
 from hydroservo.observers.boundary_layer import BoundaryLayer
 from hydroservo.observers.explicit import Explicit
 from hydroservo.observers.extended_state import ExtendedStateObserver, ExtendedStateObserverState
@@ -13,6 +14,8 @@ from hydroservo.observers.position_kalman import PositionKalmanObserver, Positio
 from hydroservo.observers.tsm import TSMObserver, TSMObserverState
 
 __all__ = [
+    "AdaptiveTSMObserver",
+    "AdaptiveTSMObserverState",
     "BoundaryLayer",
     "Explicit",
     "ExtendedStateObserver",

@@ -1,5 +1,6 @@
 """How a law wants its error to vanish: what differs between most laws of relative degree two."""
 
+from hydroservo.pulls.adaptive_super_twisting import AdaptiveSuperTwisting, AdaptiveSuperTwistingState
 from hydroservo.pulls.explicit_reaching import ExplicitReaching
 from hydroservo.pulls.homogeneous import HomogeneousPull, HomogeneousPullState
 from hydroservo.pulls.implicit_reaching import ImplicitReaching
@@ -12,6 +13,8 @@ from hydroservo.pulls.super_twisting import SuperTwisting, SuperTwistingState
 from hydroservo.pulls.terminal import TerminalPull, TerminalPullState
 
 __all__ = [
+    "AdaptiveSuperTwisting",
+    "AdaptiveSuperTwistingState",
     "ExplicitReaching",
     "HomogeneousPull",
     "HomogeneousPullState",

@@ -12,6 +12,7 @@ from hydroservo.controllers import (
     LQI,
     PID,
     AccelerationFeedback,
+    AdaptiveRobust,
     AntiWindup,
     Cascade,
     DeadBandCompensation,
@@ -40,9 +41,11 @@ from hydroservo.loads import Step as StepLoad
 from hydroservo.loop import Loop, Simulation
 from hydroservo.mechanics import LuGre, Mass, MassSpringDamper, OneLinkArm, Stribeck, SwingingLoad, Viscous
 from hydroservo.observers import (
+    AdaptiveTSMObserver,
     BoundaryLayer,
     ExtendedStateObserver,
     HighGainObserver,
+    Implicit,
     KalmanObserver,
     PositionKalmanObserver,
 )
@@ -51,6 +54,7 @@ from hydroservo.papers.tsmc_eha_2021 import machine
 from hydroservo.plants import Cylinder
 from hydroservo.plants.design_model import THIS_MACHINE
 from hydroservo.pulls import (
+    AdaptiveSuperTwisting,
     HomogeneousPull,
     LinearPull,
     NaiveSuperTwisting,
@@ -138,6 +142,27 @@ BLOCKS: tuple[Block, ...] = (
     TRANSDUCER,
     ARM,
     AccelerationFeedback(LAW, acceleration_gain=2e-3),
+    AdaptiveRobust(
+        300.0,
+        300.0,
+        adaptation_gain=100.0,
+        robust_gain=0.01,
+        damping_spread=0.4,
+        stiffness_spread=0.2,
+        leakage_spread=0.6,
+        input_spread=0.5,
+        largest_load=30.0,
+        largest_flow=1e5,
+        dead_zone=1e-4,
+    ),
+    AdaptiveSuperTwisting(200.0, least_rate=100.0, largest_rate=1e6, growth=1e5),
+    AdaptiveTSMObserver(
+        machine.OBSERVER._replace(realisation=Implicit()),
+        largest_gain_1=300.0,
+        largest_gain_2=1e6,
+        gain_rate_1=3e3,
+        gain_rate_2=1e7,
+    ),
     AntiWindup(LAW._replace(saturation=Saturation(1000.0)), gain=100.0, saturation=LIMIT),
     Cascade(LAW, proportional_gain=10.0, max_velocity=0.1, rate_feedforward=1.0),
     CavitatingOil(PLANT.bulk_modulus),
