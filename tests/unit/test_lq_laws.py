@@ -134,7 +134,7 @@ def constant_loop(scale: float, law: Block) -> Loop:
         "plant.stroke": "1 m",
     }
     loop = load_scenario("rig/1khz-pi-sine", asked)
-    return loop._replace(reference=Step(0.0, 0.02), controller=law)
+    return loop._replace(reference=Step(0.0, 0.02), controller=law._replace(model=MODEL))
 
 
 def last_error(loop: Loop) -> float:
@@ -192,7 +192,7 @@ def sine_loop(law: Block, scale: float, **asked: str) -> Loop:
         "simulation.substeps": 4,
         "simulation.duration": "32 s",
     }
-    return load_scenario("paper/sine-pi", changes | asked)._replace(controller=law)
+    return load_scenario("paper/sine-pi", changes | asked)._replace(controller=law._replace(model=MODEL))
 
 
 def steady_error(law: Block, scale: float, **asked: str) -> float:
@@ -202,19 +202,26 @@ def steady_error(law: Block, scale: float, **asked: str) -> float:
     return float(abs(error)[run["time"] > 28.0].max())
 
 
+RESONANT = InternalModel(1e-2, 0.25, 100.0, 100.0, 0.0)
+INTEGRAL = LQI(1e-2, 100.0, 0.0)
+
+
 @pytest.mark.parametrize("scale", [1.0, -1.0])
 def test_an_internal_model_leaves_no_error_at_its_own_frequency(scale: float) -> None:
-    """It ends near 3e-11 m/s of 0.03, where harmonics of the sampled orifice are; at 10 us at 5e-13."""
-    law = LAWS[2]._replace(time_constant=0.0)
-    assert steady_error(law, scale) < 1e-9
-    assert steady_error(LQI(1e-3, 30.0, 0.0), scale) > 5e-5
+    """It ends at 2e-11 m/s of 0.03, where harmonics of the sampled orifice are; at 10 us at 1e-12."""
+    assert steady_error(RESONANT, scale) < 1e-9
+    assert steady_error(INTEGRAL, scale) > 2e-5
 
 
-def test_an_internal_model_of_another_frequency_leaves_one() -> None:
-    off = steady_error(LAWS[2]._replace(time_constant=0.0, frequency=0.25 * 1.05), 1.0)
-    assert 1e-6 < off < 1e-5
-    law = LAWS[2]._replace(time_constant=0.0)
-    assert steady_error(law, 1.0, **{"load.frequency": "0.7 Hz"}) > 1e-4
+@pytest.mark.parametrize("share", [0.95, 1.05])
+def test_an_internal_model_of_another_frequency_leaves_one(share: float) -> None:
+    off = steady_error(RESONANT._replace(frequency=share * 0.25), 1.0)
+    assert 1e-6 < off < 0.1 * steady_error(INTEGRAL, 1.0)
+
+
+def test_nor_does_an_internal_model_help_against_a_load_of_another() -> None:
+    asked = {"load.frequency": "0.7 Hz"}
+    assert steady_error(RESONANT, 1.0, **asked) > 0.5 * steady_error(INTEGRAL, 1.0, **asked)
 
 
 def test_the_oscillator_turns_exactly() -> None:

@@ -48,10 +48,10 @@ class OffsetFreeLQ(NamedTuple):
     AIChE Journal 49(2), 2003, and Maeder, Borrelli, Morari, Automatica 45(10), 2009 (the target; unverified).
     Fails where little effort buys speed with robustness, of which an estimated state promises none (Doyle,
     IEEE Trans. Automatic Control 23(4), 1978): as the effort goes to 0 the law inverts its model, and is lost
-    with a machine much heavier, or a valve much faster, than that. Where a lagging valve moves much within a
-    period, an observer that is quick on d2 takes the way it moves for a disturbance, and the loop is lost,
-    even with a machine that is the model. Without an observer a load leaves an offset. A jump of the demand
-    is in no rate, and is met with all the command that K makes of it.
+    with a valve twice as fast, or with some observers on parameters 20 % off. Where a lagging valve moves
+    much within a period, an observer that is quick on d2 takes the way it moves for a disturbance, and the
+    loop is lost, even with a machine that is the model. Without an observer a load leaves an offset. A jump
+    of the demand is in no rate, and is met with all the command that K makes of it.
     """
 
     effort: Annotated[float, Field("m/(s V)", "velocity error that a volt of command counts for", above=0)]
