@@ -7,6 +7,7 @@ from hydroservo import pulls
 from hydroservo.controllers.acceleration_feedback import AccelerationFeedback, AccelerationFeedbackState
 from hydroservo.controllers.anti_windup import AntiWindup, AntiWindupState
 from hydroservo.controllers.backstepping import Backstepping, BacksteppingState
+from hydroservo.controllers.biquad import Biquad, BiquadState
 from hydroservo.controllers.cascade import Cascade, CascadeState
 from hydroservo.controllers.dac import DAC, DACState
 from hydroservo.controllers.dead_band_compensation import DeadBandCompensation, DeadBandCompensationState
@@ -15,6 +16,7 @@ from hydroservo.controllers.delay import Delay, DelayState
 from hydroservo.controllers.directional_gain import DirectionalGain, DirectionalGainState
 from hydroservo.controllers.first_order_adrc import FirstOrderADRC, FirstOrderADRCState
 from hydroservo.controllers.flow_compensation import FlowCompensation, FlowCompensationState
+from hydroservo.controllers.h_infinity import HInfinityLoopShaping, HInfinityLoopShapingState
 from hydroservo.controllers.inverting import Inverting, InvertingState
 from hydroservo.controllers.open_loop import OpenLoop, OpenLoopState
 from hydroservo.controllers.pi import PI, PIState
@@ -38,6 +40,8 @@ __all__ = [
     "AntiWindupState",
     "Backstepping",
     "BacksteppingState",
+    "Biquad",
+    "BiquadState",
     "Cascade",
     "CascadeState",
     "DACState",
@@ -53,6 +57,8 @@ __all__ = [
     "FirstOrderADRCState",
     "FlowCompensation",
     "FlowCompensationState",
+    "HInfinityLoopShaping",
+    "HInfinityLoopShapingState",
     "Inverting",
     "InvertingState",
     "OpenLoop",

@@ -1,0 +1,1 @@
+"""Computed before a run: what makes a law's numbers from a model of the machine."""
