@@ -61,7 +61,7 @@ class HInfinityLoopShaping(NamedTuple):
         float, Field("s", "spool time constant T_sv; 0: a valve without lag", at_least=0)
     ]
     factor: Annotated[
-        float, Field("", "gamma over gamma_min", "Skogestad, Postlethwaite, sec. 9.4.1", above=1)
+        float, Field("", "gamma over the least there is", "Skogestad, Postlethwaite, sec. 9.4.1", above=1)
     ] = 1.1
     anti_windup: Annotated[
         float, Field("1/s", "back-calculation gain k_aw", "0: none, as in PI", at_least=0)
@@ -71,7 +71,7 @@ class HInfinityLoopShaping(NamedTuple):
     gamma: Annotated[
         float, Field("", "gamma; 1/gamma is the stability margin", COMPUTED, derived=True)
     ] = 0.0
-    gain: Annotated[float, Field("", "gain at rest K_s(0)", COMPUTED, derived=True)] = 1.0
+    gain: Annotated[float, Field("", "gain at rest of the robust controller", COMPUTED, derived=True)] = 1.0
     first: Biquad = Biquad()
     second: Biquad = Biquad()
     third: Biquad = Biquad()
@@ -81,8 +81,8 @@ class HInfinityLoopShaping(NamedTuple):
             raise ParameterError("proportional_gain", 0.0, "must be above 0 [V s/m] where integral_gain is 0")
 
     def init(self) -> HInfinityLoopShapingState:
-        filters = (self.first.init(), self.second.init(), self.third.init())
-        return HInfinityLoopShapingState(0.0, 0.0, 0.0, *filters)
+        first, second, third = self.first.init(), self.second.init(), self.third.init()
+        return HInfinityLoopShapingState(0.0, 0.0, 0.0, first, second, third)
 
     def step(
         self, s: HInfinityLoopShapingState, y: Measurement, r: Demand, dt: float
