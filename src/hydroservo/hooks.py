@@ -36,6 +36,7 @@ __all__ = [
     "has_chambers",
     "is_valveless",
     "resting",
+    "smoothed",
     "takes_load_pressure",
 ]
 
@@ -58,6 +59,7 @@ class Hook(NamedTuple):
 
 HOOKS = (
     Hook("check", None, (), "raises a ParameterError where the block's numbers do not go together"),
+    Hook("smoothed", None, (), "the block without its steps of resolution, as small motions are judged with"),
     Hook(
         "designed",
         Controller,
@@ -150,6 +152,13 @@ def designed(block: Block, period: float, model: Callable[[], Block]) -> Block:
     }
     block = block._replace(**nested)
     return block.designed(known(), period) if hasattr(block, "designed") else block
+
+
+def smoothed(block: Block) -> Any:
+    """A block without steps of resolution, in it or in a block in it that has ``smoothed()``."""
+    parts = {name: smoothed(part) for name, part in block._asdict().items() if is_block(part)}
+    block = block._replace(**parts)
+    return block.smoothed() if hasattr(block, "smoothed") else block
 
 
 def at_rest(plant: Block, supply: Block, load: Block) -> Block:

@@ -17,7 +17,6 @@ from hydroservo.synthesis.sections import sections
 __all__ = ["HInfinityLoopShaping", "HInfinityLoopShapingState"]
 
 COMPUTED = "two Riccati equations"
-PLACES = ("first", "second", "third")
 
 
 class HInfinityLoopShapingState(NamedTuple):
@@ -68,9 +67,7 @@ class HInfinityLoopShaping(NamedTuple):
     ] = 0.0
     model: DesignModel = THIS_MACHINE
     saturation: Saturation = Saturation()
-    gamma: Annotated[
-        float, Field("", "gamma; 1/gamma is the stability margin", COMPUTED, derived=True)
-    ] = 0.0
+    gamma: Annotated[float, Field("", "gamma; 1/gamma is the stability margin", COMPUTED, derived=True)] = 0.0
     gain: Annotated[float, Field("", "gain at rest of the robust controller", COMPUTED, derived=True)] = 1.0
     first: Biquad = Biquad()
     second: Biquad = Biquad()
@@ -116,7 +113,6 @@ class HInfinityLoopShaping(NamedTuple):
                 f"sample period of {period:g} s there is no robust controller: {error}"
             )
             raise ParameterError("HInfinityLoopShaping.proportional_gain", k_p, problem) from None
-        filters = [Biquad(*part.sampled(period)) for part in parts] + [Biquad()] * 3
-        return self._replace(
-            gamma=float(f"{found.gamma:.9g}"), gain=gain, **dict(zip(PLACES, filters, strict=False))
-        )
+        first, second, third = (*(Biquad(*part.sampled(period)) for part in parts), *[Biquad()] * 3)[:3]
+        gamma = float(f"{found.gamma:.9g}")
+        return self._replace(gamma=gamma, gain=gain, first=first, second=second, third=third)

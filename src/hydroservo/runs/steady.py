@@ -12,7 +12,7 @@ from hydroservo.loop import Loop, MachineState
 from hydroservo.starts import AsBuilt, Steady
 from hydroservo.states import filled
 
-__all__ = ["started", "steady_state"]
+__all__ = ["sized", "started", "steady_state"]
 
 POSITION = "plant.position"
 Rates = Callable[[NDArray[np.float64]], NDArray[np.float64]]

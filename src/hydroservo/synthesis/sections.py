@@ -59,7 +59,7 @@ def sections(law: StateSpace) -> tuple[float, tuple[Section, ...]]:
     """
     (a, b, c), _, rate = balanced(law)
     with np.errstate(all="ignore"):
-        poles, zeros = np.linalg.eigvals(a), zeros_of(StateSpace(a, b, c))
+        poles, zeros = np.linalg.eigvals(a).astype(complex), zeros_of(StateSpace(a, b, c))
         if poles.real.max() >= 0.0:
             raise ValueError("it is unstable")
         gain = (c @ np.linalg.solve(-a, b)).item()
