@@ -41,7 +41,7 @@ class Margins(NamedTuple):
     gain_crossovers: Annotated[Frequencies, Field("rad/s", "frequencies of gain 1")]
     phase_crossovers: Annotated[Frequencies, Field("rad/s", "frequencies of -180 degrees")]
     error: Annotated[
-        float, Field("", "largest change of S where slopes are taken otherwise, as a share of it")
+        float, Field("", "largest change of S where slopes are taken otherwise, a share of it above 1")
     ]
 
 
@@ -81,7 +81,7 @@ def margins(loop: Loop, *, command: float | None = None) -> Margins:
 
 
 def checked_error(loop: OpenLoop, others: list[OpenLoop], path: str, block: Block) -> float:
-    """By how much S changes at most where slopes are taken otherwise, as a share of it.
+    """By how much S changes at most where slopes are taken otherwise.
 
     Raises:
         ParameterError: by so much that there is no slope.
@@ -95,11 +95,11 @@ def checked_error(loop: OpenLoop, others: list[OpenLoop], path: str, block: Bloc
 
 
 def change(loop: OpenLoop, other: OpenLoop) -> float:
-    """The largest relative change of S in another loop."""
+    """The largest change of S in another loop, as a share of it where it is above 1."""
     places = grid(loop)
     with np.errstate(all="ignore"):
-        ratio = (1.0 + loop.transfer(places)) / (1.0 + other.transfer(places))
-    return float(np.abs(ratio - 1.0).max())
+        here, there = (1.0 / (1.0 + one.transfer(places)) for one in (loop, other))
+    return float((np.abs(there - here) / np.maximum(np.abs(here), 1.0)).max())
 
 
 def margins_of(loop: OpenLoop) -> Margins:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from hydroservo.block import Block, values
 from hydroservo.linear.operating_point import DigitalState, OperatingPoint, sampled
-from hydroservo.linear.slopes import Slopes, slopes
+from hydroservo.linear.slopes import Slopes, reached, slopes
 from hydroservo.loop import MachineState
 from hydroservo.runs.steady import sized
 from hydroservo.states import filled
@@ -185,11 +185,3 @@ def reduced(loop: OpenLoop) -> OpenLoop:
     links = loop.a != 0.0
     kept = reached(links, loop.b != 0.0) & reached(links.T, loop.c != 0.0)
     return OpenLoop(loop.a[np.ix_(kept, kept)], loop.b[kept], loop.c[kept], loop.period)
-
-
-def reached(links: NDArray[np.bool_], first: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """The states that are reached from some, where links[i, j] says that j moves i."""
-    found = first
-    for _ in first:
-        found = found | (links @ found)
-    return found

@@ -1,5 +1,6 @@
 """Where a loop stays: its machine settled under a command, and its law asking for just that command."""
 
+import math
 from collections.abc import Iterator
 from typing import NamedTuple
 
@@ -9,6 +10,7 @@ from numpy.typing import NDArray
 from hydroservo.block import Block, values
 from hydroservo.errors import ParameterError
 from hydroservo.hooks import smoothed
+from hydroservo.linear.slopes import Function, reached, slopes
 from hydroservo.loop import Loop, MachineState
 from hydroservo.runs.run import ready
 from hydroservo.runs.steady import sized
@@ -22,6 +24,8 @@ Vector = NDArray[np.float64]
 
 SAMPLES = 20  # after which filters and estimates have begun
 SETTLED = 1e-7  # of each number's size, and of a volt
+EXACT = 1e-14  # and nothing is left to gain
+STEPS = 12  # of Newton's method, at most
 
 
 class DigitalState(NamedTuple):
@@ -115,7 +119,6 @@ def settled(point: OperatingPoint, drift: Vector) -> OperatingPoint:
     Raises:
         ParameterError: it stays nowhere.
     """
-    from scipy.optimize import least_squares
 
     def later(count: int) -> tuple[MachineState, float]:
         """The machine some samples on, and what the demand has grown by."""
@@ -132,7 +135,7 @@ def settled(point: OperatingPoint, drift: Vector) -> OperatingPoint:
     *_, begun = run(point.digital, point.demand.value, -SAMPLES, 0)
     start = np.array([*values(begun), point.demand.value])
     sizes = np.array([*(size for _, size in sized(begun)), max(abs(point.demand.value), 0.1)])
-    free = np.isfinite(start)
+    free = np.isfinite(start) & moved(point._replace(digital=begun), sizes)
 
     def at(x: Vector) -> tuple[DigitalState, float]:
         numbers = start.copy()
@@ -148,12 +151,44 @@ def settled(point: OperatingPoint, drift: Vector) -> OperatingPoint:
         missing = np.array([digital.controller.u, *commands]) - point.command
         return np.asarray(np.nan_to_num(np.concatenate([speeding[:, free[:-1]].ravel(), missing]), nan=1e9))
 
-    x = np.zeros(int(free.sum()))
-    if np.abs(unrest(x)).max() > 1e-14:
-        x = least_squares(unrest, x, method="trf", xtol=1e-15, ftol=1e-15, gtol=1e-15, max_nfev=100).x
+    x = rest_of(unrest, np.zeros(int(free.sum())))
     if not np.abs(unrest(x)).max() < SETTLED:
         law = type(point.loop.controller).__name__
         problem = f"has no operating point under {point.command:g} V: what it asks for does not settle"
         raise ParameterError("controller", law, problem)
     digital, value = at(x)
     return point._replace(digital=digital, demand=point.demand._replace(value=value))
+
+
+def rest_of(unrest: Function, x: Vector) -> Vector:
+    """Where a function is 0 or, after so many of Newton's steps, was least; of many such places a near one."""
+    best, least = x, math.inf
+    for _ in range(STEPS):
+        missing = unrest(x)
+        if (worst := float(np.abs(missing).max())) < least:
+            best, least = x, worst
+        if least < EXACT:
+            break
+        x = x - np.linalg.lstsq(slopes(unrest, x, np.ones(len(x))).mean, missing)[0]
+    return best
+
+
+def moved(point: OperatingPoint, sizes: Vector) -> NDArray[np.bool_]:
+    """Which of the digital states, and of the demand, the machine or the demand moves sooner or later.
+
+    An integral that nothing feeds is to stay where it begins.
+    """
+    count = len(values(point.machine))
+
+    def step(numbers: Vector) -> Vector:
+        left = iter(numbers.tolist())
+        machine: MachineState = filled(point.machine, left)
+        digital: DigitalState = filled(point.digital, left)
+        demand = point.demand._replace(value=next(left))
+        return np.array([*numbers[:count], *values(sampled(point, machine, digital, demand)), demand.value])
+
+    start = np.array([*values(point.machine), *values(point.digital), point.demand.value])
+    scale = np.append([size for _, size in sized(point.machine)], np.nan_to_num(sizes, nan=1.0))
+    first = np.arange(len(start)) < count
+    first[-1] = True
+    return reached(slopes(step, start, scale).mean != 0.0, first)[count:]

@@ -17,7 +17,7 @@ Response = NDArray[np.complex128]
 POINTS = 2000  # evenly by the logarithm
 LOWEST = 1e-6  # of the Nyquist frequency
 AROUND = np.concatenate([-np.geomspace(10.0, 1e-2, 12), [0.0], np.geomspace(1e-2, 10.0, 12)])  # half widths
-REAL = 1e-9  # imaginary over real part, of a response that counts as real
+LEVEL = 1e-2  # by how much a response may change from the lowest frequency to 0
 
 
 class Crossings(NamedTuple):
@@ -33,7 +33,7 @@ class Crossings(NamedTuple):
 
 
 def grid(loop: OpenLoop) -> Vector:
-    """Frequencies [rad/s] up to Nyquist's, dense where the loop, open or closed, resonates."""
+    """Frequencies [rad/s] up to Nyquist's, the last, dense where the loop, open or closed, resonates."""
     nyquist = math.pi / loop.period
     poles = np.concatenate([np.linalg.eigvals(loop.a), np.linalg.eigvals(loop.closed())])
     with np.errstate(divide="ignore"):
@@ -52,9 +52,18 @@ def crossings(loop: OpenLoop, frequencies: Vector) -> Crossings:
 
     gain = roots(lambda w: abs(one(w)) - 1.0, frequencies, np.abs(response) - 1.0)
     real = roots(lambda w: one(w).imag, frequencies, response.imag)
-    ends = [float(w) for w in frequencies[[0, -1]] if abs(one(w).imag) <= REAL * abs(one(w).real)]
-    phase = sorted({w for w in (*real, *ends) if one(w).real < 0.0})
+    ends = [0.0] if level(loop, response[0]) else []
+    phase = sorted(w for w in (*ends, *real, float(frequencies[-1])) if one(w).real < 0.0)
     return Crossings(tuple(gain), tuple(phase))
+
+
+def level(loop: OpenLoop, slow: complex) -> bool:
+    """Whether the response at rest is that to slow motions: nothing integrates."""
+    try:
+        rest = complex(loop.transfer(np.zeros(1))[0])
+    except np.linalg.LinAlgError:
+        return False
+    return abs(rest - slow) <= LEVEL * abs(slow)
 
 
 def roots(function: Callable[[float], float], places: Vector, found: Vector) -> list[float]:

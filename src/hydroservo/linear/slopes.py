@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Function", "Slopes", "slopes"]
+__all__ = ["Function", "Slopes", "reached", "slopes"]
 
 Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]
@@ -55,3 +55,11 @@ def slopes(function: Function, point: Vector, sizes: Vector) -> Slopes:
     after, before = table(1.0), table(-1.0)
     wide = 0.5 * (table(WIDE) + table(-WIDE))
     return Slopes(0.5 * (after + before), (after, before, wide))
+
+
+def reached(links: NDArray[np.bool_], first: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """The states that are reached from some, where links[i, j] says that j moves i."""
+    found = first
+    for _ in first:
+        found = found | (links @ found)
+    return found
