@@ -25,6 +25,7 @@ _HOMES = {  # what is offered, and the module that it comes from; none for a pac
     "holds": "",
     "integrators": "",
     "load_scenario": "scenario",
+    "linear": "",
     "loads": "",
     "mechanics": "",
     "metrics_of": "runs.results",
@@ -59,6 +60,7 @@ if TYPE_CHECKING:  # the same once more, for those who read types; a test compar
     from hydroservo import drives as drives
     from hydroservo import holds as holds
     from hydroservo import integrators as integrators
+    from hydroservo import linear as linear
     from hydroservo import loads as loads
     from hydroservo import mechanics as mechanics
     from hydroservo import monitors as monitors

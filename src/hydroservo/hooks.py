@@ -39,6 +39,7 @@ __all__ = [
     "has_chambers",
     "is_valveless",
     "resting",
+    "smoothed",
     "takes_load_pressure",
 ]
 
@@ -61,6 +62,7 @@ class Hook(NamedTuple):
 
 HOOKS = (
     Hook("check", None, (), "raises a ParameterError where the block's numbers do not go together"),
+    Hook("smoothed", None, (), "the block without its steps of resolution, as small motions are judged with"),
     Hook(
         "designed",
         Controller,
@@ -186,6 +188,13 @@ def kind_of(value: Any) -> Any:
     if is_block(value):
         return (type(value), *map(kind_of, value))
     return math.copysign(1.0, value) if type(value) is float else type(value)
+
+
+def smoothed(block: Block) -> Any:
+    """A block without steps of resolution, in it or in a block in it that has ``smoothed()``."""
+    parts = {name: smoothed(part) for name, part in block._asdict().items() if is_block(part)}
+    block = block._replace(**parts)
+    return block.smoothed() if hasattr(block, "smoothed") else block
 
 
 def at_rest(plant: Block, supply: Block, load: Block) -> Block:

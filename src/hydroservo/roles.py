@@ -38,6 +38,7 @@ __all__ = [
     "Differentiator",
     "Drive",
     "EndStops",
+    "Filter",
     "ForceSensor",
     "Friction",
     "Hold",
@@ -484,6 +485,13 @@ class Limiter(Protocol):
     """The limit of a command [V]."""
 
     def apply(self, u: float) -> float: ...
+
+
+class Filter(Protocol):
+    """A sampled filter of one signal, its numbers those of one sample period; its state holds ``value``."""
+
+    def init(self) -> Block: ...
+    def step(self, s: Block, value: float) -> Block: ...
 
 
 class Model(Protocol):

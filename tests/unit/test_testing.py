@@ -14,7 +14,7 @@ from hydroservo import HydroservoError, replace
 from hydroservo.controllers import DAC, PI, TSMC
 from hydroservo.export.c import compiler
 from hydroservo.plants import DesignModel
-from hydroservo.roles import Limiter, Load, Model, Reference, role
+from hydroservo.roles import Filter, Limiter, Load, Model, Reference, role
 from hydroservo.scenario import load_plugin
 from hydroservo.scenario.fits import ROLES, roles_of
 from hydroservo.scenario.registry import shipped_classes
@@ -397,7 +397,7 @@ def test_there_is_a_loop_for_a_block_of_each_role() -> None:
 
 
 def test_there_is_a_loop_for_a_users_block_of_each_role_that_a_scenario_can_name() -> None:
-    assert set(ROLES) - {place.kind for place in places()} == {Limiter, Model}
+    assert set(ROLES) - {place.kind for place in places()} == {Filter, Limiter, Model}
 
 
 def test_each_question_has_a_test_of_its_name() -> None:

@@ -8,6 +8,7 @@ from hydroservo.controllers.acceleration_feedback import AccelerationFeedback, A
 from hydroservo.controllers.adaptive_robust import AdaptiveRobust, AdaptiveRobustState
 from hydroservo.controllers.anti_windup import AntiWindup, AntiWindupState
 from hydroservo.controllers.backstepping import Backstepping, BacksteppingState
+from hydroservo.controllers.biquad import Biquad, BiquadState
 from hydroservo.controllers.cascade import Cascade, CascadeState
 from hydroservo.controllers.dac import DAC, DACState
 from hydroservo.controllers.dead_band_compensation import DeadBandCompensation, DeadBandCompensationState
@@ -16,6 +17,7 @@ from hydroservo.controllers.delay import Delay, DelayState
 from hydroservo.controllers.directional_gain import DirectionalGain, DirectionalGainState
 from hydroservo.controllers.first_order_adrc import FirstOrderADRC, FirstOrderADRCState
 from hydroservo.controllers.flow_compensation import FlowCompensation, FlowCompensationState
+from hydroservo.controllers.h_infinity import HInfinityLoopShaping, HInfinityLoopShapingState
 from hydroservo.controllers.internal_model import InternalModel, InternalModelState
 from hydroservo.controllers.inverted_polarity import InvertedPolarity, InvertedPolarityState
 from hydroservo.controllers.inverting import Inverting, InvertingState
@@ -47,6 +49,8 @@ __all__ = [
     "AntiWindupState",
     "Backstepping",
     "BacksteppingState",
+    "Biquad",
+    "BiquadState",
     "Cascade",
     "CascadeState",
     "DACState",
@@ -62,6 +66,8 @@ __all__ = [
     "FirstOrderADRCState",
     "FlowCompensation",
     "FlowCompensationState",
+    "HInfinityLoopShaping",
+    "HInfinityLoopShapingState",
     "InternalModel",
     "InternalModelState",
     "InvertedPolarity",

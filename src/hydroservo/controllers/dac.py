@@ -10,6 +10,8 @@ from hydroservo.sources import CHOSEN
 
 __all__ = ["DAC", "DACState"]
 
+FINE = 50  # bits that nothing tells from none
+
 
 class DACState(NamedTuple):
     """What is put out, and the nested law's state."""
@@ -35,6 +37,9 @@ class DAC(NamedTuple):
     controller: Controller
     bits: Annotated[int, Field("", "of the converter", CHOSEN, at_least=1, at_most=32)] = 12
     limit: Annotated[float, Field("V", "the converter's range is +-limit", CHOSEN, above=0)] = 10.0
+
+    def smoothed(self) -> "DAC":
+        return self._replace(bits=FINE)
 
     def init(self) -> DACState:
         return DACState(0.0, self.controller.init())

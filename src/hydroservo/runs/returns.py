@@ -10,6 +10,7 @@ from hydroservo.loop import Loop
 from hydroservo.roles import (
     Controller,
     Differentiator,
+    Filter,
     Observer,
     Plant,
     PositionSensor,
@@ -24,6 +25,7 @@ STATES: dict[Any, tuple[str, ...]] = {  # the numbers that others read in the st
     Controller: ("u",),
     Observer: ("d1", "d2", "s1", "s2", "velocity", "load_force"),
     Differentiator: ("rate",),
+    Filter: ("value",),
     Plant: ("velocity", "position"),
     PositionSensor: ("value",),
     VelocityEstimator: ("value",),

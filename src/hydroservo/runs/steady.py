@@ -13,7 +13,7 @@ from hydroservo.loop import Loop, MachineState
 from hydroservo.starts import AsBuilt
 from hydroservo.states import filled
 
-__all__ = ["start_found", "started", "steady_state"]
+__all__ = ["sized", "start_found", "started", "steady_state"]
 
 POSITION = "plant.position"
 Rates = Callable[[NDArray[np.float64]], NDArray[np.float64]]
@@ -86,7 +86,7 @@ def steady_state(loop: Loop, command: float) -> MachineState:
     fixed = {POSITION, *(path for path, _ in leaves(loop.start.given))}
     free = [i for i, (path, _) in enumerate(leaves(start)) if path not in fixed]
     watched = [i for i, (path, _) in enumerate(leaves(start)) if path != POSITION]
-    first, sizes = np.array(values(start)), np.array(list(sizes_of(start)))
+    first, sizes = np.array(values(start)), np.array([size for _, size in sized(start)])
     force = loop.load.force(0.0)
 
     def at(x: NDArray[np.float64]) -> MachineState:
@@ -123,7 +123,7 @@ def stiffness(rates: Rates, free: int, watched: int) -> NDArray[np.float64]:
     return np.where(largest > 0.0, largest, 1.0)
 
 
-def sizes_of(state: MachineState) -> Iterator[float]:
+def sized(state: Block) -> Iterator[tuple[str, float]]:
     """The size of each number of a machine's state, from its value or its unit."""
     for path, value in leaves(state):
-        yield max(abs(value), SIZES.get(field_at(state, path).unit, 1.0))
+        yield path, max(abs(value), SIZES.get(field_at(state, path).unit, 1.0))

@@ -10,6 +10,8 @@ from hydroservo.signals import Draws
 
 __all__ = ["Encoder"]
 
+FINE = 1e-15  # [m] a resolution that nothing tells from none
+
 
 @role(PositionSensor)
 class Encoder(NamedTuple):
@@ -25,6 +27,9 @@ class Encoder(NamedTuple):
     """
 
     resolution: Annotated[float, Field("m", "length q of a count", above=0)]
+
+    def smoothed(self) -> "Encoder":
+        return self._replace(resolution=FINE)
 
     def init(self) -> PositionReading:
         return PositionReading(0.0)

@@ -48,6 +48,9 @@ class PressureTransducer(NamedTuple):
         float, Field("s", "time constant tau of the transducer", "0: at once", at_least=0)
     ] = 0.0
 
+    def smoothed(self) -> "PressureTransducer":
+        return self._replace(bits=0)
+
     def init(self) -> PressureTransducerState:
         return PressureTransducerState(0.0, math.nan)
 

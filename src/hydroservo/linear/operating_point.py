@@ -1,0 +1,194 @@
+"""Where a loop stays: its machine settled under a command, and its law asking for just that command."""
+
+import math
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydroservo.block import Block, values
+from hydroservo.errors import ParameterError
+from hydroservo.hooks import smoothed
+from hydroservo.linear.slopes import Function, reached, slopes
+from hydroservo.loop import Loop, MachineState
+from hydroservo.runs.run import ready
+from hydroservo.runs.steady import sized
+from hydroservo.signals import Demand
+from hydroservo.starts import Steady
+from hydroservo.states import axpy, filled
+
+__all__ = ["DigitalState", "OperatingPoint", "operating_point", "sampled"]
+
+Vector = NDArray[np.float64]
+
+SAMPLES = 20  # after which filters and estimates have begun
+SETTLED = 1e-7  # of each number's size, and of a volt
+EXACT = 1e-14  # and nothing is left to gain
+STEPS = 12  # of Newton's method, at most
+
+
+class DigitalState(NamedTuple):
+    """The states of all that is sampled."""
+
+    sensors: Block
+    controller: Block
+    hold: Block
+
+
+class OperatingPoint(NamedTuple):
+    """Where a loop stays.
+
+    Attributes:
+        loop: as it runs, its law designed.
+        command: u [V].
+        machine: its state.
+        digital: that of sensors, law and hold.
+        demand: under which the law asks for that command.
+        force: on the rod [N].
+    """
+
+    loop: Loop
+    command: float
+    machine: MachineState
+    digital: DigitalState
+    demand: Demand
+    force: float
+
+
+def operating_point(loop: Loop, command: float | None) -> OperatingPoint:
+    """Where a loop stays under a command.
+
+    The machine is in its steady state, and nothing counts in steps. The law is where it asks for the command
+    sample after sample, with nothing in it that gathers speed, under a demand that grows as what is
+    controlled does.
+
+    Args:
+        loop: the loop.
+        command: u [V]; None for that of the loop's steady start, or 0.
+
+    Raises:
+        ParameterError: the machine has no steady state, or the law none that asks for the command.
+    """
+    start = loop.start if isinstance(loop.start, Steady) else Steady()
+    u = float(start.command if command is None else command)
+    started = ready(loop._replace(start=start._replace(command=u)))
+    started = started._replace(controller=smoothed(started.controller), sensors=smoothed(started.sensors))
+    machine = started.machine(started.init())
+    force = started.load.force(0.0)
+    rate = values(started.rates(machine, u, force))
+    drift = np.array(rate) * started.simulation.period
+    begun, demand = first_digital(started), demanded(started, machine, u, force)
+    return settled(OperatingPoint(started, u, machine, begun, demand, force), drift)
+
+
+def first_digital(loop: Loop) -> DigitalState:
+    s = loop.init()
+    return DigitalState(s.sensors, s.controller, s.hold)
+
+
+def demanded(loop: Loop, machine: MachineState, u: float, force: float) -> Demand:
+    """The demand that the machine fulfils: its controlled signal, and the rate of that."""
+    nudge = 1e-6
+    rates = loop.rates(machine, u, force)
+    ahead = axpy(machine, nudge, rates)
+    now, later = (loop.controls.of(loop.seen(x, force), u) for x in (machine, ahead))
+    return Demand(now, (later - now) / nudge, 0.0)
+
+
+def sampled(
+    point: OperatingPoint, machine: MachineState, digital: DigitalState, demand: Demand
+) -> DigitalState:
+    """What happens at a sample: measure, run the controller; see :meth:`~hydroservo.loop.Loop.sample`."""
+    loop, dt = point.loop, point.loop.simulation.period
+    seen = loop.seen(machine, point.force)
+    sensors = loop.sensors.step(digital.sensors, seen, loop.draws(0.0, dt), dt)
+    applied = loop.hold.applied(digital.hold, digital.controller.u, dt)
+    y = loop.sensors.measure(sensors, seen, applied)
+    hold = loop.hold.step(digital.hold, digital.controller.u, 0.0)
+    return DigitalState(sensors, loop.controller.step(digital.controller, y, demand, dt), hold)
+
+
+def settled(point: OperatingPoint, drift: Vector) -> OperatingPoint:
+    """The same with the law where it stays.
+
+    Args:
+        point: with the law anywhere.
+        drift: of the machine's states over a sample period.
+
+    Raises:
+        ParameterError: it stays nowhere.
+    """
+
+    def later(count: int) -> tuple[MachineState, float]:
+        """The machine some samples on, and what the demand has grown by."""
+        moved = np.array(values(point.machine)) + count * drift
+        grown = count * point.loop.simulation.period * point.demand.rate
+        return filled(point.machine, iter(moved.tolist())), grown
+
+    def run(digital: DigitalState, value: float, first: int, last: int) -> Iterator[DigitalState]:
+        for count in range(first, last):
+            machine, grown = later(count)
+            digital = sampled(point, machine, digital, point.demand._replace(value=value + grown))
+            yield digital
+
+    *_, begun = run(point.digital, point.demand.value, -SAMPLES, 0)
+    start = np.array([*values(begun), point.demand.value])
+    sizes = np.array([*(size for _, size in sized(begun)), max(abs(point.demand.value), 0.1)])
+    free = np.isfinite(start) & moved(point._replace(digital=begun), sizes)
+
+    def at(x: Vector) -> tuple[DigitalState, float]:
+        numbers = start.copy()
+        numbers[free] += sizes[free] * x
+        *states, value = numbers.tolist()
+        return filled(begun, iter(states)), value
+
+    def unrest(x: Vector) -> Vector:
+        digital, value = at(x)
+        rows = np.array([values(one) for one in (digital, *run(digital, value, 0, 3))])
+        commands = np.array([one.controller.u for one in run(digital, value, 0, 2)])
+        speeding = np.diff(rows, 2, axis=0) / sizes[:-1]
+        missing = np.array([digital.controller.u, *commands]) - point.command
+        return np.asarray(np.nan_to_num(np.concatenate([speeding[:, free[:-1]].ravel(), missing]), nan=1e9))
+
+    x = rest_of(unrest, np.zeros(int(free.sum())))
+    if not np.abs(unrest(x)).max() < SETTLED:
+        law = type(point.loop.controller).__name__
+        problem = f"has no operating point under {point.command:g} V: what it asks for does not settle"
+        raise ParameterError("controller", law, problem)
+    digital, value = at(x)
+    return point._replace(digital=digital, demand=point.demand._replace(value=value))
+
+
+def rest_of(unrest: Function, x: Vector) -> Vector:
+    """Where a function is 0 or, after so many of Newton's steps, was least; of many places a near one."""
+    best, least = x, math.inf
+    for _ in range(STEPS):
+        missing = unrest(x)
+        if (worst := float(np.abs(missing).max())) < least:
+            best, least = x, worst
+        if least < EXACT:
+            break
+        x = x - np.linalg.lstsq(slopes(unrest, x, np.ones(len(x))).mean, missing)[0]
+    return best
+
+
+def moved(point: OperatingPoint, sizes: Vector) -> NDArray[np.bool_]:
+    """Which of the digital states, and of the demand, the machine or the demand moves sooner or later.
+
+    An integral that nothing feeds is to stay where it begins.
+    """
+    count = len(values(point.machine))
+
+    def step(numbers: Vector) -> Vector:
+        left = iter(numbers.tolist())
+        machine: MachineState = filled(point.machine, left)
+        digital: DigitalState = filled(point.digital, left)
+        demand = point.demand._replace(value=next(left))
+        return np.array([*numbers[:count], *values(sampled(point, machine, digital, demand)), demand.value])
+
+    start = np.array([*values(point.machine), *values(point.digital), point.demand.value])
+    scale = np.append([size for _, size in sized(point.machine)], np.nan_to_num(sizes, nan=1.0))
+    first = np.arange(len(start)) < count
+    first[-1] = True
+    return reached(slopes(step, start, scale).mean != 0.0, first)[count:]

@@ -1,0 +1,83 @@
+"""A design model's velocity as a sampled PI law meets it: the plant to be stabilised robustly."""
+
+import numpy as np
+
+from hydroservo.plants.design_model import DesignModel
+from hydroservo.synthesis.coprime import StateSpace, balanced
+
+__all__ = ["from_bilinear", "sampled_plant", "to_bilinear"]
+
+DIRECT = np.zeros((1, 1))
+
+
+def sampled_plant(
+    model: DesignModel, time_constant: float, period: float, proportional: float, integral: float
+) -> StateSpace:
+    """G W: the velocity about rest over what a sampled PI weight is given, x_(k+1) = A x_k + B u_k.
+
+    G is the model behind the valve 1/(tau s + 1), its command held over a sample, W = k_p + k_i h z/(z - 1).
+    A valve without lag and an integral of 0 have no state.
+
+    Args:
+        model: what is believed of the machine.
+        time_constant: tau [s] of the valve; 0 for one without lag.
+        period: h [s].
+        proportional: k_p [V s/m].
+        integral: k_i [V/m].
+
+    Raises:
+        ValueError: it is out of the reach of floating-point numbers.
+    """
+    from scipy.linalg import expm
+
+    with np.errstate(all="ignore"):
+        (a, b, c, _), _, rate = balanced(behind_valve(model, time_constant))
+        n = len(a)
+        both = expm(np.block([[a, b], [np.zeros((1, n + 1))]]) * np.float64(rate * period))
+        moved, driven, gain = both[:n, :n], both[:n, n:], proportional + period * integral
+        if integral == 0.0:
+            return StateSpace(moved, gain * driven, c, DIRECT)
+        whole = np.block([[moved, driven], [np.zeros((1, n)), np.ones((1, 1))]])
+        given = np.append(gain * driven, [[period * integral]], axis=0)
+    return StateSpace(whole, given, np.append(c, [[0.0]], axis=1), DIRECT)
+
+
+def behind_valve(model: DesignModel, time_constant: float) -> StateSpace:
+    """The model about rest, from the command to the velocity; x = [x1, x2, opening as a command]."""
+    rates = np.array([[model.f1(1.0), model.g1()], [model.f2(1.0, 0.0), model.f2(0.0, 1.0)]])
+    driven, seen = np.array([[0.0], [model.g2(0.0, 0.0)]]), np.array([[1.0, 0.0]])
+    if time_constant == 0.0:
+        return StateSpace(rates, driven, seen, DIRECT)
+    corner = 1.0 / np.float64(time_constant)
+    a = np.block([[rates, driven], [np.zeros((1, 2)), -corner]])
+    return StateSpace(a, np.array([[0.0], [0.0], [corner]]), np.append(seen, [[0.0]], axis=1), DIRECT)
+
+
+def to_bilinear(sampled: StateSpace) -> StateSpace:
+    """What is sampled, as a function of v = (z - 1)/(z + 1): all norms on the unit circle stay.
+
+    Raises:
+        ValueError: it has a pole at z = -1.
+    """
+    a, b, c, d = sampled
+    try:
+        half = np.linalg.inv(a + np.eye(len(a)))
+    except np.linalg.LinAlgError:
+        raise ValueError("it is out of the reach of floating-point numbers") from None
+    root = np.sqrt(2.0)
+    return StateSpace(half @ (a - np.eye(len(a))), root * half @ b, root * c @ half, d - c @ half @ b)
+
+
+def from_bilinear(law: StateSpace) -> StateSpace:
+    """What is a function of v = (z - 1)/(z + 1), sampled.
+
+    Raises:
+        ValueError: it has a pole at v = 1.
+    """
+    a, b, c, d = law
+    try:
+        half = np.linalg.inv(np.eye(len(a)) - a)
+    except np.linalg.LinAlgError:
+        raise ValueError("it is out of the reach of floating-point numbers") from None
+    root = np.sqrt(2.0)
+    return StateSpace(half @ (a + np.eye(len(a))), root * half @ b, root * c @ half, d + c @ half @ b)
