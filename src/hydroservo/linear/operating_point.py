@@ -161,7 +161,7 @@ def settled(point: OperatingPoint, drift: Vector) -> OperatingPoint:
 
 
 def rest_of(unrest: Function, x: Vector) -> Vector:
-    """Where a function is 0 or, after so many of Newton's steps, was least; of many such places a near one."""
+    """Where a function is 0, near x, or least among the places that Newton's method tries."""
     best, least = x, math.inf
     for _ in range(STEPS):
         missing = unrest(x)

@@ -1,1 +1,4 @@
-"""Computed before a run: what makes a law's numbers from a model of the machine."""
+"""Gains designed off line, before a run: linear models, how they are sampled, and Riccati equations.
+
+Nothing here is a block, and scipy is loaded where something is designed.
+"""
