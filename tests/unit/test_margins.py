@@ -236,6 +236,7 @@ def test_sensors_that_difference_a_moving_position_see_its_velocity() -> None:
 def test_a_steady_start_says_the_command() -> None:
     loop = rig(start=Steady(0.05))
     assert margins(loop) == margins(rig(), command=0.05)
+    assert margins(rig(), command=1) == margins(rig(), command=1.0)
     assert margins(loop) != margins(rig())
 
 
@@ -268,6 +269,7 @@ def test_the_record_is_immutable_and_has_units() -> None:
         ),
         (lambda: rig(controls=Command(), controller=OpenLoop()), None, "closes no loop here"),
         (lambda: "rig/1khz-pi-sine", None, "must be a Loop"),
+        (rig, "much", "start.command = 'much': must be a finite number [V]"),
     ],
 )
 def test_what_has_no_margins_says_so_in_one_line(loop, command, said: str) -> None:  # type: ignore[no-untyped-def]
