@@ -112,7 +112,10 @@ def test_a_section_is_its_difference_equation() -> None:
 
 
 def test_with_filters_that_pass_everything_it_is_a_pi_law() -> None:
-    law, pi = HInfinityLoopShaping(3.0, 600.0, VALVE_LAG, anti_windup=50.0), PI(3.0, 600.0, 50.0, controls=Velocity())
+    law, pi = (
+        HInfinityLoopShaping(3.0, 600.0, VALVE_LAG, anti_windup=50.0),
+        PI(3.0, 600.0, 50.0, controls=Velocity()),
+    )
     s, t = law.init(), pi.init()
     for k in range(50):
         y = Measurement(0.01 * math.sin(k), NAN, NAN, 0.9 * t.u, NAN, NAN, NAN)

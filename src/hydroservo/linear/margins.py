@@ -51,7 +51,8 @@ def margins(loop: Loop, *, command: float | None = None) -> Margins:
     Sensors, law and hold as they step at samples, and the machine between them, are linearised by central
     differences; the loop is opened where the command enters the machine, behind what the law is told of it.
     With L the response of the opened loop up to Nyquist's frequency, S = 1/(1 + L) and T = 1 - S, the margins
-    are those of L at the samples; a delay counts as e^(-j w T) there.
+    are those of L at the samples; a delay counts as e^(-j w T) there. Steps of resolution, of encoders and
+    converters, are left out.
 
     Args:
         loop: the loop; its demand is exchanged for the one that is fulfilled at the operating point, and its
@@ -61,7 +62,7 @@ def margins(loop: Loop, *, command: float | None = None) -> Margins:
 
     Raises:
         ParameterError: there is no such operating point, or the loop is not linear about it: a law that
-            switches, dry friction at rest, sensors that count in steps.
+            switches or rises without bound, dry friction at rest, a valve's overlap or hysteresis.
 
     Source: the disk margin: Seiler, Packard, Gahinet, IEEE Control Systems Magazine 40(5), 2020, with
     symmetric disks (skew 0); the others: Astrom, Murray, Feedback Systems, 2008, sec. 9.3.

@@ -71,8 +71,9 @@ def operating_point(loop: Loop, command: float | None) -> OperatingPoint:
         ParameterError: the machine has no steady state, or the law none that asks for the command.
     """
     start = loop.start if isinstance(loop.start, Steady) else Steady()
-    u = float(start.command if command is None else command)
-    started = ready(loop._replace(start=start._replace(command=u)))
+    asked: Steady = start if command is None else start._replace(command=command)
+    started = ready(loop._replace(start=asked))
+    u = float(asked.command)
     started = started._replace(controller=smoothed(started.controller), sensors=smoothed(started.sensors))
     machine = started.machine(started.init())
     force = started.load.force(0.0)
@@ -161,7 +162,11 @@ def settled(point: OperatingPoint, drift: Vector) -> OperatingPoint:
 
 
 def rest_of(unrest: Function, x: Vector) -> Vector:
+<<<<<<< HEAD
     """Where a function is 0 or, after so many of Newton's steps, was least; of many places a near one."""
+=======
+    """Where a function is 0, near x, or least among the places that Newton's method tries."""
+>>>>>>> hinf
     best, least = x, math.inf
     for _ in range(STEPS):
         missing = unrest(x)
