@@ -31,10 +31,6 @@ from hydroservo.linear.operating_point import OperatingPoint, operating_point, s
 from hydroservo.loads import Constant
 from hydroservo.scenario import load_scenario
 from hydroservo.starts import Steady
-<<<<<<< HEAD
-from hydroservo.states import filled
-=======
->>>>>>> hinf
 from hydroservo.testing.examples import example
 from hydroservo.wiring import believed
 

@@ -162,11 +162,7 @@ def settled(point: OperatingPoint, drift: Vector) -> OperatingPoint:
 
 
 def rest_of(unrest: Function, x: Vector) -> Vector:
-<<<<<<< HEAD
-    """Where a function is 0 or, after so many of Newton's steps, was least; of many places a near one."""
-=======
     """Where a function is 0, near x, or least among the places that Newton's method tries."""
->>>>>>> hinf
     best, least = x, math.inf
     for _ in range(STEPS):
         missing = unrest(x)
