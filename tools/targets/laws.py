@@ -36,7 +36,7 @@ from hydroservo.observers import (
 )
 from hydroservo.papers.tsmc_eha_2021.printed import PrintedBackstepping, PrintedTSMC
 from hydroservo.pulls import ExplicitReaching, ImplicitReaching, SmoothReaching
-from hydroservo.roles import Controller, Differentiator, Observer, Reaching, Realisation
+from hydroservo.roles import Controller, Differentiator, Observer, Pull, Reaching, Realisation
 from hydroservo.scenario.fits import said_roles
 from hydroservo.scenario.registry import shipped_classes
 from hydroservo.testing.examples import example
@@ -49,6 +49,7 @@ PARTS = (
     Observer,
     Realisation,
     Reaching,
+    Pull,
     Differentiator,
 )  # roles on the target
 

@@ -15,5 +15,6 @@ SINGLE = {
     (f"{OPS}.circular", "HALF_PI_MIDDLE"): 0.0004837512969970703,
     (f"{OPS}.circular", "HALF_PI_LOW"): 7.54978994586e-08,
     (f"{OPS}.circular", "LARGEST"): 8192.0,
+    ("hydroservo.controllers.adaptive_robust", "LEAST"): 1e-37,
     ("hydroservo.pulls.implicit_reaching", "LEAST"): 1e-37,
 }
