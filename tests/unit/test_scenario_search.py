@@ -130,6 +130,22 @@ def test_another_law_drops_the_ranges_of_the_base(write) -> None:
     assert ranges_of(changed.search) == {}
 
 
+def test_another_law_drops_a_range_of_the_base_that_is_in_another_unit(write) -> None:
+    write(LAW + '[tune.vary]\ncontroller.proportional_gain = "1..9 V s/m"\n')
+    cascade = """
+        base = "my.toml"
+        controls.type = "Position"
+        reference = { type = "Step", initial = "9 mm", final = "10 mm" }
+        [controller]
+        type = "Cascade"
+        proportional_gain = "10 1/s"
+        max_velocity = "0.1 m/s"
+        rate_feedforward = 1
+        controller = { type = "PI", proportional_gain = "3 V s/m" }
+    """
+    assert assembled(write(cascade, "own.toml")).search.ranges == {}
+
+
 def test_changes_lie_on_top(write) -> None:
     changes = {"tune.seeds": 5, "tune.vary.controller.integral_gain": "3..4 V/m"}
     search = assembled(write(LAW + TUNE), changes).search

@@ -45,8 +45,8 @@ class Search(NamedTuple):
 def tune_search(scenario: Table, loop: Loop, arguments: Mapping[str, object]) -> Search:
     """What the table ``[tune]`` of a scenario says; where it is silent, the defaults.
 
-    A range that a layer gives does not count if its path is none any more, because a layer above gives a
-    block along it a type.
+    A range that a layer gives does not count if its path is none any more, or a number that the range is not
+    of, because a layer above gives a block along it a type.
 
     Args:
         scenario: all its tables.
@@ -63,16 +63,19 @@ def tune_search(scenario: Table, loop: Loop, arguments: Mapping[str, object]) ->
             raise table.entry(name).unknown(name, keys)
     floats = {path for path, value in leaves(loop) if isinstance(value, float)}
     entries = dict(table.table("vary").entries())
-    lost = {
-        path: entry
-        for path, entry in entries.items()
-        if path not in floats and scenario.has_type_above(entry.origin, path)
-    }
-    ranges = {
-        path: searched_range(path, entry, loop, arguments)
-        for path, entry in entries.items()
-        if path not in lost
-    }
+    ranges: dict[str, Range] = {}
+    lost: dict[str, Entry] = {}
+    for path, entry in entries.items():
+        of_another = scenario.has_type_above(entry.origin, path)
+        if of_another and path not in floats:
+            lost[path] = entry
+            continue
+        try:
+            ranges[path] = searched_range(path, entry, loop, arguments)
+        except ScenarioError:
+            if not of_another:
+                raise
+            lost[path] = entry
     return Search(ranges, **parts_of(table, loop), lost=next(iter(lost.values()), None))
 
 

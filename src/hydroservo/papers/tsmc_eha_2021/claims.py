@@ -104,7 +104,7 @@ def outcome(data: Any, demand: str) -> Outcome:
         return float(worst) if np.isfinite(worst) else math.inf
 
     signals = {"error": data["controlled.value"] - data["reference.value"]}
-    if "controller.observer.d1" in data:
+    if "controller.xi1" in data:
         signals |= {name: data[f"controller.{name}"] for name in ("xi1", "xi2")}
         signals |= {name: data[f"controller.observer.{name}"] for name in ("s1", "s2")}
         signals |= {f"miss{i}": data[f"controller.observer.d{i}"] - data[f"disturbance.d{i}"] for i in (1, 2)}
