@@ -88,6 +88,7 @@ def test_leakage_of_the_edges_of_a_single_rod() -> None:
         ({"lap": 5e-4}, "rated_opening"),
         ({"lap": -1e-4, "null_leakage": 1e-7, "supply_pressure": 140e5}, "null_leakage"),
         ({"null_leakage": 1.0, "supply_pressure": 140e5}, "null_leakage"),
+        ({"null_leakage": SERVO["rated_flow"], "supply_pressure": 140e5}, "null_leakage"),
         ({"null_leakage": 1e-6}, "supply_pressure"),
     ],
 )

@@ -112,9 +112,11 @@ class FourEdges(NamedTuple):
         leakage there is no clearance.
 
         Raises:
-            ParameterError: the spool does not open at its rated position, no clearance leaks that much, or
-                the leakage has no pressure.
+            ParameterError: the spool does not open at its rated position, no clearance leaks that much, more
+                leaks at null than flows when rated, or the leakage has no pressure.
         """
+        if not null_leakage < rated_flow:
+            raise ParameterError("null_leakage", null_leakage, f"must be below rated_flow, {rated_flow:.4g}")
         if null_leakage > 0.0 and not supply_pressure > 0.0:
             raise ParameterError("supply_pressure", supply_pressure, "must be above 0 with a null leakage")
         if not rated_opening > lap + extra_lap_pa:
