@@ -27,7 +27,7 @@ def controllers() -> dict[str, Loop]:
         name: example(Loop, short, controller=law, controls=signal_for(law)) for name, law in LAWS.items()
     }
     found: dict[tuple[type, ...], tuple[str, Loop]] = {}
-    for name in scenarios():
+    for name in sorted(scenarios(), key=lambda name: name.startswith("laws/")):  # those come last
         loop = load_scenario(name)
         found.setdefault(tuple(types_in(loop.controller)), (name, loop))
     return laws | dict(found.values())

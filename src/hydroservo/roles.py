@@ -164,7 +164,8 @@ class Observer(Protocol):
     """A sampled disturbance observer.
 
     Its state holds the estimates ``d1`` [m/s^2] and ``d2`` [N/s], the surfaces ``s1`` [m/s] and ``s2`` [N],
-    and the ``velocity`` [m/s] and ``load_force`` [N] that a law is to take.
+    and the ``velocity`` [m/s] and ``load_force`` [N] that a law is to take. One whose d1 and d2 are no
+    estimates says so, by the decorator ``without_estimates``.
     """
 
     def init(self) -> Block: ...

@@ -145,7 +145,7 @@ class ReachingRate(NamedTuple):
 
 
 class VelocityError(NamedTuple):
-    """What a pull is given: the velocity's error, and how an observer's surfaces shift that of its rate."""
+    """The velocity's error, and how an observer's surfaces shift that of its rate."""
 
     value: Annotated[float, Field("m/s", "error e, with the observer's surface s1 in it")]
     rate: Annotated[float, Field("m/s^2", "its rate de/dt by model and estimates")]
