@@ -145,6 +145,7 @@ def test_scenario_alone_runs_no_code(tmp_path: Path) -> None:
     assert not (tmp_path / "executed").exists()
 
 
+@pytest.mark.slow  # whole programs
 def test_a_law_on_the_rig_and_its_search() -> None:
     done = command("run", "on_the_rig.toml", folder=EXAMPLES)
     assert done.returncode == 0, done.stderr
@@ -162,6 +163,7 @@ def test_recorded_demand_and_load() -> None:
     assert float(data["load.force"].max()) == pytest.approx(120.0)  # 0.12 kN
 
 
+@pytest.mark.slow  # whole programs
 def test_a_position_servo_of_another_simulator() -> None:
     done = command("run", "hopsan_position_servo.toml", "--set", "simulation.duration=0.2 s", folder=EXAMPLES)
     assert done.returncode == 0, done.stderr
@@ -176,6 +178,7 @@ def test_an_axis_from_datasheets() -> None:
     assert "warning" not in data.attrs
 
 
+@pytest.mark.slow  # whole programs
 def test_comparison_in_python() -> None:
     line = [sys.executable, "compare_in_python.py"]
     done = subprocess.run(line, capture_output=True, text=True, cwd=EXAMPLES, check=False)

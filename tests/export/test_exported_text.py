@@ -49,7 +49,7 @@ def test_names_units_and_sources_are_there() -> None:
     assert "double linear_gain_1; /* [1/s] gain mu_1 */" in " ".join(unit.header.split())
     assert ".linear_gain_1 = 10000.0, /* [1/s] */" in unit.source
     assert "eqs. (19)-(22) of doi:10.1007/s42401-021-00087-w" in unit.source
-    for name in ("xi1", "acceleration", "xi1_rate", "drift"):
+    for name in ("xi2", "acceleration", "drift"):
         assert f"const double {name} = " in " ".join(unit.source.split())
 
 

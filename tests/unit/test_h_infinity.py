@@ -55,6 +55,7 @@ def test_the_least_gamma_is_that_with_half_a_sample_of_delay(
     assert designed(k_p, k_i, period).gamma / 1.1 == pytest.approx(expected, abs=0.01)
 
 
+@pytest.mark.slow  # fine grids of frequencies
 @pytest.mark.parametrize("period", [1e-3, 1e-4])
 @pytest.mark.parametrize(("k_p", "k_i"), [(3.0, 600.0), (10.0, 3000.0)])
 def test_the_sampled_loop_has_the_gamma_that_is_promised(k_p: float, k_i: float, period: float) -> None:

@@ -142,6 +142,7 @@ def last_error(loop: Loop) -> float:
     return abs(float(run["plant.velocity"][-1]) - 0.02)
 
 
+@pytest.mark.slow  # long runs
 @pytest.mark.parametrize("scale", [1.0, -1.0])
 @names
 def test_no_error_stays_under_a_constant_load_whatever_the_parameters(law: Block, scale: float) -> None:
@@ -150,6 +151,7 @@ def test_no_error_stays_under_a_constant_load_whatever_the_parameters(law: Block
     assert last_error(loop) < 1e-9
 
 
+@pytest.mark.slow  # long runs
 @pytest.mark.parametrize(
     "observer",
     [ExtendedStateObserver(300.0, 300.0), HighGainObserver(200.0, 100.0)],
@@ -159,6 +161,7 @@ def test_nor_with_other_observers(observer: Block) -> None:
     assert last_error(constant_loop(1.0, LAWS[0]._replace(observer=observer))) < 1e-9
 
 
+@pytest.mark.slow  # long runs
 def test_without_an_observer_it_does() -> None:
     assert last_error(constant_loop(1.0, LAWS[0]._replace(observer=NoObserver()))) > 1e-3
 
@@ -206,6 +209,7 @@ RESONANT = InternalModel(1e-2, 0.25, 100.0, 100.0, 0.0)
 INTEGRAL = LQI(1e-2, 100.0, 0.0)
 
 
+@pytest.mark.slow  # long runs
 @pytest.mark.parametrize("scale", [1.0, -1.0])
 def test_an_internal_model_leaves_no_error_at_its_own_frequency(scale: float) -> None:
     """It ends at 2e-11 m/s of 0.03, where harmonics of the sampled orifice are; at 10 us at 1e-12."""

@@ -139,6 +139,7 @@ LAWS = {
 }
 
 
+@pytest.mark.slow  # many loops in plain Python
 @pytest.mark.parametrize("name", LAWS)
 @pytest.mark.parametrize("delay", [0.0, 4e-4])
 @pytest.mark.parametrize("command", [0.0, 0.05])
