@@ -16,6 +16,8 @@ from tests.support.export.fmus import mass
 from tests.support.export.toy import toy
 from tests.support.needs import needs
 
+pytestmark = pytest.mark.slow  # several compilers for each
+
 FLAGS = ("-std=c99", "-O2", *BITS, *AS_LIBRARY)
 STRICT = ("-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Wstrict-prototypes", "-Werror")
 CLOCKED = "clocked"

@@ -21,6 +21,8 @@ from hydroservo.testing.examples import example
 from hydroservo.valves import FirstOrderValve, StaticValve
 from hydroservo.wiring import wired
 
+pytestmark = pytest.mark.slow  # each compiles lanes
+
 LOOPS = {
     "tsmc": example(
         Loop,

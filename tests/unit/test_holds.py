@@ -91,6 +91,7 @@ def delayed() -> object:
     return simulate(LOOP, strict=True)
 
 
+@pytest.mark.slow  # compiles whole loops
 def test_half_a_period_of_delay_is_a_law_at_every_second_of_twice_as_many_samples(delayed: object) -> None:
     simulation = LOOP.simulation._replace(period=0.5 * H, substeps=4)
     fast = LOOP._replace(simulation=simulation, controller=EverySecond(), hold=ZeroOrderHold())
@@ -115,6 +116,7 @@ def test_what_the_law_hears_is_the_mean_of_two_commands() -> None:
 SMOOTH = LOOP._replace(reference=Ramp(0.0, 0.03, rate=0.2, time=0.0), hold=DelayedHold(0.25 * H))
 
 
+@pytest.mark.slow  # compiles whole loops
 def test_rk4_keeps_its_order_where_substeps_end_on_the_command() -> None:
     """Its error falls by 2^4 with twice as many; the adaptive method finds the switch by itself."""
     exact = simulate(replace(SMOOTH, {"simulation.integrator": Tsit5(1e-12), "simulation.substeps": 1}))
