@@ -7,10 +7,10 @@ import pytest
 from tests.support.export.cases import COMPILERS, Case, each_case, rows_of, unit_of
 from tests.support.export.cppcheck import findings, unaccepted
 from tests.support.needs import needs
-
-pytestmark = pytest.mark.slow  # several compilers for each
 from tools.targets.host import library
 from tools.targets.symbols import foreign, undefined
+
+pytestmark = pytest.mark.slow  # several compilers for each
 
 SLOW_ALONE = {"copysign", "copysignf"}  # that gcc calls where it does not optimise at all; exact everywhere
 
