@@ -32,7 +32,8 @@ from benchmarks.table import Line, Section, job_table, machines_table, notes, pu
 from benchmarks.targets.table import measured as measured_units
 from benchmarks.targets.table import page as target_page
 from benchmarks.targets.table import tables as target_tables
-from benchmarks.targets.units import controllers, units
+from benchmarks.targets.units import units
+from tools.targets.controllers import controllers
 
 app = typer.Typer(add_completion=False)
 Named = TypeVar("Named", Job, Peer)

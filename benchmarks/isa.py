@@ -15,7 +15,7 @@ def chosen() -> str:
 
 
 def environment(isa: str) -> dict[str, str]:
-    """The variables of a process in which numba, XLA and the C compiler use this instruction set."""
+    """The variables of a process in which all that compiles uses this instruction set."""
     if isa == "native":
         return {VARIABLE: isa}
     from llvmlite import binding
@@ -24,11 +24,13 @@ def environment(isa: str) -> dict[str, str]:
     kept = {
         name: has and not name.startswith(("avx512", "avx10", "evex512")) for name, has in features.items()
     }
+    allowed = ",".join(f"{'+' if has else '-'}{name}" for name, has in kept.items())
     return {
         VARIABLE: isa,
         "XLA_FLAGS": "--xla_cpu_max_isa=AVX2",
+        "HYDROSERVO_CPU_FEATURES": allowed,
         "NUMBA_CPU_NAME": binding.get_host_cpu_name(),
-        "NUMBA_CPU_FEATURES": ",".join(f"{'+' if has else '-'}{name}" for name, has in kept.items()),
+        "NUMBA_CPU_FEATURES": allowed,
     }
 
 

@@ -145,20 +145,20 @@ def best(call: Callable[[], object], samples: int) -> float:
 
 def counted() -> list[dict[str, int]]:
     """Will hold, for each kernel compiled from now on, the vector operations of its longest block."""
-    from hydroservo.engine.machine_code import KernelLibrary
+    from hydroservo.engine import machine_code
 
     found: list[dict[str, int]] = []
-    emit = KernelLibrary.object_code
+    optimise = machine_code.optimise
 
-    def object_code(self: Any) -> bytes:
-        text = str(self._codegen._tm.emit_assembly(self._final_module))
+    def optimised(module: Any, machine: Any) -> None:
+        optimise(module, machine)
+        text = str(machine.emit_assembly(module))
         register = "zmm" if "zmm" in text else "ymm"
         blocks = [[line for line in block.splitlines() if register in line] for block in text.split("\n.LBB")]
         longest: list[str] = max(blocks, key=len)
         found.append(dict(Counter(map(kind, longest))))
-        return emit(self)
 
-    KernelLibrary.object_code = object_code  # type: ignore[method-assign]
+    machine_code.optimise = optimised  # type: ignore[assignment]
     return found
 
 

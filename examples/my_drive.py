@@ -40,5 +40,6 @@ class Bypass(NamedTuple):
     def load_flow(self, s: Block, feed: Feed, load_pressure: float) -> float:
         return self.drive.load_flow(s, feed, load_pressure) - self.conductance * load_pressure
 
-    def power(self, s: Block, feed: Feed, flows: PortFlows) -> float:
-        return self.drive.power(s, feed, flows)
+    def power(self, s: Block, feed: Feed, flows: PortFlows, pressure_a: float, pressure_b: float) -> float:
+        passed = self.drive.flows(s, feed, pressure_a, pressure_b)
+        return self.drive.power(s, feed, passed, pressure_a, pressure_b)

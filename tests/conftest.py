@@ -10,8 +10,9 @@ from hypothesis import settings
 # Comparisons that tests share say as much as their own when they fail.
 pytest.register_assert_rewrite("tests.support")
 
-# A first call compiles for a second.
-settings.register_profile("hydroservo", deadline=None)
+# A first call compiles for a second. The same examples each time; --hypothesis-profile=random draws others.
+settings.register_profile("hydroservo", deadline=None, derandomize=True)
+settings.register_profile("random", deadline=None)
 settings.load_profile("hydroservo")
 
 # Where interrupts are ignored, as in the background of a script, commands would ignore those of tests too.

@@ -1,6 +1,7 @@
 """What the cells of the pages share; importing it lets a cell show a figure by naming it."""
 
 import io
+import json
 import os
 import re
 import shlex
@@ -17,11 +18,13 @@ from IPython import get_ipython
 from IPython.display import Image, Markdown
 from matplotlib.figure import Figure
 
+from hydroservo import load_scenario, simulate
 from hydroservo.figures.style import figure, style
 from hydroservo.formatting import readable_unit
 
 __all__ = [
     "Image",
+    "case",
     "curves",
     "examples",
     "function_in_c",
@@ -121,6 +124,12 @@ def shown(commands: Iterable[str], status: int) -> Markdown:
     return Markdown(f"```console\n{text}\n```")  # type: ignore[no-untyped-call]
 
 
+def case(name: str, *laws: str) -> dict[str, xr.Dataset]:
+    """Runs of a scenario cases/... under some of the laws that scripts/cases has found for it."""
+    found = json.loads((Path(__file__).parents[1] / "cases.json").read_text(encoding="utf-8"))[name]
+    return {law: simulate(load_scenario(f"cases/{name}", found[law])) for law in laws}
+
+
 def table(header: Sequence[str], rows: Iterable[Sequence[object]]) -> Markdown:
     """A table of what a cell computed."""
     lines = [header, ["---"] * len(header), *rows]
@@ -173,7 +182,7 @@ def sweeps(
             for axis, (label, lines) in zip(axes, panels.items(), strict=True):
                 for marker, (name, y) in zip("osD^", lines.items(), strict=False):
                     axis.loglog(x, y, marker=marker, markersize=3.5, label=name)
-                if axes is grid.T[0]:
+                if axes[0] is grid[0, 0]:
                     axis.set_ylabel(label)
             axes[0].set_title(title, loc="left")
             axes[0].legend(loc="best")

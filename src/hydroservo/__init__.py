@@ -15,6 +15,8 @@ _HOMES = {  # what is offered, and the module that it comes from; none for a pac
     "ScenarioError": "errors",
     "Simulation": "loop",
     "__version__": "_version",
+    "audit": "audits.audited",
+    "bode": "linear.bode",
     "controlled": "",
     "controllers": "",
     "differences": "runs.conditions",
@@ -23,9 +25,12 @@ _HOMES = {  # what is offered, and the module that it comes from; none for a pac
     "export_c": "export.products",
     "export_fmu": "export.products",
     "holds": "",
+    "identify": "identification.identified",
     "integrators": "",
     "load_scenario": "scenario",
+    "limit": "limits",
     "linear": "",
+    "linearize": "linear.linearize",
     "loads": "",
     "mechanics": "",
     "metrics_of": "runs.results",
@@ -46,6 +51,7 @@ _HOMES = {  # what is offered, and the module that it comes from; none for a pac
     "simulate": "runs.run",
     "simulate_batch": "runs.batch",
     "starts": "",
+    "study": "studies.running",
     "supplies": "",
     "tune": "scenario.tuning",
     "valves": "",
@@ -75,6 +81,7 @@ if TYPE_CHECKING:  # the same once more, for those who read types; a test compar
     from hydroservo import supplies as supplies
     from hydroservo import valves as valves
     from hydroservo._version import __version__ as __version__
+    from hydroservo.audits.audited import audit as audit
     from hydroservo.block import replace as replace
     from hydroservo.errors import HydroservoError as HydroservoError
     from hydroservo.errors import HydroservoWarning as HydroservoWarning
@@ -85,6 +92,10 @@ if TYPE_CHECKING:  # the same once more, for those who read types; a test compar
     from hydroservo.export.products import export_fmu as export_fmu
     from hydroservo.field import Field as Field
     from hydroservo.figures.plotting import plot as plot
+    from hydroservo.identification.identified import identify as identify
+    from hydroservo.limits import limit as limit
+    from hydroservo.linear.bode import bode as bode
+    from hydroservo.linear.linearize import linearize as linearize
     from hydroservo.loop import AUTO as AUTO
     from hydroservo.loop import Loop as Loop
     from hydroservo.loop import Simulation as Simulation
@@ -101,6 +112,7 @@ if TYPE_CHECKING:  # the same once more, for those who read types; a test compar
     from hydroservo.scenario.sampling import draws as draws
     from hydroservo.scenario.sampling import run_of as run_of
     from hydroservo.scenario.tuning import tune as tune
+    from hydroservo.studies.running import study as study
 
 
 def __getattr__(name: str) -> object:

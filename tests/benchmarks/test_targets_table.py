@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from benchmarks.targets.table import Measured, made_with, measured, page, tables
-from benchmarks.targets.units import controllers, units
+from benchmarks.targets.units import units
 from tests.support.needs import needs
 from tools.targets.boards import BOARDS, COMPILER
+from tools.targets.controllers import controllers
 from tools.targets.costs import Costs, Sections
 
 # What other compilers than the page's may differ by: a share, and bytes or instructions where there are few.

@@ -15,6 +15,7 @@ from scipy.io import loadmat
 import hydroservo
 from hydroservo import simulate
 from hydroservo.cli import batch as command_module
+from hydroservo.cli import progress as progress_module
 from hydroservo.cli.batch_summary import batch_summary, remarkable_run, show_batch
 from hydroservo.metrics import declared_metrics, usual
 from hydroservo.runs.provenance import scenario_hash
@@ -168,7 +169,7 @@ def test_runs_that_diverged_are_counted_and_left_out(capsys):
     assert summary.metrics["rms_error"].worst == data["rms_error"][8]
     assert summary.metrics["position_min"].worst == data["position_min"][1]
     assert remarkable_run(data, "rms_error") == (0, "diverged")
-    show_batch(summary, data, 4.0)
+    show_batch(summary, data, 4.0, summary.runs)
     text = capsys.readouterr().out
     assert "a[red]" in text
     assert "DIVERGED: 2 of 10 runs (20 %): " in text
@@ -237,7 +238,7 @@ def test_a_large_table_is_announced(monkeypatch):
 def test_progress_says_how_many_how_fast_and_how_long(monkeypatch):
     clock, seen = [100.0], []
     monkeypatch.setattr(time, "monotonic", lambda: clock[0])
-    progress = command_module.paced(lambda fraction, text: seen.append((fraction, text)), 10_000)
+    progress = progress_module.paced(lambda fraction, text: seen.append((fraction, text)), 10_000)
     for clock[0], fraction in ((100.0, 0.1), (100.5, 0.2), (104.0, 0.3), (110.0, 1.0)):
         progress(fraction)
     assert seen == [

@@ -50,6 +50,19 @@ def test_heavy_libraries_wait_until_they_are_used(module):
     assert done.stdout.split() == []
 
 
+@pytest.mark.parametrize("given", [None, "3"])
+def test_designs_have_one_thread_unless_told_otherwise(given):
+    """Of OpenBLAS, which reads its variable where numpy and scipy load it."""
+    code = "import atexit, os, sys; atexit.register(lambda: print(os.environ['OPENBLAS_NUM_THREADS']))"
+    code += "; from hydroservo.cli import main; assert 'numpy' not in sys.modules; main()"
+    environment = {name: value for name, value in os.environ.items() if name != "OPENBLAS_NUM_THREADS"}
+    environment |= {} if given is None else {"OPENBLAS_NUM_THREADS": given}
+    done = subprocess.run(
+        [sys.executable, "-c", code, "--version"], text=True, capture_output=True, check=True, env=environment
+    )
+    assert done.stdout.split()[-1] == (given or "1")
+
+
 INTERRUPTED_AT = """
 import builtins, os, signal, sys
 from hydroservo.cli import main

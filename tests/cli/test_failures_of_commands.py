@@ -52,6 +52,11 @@ def test_wrong_usage_is_one_line_that_names_the_help(args):
             ("scenarios", "shwo"),
             "no such command 'shwo'. Did you mean 'show'? (see hydroservo scenarios --help)",
         ),
+        (
+            ("scenarios", "paper/sine-pi"),
+            "no such command 'paper/sine-pi'; hydroservo scenarios show paper/sine-pi prints what has",
+        ),
+        (("studies", "small"), "no such command 'small'; hydroservo studies show small prints what has that"),
         (("run", "paper/sine-pi", "--out"), "option '--out' requires an argument (see"),
         (
             ("run", "paper/sine-pi", "--format", "cvs"),

@@ -4,16 +4,20 @@ import re
 import shlex
 from pathlib import Path
 
+import pandas as pd
 import pytest
 from typer.main import get_command
 from typer.testing import CliRunner
 
 import hydroservo
 from hydroservo.cli.app import app
+from hydroservo.cli.options import ranges_in
 from hydroservo.scenario import load_scenario, parse_override, scenario_source, scenarios
+from hydroservo.studies.file import read_study, study_source
 from tests.support.bases import on_base
 from tests.support.commands.runner import PLUGIN, QUICK, SHORT, failed, succeeded
 from tests.support.needs import needs
+from tests.support.synthetic_logs import exact_log, recorded, with_units
 
 
 def test_version():
@@ -40,9 +44,22 @@ def help_texts(command):
         yield from help_texts(inner)
 
 
+SMALL = [  # of a study
+    f"--set={path}={value}"
+    for path, value in {
+        "search.candidates": 64,
+        "search.seeds": 1,
+        "search.widen": 0,
+        "conditions.train": 2,
+        "conditions.test": 2,
+        "conditions.stressed": 2,
+        "set.simulation.duration": "'0.1 s'",
+    }.items()
+]
 COMMANDS = get_command(app)
 QUOTED = re.findall(r"`([^`]+)`", "\n".join(help_texts(COMMANDS)))
 EXAMPLES = sorted({text.removeprefix("hydroservo ") for text in QUOTED if text.startswith("hydroservo ")})
+ALONE = [text for text in EXAMPLES if "--scheduler" not in text]  # which need no other machine
 CHANGES = sorted({text for text in QUOTED if "=" in text} - {f"hydroservo {text}" for text in EXAMPLES})
 
 
@@ -66,20 +83,31 @@ def test_the_help_has_examples():
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("forgotten")
-@pytest.mark.parametrize("example", EXAMPLES)
+@pytest.mark.parametrize("example", ALONE)
 def test_each_example_of_the_help_runs(example, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     Path("my_controller.py").write_text(PLUGIN)
     Path("my.toml").write_text(on_base('[controller]\ntype = "Fixed"\n'))
+    Path("my-study.toml").write_text(study_source("small"))
+    pd.DataFrame(with_units(recorded(exact_log(), 0))).to_csv("bench.csv", index=False)
     args = shlex.split(example.partition(" > ")[0])
     if args[:2] == ["export", "fmu"]:
         needs("cc")
-    succeeded(*args, *{"run": QUICK, "compare": SHORT, "batch": SHORT}.get(args[0], ()))
+    plugin = ("--plugin", "my_controller.py")
+    more = {"run": QUICK, "compare": SHORT, "batch": SHORT, "study": SMALL, "identify": plugin}
+    succeeded(*args, *more.get(args[0], ()))
 
 
 @pytest.mark.parametrize("change", CHANGES)
 def test_each_change_that_the_help_shows_is_one(change):
-    load_scenario("paper/sine-pi", dict([parse_override(*shlex.split(change))]))
+    if ".." in change:
+        assert len(ranges_in([change])) == 1
+        return
+    changed = dict([parse_override(*shlex.split(change))])
+    if change.startswith(("search.", "conditions.")):
+        read_study("small", changed)
+    else:
+        load_scenario("paper/sine-pi", changed)
 
 
 def test_scenarios_lists_each_with_its_title():

@@ -9,7 +9,7 @@ import pytest
 
 import hydroservo
 from tests.support.bases import on_base
-from tests.support.commands.runner import PLUGIN, succeeded
+from tests.support.commands.runner import PLUGIN, failed, succeeded
 from tests.support.commands.tuning import (
     FEW,
     FILTER,
@@ -137,10 +137,19 @@ def test_the_replay_of_several_scenarios_compares_them(done, said):
 
 
 def test_a_metric_that_is_0_can_be_shown():
-    calm = ("--set", f"{GAIN}=1", "--vary", f"{GAIN}=1..2", "--metric", "overshoot")
-    rows = rows_of(succeeded("tune", *NAMES, *SHORT, *calm, *FEW))  # a sine has no jump
+    power = ("--set", "metrics.power.type=CommandEnergy", "--set", "metrics.power.limit=1 V")
+    calm = ("--set", f"{GAIN}=1", "--vary", f"{GAIN}=1..100", "--metric", "saturation_share")
+    rows = rows_of(
+        succeeded("tune", *NAMES, *SHORT, *power, *calm, *FEW)
+    )  # large gains alone are at the limit
     assert rows[NAMES[0]] == ["1", "0", "0", "-"]
     assert rows["geometric mean"][1:] == ["0", "0", "-"]
+
+
+def test_a_metric_that_is_0_with_all_candidates_is_one_line():
+    calm = ("--vary", f"{GAIN}=1..2", "--metric", "overshoot")
+    line = "metric = 'overshoot': is 0 with each of 64 candidates, which tells nothing; take another"
+    assert line in failed("tune", NAMES[0], *SHORT, *calm, *FEW)  # a sine has no jump
 
 
 def test_a_value_at_an_end_is_said():

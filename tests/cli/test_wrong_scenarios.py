@@ -49,7 +49,7 @@ WRONG_TEXT = {
     "nominal": (PI + "[nominal.plant]\nmass = 6\n", "nominal: unknown key"),
     "misspelt type": (
         on_base('[controller]\ntype = "TMSC"\n'),
-        "controller.type: 'TMSC' must be ",
+        "controller.type: 'TMSC' is no type here; did you mean TSMC?",
     ),
     "misspelt type, nearest": (on_base('[controller]\ntype = "tsmc"\n'), "did you mean TSMC?"),
     "type of another role": (
@@ -243,7 +243,7 @@ def test_a_file_that_may_not_be_read(tmp_path: Path) -> None:
         ({"plant": 3}, "overridden: plant: 3 must be a table: give plant.type or the keys in it"),
         ({"controller.saturation": "none"}, "controller.saturation: 'none' must be a table"),
         ({"plant.mass.value": 3}, "plant.mass: {'value': 3} must be"),
-        ({"controller.type": "TSM"}, "controller.type: 'TSM' must be one of"),
+        ({"controller.type": "TSM"}, "controller.type: 'TSM' is no type here; did you mean TSMC?; a class"),
         ({"plant.mass": 3, "plant.mass.x": 1}, "overrides: plant.mass.x: mass is given a value too"),
         ({"plant.mass.x": 1, "plant.mass": 3}, "overrides: plant.mass: 3 is given where other overrides"),
         ({"": 1}, "overrides: '': must be a dotted path"),

@@ -7,17 +7,22 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
+import pandas as pd
 import pytest
 
 from hydroservo import Loop, Simulation, replace, simulate
 from hydroservo.scenario import load_scenario
 from hydroservo.signals import PortFlows
 from hydroservo.testing.examples import example
+from tests.support.synthetic_logs import EXAMPLE, exact_log, recorded, with_units
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 COVERED = {
     "axis.toml",
+    "bench_log.csv",
     "compare_in_python.py",
+    "dask.yaml",  # by the tests of work on clusters
     "hopsan_position_servo.toml",
     "my.toml",
     "my_controller.py",
@@ -27,6 +32,7 @@ COVERED = {
     "my_metric.toml",
     "my_plant.py",
     "my_plant.toml",
+    "my_window.py",
     "on_the_rig.toml",
     "pump_axis.toml",
     "recorded.toml",
@@ -51,6 +57,17 @@ def test_own_controller_in_python(monkeypatch: pytest.MonkeyPatch) -> None:
     last = data.isel(time=-1)
     assert float(last["plant.velocity"]) == pytest.approx(float(last["reference.value"]), rel=0.05)
     assert data["controller.slow_force"].attrs["units"] == "N"
+
+
+def test_own_window_in_python(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(EXAMPLES)
+    law = importlib.import_module("my_window").MeanErrorP(2.0)
+    loop = example(Loop, Simulation(duration=1e-3, record_period=1e-5), controller=law)
+    compiled, plain = simulate(loop, strict=True), simulate(loop, compiled=False)
+    assert (compiled["controller.errors.e5"].values == plain["controller.errors.e5"].values).all()
+    errors = np.array([plain[f"controller.errors.e{i}"].values for i in range(1, 6)])
+    assert (errors[1:, 1:] == errors[:-1, :-1]).all()
+    assert plain["controller.u"].values == pytest.approx(2.0 * errors.mean(axis=0), rel=1e-12)
 
 
 def test_own_controller_from_a_scenario() -> None:
@@ -126,7 +143,9 @@ def test_an_axis_on_a_pump() -> None:
 
 
 @pytest.mark.slow  # all that hydroservo check asks
-@pytest.mark.parametrize("name", ["my_controller.py", "my_drive.py", "my_metric.py", "my_plant.py"])
+@pytest.mark.parametrize(
+    "name", ["my_controller.py", "my_drive.py", "my_metric.py", "my_plant.py", "my_window.py"]
+)
 def test_own_blocks_hold_to_the_contract(name: str) -> None:
     done = command("check", name, folder=EXAMPLES)
     assert done.returncode == 0, done.stdout
@@ -186,3 +205,11 @@ def test_comparison_in_python() -> None:
     header, *rows = done.stdout.splitlines()
     assert header.split() == ["bulk", "modulus", "controller", "rms", "error", "total", "variation"]
     assert len(rows) == 6
+
+
+def test_the_log_is_one_of_the_machine_with_which_it_is_fitted():
+    table = pd.read_csv(EXAMPLES / "bench_log.csv")
+    made = with_units(recorded(exact_log(EXAMPLE), 0))
+    assert list(table) == list(made)
+    for name, values in made.items():
+        np.testing.assert_allclose(table[name], values, atol=1e-9 * np.ptp(values))

@@ -3,6 +3,7 @@
 import re
 import shlex
 import shutil
+import tomllib
 from pathlib import Path
 from runpy import run_path
 
@@ -25,6 +26,13 @@ def test_line_for_ci(name: str, ends_with: str) -> None:
     assert found[0].endswith(ends_with)
 
 
+def test_each_extra_of_a_user_is_named() -> None:
+    extras = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]["optional-dependencies"]
+    of_developers = {"bench", "test", "docs", "dev"}
+    install = README.partition("## Install")[2].partition("\n## ")[0]
+    assert set(re.findall(r"^\| `(\w+)` \|", install, re.MULTILINE)) == set(extras) - of_developers
+
+
 def test_links_lead_somewhere() -> None:
     targets = [target for target in re.findall(r"\]\(([^)]+)\)", README) if "://" not in target]
     assert targets
@@ -33,7 +41,7 @@ def test_links_lead_somewhere() -> None:
 
 def test_no_number_is_typed() -> None:
     """Measured numbers belong in what a command makes."""
-    made = r"(?:axis|benchmarks|rig|rig limits)"
+    made = r"(?:axis|benchmarks|velocity)"
     generated = rf"<!-- {made}: begin -->.*?<!-- {made}: end -->"
     text = re.sub(rf"{generated}|```.*?```|\(https?:[^)]*\)|`[^`]*`", "", README, flags=re.DOTALL)
     text = (

@@ -55,6 +55,7 @@ def expression(block: Any, modules: set[str]) -> str:
     return f"{cls.__module__}.{cls.__name__}({', '.join(arguments)})"
 
 
+@pytest.mark.filterwarnings("ignore:nothing is asked for")  # in so short a run
 @pytest.mark.parametrize("scale", [{}, NOMINAL], ids=["as it is", "nominal"])
 @pytest.mark.parametrize("name", LOOPS)
 def test_a_loop_made_of_objects_is_the_scenario_s(

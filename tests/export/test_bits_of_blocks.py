@@ -24,7 +24,7 @@ from tools.targets.laws import LAWS, types_in
 
 PERIOD = 1e-4
 PERIODS = 200
-LOOPS = 45  # of different blocks
+LOOPS = len(LAWS)  # of different blocks
 
 
 def picked(cls: type, draw: np.random.Generator) -> Block:

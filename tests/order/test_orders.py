@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-import hydroservo.engine.arithmetic  # noqa: F401 - lets compiled code add states
 from hydroservo import Loop
 from hydroservo.block import Block, leaves
 from hydroservo.drives import ValveOnSupplyState

@@ -21,7 +21,7 @@ from hydroservo.runs.batch import simulate_batch
 from tests.support.cuda_cases import LOOPS, diverging, drawn, hexadecimal, jobs
 from tests.support.ptx_machine import PtxDevice
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.filterwarnings("ignore:valve.max_opening")]
 
 ROOT = Path(__file__).parents[2]
 

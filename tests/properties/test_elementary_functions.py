@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 
 from hydroservo import ops
 from hydroservo.engine.compiling import compiled
+from hydroservo.engine.flat import written
 
 ULP = 2.0**-52  # relative
 LEAST_NORMAL = 2.0**-1022
@@ -75,8 +76,7 @@ def compiled_op(name: str) -> Callable[..., Any]:
     """An op called from compiled code, as blocks call it."""
     names = ", ".join("abcd"[: len(ARGUMENTS[name])])
     namespace: dict[str, Any] = {"ops": ops}
-    exec(f"def call({names}): return ops.{name}({names})", namespace)
-    return compiled(namespace["call"])
+    return compiled(written(f"def call({names}): return ops.{name}({names})", namespace, "call"))
 
 
 def test_every_op_is_tested() -> None:

@@ -21,7 +21,10 @@ from hydroservo.testing.examples import example
 from hydroservo.valves import FirstOrderValve, StaticValve
 from hydroservo.wiring import wired
 
-pytestmark = pytest.mark.slow  # each compiles lanes
+pytestmark = [  # each compiles lanes
+    pytest.mark.slow,
+    pytest.mark.filterwarnings("ignore:valve.max_opening"),
+]
 
 LOOPS = {
     "tsmc": example(

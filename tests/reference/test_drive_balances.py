@@ -98,7 +98,9 @@ def trajectory(loop: Loop, watched: Watched) -> tuple[MachineState, NDArray[np.f
         u = 6.0 * math.sin(10.0 * math.pi * t)
         rate, ports = loop.rates(x, u, 2000.0), loop.ports(x, u)
         flows = loop.plant.flows(x.plant, ports)
-        return [*values(rate), *watched(loop, x, rate, flows, ports.power(flows))]
+        seen = loop.plant.outputs(x.plant, ports.feed.line, 2000.0)
+        power = ports.power(flows, seen.pressure_a, seen.pressure_b)
+        return [*values(rate), *watched(loop, x, rate, flows, power)]
 
     extra = len(rates(0.0, np.array(values(start)))) - count
     first = [*values(start), *[0.0] * extra]

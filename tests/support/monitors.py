@@ -15,7 +15,7 @@ from hydroservo.controllers import PI, TSMC
 from hydroservo.loads import Constant, Sine
 from hydroservo.plants import Cylinder
 from hydroservo.references import Square
-from hydroservo.signals import Demand
+from hydroservo.signals import Demand, Pressures
 from hydroservo.testing.examples import example
 
 __all__ = [
@@ -41,13 +41,14 @@ DT = 2.0**-10  # exact, as are the random trajectories, so that no comparison ha
 def instant(**given: float) -> Any:
     """A state of a loop at an instant; all that is not given is 0."""
     known = dict.fromkeys(("velocity", "position", "pressure_a", "pressure_b", "demand", "rate", "u"), 0.0)
-    known |= given
+    known |= {"supply": 0.0} | given
     plant = SimpleNamespace(**{name: known[name] for name in tuple(known)[:4]})
     return SimpleNamespace(
         plant=plant,
         controlled=SimpleNamespace(value=known["velocity"]),
         reference=Demand(known["demand"], known["rate"], 0.0),
         controller=SimpleNamespace(u=known["u"]),
+        supply=SimpleNamespace(pressure=known["supply"]),
     )
 
 
@@ -56,6 +57,7 @@ def loop_of(duration: float) -> Any:
     return SimpleNamespace(
         simulation=SimpleNamespace(duration=duration),
         plant=SimpleNamespace(stroke=STROKE),
+        supply=SimpleNamespace(pressures=lambda s: Pressures(s.pressure, 0.0)),
         held=lambda s: s.controller.u,
         hold=SimpleNamespace(at=lambda held, _: held),
     )

@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 
 from hydroservo import replace, simulate
 from hydroservo.block import Block
-from hydroservo.controllers import AdaptiveRobust, Backstepping, Saturation
+from hydroservo.controllers import AdaptiveRobust, Backstepping, RadialBasis, Saturation
 from hydroservo.controllers.adaptive_robust import Unknowns
+from hydroservo.controllers.radial_basis import Weights
 from hydroservo.loads import Constant
 from hydroservo.observers import ExtendedStateObserver, NoObserver
 from hydroservo.plants import DesignModel
@@ -39,6 +40,7 @@ class Run(NamedTuple):
     e2: NDArray[np.float64]  # z2 as a velocity
     estimates: NDArray[np.float64]  # shape (samples, 6)
     unlimited: NDArray[np.float64]
+    weights: Block
 
 
 def motion(
@@ -52,6 +54,7 @@ def motion(
     steps: int = 1,
     noise: float = 0.0,
     lost: int | None = None,
+    friction: Callable[[float], float] = lambda _: 0.0,
 ) -> Run:
     """The law on its own model with other factors, under a held command (classical Runge-Kutta).
 
@@ -59,12 +62,13 @@ def motion(
         steps: of the integrator in a sample period.
         noise: rms of the measured velocity's [m/s], and a 1e4 of the load force's [N].
         lost: the sample whose measurement is not a number.
+        friction: an acceleration that depends on the velocity [m/s^2].
     """
 
     def rates(x1: float, x2: float, u: float) -> tuple[float, float]:
         pushed = true.stiffness * MODEL.f2(x1, 0.0) + true.leakage * MODEL.f2(0.0, x2) + true.flow
         return (
-            true.damping * MODEL.f1(x1) + MODEL.g1() * x2 + true.load,
+            true.damping * MODEL.f1(x1) + MODEL.g1() * x2 + true.load + friction(x1),
             pushed + true.input_gain * MODEL.g2(x2, u) * u,
         )
 
@@ -84,7 +88,7 @@ def motion(
             x1 += step / 6.0 * (a[0] + 2.0 * (b[0] + c[0]) + d[0])
             x2 += step / 6.0 * (a[1] + 2.0 * (b[1] + c[1]) + d[1])
     found = np.array(rows)
-    return Run(found[:, 0], found[:, 1], found[:, 2:8], found[:, 8])
+    return Run(found[:, 0], found[:, 1], found[:, 2:8], found[:, 8], s.weights)
 
 
 LIVELY = 2.0 * np.pi * np.array([3.0, 17.0, 41.0, 83.0, 131.0])  # rad/s, up to near the oil's resonance
@@ -247,3 +251,64 @@ def test_a_measurement_that_is_not_a_number_leaves_the_estimates_as_they_are() -
     assert (run.estimates[100] == run.estimates[99]).all()
     assert (run.estimates[-1] != run.estimates[99]).all()
     assert np.isfinite(run.estimates).all()
+
+
+# A function that is learnt
+
+
+def test_a_basis_is_a_sum_of_bells_with_its_slope() -> None:
+    basis = RadialBasis(0.03, 10.0)
+    w = Weights(1.0, -2.0, 0.5, 3.0, 0.0, 1.0, -1.0)
+    centres = np.linspace(-0.03, 0.03, 7)
+    for v in np.linspace(-0.05, 0.05, 11):
+        expected = np.exp(-(((v - centres) / 0.01) ** 2) / 2.0) @ np.array(w)
+        assert basis.value(w, basis.at(float(v))) == pytest.approx(expected, rel=1e-12, abs=1e-12)
+        step = 1e-7
+        rise = basis.value(w, basis.at(float(v + step))) - basis.value(w, basis.at(float(v - step)))
+        assert basis.slope(w, basis.at(float(v))) == pytest.approx(rise / (2.0 * step), rel=1e-5, abs=1e-4)
+
+
+def test_weights_stay_in_their_bounds_and_are_forgotten() -> None:
+    basis = RadialBasis(0.03, 10.0, forgetting=2.0)
+    w = basis.init()
+    for _ in range(100):
+        w = basis.adapted(w, basis.at(0.0), 1.0, 1e-3)
+    assert max(w) == 10.0
+    assert basis.adapted(w, basis.at(0.0), math.nan, 1e-3) == w.scaled(1.0 / 1.002)
+    assert basis.adapted(w, basis.at(math.nan), math.nan, 1e-3) == w.scaled(1.0 / 1.002)
+
+
+def stribeck(velocity: float) -> float:
+    """Friction that falls from 8 to 4 m/s^2 with the velocity, and changes its sign over 10 mm/s."""
+    return -(4.0 + 4.0 * math.exp(-((velocity / 0.02) ** 2))) * math.tanh(velocity / 0.01)
+
+
+def test_friction_is_learnt_as_a_function_of_the_velocity() -> None:
+    """What no constant can hold: it changes its sign at each reversal. Quicker adaptation only follows it."""
+    found = []
+    for gain in (1.0, 100.0):
+        law = AdaptiveRobust(300.0, 300.0, gain, model=MODEL, basis=RadialBasis(0.03, 20.0))
+        found.append(motion(law, KNOWN, 1e-3, 20.0, slow, steps=10, friction=stribeck))
+    for velocity in (-0.02, -0.01, 0.01, 0.02):
+        assert learnt(law, found[0], velocity) == pytest.approx(stribeck(velocity), rel=0.15)
+        assert abs(learnt(law, found[1], velocity)) < 0.3 * abs(stribeck(velocity))
+    constant = AdaptiveRobust(300.0, 300.0, 1.0, largest_load=20.0, model=MODEL)
+    other = motion(constant, KNOWN, 1e-3, 20.0, slow, steps=10, friction=stribeck)
+    assert rms(found[0].z1[-4000:]) < 0.15 * rms(other.z1[-4000:])
+
+
+def learnt(law: AdaptiveRobust, run: Run, velocity: float) -> float:
+    found: float = law.basis.value(run.weights, law.basis.at(velocity))
+    return found
+
+
+def slow(t: float) -> Demand:
+    """A sine of 30 mm/s and 0.5 Hz."""
+    rate = math.pi
+    return Demand(
+        0.03 * math.sin(rate * t), 0.03 * rate * math.cos(rate * t), -0.03 * rate**2 * math.sin(rate * t)
+    )
+
+
+def rms(values: NDArray[np.float64]) -> float:
+    return float(np.sqrt(np.mean(values**2)))

@@ -5,11 +5,13 @@ import math
 import numpy as np
 import pytest
 
-from hydroservo import replace, simulate
+from hydroservo import Loop, replace, simulate
+from hydroservo.block import field_at
 from hydroservo.controlled import Position, Velocity
-from hydroservo.controllers import FirstOrderADRC, SecondOrderADRC
+from hydroservo.controllers import PI, FirstOrderADRC, Saturation, SecondOrderADRC
 from hydroservo.scenario import load_scenario
 from hydroservo.signals import Demand, Measurement
+from hydroservo.testing.examples import example
 
 NAN = math.nan
 STILL = Demand(0.0, 0.0, 0.0)
@@ -97,6 +99,101 @@ def test_nothing_winds_up_at_the_limit() -> None:
         y += h * 2.0 * u
     assert u == 10.0
     assert abs(state.disturbance) < 1e-6
+
+
+def response(law: FirstOrderADRC, of: str, frequency: float, period: float) -> complex:
+    """The command over the demand or over what is measured, at a frequency [rad/s], by the law's own step."""
+
+    def after(x: np.ndarray, given: float) -> np.ndarray:
+        s = law.init()._make(x.tolist())
+        y = seen(given if of == "measured" else 0.0, s.u)
+        return np.array(law.step(s, y, Demand(given if of == "demand" else 0.0, 0.0, 0.0), period))
+
+    a = np.array([after(row, 0.0) for row in np.eye(3)]).T
+    b = after(np.zeros(3), 1.0)
+    z = np.exp(1j * frequency * period)
+    return complex((z * np.linalg.solve(z * np.eye(3) - a, b))[0])
+
+
+@pytest.mark.parametrize("w", [0.3, 5.0, 70.0, 900.0])
+def test_order_one_is_a_pi_law_with_two_degrees_of_freedom_and_a_filter(w: float) -> None:
+    """Herbst, Electronics 2(3), 2013, and arXiv:1908.04596: with l1 = 2 w_o, l2 = w_o^2 and a = w_c + l1
+
+    C_y = ((w_c l1 + l2) s + w_c l2)/(b0 s (s + a)),   C_r = w_c (s^2 + l1 s + l2)/(b0 s (s + a)),
+
+    in continuous time, by elimination from the observer; sampled it is off by the order of the period.
+    """
+    b0, w_c, w_o = 2.0, 20.0, 100.0
+    s, l1, l2 = 1j * w, 2.0 * w_o, w_o * w_o
+    below = b0 * s * (s + w_c + l1)
+    law = first(b0, w_c, w_o)._replace(saturation=Saturation(1e9))
+    exact = {
+        "measured": -((w_c * l1 + l2) * s + w_c * l2) / below,
+        "demand": w_c * (s * s + l1 * s + l2) / below,
+    }
+    for of, value in exact.items():
+        off = [abs(response(law, of, w, h) / value - 1.0) for h in (1e-4, 1e-5)]
+        assert off[1] < 0.01
+        assert off[0] / off[1] == pytest.approx(10.0, rel=0.1)
+
+
+def test_with_an_observer_that_is_quick_it_is_a_pi_law() -> None:
+    """u_k - u_(k-1) = (r' - y' + w_c (r - y))/b0, as Fliess, Join, Int. J. Control 86(12), 2013, have it.
+
+    The rates are differences, so k_p = 1/(b0 h) and k_i = w_c/(b0 h).
+    """
+    h, b0, w_c = 1e-3, 50.0, 30.0
+    law, pi = first(b0, w_c, 1e6), PI(1.0 / (b0 * h), w_c / (b0 * h), controls=Velocity())
+    draw = np.random.default_rng(5)
+    y, r = np.cumsum(1e-3 * draw.normal(size=(2, 60)), axis=1)
+    s, t = law.init(), pi.init()
+    rows = []
+    for k in range(60):
+        demand = Demand(float(r[k]), float(r[k] - r[k - 1]) / h if k else 0.0, 0.0)
+        s = law.step(s, seen(float(y[k]), s.u), demand, h)
+        t = pi.step(t, seen(float(y[k]), t.u), demand, h)
+        rows.append((s.u, t.u))
+    ours, theirs = np.array(rows).T
+    assert np.abs(theirs).max() < 10.0  # of the limit
+    assert ours - ours[0] == pytest.approx(theirs - theirs[0], rel=1e-9, abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("law", "units"), [(FirstOrderADRC, ("m/(s V)",)), (SecondOrderADRC, ("m/(s^2 V)",))]
+)
+def test_in_a_position_loop_units_are_those_of_a_position(law: type, units: tuple[str]) -> None:
+    loop = example(Loop, controller=law(0.5, 20.0, 100.0), controls=Position())
+    assert field_at(loop, "controller.input_gain").unit == units[0]
+
+
+def integrators(order: int, b0: float, period: float) -> tuple[np.ndarray, np.ndarray]:
+    """y' or y'' = b0 u under a held command: transition and input."""
+    if order == 1:
+        return np.ones((1, 1)), np.array([b0 * period])
+    return np.array([[1.0, period], [0.0, 1.0]]), b0 * np.array([0.5 * period * period, period])
+
+
+@pytest.mark.parametrize(("order", "kind"), [(1, FirstOrderADRC), (2, SecondOrderADRC)])
+def test_a_position_loop_has_the_poles_of_law_and_observer(order: int, kind: type) -> None:
+    """Around integrators, b0 known: w_c as state feedback has it, exp(-w_o h) of each state of the observer.
+
+    One at 0 is left, of the command that the observer is told.
+    """
+    h, b0, w_c, w_o = 1e-3, 50.0, 100.0, 400.0
+    law = kind(b0, w_c, w_o, saturation=Saturation(1e9), controls=Position())
+    moved, driven = integrators(order, b0, h)
+
+    def after(x: np.ndarray) -> np.ndarray:
+        s = law.init()._make(x[order:].tolist())
+        s = law.step(s, Measurement(NAN, NAN, float(x[0]), s.u, NAN, NAN, NAN), STILL, h)
+        return np.concatenate([moved @ x[:order] + driven * s.u, s])
+
+    size = order + len(law.init())
+    found = np.linalg.eigvals(np.array([after(row) for row in np.eye(size)]).T)
+    gain = np.array([w_c, 0.0] if order == 1 else [w_c * w_c, 2.0 * w_c])[:order] / b0
+    of_law = np.linalg.eigvals(moved - np.outer(driven, gain))
+    wanted = [0.0, *of_law, *[math.exp(-w_o * h)] * (order + 1)]
+    assert np.poly(found) == pytest.approx(np.poly(wanted), abs=1e-10)
 
 
 @pytest.mark.slow  # each compiles a loop

@@ -6,14 +6,15 @@ from typing import Annotated, NamedTuple
 import pytest
 
 from hydroservo import Field, Loop, ParameterError, ScenarioError, Simulation, replace, simulate
-from hydroservo.block import Block, field_at
+from hydroservo.block import Block, field_at, value_at
 from hydroservo.controlled import Force, Position, Velocity
 from hydroservo.controlled.this_signal import ThisSignal
-from hydroservo.controllers import DAC, PI, PID, TSMC, AntiWindup, Cascade, Saturation
+from hydroservo.controllers import DAC, PI, PID, TSMC, AntiWindup, Cascade, Inverting, Saturation
 from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.unit import Part
 from hydroservo.group import nested
 from hydroservo.outline import outline
+from hydroservo.pulls import TerminalPull
 from hydroservo.runs.run import ready
 from hydroservo.scenario import load_scenario
 from hydroservo.signals import Demand, Measurement
@@ -113,6 +114,23 @@ def test_a_law_for_velocities_alone_holds_a_position_inside() -> None:
         wired(loop)
     law = ready(loop._replace(controller=example(Cascade, example(TSMC)))).controller
     assert type(law.controls) is Position
+
+
+@pytest.mark.slow  # each compiles a loop
+@pytest.mark.parametrize("name", ["OffsetFreeLQ", "Inverting"])
+def test_any_law_of_the_velocity_serves_a_position(name: str) -> None:
+    """On a single-rod axis with overlap: 200 mm, and then 3 kN."""
+    loop = load_scenario("axis/position-lq")
+    path = "controller.controller.controller.controller"
+    if name == "Inverting":
+        observer = value_at(loop, f"{path}.observer")
+        law = Inverting(TerminalPull(400.0, 400.0, 0.01, 0.1, 5 / 7, 5 / 9), observer)
+        loop = replace(loop, {path: law, "controller.controller.controller.proportional_gain": 80.0})
+    run = simulate(loop)
+    assert not run.diverged
+    assert type(value_at(loop, path)).__name__ == name
+    assert float(run.max_error) < 5e-4
+    assert abs(float(run["plant.position"][-1]) - 0.25) < 2e-4
 
 
 @pytest.mark.parametrize(("controls", "units"), [(Position(), ("1/s", "")), (Force(), ("m/(s N)", "m/N"))])

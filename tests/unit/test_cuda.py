@@ -14,7 +14,6 @@ from numba import types
 from hydroservo import Loop, LoopError, ParameterError, Simulation
 from hydroservo.controllers import PI, TSMC, Backstepping
 from hydroservo.engine import cuda, native
-from hydroservo.engine.machine_code import inlined
 from hydroservo.engine.native import CompileError, MachineCode
 from hydroservo.engine.ptx import NAME, RAISED, ptx
 from hydroservo.runs import batch
@@ -96,8 +95,8 @@ def thread(compute: Callable[[float], float]) -> Callable[..., int]:
         (math.sin, "sin"),
         (math.exp, "exp"),
         (math.tanh, "tanh"),
-        (inlined(lambda x: x**0.7), "pow"),
-        (inlined(lambda x: x % 0.3), "fmod"),
+        (lambda x: x**0.7, "pow"),
+        (lambda x: x % 0.3, "fmod"),
     ],
 )
 def test_a_function_that_no_device_has_is_named(compute: Callable[[float], float], name: str) -> None:
@@ -106,7 +105,6 @@ def test_a_function_that_no_device_has_is_named(compute: Callable[[float], float
 
 
 def test_an_exception_on_the_device_is_told() -> None:
-    @inlined
     def compute(x: float) -> float:
         if x < 0.0:
             raise ValueError("negative")

@@ -19,7 +19,9 @@ from hydroservo.figures.run import plot_run
 from hydroservo.figures.style import COLOURS, PALETTE, figure, save_figure, style
 from hydroservo.figures.trace import controller_name, length_shown, observer_path, trace_of
 from hydroservo.loop import Loop
+from hydroservo.plants import Cylinder
 from hydroservo.references import Square
+from hydroservo.supplies import IdealSupply, PumpSupply
 from hydroservo.testing.examples import example
 
 
@@ -66,6 +68,26 @@ def test_run_with_observer_shows_both_disturbances_and_estimates(tsmc):
     for i, axis in enumerate(fig.axes[-2:], start=1):
         np.testing.assert_array_equal(curve(axis, 0), tsmc[f"controller.observer.d{i}"].values)
         np.testing.assert_array_equal(curve(axis, 1), tsmc[f"disturbance.d{i}"].values)
+
+
+@pytest.mark.parametrize(
+    "supply", [IdealSupply(40e5), example(PumpSupply)], ids=lambda one: type(one).__name__
+)
+def test_a_run_with_chambers_shows_their_pressures_and_the_supply_s(supply):
+    data = short_run(example(PI), plant=example(Cylinder), supply=supply)
+    fig = plot_run(data)
+    assert labels(fig) == ["velocity [mm/s]", "error [mm/s]", "command [mV]", "pressure [bar]"]
+    line = data["supply.pressure"].values if "supply.pressure" in data else 40e5
+    for i, values in enumerate((data["plant.pressure_a"].values, data["plant.pressure_b"].values, line)):
+        np.testing.assert_allclose(curve(fig.axes[3], i), 1e-5 * values)
+    names = [text.get_text() for text in fig.axes[3].get_legend().get_texts()]
+    assert names == ["chamber A", "chamber B", "supply"]
+    assert "pressure [bar]" not in labels(plot_run(data.drop_vars("plant.pressure_b")))
+
+
+def test_pressures_stand_above_the_estimates():
+    fig = plot_run(short_run(example(TSMC), plant=example(Cylinder)))
+    assert labels(fig)[-3:-1] == ["pressure [bar]", "$d_{L1}$ [m/s²]"]
 
 
 def test_controllers_have_their_own_colours(pi, tsmc):

@@ -22,10 +22,11 @@ OF_OTHERS = {  # of Python and of libraries
         "O_CLOEXEC",
         "O_BINARY",
     ),
-    *("lineno", "obj", "co_exceptiontable", "libs", "PTXSource", "possibilities"),
+    *("lineno", "obj", "co_exceptiontable", "py_func", "PTXSource", "possibilities"),
 }
 COMPUTED = {  # where an attribute that may be missing is looked for under a name that is computed
     "engine/recipe.py",  # what a function's code names
+    *("engine/lower/calls.py", "engine/lower/expressions.py", "engine/lower/frame.py"),  # what its text names
     "export/translate/definition.py",
     "export/translate/expressions.py",
     "scenario/fits.py",  # the methods of roles, and the hooks

@@ -1,6 +1,7 @@
 """Hoses between what meters and the cylinder."""
 
 import math
+from typing import NamedTuple
 
 import pytest
 
@@ -9,7 +10,8 @@ from hydroservo.drives import Hoses, HosesState, LoadSensing, PumpDrive, ValveOn
 from hydroservo.hooks import at_ports, resting
 from hydroservo.oils import ConstantOil
 from hydroservo.plants import Cylinder
-from hydroservo.signals import Feed, Pressures
+from hydroservo.roles import Block, Drive, role
+from hydroservo.signals import Feed, PortFlows, Pressures
 from hydroservo.testing.examples import example
 from hydroservo.valves import NoEdges
 
@@ -65,3 +67,26 @@ def test_a_drive_without_a_start_of_its_own_passes_the_pressures_on() -> None:
     found = at_ports(LoadSensing(10e5, 0.02, HOSES), LINE, 7e5, 2e5)
     assert (found.drive.start_pressure_a, found.drive.start_pressure_b) == (7e5, 2e5)
     assert at_ports(example(PumpDrive), LINE, 7e5, 2e5) == example(PumpDrive)
+
+
+@role(Drive)
+class Shafted(NamedTuple):
+    """A pump whose shaft takes 1e-4 m^3/s times the rise of the pressures at its own ports."""
+
+    def init(self) -> ValveOnSupplyState:
+        return ValveOnSupplyState()
+
+    def deriv(self, s: Block, feed: Feed, pressure_a: float, pressure_b: float) -> Block:
+        return s
+
+    def flows(self, s: Block, feed: Feed, pressure_a: float, pressure_b: float) -> PortFlows:
+        return PortFlows(1e-4, 1e-4, supply=0.0, tank=0.0)
+
+    def power(self, s: Block, feed: Feed, flows: PortFlows, pressure_a: float, pressure_b: float) -> float:
+        return flows.a * pressure_a - flows.b * pressure_b
+
+
+def test_a_pump_behind_hoses_draws_power_at_its_own_ports() -> None:
+    hoses = HOSES._replace(drive=Shafted())
+    flows = hoses.flows(STATE, SHUT, 20e5, 14e5)
+    assert hoses.power(STATE, SHUT, flows, 20e5, 14e5) == pytest.approx(1e-4 * (30e5 - 10e5))

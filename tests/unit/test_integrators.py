@@ -11,7 +11,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-import hydroservo.engine.arithmetic  # noqa: F401 - lets compiled code add states
 from hydroservo import Loop, integrators, ops, replace
 from hydroservo.block import Block, declared_fields, leaves
 from hydroservo.drives import ValveOnSupplyState

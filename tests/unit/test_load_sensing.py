@@ -48,7 +48,7 @@ def test_what_it_draws_is_its_own_pressure_times_its_flow() -> None:
     state = LoadSensingState(60e5, INNER)
     flows = PUMP.flows(state, feed(5e-4), 40e5, 10e5)
     assert flows.supply > 0.0
-    assert PUMP.power(state, feed(5e-4), flows) == 60e5 * flows.supply
+    assert PUMP.power(state, feed(5e-4), flows, 0.0, 0.0) == 60e5 * flows.supply
 
 
 def test_it_feeds_a_compensator() -> None:
@@ -58,7 +58,7 @@ def test_it_feeds_a_compensator() -> None:
     flows = compensated.flows(state, feed(5e-4), 40e5, 10e5)
     alone = PressureCompensator(8e5).flows(compensated.drive.init(), feed(5e-4), 40e5, 10e5)
     assert flows == alone
-    assert compensated.power(state, feed(5e-4), flows) == 60e5 * flows.supply
+    assert compensated.power(state, feed(5e-4), flows, 0.0, 0.0) == 60e5 * flows.supply
 
 
 def test_a_start_that_is_left_open_is_that_of_standby() -> None:

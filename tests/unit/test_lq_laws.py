@@ -10,11 +10,11 @@ from hydroservo import simulate
 from hydroservo.block import Block
 from hydroservo.controllers import LQI, InternalModel, OffsetFreeLQ, Saturation
 from hydroservo.controllers.resonator import Resonator
-from hydroservo.controllers.spool_lag import SpoolLag
 from hydroservo.errors import ParameterError
 from hydroservo.hooks import designed
 from hydroservo.loop import Loop
 from hydroservo.observers import ExtendedStateObserver, HighGainObserver, KalmanObserver, NoObserver
+from hydroservo.observers.spool_lag import SpoolLag
 from hydroservo.plants import DesignModel
 from hydroservo.references import Step
 from hydroservo.scenario import load_scenario
@@ -172,7 +172,7 @@ def test_little_effort_is_bought_with_robustness(effort: float, is_lost: bool) -
     loop = constant_loop(0.0, OffsetFreeLQ(effort, LAG, KALMAN))
     fast = loop._replace(valve=loop.valve._replace(time_constant=0.5 * LAG))
     assert last_error(loop) < 1e-9
-    assert (last_error(fast) > 0.02) == is_lost
+    assert (float(simulate(fast)["steady_max_error"]) > 0.02) == is_lost  # swings for good
 
 
 def test_anti_windup_shortens_the_way_back() -> None:
@@ -245,9 +245,9 @@ def test_the_lag_is_followed_exactly() -> None:
     assert after == pytest.approx(5.0 - 3.0 * math.exp(-0.3), rel=1e-15)
     instants = np.linspace(0.0, 0.003, 3001)
     mean = np.trapezoid(5.0 - 3.0 * np.exp(-instants / LAG), instants) / 0.003
-    assert lag.mean(2.0, after, 5.0, 0.003) == pytest.approx(mean, rel=1e-8)
+    assert lag.mean(2.0, 5.0, 0.003) == pytest.approx(mean, rel=1e-8)
     none = SpoolLag(0.0)
-    assert (none.after(2.0, 5.0, 1e-9), none.mean(2.0, 5.0, 5.0, 1e-9)) == (5.0, 5.0)
+    assert (none.after(2.0, 5.0, 1e-9), none.mean(2.0, 5.0, 1e-9)) == (5.0, 5.0)
 
 
 @names

@@ -2,13 +2,14 @@
 
 import math
 from collections.abc import Callable
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, Any, NamedTuple, get_type_hints
 
 import pytest
 
 from hydroservo import Field, Loop, LoopError, Simulation, ops, simulate, simulate_batch
 from hydroservo.block import Block
 from hydroservo.controllers import DAC, PI, TSMC, AntiWindup, Backstepping, Saturation
+from hydroservo.scenario.registry import names_in_role, shipped_classes
 from hydroservo.sensors import (
     DelayedSensors,
     Difference,
@@ -22,7 +23,7 @@ from hydroservo.sensors import (
     RigSensors,
     VelocitySensor,
 )
-from hydroservo.sensors.missing import MissingSignalError, Unmeasured, missing_signals
+from hydroservo.sensors.missing import MEASURING, MissingSignalError, Unmeasured, missing_signals, sensors_for
 from hydroservo.signals import Demand, Measurement
 from hydroservo.testing.examples import example
 
@@ -116,8 +117,33 @@ def test_a_law_that_needs_the_load_force_is_refused_without_it(
         run(example(Loop, SHORT, sensors=BLIND, controller=law))
     assert str(error.value) == (
         f"{type(law).__name__} needs load_force (x2 = A_p p_L), which RigSensors does not measure; "
-        "add a sensor for it, or take a law that does without"
+        "add sensors.pressure_b.type = PressureTransducer, or take a law that does without"
     )
+
+
+@pytest.mark.parametrize(
+    ("sensors", "signal", "says"),
+    [
+        (RigSensors(NoPosition()), "velocity", "sensors.position.type = Encoder or IdealPosition"),
+        (DelayedSensors(Dropout(0.1, BLIND)), "force", "sensors.sensors.sensors.force.type = LoadCell"),
+        (
+            RigSensors(NoPosition()),
+            "load_force",
+            "sensors.pressure_a.type = PressureTransducer and sensors.pressure_b.type = PressureTransducer",
+        ),
+        (BLIND, "pressure_a", "a sensor for it"),
+    ],
+    ids=str,
+)
+def test_what_gives_a_missing_signal_is_named(sensors: Block, signal: str, says: str) -> None:
+    assert sensors_for(sensors, signal) == says
+
+
+def test_all_types_that_measure_are_named() -> None:
+    hints = get_type_hints(RigSensors)
+    shipped = {cls.__name__ for cls in shipped_classes() if not cls.__name__.startswith("No")}
+    for field, types in MEASURING.items():
+        assert shipped.intersection(names_in_role(hints[field])) == set(types)
 
 
 def test_wrappers_pass_on_what_is_missing_and_their_names() -> None:

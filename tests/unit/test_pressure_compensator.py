@@ -35,7 +35,7 @@ def test_beyond_the_supply_the_drop_is_what_is_left() -> None:
 
 def test_all_its_oil_is_drawn_at_the_supplys_pressure() -> None:
     flows = COMPENSATOR.flows(STATE, feed(5e-4), 20e5, 2e5)
-    assert COMPENSATOR.power(STATE, feed(5e-4), flows) == 120e5 * flows.supply
+    assert COMPENSATOR.power(STATE, feed(5e-4), flows, 0.0, 0.0) == 120e5 * flows.supply
 
 
 def test_without_opening_it_stands_at_the_tank_and_its_spring() -> None:

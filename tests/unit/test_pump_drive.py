@@ -68,8 +68,11 @@ def test_its_power_is_that_of_the_shaft_and_of_the_line() -> None:
     state = PumpDriveState(100.0)
     flows = PUMP.flows(state, feed(4.0), 20e5, 5e5)
     torque = PUMP.speed_gain * (PUMP.command_gain * 4.0 - 100.0)
-    assert PUMP.power(state, feed(4.0), flows) == 8e5 * flows.supply + min(torque, PUMP.max_torque) * 100.0
-    assert PUMP.power(state, feed(0.0), flows._replace(supply=0.0)) == -PUMP.max_torque * 100.0
+    assert (
+        PUMP.power(state, feed(4.0), flows, 0.0, 0.0)
+        == 8e5 * flows.supply + min(torque, PUMP.max_torque) * 100.0
+    )
+    assert PUMP.power(state, feed(0.0), flows._replace(supply=0.0), 0.0, 0.0) == -PUMP.max_torque * 100.0
 
 
 def test_a_cylinder_described_by_its_load_pressure_gets_the_mean_of_both_flows() -> None:

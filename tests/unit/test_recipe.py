@@ -125,6 +125,7 @@ def silent(_self: PI, _s: PIState, _y: Measurement, _r: Demand, _dt: float) -> P
     return PIState(0.0, 0.0, 0.0)
 
 
+@pytest.mark.slow
 def test_a_method_exchanged_in_the_process_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     loop, before = example(Loop, Simulation(0.01, 1e-3)), Recipe("run", (PI,), True).digest()
     own = simulate(loop, strict=True)

@@ -189,7 +189,7 @@ def test_a_type_that_nothing_has_may_be_a_users_own(tmp_path: Path) -> None:
     changes = {"controller.type": "Mine"}
     with pytest.raises(
         ScenarioError,
-        match=r"VelocityCompensation; a class of your own needs its file: --plugin FILE, in Python",
+        match=r"'Mine' is no type here; a class of your own needs its file: --plugin FILE, in Python .* PI, ",
     ):
         load_scenario("paper/sine-pi", changes)
     with pytest.raises(ScenarioError, match=r"did you mean PI\?; a class of your own needs its file"):

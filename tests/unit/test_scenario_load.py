@@ -99,11 +99,22 @@ def test_uncertainty_is_the_machine_s_alone(scale: float) -> None:
 def test_builtin_names_and_text() -> None:
     names = scenarios()
     loops = ("1khz", "10khz", "noisy-1khz", "noisy-10khz", "encoder")
+    axes = (
+        "crane",
+        "force",
+        "position",
+        "position-adrc",
+        "position-adrc-2",
+        "position-lq",
+        "pump-controlled",
+    )
     laws = {name.rpartition("-")[0] for name in names if name.startswith("laws/")}
     assert {"laws/pi", "laws/linear", "laws/super-twisting", "laws/adrc-1"} <= laws
     assert set(names) == {
         *(f"{law}-{d}" for law in laws for d in ("sine", "square")),
-        *(f"axis/{one}" for one in ("crane", "force", "position", "pump-controlled")),
+        *(f"axis/{one}" for one in axes),
+        *(f"cases/{one}" for one in ("dead-band", "drift", "encoder", "limits", "load-step")),
+        *(f"cases/{one}" for one in ("soft-axis", "stick-slip")),
         *(f"paper/{d}-{c}" for d in ("sine", "square") for c in ("pi", "backstepping", "tsmc")),
         *(f"rig/{loop}-{c}-{d}" for loop in loops for c in ("pi", "tsmc") for d in ("sine", "square")),
         "rig/excavator-link",

@@ -11,6 +11,7 @@ from hydroservo.runs.provenance import scenario_hash
 from hydroservo.scenario import load_scenario, scenarios
 from hydroservo.scenario.load import assembled
 from hydroservo.scenario.search import Search
+from hydroservo.scenario.tuning import task_of
 from hydroservo.testing.examples import example
 from tests.support.bases import on_base
 
@@ -153,6 +154,19 @@ def test_changes_lie_on_top(write) -> None:
     assert ranges_of(search)["controller.integral_gain"] == (3.0, 4.0)
 
 
+def test_weights_of_a_base_wait_for_the_scenarios_that_they_are_of(write) -> None:
+    law = '[controller]\ntype = "PI"\nproportional_gain = 2\nintegral_gain = 500\n'
+    ranges = '[tune.vary]\ncontroller.proportional_gain = "1..3"\n'
+    own = write('base = "laws/machine"\n' + law + ranges)
+    assert assembled(own).search.weights == (1.0, 8.0)
+    with pytest.raises(ScenarioError) as error:
+        task_of([own], {}, {}, {}, ())
+    advice = "name them in tune.scenarios, or write tune.weights = [1]"
+    assert str(error.value) == f"{own}: tune.weights: are of 2 scenarios; {advice}"
+    assert task_of([own], {}, {"weights": [3], "scales": [0]}, {}, ()).aim.weights == [3.0]
+    assert task_of([own], {}, {"scales": [0]}, {"tune.weights": [3]}, ()).aim.weights == [3.0]
+
+
 @pytest.mark.parametrize(
     ("text", "problem"),
     [
@@ -174,7 +188,7 @@ def test_changes_lie_on_top(write) -> None:
         ("tune.weights = 1", "tune.weights: 1 must be a number above 0 for each scenario"),
         ("tune.weights = [0]", "tune.weights: [0] must be a number above 0 for each scenario"),
         (
-            "tune.weights = [1, 2]",
+            'tune.scenarios = ["rig/1khz-pi-sine"]\ntune.weights = [1, 2]',
             "tune.weights: [1, 2] must be a number above 0 for each scenario; there are 1",
         ),
         ('tune.scales = ["1"]', "tune.scales: ['1'] must be different numbers"),

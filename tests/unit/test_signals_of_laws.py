@@ -87,7 +87,7 @@ def test_a_position_loop_goes_where_it_is_asked_to() -> None:
 
 
 def test_runs_of_different_signals_are_not_laid_side_by_side() -> None:
-    position = SHORT._replace(controls=Position(), reference=Step(0.039, 0.044), controller=PI(10.0))
+    position = SHORT._replace(controls=Position(), reference=Step(0.039, 0.044, 0.0), controller=PI(10.0))
     with pytest.raises(ParameterError, match="loops = 'velocity, position': must all be of one"):
         tune(Aim([SHORT, position]), {"controller.proportional_gain": (1.0, 10.0)}, candidates=2)
     brief = {"simulation.duration": 0.01}

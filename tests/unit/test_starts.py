@@ -219,8 +219,9 @@ def test_a_start_that_finds_what_there_is_not_is_one_line() -> None:
         simulate(example(Loop, BRIEF, start=Wrong()))
 
 
-@pytest.mark.parametrize("name", ["axis/position", "axis/force"])
-def test_a_friction_that_sticks_holds_no_more_than_its_breakaway(name: str) -> None:
-    loop = ready(load_scenario(name))
+@pytest.mark.parametrize("scale", [-2.0, 0.0, 1.0])
+@pytest.mark.parametrize("name", ["axis/position", "axis/force", "cases/stick-slip"])
+def test_a_friction_that_sticks_holds_no_more_than_its_breakaway(name: str, scale: float) -> None:
+    loop = ready(load_scenario(name, {"start": "steady", "uncertainty.scale": scale}))
     friction, state = loop.plant.friction, loop.init().plant.friction
     assert abs(friction.bristle_stiffness * state.deflection) <= friction.breakaway

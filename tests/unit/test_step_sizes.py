@@ -103,6 +103,7 @@ def test_only_what_is_finite_counts() -> None:
     assert fastest(LOOP, lost) == 0.0
 
 
+@pytest.mark.filterwarnings("ignore:nothing is asked for")  # in so short a run
 @pytest.mark.slow  # each compiles a loop
 @pytest.mark.parametrize("name", MACHINES)
 def test_built_in_scenarios_are_trusted(name: str) -> None:
@@ -276,7 +277,7 @@ def test_the_hardest_of_many_machines() -> None:
         "plant.mass": np.array([6.0, 60.0, 0.06, 6.0]),
         "simulation.seed": np.array([1.0, 2.0, 3.0, 4.0]),
     }
-    loop = hardest(LOOP, parameters)
+    loop = hardest(LOOP, [parameters])
     assert (loop.plant.bulk_modulus, loop.plant.mass) == (8e8, 0.06)
     assert repr(loop.simulation.seed) == "3"
 

@@ -15,7 +15,7 @@ from hydroservo.hooks import designed
 from hydroservo.plants import DesignModel
 from hydroservo.roles import Controller, role
 from hydroservo.signals import Demand, Measurement
-from hydroservo.synthesis.gains import no_gain, rounded
+from hydroservo.synthesis.gains import computed, no_gain
 from hydroservo.synthesis.linear_model import at_rest, with_disturbances
 from hydroservo.synthesis.lqr import lqr
 from hydroservo.synthesis.memory import both, integrator, oscillator, remembering
@@ -133,18 +133,6 @@ def test_an_oscillator_keeps_its_size_for_ever() -> None:
     assert whole_turn == pytest.approx(np.eye(2), abs=1e-12)
 
 
-def test_gains_have_nine_digits() -> None:
-    assert rounded(np.array([[1.0 / 3.0, 2e9 / 3.0]])).tolist() == [[0.333333333, 666666667.0]]
-
-
-def test_what_is_said_of_one_number_alone() -> None:
-    error = no_gain(Halved(2.0), ["size"], 1e-3, "it is")
-    assert str(error) == (
-        "Halved.size = 2.0: with a sample period of 0.001 s no gain is found: "
-        "it is out of the reach of floating-point numbers"
-    )
-
-
 class State(NamedTuple):
     u: Annotated[float, Field("V", "command")]
 
@@ -167,6 +155,21 @@ class Halved(NamedTuple):
     def designed(self, model: Block, period: float) -> "Halved":
         CALLS.append("halved")
         return self._replace(gain=0.5 * self.size)
+
+
+NONE = no_gain(Halved(2.0), ["size"], 1e-3, "it is")
+
+
+def test_gains_have_nine_digits() -> None:
+    (gain,) = computed(lambda: [np.array([[1.0 / 3.0, 2e9 / 3.0]])], NONE)
+    assert gain.tolist() == [[0.333333333, 666666667.0]]
+
+
+@pytest.mark.parametrize("size", [0.0, math.inf])
+def test_a_design_that_fails_and_one_that_is_not_finite_are_no_gain(size: float) -> None:
+    with pytest.raises(ParameterError) as caught:
+        computed(lambda: [np.eye(2), np.linalg.inv(np.eye(2) * size), np.eye(1) * size], NONE)
+    assert caught.value is NONE
 
 
 @role(Controller)
@@ -229,3 +232,10 @@ def test_an_absurd_model_is_refused_in_one_line() -> None:
     with pytest.raises(ParameterError, match=r"^LQI\.effort = .*they, or the model, are out of") as caught:
         example(LQI).designed(heavy, 1e-3)
     assert str(caught.value).isprintable()
+
+
+def test_what_is_said_of_one_number_alone() -> None:
+    assert str(NONE) == (
+        "Halved.size = 2.0: with a sample period of 0.001 s no gain is found: "
+        "it is out of the reach of floating-point numbers"
+    )

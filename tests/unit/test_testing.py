@@ -120,7 +120,7 @@ WRONG = {
     ),
     "an unclear role": Wrong(
         *(ROLE, LAW, {"@role(Controller)\n": ""}),
-        *("class Law", "has the methods of Controller, Observer, Differentiator"),
+        *("class Law", "has the methods of Controller, Differentiator, Observer"),
     ),
     "no command": Wrong(
         *(ROLE, LAW, {"    u: Anno": "    v: Anno"}),
@@ -207,7 +207,7 @@ WRONG = {
         *(COMPILED, LOAD, {SIZE: f"{SIZE} + len(globals())"}, f"        {SIZE}", "force cannot be compiled")
     ),
     "other bits": Wrong(
-        *(COMPILED, LOAD, {SIZE: f"{SIZE} if type(t) is float else 0.0"}),
+        *(COMPILED, LOAD, {SIZE: f"{SIZE} if 2**63 - 1 + int(t - t + 1.0) > 0 else 0.0"}),
         *(FORCE, "force gives 2.0 in plain Python and 0.0 compiled, for "),
     ),
     "other bits the next time": Wrong(

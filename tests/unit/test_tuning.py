@@ -23,7 +23,7 @@ from hydroservo.block import Block
 from hydroservo.controllers import PI, Backstepping
 from hydroservo.controllers.pi import PIState
 from hydroservo.metrics import judged_by
-from hydroservo.monitors import IntegralCriteria
+from hydroservo.monitors import CommandEnergy, IntegralCriteria
 from hydroservo.runs import tuning
 from hydroservo.runs.tuning import Tuned
 from hydroservo.scenario import load_scenario
@@ -84,6 +84,7 @@ def both() -> Tuned:
     return tune(Aim([SINE, SQUARE], [1.0, 3.0], seeds=2), WIDE, candidates=128, seed=3)
 
 
+@pytest.mark.slow
 def test_it_finds_what_a_fine_grid_finds() -> None:
     grid = np.geomspace(0.3, 300.0, 5000)
     runs = simulate_batch(SINE, {GAIN: grid})
@@ -116,6 +117,7 @@ def test_before_is_the_metric_with_each_loops_own_values() -> None:
     assert found.before == pytest.approx([metric_of(loop, {}) for loop in loops], rel=1e-9)
 
 
+@pytest.mark.slow
 def test_a_heavier_weight_serves_its_loop_more() -> None:
     ranges = {GAIN: (0.3, 30.0), INTEGRAL: (1.0, 1e4)}
     for_sine = tune(Aim([SINE, SQUARE], [1.0, 0.01]), ranges, candidates=256)
@@ -186,10 +188,22 @@ def test_a_parameter_that_changes_nothing_does_not_end_the_search() -> None:
     assert found.after == pytest.approx(found.before, rel=1e-9)
 
 
-def test_a_metric_that_is_0_is_no_trouble() -> None:
+def test_a_metric_that_is_0_with_all_candidates_is_refused() -> None:
     calm = {GAIN: (1.0, 2.0)}
     assert metric_of(SINE, {GAIN: 1.5}, metric="overshoot") == 0.0  # its demand has no jump
-    found = tune(Aim([SINE], [1.0], "overshoot"), calm, candidates=64)
+    with pytest.raises(ParameterError, match=r"^metric = 'overshoot': is 0 with each of 128 candidates, "):
+        tune(Aim([SINE], [1.0], "overshoot"), calm, candidates=128)
+
+
+def test_a_metric_that_is_0_with_some_candidates_is_no_trouble() -> None:
+    """A share of time at a limit, which small gains do not reach."""
+    share = {"power": CommandEnergy(limit=1.0)}
+    ends = {GAIN: (1.0, 100.0)}
+    least, most = (
+        float(simulate(replace(SINE, {GAIN: gain}), metrics=share)["saturation_share"]) for gain in ends[GAIN]
+    )
+    assert least == 0.0 < most
+    found = tune(Aim([SINE], [1.0], "saturation_share", metrics=share), ends, candidates=64)
     assert found.after == [0.0]
     assert found.cost < 1e-20
 
@@ -202,6 +216,7 @@ def test_values_at_an_end_are_said_to_be_there() -> None:
     assert list(one.edges) == [INTEGRAL]
 
 
+@pytest.mark.slow
 def test_what_a_law_believes_can_be_searched() -> None:
     """Of a loop from Python too, whose law is given its model before a run."""
     mass = "controller.model.plant.mass"
@@ -232,6 +247,7 @@ def tried(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
     return seen
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("path", "low", "high", "logarithmic"),
     [
@@ -282,6 +298,7 @@ class Computed(NamedTuple):
         return self._replace(gain=self.wish)
 
 
+@pytest.mark.slow
 def test_candidates_that_allow_no_controller_do_not_win_and_do_not_end_the_search() -> None:
     loop = replace(SINE, {"controller": Computed()})
     found = tune(Aim([loop], [1.0]), {"controller.wish": (0.1, 10.0)}, candidates=128)
@@ -363,7 +380,7 @@ def test_a_length_or_a_seed_that_is_none_is_refused(length: dict[str, Any], mess
 def test_every_metric_that_is_better_small_can_be_an_aim() -> None:
     known = judged_by([SINE])
     assert {"rms_error", "overshoot", "control_total_variation"} < set(known)
-    for metric in known:
+    for metric in set(known) - {"overshoot", "low_pressure_time"}:  # which are 0 here
         found = tune(Aim([SINE], [1.0], metric), {GAIN: (1.0, 2.0)}, candidates=64)
         assert found.after[0] == pytest.approx(metric_of(SINE, dict(found.parameters), 1, metric), rel=1e-9)
 
@@ -386,6 +403,7 @@ def test_an_effort_that_is_none_is_refused(effort: float) -> None:
         tune(Aim([SINE], [1.0], effort=effort), WIDE)
 
 
+@pytest.mark.slow
 def test_loops_weigh_alike_where_no_weights_are_given() -> None:
     ranges = {"controller.proportional_gain": (1.0, 10.0)}
     loops = [
@@ -396,3 +414,26 @@ def test_loops_weigh_alike_where_no_weights_are_given() -> None:
     assert repr(alike).splitlines()[0].startswith("controller.proportional_gain = ")
     assert repr(alike).splitlines()[3].startswith("128 closed loops were simulated")
     assert alike.cost == tune(Aim(loops, (1.0, 1.0)), ranges, candidates=64).cost
+
+
+@pytest.mark.parametrize("generation", [1, 2])
+def test_what_a_search_stumbles_over_later_is_one_line(
+    monkeypatch: pytest.MonkeyPatch, generation: int
+) -> None:
+    """The optimiser lets it pass as it is, in its first population and after that."""
+    counted, means = 0, tuning.means
+
+    def nan(aim: Aim, i: int, runs: Any) -> Any:
+        nonlocal counted
+        counted += 1
+        if counted > generation:  # the first are those of the loop as it is
+            runs = runs.assign({aim.metric: runs[aim.metric] * math.nan})
+        return means(aim, i, runs)
+
+    monkeypatch.setattr(tuning, "means", nan)
+    loop = load_scenario("rig/1khz-pi-sine", {"simulation.duration": "20 ms"})
+    with pytest.raises(ParameterError) as caught:
+        tune(Aim([loop]), {"controller.proportional_gain": (1.0, 10.0)}, candidates=192)
+    assert str(caught.value) == (
+        "metric = 'rms_error': must be one that every loop has; it is nan in loop 1 of 1"
+    )

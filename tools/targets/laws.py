@@ -36,7 +36,7 @@ from hydroservo.observers import (
 )
 from hydroservo.papers.tsmc_eha_2021.printed import PrintedBackstepping, PrintedTSMC
 from hydroservo.pulls import ExplicitReaching, ImplicitReaching, SmoothReaching
-from hydroservo.roles import Controller, Differentiator, Observer, Pull, Reaching, Realisation
+from hydroservo.roles import Basis, Controller, Differentiator, Observer, Pull, Reaching, Realisation
 from hydroservo.scenario.fits import said_roles
 from hydroservo.scenario.registry import shipped_classes
 from hydroservo.testing.examples import example
@@ -51,6 +51,7 @@ PARTS = (
     Reaching,
     Pull,
     Differentiator,
+    Basis,
 )  # roles on the target
 
 CHOSEN: dict[str, Controller] = {

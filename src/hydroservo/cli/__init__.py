@@ -1,6 +1,7 @@
 """The command line."""
 
 import io
+import os
 import sys
 
 from hydroservo.cli.interrupts import (
@@ -25,6 +26,7 @@ def main() -> None:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # a terminal that lacks a sign shows ? for it
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # matrices of six rows: threads cost more than they do
     from hydroservo.cli.app import app
 
     try:

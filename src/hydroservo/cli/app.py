@@ -8,13 +8,19 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from hydroservo._version import __version__
+from hydroservo.cli.audit import audit
 from hydroservo.cli.batch import batch
+from hydroservo.cli.bode import bode
 from hydroservo.cli.check import check
 from hydroservo.cli.differences import unequal_lines
 from hydroservo.cli.export import export_app
-from hydroservo.cli.failures import Commands
+from hydroservo.cli.failures import Commands, Listing
+from hydroservo.cli.identify import identify
+from hydroservo.cli.limit import limit
+from hydroservo.cli.linearize import linearize
 from hydroservo.cli.options import Changes, Json, Plugins, Scenario, Strict, Verbose, loaded
 from hydroservo.cli.remarks import say_remarks
+from hydroservo.cli.study import study
 from hydroservo.cli.tune import tune
 from hydroservo.runs.results import Format
 
@@ -35,8 +41,10 @@ app = typer.Typer(
     rich_markup_mode="markdown",
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-scenarios_app = typer.Typer(rich_markup_mode="markdown")
+scenarios_app = typer.Typer(cls=Listing, rich_markup_mode="markdown")
 app.add_typer(scenarios_app, name="scenarios")
+studies_app = typer.Typer(cls=Listing, rich_markup_mode="markdown")
+app.add_typer(studies_app, name="studies")
 app.add_typer(export_app, name="export")
 
 
@@ -193,7 +201,13 @@ def compare(
 
 app.command()(batch)
 app.command()(tune)
+app.command()(study)
+app.command()(limit)
+app.command()(linearize)
+app.command()(bode)
+app.command()(identify)
 app.command()(check)
+app.command()(audit)
 
 
 @app.command()
@@ -229,11 +243,11 @@ def paper(
 @scenarios_app.callback(invoke_without_command=True)
 def scenarios(context: typer.Context) -> None:
     """List the built-in scenarios, or show one."""
-    from hydroservo.cli.tables import show_scenarios
+    from hydroservo.cli.tables import show_titles
     from hydroservo.scenario import scenarios
 
     if context.invoked_subcommand is None:
-        show_scenarios(scenarios())
+        show_titles(scenarios())
 
 
 @scenarios_app.command("show")
@@ -249,7 +263,36 @@ def show_source(
     """
     from hydroservo.scenario import scenario_source
 
-    text = scenario_source(name)
+    print_toml(scenario_source(name))
+
+
+@studies_app.callback(invoke_without_command=True)
+def studies(context: typer.Context) -> None:
+    """List the built-in studies, or show one."""
+    from hydroservo.cli.tables import show_titles
+    from hydroservo.studies.file import studies
+
+    if context.invoked_subcommand is None:
+        show_titles(studies())
+
+
+@studies_app.command("show")
+def show_study_source(
+    name: Annotated[str, typer.Argument(metavar="NAME", help="A built-in name, or a study's file.")],
+) -> None:
+    """Print a study as TOML: the start of one of your own.
+
+    Example:
+
+    - `hydroservo studies show small > my-study.toml`
+    """
+    from hydroservo.studies.file import study_source
+
+    print_toml(study_source(name))
+
+
+def print_toml(text: str) -> None:
+    """TOML in colour on a terminal, and as it is elsewhere."""
     if sys.stdout.isatty():
         from hydroservo.cli.tables import show_toml
 

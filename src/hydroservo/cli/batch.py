@@ -7,19 +7,31 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from hydroservo.cli.options import VARY, Changes, Json, Plugins, Scenario, Strict, Verbose, ranges_in, replay
+from hydroservo.cli.options import (
+    Changes,
+    Json,
+    Plugins,
+    Scenario,
+    Strict,
+    Verbose,
+    check_one_place,
+    ranges_in,
+    replay,
+    varied,
+)
 from hydroservo.cli.remarks import say_remarks
 from hydroservo.runs.results import FORMATS
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from hydroservo.cli.progress import Report
     from hydroservo.loop import Loop
-    from hydroservo.runs.run import Progress
+    from hydroservo.scenario.parts import Sampled, Workers
 
 __all__ = ["batch"]
 
 LARGE_TABLE = 2**28  # bytes; a larger table is announced before the run
-PAUSE = 1.0  # s, before which a rate would be a guess
 
 
 def batch(
@@ -29,27 +41,23 @@ def batch(
     runs: Annotated[int, typer.Option("--runs", metavar="N", show_default=False, help="How many runs.")],
     ranges: Annotated[
         list[str],
-        typer.Option(
-            VARY,
-            metavar="PATH=LOW..HIGH",
-            default_factory=list,
-            show_default=False,
-            help="Draw a number of the scenario, a block's or a datasheet constructor's, evenly between "
+        varied(
+            "Draw a number of the scenario, a block's or a datasheet constructor's, evenly between "
             "two values, such as 500..900 MPa, or relative to the value it has, such as -30%..+30%. Of the "
             "machine (plant, valve, supply, load) only the truth varies; the controller goes on believing in "
-            "the scenario's values. May be given again.",
+            "the scenario's values."
         ),
     ],
     out: Annotated[
-        list[Path],
+        list[str],
         typer.Option(
             "--out",
-            metavar="FILE",
+            metavar="FILE|DIR/",
             default_factory=list,
             show_default=False,
-            dir_okay=False,
             help=f"Write the parameters and metrics of each run ({', '.join(FORMATS)}), or a picture of "
-            "them (.png, .svg, .pdf). May be given again.",
+            "them (.png, .svg, .pdf). May be given again. Into a folder, such as runs/, any number of runs "
+            "go part by part (Parquet), and the same command goes on where it was stopped.",
         ),
     ],
     seeds: Annotated[
@@ -65,6 +73,28 @@ def batch(
         int | None,
         typer.Option("--threads", metavar="N", min=1, show_default="all cores", help="How many to use."),
     ] = None,
+    workers: Annotated[
+        int | None,
+        typer.Option(
+            "--workers",
+            metavar="N",
+            min=1,
+            show_default="threads alone",
+            help="Compute the parts of a folder in so many processes, of one thread each unless told.",
+        ),
+    ] = None,
+    scheduler: Annotated[
+        str | None,
+        typer.Option(
+            "--scheduler",
+            metavar="ADDRESS",
+            show_default="this machine",
+            help="Have the workers of a Dask scheduler compute the parts of a folder, as tcp://head:8786.",
+        ),
+    ] = None,
+    cuda: Annotated[
+        bool, typer.Option("--cuda", help="Compute on a CUDA device, one thread there a run.")
+    ] = False,
     strict: Strict = False,
     json: Json = False,
     verbose: Verbose = False,
@@ -81,54 +111,118 @@ def batch(
     - `hydroservo batch paper/sine-pi --runs 300 --vary plant.mass=4..8kg --out runs.csv --out runs.png`
     - `hydroservo batch paper/sine-tsmc --runs 100 --seeds --set sensors.type=NoisySensors
       --set sensors.velocity_noise="0.5 mm/s" --set sensors.load_force_noise="5 N" --json`
+    - `hydroservo batch paper/sine-pi --runs 1000000 --vary plant.mass=4..8kg --out runs/
+      --scheduler tcp://head:8786`
     """
-    from hydroservo.cli.batch_files import checked_endings, table_of_runs, write_batch
+    from hydroservo.cli.batch_files import destinations, write_batch
     from hydroservo.cli.batch_summary import batch_summary, remarkable_run, show_batch
     from hydroservo.cli.kernels import log_kernels
     from hydroservo.cli.progress import progress_bar
     from hydroservo.cli.summary import for_table
     from hydroservo.errors import HydroservoError
-    from hydroservo.metrics import declared_metrics, monitors_of
-    from hydroservo.runs.batch import simulate_batch
     from hydroservo.runs.results import as_json
     from hydroservo.scenario import parse_override
     from hydroservo.scenario.load import assembled
-    from hydroservo.scenario.sampling import check_size, draws_of, variations
+    from hydroservo.scenario.parts import Sampled, Workers
+    from hydroservo.scenario.sampling import variations
 
-    check_size(runs, seed, "--")
     if not (ranges or seeds):
         raise HydroservoError("nothing varies: give --vary PATH=LOW..HIGH, or --seeds, or both")
-    checked_endings(out)
+    files, folder = destinations(out)
+    check_sizes(runs, seed, folder)
+    if folder is None and (workers or scheduler):
+        raise HydroservoError("--workers and --scheduler compute the parts of a folder: give --out DIR/")
+    check_one_place(workers, scheduler)
     assembly = assembled(scenario, dict(map(parse_override, changes)), plugins)
-    loop = assembly.loop
-    check_metric(metric, loop)
-    varied = variations(assembly, ranges_in(ranges))
-    announce(out, runs, len(declared_metrics(monitors_of(loop))) + 2 * (len(varied) + seeds))
+    check_metric(metric, assembly.loop)
+    sampled = Sampled(assembly, variations(assembly, ranges_in(ranges)), seed, seeds, strict, cuda)
+    columns = columns_of(sampled)
+    announce(files, folder, runs, columns)
     with log_kernels(verbose), progress_bar("preparing") as report:
         start = time.monotonic()
-        drawn = draws_of(assembly, varied, runs, seed=seed, seeds=seeds)
-        found = simulate_batch(
-            loop, drawn.parameters, strict=strict, threads=threads, progress=paced(report, runs)
-        )
+        if folder is None:
+            table, computed = in_memory(sampled, runs, threads, report), runs
+        else:
+            own = threads if workers is None and scheduler is None else threads or 1
+            table, computed = in_folder(sampled, runs, folder, Workers(workers or 1, scheduler, own), report)
         seconds = time.monotonic() - start
-        table = table_of_runs(found, drawn, seed, assembly.arguments)
         report(1.0, "writing files")
-        left = write_batch(out, table, [one.path for one in varied], metric)
-    summary = batch_summary(scenario, seed, table, drawn.ranges)
+        left = write_batch(files, table, [one.path for one in sampled.varied], metric)
+    summary = batch_summary(scenario, seed, table, sampled.ranges(runs))
     say_remarks(scenario, table)
     if json:
         typer.echo(as_json(summary.as_tables()))
         left.check()
         return
-    meant = not any(one.path.startswith("reference.") for one in varied)
-    show_batch(for_table(summary, loop) if meant else summary, table, seconds)
+    meant = not any(one.path.startswith("reference.") for one in sampled.varied)
+    show_batch(for_table(summary, assembly.loop) if meant else summary, table, seconds, computed)
     run, reason = remarkable_run(table, metric)
     steps = {"simulation.substeps": table.attrs["substeps"]} if "substeps" in table.attrs else {}
     words = ["hydroservo", "run", scenario, *(["--strict"] if strict else [])]
-    typer.echo(f"run {run} {reason}; alone: {replay(words, changes, plugins, steps | drawn.changes(run))}")
-    if left.files:
-        typer.echo(f"written: {', '.join(map(str, left.files))}")
+    drawn = sampled.drawn(run, 1).changes(0)
+    typer.echo(f"run {run} {reason}; alone: {replay(words, changes, plugins, steps | drawn)}")
+    places = [*map(str, left.files), *([f"{folder}/"] if folder else [])]
+    if places:
+        typer.echo(f"written: {', '.join(places)}")
     left.check()
+
+
+def in_memory(sampled: "Sampled", runs: int, threads: int | None, report: "Report") -> "xr.Dataset":
+    """The table of a batch."""
+    from hydroservo.cli.progress import paced
+    from hydroservo.runs.batch import simulate_batch
+    from hydroservo.scenario.batch_table import table_of_runs
+
+    drawn = sampled.drawn(0, runs)
+    found = simulate_batch(
+        sampled.assembly.loop,
+        drawn.parameters,
+        strict=sampled.strict,
+        threads=threads,
+        cuda=sampled.cuda,
+        progress=paced(report, runs),
+    )
+    return table_of_runs(found, drawn, sampled.seed, sampled.assembly.arguments)
+
+
+def in_folder(
+    sampled: "Sampled", runs: int, folder: Path, workers: "Workers", report: "Report"
+) -> "tuple[xr.Dataset, int]":
+    """The table of a batch in a folder, and how many of its runs were computed now."""
+    from hydroservo.cli.interrupts import heard
+    from hydroservo.cli.progress import paced
+    from hydroservo.scenario.parts import simulate_in_parts
+
+    def say(line: str) -> None:
+        typer.echo(f"hydroservo: {line}", err=True)
+
+    try:
+        progress = paced(report, runs)
+        return simulate_in_parts(sampled, runs, folder, workers=workers, progress=progress, say=say)
+    except KeyboardInterrupt:
+        heard(f"; what is done is in {folder}, and the same command goes on from there")
+        raise
+
+
+def check_sizes(runs: int, seed: int, folder: Path | None) -> None:
+    """Refuse a number of runs or a seed out of its range.
+
+    Raises:
+        ParameterError: one is.
+    """
+    from hydroservo.scenario.parts import MOST_IN_PARTS
+    from hydroservo.scenario.sampling import MOST, check_size
+
+    check_size(runs, seed, "--", MOST if folder is None else MOST_IN_PARTS)
+
+
+def columns_of(sampled: "Sampled") -> int:
+    """How many columns the table of a batch has, about."""
+    from hydroservo.metrics import declared_metrics, monitors_of
+
+    return len(declared_metrics(monitors_of(sampled.assembly.loop))) + 2 * (
+        len(sampled.varied) + sampled.seeds
+    )
 
 
 def check_metric(metric: str, loop: "Loop") -> None:
@@ -148,29 +242,12 @@ def check_metric(metric: str, loop: "Loop") -> None:
         raise ParameterError("--metric", metric, one_of(metric, numbers))
 
 
-def announce(files: Sequence[Path], runs: int, columns: int) -> None:
+def announce(files: Sequence[Path], folder: Path | None, runs: int, columns: int) -> None:
     """Before the runs: try the files, and say how much memory a large table will take."""
     from hydroservo.cli.writing import try_outputs
+    from hydroservo.scenario.parts import MANIFEST
 
     size = 8 * runs * columns
-    try_outputs(files, size)
-    if size > LARGE_TABLE:
+    try_outputs([*files, *([folder / MANIFEST] if folder else [])], size)
+    if size > LARGE_TABLE and (files or folder is None):
         typer.echo(f"the table of all runs will take {size / 2**20:.0f} MiB of memory", err=True)
-
-
-def paced(report: "Report", runs: int) -> "Progress":
-    """Reports how many runs are done, how many a second, and how long the others will take."""
-    first: tuple[float, float] | None = None  # the clock and the fraction at the first report
-
-    def progress(fraction: float) -> None:
-        nonlocal first
-        now = time.monotonic()
-        first = first or (now, fraction)
-        seconds, done = now - first[0], fraction - first[1]
-        text = f"{round(fraction * runs):,} of {runs:,} runs"
-        if seconds > PAUSE and done > 0.0:
-            left = round((1.0 - fraction) * seconds / done)
-            text += f", {done * runs / seconds:,.0f} a second, {left // 60}:{left % 60:02d} left"
-        report(fraction, text)
-
-    return progress

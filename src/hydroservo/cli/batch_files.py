@@ -1,5 +1,6 @@
-"""The table of a batch, and the files that it goes into."""
+"""The files that the table of a batch goes into."""
 
+import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -7,16 +8,35 @@ from typing import TYPE_CHECKING
 from hydroservo.cli.writing import Written
 from hydroservo.errors import HydroservoError
 from hydroservo.outputs import OutputError, keep_elsewhere, staged
-from hydroservo.runs.results import FORMATS, as_json, save
-from hydroservo.scenario.build import Argument
-from hydroservo.scenario.sampling import Drawn
+from hydroservo.runs.results import FORMATS, save
 
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["checked_endings", "table_of_runs", "write_batch"]
+__all__ = ["destinations", "write_batch"]
 
 PICTURES = (".png", ".svg", ".pdf")
+ENDINGS = (*FORMATS, *PICTURES)
+
+
+def destinations(out: Sequence[str]) -> tuple[list[Path], Path | None]:
+    """The files that ``--out`` names, and the folder; None if it names none.
+
+    Raises:
+        HydroservoError: an ending names no format, or there are two folders.
+    """
+    folders = [one for one in out if is_folder(one)]
+    files = [Path(one) for one in out if one not in folders]
+    checked_endings(files)
+    if len(folders) > 1:
+        raise HydroservoError(f"--out: {folders[0]} and {folders[1]} are both folders; give one, and files")
+    return files, Path(folders[0]) if folders else None
+
+
+def is_folder(text: str) -> bool:
+    """Whether a folder is meant: there is one, or the text ends in a slash."""
+    path = Path(text)
+    return text.endswith(("/", os.sep)) or (path.suffix.lower() not in ENDINGS and path.is_dir())
 
 
 def checked_endings(files: Sequence[Path]) -> None:
@@ -26,37 +46,11 @@ def checked_endings(files: Sequence[Path]) -> None:
         HydroservoError: an ending names no format.
     """
     for file in files:
-        endings = (*FORMATS, *PICTURES)
-        if file.suffix.lower() not in endings:
+        if file.suffix.lower() not in ENDINGS:
             raise HydroservoError(
-                f"{file}: the ending {file.suffix!r} names no format; use one of {', '.join(endings)}"
+                f"{file}: the ending {file.suffix!r} names no format; use one of {', '.join(ENDINGS)}, or a "
+                "folder, with a / at its end"
             )
-
-
-def table_of_runs(
-    found: "xr.Dataset", drawn: Drawn, seed: int, arguments: Mapping[str, Argument]
-) -> "xr.Dataset":
-    """The table of a batch, with all that it takes to run each of its runs again.
-
-    Args:
-        found: what ``simulate_batch`` returned.
-        drawn: what each run sets.
-        seed: of the draws.
-        arguments: what constructors take, by path.
-    """
-    deviations = {
-        f"uncertainty.{path}": ("run", column, {"units": "", "long_name": f"relative deviation of {path}"})
-        for path, column in drawn.deviations.items()
-    }
-    taken = {
-        path: ("run", column, {"units": field.unit, "long_name": field.meaning})
-        for path, column in drawn.values.items()
-        if path in arguments and (field := arguments[path].field)
-    }
-    made = [path for path in drawn.parameters if path not in drawn.values]
-    about = {"drawn_with_seed": seed, "varied": as_json(drawn.ranges)}
-    table = found.drop_vars(made).assign(taken | deviations).assign_attrs(about)
-    return table[[*drawn.values, *deviations, *(name for name in found if name not in drawn.parameters)]]
 
 
 def write_batch(files: Sequence[Path], table: "xr.Dataset", varied: Sequence[str], metric: str) -> Written:

@@ -90,11 +90,16 @@ def remarkable_run(table: "xr.Dataset", metric: str) -> tuple[int, str]:
     return int(worst), f"has the worst {metric}"
 
 
-def show_batch(summary: BatchSummary, table: "xr.Dataset", seconds: float) -> None:
-    """What varied, how the metrics are spread, and how many runs failed."""
+def show_batch(summary: BatchSummary, table: "xr.Dataset", seconds: float, computed: int) -> None:
+    """What varied, how the metrics are spread, how many runs failed, and how fast they were computed."""
     fields = metric_fields(table)
     show(ranges(summary, table), spreads(summary, fields), *verdicts(summary, fields))
-    show(f"{seconds:.3g} s, {rate(summary.runs / seconds)} runs per second, compilation included")
+    if computed:
+        there = f"; {summary.runs - computed:,} were there before" if computed < summary.runs else ""
+        speed = f"{rate(computed / seconds)} runs per second, compilation included"
+        show(f"{seconds:.3g} s, {speed}{there}")
+    else:
+        show("all runs were there before")
 
 
 def rate(value: float) -> str:

@@ -1,5 +1,6 @@
 """How a command fails: one line on stderr and an exit status, never a traceback for what a user can mend."""
 
+import shlex
 import sys
 import warnings
 from traceback import walk_tb
@@ -11,7 +12,7 @@ from typer.core import TyperGroup
 from hydroservo.cli.interrupts import INTERRUPTED, heard
 from hydroservo.errors import HydroservoError, HydroservoWarning, clipped, one_line
 
-__all__ = ["Commands"]
+__all__ = ["Commands", "Listing"]
 
 USER_ERROR = 2
 UsageError: Any = typer.BadParameter.__base__  # click's, or that of typer's own copy of click
@@ -46,6 +47,19 @@ class Commands(TyperGroup):
             say_error(described(error))
             raise typer.Exit(USER_ERROR) from error
         return result
+
+
+class Listing(TyperGroup):
+    """The commands on what has names, which a name alone is taken for."""
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        try:
+            return super().resolve_command(ctx, args)
+        except UsageError as error:
+            if "Did you mean" not in error.message:
+                said = shlex.join(["hydroservo", ctx.info_name, "show", args[0]])
+                error.message = f"{error.message.removesuffix('.')}; {said} prints what has that name"
+            raise
 
 
 def running(error: BaseException) -> str:

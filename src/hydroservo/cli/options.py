@@ -4,12 +4,12 @@ import shlex
 import warnings
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from hydroservo.cli.remarks import say_warning
-from hydroservo.errors import HydroservoWarning
+from hydroservo.errors import HydroservoError, HydroservoWarning
 
 if TYPE_CHECKING:
     from hydroservo.loop import Loop
@@ -18,15 +18,20 @@ if TYPE_CHECKING:
 __all__ = [
     "VARY",
     "Changes",
+    "CommandAt",
+    "Force",
     "Json",
     "Plugins",
     "Scenario",
     "Strict",
     "Verbose",
+    "check_one_place",
     "loaded",
     "loaded_aloud",
+    "quantity_of",
     "ranges_in",
     "replay",
+    "varied",
 ]
 
 VARY = "--vary"
@@ -70,6 +75,52 @@ Verbose = Annotated[
         help="Say on stderr whether machine code was compiled or found on disk, and why it cannot be kept.",
     ),
 ]
+CommandAt = Annotated[
+    str | None,
+    typer.Option(
+        "--command",
+        metavar="VOLT",
+        help="Command under which the machine has settled: `0.2V`. Without it, that of a steady start, or 0.",
+    ),
+]
+Force = Annotated[
+    str | None,
+    typer.Option(
+        "--load", metavar="FORCE", help="Force on the rod: `2kN`. Without it, the scenario's load at t = 0."
+    ),
+]
+
+
+def varied(help_text: str) -> Any:
+    """The option that gives numbers ranges, in the words of a command."""
+    return typer.Option(
+        VARY,
+        metavar="PATH=LOW..HIGH",
+        default_factory=list,
+        show_default=False,
+        help=f"{help_text} May be given again.",
+    )
+
+
+def quantity_of(option: str, text: str | None, unit: str) -> float | None:
+    """The number in an SI unit that an option says, with its unit or in SI; None where it is not given.
+
+    Raises:
+        ParameterError: it is no such quantity.
+    """
+    from hydroservo.errors import ParameterError
+    from hydroservo.scenario.quantities import si_value
+
+    if text is None:
+        return None
+    try:
+        return float(text)
+    except ValueError:
+        pass
+    try:
+        return si_value(text, unit)
+    except ValueError as error:
+        raise ParameterError(option, text, str(error)) from None
 
 
 def loaded(scenario: str, changes: Sequence[str], plugins: Sequence[Path]) -> "Loop":
@@ -95,6 +146,16 @@ def loaded_aloud(
         if one.category is not HydroservoWarning:  # of a plug-in, or of a library
             warnings.showwarning(one.message, one.category, one.filename, one.lineno)
     return loop
+
+
+def check_one_place(workers: int | None, scheduler: str | None) -> None:
+    """Refuse processes of this machine where a scheduler's workers are to do it.
+
+    Raises:
+        HydroservoError: both are asked for.
+    """
+    if workers is not None and scheduler is not None:
+        raise HydroservoError("--workers are of this machine, and --scheduler has its own: give one")
 
 
 def ranges_in(texts: Sequence[str]) -> "dict[str, Entry]":

@@ -6,12 +6,13 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-__all__ = ["Report", "progress_bar"]
+__all__ = ["Report", "paced", "progress_bar"]
 
 Report = Callable[[float, str], None]  # the fraction done, and what is being done
 
 PATIENCE = 2.0  # s
 FIRST_LINE, LONGEST_PAUSE = 10.0, 600.0  # s
+PAUSE = 1.0  # s, before which a rate would be a guess
 
 
 @contextmanager
@@ -57,3 +58,27 @@ def lines_now_and_then() -> Report:
             pause = min(2.0 * pause, LONGEST_PAUSE)
 
     return report
+
+
+def paced(report: Report, count: int, what: str = "runs") -> Callable[[float], None]:
+    """Reports how many of something are done, how many a second, and how long the others will take.
+
+    Args:
+        report: where to.
+        count: of all.
+        what: they are.
+    """
+    first: tuple[float, float] | None = None  # the clock and the fraction at the first report
+
+    def progress(fraction: float) -> None:
+        nonlocal first
+        now = time.monotonic()
+        first = first or (now, fraction)
+        seconds, done = now - first[0], fraction - first[1]
+        text = f"{round(fraction * count):,} of {count:,} {what}"
+        if seconds > PAUSE and done > 0.0:
+            left = round((1.0 - fraction) * seconds / done)
+            text += f", {done * count / seconds:,.0f} a second, {left // 60}:{left % 60:02d} left"
+        report(fraction, text)
+
+    return progress

@@ -21,7 +21,16 @@ if TYPE_CHECKING:
     from hydroservo.papers.tsmc_eha_2021.study import Verdict
     from hydroservo.testing import Answer
 
-__all__ = ["show_answers", "show_comparison", "show_run", "show_scenarios", "show_toml", "show_verdicts"]
+__all__ = [
+    "NO_NUMBER",
+    "show",
+    "show_answers",
+    "show_comparison",
+    "show_run",
+    "show_titles",
+    "show_toml",
+    "show_verdicts",
+]
 
 NO_NUMBER = "-"
 PIPED_WIDTH = 120  # characters a line where there is no terminal to ask
@@ -120,8 +129,8 @@ def verdict(summary: RunSummary) -> str:
     return "[green]The run did not diverge, and the piston stayed inside its stroke.[/]"
 
 
-def show_scenarios(titles: Mapping[str, str]) -> None:
-    """Names and titles of scenarios."""
+def show_titles(titles: Mapping[str, str]) -> None:
+    """Names and titles of scenarios or studies."""
     table = Table(box=None, show_header=False, padding=(0, 2, 0, 0))
     for name, text in titles.items():
         table.add_row(f"[bold]{escape(name)}[/]", escape(text))

@@ -9,7 +9,17 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from hydroservo.cli.options import VARY, Changes, Json, Plugins, Verbose, loaded_aloud, ranges_in, replay
+from hydroservo.cli.options import (
+    VARY,
+    Changes,
+    Json,
+    Plugins,
+    Verbose,
+    loaded_aloud,
+    ranges_in,
+    replay,
+    varied,
+)
 from hydroservo.cli.remarks import say_remarks
 
 if TYPE_CHECKING:
@@ -31,14 +41,10 @@ def tune(
     plugins: Plugins,
     ranges: Annotated[
         list[str],
-        typer.Option(
-            VARY,
-            metavar="PATH=LOW..HIGH",
-            default_factory=list,
-            show_default=False,
-            help="Search a number of the controller or the sensors between two values, such as "
+        varied(
+            "Search a number of the controller or the sensors between two values, such as "
             "0.1..30 V s/m, or relative to that of the first scenario, such as -50%..+100%; evenly in its "
-            "logarithm if the range does not hold 0. May be given again. [default: `[tune.vary]`]",
+            "logarithm if the range does not hold 0. [default: `[tune.vary]`]"
         ),
     ],
     metric: Annotated[

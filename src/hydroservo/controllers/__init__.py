@@ -21,12 +21,15 @@ from hydroservo.controllers.h_infinity import HInfinityLoopShaping, HInfinityLoo
 from hydroservo.controllers.internal_model import InternalModel, InternalModelState
 from hydroservo.controllers.inverted_polarity import InvertedPolarity, InvertedPolarityState
 from hydroservo.controllers.inverting import Inverting, InvertingState
+from hydroservo.controllers.linear_mpc import LinearMPC, LinearMPCState
 from hydroservo.controllers.lqi import LQI, LQIState
+from hydroservo.controllers.no_basis import NoBasis, NoBasisState
 from hydroservo.controllers.offset_free_lq import OffsetFreeLQ, OffsetFreeLQState
 from hydroservo.controllers.open_loop import OpenLoop, OpenLoopState
 from hydroservo.controllers.pi import PI, PIState
 from hydroservo.controllers.pid import PID, PIDState
 from hydroservo.controllers.pressure_feedback import PressureFeedback, PressureFeedbackState
+from hydroservo.controllers.radial_basis import RadialBasis
 from hydroservo.controllers.rate_limit import RateLimit, RateLimitState
 from hydroservo.controllers.reference_filter import ReferenceFilter, ReferenceFilterState
 from hydroservo.controllers.saturation import Saturation
@@ -75,6 +78,10 @@ __all__ = [
     "Inverting",
     "InvertingState",
     "LQIState",
+    "LinearMPC",
+    "LinearMPCState",
+    "NoBasis",
+    "NoBasisState",
     "OffsetFreeLQ",
     "OffsetFreeLQState",
     "OpenLoop",
@@ -83,6 +90,7 @@ __all__ = [
     "PIState",
     "PressureFeedback",
     "PressureFeedbackState",
+    "RadialBasis",
     "RateLimit",
     "RateLimitState",
     "ReferenceFilter",

@@ -1,7 +1,9 @@
 """Acceleration feedback around any law."""
 
+from collections.abc import Sequence
 from typing import Annotated, NamedTuple
 
+from hydroservo.assumptions import Assumption, Facts, below
 from hydroservo.block import Block, Field
 from hydroservo.controllers.saturation import Saturation
 from hydroservo.observers.filtered_derivative import FilteredDerivative, FilteredDerivativeState
@@ -40,6 +42,17 @@ class AccelerationFeedback(NamedTuple):
     acceleration_gain: Annotated[float, Field("V s^2/m", "acceleration feedback k_a", at_least=0)]
     derivative: FilteredDerivative = FilteredDerivative()
     saturation: Saturation = Saturation()
+
+    def assumptions(self, facts: Facts) -> Sequence[Assumption]:
+        third = facts.natural_frequency * facts.valve_lag
+        return [
+            below(
+                "valve's speed",
+                "its lag is below a third of one over the oil's natural frequency",
+                third,
+                1.0 / 3.0,
+            )
+        ]
 
     def init(self) -> AccelerationFeedbackState:
         return AccelerationFeedbackState(0.0, 0.0, self.derivative.init(), self.controller.init())

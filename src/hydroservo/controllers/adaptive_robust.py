@@ -1,14 +1,18 @@
 """Adaptive backstepping, and direct adaptive robust control where it has a robust term."""
 
+import math
+from collections.abc import Sequence
 from typing import Annotated, NamedTuple
 
 from hydroservo import ops
+from hydroservo.assumptions import Assumption, Facts, above, near, sampled_faster, valve_faster
 from hydroservo.block import Block, Field
 from hydroservo.controlled.velocity import Velocity
+from hydroservo.controllers.no_basis import NoBasis
 from hydroservo.controllers.saturation import Saturation
 from hydroservo.observers.no_observer import NoObserver
 from hydroservo.plants.design_model import THIS_MACHINE, DesignModel
-from hydroservo.roles import Controller, Observer, controlling, role
+from hydroservo.roles import Basis, Controller, Observer, controlling, role
 from hydroservo.signals import Demand, Measurement
 
 __all__ = ["AdaptiveRobust", "AdaptiveRobustState"]
@@ -42,7 +46,7 @@ class Unknowns(NamedTuple):
 
 
 class AdaptiveRobustState(NamedTuple):
-    """The last command, the errors, what is estimated, and the state of the nested observer."""
+    """The last command, the errors, what is estimated, and the states of the nested observer and basis."""
 
     u: Annotated[float, Field("V", "command")]
     unlimited: Annotated[float, Field("V", "command before saturation")]
@@ -50,6 +54,7 @@ class AdaptiveRobustState(NamedTuple):
     z2: Annotated[float, Field("N", "error of the virtual control z2 = x2 - zeta1")]
     estimates: Unknowns
     observer: Block
+    weights: Block
 
 
 @role(Controller)
@@ -57,9 +62,10 @@ class AdaptiveRobustState(NamedTuple):
 class AdaptiveRobust(NamedTuple):
     """Backstepping on a model whose terms have factors that are estimated while the loop runs.
 
-    The model, with a factor theta on each nominal term (1: as modelled) and two constants::
+    The model, with a factor theta on each nominal term (1: as modelled), two constants and a function that
+    the nested ``basis`` learns::
 
-        dx1/dt = t_b f1(x1) + g1 x2 + t_d
+        dx1/dt = t_b f1(x1) + g1 x2 + t_d + a(x1)
         dx2/dt = t_k f2(x1, 0) + t_l f2(0, x2) + t_g g2 u + t_e
 
     The law is that of :class:`Backstepping` on it, with e2 = z2 g1/k1 the second error as a velocity, and
@@ -82,6 +88,7 @@ class AdaptiveRobust(NamedTuple):
     there. N keeps their step, at any gain, below half of what the sampled decay of the errors bears; kappa
     A^2 is taken by an implicit step for the same reason. Errors are shortened by ``dead_zone``, so that
     nothing is adapted within it, nor after a sample at which the law's own saturation limited the command.
+    Weights of a basis are adapted as t_d is, with phi its functions.
     kappa = 0 is adaptive backstepping, kappa > 0 adaptive robust control, gamma = kappa = 0 Backstepping.
     x1, x2 and what is known of the disturbances are as the nested ``observer`` hands them on; u in phi and A
     is the command applied over the last period.
@@ -126,36 +133,111 @@ class AdaptiveRobust(NamedTuple):
     model: DesignModel = THIS_MACHINE
     saturation: Saturation = Saturation()
     observer: Observer = NoObserver()
+    basis: Basis = NoBasis()
+
+    def assumptions(self, facts: Facts) -> Sequence[Assumption]:
+        truth, model, load, flow = facts.truth, self.model, *facts.disturbances
+        fastest = max(self.velocity_gain, self.force_gain)
+        found = [
+            above("gains", "k2 is above k1/4", self.force_gain, 0.25 * self.velocity_gain, "1/s"),
+            sampled_faster(fastest, facts, "the larger of k1 and k2"),
+            valve_faster(fastest, facts, "the larger of k1 and k2"),
+            above(
+                "dead zone", "dead_zone is above the velocity's noise", self.dead_zone, facts.noise[0], "m/s"
+            ),
+            Assumption(
+                "excitation", "the demand excites as much as is estimated", math.nan, math.nan, "", math.nan
+            ),
+        ]
+        if self.largest_load:
+            found.append(
+                above(
+                    "load's bound",
+                    "largest_load is above the largest d_L1",
+                    self.largest_load,
+                    load,
+                    "m/s^2",
+                    measured=True,
+                )
+            )
+        if self.largest_flow:
+            found.append(
+                above(
+                    "flow's bound",
+                    "largest_flow is above the largest d_L2",
+                    self.largest_flow,
+                    flow,
+                    "N/s",
+                    measured=True,
+                )
+            )
+        if truth is None:
+            return found
+        factors = (
+            ("damping", "damping_spread", truth.f1_slope(), model.f1_slope()),
+            ("stiffness", "stiffness_spread", truth.f2(1.0, 0.0), model.f2(1.0, 0.0)),
+            ("leakage", "leakage_spread", truth.f2(0.0, 1.0), model.f2(0.0, 1.0)),
+            ("input gain", "input_spread", truth.g2(0.0, 0.0), model.g2(0.0, 0.0)),
+        )
+        return [
+            *found,
+            *(
+                above(
+                    f"{name}'s bound",
+                    f"{spread} is above what the machine differs by",
+                    getattr(self, spread),
+                    abs(is_ / taken - 1.0),
+                )
+                for name, spread, is_, taken in factors
+                if taken
+            ),
+            near(
+                "mass known",
+                "the mass of the model is within 10 % of the machine's",
+                model.plant.mass,
+                truth.plant.mass,
+                1.1,
+                "kg",
+            ),
+        ]
 
     def init(self) -> AdaptiveRobustState:
         nominal = Unknowns(1.0, 1.0, 1.0, 1.0, 0.0, 0.0)
-        return AdaptiveRobustState(0.0, 0.0, 0.0, 0.0, nominal, self.observer.init())
+        return AdaptiveRobustState(0.0, 0.0, 0.0, 0.0, nominal, self.observer.init(), self.basis.init())
 
     def step(self, s: AdaptiveRobustState, y: Measurement, r: Demand, dt: float) -> AdaptiveRobustState:
         m, k1, t = self.model, self.velocity_gain, s.estimates
         o = self.observer.step(s.observer, m, y, dt)
         x1, x2 = o.velocity, o.load_force
-        f1, f1_slope, g1 = m.f1(x1), t.damping * m.f1_slope(), m.g1()
+        f1, g1 = m.f1(x1), m.g1()
+        functions = self.basis.at(x1)
+        f1_slope = t.damping * m.f1_slope() + self.basis.slope(s.weights, functions)
         z1 = x1 - r.value
-        known = t.damping * f1 + t.load + o.d1
+        learnt = self.basis.value(s.weights, functions)
+        known = t.damping * f1 + t.load + learnt + o.d1
         z2 = x2 - (-k1 * z1 - known + r.rate) * (1.0 / g1)
 
         e2, passed = z2 * (g1 / k1), (k1 + f1_slope) / k1
         effect = self.effects(x1, x2, y.command)
-        weight = self.weight(z1, e2, passed, effect, dt) * ops.where(s.u == s.unlimited, 1.0, 0.0)
-        estimates = self.adapted(t, effect, weight * (z1 + passed * e2), weight * e2)
+        squared = effect.squared(passed) + (1.0 + passed * passed) * self.basis.squared(functions)
+        weight = self.weight(z1, e2, squared, dt) * ops.where(s.u == s.unlimited, 1.0, 0.0)
+        drive = weight * (z1 + passed * e2)
+        estimates = self.adapted(t, effect, drive, weight * e2)
+        weights = self.basis.adapted(s.weights, functions, drive, dt)
         moved = (estimates.damping - t.damping) * f1 + estimates.load - t.load
+        moved = moved + (self.basis.value(weights, functions) - learnt)
 
         acceleration = known + g1 * x2
         zeta1_rate = (
             -k1 * (acceleration - r.rate) - f1_slope * acceleration - moved / dt + r.second_rate
         ) * (1.0 / g1)
         free = t.stiffness * m.f2(x1, 0.0) + t.leakage * m.f2(0.0, x2) + t.flow + o.d2
-        feedback = self.force_gain + self.robust(effect.most(passed), dt)
+        most = effect.most(passed) + ops.absolute(passed) * self.basis.most(functions)
+        feedback = self.force_gain + self.robust(most, dt)
         numerator = -feedback * z2 - free - g1 * z1 + zeta1_rate
         input_gain = ops.maximum(t.input_gain, 1.0 - self.input_spread) * m.g2(x2, y.command)
         wanted = numerator / input_gain
-        return AdaptiveRobustState(self.saturation.apply(wanted), wanted, z1, z2, estimates, o)
+        return AdaptiveRobustState(self.saturation.apply(wanted), wanted, z1, z2, estimates, o, weights)
 
     def effects(self, x1: float, x2: float, u: float) -> Unknowns:
         """What accelerates z1 or e2 if an unknown is off by its whole spread [m/s^2]."""
@@ -170,13 +252,13 @@ class AdaptiveRobust(NamedTuple):
             flow=self.largest_flow * weight,
         )
 
-    def weight(self, z1: float, e2: float, passed: float, effect: Unknowns, dt: float) -> float:
+    def weight(self, z1: float, e2: float, squared: float, dt: float) -> float:
         """dt gamma/N [s^3/m^2], times the share of the errors that lies beyond the dead zone."""
         size = ops.sqrt(z1 * z1 + e2 * e2)
         beyond = ops.maximum(size - self.dead_zone, 0.0) / (size + LEAST)
         slowest = ops.minimum(self.velocity_gain, self.force_gain)
         step = dt * self.adaptation_gain
-        return beyond * step / (1.0 + 4.0 * step / slowest * effect.squared(passed))
+        return beyond * step / (1.0 + 4.0 * step / slowest * squared)
 
     def adapted(self, t: Unknowns, effect: Unknowns, first: float, second: float) -> Unknowns:
         """The estimates moved by their spread times their effect times the errors, within their bounds."""

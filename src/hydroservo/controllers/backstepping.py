@@ -1,7 +1,9 @@
 """Backstepping on the nominal model: the paper's second rival."""
 
+from collections.abc import Sequence
 from typing import Annotated, NamedTuple
 
+from hydroservo.assumptions import Assumption, Facts, above, sampled_faster, valve_faster
 from hydroservo.block import Block, Field
 from hydroservo.controlled.velocity import Velocity
 from hydroservo.controllers.saturation import Saturation
@@ -50,6 +52,21 @@ class Backstepping(NamedTuple):
     derivative: Differentiator = ModelDerivative()
     saturation: Saturation = Saturation()
     observer: Observer = NoObserver()
+
+    def assumptions(self, facts: Facts) -> Sequence[Assumption]:
+        fastest = max(self.velocity_gain, self.force_gain)
+        found = [
+            sampled_faster(fastest, facts, "the larger of k1 and k2"),
+            valve_faster(fastest, facts, "the larger of k1 and k2"),
+        ]
+        k, truth, model = self.velocity_gain * self.force_gain, facts.truth, facts.model
+        if truth is None or not isinstance(self.observer, NoObserver):
+            return found
+        gamma = truth.g1() * truth.g2(0.0, 0.0) / (model.g1() * model.g2(0.0, 0.0))
+        beta = truth.g1() * truth.f2(1.0, 0.0) / (model.g1() * model.f2(1.0, 0.0))
+        softer = -model.g1() * model.f2(1.0, 0.0) * max(gamma - beta, 0.0) / gamma
+        meaning = "k1 k2 is above omega_h^2 (gamma - beta)/gamma, which the cancelled stiffness drives"
+        return [*found, above("stiffness cancelled", meaning, k, softer, "1/s^2")]
 
     def init(self) -> BacksteppingState:
         return BacksteppingState(0.0, 0.0, 0.0, self.derivative.init(), self.observer.init())

@@ -1,8 +1,10 @@
 """Compensation of a valve's overlap, continuous through zero."""
 
+from collections.abc import Sequence
 from typing import Annotated, NamedTuple
 
 from hydroservo import ops
+from hydroservo.assumptions import Assumption, Facts, below
 from hydroservo.block import Block, Field
 from hydroservo.controllers.saturation import Saturation
 from hydroservo.roles import Controller, role
@@ -39,6 +41,18 @@ class DeadBandCompensation(NamedTuple):
     retract_overlap: Annotated[float, Field("V", "command that passes it, D_retract", at_least=0)]
     threshold: Annotated[float, Field("V", "command of the law at which all is added", above=0)]
     saturation: Saturation = Saturation()
+
+    def assumptions(self, facts: Facts) -> Sequence[Assumption]:
+        largest = max(self.extend_overlap, self.retract_overlap)
+        return [
+            below(
+                "overlap",
+                "what is made up for is at most the valve's overlap",
+                largest,
+                1.0001 * facts.overlap,
+                "V",
+            )
+        ]
 
     def init(self) -> DeadBandCompensationState:
         return DeadBandCompensationState(0.0, 0.0, self.controller.init())

@@ -1,9 +1,11 @@
 """Active disturbance rejection of order one: an integrator, and all else a disturbance."""
 
 import math
+from collections.abc import Sequence
 from typing import Annotated, NamedTuple
 
 from hydroservo import ops
+from hydroservo.assumptions import Assumption, Facts, above, below, robust, sampled_faster, within_limit
 from hydroservo.block import Field
 from hydroservo.controlled.this_signal import THIS_SIGNAL
 from hydroservo.controllers.saturation import Saturation
@@ -32,8 +34,8 @@ class FirstOrderADRC(NamedTuple):
         y := y_ahead + (1 - z^2) (y_measured - y_ahead),   f := f + (1 - z)^2/h (y_measured - y_ahead)
         u  = sat( (r' + w_c (r - y) - f)/b0 )
 
-    A command that is limited is known to the observer, so nothing winds up. For a velocity behind a valve of
-    first order b0 is the velocity gain over the valve's time constant.
+    A command that is limited is known to the observer, so nothing winds up. For a position b0 is the velocity
+    gain of machine and valve, for a velocity behind a valve of first order that over its time constant.
 
     Source: Gao, American Control Conference 2003, doi:10.1109/ACC.2003.1242516; Herbst, Electronics 2(3),
     2013; the observer that uses the newest sample: Miklosovic, Radke, Gao, American Control Conference 2006,
@@ -47,6 +49,25 @@ class FirstOrderADRC(NamedTuple):
     observer_bandwidth: Annotated[float, Field("rad/s", "w_o of the observer", above=0)]
     saturation: Saturation = Saturation()
     controls: ControlledSignal = THIS_SIGNAL
+
+    def assumptions(self, facts: Facts) -> Sequence[Assumption]:
+        w = self.bandwidth
+        gain = w * abs(facts.response(w))
+        meaning = "b0 is above half of what the machine's gain is at w_c"
+        return [
+            above("input gain", meaning, self.input_gain, 0.5 * gain, "y/(s V)"),
+            below("input gain", "b0 is below three times that", self.input_gain, 3.0 * gain, "y/(s V)"),
+            sampled_faster(self.observer_bandwidth, facts, "w_o"),
+            below(
+                "oil",
+                "w_o is below the oil's natural frequency",
+                self.observer_bandwidth,
+                facts.natural_frequency,
+                "rad/s",
+            ),
+            robust(facts),
+            within_limit(facts),
+        ]
 
     def init(self) -> FirstOrderADRCState:
         return FirstOrderADRCState(0.0, math.nan, 0.0)

@@ -1,7 +1,12 @@
 """H-infinity loop shaping: a PI law made as robust as it can be."""
 
+import math
+from collections.abc import Sequence
 from typing import Annotated, NamedTuple
 
+import numpy as np
+
+from hydroservo.assumptions import Assumption, Facts, above, robust, valve_known
 from hydroservo.block import Field
 from hydroservo.controlled.velocity import Velocity
 from hydroservo.controllers.biquad import Biquad, BiquadState
@@ -11,6 +16,7 @@ from hydroservo.plants.design_model import THIS_MACHINE, DesignModel
 from hydroservo.roles import Controller, controlling, role
 from hydroservo.signals import Demand, Measurement
 from hydroservo.synthesis.coprime import robust_controller
+from hydroservo.synthesis.gains import nine_digits
 from hydroservo.synthesis.loop_shaping import from_bilinear, sampled_plant, to_bilinear
 from hydroservo.synthesis.sections import sections
 
@@ -73,6 +79,31 @@ class HInfinityLoopShaping(NamedTuple):
     first: Biquad = Biquad()
     second: Biquad = Biquad()
 
+    def assumptions(self, facts: Facts) -> Sequence[Assumption]:
+        return [
+            above(
+                "robust margin",
+                "1/gamma is above the nu-gap between the machine and the model, both behind the weight",
+                1.0 / self.gamma,
+                self.gap(facts),
+            ),
+            robust(facts),
+            valve_known(self.valve_time_constant, facts),
+        ]
+
+    def gap(self, facts: Facts) -> float:
+        """The nu-gap of the machine and the model, each with the weight, but for its winding number."""
+        frequencies = np.geomspace(1e-3, 1.0, 400) * math.pi / facts.period
+        k_p, k_i, h = self.proportional_gain, self.integral_gain, facts.period
+        z = np.exp(1j * frequencies * h)
+        a, b, c, d = sampled_plant(self.model, self.valve_time_constant, h, k_p, k_i)
+        known = np.array([(c @ np.linalg.solve(one * np.eye(len(a)) - a, b) + d)[0, 0] for one in z])
+        weight = k_p + k_i * h * z / (z - 1.0)
+        true = weight * np.array([facts.response(float(w)) for w in frequencies])
+        return float(
+            (np.abs(true - known) / np.sqrt((1.0 + np.abs(true) ** 2) * (1.0 + np.abs(known) ** 2))).max()
+        )
+
     def check(self) -> None:
         if self.proportional_gain == self.integral_gain == 0.0:
             raise ParameterError("proportional_gain", 0.0, "must be above 0 [V s/m] where integral_gain is 0")
@@ -111,4 +142,4 @@ class HInfinityLoopShaping(NamedTuple):
             )
             raise ParameterError("HInfinityLoopShaping.proportional_gain", k_p, problem) from None
         first, second = [*(Biquad(*part.weights()) for part in parts), Biquad()][:2]
-        return self._replace(gamma=float(f"{found.gamma:.9g}"), gain=gain, first=first, second=second)
+        return self._replace(gamma=nine_digits(found.gamma), gain=gain, first=first, second=second)

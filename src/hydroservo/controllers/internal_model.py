@@ -1,14 +1,27 @@
 """State feedback with a model of what makes demand and load: an integrator and an oscillator."""
 
+from collections.abc import Sequence
 from typing import Annotated, NamedTuple
 
+from hydroservo.assumptions import Assumption, Facts, near, robust, valve_known, within_limit
 from hydroservo.block import Field
 from hydroservo.controlled.velocity import Velocity
 from hydroservo.controllers.resonator import Resonator, ResonatorState
 from hydroservo.controllers.saturation import Saturation
-from hydroservo.controllers.spool_lag import SpoolLag
-from hydroservo.controllers.state_feedback import StateFeedback
+from hydroservo.controllers.state_feedback import (
+    COMPUTED,
+    AntiWindupWeight,
+    Effort,
+    ForceGain,
+    ForceWeight,
+    IntegralRate,
+    OpeningGain,
+    SpoolTimeConstant,
+    StateFeedback,
+    VelocityGain,
+)
 from hydroservo.errors import ParameterError
+from hydroservo.observers.spool_lag import SpoolLag
 from hydroservo.plants.design_model import THIS_MACHINE, DesignModel
 from hydroservo.roles import Controller, controlling, role
 from hydroservo.signals import Demand, Measurement
@@ -17,7 +30,6 @@ from hydroservo.synthesis.memory import both, integrator, oscillator
 
 __all__ = ["InternalModel", "InternalModelState"]
 
-COMPUTED = "a Riccati equation"
 RULING = ("effort", "frequency", "integral_rate", "resonant_rate", "force_weight", "time_constant")
 
 
@@ -54,31 +66,38 @@ class InternalModel(NamedTuple):
     time that ``resonant_rate`` sets. Harmonics that a nonlinear machine makes stay. And as LQI.
     """
 
-    effort: Annotated[float, Field("m/(s V)", "velocity error that a volt of command counts for", above=0)]
+    effort: Effort
     frequency: Annotated[float, Field("Hz", "frequency of demand and load", above=0)]
-    integral_rate: Annotated[
-        float, Field("1/s", "velocity error that a metre of its integral counts for", above=0)
-    ]
+    integral_rate: IntegralRate
     resonant_rate: Annotated[
         float, Field("1/s", "velocity error that a metre of the oscillator counts for", above=0)
     ]
-    time_constant: Annotated[float, Field("s", "modelled spool time constant; 0: no lag", at_least=0)]
-    force_weight: Annotated[
-        float,
-        Field("m/(s N)", "velocity error that a newton off its target counts for", "0: none", at_least=0),
-    ] = 0.0
-    anti_windup: Annotated[
-        float,
-        Field("m/(s V)", "velocity error that a volt not applied counts for", "0: none, as PI", at_least=0),
-    ] = 0.0
+    time_constant: SpoolTimeConstant
+    force_weight: ForceWeight = 0.0
+    anti_windup: AntiWindupWeight = 0.0
     model: DesignModel = THIS_MACHINE
     saturation: Saturation = Saturation()
-    gain_1: Annotated[float, Field("V s/m", "gain of the velocity", COMPUTED, derived=True)] = 0.0
-    gain_2: Annotated[float, Field("V/N", "gain of the load force", COMPUTED, derived=True)] = 0.0
-    gain_3: Annotated[float, Field("", "gain of the opening", COMPUTED, derived=True)] = 0.0
+    gain_1: VelocityGain = 0.0
+    gain_2: ForceGain = 0.0
+    gain_3: OpeningGain = 0.0
     gain_4: Annotated[float, Field("V/m", "gain of the integral", COMPUTED, derived=True)] = 0.0
     gain_5: Annotated[float, Field("V/m", "gain of the oscillator behind", COMPUTED, derived=True)] = 0.0
     gain_6: Annotated[float, Field("V/m", "gain of the oscillator in phase", COMPUTED, derived=True)] = 0.0
+
+    def assumptions(self, facts: Facts) -> Sequence[Assumption]:
+        return [
+            near(
+                "frequency known",
+                "frequency is within 1 % of that of the demand",
+                self.frequency,
+                facts.demand_frequency,
+                1.01,
+                "Hz",
+            ),
+            valve_known(self.time_constant, facts),
+            robust(facts),
+            within_limit(facts),
+        ]
 
     def init(self) -> InternalModelState:
         return InternalModelState(0.0, 0.0, 0.0, Resonator(self.frequency).init(), 0.0)

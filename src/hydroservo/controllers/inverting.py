@@ -1,12 +1,16 @@
 """The frame of most laws of relative degree two: a pull, an observer, and the model inverted."""
 
+from collections.abc import Sequence
 from typing import Annotated, NamedTuple
 
+from hydroservo.assumptions import Assumption, Facts, above
 from hydroservo.block import Block, Field
 from hydroservo.controlled.velocity import Velocity
 from hydroservo.controllers.saturation import Saturation
 from hydroservo.observers.filtered_derivative import FilteredDerivative
+from hydroservo.observers.no_observer import NoObserver
 from hydroservo.plants.design_model import THIS_MACHINE, DesignModel
+from hydroservo.pulls.linear import LinearPull
 from hydroservo.roles import Controller, Differentiator, Observer, Pull, controlling, role
 from hydroservo.signals import Demand, Measurement, VelocityError
 
@@ -49,6 +53,19 @@ class Inverting(NamedTuple):
     model: DesignModel = THIS_MACHINE
     derivative: Differentiator = FilteredDerivative()
     saturation: Saturation = Saturation()
+
+    def assumptions(self, facts: Facts) -> Sequence[Assumption]:
+        found: list[Assumption] = []
+        if not isinstance(self.pull, LinearPull):
+            return found
+        k, truth, model = self.pull.first_pole * self.pull.second_pole, facts.truth, facts.model
+        if truth is None or not isinstance(self.observer, NoObserver):
+            return found
+        gamma = truth.g1() * truth.g2(0.0, 0.0) / (model.g1() * model.g2(0.0, 0.0))
+        beta = truth.g1() * truth.f2(1.0, 0.0) / (model.g1() * model.f2(1.0, 0.0))
+        softer = -model.g1() * model.f2(1.0, 0.0) * max(gamma - beta, 0.0) / gamma
+        meaning = "k1 k2 is above omega_h^2 (gamma - beta)/gamma, which the cancelled stiffness drives"
+        return [*found, above("stiffness cancelled", meaning, k, softer, "1/s^2")]
 
     def init(self) -> InvertingState:
         return InvertingState(0.0, self.pull.init(), self.observer.init(), self.derivative.init())

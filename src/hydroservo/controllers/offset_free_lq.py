@@ -1,12 +1,22 @@
 """State feedback that is best by a quadratic measure, without offset by an observer's disturbances."""
 
+from collections.abc import Sequence
 from typing import Annotated, NamedTuple
 
+from hydroservo.assumptions import Assumption, Facts, robust, valve_known, within_limit
 from hydroservo.block import Block, Field
 from hydroservo.controlled.velocity import Velocity
 from hydroservo.controllers.saturation import Saturation
-from hydroservo.controllers.spool_lag import SpoolLag
-from hydroservo.controllers.state_feedback import StateFeedback
+from hydroservo.controllers.state_feedback import (
+    Effort,
+    ForceGain,
+    ForceWeight,
+    OpeningGain,
+    SpoolTimeConstant,
+    StateFeedback,
+    VelocityGain,
+)
+from hydroservo.observers.spool_lag import SpoolLag
 from hydroservo.plants.design_model import THIS_MACHINE, DesignModel
 from hydroservo.roles import Controller, Observer, controlling, role
 from hydroservo.signals import Demand, Measurement
@@ -14,7 +24,6 @@ from hydroservo.synthesis.lqr import feedback
 
 __all__ = ["OffsetFreeLQ", "OffsetFreeLQState"]
 
-COMPUTED = "a Riccati equation"
 RULING = ("effort", "force_weight", "time_constant")
 
 
@@ -54,30 +63,32 @@ class OffsetFreeLQ(NamedTuple):
     of the demand is in no rate, and is met with all the command that K makes of it.
     """
 
-    effort: Annotated[float, Field("m/(s V)", "velocity error that a volt of command counts for", above=0)]
-    time_constant: Annotated[float, Field("s", "modelled spool time constant; 0: no lag", at_least=0)]
+    effort: Effort
+    time_constant: SpoolTimeConstant
     observer: Observer
-    force_weight: Annotated[
-        float,
-        Field("m/(s N)", "velocity error that a newton off its target counts for", "0: none", at_least=0),
-    ] = 0.0
+    force_weight: ForceWeight = 0.0
     model: DesignModel = THIS_MACHINE
     saturation: Saturation = Saturation()
-    gain_1: Annotated[float, Field("V s/m", "gain of the velocity", COMPUTED, derived=True)] = 0.0
-    gain_2: Annotated[float, Field("V/N", "gain of the load force", COMPUTED, derived=True)] = 0.0
-    gain_3: Annotated[float, Field("", "gain of the opening", COMPUTED, derived=True)] = 0.0
+    gain_1: VelocityGain = 0.0
+    gain_2: ForceGain = 0.0
+    gain_3: OpeningGain = 0.0
+
+    def assumptions(self, facts: Facts) -> Sequence[Assumption]:
+        return [
+            valve_known(self.time_constant, facts),
+            robust(facts),
+            within_limit(facts),
+        ]
 
     def init(self) -> OffsetFreeLQState:
         return OffsetFreeLQState(0.0, 0.0, self.observer.init())
 
     def step(self, s: OffsetFreeLQState, y: Measurement, r: Demand, dt: float) -> OffsetFreeLQState:
-        valve = SpoolLag(self.time_constant)
-        opening = valve.after(s.opening, y.command, dt)
-        mean = valve.mean(s.opening, opening, y.command, dt)
-        o = self.observer.step(s.observer, self.model, y.with_command(mean), dt)
+        spool = SpoolLag(self.time_constant).under_held_command(s.opening, y.command, dt)
+        o = self.observer.step(s.observer, self.model, y.with_command(spool.mean), dt)
         law = StateFeedback(self.gain_1, self.gain_2, self.gain_3)
-        u = law.command(self.model, o.velocity, o.load_force, opening, o.d1, o.d2, r, 0.0)
-        return OffsetFreeLQState(self.saturation.apply(u), opening, o)
+        u = law.command(self.model, o.velocity, o.load_force, spool.opening, o.d1, o.d2, r, 0.0)
+        return OffsetFreeLQState(self.saturation.apply(u), spool.opening, o)
 
     def designed(self, model: DesignModel, period: float) -> "OffsetFreeLQ":
         """The law with its gains for a model and a sample period [s].

@@ -1,7 +1,9 @@
 """Proportional-integral control."""
 
+from collections.abc import Sequence
 from typing import Annotated, NamedTuple
 
+from hydroservo.assumptions import Assumption, Facts, robust, within_limit
 from hydroservo.block import Field
 from hydroservo.controlled.this_signal import THIS_SIGNAL
 from hydroservo.controllers.saturation import Saturation
@@ -39,6 +41,9 @@ class PI(NamedTuple):
     ] = 0.0
     saturation: Saturation = Saturation()
     controls: ControlledSignal = THIS_SIGNAL
+
+    def assumptions(self, facts: Facts) -> Sequence[Assumption]:
+        return [robust(facts), within_limit(facts)]
 
     def init(self) -> PIState:
         return PIState(0.0, 0.0, 0.0)

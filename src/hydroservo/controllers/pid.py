@@ -1,8 +1,10 @@
 """Proportional, integral and derivative control with feedforward: the axis controller of industry."""
 
+from collections.abc import Sequence
 from typing import Annotated, NamedTuple
 
 from hydroservo import ops
+from hydroservo.assumptions import Assumption, Facts, robust, within_limit
 from hydroservo.block import Field
 from hydroservo.controlled.this_signal import THIS_SIGNAL
 from hydroservo.controllers.saturation import Saturation
@@ -70,6 +72,9 @@ class PID(NamedTuple):
     derivative: FilteredDerivative = FilteredDerivative()
     saturation: Saturation = Saturation()
     controls: ControlledSignal = THIS_SIGNAL
+
+    def assumptions(self, facts: Facts) -> Sequence[Assumption]:
+        return [robust(facts), within_limit(facts)]
 
     def check(self) -> None:
         if not self.dead_zone < self.integral_range:

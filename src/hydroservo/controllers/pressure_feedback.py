@@ -1,8 +1,10 @@
 """Dynamic pressure feedback around any law."""
 
 import math
+from collections.abc import Sequence
 from typing import Annotated, NamedTuple
 
+from hydroservo.assumptions import Assumption, Facts, below
 from hydroservo.block import Block, Field
 from hydroservo.controllers.low_pass import LowPass
 from hydroservo.controllers.saturation import Saturation
@@ -42,6 +44,17 @@ class PressureFeedback(NamedTuple):
     force_gain: Annotated[float, Field("V/N", "pressure feedback k_f", at_least=0)]
     time_constant: Annotated[float, Field("s", "of the low-pass that is taken off, tau", above=0)]
     saturation: Saturation = Saturation()
+
+    def assumptions(self, facts: Facts) -> Sequence[Assumption]:
+        third = facts.natural_frequency * facts.valve_lag
+        return [
+            below(
+                "valve's speed",
+                "its lag is below a third of one over the oil's natural frequency",
+                third,
+                1.0 / 3.0,
+            )
+        ]
 
     def init(self) -> PressureFeedbackState:
         return PressureFeedbackState(0.0, 0.0, math.nan, self.controller.init())

@@ -1,8 +1,10 @@
 """A law whose command moves no faster than a limit."""
 
+from collections.abc import Sequence
 from typing import Annotated, NamedTuple
 
 from hydroservo import ops
+from hydroservo.assumptions import Assumption, Facts, above
 from hydroservo.block import Block, Field
 from hydroservo.roles import Controller, role
 from hydroservo.signals import Demand, Measurement
@@ -29,6 +31,18 @@ class RateLimit(NamedTuple):
 
     controller: Controller
     rate: Annotated[float, Field("V/s", "largest rate of the command", above=0)]
+
+    def assumptions(self, facts: Facts) -> Sequence[Assumption]:
+        return [
+            above(
+                "rate",
+                "rate is above the largest of the command",
+                self.rate,
+                facts.command_rate,
+                "V/s",
+                measured=True,
+            )
+        ]
 
     def init(self) -> RateLimitState:
         return RateLimitState(0.0, self.controller.init())

@@ -1,9 +1,11 @@
 """Active disturbance rejection of order two: a double integrator, and all else a disturbance."""
 
 import math
+from collections.abc import Sequence
 from typing import Annotated, NamedTuple
 
 from hydroservo import ops
+from hydroservo.assumptions import Assumption, Facts, above, below, robust, sampled_faster, within_limit
 from hydroservo.block import Field
 from hydroservo.controlled.this_signal import THIS_SIGNAL
 from hydroservo.controllers.saturation import Saturation
@@ -48,6 +50,25 @@ class SecondOrderADRC(NamedTuple):
     observer_bandwidth: Annotated[float, Field("rad/s", "w_o of the observer", above=0)]
     saturation: Saturation = Saturation()
     controls: ControlledSignal = THIS_SIGNAL
+
+    def assumptions(self, facts: Facts) -> Sequence[Assumption]:
+        w = self.bandwidth
+        gain = w**2 * abs(facts.response(w))
+        meaning = "b0 is above half of what the machine's gain is at w_c"
+        return [
+            above("input gain", meaning, self.input_gain, 0.5 * gain, "y/(s^2 V)"),
+            below("input gain", "b0 is below three times that", self.input_gain, 3.0 * gain, "y/(s^2 V)"),
+            sampled_faster(self.observer_bandwidth, facts, "w_o"),
+            below(
+                "oil",
+                "w_o is below the oil's natural frequency",
+                self.observer_bandwidth,
+                facts.natural_frequency,
+                "rad/s",
+            ),
+            robust(facts),
+            within_limit(facts),
+        ]
 
     def init(self) -> SecondOrderADRCState:
         return SecondOrderADRCState(0.0, math.nan, 0.0, 0.0)

@@ -6,7 +6,45 @@ from hydroservo.block import Field
 from hydroservo.plants.design_model import DesignModel
 from hydroservo.signals import Demand
 
-__all__ = ["StateFeedback"]
+__all__ = [
+    "COMPUTED",
+    "AntiWindupWeight",
+    "Effort",
+    "ForceGain",
+    "ForceWeight",
+    "IntegralRate",
+    "OpeningGain",
+    "SpoolTimeConstant",
+    "StateFeedback",
+    "Target",
+    "VelocityGain",
+]
+
+COMPUTED = "a Riccati equation"
+
+# What the laws that have it share.
+Effort = Annotated[float, Field("m/(s V)", "velocity error that a volt of command counts for", above=0)]
+ForceWeight = Annotated[
+    float, Field("m/(s N)", "velocity error that a newton off its target counts for", "0: none", at_least=0)
+]
+IntegralRate = Annotated[
+    float, Field("1/s", "velocity error that a metre of its integral counts for", above=0)
+]
+AntiWindupWeight = Annotated[
+    float, Field("m/(s V)", "velocity error that a volt not applied counts for", "0: none, as PI", at_least=0)
+]
+SpoolTimeConstant = Annotated[float, Field("s", "modelled spool time constant; 0: no lag", at_least=0)]
+VelocityGain = Annotated[float, Field("V s/m", "gain of the velocity", COMPUTED, derived=True)]
+ForceGain = Annotated[float, Field("V/N", "gain of the load force", COMPUTED, derived=True)]
+OpeningGain = Annotated[float, Field("", "gain of the opening", COMPUTED, derived=True)]
+
+
+class Target(NamedTuple):
+    """Where the model follows a demand, and the orifice's gain there."""
+
+    load_force: Annotated[float, Field("N", "load force x2r")]
+    opening: Annotated[float, Field("V", "opening x3r, as the command that would hold it")]
+    gain: Annotated[float, Field("", "gain of the orifice at rest over that now, g2(0)/g2")]
 
 
 class StateFeedback(NamedTuple):
@@ -29,6 +67,14 @@ class StateFeedback(NamedTuple):
     gain_2: Annotated[float, Field("V/N", "gain of the load force")]
     gain_3: Annotated[float, Field("", "gain of the opening")]
 
+    def target(self, model: DesignModel, x2: float, x3: float, d1: float, d2: float, r: Demand) -> Target:
+        """Where load force and opening are to be."""
+        g1, g2 = model.g1(), model.g2(x2, x3)
+        x2r = (r.rate - model.f1(r.value) - d1) * (1.0 / g1)
+        rate = (r.second_rate - model.f1_slope() * r.rate) * (1.0 / g1)
+        x3r = (rate - model.f2(r.value, x2r) - d2) / g2
+        return Target(x2r, x3r, model.g2(0.0, 0.0) / g2)
+
     def command(
         self,
         model: DesignModel,
@@ -41,9 +87,6 @@ class StateFeedback(NamedTuple):
         remembered: float,
     ) -> float:
         """The command before saturation [V]."""
-        g1, g2 = model.g1(), model.g2(x2, x3)
-        x2r = (r.rate - model.f1(r.value) - d1) * (1.0 / g1)
-        rate = (r.second_rate - model.f1_slope() * r.rate) * (1.0 / g1)
-        x3r = (rate - model.f2(r.value, x2r) - d2) / g2
-        pull = self.gain_1 * (x1 - r.value) + self.gain_2 * (x2 - x2r) + remembered
-        return x3r - model.g2(0.0, 0.0) / g2 * pull - self.gain_3 * (x3 - x3r)
+        target = self.target(model, x2, x3, d1, d2, r)
+        pull = self.gain_1 * (x1 - r.value) + self.gain_2 * (x2 - target.load_force) + remembered
+        return target.opening - target.gain * pull - self.gain_3 * (x3 - target.opening)

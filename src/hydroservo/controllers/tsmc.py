@@ -1,7 +1,9 @@
 """Terminal sliding mode control with a disturbance observer: the paper's law."""
 
+from collections.abc import Sequence
 from typing import Annotated, NamedTuple
 
+from hydroservo.assumptions import Assumption, Facts
 from hydroservo.block import Block, Field
 from hydroservo.controlled.velocity import Velocity
 from hydroservo.controllers.inverting import Inverting, InvertingState
@@ -59,6 +61,9 @@ class TSMC(NamedTuple):
     derivative: Differentiator = FilteredDerivative()
     saturation: Saturation = Saturation()
     reaching: Reaching = ExplicitReaching()
+
+    def assumptions(self, facts: Facts) -> Sequence[Assumption]:
+        return TerminalPull(*self[:6], self.reaching).assumptions(facts)
 
     def init(self) -> TSMCState:
         return TSMCState(0.0, 0.0, 0.0, self.observer.init(), self.derivative.init())

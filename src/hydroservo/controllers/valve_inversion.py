@@ -1,11 +1,12 @@
 """Makes a slow valve do what a law for a static one wants."""
 
-import math
+from collections.abc import Sequence
 from typing import Annotated, NamedTuple
 
-from hydroservo import ops
+from hydroservo.assumptions import Assumption, Facts, above, valve_known
 from hydroservo.block import Block, Field
 from hydroservo.controllers.saturation import Saturation
+from hydroservo.observers.spool_lag import SpoolLag
 from hydroservo.roles import Controller, role
 from hydroservo.signals import Demand, Measurement
 from hydroservo.sources import CHOSEN
@@ -45,14 +46,22 @@ class ValveInversion(NamedTuple):
     ] = 1.0
     saturation: Saturation = Saturation()
 
+    def assumptions(self, facts: Facts) -> Sequence[Assumption]:
+        return [
+            valve_known(self.time_constant, facts),
+            above("reach", "the reach is above 1 sample period, or nearly", self.reach, 0.99),
+        ]
+
+    def within(self, facts: Facts) -> Facts:
+        return facts.knowing_the_lag(self.time_constant)
+
     def init(self) -> ValveInversionState:
         return ValveInversionState(0.0, 0.0, self.controller.init())
 
     def step(self, s: ValveInversionState, y: Measurement, r: Demand, dt: float) -> ValveInversionState:
-        kept = ops.power(math.e, -dt / self.time_constant)
-        opening = y.command + kept * (s.opening - y.command)
-        mean = y.command + (s.opening - y.command) * (1.0 - kept) * self.time_constant / dt
-        controller = self.controller.step(s.controller, y.with_command(mean), r, dt)
-        aim = ops.power(math.e, -self.reach * dt / self.time_constant)
-        u = self.saturation.apply((controller.u - aim * opening) / (1.0 - aim))
-        return ValveInversionState(u, opening, controller)
+        lag = SpoolLag(self.time_constant)
+        spool = lag.under_held_command(s.opening, y.command, dt)
+        controller = self.controller.step(s.controller, y.with_command(spool.mean), r, dt)
+        aim = lag.kept(self.reach * dt)
+        u = self.saturation.apply((controller.u - aim * spool.opening) / (1.0 - aim))
+        return ValveInversionState(u, spool.opening, controller)

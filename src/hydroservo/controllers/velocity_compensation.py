@@ -1,7 +1,9 @@
 """Velocity feedforward around a law that controls a force or a pressure."""
 
+from collections.abc import Sequence
 from typing import Annotated, NamedTuple
 
+from hydroservo.assumptions import Assumption, Facts, below
 from hydroservo.block import Block, Field
 from hydroservo.controllers.saturation import Saturation
 from hydroservo.roles import Controller, role
@@ -37,6 +39,21 @@ class VelocityCompensation(NamedTuple):
     controller: Controller
     velocity_gain: Annotated[float, Field("V s/m", "command per velocity k_v", at_least=0)]
     saturation: Saturation = Saturation()
+
+    def assumptions(self, facts: Facts) -> Sequence[Assumption]:
+        truth = facts.truth
+        if truth is None:
+            return []
+        gain = -truth.f2(1.0, 0.0) / truth.g2(0.0, 0.0)
+        return [
+            below(
+                "feedback",
+                "k_v is at most the command per velocity",
+                self.velocity_gain,
+                1.0001 * gain,
+                "V s/m",
+            )
+        ]
 
     def init(self) -> VelocityCompensationState:
         return VelocityCompensationState(0.0, 0.0, self.controller.init())

@@ -101,8 +101,12 @@ class Counterbalance(NamedTuple):
             tank=fed.tank,
         )
 
-    def power(self, s: CounterbalanceState, feed: Feed, flows: PortFlows) -> float:
-        return self.drive.power(s.drive, feed, flows)
+    def power(
+        self, s: CounterbalanceState, feed: Feed, flows: PortFlows, pressure_a: float, pressure_b: float
+    ) -> float:
+        end_a = ops.where(self.in_line_b, pressure_a, s.pressure)
+        end_b = ops.where(self.in_line_b, s.pressure, pressure_b)
+        return self.drive.power(s.drive, feed, self.drive.flows(s.drive, feed, end_a, end_b), end_a, end_b)
 
     def into_chamber(self, s: CounterbalanceState, pressure_a: float, pressure_b: float) -> float:
         """What flows through the valve into its chamber [m^3/s]."""

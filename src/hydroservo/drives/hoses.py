@@ -105,8 +105,11 @@ class Hoses(NamedTuple):
         mean, half = 0.5 * (feed.line.supply + feed.line.tank), 0.5 * load_pressure
         return 0.5 * (self.into_a(s, mean + half) + self.out_of_b(s, mean - half))
 
-    def power(self, s: HosesState, feed: Feed, flows: PortFlows) -> float:
-        return self.drive.power(s.drive, feed, flows)
+    def power(
+        self, s: HosesState, feed: Feed, flows: PortFlows, pressure_a: float, pressure_b: float
+    ) -> float:
+        into = self.drive.flows(s.drive, feed, s.pressure_a, s.pressure_b)
+        return self.drive.power(s.drive, feed, into, s.pressure_a, s.pressure_b)
 
     def into_a(self, s: HosesState, pressure: float) -> float:
         """What flows through hose A into chamber A [m^3/s]."""

@@ -78,8 +78,10 @@ class LoadSensing(NamedTuple):
     def flows(self, s: LoadSensingState, feed: Feed, pressure_a: float, pressure_b: float) -> PortFlows:
         return self.drive.flows(s.drive, self.delivered(s, feed), pressure_a, pressure_b)
 
-    def power(self, s: LoadSensingState, feed: Feed, flows: PortFlows) -> float:
-        return self.drive.power(s.drive, self.delivered(s, feed), flows)
+    def power(
+        self, s: LoadSensingState, feed: Feed, flows: PortFlows, pressure_a: float, pressure_b: float
+    ) -> float:
+        return self.drive.power(s.drive, self.delivered(s, feed), flows, pressure_a, pressure_b)
 
     def delivered(self, s: LoadSensingState, feed: Feed) -> Feed:
         """What the drive in front of the pump finds: the supply's line at the pump's pressure."""

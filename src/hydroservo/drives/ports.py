@@ -31,7 +31,7 @@ class Ports(NamedTuple):
         flow: float = self.drive.load_flow(self.state, self.feed, load_pressure)
         return flow
 
-    def power(self, flows: PortFlows) -> float:
-        """What the drive draws while it passes these flows [W]."""
-        power: float = self.drive.power(self.state, self.feed, flows)
+    def power(self, flows: PortFlows, pressure_a: float, pressure_b: float) -> float:
+        """What the drive draws while it passes these flows at the pressures in the two chambers [W]."""
+        power: float = self.drive.power(self.state, self.feed, flows, pressure_a, pressure_b)
         return power

@@ -49,8 +49,8 @@ class PressureCompensator(NamedTuple):
     def flows(self, s: Block, feed: Feed, pressure_a: float, pressure_b: float) -> PortFlows:
         return self.drive.flows(s, self.compensated(feed, pressure_a, pressure_b), pressure_a, pressure_b)
 
-    def power(self, s: Block, feed: Feed, flows: PortFlows) -> float:
-        return self.drive.power(s, feed, flows)
+    def power(self, s: Block, feed: Feed, flows: PortFlows, pressure_a: float, pressure_b: float) -> float:
+        return self.drive.power(s, feed, flows, pressure_a, pressure_b)
 
     def compensated(self, feed: Feed, pressure_a: float, pressure_b: float) -> Feed:
         """What the drive in it finds: the supply's line at the compensated pressure."""

@@ -151,7 +151,9 @@ class PumpDrive(NamedTuple):
     def load_flow(self, s: PumpDriveState, feed: Feed, load_pressure: float) -> float:
         return self.displacement * s.speed - (self.leakage + 0.5 * self.case_leakage) * load_pressure
 
-    def power(self, s: PumpDriveState, feed: Feed, flows: PortFlows) -> float:
+    def power(
+        self, s: PumpDriveState, feed: Feed, flows: PortFlows, pressure_a: float, pressure_b: float
+    ) -> float:
         return feed.line.supply * flows.supply + self.torque(s, feed) * s.speed
 
     def torque(self, s: PumpDriveState, feed: Feed) -> float:

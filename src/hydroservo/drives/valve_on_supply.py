@@ -37,7 +37,9 @@ class ValveOnSupply(NamedTuple):
         edges: MeteringEdges = feed.edges
         return edges.flow(feed.opening, feed.line.supply - feed.line.tank, load_pressure)
 
-    def power(self, s: ValveOnSupplyState, feed: Feed, flows: PortFlows) -> float:
+    def power(
+        self, s: ValveOnSupplyState, feed: Feed, flows: PortFlows, pressure_a: float, pressure_b: float
+    ) -> float:
         return feed.line.supply * flows.supply
 
 

@@ -1,19 +1,110 @@
 """A function compiled as kernels are, to be called from Python."""
 
-from collections.abc import Callable
+import ctypes
+from collections.abc import Callable, Iterator
+from types import FunctionType
 from typing import Any
 
-from numba import njit
+import numpy as np
 
-from hydroservo.engine import machine_code  # noqa: F401 - teaches numba the arithmetic on states
-from hydroservo.engine.jit import CONTRACT
+from hydroservo.block import Block
+from hydroservo.engine.lower.function import method_text
+from hydroservo.engine.lower.values import Array
+from hydroservo.engine.machine_code import object_code
+from hydroservo.engine.native import Linked, RunError
 
-__all__ = ["compiled"]
+__all__ = ["Compiled", "compiled"]
+
+WORD = 8  # bytes
 
 
-def compiled(function: Callable[..., Any], *, strict: bool = True) -> Callable[..., Any]:
+def compiled(function: Callable[..., Any], *, strict: bool = True) -> "Compiled":
     """A function that may call methods of blocks, ops and the arithmetic on states."""
-    dispatcher: Callable[..., Any] = njit(error_model="numpy", fastmath=set() if strict else CONTRACT)(
-        function
-    )
-    return dispatcher
+    return Compiled(function, strict)
+
+
+class Compiled:
+    """A compiled function, with machine code of its own for each new combination of types.
+
+    Attributes:
+        py_func: the function in plain Python.
+        kernels: what was compiled so far.
+    """
+
+    def __init__(self, function: Any, strict: bool) -> None:
+        self.py_func: FunctionType = function
+        self.strict = strict
+        self.kernels: dict[Any, tuple[Linked, Any, int]] = {}
+
+    def __call__(self, *arguments: Any) -> Any:
+        """What the function returns.
+
+        Raises:
+            CompileError: it cannot be compiled for such arguments.
+            RunError: a block raised an exception.
+        """
+        shapes = tuple(map(shape, arguments))
+        if shapes not in self.kernels:
+            self.kernels[shapes] = self.made(shapes)
+        kernel, returned, count = self.kernels[shapes]
+        doubles: list[float] = []
+        integers: list[int] = []
+        for argument in arguments:
+            gather(argument, doubles, integers)
+        results = np.empty(count, dtype=np.int64)
+        memory = np.array(doubles, dtype=np.float64), np.array(integers, dtype=np.int64), results
+        if kernel.function(*(ctypes.c_void_p(row.ctypes.data) for row in memory)) != 0:
+            raise RunError("a block raised an exception, which compiled code cannot carry")
+        return value(returned, iter(results))
+
+    def made(self, shapes: tuple[Any, ...]) -> tuple[Linked, Any, int]:
+        """The machine code for arguments of some shapes, the shape of what it returns, and its numbers."""
+        name = "compiled"
+        text, returned = method_text(name, self.py_func, shapes, self.strict)
+        return Linked(object_code(name, text)), returned, len(list(numbers_in(returned)))
+
+
+def shape(value: Any) -> Any:
+    """The types of an argument: those of all that is in it."""
+    if isinstance(value, tuple):
+        return (type(value), *map(shape, value))
+    if isinstance(value, np.ndarray):
+        return (Array, value.ndim)
+    return next((kind for kind in (bool, int, float) if isinstance(value, kind)), type(value))
+
+
+def gather(value: Any, doubles: list[float], integers: list[int]) -> None:
+    """Adds the numbers of an argument to those before it."""
+    if isinstance(value, tuple):
+        for part in value:
+            gather(part, doubles, integers)
+    elif isinstance(value, np.ndarray):
+        if value.dtype != np.float64 or not value.flags.c_contiguous:
+            raise TypeError(f"compiled code takes contiguous arrays of doubles, not of {value.dtype}")
+        integers += [value.ctypes.data, *value.shape]
+    elif isinstance(value, float):
+        doubles.append(value)
+    else:
+        integers.append(int(value))
+
+
+def numbers_in(shape: Any) -> Iterator[type]:
+    """The types of the numbers in a shape."""
+    if isinstance(shape, tuple):
+        for part in shape[1:]:
+            yield from numbers_in(part)
+    elif shape is not type(None):
+        yield shape
+
+
+def value(shape: Any, results: Iterator[np.int64]) -> Any:
+    """What was returned, from 64 bits of each number."""
+    if isinstance(shape, tuple):
+        cls, *parts = shape
+        found = [value(part, results) for part in parts]
+        block: Block = tuple(found) if cls is tuple else cls(*found)
+        return block
+    if shape is type(None):
+        return None
+    bits = next(results)
+    return float(bits.view(np.float64)) if shape is float else shape(bits)

@@ -7,23 +7,28 @@ kernel; numba-cuda does the rest. In its simulator the same text runs in plain P
 
 import warnings
 from collections.abc import Callable, Mapping
-from functools import partial
 from typing import Any
 
 import numpy as np
-from numba import config, cuda
 from numpy.typing import NDArray
 
 from hydroservo.block import Block
 from hydroservo.engine import flat
 from hydroservo.engine.kernel import Study, Wanted, kernel
 from hydroservo.engine.lanes import Layout, layout_of, loader, varier
-from hydroservo.engine.machine_code import DOUBLES, FLOAT, INTEGER, INTEGERS, inlined
+from hydroservo.engine.machine_code import DOUBLES, FLOAT, INTEGER, INTEGERS
 from hydroservo.engine.native import MachineCode, RunError, native
 from hydroservo.engine.ptx import NAME, RAISED, ptx
 from hydroservo.engine.recipe import Recipe
 from hydroservo.engine.watch import Watch
 from hydroservo.errors import ParameterError
+
+try:
+    from numba import config, cuda
+
+    SIMULATED = bool(config.ENABLE_CUDASIM)
+except ImportError:  # of the extra
+    cuda, SIMULATED = None, False
 
 __all__ = ["MOST", "CudaGroup", "CudaThreads"]
 
@@ -47,12 +52,12 @@ class CudaThreads:
         check_device()
         sums = study.watch.init()
         self.layout = layout_of(varied, state, sums)
-        text = partial(thread_text, study, wanted, state, sums, self.layout)
-        if config.ENABLE_CUDASIM:
-            self.launch = launcher(text(lambda function: function))
+        text = thread_text(study, wanted, state, sums, self.layout)
+        if SIMULATED:
+            self.launch = launcher(text)
         else:
             recipe = Recipe("threads", (*map(flat.shape, (study, state, sums)), *wanted, varied), strict)
-            self.launch = native(recipe, lambda: ptx(text(inlined), ARGUMENTS, strict), linked)
+            self.launch = native(recipe, lambda: ptx(text, ARGUMENTS, strict), linked)
         self.first_sums = flat.numbers(sums)
         self.constants, self.kept = cuda.to_device(flat.numbers(study)), device_arrays(study)
         self.tables = cuda.to_device(table(self.kept))
@@ -117,19 +122,13 @@ class CudaGroup:
 
 
 def thread_text(
-    study: Study,
-    wanted: Wanted,
-    state: Block,
-    sums: Watch,
-    layout: Layout,
-    part: Callable[[Callable[..., Any]], Any],
+    study: Study, wanted: Wanted, state: Block, sums: Watch, layout: Layout
 ) -> Callable[..., int]:
-    """The function that a thread calls; ``part`` prepares what it calls itself."""
-    build, own_of = part(flat.builder(study)), part(varier(study.system, layout.varied, row(0)))
-    state_of, sums_of = part(loader(state, row(layout.states))), part(loader(sums, row(layout.sums)))
-    put_state = part(flat.storer(state, row(layout.states)))
-    put_sums = part(flat.storer(sums, row(layout.sums)))
-    run = part(kernel(study, wanted, part))
+    """The function that a thread calls."""
+    build, own_of = flat.builder(study), varier(study.system, layout.varied, row(0))
+    state_of, sums_of = loader(state, row(layout.states)), loader(sums, row(layout.sums))
+    put_state, put_sums = flat.storer(state, row(layout.states)), flat.storer(sums, row(layout.sums))
+    run = kernel(study, wanted)
     samples_done = layout.alive
 
     def advance(constants, tables, memory, runs, thread, first, last, dt):  # type: ignore[no-untyped-def]
@@ -173,7 +172,7 @@ def linked(made: MachineCode) -> Any:
 
 def check_device() -> None:
     """Raises ParameterError unless there is something to run on."""
-    if not config.ENABLE_CUDASIM and not hasattr(cuda, "PTXSource"):
+    if not SIMULATED and not hasattr(cuda, "PTXSource"):
         raise ParameterError("cuda", True, "numba-cuda is missing; pip install 'hydroservo[cuda]' brings it")
     if not cuda.is_available():
         raise ParameterError("cuda", True, "there is no CUDA device, or no driver for it")
@@ -191,10 +190,10 @@ def table(arrays: list[Any]) -> NDArray[np.int64]:
 
 
 def address(array: Any) -> int:
-    where = array.ctypes.data if config.ENABLE_CUDASIM else array.__cuda_array_interface__["data"][0]
+    where = array.ctypes.data if SIMULATED else array.__cuda_array_interface__["data"][0]
     return int(where)
 
 
 def place(array: Any) -> Any:
     """An array as the kernel takes it: in PTX its address, in Python itself."""
-    return array if config.ENABLE_CUDASIM else address(array)
+    return array if SIMULATED else address(array)

@@ -5,9 +5,12 @@ is written that makes the block from its numbers, or writes its numbers back.
 """
 
 import ctypes
+import linecache
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from types import FunctionType
 from typing import Any, NamedTuple
+from zlib import crc32
 
 import numpy as np
 from numpy.typing import NDArray
@@ -90,7 +93,7 @@ def doubles(block: Block) -> Iterator[NDArray[np.float64]]:
             yield value
 
 
-def builder(block: Block) -> Callable[..., Any]:
+def builder(block: Block) -> FunctionType:
     """A function ``build(numbers, arrays)`` that makes a block of this shape."""
     return constructor("build(numbers, arrays)", block, stored(block))
 
@@ -123,13 +126,13 @@ def cast(text: str, value: Any) -> str:
     return f"int({text})" if isinstance(value, int) else text
 
 
-def storer(block: Block, place: Place = str) -> Callable[..., Any]:
+def storer(block: Block, place: Place = str) -> FunctionType:
     """A function ``store(memory, lane, s)`` that writes a state; ``place`` gives each index."""
     lines = [f"    memory[{place(i)}] = s.{path}" for i, (path, _) in enumerate(leaves(block))]
     return written("\n".join(["def store(memory, lane, s):", *lines, "    return None"]), {}, "store")
 
 
-def recorder(paths: Sequence[str]) -> Callable[..., None]:
+def recorder(paths: Sequence[str]) -> FunctionType:
     """A function ``record(out, row, s, m)`` that writes numbers of a state and of the monitors' as a row.
 
     Args:
@@ -140,7 +143,7 @@ def recorder(paths: Sequence[str]) -> Callable[..., None]:
     return written("\n".join(["def record(out, row, s, m):", *lines, "    return None"]), {}, "record")
 
 
-def checker(paths: Sequence[str], reach: Mapping[str, float]) -> Callable[..., bool]:
+def checker(paths: Sequence[str], reach: Mapping[str, float]) -> FunctionType:
     """A function ``holds(s)`` that is true while the numbers at these paths of a state are all finite.
 
     0 x is 0 for a finite x and nan for others, and sums of 0 and nan tell which there were: that takes no
@@ -160,7 +163,7 @@ def checker(paths: Sequence[str], reach: Mapping[str, float]) -> Callable[..., b
     return written(f"def holds(s): return ({zero} == 0.0){within}", {}, "holds")
 
 
-def constructor(signature: str, block: Block, text: Text) -> Callable[..., Any]:
+def constructor(signature: str, block: Block, text: Text) -> FunctionType:
     """A function that makes a block of this shape from the text of each of its leaves."""
     namespace: dict[str, Any] = {"array_at": array_at}
 
@@ -177,8 +180,14 @@ def constructor(signature: str, block: Block, text: Text) -> Callable[..., Any]:
     return written(f"def {signature}: return {body}", namespace, signature.partition("(")[0])
 
 
-def written(text: str, namespace: dict[str, Any], name: str) -> Callable[..., Any]:
-    """The function of that name in a text made from field names alone."""
-    exec(text, namespace)
-    function: Callable[..., Any] = namespace[name]
+def written(text: str, namespace: dict[str, Any], name: str) -> FunctionType:
+    """The function of that name in a text made from field names alone.
+
+    The text is found where Python looks for that of files, as for any function.
+    """
+    file = f"<{name} {crc32(text.encode()):08x}>"
+    linecache.cache[file] = (len(text), None, text.splitlines(keepends=True), file)
+    namespace.setdefault("__name__", __name__)
+    exec(compile(text, file, "exec"), namespace)
+    function: FunctionType = namespace[name]
     return function

@@ -42,7 +42,7 @@ class InterpretedRun:
     def __init__(self, study: Study, wanted: Wanted, state: Block) -> None:
         self.study, self.state, self.sums = study, state, study.watch.init()
         self.width = len(wanted.recorded)
-        self.kernel = kernel(study, wanted, lambda function: function)
+        self.kernel = kernel(study, wanted)
 
     def advance(self, first: int, last: int, dt: float, stride: int, out: Out) -> int:
         """Samples first to last-1; returns last, or the sample after which a watched number was lost.
@@ -109,11 +109,11 @@ def check_rows(first: int, last: int, stride: int, out: Out, width: int) -> None
 
 
 def compiled_run(study: Study, wanted: Wanted, state: Block, sums: Watch, strict: bool) -> MachineCode:
-    from hydroservo.engine.machine_code import DOUBLES, FLOAT, INTEGER, INTEGERS, inlined, machine_code
+    from hydroservo.engine.machine_code import DOUBLES, FLOAT, INTEGER, INTEGERS, machine_code
 
-    build, state_of, sums_of = (inlined(flat.builder(block)) for block in (study, state, sums))
-    put_state, put_sums = (inlined(flat.storer(block)) for block in (state, sums))
-    run = inlined(kernel(study, wanted, inlined))
+    build, state_of, sums_of = map(flat.builder, (study, state, sums))
+    put_state, put_sums = map(flat.storer, (state, sums))
+    run = kernel(study, wanted)
 
     def advance(constants, tables, states, running, out, first, last, dt, stride):  # type: ignore[no-untyped-def]
         system, integrator, periods, substeps, watch = build(constants, tables)
@@ -127,16 +127,11 @@ def compiled_run(study: Study, wanted: Wanted, state: Block, sums: Watch, strict
     return machine_code(advance, (*memory, INTEGER, INTEGER, FLOAT, INTEGER), strict)
 
 
-def kernel(
-    study: Study, wanted: Wanted, part: Callable[[Callable[..., Any]], Any]
-) -> Callable[..., tuple[Block, Watch, int]]:
-    """The function that runs samples of a study; ``part`` prepares what it calls itself."""
-    record, holds = (
-        part(flat.recorder(wanted.recorded)),
-        part(flat.checker(wanted.watched, dict(wanted.reach))),
-    )
-    hear_sample, hear_step = part(listener(study.watch.samples)), part(listener(study.watch.steps))
-    move = part(mover(study, part))
+def kernel(study: Study, wanted: Wanted) -> Callable[..., tuple[Block, Watch, int]]:
+    """The function that runs samples of a study."""
+    record, holds = flat.recorder(wanted.recorded), flat.checker(wanted.watched, dict(wanted.reach))
+    hear_sample, hear_step = listener(study.watch.samples), listener(study.watch.steps)
+    move = mover(study)
 
     def run(
         system: Block,
@@ -177,9 +172,9 @@ def kernel(
     return run
 
 
-def mover(study: Study, part: Callable[[Callable[..., Any]], Any]) -> Callable[..., tuple[Block, Block]]:
+def mover(study: Study) -> Callable[..., tuple[Block, Block]]:
     """A function that carries the machine from a sample to the next, with what monitors hear on the way."""
-    hear = part(listener(study.watch.steps))
+    hear = listener(study.watch.steps)
 
     def unheard(system, integrator, _watch, m, s, t, dt, substeps):  # type: ignore[no-untyped-def]
         return integrator.advance(system, t, system.machine(s), system.held(s), dt, substeps), m

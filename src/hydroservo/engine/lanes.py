@@ -98,16 +98,14 @@ def aligned(rows: int) -> NDArray[np.float64]:
 def compiled_lanes(
     study: Study, wanted: Wanted, state: Block, sums: Watch, layout: Layout, strict: bool
 ) -> MachineCode:
-    from hydroservo.engine.machine_code import DOUBLES, FLOAT, INTEGER, INTEGERS, inlined, machine_code
+    from hydroservo.engine.machine_code import DOUBLES, FLOAT, INTEGER, INTEGERS, machine_code
 
-    build, lane_of = inlined(flat.builder(study)), inlined(varier(study.system, layout.varied, row(0)))
+    build, lane_of = flat.builder(study), varier(study.system, layout.varied, row(0))
     states, steps = kept(state, layout.states), kept(sums.steps, layout.step_sums)
-    begin_all, sample_all = inlined(beginner(lane_of, states)), inlined(sampler(lane_of, states))
-    hear_all = inlined(
-        hearer(study.watch.samples, lane_of, states, kept(sums.samples, layout.sums), at_sample)
-    )
-    first_all, next_all = map(inlined, movers(study, lane_of, states, steps))
-    lose_all = inlined(loser(wanted, states, layout.alive * LANES))
+    begin_all, sample_all = beginner(lane_of, states), sampler(lane_of, states)
+    hear_all = hearer(study.watch.samples, lane_of, states, kept(sums.samples, layout.sums), at_sample)
+    first_all, next_all = movers(study, lane_of, states, steps)
+    lose_all = loser(wanted, states, layout.alive * LANES)
 
     def advance(constants, tables, memory, first, last, dt):  # type: ignore[no-untyped-def]
         """Samples first to last-1, or until a lane's state is lost; returns the sample to go on with."""
@@ -139,9 +137,7 @@ class Rows(NamedTuple):
 
 def kept(state: Block, first: int) -> Rows:
     """States in the rows from one on."""
-    from hydroservo.engine.machine_code import inlined
-
-    return Rows(inlined(loader(state, row(first))), inlined(flat.storer(state, row(first))))
+    return Rows(loader(state, row(first)), flat.storer(state, row(first)))
 
 
 def beginner(lane_of: Callable[..., Any], states: Rows) -> Callable[..., None]:
@@ -170,9 +166,7 @@ def hearer(
     watch: Block, lane_of: Callable[..., Any], states: Rows, sums: Rows, seen: Callable[..., Any]
 ) -> Callable[..., None]:
     """What lets the monitors of every lane hear what is ``seen`` there; loops of their own suit vectors."""
-    from hydroservo.engine.machine_code import inlined
-
-    hear, see, load, load_sums, store_sums = inlined(listener(watch)), inlined(seen), states.load, *sums
+    hear, see, load, load_sums, store_sums = listener(watch), seen, states.load, *sums
 
     def heard(w, system, memory, t, dt):  # type: ignore[no-untyped-def]
         for lane in range(LANES):
@@ -201,34 +195,29 @@ def movers(
     lanes one by one, for vectors have no loops of their own; an integrator that chooses its steps takes them
     all at the first, lane by lane.
     """
-    from hydroservo.engine.machine_code import inlined
-
     load, store = states
     load_sums, store_sums = sums
     at_once, between = (
-        inlined(hearer(study.watch.steps, lane_of, states, sums, seen))
-        for seen in (at_sample, between_samples)
+        hearer(study.watch.steps, lane_of, states, sums, seen) for seen in (at_sample, between_samples)
     )
     hear = not silent(study.watch.steps)
-    all_steps = inlined(mover(study, inlined))
+    all_steps = mover(study)
 
-    def step(system, integrator, memory, t, h):  # type: ignore[no-untyped-def]
+    def step(system: Block, integrator: Block, memory: Any, t: float, h: float) -> None:
         for lane in range(LANES):
             own, s = lane_of(system, memory, lane), load(memory, lane)
             x = integrator.substep(own, t, own.machine(s), own.held(s), h)
             store(memory, lane, own.with_machine(s, x))
 
-    move = inlined(step)
-
     def first_step(w, system, integrator, memory, t, h, *_):  # type: ignore[no-untyped-def]
         at_once(w, system, memory, t, h)
         if h > 0.0:
-            move(system, integrator, memory, t, h)
+            step(system, integrator, memory, t, h)
 
     def next_step(w, system, integrator, memory, t, h):  # type: ignore[no-untyped-def]
         if hear:
             between(w, system, memory, t, h)
-        move(system, integrator, memory, t, h)
+        step(system, integrator, memory, t, h)
 
     def every_step(w, system, integrator, memory, t, h, dt, substeps):  # type: ignore[no-untyped-def]
         if h > 0.0:
@@ -250,14 +239,12 @@ def movers(
 
 def loser(wanted: Wanted, states: Rows, alive: int) -> Callable[..., bool]:
     """What marks the lanes that are lost, and says whether one is that was not."""
-    from hydroservo.engine.machine_code import inlined
-
-    load, holds = states.load, inlined(flat.checker(wanted.watched, dict(wanted.reach)))
+    load, holds = states.load, flat.checker(wanted.watched, dict(wanted.reach))
 
     def lose(memory):  # type: ignore[no-untyped-def]
         lost = 0
         for lane in range(LANES):
-            lost += 1 if memory[alive + lane] > 0.0 and not holds(load(memory, lane)) else 0
+            lost += int((memory[alive + lane] > 0.0) & (not holds(load(memory, lane))))
         if lost > 0:
             for lane in range(LANES):
                 if not holds(load(memory, lane)):

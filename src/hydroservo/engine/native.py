@@ -12,9 +12,9 @@ import numpy as np
 from llvmlite import binding
 
 from hydroservo.engine import disk_cache
-from hydroservo.engine.recipe import Recipe, UnknownContentError, classes, methods_of
+from hydroservo.engine.recipe import Recipe, UnknownContentError
 
-__all__ = ["CompileError", "MachineCode", "Native", "RunError", "native"]
+__all__ = ["CompileError", "Linked", "MachineCode", "Native", "RunError", "native", "prepare"]
 
 
 class CompileError(Exception):
@@ -45,11 +45,8 @@ ELEMENTS = (np.dtype(np.float64), np.dtype(np.int64))
 LIMIT = 2**63  # ctypes drops the bits above
 
 
-class Native:
-    """A compiled function of arrays and numbers that returns a whole number.
-
-    The calling convention is numba's: where to put the result, where to put an exception, the arguments.
-    """
+class Linked:
+    """Machine code in memory; its function returns 0, or 1 where a block raised."""
 
     def __init__(self, made: MachineCode) -> None:
         prepare()
@@ -59,10 +56,16 @@ class Native:
         self.engine.finalize_object()
         self.function = ctypes.CFUNCTYPE(ctypes.c_int32)(self.engine.get_function_address(made.name))
 
+
+class Native(Linked):
+    """A compiled function of arrays and numbers that returns a whole number.
+
+    It takes where to put that and then the arguments.
+    """
+
     def __call__(self, *arguments: Any) -> int:
-        result, exception = ctypes.c_int64(), ctypes.c_void_p()
-        places = ctypes.byref(result), ctypes.byref(exception)
-        if self.function(*places, *(argument(value) for value in arguments)) != 0:
+        result = ctypes.c_int64()
+        if self.function(ctypes.byref(result), *(argument(value) for value in arguments)) != 0:
             raise RunError("a block raised an exception, which compiled code cannot carry")
         return result.value
 
@@ -89,6 +92,7 @@ def argument(value: Any) -> Any:
 
 @cache
 def prepare() -> None:
+    """LLVM's back end for this processor."""
     binding.initialize_native_target()
     binding.initialize_native_asmprinter()
 
@@ -125,7 +129,6 @@ def on_disk(recipe: Recipe, make: Callable[[], MachineCode]) -> MachineCode:
     if kept is not None:
         LOG.info("kernel '%s' read from disk in %.2f s", recipe.text, monotonic() - start)
         return MachineCode(*kept, portable=True)
-    forget_exchanged(recipe)
     made = make()
     seconds = monotonic() - start
     if digest is not None:
@@ -150,16 +153,3 @@ def keep(digest: str, made: MachineCode) -> str:
     except OSError as error:
         return problem(error)
     return "kept on disk"
-
-
-SEEN: dict[type, Any] = {}  # the methods of each class when it was last compiled
-
-
-def forget_exchanged(recipe: Recipe) -> None:
-    """Lets nothing compiled before be used again if a class has other methods now."""
-    now = {cls: tuple(methods_of(cls)) for cls in classes(recipe.shapes)}
-    if any(SEEN.get(cls, methods) != methods for cls, methods in now.items()):
-        from hydroservo.engine.jit import method_template
-
-        method_template.cache_clear()
-    SEEN.update(now)

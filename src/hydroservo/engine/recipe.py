@@ -26,10 +26,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from llvmlite import binding
 
-__all__ = ["Recipe", "UnknownContentError", "classes", "methods_of"]
+__all__ = ["Recipe", "UnknownContentError", "features"]
 
 PLAIN = (bool, int, float, complex, str, bytes, type(None), type(Ellipsis))
-COMPILERS = ("numba", "llvmlite", "numpy")
+COMPILERS = ("llvmlite", "numpy")
 ENGINE = Path(__file__).parent
 MADE = {"__new__", "__repr__", "__getnewargs__", "_make", "_replace", "_asdict"}  # by NamedTuple
 NAME = re.compile(r"\.\s*([^\W\d]\w*)")
@@ -92,13 +92,16 @@ def methods_of(cls: type) -> list[tuple[str, FunctionType]]:
 def engine_text() -> str:
     """A digest of the engine's sources, as they are when it is loaded."""
     found = hashlib.sha256()
-    for path in sorted(ENGINE.glob("*.py")):
-        found.update(path.name.encode() + b"\0" + path.read_bytes() + b"\0")
+    for path in sorted(ENGINE.rglob("*.py")):
+        found.update(path.relative_to(ENGINE).as_posix().encode() + b"\0" + path.read_bytes() + b"\0")
     return found.hexdigest()
 
 
 def names_in_engine() -> frozenset[str]:
-    """The names that stand after a dot in the engine's sources, in the text that they write too."""
+    """The names that stand after a dot in the engine's sources, in the text that they write too.
+
+    What lowers functions calls none of their methods itself.
+    """
     return frozenset(
         name for path in ENGINE.glob("*.py") for name in NAME.findall(path.read_text(encoding="utf-8"))
     )
@@ -108,13 +111,17 @@ LOADED = engine_text()
 CALLED = names_in_engine()
 
 
+def features() -> str:
+    """What the processor can, as LLVM calls it; ``HYDROSERVO_CPU_FEATURES`` may leave out some of it."""
+    return os.environ.get("HYDROSERVO_CPU_FEATURES") or binding.get_host_cpu_features().flatten()
+
+
 @cache
 def surroundings() -> str:
-    """The engine, the compilers, their settings and the processor."""
-    settings = sorted(f"{name}={value}" for name, value in os.environ.items() if name.startswith("NUMBA_"))
-    processor = (binding.get_host_cpu_name(), binding.get_host_cpu_features().flatten())
+    """The engine, the compilers and the processor."""
+    processor = (binding.get_host_cpu_name(), features())
     versions = (sys.version, *(version(name) for name in COMPILERS))
-    return repr((LOADED, settings, processor, versions))
+    return repr((LOADED, processor, versions))
 
 
 def owner(value: type | FunctionType) -> str:

@@ -5,13 +5,12 @@ number. The export translates the same texts that the engine compiles, but for l
 and loops that C has, they take less code.
 """
 
-import linecache
 from collections.abc import Iterator, Mapping, Sequence
 from types import FunctionType, MappingProxyType
 from typing import Any, NamedTuple
-from zlib import crc32
 
 from hydroservo import block, states
+from hydroservo.engine.flat import written
 
 __all__ = [
     "Shape",
@@ -172,17 +171,10 @@ def summed(shape: Shape | None, names: Sequence[str], number: str) -> str:
 def defined(
     origin: Any, arguments: str, expression: str, namespace: dict[str, Any], lines: Sequence[str] = ()
 ) -> FunctionType:
-    """A function that returns an expression after some lines, in place of another one.
-
-    Its text is found where Python looks for that of files, as for any function.
-    """
+    """A function that returns an expression after some lines, in place of another one."""
     name = origin.__name__
     body = "\n    ".join([*lines, f"return {expression}"])
-    text = f"def {name}({arguments}):\n    {body}\n"
-    file = f"<{name} {crc32(text.encode()):08x}>"
-    linecache.cache[file] = (len(text), None, text.splitlines(keepends=True), file)
     namespace["__name__"] = origin.__module__
-    exec(compile(text, file, "exec"), namespace)  # text made of field names alone
-    function: FunctionType = namespace[name]
+    function = written(f"def {name}({arguments}):\n    {body}\n", namespace, name)
     function.__doc__ = origin.__doc__
     return function

@@ -11,6 +11,7 @@ import numpy as np
 from hydroservo._version import __version__
 from hydroservo.block import Block, field_at, leaves, state_field_at
 from hydroservo.errors import LoopError
+from hydroservo.export.c.counting import counted
 from hydroservo.export.c.declared import declared_in
 from hydroservo.export.c.liveness import Needed
 from hydroservo.export.c.primitives import WRITTEN
@@ -122,6 +123,7 @@ def exported_unit(
         ),
         states=tuple(state_signals(translation, needed)),
         functions=dict(blocks_functions(translation, needed, prefix)),
+        operations=counted(translation.step, needed),
     )
 
 

@@ -6,6 +6,8 @@ from enum import StrEnum
 from types import MappingProxyType
 from typing import NamedTuple
 
+from hydroservo.export.operations import Operations
+
 __all__ = ["INTEGRATED", "RATES", "Argument", "FmiVersion", "Part", "Precision", "Signal", "Unit"]
 
 INTEGRATED = "machine"  # the argument of equations whose numbers an integrator carries on
@@ -106,6 +108,7 @@ class Unit(NamedTuple):
         arguments: of ``step``.
         states: of PREFIX_state.
         functions: where the methods of blocks stand, and ``init`` and ``step``, by their names in C.
+        operations: that a ``step`` takes at most; None where there is no most.
     """
 
     part: Part
@@ -123,6 +126,7 @@ class Unit(NamedTuple):
     arguments: tuple[Argument, ...]
     states: tuple[Signal, ...]
     functions: Mapping[str, str] = MappingProxyType({})
+    operations: Operations | None = None
 
     def places(self, argument: str) -> tuple[str, ...]:
         """The places of what ``step`` is given in an argument; none where it has no such argument."""

@@ -7,7 +7,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from hydroservo.figures.style import COLOURS, PALETTE, style
+from hydroservo.figures.style import COLOURS, GREY, PALETTE, style
 from hydroservo.figures.trace import controller_name, trace_of
 from hydroservo.figures.tracking import TracedRun, tracking_figure
 from hydroservo.runs.arguments import check_one_signal
@@ -45,7 +45,7 @@ def plot_comparison(datasets: Sequence[xr.Dataset], labels: Sequence[str]) -> Fi
     with style():
         fig = tracking_figure([TracedRun(*row) for row in zip(traces, names, colours, widths, strict=True)])
         if unequal := differences(datasets):
-            fig.supxlabel(remark(unequal), fontsize=REMARK, color="#555555")
+            fig.supxlabel(remark(unequal), fontsize=REMARK, color=GREY)
     return fig
 
 

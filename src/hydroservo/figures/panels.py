@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from hydroservo.figures.ranges import axis_unit, largest, limits
-from hydroservo.figures.style import figure
+from hydroservo.figures.style import GREY, figure
 from hydroservo.figures.trace import Samples
 from hydroservo.formatting import quantity
 
@@ -89,7 +89,7 @@ def panel_figure(panels: Sequence[Panel], mosaic: str, height: float) -> Figure:
         draw_panel(axis, panel)
         axis.set_xlabel(panel.window.label)
         axis.set_title(f"({letter}) {panel.window.title}", loc="left", fontsize=8)
-        axis.set_title(clipped(panel), loc="right", fontsize=6, color="#555555")
+        axis.set_title(clipped(panel), loc="right", fontsize=6, color=GREY)
     handles, labels = axes["a"].get_legend_handles_labels()
     if len(labels) > 1:
         fig.legend(handles, labels, loc="outside upper center", ncols=len(labels))

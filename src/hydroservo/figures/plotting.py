@@ -20,15 +20,16 @@ __all__ = ["plot"]
 def plot(
     results: "xr.Dataset | Sequence[xr.Dataset] | Mapping[str, xr.Dataset]", metric: str = "rms_error"
 ) -> "Figure":
-    """The picture of a run, of several runs on common axes, or of a table of many.
+    """The picture of a run, of several runs on common axes, of a table of many, or of frequency responses.
 
     A run shows what is controlled and its demand, error and command, and with an observer what it estimates;
     several show the first three, and say where they differ in more than their controllers. A table shows a
-    metric against each number that varied. Notebooks show the picture; ``savefig`` writes it.
+    metric against each number that varied; frequency responses are shown by
+    :func:`~hydroservo.figures.bode.plot_bode`. Notebooks show the picture; ``savefig`` writes it.
 
     Args:
         results: what ``simulate`` returned; a list of these, or several by the names that the legend is to
-            have; or what ``simulate_batch`` returned.
+            have; or what ``simulate_batch`` or ``bode`` returned.
         metric: of a table, the one to show.
 
     Raises:
@@ -36,6 +37,7 @@ def plot(
         HydroservoError: a signal that the picture shows was not recorded.
     """
     from hydroservo.figures.batch import plot_batch
+    from hydroservo.figures.bode import plot_bode
     from hydroservo.figures.comparison import plot_comparison
     from hydroservo.figures.run import plot_run
 
@@ -49,6 +51,8 @@ def plot(
             "must be what simulate or simulate_batch returned, or several of simulate in a list or by name"
         )
         raise ParameterError("results", results, wanted)
+    if "frequency" in results.dims:
+        return plot_bode(results)
     if "run" not in results.dims:
         return plot_run(results)
     known = metric_fields(results)

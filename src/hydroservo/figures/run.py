@@ -1,19 +1,23 @@
-"""The plot of one run: what is controlled, error, command and, with an observer, its estimates."""
+"""The plot of one run: what is controlled, error and command, pressures and an observer's estimates."""
 
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from hydroservo.figures.panels import Panel, draw_panel
-from hydroservo.figures.style import COLOURS, PALETTE, style
+from hydroservo.figures.panels import Curve, Panel, draw_panel
+from hydroservo.figures.style import COLOURS, GREY, PALETTE, style
 from hydroservo.figures.trace import Trace, controller_name, controller_title, trace_of
 from hydroservo.figures.tracking import TracedRun, add_legend, calm_on_top, tracking_figure, truth, whole
 
 __all__ = ["plot_run"]
 
+PRESSURES = {"chamber A": PALETTE[4], "chamber B": PALETTE[5], "supply": GREY}
+
 
 def plot_run(dataset: xr.Dataset) -> Figure:
     """What is controlled, error and command over time; with an observer, both disturbances and estimates.
+
+    Where both chambers' pressures were recorded, they are shown with the supply's.
 
     The error is the controlled signal less demand. Where peaks press the error or the command flat, an
     enlarged panel follows. A run that diverged is shown up to where it was lost, as ``diverged_at`` has it.
@@ -29,11 +33,24 @@ def plot_run(dataset: xr.Dataset) -> Figure:
     run = TracedRun(trace, trace.name, COLOURS.get(name, PALETTE[3]), 1.4)
     count = len(trace.estimates)
     with style():
-        fig = tracking_figure([run], spare=count)
-        for index, axis in enumerate(fig.axes[len(fig.axes) - count :]):
+        fig = tracking_figure([run], spare=count + bool(trace.pressures))
+        spare = fig.axes[len(fig.axes) - count - bool(trace.pressures) :]
+        if trace.pressures:
+            draw_pressures(spare[0], run)
+        for index, axis in enumerate(spare[len(spare) - count :]):
             draw_estimate(axis, run, index)
         fig.axes[0].set_title(title(controller_title(dataset), trace), loc="left")
     return fig
+
+
+def draw_pressures(axis: Axes, run: TracedRun) -> None:
+    """The pressures in both chambers and of the supply."""
+    curves = [
+        Curve(name, run.trace.time, values, PRESSURES[name], 1.1)
+        for name, values in run.trace.pressures.items()
+    ]
+    draw_panel(axis, Panel("pressure", "Pa", curves, whole([run]), zero=True))
+    add_legend(axis)
 
 
 def draw_estimate(axis: Axes, run: TracedRun, index: int) -> None:

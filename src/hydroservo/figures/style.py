@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from hydroservo.outputs import atomic_path
 
-__all__ = ["COLOURS", "PALETTE", "figure", "save_figure", "save_picture", "style"]
+__all__ = ["COLOURS", "GREY", "PALETTE", "figure", "save_figure", "save_picture", "style"]
 
 # Source: Okabe and Ito, Color Universal Design, 2008; told apart with any common colour vision.
 PALETTE = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
@@ -22,6 +22,7 @@ COLOURS = {  # of controllers by their type, and of the demand
     "TSMC": PALETTE[2],
     "demand": "#000000",
 }
+GREY = "#555555"  # of what stands aside
 WIDTH = 6.3  # inch, the text width of an A4 page
 RESOLUTION = 200  # dots per inch of a PNG
 SHOWN = 110  # and of one in a notebook

@@ -1,6 +1,7 @@
 """The signals of a run that plots show."""
 
 import re
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -31,6 +32,7 @@ class Trace(NamedTuple):
     unrecorded: Unrecorded = Unrecorded()
     name: str = "velocity"  # of the controlled signal
     unit: str = "m/s"  # of it
+    pressures: Mapping[str, Samples] = {}  # in both chambers, and of the supply where it is known; by name
 
 
 def trace_of(dataset: xr.Dataset) -> Trace:
@@ -59,7 +61,22 @@ def trace_of(dataset: xr.Dataset) -> Trace:
         unrecorded=unrecorded_command(dataset, scenario_of(dataset)["simulation"]["period"]),
         name=dataset[CONTROLLED].attrs.get("long_name", ""),
         unit=dataset[CONTROLLED].attrs.get("units", ""),
+        pressures={name: values[:end] for name, values in pressures(dataset).items()},
     )
+
+
+def pressures(dataset: xr.Dataset) -> dict[str, Samples]:
+    """The gauge pressures in the chambers and of the supply; empty where the chambers were not recorded."""
+    chambers = {"chamber A": "plant.pressure_a", "chamber B": "plant.pressure_b"}
+    if not set(chambers.values()) <= set(dataset.data_vars):
+        return {}
+    found = {name: dataset[path].values for name, path in chambers.items()}
+    given = scenario_of(dataset)["supply"].get("supply_pressure")
+    if "supply.pressure" in dataset:
+        found["supply"] = dataset["supply.pressure"].values
+    elif given is not None:
+        found["supply"] = np.full(dataset["time"].size, float(given))
+    return found
 
 
 def controller_name(dataset: xr.Dataset) -> str:

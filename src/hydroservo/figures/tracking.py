@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from hydroservo.figures.panels import WHOLE, Curve, Panel, Window, beyond, draw_panel, enlarged, panel_limits
-from hydroservo.figures.style import COLOURS, figure
+from hydroservo.figures.style import COLOURS, GREY, figure
 from hydroservo.figures.trace import Samples, Trace
 from hydroservo.formatting import quantity, readable_unit
 
@@ -18,7 +18,7 @@ HEIGHT = 1.35  # inch, of a panel
 LEGEND = 100  # characters that fit in a line of a legend
 REMARK = 7  # points
 CHATTER = 2.0  # what varies this many times more than another curve is drawn beneath it
-ASIDE: Mapping[str, str] = {"color": "#555555"}
+ASIDE: Mapping[str, str] = {"color": GREY}
 ALARM: Mapping[str, str] = {"color": "#000000", "fontweight": "bold"}
 
 

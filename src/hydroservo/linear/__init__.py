@@ -1,5 +1,8 @@
-"""What a loop is for small motions: the margins by which it is stable."""
+"""What a loop is for small motions: its linear models, its frequency response, its margins."""
 
+from hydroservo.linear.bode import bode
+from hydroservo.linear.linearization import Linearization
+from hydroservo.linear.linearize import linearize
 from hydroservo.linear.margins import Margins, margins
 
-__all__ = ["Margins", "margins"]
+__all__ = ["Linearization", "Margins", "bode", "linearize", "margins"]

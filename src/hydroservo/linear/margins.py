@@ -5,19 +5,22 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from hydroservo.block import Block
 from hydroservo.errors import ParameterError
 from hydroservo.field import Field
 from hydroservo.linear.open_loop import OpenLoop, opened
-from hydroservo.linear.operating_point import operating_point
+from hydroservo.linear.operating_point import OperatingPoint, operating_point
 from hydroservo.linear.response import crossings, grid, largest
 from hydroservo.loop import Loop
 from hydroservo.runs.arguments import checked_loop
 
-__all__ = ["Margins", "margins"]
+__all__ = ["Judged", "Margins", "margins", "margins_at"]
 
 SLOWEST = 1e-6  # growth per sample that counts as none: a slow drift of what nothing holds
 LINEAR = 1e-2  # largest error
+CAUSES = {
+    "plant": "it or its valve, drive or supply switches, sticks, or rises without bound",
+    "controller": "it or a sensor switches, sticks, or rises without bound",
+}
 
 Frequencies = tuple[float, ...]
 
@@ -48,11 +51,11 @@ class Margins(NamedTuple):
 def margins(loop: Loop, *, command: float | None = None) -> Margins:
     """The margins of a loop about the operating point where its machine has settled under a command.
 
-    Sensors, law and hold as they step at samples, and the machine between them, are linearised by central
-    differences; the loop is opened where the command enters the machine, behind what the law is told of it.
-    With L the response of the opened loop up to Nyquist's frequency, S = 1/(1 + L) and T = 1 - S, the margins
-    are those of L at the samples; a delay counts as e^(-j w T) there. Steps of resolution, of encoders and
-    converters, are left out.
+    Sensors, law and hold as they step at samples, and the machine between them, are linearised; the loop is
+    opened where the command enters the machine, behind what the law is told of it. With L the response of the
+    opened loop up to Nyquist's frequency, S = 1/(1 + L) and T = 1 - S, the margins are those of L at the
+    samples; a delay counts as e^(-j w T) there. Steps of resolution, of encoders and converters, are left
+    out.
 
     Args:
         loop: the loop; its demand is exchanged for the one that is fulfilled at the operating point, and its
@@ -68,31 +71,50 @@ def margins(loop: Loop, *, command: float | None = None) -> Margins:
     symmetric disks (skew 0); the others: Astrom, Murray, Feedback Systems, 2008, sec. 9.3.
     Fails to say anything of large motions, of limits, and of what happens between samples.
     """
-    variants = opened(operating_point(checked_loop(loop), command))
-    error = max(
-        checked_error(variants.loop, variants.of_machine, "plant", loop.plant),
-        checked_error(variants.loop, variants.of_digital, "controller", loop.controller),
-    )
+    point = operating_point(checked_loop(loop), command)
+    found = margins_at(point)
+    for path, error in found.errors.items():
+        if not error < LINEAR:
+            block = type(getattr(loop, path)).__name__
+            raise ParameterError(path, block, f"is not linear about its operating point: {CAUSES[path]}")
+    return found.margins
+
+
+class Judged(NamedTuple):
+    """The margins of a loop, and how far they can be trusted.
+
+    Attributes:
+        loop: opened at its command.
+        margins: of it.
+        errors: largest change of S where slopes of the plant, or of the controller, are taken otherwise.
+    """
+
+    loop: OpenLoop
+    margins: Margins
+    errors: dict[str, float]
+
+    @property
+    def linear(self) -> bool:
+        """Whether there is a slope at all."""
+        return all(error < LINEAR for error in self.errors.values())
+
+
+def margins_at(point: OperatingPoint) -> Judged:
+    """The margins of a loop about a point, whether it is linear there or not.
+
+    Raises:
+        ParameterError: no loop is closed there.
+    """
+    variants = opened(point)
+    others = {"plant": variants.of_machine, "controller": variants.of_digital}
+    errors = {path: max(change(variants.loop, one) for one in some) for path, some in others.items()}
     if not variants.loop.a.size:
         problem = (
             "closes no loop here: small changes of the command do not come back, as in a valve's overlap"
         )
-        raise ParameterError("controller", type(loop.controller).__name__, problem)
-    return margins_of(variants.loop)._replace(error=error)
-
-
-def checked_error(loop: OpenLoop, others: list[OpenLoop], path: str, block: Block) -> float:
-    """By how much S changes at most where slopes are taken otherwise.
-
-    Raises:
-        ParameterError: by so much that there is no slope.
-    """
-    error = max(change(loop, other) for other in others)
-    if not error < LINEAR:
-        what = "it or its valve, drive or supply" if path == "plant" else "it or a sensor"
-        problem = f"is not linear about its operating point: {what} switches, sticks, or rises without bound"
-        raise ParameterError(path, type(block).__name__, problem)
-    return error
+        raise ParameterError("controller", type(point.loop.controller).__name__, problem)
+    worst = max(errors.values(), key=lambda error: math.inf if math.isnan(error) else error)
+    return Judged(variants.loop, margins_of(variants.loop)._replace(error=worst), errors)
 
 
 def change(loop: OpenLoop, other: OpenLoop) -> float:

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from hydroservo.block import Block, values
 from hydroservo.errors import ParameterError
 from hydroservo.hooks import smoothed
-from hydroservo.linear.slopes import Function, reached, slopes
+from hydroservo.linear.slopes import Function, differences, reached
+from hydroservo.loads import Constant
 from hydroservo.loop import Loop, MachineState
 from hydroservo.runs.run import ready
 from hydroservo.runs.steady import sized
@@ -18,7 +19,7 @@ from hydroservo.signals import Demand
 from hydroservo.starts import Steady
 from hydroservo.states import axpy, filled
 
-__all__ = ["DigitalState", "OperatingPoint", "operating_point", "sampled"]
+__all__ = ["DigitalState", "OperatingPoint", "machine_point", "operating_point", "sampled"]
 
 Vector = NDArray[np.float64]
 
@@ -56,8 +57,8 @@ class OperatingPoint(NamedTuple):
     force: float
 
 
-def operating_point(loop: Loop, command: float | None) -> OperatingPoint:
-    """Where a loop stays under a command.
+def operating_point(loop: Loop, command: float | None, force: float | None = None) -> OperatingPoint:
+    """Where a loop stays under a command and a load.
 
     The machine is in its steady state, and nothing counts in steps. The law is where it asks for the command
     sample after sample, with nothing in it that gathers speed, under a demand that grows as what is
@@ -66,21 +67,35 @@ def operating_point(loop: Loop, command: float | None) -> OperatingPoint:
     Args:
         loop: the loop.
         command: u [V]; None for that of the loop's steady start, or 0.
+        force: on the rod [N]; None for that of its load at t = 0.
 
     Raises:
         ParameterError: the machine has no steady state, or the law none that asks for the command.
     """
+    return settled(machine_point(loop, command, force))
+
+
+def machine_point(loop: Loop, command: float | None, force: float | None = None) -> OperatingPoint:
+    """Where a machine stays under a command and a load, its law as it begins.
+
+    Args:
+        loop: the loop.
+        command: u [V]; None for that of the loop's steady start, or 0.
+        force: on the rod [N]; None for that of its load at t = 0.
+
+    Raises:
+        ParameterError: the machine has no steady state.
+    """
+    loop = loop if force is None else loop._replace(load=Constant(force))
     start = loop.start if isinstance(loop.start, Steady) else Steady()
     asked: Steady = start if command is None else start._replace(command=command)
     started = ready(loop._replace(start=asked))
     u = float(asked.command)
     started = started._replace(controller=smoothed(started.controller), sensors=smoothed(started.sensors))
     machine = started.machine(started.init())
-    force = started.load.force(0.0)
-    rate = values(started.rates(machine, u, force))
-    drift = np.array(rate) * started.simulation.period
-    begun, demand = first_digital(started), demanded(started, machine, u, force)
-    return settled(OperatingPoint(started, u, machine, begun, demand, force), drift)
+    acting = started.load.force(0.0)
+    demand = demanded(started, machine, u, acting)
+    return OperatingPoint(started, u, machine, first_digital(started), demand, acting)
 
 
 def first_digital(loop: Loop) -> DigitalState:
@@ -110,16 +125,14 @@ def sampled(
     return DigitalState(sensors, loop.controller.step(digital.controller, y, demand, dt), hold)
 
 
-def settled(point: OperatingPoint, drift: Vector) -> OperatingPoint:
-    """The same with the law where it stays.
-
-    Args:
-        point: with the law anywhere.
-        drift: of the machine's states over a sample period.
+def settled(point: OperatingPoint) -> OperatingPoint:
+    """A machine's point with the law where it stays.
 
     Raises:
         ParameterError: it stays nowhere.
     """
+    rates = values(point.loop.rates(point.machine, point.command, point.force))
+    drift = np.array(rates) * point.loop.simulation.period  # over a sample
 
     def later(count: int) -> tuple[MachineState, float]:
         """The machine some samples on, and what the demand has grown by."""
@@ -170,7 +183,7 @@ def rest_of(unrest: Function, x: Vector) -> Vector:
             best, least = x, worst
         if least < EXACT:
             break
-        x = x - np.linalg.lstsq(slopes(unrest, x, np.ones(len(x))).mean, missing)[0]
+        x = x - np.linalg.lstsq(differences(unrest, x, np.ones(len(x))).mean, missing)[0]
     return best
 
 
@@ -192,4 +205,4 @@ def moved(point: OperatingPoint, sizes: Vector) -> NDArray[np.bool_]:
     scale = np.append([size for _, size in sized(point.machine)], np.nan_to_num(sizes, nan=1.0))
     first = np.arange(len(start)) < count
     first[-1] = True
-    return reached(slopes(step, start, scale).mean != 0.0, first)[count:]
+    return reached(differences(step, start, scale).mean != 0.0, first)[count:]

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from hydroservo.linear.open_loop import OpenLoop
 
-__all__ = ["Crossings", "crossings", "grid", "largest"]
+__all__ = ["Crossings", "crossings", "grid", "largest", "rates_of"]
 
 Vector = NDArray[np.float64]
 Response = NDArray[np.complex128]
@@ -35,12 +35,17 @@ class Crossings(NamedTuple):
 def grid(loop: OpenLoop) -> Vector:
     """Frequencies [rad/s] up to Nyquist's, the last, dense where the loop, open or closed, resonates."""
     nyquist = math.pi / loop.period
-    poles = np.concatenate([np.linalg.eigvals(loop.a), np.linalg.eigvals(loop.closed())])
-    with np.errstate(divide="ignore"):
-        rates = np.log(poles[poles != 0.0].astype(complex)) / loop.period
+    rates = rates_of(loop)
     own = (np.abs(rates.imag)[:, np.newaxis] + np.abs(rates.real)[:, np.newaxis] * AROUND).ravel()
     every = np.concatenate([np.geomspace(LOWEST, 1.0, POINTS) * nyquist, own])
     return np.unique(every[(every >= LOWEST * nyquist) & (every <= nyquist)])
+
+
+def rates_of(loop: OpenLoop) -> Response:
+    """The poles of a loop, open and closed, as s [1/s]."""
+    poles = np.concatenate([np.linalg.eigvals(loop.a), np.linalg.eigvals(loop.closed())])
+    with np.errstate(divide="ignore"):
+        return np.asarray(np.log(poles[poles != 0.0].astype(complex)) / loop.period)
 
 
 def crossings(loop: OpenLoop, frequencies: Vector) -> Crossings:

@@ -9,6 +9,7 @@ from hydroservo.monitors.integral_criteria import IntegralCriteria
 from hydroservo.monitors.piston_travel import PistonTravel
 from hydroservo.monitors.rise_time import RiseTime
 from hydroservo.monitors.step_response import StepResponse
+from hydroservo.monitors.supply_line import SupplyLine
 from hydroservo.monitors.tracking_error import TrackingError
 
 __all__ = [
@@ -21,5 +22,6 @@ __all__ = [
     "PistonTravel",
     "RiseTime",
     "StepResponse",
+    "SupplyLine",
     "TrackingError",
 ]

@@ -19,7 +19,10 @@ class EnergyState(NamedTuple):
 class EnergyValues(NamedTuple):
     """The energies of the run."""
 
-    supply_energy: Annotated[float, Field("J", "energy that the drive draws", smaller_is_better=True)]
+    supply_energy: Annotated[
+        float,
+        Field("J", "energy that the drive draws, not what the supply's pump takes", smaller_is_better=True),
+    ]
     valve_loss: Annotated[
         float, Field("J", "what of it does not reach the cylinder or the tank's line", smaller_is_better=True)
     ]
@@ -48,7 +51,7 @@ class Energy(NamedTuple):
         ports = loop.ports(loop.machine(s), loop.hold.at(loop.held(s), t))
         line, flows = ports.feed.line, loop.plant.flows(s.plant, ports)
         seen = loop.seen(s, s.load.force)
-        supplied = ports.power(flows)
+        supplied = ports.power(flows, seen.pressure_a, seen.pressure_b)
         used = line.tank * flows.tank + seen.pressure_a * flows.a - seen.pressure_b * flows.b
         return EnergyState(m.supplied + supplied * dt, m.lost + (supplied - used) * dt)
 

@@ -33,7 +33,10 @@ class StepResponseValues(NamedTuple):
         Field("s", "longest time from a jump until within the band", smaller_is_better=True),
     ]
     overshoot: Annotated[
-        float, Field("y", "largest error in the direction of the last jump", smaller_is_better=True)
+        float,
+        Field(
+            "y", "largest error in the direction of the last jump; 0 without a jump", smaller_is_better=True
+        ),
     ]
 
 
@@ -48,7 +51,9 @@ class StepResponse(NamedTuple):
     jump, 0 without one.
 
     Source: Ogata, Modern Control Engineering, 2010, sec. 5-3; what counts as a jump is chosen here.
-    Fails for a demand that changes as much as the band within a step: it may be taken for one that jumps.
+    Fails for a demand that gets to its end without a jump, as a Ramp or a PointToPoint: its overshoot is 0,
+    whatever the signal does, and the tracking error tells more. One that changes as much as the band within a
+    step may be taken for one that jumps.
     """
 
     band: Annotated[

@@ -1,32 +1,35 @@
 """Disturbance observers and derivative estimates, with their realisations of sgn."""
 
+import warnings
+from typing import Any
+
 from hydroservo.observers.adaptive_tsm import AdaptiveTSMObserver, AdaptiveTSMObserverState
 from hydroservo.observers.boundary_layer import BoundaryLayer
+from hydroservo.observers.estimates import Estimates
 from hydroservo.observers.explicit import Explicit
-from hydroservo.observers.extended_state import ExtendedStateObserver, ExtendedStateObserverState
+from hydroservo.observers.extended_state import ExtendedStateObserver
 from hydroservo.observers.filtered_derivative import FilteredDerivative, FilteredDerivativeState
-from hydroservo.observers.high_gain import HighGainObserver, HighGainObserverState
+from hydroservo.observers.high_gain import HighGainObserver
 from hydroservo.observers.implicit import Implicit
-from hydroservo.observers.kalman import KalmanObserver, KalmanObserverState
+from hydroservo.observers.kalman import KalmanObserver
 from hydroservo.observers.model_derivative import ModelDerivative, ModelDerivativeState
 from hydroservo.observers.no_observer import NoObserver, NoObserverState
 from hydroservo.observers.position_kalman import PositionKalmanObserver, PositionKalmanObserverState
 from hydroservo.observers.tsm import TSMObserver, TSMObserverState
+from hydroservo.observers.valve_lag import ValveLag, ValveLagState
 
 __all__ = [
     "AdaptiveTSMObserver",
     "AdaptiveTSMObserverState",
     "BoundaryLayer",
+    "Estimates",
     "Explicit",
     "ExtendedStateObserver",
-    "ExtendedStateObserverState",
     "FilteredDerivative",
     "FilteredDerivativeState",
     "HighGainObserver",
-    "HighGainObserverState",
     "Implicit",
     "KalmanObserver",
-    "KalmanObserverState",
     "ModelDerivative",
     "ModelDerivativeState",
     "NoObserver",
@@ -35,4 +38,15 @@ __all__ = [
     "PositionKalmanObserverState",
     "TSMObserver",
     "TSMObserverState",
+    "ValveLag",
+    "ValveLagState",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    """The state of a KalmanObserver by the name that it had; goes with version 0.3."""
+    if name != "KalmanObserverState":
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    text = "hydroservo.observers.KalmanObserverState is hydroservo.observers.Estimates now"
+    warnings.warn(text, DeprecationWarning, stacklevel=2)
+    return Estimates

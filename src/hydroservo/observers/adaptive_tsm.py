@@ -1,9 +1,11 @@
 """A terminal sliding mode observer whose switching gains follow the disturbances that they must exceed."""
 
 import math
+from collections.abc import Sequence
 from typing import Annotated, NamedTuple
 
 from hydroservo import ops
+from hydroservo.assumptions import Assumption, Facts, Peak, above, per_second
 from hydroservo.block import Field
 from hydroservo.errors import ParameterError
 from hydroservo.observers.tsm import TSMObserver, TSMObserverState
@@ -62,6 +64,23 @@ class AdaptiveTSMObserver(NamedTuple):
     gain_rate_2: Annotated[float, Field("N/s^2", "rate R of D_2", above=0)]
     margin: Annotated[float, Field("", "alpha, gain per disturbance", CHOSEN, above=1)] = 1.5
     filter_rate: Annotated[float, Field("1/s", "rate w of the low-pass", CHOSEN, above=0)] = 200.0
+
+    def assumptions(self, facts: Facts) -> Sequence[Assumption]:
+        found = []
+        for i, gain, rate in (
+            (0, self.largest_gain_1, self.gain_rate_1),
+            (1, self.largest_gain_2, self.gain_rate_2),
+        ):
+            unit, largest, speed = ("m/s", "N")[i], facts.disturbances[i], facts.disturbance_rates[i]
+            needed = Peak(self.margin * largest.value, largest.time)
+            meaning = f"the largest D_{i + 1} is above alpha times the largest d_L{i + 1}"
+            found.append(above(f"Lemma 2, D_{i + 1}", meaning, gain, needed, per_second(unit), measured=True))
+            faster = Peak(self.margin * speed.value, speed.time)
+            meaning = f"R of D_{i + 1} is above alpha times the rate of d_L{i + 1}"
+            found.append(
+                above("gain's rate", meaning, rate, faster, per_second(per_second(unit)), measured=True)
+            )
+        return found
 
     def check(self) -> None:
         o = self.observer

@@ -1,8 +1,10 @@
 """sgn smoothed over a boundary layer."""
 
+from collections.abc import Sequence
 from typing import Annotated, NamedTuple
 
 from hydroservo import ops
+from hydroservo.assumptions import Assumption, below
 from hydroservo.block import Field
 from hydroservo.roles import Realisation, role
 from hydroservo.signals import Correction
@@ -24,6 +26,13 @@ class BoundaryLayer(NamedTuple):
 
     velocity_thickness: Annotated[float, Field("m/s", "boundary layer phi_1 on s1", CHOSEN, above=0)] = 1e-3
     force_thickness: Annotated[float, Field("N", "boundary layer phi_2 on s2", CHOSEN, above=0)] = 1e-3
+
+    def supposes(self, D: float, noise: float, dt: float, unit: str) -> Sequence[Assumption]:
+        """What it asks of a switching gain D [unit/s], on a surface that is measured with some noise."""
+        thickness = self.velocity_thickness if unit == "m/s" else self.force_thickness
+        return [
+            below("boundary layer", "D h is below twice the layer's thickness", D * dt, 2.0 * thickness, unit)
+        ]
 
     def first(self, s: float, k: float, D: float, eps: float, a: float, dt: float) -> Correction:
         return self.smooth(s * (1.0 / self.velocity_thickness), s, k, D, eps, a)

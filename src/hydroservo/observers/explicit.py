@@ -1,8 +1,10 @@
 """sgn taken as it is."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 from hydroservo import ops
+from hydroservo.assumptions import Assumption, below
 from hydroservo.roles import Realisation, role
 from hydroservo.signals import Correction
 
@@ -19,6 +21,14 @@ class Explicit(NamedTuple):
     Fails as an instantaneous estimate: where D > |d| it switches by +-D for ever, and |s| stays at about
     D dt. Where D < |d|, s rests off 0, and the estimate follows with the bandwidth of k and eps alone.
     """
+
+    def supposes(self, D: float, noise: float, dt: float, unit: str) -> Sequence[Assumption]:
+        """What it asks of a switching gain D [unit/s], on a surface that is measured with some noise."""
+        return [
+            below(
+                "explicit sgn", "D h, the band in which it switches, is within the noise", D * dt, noise, unit
+            )
+        ]
 
     def first(self, s: float, k: float, D: float, eps: float, a: float, dt: float) -> Correction:
         return Correction(s, -k * s - D * ops.sign(s) - eps * ops.signed_power(s, a))

@@ -1,26 +1,18 @@
 """A linear extended state observer for each of the two states: all poles in one place."""
 
 import math
+from collections.abc import Sequence
 from typing import Annotated, NamedTuple
 
 from hydroservo import ops
+from hydroservo.assumptions import Assumption, Facts, below, sampled_faster, valve_faster
 from hydroservo.block import Field
+from hydroservo.observers.estimates import Estimates
 from hydroservo.plants.design_model import DesignModel
 from hydroservo.roles import Observer, role
 from hydroservo.signals import Measurement
 
-__all__ = ["ExtendedStateObserver", "ExtendedStateObserverState"]
-
-
-class ExtendedStateObserverState(NamedTuple):
-    """Estimates at this sample. The surfaces s1 and s2, which a law expects of an observer, are 0."""
-
-    s1: Annotated[float, Field("m/s", "0: no observer surface s1")]
-    s2: Annotated[float, Field("N", "0: no observer surface s2")]
-    d1: Annotated[float, Field("m/s^2", "estimate of the lumped disturbance d_L1")]
-    d2: Annotated[float, Field("N/s", "estimate of the lumped disturbance d_L2")]
-    velocity: Annotated[float, Field("m/s", "estimated velocity, which the law takes")]
-    load_force: Annotated[float, Field("N", "estimated load force, which the law takes")]
+__all__ = ["ExtendedStateObserver"]
 
 
 @role(Observer)
@@ -38,25 +30,37 @@ class ExtendedStateObserver(NamedTuple):
 
     Source: Gao, American Control Conference 2003, doi:10.1109/ACC.2003.1242516 (one bandwidth); Miklosovic,
     Radke, Gao, American Control Conference 2006, doi:10.1109/ACC.2006.1656547 (sampled).
-    Fails where the two measurements differ much in their noise: each estimate knows its own alone.
+    Fails where the two measurements differ much in their noise: each estimate knows its own alone;
+    and at sample periods that KalmanObserver does not bear either.
     """
 
     velocity_bandwidth: Annotated[float, Field("rad/s", "bandwidth w_1 for velocity and d_L1", above=0)]
     load_force_bandwidth: Annotated[float, Field("rad/s", "bandwidth w_2 for load force and d_L2", above=0)]
 
-    def init(self) -> ExtendedStateObserverState:
-        return ExtendedStateObserverState(0.0, 0.0, 0.0, 0.0, math.nan, math.nan)
+    def assumptions(self, facts: Facts) -> Sequence[Assumption]:
+        fastest = max(self.velocity_bandwidth, self.load_force_bandwidth)
+        return [
+            sampled_faster(fastest, facts, "the larger bandwidth"),
+            valve_faster(self.load_force_bandwidth, facts, "the bandwidth of d_L2"),
+            below(
+                "step of the model",
+                "omega_h h is below 2.5, where the step of its model is stable",
+                facts.natural_frequency * facts.period,
+                2.5,
+            ),
+        ]
 
-    def step(
-        self, s: ExtendedStateObserverState, model: DesignModel, y: Measurement, dt: float
-    ) -> ExtendedStateObserverState:
+    def init(self) -> Estimates:
+        return Estimates(0.0, 0.0, 0.0, 0.0, math.nan, math.nan)
+
+    def step(self, s: Estimates, model: DesignModel, y: Measurement, dt: float) -> Estimates:
         ahead = model.ahead(s.velocity, s.load_force, y.command, s.d1, s.d2, dt)
         lost = ops.isnan(ahead.velocity)  # as is the load force, on which it depends
         z1 = ops.power(math.e, -self.velocity_bandwidth * dt)
         z2 = ops.power(math.e, -self.load_force_bandwidth * dt)
         miss1 = ops.where(lost, 0.0, y.velocity - ahead.velocity)
         miss2 = ops.where(lost, 0.0, y.load_force - ahead.load_force)
-        return ExtendedStateObserverState(
+        return Estimates(
             s1=0.0,
             s2=0.0,
             d1=ops.where(lost, 0.0, s.d1 + (1.0 - z1) * (1.0 - z1) / dt * miss1),

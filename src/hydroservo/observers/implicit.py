@@ -1,8 +1,10 @@
 """sgn as a set, solved for in each step (backward Euler)."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 from hydroservo import ops
+from hydroservo.assumptions import Assumption, below, per_second
 from hydroservo.roles import Realisation, role
 from hydroservo.signals import Correction
 
@@ -26,6 +28,10 @@ class Implicit(NamedTuple):
     Fails where |d| > D: s rests off 0, and the estimate follows with the bandwidth of k and eps alone,
     not within one period.
     """
+
+    def supposes(self, D: float, noise: float, dt: float, unit: str) -> Sequence[Assumption]:
+        """What it asks of a switching gain D [unit/s], on a surface that is measured with some noise."""
+        return [below("noise", "the noise over a sample period is below D", noise / dt, D, per_second(unit))]
 
     def first(self, s: float, k: float, D: float, eps: float, a: float, dt: float) -> Correction:
         sigma = ops.power_root(ops.absolute(s) - dt * D, 1.0 + dt * k, dt * eps, a)

@@ -1,30 +1,22 @@
 """A steady-state Kalman filter for both states and both lumped disturbances."""
 
 import math
+from collections.abc import Sequence
 from typing import Annotated, NamedTuple
 
 from hydroservo import ops
+from hydroservo.assumptions import Assumption, Facts, below, near
 from hydroservo.block import Field
+from hydroservo.observers.estimates import Estimates
 from hydroservo.plants.design_model import DesignModel
 from hydroservo.roles import Observer, role
 from hydroservo.signals import Measurement
 from hydroservo.synthesis.kalman import steady_gain
 from hydroservo.synthesis.linear_model import with_disturbances
 
-__all__ = ["KalmanObserver", "KalmanObserverState"]
+__all__ = ["KalmanObserver"]
 
 COMPUTED = "a Riccati equation"
-
-
-class KalmanObserverState(NamedTuple):
-    """Estimates at this sample. The surfaces s1 and s2, which a law expects of an observer, are 0."""
-
-    s1: Annotated[float, Field("m/s", "0: no observer surface s1")]
-    s2: Annotated[float, Field("N", "0: no observer surface s2")]
-    d1: Annotated[float, Field("m/s^2", "estimate of the lumped disturbance d_L1")]
-    d2: Annotated[float, Field("N/s", "estimate of the lumped disturbance d_L2")]
-    velocity: Annotated[float, Field("m/s", "estimated velocity, which the law takes")]
-    load_force: Annotated[float, Field("N", "estimated load force, which the law takes")]
 
 
 @role(Observer)
@@ -45,7 +37,8 @@ class KalmanObserver(NamedTuple):
     Source: Franklin, Powell, Workman, Digital Control of Dynamic Systems, 1998, sec. 9.4 (the gain) and
     sec. 8.5 (disturbances as states).
     Fails where noise is not white, as after quantisation that is coarse against the motion, and lags behind a
-    disturbance that jumps by about the filter's own time, which q_i/r_i sets.
+    disturbance that jumps by about the filter's own time, which q_i/r_i sets. Its Runge-Kutta step of the
+    model is unstable where the sample period is above some 2.5 over the oil's natural frequency [rad/s].
     """
 
     disturbance_1: Annotated[
@@ -65,17 +58,41 @@ class KalmanObserver(NamedTuple):
     gain_41: Annotated[float, Field("N/m", "gain of y1 on d_L2", COMPUTED, derived=True)] = 0.0
     gain_42: Annotated[float, Field("1/s", "gain of y2 on d_L2", COMPUTED, derived=True)] = 0.0
 
-    def init(self) -> KalmanObserverState:
-        return KalmanObserverState(0.0, 0.0, 0.0, 0.0, math.nan, math.nan)
+    def assumptions(self, facts: Facts) -> Sequence[Assumption]:
+        return [
+            near(
+                "noise known",
+                "r_1 is within a factor 3 of the noise",
+                self.velocity_noise,
+                facts.noise[0],
+                3.0,
+                "m/s",
+            ),
+            near(
+                "noise known",
+                "r_2 is within a factor 3 of the noise",
+                self.load_force_noise,
+                facts.noise[1],
+                3.0,
+                "N",
+            ),
+            below(
+                "step of the model",
+                "omega_h h is below 2.5, where the step of its model is stable",
+                facts.natural_frequency * facts.period,
+                2.5,
+            ),
+        ]
 
-    def step(
-        self, s: KalmanObserverState, model: DesignModel, y: Measurement, dt: float
-    ) -> KalmanObserverState:
+    def init(self) -> Estimates:
+        return Estimates(0.0, 0.0, 0.0, 0.0, math.nan, math.nan)
+
+    def step(self, s: Estimates, model: DesignModel, y: Measurement, dt: float) -> Estimates:
         ahead = model.ahead(s.velocity, s.load_force, y.command, s.d1, s.d2, dt)
         lost = ops.isnan(ahead.velocity)  # as is the load force, on which it depends
         miss1 = ops.where(lost, 0.0, y.velocity - ahead.velocity)
         miss2 = ops.where(lost, 0.0, y.load_force - ahead.load_force)
-        return KalmanObserverState(
+        return Estimates(
             s1=0.0,
             s2=0.0,
             d1=ops.where(lost, 0.0, s.d1 + self.gain_31 * miss1 + self.gain_32 * miss2),

@@ -1,7 +1,9 @@
 """No observer: what is measured is taken as it is, and nothing is known of the disturbances."""
 
+from collections.abc import Sequence
 from typing import Annotated, NamedTuple
 
+from hydroservo.assumptions import Assumption, Facts, below
 from hydroservo.block import Field
 from hydroservo.plants.design_model import DesignModel
 from hydroservo.roles import Observer, role, without_estimates
@@ -29,6 +31,16 @@ class NoObserver(NamedTuple):
     Source: what the laws are without an observer.
     Fails as the law does that it is in: what the model does not know stays as an error.
     """
+
+    def assumptions(self, facts: Facts) -> Sequence[Assumption]:
+        model, largest = facts.model, facts.disturbances[0]
+        if model is None:
+            return []
+        meaning = (
+            "d_L1, which nothing tells the law of, is below 1 % of 1/m times the load force of the supply"
+        )
+        held = 0.01 * model.g1() * model.plant.piston_area * model.supply.drop()
+        return [below("disturbance unknown", meaning, largest, held, "m/s^2", measured=True)]
 
     def init(self) -> NoObserverState:
         return NoObserverState(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)

@@ -1,11 +1,13 @@
 """A steady-state Kalman filter that measures position."""
 
 import math
+from collections.abc import Sequence
 from typing import Annotated, NamedTuple
 
 import numpy as np
 
 from hydroservo import ops
+from hydroservo.assumptions import Assumption, Facts, below, near
 from hydroservo.block import Field
 from hydroservo.plants.design_model import DesignModel
 from hydroservo.roles import Observer, role
@@ -45,7 +47,8 @@ class PositionKalmanObserver(NamedTuple):
     q/sqrt(12). Start, restart and gain are as KalmanObserver's.
 
     Source: as KalmanObserver.
-    Fails where the counts stand still for many samples, so that their error is no noise any more.
+    Fails where the counts stand still for many samples, so that their error is no noise any more, and
+    at sample periods that KalmanObserver does not bear either.
     """
 
     disturbance_1: Annotated[
@@ -66,6 +69,24 @@ class PositionKalmanObserver(NamedTuple):
     gain_42: Annotated[float, Field("m/(s^2 N)", "gain of x2 on d_L1", COMPUTED, derived=True)] = 0.0
     gain_51: Annotated[float, Field("N/(m s)", "gain of y on d_L2", COMPUTED, derived=True)] = 0.0
     gain_52: Annotated[float, Field("1/s", "gain of x2 on d_L2", COMPUTED, derived=True)] = 0.0
+
+    def assumptions(self, facts: Facts) -> Sequence[Assumption]:
+        return [
+            near(
+                "noise known",
+                "r_2 is within a factor 3 of the noise",
+                self.load_force_noise,
+                facts.noise[1],
+                3.0,
+                "N",
+            ),
+            below(
+                "step of the model",
+                "omega_h h is below 2.5, where the step of its model is stable",
+                facts.natural_frequency * facts.period,
+                2.5,
+            ),
+        ]
 
     def init(self) -> PositionKalmanObserverState:
         return PositionKalmanObserverState(0.0, 0.0, 0.0, 0.0, 0.0, math.nan, math.nan)

@@ -1,9 +1,11 @@
 """The terminal sliding mode disturbance observer of the paper."""
 
 import math
+from collections.abc import Sequence
 from typing import Annotated, NamedTuple
 
 from hydroservo import ops
+from hydroservo.assumptions import Assumption, Facts, above, per_second, sampled_faster, supposed
 from hydroservo.block import Field
 from hydroservo.observers.boundary_layer import BoundaryLayer
 from hydroservo.plants.design_model import DesignModel
@@ -53,6 +55,18 @@ class TSMObserver(NamedTuple):
     power_gain_2: Annotated[float, Field("N^(2/7)/s", "power gain eps_2 [N^(1-a)/s]", at_least=0)]
     exponent: Annotated[float, Field("", "exponent a = p/q", at_least=0.1, below=1)]
     realisation: Realisation = BoundaryLayer()
+
+    def assumptions(self, facts: Facts) -> Sequence[Assumption]:
+        gains = (self.switching_gain_1, self.switching_gain_2)
+        channels = zip(("1", "2"), gains, facts.disturbances, facts.noise, ("m/s", "N"), strict=True)
+        found = [
+            sampled_faster(max(self.linear_gain_1, self.linear_gain_2), facts, "the larger of k_d1 and k_d2")
+        ]
+        for i, gain, largest, noise, unit in channels:
+            meaning = f"D_{i} is above the largest d_L{i}"
+            found.append(above(f"Lemma 2, D_{i}", meaning, gain, largest, per_second(unit), measured=True))
+            found.extend(supposed(self.realisation, gain, noise, facts.period, unit))
+        return found
 
     def init(self) -> TSMObserverState:
         return TSMObserverState(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, math.nan, math.nan, 0.0)

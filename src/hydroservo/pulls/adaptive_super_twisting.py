@@ -1,9 +1,11 @@
 """The super-twisting algorithm with a gain that follows how fast the disturbance changes."""
 
 import math
+from collections.abc import Sequence
 from typing import Annotated, NamedTuple
 
 from hydroservo import ops
+from hydroservo.assumptions import Assumption, Facts, Peak, above, below, sampled_faster, valve_faster
 from hydroservo.block import Field
 from hydroservo.errors import ParameterError
 from hydroservo.pulls.super_twisting import SuperTwisting, SuperTwistingState
@@ -52,6 +54,29 @@ class AdaptiveSuperTwisting(NamedTuple):
     growth: Annotated[float, Field("m/s^5", "rate R of L", above=0)]
     margin: Annotated[float, Field("", "alpha, L per rate of the disturbance", CHOSEN, above=1)] = 1.5
     filter_rate: Annotated[float, Field("1/s", "rate omega of the low-pass", CHOSEN, above=0)] = 200.0
+
+    def assumptions(self, facts: Facts) -> Sequence[Assumption]:
+        model, rate = facts.model, facts.disturbance_rates[1]
+        noise = model.g1() * facts.noise[1]
+        return [
+            above(
+                "disturbance's rate",
+                "L is above the rate of g1 d_L2, as it is before an observer takes its part",
+                self.largest_rate,
+                Peak(model.g1() * rate.value, rate.time),
+                "m/s^4",
+                measured=True,
+            ),
+            below(
+                "noise",
+                "the surface's noise is below h^2 L",
+                noise,
+                facts.period**2 * self.largest_rate,
+                "m/s^2",
+            ),
+            sampled_faster(self.surface_gain, facts, "c"),
+            valve_faster(self.surface_gain, facts, "c"),
+        ]
 
     def check(self) -> None:
         if self.largest_rate < self.least_rate:

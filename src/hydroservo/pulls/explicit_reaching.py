@@ -1,8 +1,10 @@
 """A law's pull on its surfaces, taken at the sample."""
 
+from collections.abc import Sequence
 from typing import Annotated, NamedTuple
 
 from hydroservo import ops
+from hydroservo.assumptions import Assumption, below
 from hydroservo.block import Field
 from hydroservo.roles import Reaching, role
 from hydroservo.signals import ReachingRate
@@ -24,6 +26,19 @@ class ExplicitReaching(NamedTuple):
     least_surface: Annotated[
         float, Field("m/s", "keeps |xi1|^(a1-1) finite in the slope", CHOSEN, above=0)
     ] = 1e-4
+
+    def supposes(self, eps: float, a: float, size: float, unit: str, dt: float) -> Sequence[Assumption]:
+        """What it asks of a power on a surface that the demand makes so large."""
+        band = (eps * dt) ** (1.0 / (1.0 - a))
+        return [
+            below(
+                "explicit power",
+                "the band in which it chatters is below 1 % of the surface",
+                band,
+                0.01 * size,
+                unit,
+            )
+        ]
 
     def first(self, s: float, k: float, eps: float, a: float, dt: float) -> ReachingRate:
         slope = a * ops.power(ops.absolute(s) + self.least_surface, a - 1.0)

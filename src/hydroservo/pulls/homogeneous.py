@@ -1,8 +1,10 @@
 """A pull whose every part is a power of error and rate: finite time without a surface."""
 
+from collections.abc import Sequence
 from typing import Annotated, NamedTuple
 
 from hydroservo import ops
+from hydroservo.assumptions import Assumption, Facts, below, supposed, valve_faster
 from hydroservo.block import Field
 from hydroservo.pulls.implicit_reaching import ImplicitReaching
 from hydroservo.roles import Pull, Reaching, role
@@ -37,6 +39,31 @@ class HomogeneousPull(NamedTuple):
     rate_gain: Annotated[float, Field("m^(1/5)/s^(7/5)", "gain k2 [(m/s^2)^(1-a)/s]", above=0)]
     exponent: Annotated[float, Field("", "exponent a", at_least=0.1, below=1)]
     reaching: Reaching = ImplicitReaching()
+
+    def assumptions(self, facts: Facts) -> Sequence[Assumption]:
+        model = facts.model
+        noise = model.g1() * facts.noise[1]
+        jump = self.rate_gain * noise**self.exponent / (model.g1() * model.g2(0.0, 0.0))
+        turn = self.error_gain**0.5
+        return [
+            below(
+                "noise",
+                "the command that the noise of the rate makes is below its limit",
+                jump,
+                facts.limit,
+                "V",
+            ),
+            below("range", "the error stays where powers pull more than a line", facts.demand, 1.0, "m/s"),
+            valve_faster(turn, facts, "the root of k1"),
+            *supposed(
+                self.reaching,
+                self.rate_gain,
+                self.exponent,
+                self.error_gain * facts.demand.value,
+                "m/s^2",
+                facts.period,
+            ),
+        ]
 
     def init(self) -> HomogeneousPullState:
         return HomogeneousPullState(0.0, 0.0)

@@ -1,8 +1,10 @@
 """A law's pull on its surfaces, taken where it leads to."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 from hydroservo import ops
+from hydroservo.assumptions import Assumption
 from hydroservo.roles import Reaching, role
 from hydroservo.signals import ReachingRate
 
@@ -23,6 +25,10 @@ class ImplicitReaching(NamedTuple):
     for the implicit step; applied here to the terminal power.
     Fails to be faster than the sample period: gains above about 1/dt change nothing any more.
     """
+
+    def supposes(self, eps: float, a: float, size: float, unit: str, dt: float) -> Sequence[Assumption]:
+        """What it asks of a power on a surface: nothing."""
+        return []
 
     def first(self, s: float, k: float, eps: float, a: float, dt: float) -> ReachingRate:
         ahead = ops.power_root(ops.absolute(s), 1.0 + dt * k, dt * eps, a)

@@ -1,7 +1,9 @@
 """Two poles, and an integral where it is asked for: feedback linearisation, backstepping."""
 
+from collections.abc import Sequence
 from typing import Annotated, NamedTuple
 
+from hydroservo.assumptions import Assumption, Facts, robust, sampled_faster, valve_faster
 from hydroservo.block import Field
 from hydroservo.roles import Pull, role
 from hydroservo.signals import VelocityError
@@ -38,6 +40,14 @@ class LinearPull(NamedTuple):
     first_pole: Annotated[float, Field("1/s", "decay rate k1", above=0)]
     second_pole: Annotated[float, Field("1/s", "decay rate k2", above=0)]
     integral_gain: Annotated[float, Field("1/s^3", "integral gain k_I", "0: none", at_least=0)] = 0.0
+
+    def assumptions(self, facts: Facts) -> Sequence[Assumption]:
+        fastest = max(self.first_pole, self.second_pole)
+        return [
+            robust(facts),
+            sampled_faster(fastest, facts, "the faster pole"),
+            valve_faster(fastest, facts, "the faster pole"),
+        ]
 
     def init(self) -> LinearPullState:
         return LinearPullState(0.0, 0.0, 0.0)

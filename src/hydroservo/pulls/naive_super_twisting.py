@@ -1,8 +1,10 @@
 """The super-twisting algorithm by the usual implicit step, which forgets the disturbance."""
 
+from collections.abc import Sequence
 from typing import Annotated, NamedTuple
 
 from hydroservo import ops
+from hydroservo.assumptions import Assumption, Facts, Peak, above, below, sampled_faster, valve_faster
 from hydroservo.block import Field
 from hydroservo.roles import Pull, role
 from hydroservo.signals import VelocityError
@@ -36,6 +38,37 @@ class NaiveSuperTwisting(NamedTuple):
 
     surface_gain: Annotated[float, Field("1/s", "gain c of the error in the surface", above=0)]
     disturbance_rate: Annotated[float, Field("m/s^4", "bound L on the disturbance's rate", above=0)]
+
+    def assumptions(self, facts: Facts) -> Sequence[Assumption]:
+        model, rate = facts.model, facts.disturbance_rates[1]
+        noise = model.g1() * facts.noise[1]
+        return [
+            above(
+                "disturbance's rate",
+                "L is above the rate of g1 d_L2, as it is before an observer takes its part",
+                self.disturbance_rate,
+                Peak(model.g1() * rate.value, rate.time),
+                "m/s^4",
+                measured=True,
+            ),
+            below(
+                "noise",
+                "the surface's noise is below h^2 L",
+                noise,
+                facts.period**2 * self.disturbance_rate,
+                "m/s^2",
+            ),
+            sampled_faster(self.surface_gain, facts, "c"),
+            valve_faster(self.surface_gain, facts, "c"),
+            below(
+                "disturbance",
+                "h g1 d_L2, which stays on its surface, is below 1 % of what the demand makes there",
+                Peak(facts.period * model.g1() * facts.disturbances[1].value, facts.disturbances[1].time),
+                0.01 * self.surface_gain * facts.demand.value,
+                "m/s^2",
+                measured=True,
+            ),
+        ]
 
     def init(self) -> NaiveSuperTwistingState:
         return NaiveSuperTwistingState(0.0, 0.0, 0.0, 0.0)

@@ -1,8 +1,10 @@
 """A terminal sliding surface whose derivative has no negative power."""
 
+from collections.abc import Sequence
 from typing import Annotated, NamedTuple
 
 from hydroservo import ops
+from hydroservo.assumptions import Assumption, Facts, below, sampled_faster, supposed, valve_faster
 from hydroservo.block import Field
 from hydroservo.pulls.implicit_reaching import ImplicitReaching
 from hydroservo.roles import Pull, Reaching, role
@@ -42,6 +44,30 @@ class NonsingularTerminalPull(NamedTuple):
     surface_exponent: Annotated[float, Field("", "exponent p", above=1, at_most=1.9)]
     exponent: Annotated[float, Field("", "exponent a", at_least=0.1, below=1)]
     reaching: Reaching = ImplicitReaching()
+
+    def assumptions(self, facts: Facts) -> Sequence[Assumption]:
+        model, p = facts.model, self.surface_exponent
+        noise = model.g1() * facts.noise[1]
+        jump = self.surface_gain / p * noise ** (2.0 - p) / (model.g1() * model.g2(0.0, 0.0))
+        return [
+            below(
+                "noise",
+                "the command that the noise of the rate makes is below its limit",
+                jump,
+                facts.limit,
+                "V",
+            ),
+            sampled_faster(self.linear_gain, facts, "k"),
+            valve_faster(self.linear_gain, facts, "k"),
+            *supposed(
+                self.reaching,
+                self.surface_gain / p,
+                2.0 - p,
+                (self.surface_gain * facts.demand.value) ** (1.0 / p),
+                "m/s^2",
+                facts.period,
+            ),
+        ]
 
     def init(self) -> NonsingularTerminalPullState:
         return NonsingularTerminalPullState(0.0, 0.0, 0.0)

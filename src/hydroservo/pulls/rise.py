@@ -1,8 +1,10 @@
 """Robust integral of the sign of the error."""
 
+from collections.abc import Sequence
 from typing import Annotated, NamedTuple
 
 from hydroservo import ops
+from hydroservo.assumptions import Assumption, Facts, Peak, above, below, sampled_faster, valve_faster
 from hydroservo.block import Field
 from hydroservo.roles import Pull, role
 from hydroservo.signals import VelocityError
@@ -36,6 +38,30 @@ class RISEPull(NamedTuple):
     feedback_gain: Annotated[float, Field("1/s", "gain k_s + 1 of the surface", above=0)]
     integral_rate: Annotated[float, Field("1/s", "rate alpha of the surface in the integral", at_least=0)]
     sign_gain: Annotated[float, Field("m/s^4", "gain beta of the surface's sign", at_least=0)]
+
+    def assumptions(self, facts: Facts) -> Sequence[Assumption]:
+        model, rate = facts.model, facts.disturbance_rates[1]
+        ripple = facts.period * self.sign_gain / (model.g1() * model.g2(0.0, 0.0))
+        fastest = max(self.surface_gain, self.feedback_gain)
+        return [
+            above(
+                "disturbance's rate",
+                "beta is above the rate of g1 d_L2, as it is before an observer takes its part",
+                self.sign_gain,
+                Peak(model.g1() * rate.value, rate.time),
+                "m/s^4",
+                measured=True,
+            ),
+            below(
+                "ripple",
+                "beta h, as a command, is below a thousandth of its limit",
+                ripple,
+                1e-3 * facts.limit,
+                "V",
+            ),
+            sampled_faster(fastest, facts, "the larger of c and k_s + 1"),
+            valve_faster(fastest, facts, "the larger of c and k_s + 1"),
+        ]
 
     def init(self) -> RISEPullState:
         return RISEPullState(0.0, 0.0, 0.0, 0.0)

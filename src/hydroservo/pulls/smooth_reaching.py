@@ -1,8 +1,10 @@
 """A law's pull on its surfaces, made linear within a boundary layer."""
 
+from collections.abc import Sequence
 from typing import Annotated, NamedTuple
 
 from hydroservo import ops
+from hydroservo.assumptions import Assumption, below
 from hydroservo.block import Field
 from hydroservo.roles import Reaching, role
 from hydroservo.signals import ReachingRate
@@ -23,6 +25,12 @@ class SmoothReaching(NamedTuple):
 
     first_thickness: Annotated[float, Field("m/s", "boundary layer on xi1", CHOSEN, above=0)] = 1e-3
     second_thickness: Annotated[float, Field("m/s^2", "boundary layer on xi2", CHOSEN, above=0)] = 1.0
+
+    def supposes(self, eps: float, a: float, size: float, unit: str, dt: float) -> Sequence[Assumption]:
+        """What it asks of a power on a surface that the demand makes so large."""
+        thickness = self.first_thickness if unit == "m/s" else self.second_thickness
+        slope = eps * thickness ** (a - 1.0)
+        return [below("boundary layer", "the slope in the layer is below 1/h", slope, 1.0 / dt, "1/s")]
 
     def first(self, s: float, k: float, eps: float, a: float, dt: float) -> ReachingRate:
         size = ops.absolute(s) + self.first_thickness

@@ -1,8 +1,10 @@
 """The super-twisting algorithm, sampled so that it keeps what it has learnt of the disturbance."""
 
+from collections.abc import Sequence
 from typing import Annotated, NamedTuple
 
 from hydroservo import ops
+from hydroservo.assumptions import Assumption, Facts, Peak, above, below, sampled_faster, valve_faster
 from hydroservo.block import Field
 from hydroservo.roles import Pull, role
 from hydroservo.signals import VelocityError
@@ -47,6 +49,29 @@ class SuperTwisting(NamedTuple):
 
     surface_gain: Annotated[float, Field("1/s", "gain c of the error in the surface", above=0)]
     disturbance_rate: Annotated[float, Field("m/s^4", "bound L on the disturbance's rate", above=0)]
+
+    def assumptions(self, facts: Facts) -> Sequence[Assumption]:
+        model, rate = facts.model, facts.disturbance_rates[1]
+        noise = model.g1() * facts.noise[1]
+        return [
+            above(
+                "disturbance's rate",
+                "L is above the rate of g1 d_L2, as it is before an observer takes its part",
+                self.disturbance_rate,
+                Peak(model.g1() * rate.value, rate.time),
+                "m/s^4",
+                measured=True,
+            ),
+            below(
+                "noise",
+                "the surface's noise is below h^2 L",
+                noise,
+                facts.period**2 * self.disturbance_rate,
+                "m/s^2",
+            ),
+            sampled_faster(self.surface_gain, facts, "c"),
+            valve_faster(self.surface_gain, facts, "c"),
+        ]
 
     def init(self) -> SuperTwistingState:
         return SuperTwistingState(0.0, 0.0, 0.0, 0.0, 0.0)

@@ -1,7 +1,9 @@
 """Two nested terminal sliding surfaces: the first paper's pull, and fast terminal sliding mode."""
 
+from collections.abc import Sequence
 from typing import Annotated, NamedTuple
 
+from hydroservo.assumptions import Assumption, Facts, sampled_faster, supposed, valve_faster
 from hydroservo.block import Field
 from hydroservo.pulls.implicit_reaching import ImplicitReaching
 from hydroservo.roles import Pull, Reaching, role
@@ -44,6 +46,16 @@ class TerminalPull(NamedTuple):
     exponent_1: Annotated[float, Field("", "exponent a1", at_least=0.1, below=1)]
     exponent_2: Annotated[float, Field("", "exponent a2", at_least=0.1, below=1)]
     reaching: Reaching = ImplicitReaching()
+
+    def assumptions(self, facts: Facts) -> Sequence[Assumption]:
+        mu = max(self.linear_gain_1, self.linear_gain_2)
+        return [
+            sampled_faster(mu, facts, "the larger of mu_1 and mu_2"),
+            valve_faster(mu, facts, "the larger of mu_1 and mu_2"),
+            *supposed(
+                self.reaching, self.power_gain_1, self.exponent_1, facts.demand.value, "m/s", facts.period
+            ),
+        ]
 
     def init(self) -> TerminalPullState:
         return TerminalPullState(0.0, 0.0, 0.0, 0.0)

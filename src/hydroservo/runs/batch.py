@@ -1,11 +1,9 @@
 """One loop with many parameters in, one table of metrics out."""
 
-import os
 from collections.abc import Callable, Generator, Mapping, Sequence
 from concurrent.futures import CancelledError, ThreadPoolExecutor, as_completed
 from contextlib import closing
 from functools import partial
-from numbers import Integral
 from threading import Event
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -13,15 +11,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hydroservo.block import Block, field_at, replace
-from hydroservo.errors import ParameterError
 from hydroservo.loop import AUTO, Loop
 from hydroservo.metrics import declared_metrics, flags_of, monitors_of, values_of
 from hydroservo.runs.arguments import checked_loop
 from hydroservo.runs.cautions import pressure_caution, quietly, warns, with_warning
 from hydroservo.runs.columns import SEED, Columns, checked_columns, designs, starts
-from hydroservo.runs.demands import demand_caution
 from hydroservo.runs.divergence import NOTHING, Loss, first_loss, watched_paths
 from hydroservo.runs.fitting import compilation, first_state
+from hydroservo.runs.loop_cautions import loop_cautions
 from hydroservo.runs.provenance import provenance
 from hydroservo.runs.record_coverage import check_records
 from hydroservo.runs.run import (
@@ -38,6 +35,7 @@ from hydroservo.runs.run import (
 )
 from hydroservo.runs.step_sizes import hardest, judged_by_rate, warning
 from hydroservo.validation import checked
+from hydroservo.work.cores import checked_count
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -45,10 +43,19 @@ if TYPE_CHECKING:
     from hydroservo.engine.cuda import CudaGroup
     from hydroservo.engine.lanes import Group
 
-__all__ = ["simulate_batch"]
+__all__ = ["How", "simulate_batch", "simulate_part", "with_steps"]
 
 CHUNK = 20_000  # integration steps of a group of lanes between two looks at whether to stop
 CUDA_CHUNK = 2_000  # of a group of threads: a second on a device that is slow with doubles
+
+
+class How(NamedTuple):
+    """How runs are computed, as :func:`simulate_batch` takes it."""
+
+    strict: bool
+    threads: int
+    cuda: bool
+    progress: Progress = lambda _: None
 
 
 class Job(NamedTuple):
@@ -110,37 +117,69 @@ def simulate_batch(
             signal of which the runs see nothing, or no device.
         LoopError: a block that does not fit the loop.
     """
-    loop = with_metrics(checked_loop(loop), metrics)
-    given, loop = loop, ready(loop)
+    given = with_metrics(checked_loop(loop), metrics)
+    loop = ready(given)
     recorded = check_records(loop)
     columns = checked_columns(loop, parameters)
     started = columns | starts(checked(given), columns)
-    workers = checked_threads(threads)
+    how = How(strict, checked_count(threads, "threads"), cuda, progress or (lambda _: None))
     state = first_state(loop)
-    loop, said = with_steps(loop, started, strict)
+    loop, said = with_steps(loop, hardest(loop, [started]), strict)
+    data = computed(loop, state, columns, started, how).assign_attrs(said)
+    return with_warning(data, [*recorded, *loop_cautions(loop), pressure_caution(data)])
+
+
+def simulate_part(loop: Loop, parameters: Mapping[str, ArrayLike], first: int, how: How) -> "xr.Dataset":
+    """Some runs of a batch, bit for bit, whatever the others are; nothing is judged that depends on those.
+
+    Args:
+        loop: the loop with the number of substeps that all runs of the batch take.
+        parameters: arrays of shape (runs,) in SI units by path, of these runs.
+        first: the number of the first of them.
+        how: they are computed.
+
+    Raises:
+        ParameterError: as :func:`simulate_batch`.
+    """
+    given, loop = loop, ready(loop)
+    columns = checked_columns(loop, parameters, first)
+    started = columns | starts(checked(given), columns, first)
+    data = computed(loop, first_state(loop), columns, started, how)
+    return data.assign_coords(run=np.arange(first, first + data.sizes["run"]))
+
+
+def computed(loop: Loop, state: Block, columns: Columns, started: Columns, how: How) -> "xr.Dataset":
+    """The table of runs whose steps are chosen.
+
+    Args:
+        loop: that they start from, ready.
+        state: its first.
+        columns: what was given for each run.
+        started: that, and where they start.
+        how: they are computed.
+    """
     runs = next(iter(columns.values())).size
     samples = plan_of(loop, state, ()).samples
     table, losses = np.empty((len(declared_metrics(monitors_of(loop))), runs)), [NOTHING] * runs
-    told = progress or (lambda _: None)
     from hydroservo.engine.watch import readers_of
 
     with compilation(loop):
         varied = started | designs(loop, columns)
-        begin, size = kernel(loop, state, samples, tuple(varied), strict, cuda)
-        chunk, watching = CUDA_CHUNK if cuda else CHUNK, monitors_of(loop)
+        begin, size = kernel(loop, state, samples, tuple(varied), how.strict, how.cuda)
+        chunk, watching = CUDA_CHUNK if how.cuda else CHUNK, monitors_of(loop)
         job = Job(loop, begin, size, chunk, samples, varied, watching, readers_of(watching), Event())
-        with closing(in_turn(job, runs, told) if cuda else side_by_side(job, runs, workers)) as found:
+        groups = in_turn(job, runs, how.progress) if how.cuda else side_by_side(job, runs, how.threads)
+        with closing(groups) as found:
             for done, (start, numbers, lost) in enumerate(found, 1):
                 table[:, start : start + len(lost)] = numbers
                 losses[start : start + len(lost)] = lost
-                told(min(1.0, done * size / runs))
-    data = dataset(loop, columns, table, losses).assign_attrs(said)
-    return with_warning(data, [*recorded, demand_caution(loop), pressure_caution(data)])
+                how.progress(min(1.0, done * size / runs))
+    return dataset(loop, columns, table, losses)
 
 
-def with_steps(loop: Loop, columns: Columns, strict: bool) -> tuple[Loop, dict[str, float | str]]:
+def with_steps(loop: Loop, worst: Loop, strict: bool) -> tuple[Loop, dict[str, float | str]]:
     """The loop with a number of substeps, and what is to be said of it: as the hardest of the runs has it."""
-    worst, alone = hardest(loop, columns), quietly(simulate)
+    alone = quietly(simulate)
     if loop.simulation.substeps != AUTO:
         said = warning(worst) if judged_by_rate(worst) else alone(worst, record=()).attrs.get("warning", "")
         return loop, {"warning": said} if said else {}
@@ -161,19 +200,6 @@ def kernel(
     from hydroservo.engine.lanes import LANES, CompiledLanes, Group
 
     return partial(Group, CompiledLanes(study, wanted, state, varied, strict=strict)), LANES
-
-
-def checked_threads(threads: int | None) -> int:
-    """How many threads to use: as many as asked for, else one for each core that this process may use.
-
-    Raises:
-        ParameterError: it is not a whole number from 1 on.
-    """
-    if threads is None:
-        return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    if isinstance(threads, bool) or not isinstance(threads, Integral) or threads < 1:
-        raise ParameterError("threads", threads, "must be a whole number from 1 on, or None for all cores")
-    return int(threads)
 
 
 def side_by_side(job: Job, runs: int, threads: int) -> Generator[tuple[int, NDArray[np.float64], list[Loss]]]:

@@ -25,10 +25,15 @@ SEED = "simulation.seed"  # the one whole number that may differ between runs; d
 Columns = dict[str, NDArray[np.float64]]
 
 
-def checked_columns(loop: Loop, parameters: Mapping[str, ArrayLike]) -> Columns:
+def checked_columns(loop: Loop, parameters: Mapping[str, ArrayLike], first: int = 0) -> Columns:
     """The parameters as vectors of one length, each number in the range of its field.
 
     The numbers of each run go together, too.
+
+    Args:
+        loop: the loop that all runs start from.
+        parameters: arrays of shape (runs,) by path.
+        first: the number of the first of these runs, for the message.
 
     Raises:
         ParameterError: they are not.
@@ -40,11 +45,11 @@ def checked_columns(loop: Loop, parameters: Mapping[str, ArrayLike]) -> Columns:
         raise ParameterError("parameters", "{}", "must name at least one parameter")
     if len(set(sizes.values())) > 1:
         raise ParameterError("parameters", sizes, "must be arrays of one length")
-    check_runs(loop, columns)
+    check_runs(loop, columns, first)
     return columns
 
 
-def check_runs(block: Block, columns: Columns, path: str = "") -> None:
+def check_runs(block: Block, columns: Columns, first: int, path: str = "") -> None:
     """Ask the blocks that have a method ``check``, and of which something varies, about each run.
 
     Raises:
@@ -55,9 +60,9 @@ def check_runs(block: Block, columns: Columns, path: str = "") -> None:
         return
     for name, value in zip(block._fields, block, strict=True):
         if is_block(value):
-            check_runs(value, columns, f"{path}{name}.")
+            check_runs(value, columns, first, f"{path}{name}.")
     if hasattr(block, "check"):
-        for run, one in enumerate(versions(block, own)):
+        for run, one in enumerate(versions(block, own), first):
             try:
                 check_own(one, path.rstrip("."))
             except ParameterError as error:
@@ -155,18 +160,19 @@ def designs(loop: Loop, columns: Columns) -> Columns:
     return {f"controller.{path}": row for path, row in zip(computed, table, strict=True)}
 
 
-def starts(loop: Loop, columns: Columns) -> Columns:
+def starts(loop: Loop, columns: Columns, first: int = 0) -> Columns:
     """Where the plants and drives of runs start, where that is open and something of the machine differs.
 
     Args:
         loop: the loop as it was given, its plant and drive not yet at rest.
         columns: what is given for each run.
+        first: the number of the first of these runs, for the message.
 
     Raises:
         ParameterError: nothing keeps the plant of a run at rest.
     """
     if hasattr(loop.start, "found"):
-        return starts_found(loop, columns)
+        return starts_found(loop, columns, first)
     start = Machine(loop.plant, loop.supply, loop.load, loop.drive)
     machine = {path: row for path, row in columns.items() if path.partition(".")[0] in Machine._fields}
     open_ones = [
@@ -177,7 +183,7 @@ def starts(loop: Loop, columns: Columns) -> Columns:
     if not machine or not open_ones:
         return {}
     table = []
-    for run, own in enumerate(versions(start, machine)):
+    for run, own in enumerate(versions(start, machine), first):
         try:
             found = resting(own)
         except ParameterError as error:
@@ -186,7 +192,7 @@ def starts(loop: Loop, columns: Columns) -> Columns:
     return dict(zip(open_ones, np.array(table).T, strict=True))
 
 
-def starts_found(loop: Loop, columns: Columns) -> Columns:
+def starts_found(loop: Loop, columns: Columns, first: int) -> Columns:
     """The states in which runs begin, where a start finds them and something of the machine differs.
 
     Raises:
@@ -197,7 +203,7 @@ def starts_found(loop: Loop, columns: Columns) -> Columns:
     rows = zip(*(row.tolist() for row in columns.values()), strict=True)
     given = {path for path, _ in leaves(loop.start.given)}
     table: list[dict[str, float]] = []
-    for run, numbers in enumerate(rows):
+    for run, numbers in enumerate(rows, first):
         try:
             own: Loop = replace(loop, dict(zip(columns, numbers, strict=True)))
             found = dict(leaves(start_found(resting(own))))

@@ -12,9 +12,10 @@ from hydroservo.errors import LoopError
 from hydroservo.loop import Loop
 from hydroservo.metrics import monitors_of
 from hydroservo.runs.returns import with_checked_returns
-from hydroservo.sensors.missing import Lacking, MissingSignalError, Unmeasured, missing_signals
+from hydroservo.sensors.missing import Lacking, MissingSignalError, Unmeasured, missing_signals, sensors_for
+from hydroservo.signals import Measurement
 
-__all__ = ["compilation", "first_state", "named"]
+__all__ = ["compilation", "first_state", "named", "signals_used"]
 
 
 @contextmanager
@@ -78,9 +79,10 @@ def fitting_state(loop: Loop) -> Block:
         after = lacking(loop).sample(state, 0.0, loop.simulation.period)
         loop.deriv(0.0, loop.machine(state), loop.held(after))
     except MissingSignalError as error:
+        given_by = sensors_for(loop.sensors, error.name)
         raise LoopError(
             f"{law} needs {error}, which {named(loop.sensors, 'sensors')} does not measure; "
-            "add a sensor for it, or take a law that does without"
+            f"add {given_by}, or take a law that does without"
         ) from None
     except Exception as error:  # whatever a block stumbles over
         raise LoopError(f"{at_fault(loop, error)}: {error} ({place_of(error)})") from None
@@ -94,6 +96,22 @@ def fitting_state(loop: Loop) -> Block:
             raise LoopError(f"state {path} must be a float (1.0, not 1) in init and after each step")
     check_monitors(loop, after)
     return state
+
+
+def signals_used(loop: Loop) -> list[str]:
+    """The fields of :class:`~hydroservo.signals.Measurement` that a law computes with, found by a sample."""
+    return [name for name in Measurement._fields if is_used(loop, name)]
+
+
+def is_used(loop: Loop, signal: str) -> bool:
+    """Whether a sample computes with a signal."""
+    try:
+        loop._replace(sensors=Lacking(loop.sensors, (signal,))).sample(
+            loop.init(), 0.0, loop.simulation.period
+        )
+    except MissingSignalError:
+        return True
+    return False
 
 
 def check_monitors(loop: Loop, state: Block) -> None:

@@ -12,7 +12,7 @@ from hydroservo._version import __version__
 from hydroservo.block import Block, is_block
 from hydroservo.group import group_class
 
-__all__ = ["describe", "provenance", "scenario_hash", "scenario_text"]
+__all__ = ["describe", "provenance", "scenario_hash", "scenario_text", "toml"]
 
 
 def describe(block: Block) -> dict[str, Any]:

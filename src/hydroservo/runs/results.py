@@ -15,13 +15,16 @@ from hydroservo.outputs import atomic_path, digests, write_text
 from hydroservo.runs.arguments import checked_path, checked_run, is_result
 
 if TYPE_CHECKING:
+    import numpy as np
     import pandas as pd
+    import pyarrow as pa
     import xarray as xr
 
 __all__ = [
     "FORMATS",
     "METRICS",
     "Format",
+    "arrow_table",
     "as_json",
     "best_runs",
     "foreign_files",
@@ -192,17 +195,30 @@ def save_csv(dataset: "xr.Dataset", path: Path) -> None:
 
 
 def save_parquet(dataset: "xr.Dataset", path: Path) -> None:
-    import pyarrow as pa
     import pyarrow.parquet as pq
+
+    pq.write_table(arrow_table(dataset), path)
+
+
+def arrow_table(dataset: "xr.Dataset") -> "pa.Table":
+    """A trajectory or a table as Arrow has it, with units and attributes in its schema's metadata."""
+    import pyarrow as pa
 
     columns = trajectory_of(dataset)
     fields = [
-        pa.field(name, pa.from_numpy_dtype(values.dtype), metadata=texts(dataset[name].attrs))
+        pa.field(name, arrow_type(values.dtype), metadata=texts(dataset[name].attrs))
         for name, values in columns.items()
     ]
     metrics = scalars_of(dataset)
     about = texts(dataset.attrs) | ({"metrics": json.dumps(plain(metrics))} if metrics else {})
-    pq.write_table(pa.table(columns, schema=pa.schema(fields, metadata=about)), path)
+    return pa.table(columns, schema=pa.schema(fields, metadata=about))
+
+
+def arrow_type(kind: "np.dtype[Any]") -> "pa.DataType":
+    """Arrow's type for a column; texts of a table that is read as needed are objects."""
+    import pyarrow as pa
+
+    return pa.string() if kind.kind == "O" else pa.from_numpy_dtype(kind)
 
 
 def save_netcdf(dataset: "xr.Dataset", path: Path) -> None:

@@ -16,8 +16,8 @@ from hydroservo.roles import (
     PositionSensor,
     PressureSensor,
     VelocityEstimator,
-    is_role,
 )
+from hydroservo.roles.saying import is_role
 
 __all__ = ["STATES", "with_checked_returns"]
 

@@ -19,9 +19,9 @@ from hydroservo.monitors.group import Usual
 from hydroservo.monitors.group import named as named_monitors
 from hydroservo.runs.arguments import as_list, checked_loop
 from hydroservo.runs.cautions import pressure_caution, warns, with_warning
-from hydroservo.runs.demands import demand_caution
 from hydroservo.runs.divergence import NOTHING, Loss, first_loss, reach_of, watched_paths
 from hydroservo.runs.fitting import compilation, first_state
+from hydroservo.runs.loop_cautions import loop_cautions
 from hydroservo.runs.provenance import provenance
 from hydroservo.runs.record_coverage import check_records
 from hydroservo.runs.steady import started
@@ -144,8 +144,8 @@ def simulate(
 
     data = dataset(checked_steps(loop, one), wanted)
     period = loop.simulation.period
-    asked = demand_caution(loop)
-    return with_warning(data, [*recorded, asked, pressure_caution(data), record_caution(data, period)])
+    asked = loop_cautions(loop)
+    return with_warning(data, [*recorded, *asked, pressure_caution(data), record_caution(data, period)])
 
 
 def with_metrics(loop: Loop, metrics: "Mapping[str, Block] | Sequence[Block] | None") -> Loop:

@@ -1,12 +1,14 @@
 """The steady state of a machine, from which a run may start."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hydroservo.block import Block, field_at, is_block, leaves, value_at, values
+from hydroservo.constants import ATMOSPHERE
 from hydroservo.errors import ParameterError
 from hydroservo.group import nested
 from hydroservo.loop import Loop, MachineState
@@ -15,11 +17,13 @@ from hydroservo.states import filled
 
 __all__ = ["sized", "start_found", "started", "steady_state"]
 
-POSITION = "plant.position"
+POSITION, FRICTION = "plant.position", "plant.friction."
 Rates = Callable[[NDArray[np.float64]], NDArray[np.float64]]
 SETTLED = 1e-9  # largest rate left, as a share of what a state changed by its size causes
-SIZES = {"m/s": 0.1, "m": 1e-3, "Pa": 1e6, "N": 1e3}  # of openings and deflections, not of positions
-ROUNDS = 200
+SIZES = {"m/s": 0.1, "m": 1e-6, "Pa": 1e6, "N": 1e3}  # of openings and deflections, not of positions
+PRECISION = {"xtol": 1e-15, "ftol": 1e-15, "gtol": 1e-15}  # of the search: all that there is
+SHARES = (1e-3, 1e-2, 0.05, 0.1, 0.2, 0.35, 0.5, 0.75, 1.0)  # of a command, by which it is approached
+ROUNDS = 200  # each with a derivative by every number
 
 
 def started(loop: Loop) -> Loop:
@@ -73,6 +77,10 @@ def check_given(loop: Loop) -> None:
 def steady_state(loop: Loop, command: float) -> MachineState:
     """The state in which all rates of a loop's machine are 0 but that of the position.
 
+    Bristles that hold a piston at rest may be bent by anything, by more than they can bear too. So a state in
+    which they are bent as at the start is sought first, then one in which they are not. A state below vacuum,
+    where oil is so soft that its pressure hardly changes, is none.
+
     Args:
         loop: the loop, ready to run but for its start.
         command: under which the machine has settled [V].
@@ -80,12 +88,54 @@ def steady_state(loop: Loop, command: float) -> MachineState:
     Raises:
         ParameterError: none is found.
     """
+    start = loop.machine(loop.init())
+    paths = [path for path, _ in leaves(start)]
+    fixed = {POSITION, *(path for path, _ in leaves(loop.start.given))}
+    bent = {path for path in paths if path.startswith(FRICTION)}
+    found = nearest_rest(loop, start, command, fixed | bent)
+    if not at_rest(found) and bent - fixed:
+        found = nearest_rest(loop, start, command, fixed)
+    if not at_rest(found) and command:
+        found = approached(loop, start, command, fixed)
+    if not at_rest(found):
+        force = loop.load.force(0.0)
+        problem = (
+            f"has no steady state under {command:g} V and {force:.4g} N on the rod: {found.worst} "
+            "does not settle"
+        )
+        raise ParameterError("start", type(loop.start).__name__, problem)
+    return found.state
+
+
+class Rest(NamedTuple):
+    """Where a search ended, how far its number that is least settled is from rest, and which that is."""
+
+    state: MachineState
+    misfit: float
+    worst: str
+
+
+def at_rest(found: Rest) -> bool:
+    """Whether a search ended in a steady state."""
+    pressures = (value for path, value in leaves(found.state) if field_at(found.state, path).unit == "Pa")
+    return found.misfit < SETTLED and min(pressures, default=0.0) > -ATMOSPHERE
+
+
+def approached(loop: Loop, start: MachineState, command: float, fixed: Collection[str]) -> Rest:
+    """The steady state under a command by those under smaller ones, each sought from the last."""
+    found = nearest_rest(loop, start, 0.0, fixed)
+    for share in SHARES:
+        found = nearest_rest(loop, found.state, share * command, fixed)
+    return found
+
+
+def nearest_rest(loop: Loop, start: MachineState, command: float, fixed: Collection[str]) -> Rest:
+    """The state near another one in which the rates are least, some numbers of it held."""
     from scipy.optimize import least_squares
 
-    start = loop.machine(loop.init())
-    fixed = {POSITION, *(path for path, _ in leaves(loop.start.given))}
-    free = [i for i, (path, _) in enumerate(leaves(start)) if path not in fixed]
-    watched = [i for i, (path, _) in enumerate(leaves(start)) if path != POSITION]
+    paths = [path for path, _ in leaves(start)]
+    free = [i for i, path in enumerate(paths) if path not in fixed]
+    watched = [i for i, path in enumerate(paths) if path != POSITION]
     first, sizes = np.array(values(start)), np.array([size for _, size in sized(start)])
     force = loop.load.force(0.0)
 
@@ -105,14 +155,11 @@ def steady_state(loop: Loop, command: float) -> MachineState:
     def weighed(x: NDArray[np.float64]) -> NDArray[np.float64]:
         return raw(x) / weights
 
-    found = least_squares(weighed, np.zeros(len(free)), xtol=1e-15, ftol=1e-15, gtol=1e-15, max_nfev=ROUNDS)
-    if not np.abs(found.fun).max() < SETTLED:
-        worst = list(leaves(start))[watched[int(np.abs(found.fun).argmax())]][0]
-        problem = (
-            f"has no steady state under {command:g} V and {force:.4g} N on the rod: {worst} does not settle"
-        )
-        raise ParameterError("start", type(loop.start).__name__, problem)
-    return at(found.x)
+    # MINPACK's arithmetic is its own; the last digits of LAPACK's are others on another processor
+    none = np.zeros(len(free))
+    found = least_squares(weighed, none, max_nfev=ROUNDS, method="lm", x_scale=1.0, **PRECISION)
+    misfits = np.abs(found.fun)
+    return Rest(at(found.x), float(misfits.max()), paths[watched[int(misfits.argmax())]])
 
 
 def stiffness(rates: Rates, free: int, watched: int) -> NDArray[np.float64]:

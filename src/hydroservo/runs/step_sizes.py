@@ -17,6 +17,7 @@ from hydroservo.states import filled
 __all__ = [
     "check_substeps",
     "checked_steps",
+    "command_parts",
     "difference",
     "fastest",
     "hardest",
@@ -308,17 +309,42 @@ def one_difference(a: Matrix, b: Matrix) -> float:
     return float(apart / np.abs(b[there]).max()) if apart > 0.0 else 0.0
 
 
-def hardest(loop: Loop, parameters: Mapping[str, NDArray[np.float64]]) -> Loop:
+def hardest(loop: Loop, parts: Iterable[Mapping[str, NDArray[np.float64]]]) -> Loop:
     """The loop whose machine moves fastest at its start, among those with the extremes of each parameter.
 
     Args:
         loop: the loop that all start from.
-        parameters: values of shape (runs,) by path.
+        parts: values of shape (runs,) by path, of some runs after the other; where a path is not in one of
+            them, the loop's own value holds there.
     """
-    runs = {int(end(values)) for values in parameters.values() for end in (np.argmin, np.argmax)}
-    candidates: Iterable[Any] = (
-        replace(loop, {path: type(value_at(loop, path))(values[i]) for path, values in parameters.items()})
-        for i in sorted(runs)
-    )
-    found: Loop = max(candidates, key=fastest)
+    found: Loop = max((replace(loop, row) for row in extremes(loop, parts)), key=fastest)
     return found
+
+
+def extremes(loop: Loop, parts: Iterable[Mapping[str, NDArray[np.float64]]]) -> list[dict[str, Any]]:
+    """The numbers of those runs that have the least or the largest of one, the first run that does, in order.
+
+    Args:
+        loop: the loop that all start from.
+        parts: as of :func:`hardest`.
+    """
+    ends: dict[tuple[str, bool], tuple[float, int]] = {}  # by path and which end: its value, and its run
+    rows: dict[int, dict[str, Any]] = {}
+    first = 0
+    for columns in parts:
+        size = next(iter(columns.values())).size
+        for path in dict.fromkeys([*columns, *(path for path, _ in ends)]):
+            own = float(value_at(loop, path))
+            values = columns[path] if path in columns else np.array([own])
+            for largest, i in ((False, int(values.argmin())), (True, int(values.argmax()))):
+                value, before = float(values[i]), ends.get((path, largest), (own, 0) if first else None)
+                if before is None or (value > before[0] if largest else value < before[0]):
+                    before = value, first + i
+                ends[path, largest] = before
+        runs = {run for _, run in ends.values()} | {0}
+        for run in runs - rows.keys():
+            rows[run] = {p: type(value_at(loop, p))(values[run - first]) for p, values in columns.items()}
+        rows = {run: rows[run] for run in sorted(runs)}
+        first += size
+    asked = {run for _, run in ends.values()}
+    return [row for run, row in rows.items() if run in asked]

@@ -23,7 +23,7 @@ from hydroservo.wiring import wired
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["Progress", "Tuned", "searched"]
+__all__ = ["CANDIDATES", "Progress", "Space", "Tuned", "is_possible", "minimum", "needed", "searched"]
 
 Numbers = NDArray[np.float64]
 Columns = Mapping[str, Numbers]
@@ -92,7 +92,8 @@ def searched(
 
     Raises:
         ParameterError: an unknown path, a metric that a loop does not have, a range that is none or leaves
-            the parameter's own, a number out of its range, or no candidate allows a controller.
+            the parameter's own, a number out of its range, no candidate allows a controller, or the metric is
+            0 with all of them.
         HydroservoError: with every candidate some run diverged.
 
     Source: Storn, Price, Journal of Global Optimization 11, 1997, doi:10.1023/A:1008202821328.
@@ -106,18 +107,22 @@ def searched(
     _, before = at_points(aim, own, threads)
     space = Space(ranges)
     generations = math.ceil(candidates / CANDIDATES)
-    done, best = 0, math.inf
+    done, best, worst = 0, math.inf, 0.0
 
     def generation(units: Numbers) -> Any:
-        nonlocal done, best
+        nonlocal done, best, worst
         values = space.values(units.T)
-        found = costs(aim, [objective(aim, i, values, threads) for i in range(len(aim.loops))])
-        done, best = done + 1, min(best, found.min())
+        metrics = [objective(aim, i, values, threads) for i in range(len(aim.loops))]
+        found = costs(aim, metrics)
+        done, best, worst = done + 1, min(best, found.min()), max(worst, np.max(metrics))
         if progress is not None:
             progress(done / generations, mean_of(best))
         return found
 
     point = minimum(generation, len(ranges), generations, seed)
+    if worst == 0.0:
+        problem = f"is 0 with each of {done * CANDIDATES:,} candidates, which tells nothing; take another"
+        raise ParameterError("metric", aim.metric, problem)
     parameters = space.rounded(point)
     tables, after = at_points(aim, [parameters] * len(aim.loops), threads)
     if math.inf in after:
@@ -191,7 +196,8 @@ def at_points(
 def objective(aim: Aim, i: int, candidates: Columns, threads: int | None) -> Numbers:
     """What loop i makes of each candidate; of one that allows no controller, that of a lost run."""
     try:
-        runs = runs_of(aim, i, candidates, threads, needed(aim, aim.loops[i]))
+        wanted = {aim.metric} | ({ACTIVITY} if aim.effort else set())
+        runs = runs_of(aim, i, candidates, threads, needed(aim.loops[i], wanted))
         return means(aim, i, runs) * activity(aim, runs)
     except ParameterError:
         count = next(iter(candidates.values())).size
@@ -205,9 +211,8 @@ def objective(aim: Aim, i: int, candidates: Columns, threads: int | None) -> Num
         return found
 
 
-def needed(aim: Aim, loop: Loop) -> dict[str, Block]:
-    """The monitors that a search asks for: others would only take time."""
-    wanted = {aim.metric} | ({ACTIVITY} if aim.effort else set())
+def needed(loop: Loop, wanted: set[str]) -> dict[str, Block]:
+    """The monitors that some metrics come from: others would only take time."""
     every = monitors_of(loop)
     own = {name: one for name, one in every.items() if wanted & set(declared_metrics({name: one}))}
     return own if wanted <= set(declared_metrics(own)) else every

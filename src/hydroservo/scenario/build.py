@@ -12,7 +12,7 @@ from hydroservo.field import Field, declared_fields
 from hydroservo.group import group
 from hydroservo.nearest import one_of
 from hydroservo.plants.design_model import THIS_MACHINE, DesignModel
-from hydroservo.roles import is_role
+from hydroservo.roles.saying import is_role
 from hydroservo.scenario.declared import check_maker, hints
 from hydroservo.scenario.plugins import is_block_class, is_of_plugin
 from hydroservo.scenario.quantities import si_value
@@ -25,6 +25,7 @@ from hydroservo.validation import allowed, checked, number
 __all__ = ["Argument", "Context", "Draft", "draft", "number_from"]
 
 LARGEST_INTEGER = 2**63  # TOML's integers have 64 bits
+ROUNDED = 1e-12  # by which one length may differ from itself in two units
 AS_PRINTED = "as_printed"
 NO_FIELD = Field("", "")
 VELOCITY = Velocity().declared()
@@ -75,6 +76,7 @@ class Draft(NamedTuple):
         """
         values = {name: one.made() if isinstance(one, Draft) else one for name, one in self.members.items()}
         try:
+            check_rated(self.members)
             return checked(self.maker(**values))
         except (ParameterError, ArithmeticError) as error:
             raise self.table.error(str(error)) from None
@@ -105,6 +107,22 @@ class Draft(NamedTuple):
             elif isinstance(one, float) and not isinstance(self.maker, type):
                 field = declared_fields(self.maker).get(name, Field("", name))
                 yield prefix + name, Argument(field, one)
+
+
+def check_rated(members: Mapping[str, Any]) -> None:
+    """Refuse a valve whose edges are rated at an opening that its spool does not reach.
+
+    Edges do not keep what they are made of, so nothing but the scenario's numbers can say so.
+
+    Raises:
+        ParameterError: they are.
+    """
+    edges, reached = members.get("orifice"), members.get("max_opening")
+    if not isinstance(edges, Draft) or not isinstance(reached, float):
+        return
+    rated = edges.members.get("rated_opening", 0.0)
+    if rated > reached * (1.0 + ROUNDED):
+        raise ParameterError("orifice.rated_opening", rated, f"must be at most max_opening, {reached:g} [m]")
 
 
 def draft(hint: Any, default: Block | None, table: Table, context: Context | None = None) -> Draft:
@@ -174,7 +192,8 @@ def maker_named(hint: Any, default: Block | None, entry: Entry) -> Maker:
     """
     if is_role(hint):
         return maker_in_role(hint, entry)
-    found = makers(hint if is_block_class(hint) else type(default))
+    cls: type = hint if is_block_class(hint) else type(default)
+    found = makers(cls)
     if not isinstance(entry.value, str) or entry.value not in found:
         raise entry.error(f"must be {' or '.join(found)}")
     return found[entry.value]

@@ -53,9 +53,9 @@ def datasheet_columns(
     return columns_of(assembled(source, changes, plugins), values)
 
 
-def columns_of(assembly: Assembly, values: Mapping[str, ArrayLike]) -> Columns:
-    """As :func:`datasheet_columns`, of a scenario that is loaded already."""
-    given = {path: checked_values(assembly, path, one) for path, one in values.items()}
+def columns_of(assembly: Assembly, values: Mapping[str, ArrayLike], first: int = 0) -> Columns:
+    """As :func:`datasheet_columns`, of a scenario that is loaded already, for the runs from a number on."""
+    given = {path: checked_values(assembly, path, one, first) for path, one in values.items()}
     sizes = {path: one.size for path, one in given.items()}
     if len(set(sizes.values())) > 1:
         raise ParameterError("values", sizes, "must be arrays of one length")
@@ -64,17 +64,17 @@ def columns_of(assembly: Assembly, values: Mapping[str, ArrayLike]) -> Columns:
         start = f"{name}."
         own = {path.removeprefix(start): one for path, one in given.items() if path.startswith(start)}
         if own:
-            found |= block_columns(assembly, name, own)
+            found |= block_columns(assembly, name, own, first)
     return found
 
 
-def checked_values(assembly: Assembly, path: str, values: ArrayLike) -> NDArray[np.float64]:
+def checked_values(assembly: Assembly, path: str, values: ArrayLike, first: int) -> NDArray[np.float64]:
     """One value of an argument for each run."""
     if path not in assembly.arguments:
         problem = f"is no number that a constructor takes{nearest(path, assembly.arguments)}"
         raise ScenarioError("values", path, problem)
     found = vector(path, values)
-    for run, value in enumerate(found.tolist()):
+    for run, value in enumerate(found.tolist(), first):
         try:
             number(value, path, assembly.arguments[path].field, float)
         except ParameterError as error:
@@ -82,13 +82,14 @@ def checked_values(assembly: Assembly, path: str, values: ArrayLike) -> NDArray[
     return found
 
 
-def block_columns(assembly: Assembly, name: str, values: Columns) -> Columns:
+def block_columns(assembly: Assembly, name: str, values: Columns, first: int) -> Columns:
     """The numbers of one block of the loop that differ between runs, by path in the loop.
 
     Args:
         assembly: the scenario.
         name: which block of the loop.
         values: what constructors take in each run, by path in the block.
+        first: the number of the first of these runs, for the message.
     """
     draft = assembly.drafts[name]
     if name in Machine._fields:
@@ -104,9 +105,12 @@ def block_columns(assembly: Assembly, name: str, values: Columns) -> Columns:
         try:
             block = made(assembly, name, draft.replaced(dict(zip(values, numbers, strict=True))))
         except ScenarioError as error:
-            raise ScenarioError(error.file, error.key, f"{error.problem}, in run {run}") from None
+            problem = f"{error.problem}, in run {first + run}"
+            raise ScenarioError(error.file, error.key, problem) from None
         if not alike(block, usual):
-            problem = f"is another block than in the scenario, not one with other numbers, in run {run}"
+            problem = (
+                f"is another block than in the scenario, not one with other numbers, in run {first + run}"
+            )
             raise ScenarioError("values", name, problem)
         for path, value in leaves(block):
             if path in found:

@@ -16,12 +16,13 @@ from hydroservo.runs.arguments import as_list, checked_mapping, checked_path
 from hydroservo.scenario.build import Argument, Context, Draft, draft
 from hydroservo.scenario.declared import hints
 from hydroservo.scenario.layers import layered
+from hydroservo.scenario.log_columns import log_columns
 from hydroservo.scenario.metrics import metrics_in
 from hydroservo.scenario.plugins import load_plugin
 from hydroservo.scenario.registry import names_in_role
 from hydroservo.scenario.search import Search, tune_search
 from hydroservo.scenario.start import start_in, start_written_out
-from hydroservo.scenario.tables import Table
+from hydroservo.scenario.tables import Entry, Table
 from hydroservo.scenario.truth import Truth, truth_of
 from hydroservo.validation import consistent
 from hydroservo.wiring import believed, wired
@@ -51,6 +52,7 @@ class Assembly(NamedTuple):
     truth: Truth
     arguments: Mapping[str, Argument]  # of constructors, by the path that changes take, nominal ones
     search: Search  # of the loop's numbers
+    log_columns: Mapping[str, Entry] = {}  # of a log, by the signal that they hold
 
 
 def load_scenario(
@@ -59,15 +61,15 @@ def load_scenario(
     """The loop that a scenario describes.
 
     A scenario is a TOML file with a table for each field of :class:`~hydroservo.loop.Loop`, tables in them
-    for nested blocks, ``[uncertainty]`` and ``[truth]``, and ``[tune]`` for the search of its numbers. With
-    ``base = "rig/1khz"`` or the path of a file it builds on another: what it gives lies over that one's,
-    key by key; another ``type`` drops what the new one does not have, and in ``[controller]`` all that the
-    base gives, for gains of one law mean nothing to another. What neither gives takes the blocks' defaults;
-    the types of plant, valve, supply, reference and controller must be there, here or in the base. The
-    controller believes in the machine before its uncertainty and truth, unless its own tables
-    (``[controller.model.plant]`` ...) say otherwise. An uncertainty is a relative deviation of a parameter of
-    the machine, or of what a constructor takes that its ``type`` names; a truth is the value that such a
-    number has, whatever deviates.
+    for nested blocks, ``[uncertainty]`` and ``[truth]``, ``[tune]`` for the search of its numbers and
+    ``[identify]`` for its logs. With ``base = "rig/1khz"`` or the path of a file it builds on another: what
+    it gives lies over that one's, key by key; another ``type`` drops what the new one does not have, and in
+    ``[controller]`` all that the base gives, for gains of one law mean nothing to another. What neither gives
+    takes the blocks' defaults; the types of plant, valve, supply, reference and controller must be there,
+    here or in the base. The controller believes in the machine before its uncertainty and truth, unless its
+    own tables (``[controller.model.plant]`` ...) say otherwise. An uncertainty is a relative deviation of a
+    parameter of the machine, or of what a constructor takes that its ``type`` names; a truth is the value
+    that such a number has, whatever deviates.
 
     Args:
         source: the path of a TOML file, or the name of a built-in scenario such as ``paper/sine-tsmc``.
@@ -109,7 +111,8 @@ def assembled(
     arguments = arguments_of(drafts, machine)
     truth = truth_of(scenario, machine, arguments)
     loop = loop._replace(**true_machine(scenario, machine, drafts, arguments, truth)._asdict())
-    return Assembly(loop, machine, drafts, truth, arguments, tune_search(scenario, loop, arguments))
+    search = tune_search(scenario, loop, arguments)
+    return Assembly(loop, machine, drafts, truth, arguments, search, log_columns(scenario))
 
 
 def arguments_of(drafts: Mapping[str, Draft], machine: Machine) -> dict[str, Argument]:
@@ -169,7 +172,7 @@ def part(scenario: Table, name: str, context: Context | None = None) -> Draft:
 
 def check_tables(scenario: Table) -> None:
     """Refuse tables that a scenario does not have, and one that lacks a block without default."""
-    allowed = ("title", *Loop._fields, "uncertainty", "truth", "tune")
+    allowed = ("title", *Loop._fields, "uncertainty", "truth", "tune", "identify")
     for name in scenario.names():
         if name not in allowed:
             raise scenario.entry(name).unknown(name, allowed)

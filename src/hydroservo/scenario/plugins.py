@@ -3,6 +3,7 @@
 import ast
 import copyreg
 import importlib.util
+import linecache
 import sys
 import traceback
 from functools import partial
@@ -107,12 +108,16 @@ def defined_in(module: ModuleType) -> tuple[type, ...]:
 
 
 def executed(text: str, place: Path, module_name: str, name: str) -> ModuleType:
-    """The module that a file's text makes; in sys.modules, where its annotations are resolved."""
+    """The module that a file's text makes; in sys.modules, where its annotations are resolved.
+
+    The text is kept where Python looks for that of files: what runs can be read when the file has moved.
+    """
     spec = importlib.util.spec_from_file_location(module_name, place)
     if spec is None:
         raise ScenarioError(name, "", "is not a Python file: its name must end in .py")
     module = importlib.util.module_from_spec(spec)
     sys.modules[module_name] = module
+    linecache.cache[str(place)] = (len(text), None, text.splitlines(keepends=True), str(place))
     try:
         exec(compile(text, str(place), "exec"), module.__dict__)  # what the caller asked for
         for cls in defined_in(module):

@@ -6,7 +6,7 @@ from numbers import Real
 from pathlib import Path
 from typing import NamedTuple
 
-from hydroservo.block import leaves
+from hydroservo.block import field_at, leaves
 from hydroservo.errors import ScenarioError, short
 from hydroservo.field import Field
 from hydroservo.loop import Loop
@@ -60,10 +60,11 @@ def check_path(path: str, entry: Entry, loop: Loop, arguments: Collection[str]) 
     Raises:
         ScenarioError: there is none at the path, or it is common to all runs.
     """
-    numbers = (path for path, value in leaves(loop) if isinstance(value, float))
-    known = [known for known in dict.fromkeys((*arguments, *numbers)) if varies(known)]
-    if path in known:
+    numbers = [path for path, value in leaves(loop) if isinstance(value, float)]
+    if path in (*arguments, *numbers) and varies(path):
         return
+    given = (number for number in numbers if not field_at(loop, number).derived)
+    known = [known for known in dict.fromkeys((*arguments, *given)) if varies(known)]
     parent = path.rpartition(".")[0]
     beside = [name for name in known if parent and name.rpartition(".")[0] == parent]
     problem = one_of(path, beside) if beside else f"is no number that can vary{nearest(path, known)}"

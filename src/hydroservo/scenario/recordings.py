@@ -15,11 +15,11 @@ from hydroservo.errors import HydroservoWarning, ParameterError, ScenarioError, 
 from hydroservo.field import Field
 from hydroservo.nearest import one_of
 from hydroservo.runs.record_coverage import remember_source
-from hydroservo.scenario.decimals import Decimals, number
-from hydroservo.scenario.delimited import delimiter, numbered_rows
-from hydroservo.scenario.files import exists, read_text
+from hydroservo.scenario.decimals import Decimals
+from hydroservo.scenario.files import exists
 from hydroservo.scenario.quantities import unit_factor
 from hydroservo.scenario.tables import Table
+from hydroservo.scenario.text_table import text_table
 from hydroservo.scenario.units import factor_and_dimension
 from hydroservo.time_series import TimeSeries
 
@@ -80,15 +80,10 @@ def read_series(path: Path, field: Field, column: str | None = None, time: str |
         ScenarioError: naming the file, the line and the column.
     """
     name = str(path)
-    text = read_text(path, LARGEST, name)
-    mark = delimiter(text, name)
-    rows = numbered_rows(text, mark, name)
-    header = next(rows)[1]
-    if all(number(cell.replace(",", ".")) is not None for cell in header):
-        raise ScenarioError(name, "line 1", "must name the columns; these are numbers")
+    header, rows, decimals = text_table(path, LARGEST)
     t = column_named(header, time, 0, "s", name)
     x = column_named(header, column, 1, field.unit, name)
-    instants, values = samples(rows, t, x, Decimals(mark, name))
+    instants, values = samples(rows, t, x, decimals)
     if instants.size < 2:
         raise ScenarioError(name, "", f"has {instants.size} rows of numbers; at least 2 are needed")
     try:

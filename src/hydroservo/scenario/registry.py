@@ -1,6 +1,6 @@
 """Which block classes a scenario may name, and in which role."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cache
 from typing import Any
 
@@ -23,7 +23,7 @@ from hydroservo import (
     supplies,
     valves,
 )
-from hydroservo.nearest import one_of
+from hydroservo.nearest import nearest, one_of
 from hydroservo.scenario.fits import a_role, misfit
 from hydroservo.scenario.plugins import is_block_class, plugin_classes, plugin_other_classes
 from hydroservo.scenario.tables import Entry
@@ -55,6 +55,7 @@ PACKAGES = (
 )
 
 
+@cache
 def makers(cls: type) -> dict[str, Maker]:
     """What makes blocks of a class, by the name that ``type`` gives it: the class, and its constructors."""
     constructors = (
@@ -79,15 +80,18 @@ def maker_in_role(role: type, entry: Entry) -> Maker:
         return makers(fitting[0])[wanted]
     if named:
         raise entry.error(f"cannot be {a_role(role)}: {misfit(named[0], role)}")
-    names = names_in_role(role)
-    raise entry.error(f"{one_of(wanted, names)}{own_class(wanted)}")
+    raise entry.error(no_type(wanted, names_in_role(role)))
 
 
-def own_class(wanted: str) -> str:
-    """How a name that nothing has may be that of a user's class; empty where there is no name."""
+def no_type(wanted: str, names: Sequence[str]) -> str:
+    """What is wrong with a name that no type has, and what it may be meant for; then all names there are."""
+    if not wanted:
+        return one_of(wanted, names)
     if wanted in plugin_other_classes():
-        return f"; the plugin's class {wanted} is no NamedTuple; write class {wanted}(NamedTuple):"
-    return f"; {OWN}" if wanted else ""
+        mend = f"; the plugin's class {wanted} is no NamedTuple; write class {wanted}(NamedTuple):"
+    else:
+        mend = f"{nearest(wanted, names)}; {OWN}"
+    return f"is no type here{mend}; it must be one of {', '.join(names)}"
 
 
 def names_in_role(role: type) -> list[str]:

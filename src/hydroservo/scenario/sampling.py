@@ -26,10 +26,24 @@ from hydroservo.wiring import wired
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["Drawn", "Variation", "check_size", "draws", "draws_of", "run_of", "variations"]
+__all__ = [
+    "Drawn",
+    "Variation",
+    "check_size",
+    "drawn",
+    "draws",
+    "draws_of",
+    "parameters_of",
+    "ranges_of",
+    "run_of",
+    "uniform",
+    "variation",
+    "variations",
+]
 
 MOST = 10_000_000  # runs; their table alone takes 2 GB
 LARGEST_SEED = 2**63 - 1
+BLOCK = 4  # numbers that Philox4x64 makes of each value of its counter
 
 Numbers = NDArray[np.float64]
 Columns = Mapping[str, NDArray[Any]]  # arrays of shape (runs,) by path
@@ -110,6 +124,7 @@ def draws(
     ranges = checked_mapping("ranges", ranges, "paths to ranges")
     if not ranges and not seeds:
         raise ParameterError("ranges", "{}", "must name a number that varies, or seeds be True")
+    check_size(runs, seed)
     whole = assembly_of(source)
     return draws_of(whole, variations(whole, as_entries(ranges)), runs, seed=seed, seeds=seeds)
 
@@ -162,6 +177,11 @@ def variations(assembly: Assembly, ranges: Mapping[str, Entry]) -> list[Variatio
 
 
 def variation(assembly: Assembly, path: str, entry: Entry) -> Variation:
+    """A number that is asked to vary.
+
+    Raises:
+        ScenarioError: in one line, the path, the value and what is allowed.
+    """
     loop, arguments = assembly.loop, assembly.arguments
     check_path(path, entry, loop, arguments)
     nominal = loop._replace(**assembly.nominal._asdict())
@@ -173,40 +193,53 @@ def variation(assembly: Assembly, path: str, entry: Entry) -> Variation:
 
 
 def draws_of(
-    assembly: Assembly, varied: Sequence[Variation], runs: int, *, seed: int = 0, seeds: bool = False
+    assembly: Assembly,
+    varied: Sequence[Variation],
+    runs: int,
+    *,
+    seed: int = 0,
+    seeds: bool = False,
+    first: int = 0,
 ) -> Drawn:
-    """As :func:`draws`, of what :func:`variations` made.
+    """As :func:`draws`, of what :func:`variations` made, for the runs from number ``first`` on.
 
     Raises:
         ScenarioError: what constructors take changes nothing, does not go together, or makes what is drawn.
-        ParameterError: a number of runs or a seed out of its range.
     """
-    check_size(runs, seed)
     values: dict[str, NDArray[Any]] = {}
     deviations: dict[str, NDArray[Any]] = {}
     for one in varied:
-        values[one.path], relative = drawn(one, uniform(seed, one.path, runs))
+        values[one.path], relative = drawn(one, uniform(seed, one.path, runs, first))
         if relative is not None:
             deviations[one.path] = relative
-    ranges = {one.path: (one.low, one.high) for one in varied}
     if seeds:
-        own = values[SEED] = assembly.loop.simulation.seed + np.arange(runs)
-        ranges[SEED] = (int(own[0]), int(own[-1]))
-    return Drawn(parameters_of(assembly, varied, values), values, deviations, ranges)
+        values[SEED] = assembly.loop.simulation.seed + np.arange(first, first + runs)
+    ranges = ranges_of(assembly, varied, first + runs, seeds)
+    return Drawn(parameters_of(assembly, varied, values, first), values, deviations, ranges)
 
 
-def check_size(runs: int, seed: int, start: str = "") -> None:
+def ranges_of(
+    assembly: Assembly, varied: Sequence[Variation], runs: int, seeds: bool
+) -> dict[str, tuple[float, float]]:
+    """Both ends of what differs between the runs of a batch, in SI units, by path."""
+    ranges = {one.path: (one.low, one.high) for one in varied}
+    own = assembly.loop.simulation.seed
+    return ranges | ({SEED: (own, own + runs - 1)} if seeds else {})
+
+
+def check_size(runs: int, seed: int, start: str = "", most: int = MOST) -> None:
     """Refuse a number of runs or a seed out of its range.
 
     Args:
         runs: how many.
         seed: of the draws.
         start: of their names, for the message.
+        most: runs that are allowed.
 
     Raises:
         ParameterError: one is.
     """
-    whole_number(f"{start}runs", runs, 1, MOST)
+    whole_number(f"{start}runs", runs, 1, most)
     whole_number(f"{start}seed", seed, 0, LARGEST_SEED)
 
 
@@ -224,7 +257,9 @@ def drawn(one: Variation, u: Numbers) -> tuple[Numbers, Numbers | None]:
     return one.nominal * (1.0 + deviations), deviations
 
 
-def parameters_of(assembly: Assembly, varied: Sequence[Variation], values: Columns) -> Columns:
+def parameters_of(
+    assembly: Assembly, varied: Sequence[Variation], values: Columns, first: int = 0
+) -> Columns:
     """The numbers of the loop that follow from those drawn: these, or what constructors make of them.
 
     Raises:
@@ -234,7 +269,7 @@ def parameters_of(assembly: Assembly, varied: Sequence[Variation], values: Colum
     own = {path: column for path, column in values.items() if path not in taken}
     if not taken:
         return own
-    origin, made = varied[0].entry.origin.name, columns_of(assembly, taken)
+    origin, made = varied[0].entry.origin.name, columns_of(assembly, taken, first)
     if not made:
         problem = "changes nothing: no number of the loop follows from it here"
         raise ScenarioError(origin, ", ".join(taken), problem)
@@ -245,11 +280,13 @@ def parameters_of(assembly: Assembly, varied: Sequence[Variation], values: Colum
     return {**own, **made}
 
 
-def uniform(seed: int, path: str, runs: int) -> Numbers:
-    """Numbers in [0, 1) that are functions of the seed, the path and the number of the run.
+def uniform(seed: int, path: str, runs: int, first: int = 0) -> Numbers:
+    """Numbers in [0, 1) that are functions of the seed, the path and the number of the run, from one on.
 
     Source: Philox4x64-10, Salmon, Moraes, Dror, Shaw 2011, doi:10.1145/2063384.2063405.
     """
     stream = int.from_bytes(sha256(path.encode()).digest()[:8], "little")
-    bits = np.random.Philox(key=np.array([seed, stream], dtype=np.uint64)).random_raw(runs)
+    block, skipped = divmod(first, BLOCK)
+    philox = np.random.Philox(key=np.array([seed, stream], dtype=np.uint64), counter=block)
+    bits = philox.random_raw(skipped + runs)[skipped:]
     return np.ldexp((bits >> np.uint64(11)).astype(np.float64), -53)

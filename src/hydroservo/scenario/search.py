@@ -31,7 +31,7 @@ class Search(NamedTuple):
 
     ranges: Mapping[str, Range] = {}  # by path, in the order in which they count
     scenarios: Sequence[str | Path] = ()  # that are to share what is found, in this order; none: it alone
-    weights: Sequence[float] = ()  # of each of these in the geometric mean; none: all 1
+    weights: Sequence[float] = ()  # of each of these, or of as many others; none: all 1
     scales: Sequence[float] = ()  # of the uncertainty; none: each scenario's own
     metric: str = "rms_error"
     seeds: int = 1
@@ -89,14 +89,19 @@ def parts_of(table: Table, loop: Loop) -> dict[str, Any]:
     if table.has("scenarios"):
         found["together"] = table.entry("scenarios")
         found["scenarios"] = tuple(sources(found["together"]))
-    count = len(found.get("scenarios", ())) or 1
+    count = len(found.get("scenarios", ()))
     for name in filter(table.has, PARTS):
         entry = table.entry(name)
         try:
-            found[name] = checked_part(name, entry.value, count, [loop])
+            found[name] = checked_part(name, entry.value, count or size(entry.value), [loop])
         except ParameterError as error:
             raise entry.error(error.allowed) from None
     return found
+
+
+def size(value: object) -> int:
+    """How many scenarios a base weighs that leaves it to those above to name them."""
+    return len(value) if isinstance(value, list) and value else 1
 
 
 def searched_range(path: str, entry: Entry, loop: Loop, arguments: Mapping[str, object]) -> Range:

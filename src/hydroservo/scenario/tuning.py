@@ -210,7 +210,8 @@ def search_of(scenarios: Sequence[str | Path], first: Assembly, parts: Mapping[s
         parts: what is said besides, by its key in ``[tune]``.
 
     Raises:
-        ScenarioError: the scenarios in ``[tune]`` are others.
+        ScenarioError: the scenarios in ``[tune]`` are others, or it has weights of scenarios that it does
+            not name.
         ParameterError: a part is not what it must be.
     """
     search, together = first.search, scenarios
@@ -220,6 +221,9 @@ def search_of(scenarios: Sequence[str | Path], first: Assembly, parts: Mapping[s
         if same_place(scenarios[0]) not in map(same_place, together):
             raise ScenarioError(str(scenarios[0]), "tune.scenarios", not_among(scenarios[0], search))
     count = len(together)
+    if "weights" not in parts and len(weights) not in (0, count):
+        problem = f"are of {len(weights)} scenarios; name them in tune.scenarios, or write tune.weights = [1]"
+        raise ScenarioError(str(scenarios[0]), "tune.weights", problem)
     said = {name: checked_part(name, value, count, [first.loop]) for name, value in parts.items()}
     return search._replace(**{"scenarios": together, "weights": weights or (1.0,) * count} | said)
 

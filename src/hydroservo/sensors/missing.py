@@ -1,5 +1,6 @@
 """Signals that nothing measures: using one is an error, passing it on is not."""
 
+from math import isnan
 from typing import Any, NoReturn
 
 from hydroservo.block import Block
@@ -7,11 +8,30 @@ from hydroservo.field import declared_fields
 from hydroservo.roles import Sensors
 from hydroservo.signals import Draws, MachineOutputs, Measurement
 
-__all__ = ["Lacking", "MissingSignalError", "Unmeasured", "missing_signals"]
+__all__ = ["Lacking", "MissingSignalError", "Unmeasured", "missing_signals", "sensors_for"]
+
+COMPUTED_FROM = {"load_force": ("pressure_a", "pressure_b"), "velocity": ("position",)}
+MEASURING = {  # types of sensors by the field of RigSensors that holds them
+    "position": ("Encoder", "IdealPosition"),
+    "pressure_a": ("PressureTransducer",),
+    "pressure_b": ("PressureTransducer",),
+    "force": ("LoadCell",),
+}
 
 
 class MissingSignalError(Exception):
-    """A law computes with a signal that nothing measures; the message is its name and what it means."""
+    """A law computes with a signal that nothing measures; the message is its name and what it means.
+
+    Args:
+        name: the field of :class:`~hydroservo.signals.Measurement`.
+    """
+
+    def __init__(self, name: str) -> None:
+        super().__init__(name)
+        self.name = name
+
+    def __str__(self) -> str:
+        return f"{self.name} ({declared_fields(Measurement)[self.name].meaning})"
 
 
 class Unmeasured:
@@ -28,7 +48,7 @@ class Unmeasured:
         return f"Unmeasured({self.name!r})"
 
     def used(self, *_: object) -> NoReturn:
-        raise MissingSignalError(f"{self.name} ({declared_fields(Measurement)[self.name].meaning})")
+        raise MissingSignalError(self.name)
 
     def __sub__(self, other: object) -> float:
         return float("nan") if other is self else self.used()
@@ -74,3 +94,22 @@ def missing_signals(sensors: Sensors) -> tuple[str, ...]:
     """The fields of :class:`~hydroservo.signals.Measurement` that sensors say they do not measure."""
     found: tuple[str, ...] = getattr(sensors, "missing", tuple)()
     return found
+
+
+def sensors_for(sensors: Block, signal: str, path: str = "sensors") -> str:
+    """What gives a signal that sensors do not measure: keys of a scenario, each with its types.
+
+    Args:
+        sensors: the sensors, or what is around them.
+        signal: the field of :class:`~hydroservo.signals.Measurement`.
+        path: of the sensors.
+    """
+    if hasattr(sensors, "sensors"):
+        return sensors_for(sensors.sensors, signal, f"{path}.sensors")
+    held = sensors._asdict()
+    keys = [
+        f"{path}.{name}.type = {' or '.join(MEASURING[name])}"
+        for name in COMPUTED_FROM.get(signal, (signal,))
+        if name in held and name in MEASURING and isnan(held[name].init().value)
+    ]
+    return " and ".join(keys) or "a sensor for it"

@@ -6,6 +6,7 @@ from hydroservo import ops
 from hydroservo.block import Block, Field
 from hydroservo.constants import ATMOSPHERE
 from hydroservo.errors import ParameterError
+from hydroservo.formatting import quantity
 from hydroservo.roles import Accumulator, Poppet, Supply, role
 from hydroservo.signals import Pressures
 from hydroservo.sources import CHOSEN, DATASHEET
@@ -16,6 +17,7 @@ from hydroservo.supplies.relief import ReliefValve
 
 __all__ = ["PumpSupply", "PumpSupplyState"]
 
+MOST_OVERRIDE = 0.5  # beyond cracking, as a share of it, at which a relief valve fits its pump
 LEAST_PRESSURE = 1.0  # [Pa] absolute, at which the air is thought to grow no more
 NONE, INSTANT = NoAccumulator(), InstantPoppet()
 
@@ -147,6 +149,16 @@ class PumpSupply(NamedTuple):
         if not precharge < idle:
             allowed = f"must be below {idle:.4g} [Pa], the pressure with the valve shut"
             raise ParameterError("accumulator.precharge", precharge, allowed)
+
+    def caution(self) -> str:
+        idle, cracking = self.idle_pressure(), self.relief.cracking_pressure
+        if not idle - cracking > MOST_OVERRIDE * (cracking - self.return_pressure):
+            return ""
+        return (
+            f"the pressure rises to {quantity(idle, 'Pa')} with the valve shut, far beyond the "
+            f"{quantity(cracking, 'Pa')} of relief.cracking_pressure: the relief valve (relief.gradient) "
+            "passes too little for the pump"
+        )
 
     def init(self) -> PumpSupplyState:
         pressure = self.idle_pressure()

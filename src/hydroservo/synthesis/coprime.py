@@ -4,13 +4,10 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-__all__ = ["RobustController", "StateSpace", "balanced", "robust_controller"]
+from hydroservo.synthesis.matrix import Matrix
 
-Matrix = NDArray[np.float64]
-
-SWEEPS = 100  # of balancing, at most
+__all__ = ["RobustController", "StateSpace", "robust_controller"]
 
 
 class StateSpace(NamedTuple):
@@ -94,28 +91,22 @@ def robust_controller(plant: StateSpace, factor: float = 1.1) -> RobustControlle
 def balanced(plant: StateSpace) -> tuple[StateSpace, Matrix, float]:
     """A plant in states of a size of their own and a time of its own: x/sizes and rate t.
 
-    The rows and columns of [A B; C 0] that belong to a state get one size: Osborne, J. ACM 7(4), 1960.
+    The rows and columns of [A B; C 0] that belong to a state get one size, by LAPACK's balancing.
 
     Raises:
         ValueError: its numbers are not finite.
     """
     if not all(np.isfinite(part).all() for part in plant):
         raise ValueError("it is out of the reach of floating-point numbers")
-    size = len(plant.a)
-    whole = np.block([[plant.a, plant.b], [plant.c, np.zeros_like(plant.d)]])
-    sizes, off = np.ones(size), 1.0 - np.eye(*whole.shape)
-    for _ in range(SWEEPS):
-        before = sizes.copy()
-        for i in range(size):
-            row, column = np.abs(whole[i] * off[i]).max(), np.abs(whole[:, i] * off[:, i]).max()
-            if row > 0.0 and column > 0.0:
-                scale = 2.0 ** round(0.5 * (math.log2(row) - math.log2(column)))
-                whole[i] /= scale
-                whole[:, i] *= scale
-                sizes[i] *= scale
-        if (sizes == before).all():
-            break
-    a, b, c = whole[:size, :size], whole[:size, size:], whole[size:, :size]
+    from scipy.linalg import matrix_balance
+
+    (states, inputs), outputs = plant.b.shape, len(plant.c)
+    whole = np.zeros((states + inputs + outputs,) * 2)  # inputs without rows, outputs without columns stay
+    whole[:states, : states + inputs] = np.hstack([plant.a, plant.b])
+    whole[states + inputs :, :states] = plant.c
+    _, (scale, _) = matrix_balance(whole, permute=False, separate=True)
+    sizes = scale[:states]
+    a, b, c = plant.a * sizes / sizes[:, np.newaxis], plant.b / sizes[:, np.newaxis], plant.c * sizes
     rate = float(np.abs(a).max()) or 1.0
     return StateSpace(a / rate, b / math.sqrt(rate), c / math.sqrt(rate), plant.d), sizes, rate
 

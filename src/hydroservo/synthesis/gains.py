@@ -1,6 +1,6 @@
 """What every designed gain has in common: its digits, and what is said where there is none."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -8,20 +8,35 @@ from hydroservo.block import Block
 from hydroservo.errors import ParameterError
 from hydroservo.synthesis.matrix import Matrix
 
-__all__ = ["no_gain", "rounded"]
-
-DIGITS = 9  # of a gain: LAPACK's last ones differ from processor to processor, by some 1e-13
+__all__ = ["computed", "nine_digits", "no_gain"]
 
 
-def rounded(gain: Matrix) -> Matrix:
-    """A gain in nine digits: LAPACK's last ones are others on another processor.
+def nine_digits(number: float) -> float:
+    """A designed number as a run has it: LAPACK's last digits are others on another processor, by some 1e-13.
 
     A run is to have the same bits there.
+    """
+    return float(f"{number:.9g}")
+
+
+def computed(design: Callable[[], Sequence[Matrix]], refusal: ParameterError) -> list[Matrix]:
+    """The matrices that a design comes to, each number in nine digits.
 
     Args:
-        gain: of shape (m, n).
+        design: computes them, each of shape (m, n).
+        refusal: of :func:`no_gain`, for where there are none.
+
+    Raises:
+        ParameterError: there are none, or they are out of the reach of floating-point numbers.
     """
-    return np.array([[float(f"{one:.{DIGITS}g}") for one in row] for row in gain])
+    try:
+        with np.errstate(all="ignore"):
+            found = design()
+    except (ArithmeticError, np.linalg.LinAlgError, ValueError):
+        raise refusal from None
+    if not all(np.isfinite(gain).all() for gain in found):
+        raise refusal
+    return [np.array([[nine_digits(one) for one in row] for row in gain]) for gain in found]
 
 
 def no_gain(block: Block, names: Sequence[str], period: float, cause: str) -> ParameterError:

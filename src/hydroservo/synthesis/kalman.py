@@ -6,8 +6,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from hydroservo.block import Block
-from hydroservo.synthesis.gains import no_gain, rounded
+from hydroservo.synthesis.gains import computed, no_gain
 from hydroservo.synthesis.matrix import Matrix
+from hydroservo.synthesis.riccati import solution
 from hydroservo.synthesis.sampled import under_white_noise
 
 __all__ = ["steady_gain"]
@@ -39,22 +40,18 @@ def steady_gain(
     Source: Franklin, Powell, Workman, Digital Control of Dynamic Systems, 1998, sec. 9.4.
     Fails where noise is not white, or a measurement has none.
     """
-    from scipy.linalg import solve_discrete_are
-
     walks, noise = np.array(observer[:2]), np.array(observer[2:4])
     size = len(rates)
     scale = np.concatenate([sizes, walks * math.sqrt(period)])
     intensity = np.zeros((size, size))
     intensity[-2, -2] = intensity[-1, -1] = 1.0 / period  # of walks in their own scale
-    with np.errstate(all="ignore"):
-        try:
-            measured = np.eye(size)[list(seen)] * scale / noise[:, np.newaxis]
-            transition, added = under_white_noise(rates * scale / scale[:, np.newaxis], intensity, period)
-            spread = solve_discrete_are(transition.T, measured.T, added, np.eye(2))
-            gain: Matrix = spread @ measured.T @ np.linalg.inv(measured @ spread @ measured.T + np.eye(2))
-            gain = gain * scale[:, np.newaxis] / noise
-        except (np.linalg.LinAlgError, ValueError):
-            gain = np.full((size, 2), np.nan)
-    if not np.isfinite(gain).all():
-        raise no_gain(observer, observer._fields[:4], period, "disturbance over noise is")
-    return rounded(gain)
+
+    def design() -> list[Matrix]:
+        measured = np.eye(size)[list(seen)] * scale / noise[:, np.newaxis]
+        transition, added = under_white_noise(rates * scale / scale[:, np.newaxis], intensity, period)
+        spread = solution(transition.T, measured.T, added, np.eye(2))
+        gain = spread @ measured.T @ np.linalg.inv(measured @ spread @ measured.T + np.eye(2))
+        return [gain * scale[:, np.newaxis] / noise]
+
+    (gain,) = computed(design, no_gain(observer, observer._fields[:4], period, "disturbance over noise is"))
+    return gain

@@ -3,7 +3,9 @@
 import numpy as np
 
 from hydroservo.plants.design_model import DesignModel
-from hydroservo.synthesis.coprime import StateSpace, balanced
+from hydroservo.synthesis.coprime import StateSpace
+from hydroservo.synthesis.linear_model import at_rest
+from hydroservo.synthesis.sampled import under_held_input
 
 __all__ = ["from_bilinear", "sampled_plant", "to_bilinear"]
 
@@ -28,29 +30,17 @@ def sampled_plant(
     Raises:
         ValueError: it is out of the reach of floating-point numbers.
     """
-    from scipy.linalg import expm
-
     with np.errstate(all="ignore"):
-        (a, b, c, _), _, rate = balanced(behind_valve(model, time_constant))
-        n = len(a)
-        both = expm(np.block([[a, b], [np.zeros((1, n + 1))]]) * np.float64(rate * period))
-        moved, driven, gain = both[:n, :n], both[:n, n:], proportional + period * integral
+        plant = at_rest(model, time_constant)
+        scaled = plant.scaled()  # whose velocity still is in m/s
+        moved, held = under_held_input(scaled.rates, scaled.driven, period)
+        driven, seen = held[:, np.newaxis] / plant.command, np.eye(1, len(moved))
+        gain, n = proportional + period * integral, len(moved)
         if integral == 0.0:
-            return StateSpace(moved, gain * driven, c, DIRECT)
+            return StateSpace(moved, gain * driven, seen, DIRECT)
         whole = np.block([[moved, driven], [np.zeros((1, n)), np.ones((1, 1))]])
         given = np.append(gain * driven, [[period * integral]], axis=0)
-    return StateSpace(whole, given, np.append(c, [[0.0]], axis=1), DIRECT)
-
-
-def behind_valve(model: DesignModel, time_constant: float) -> StateSpace:
-    """The model about rest, from the command to the velocity; x = [x1, x2, opening as a command]."""
-    rates = np.array([[model.f1(1.0), model.g1()], [model.f2(1.0, 0.0), model.f2(0.0, 1.0)]])
-    driven, seen = np.array([[0.0], [model.g2(0.0, 0.0)]]), np.array([[1.0, 0.0]])
-    if time_constant == 0.0:
-        return StateSpace(rates, driven, seen, DIRECT)
-    corner = 1.0 / np.float64(time_constant)
-    a = np.block([[rates, driven], [np.zeros((1, 2)), -corner]])
-    return StateSpace(a, np.array([[0.0], [0.0], [corner]]), np.append(seen, [[0.0]], axis=1), DIRECT)
+    return StateSpace(whole, given, np.append(seen, [[0.0]], axis=1), DIRECT)
 
 
 def to_bilinear(sampled: StateSpace) -> StateSpace:

@@ -1,19 +1,20 @@
 """State feedback that is best by a quadratic measure."""
 
-import warnings
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
 from hydroservo.block import Block
 from hydroservo.plants.design_model import DesignModel
-from hydroservo.synthesis.gains import no_gain, rounded
+from hydroservo.synthesis.gains import computed, no_gain
 from hydroservo.synthesis.linear_model import at_rest
 from hydroservo.synthesis.matrix import Matrix
 from hydroservo.synthesis.memory import NOTHING, Memory, remembering
+from hydroservo.synthesis.riccati import solution
 from hydroservo.synthesis.sampled import under_held_input
 
-__all__ = ["feedback", "lqr"]
+__all__ = ["Design", "designed_at_rest", "feedback", "lqr"]
 
 
 def lqr(transition: Matrix, driven: Matrix, weights: Matrix, effort: float) -> Matrix:
@@ -40,20 +41,9 @@ def lqr(transition: Matrix, driven: Matrix, weights: Matrix, effort: float) -> M
     Optimal Control: Linear Quadratic Methods, 1990.
     Fails where the states, or the weights, are of very different sizes: scale them before.
     """
-    from scipy.linalg import LinAlgWarning, solve_discrete_are
-
     inputs, price = driven[:, np.newaxis], np.array([[effort * effort]])
-    with warnings.catch_warnings():
-        warnings.simplefilter("error", LinAlgWarning)
-        try:
-            cost = solve_discrete_are(transition, inputs, np.diag(weights * weights), price)
-        except LinAlgWarning as warning:
-            raise np.linalg.LinAlgError(str(warning)) from None
-    moved = cost @ driven
+    moved = solution(transition, inputs, np.diag(weights * weights), price) @ driven
     gain: Matrix = (moved @ transition) / (moved @ driven + price[0, 0])
-    closed = transition - np.outer(driven, gain)
-    if not np.abs(np.linalg.eigvals(closed)).max() < 1.0:
-        raise np.linalg.LinAlgError("not stable")
     return gain
 
 
@@ -76,25 +66,56 @@ def feedback(
     Raises:
         ParameterError: there are none, or they are out of the reach of floating-point numbers.
     """
-    try:
-        with np.errstate(all="ignore"):
-            gain = gain_at_rest(law, model, period, memory)
-    except (ArithmeticError, np.linalg.LinAlgError, ValueError):
-        gain = np.full(1, np.nan)
-    if not np.isfinite(gain).all():
-        raise no_gain(law, names, period, "they, or the model, are")
-    found: list[float] = rounded(gain[np.newaxis])[0].tolist()
+
+    def design() -> list[Matrix]:
+        found = designed_at_rest(law, model, period, memory)
+        return [found.of_states(found.gain[np.newaxis])]
+
+    (gain,) = computed(design, no_gain(law, names, period, "they, or the model, are"))
+    found: list[float] = gain[0].tolist()
     return found
 
 
-def gain_at_rest(law: Block, model: DesignModel, period: float, memory: Memory) -> Matrix:
-    """The gains as :func:`feedback` returns them, in all digits."""
+class Design(NamedTuple):
+    """A linear quadratic law for the model at rest, scaled.
+
+    Attributes:
+        transition: F over a sample of the model's n states and m numbers of a memory, shape (n + m, n + m).
+        driven: G of the command, shape (n + m,).
+        gain: K, shape (n + m,).
+        sizes: what the states are scaled by, shape (n,).
+        rates: what the memory is scaled by, shape (m,).
+        command: what the command is scaled by [V].
+    """
+
+    transition: Matrix
+    driven: Matrix
+    gain: Matrix
+    sizes: Matrix
+    rates: Matrix
+    command: float
+
+    def of_states(self, scaled: Matrix) -> Matrix:
+        """Rows that give commands from scaled states, as rows for [x1, x2, x3] and the memory, in volts."""
+        states = len(self.sizes)
+        found = np.zeros((len(scaled), 3 + len(self.rates)))
+        found[:, :states] = self.command * scaled[:, :states] / self.sizes
+        found[:, 3:] = self.command * scaled[:, states:] * self.rates
+        return found
+
+
+def designed_at_rest(law: Block, model: DesignModel, period: float, memory: Memory = NOTHING) -> Design:
+    """The law's design, as :func:`feedback` has it.
+
+    Raises:
+        numpy.linalg.LinAlgError: there is none.
+        ValueError: what is given is not finite.
+    """
     plant = at_rest(model, law.time_constant)
     scaled, states = plant.scaled(), len(plant.sizes)
     sampled = under_held_input(scaled.rates, scaled.driven, period)
     weights = np.array([1.0, law.force_weight, 0.0])[:states] * plant.sizes
     every = np.concatenate([weights, np.ones(len(memory.rates))])
-    found = lqr(*remembering(*sampled, memory), every, law.effort * plant.command) * plant.command
-    of_states = np.zeros(3)
-    of_states[:states] = found[:states] / plant.sizes
-    return np.concatenate([of_states, found[states:] * memory.rates])
+    transition, driven = remembering(*sampled, memory)
+    gain = lqr(transition, driven, every, law.effort * plant.command)
+    return Design(transition, driven, gain, plant.sizes, memory.rates, plant.command)

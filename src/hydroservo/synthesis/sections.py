@@ -7,12 +7,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydroservo.synthesis.coprime import StateSpace
+from hydroservo.synthesis.gains import nine_digits
+from hydroservo.synthesis.matrix import Matrix
 
 __all__ = ["Section", "Weights", "sections"]
 
 Roots = NDArray[np.complex128]
 
-DIGITS = 9  # of a section: LAPACK's last ones differ from processor to processor, by some 1e-13
 LEAST = 1e-9  # of a section's numbers beside 1; what is less is rounding
 
 
@@ -70,10 +71,10 @@ def sections(law: StateSpace) -> tuple[float, tuple[Section, ...]]:
         raise ValueError("it is out of the reach of floating-point numbers")
     if np.abs(poles).max() >= 1.0:
         raise ValueError("it is unstable")
-    return rounded(gain), tuple(Section(*map(cleared, row)) for row in table.tolist())
+    return nine_digits(gain), tuple(Section(*map(cleared, row)) for row in table.tolist())
 
 
-def roots_of(a: NDArray[np.float64]) -> Roots:
+def roots_of(a: Matrix) -> Roots:
     return np.linalg.eigvals(a).astype(complex)
 
 
@@ -93,9 +94,4 @@ def factors(roots: Roots) -> list[tuple[float, float]]:
 
 def cleared(number: float) -> float:
     """A number in nine digits, or 0 where it is rounding beside 1."""
-    return rounded(number) if abs(number) > LEAST else 0.0
-
-
-def rounded(number: float) -> float:
-    """A number in nine digits."""
-    return float(f"{number:.{DIGITS}g}")
+    return nine_digits(number) if abs(number) > LEAST else 0.0

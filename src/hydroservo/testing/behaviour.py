@@ -10,7 +10,7 @@ from hypothesis.strategies import SearchStrategy
 
 from hydroservo.block import Block, is_block, leaves
 from hydroservo.engine.compiling import compiled
-from hydroservo.engine.jit import reason
+from hydroservo.engine.native import CompileError
 from hydroservo.roles import Monitor, Sensors
 from hydroservo.sensors.missing import missing_signals
 from hydroservo.testing.bits import bits
@@ -126,12 +126,12 @@ def compiled_results(case: Case, block: Block, name: str, inputs: Sequence[Seque
     """What a compiled method gives.
 
     Raises:
-        ContractError: it cannot be compiled, with the line that numba names.
+        ContractError: it cannot be compiled, with the line that is the reason.
     """
     try:
         return results(compiled_method(case.cls, name), block, name, inputs)
-    except Exception as error:
-        raise case.error(f"{name} cannot be compiled: {reason(error)}", name) from error
+    except CompileError as error:
+        raise case.error(f"{name} cannot be compiled: {error}", name, error.places) from error
 
 
 @cache

@@ -1,6 +1,7 @@
 """What is asked of: a block in a role, and what is said where it is not as it must be."""
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -17,10 +18,7 @@ from hydroservo.wiring import with_model, with_signal
 __all__ = ["PLAIN", "Case", "ContractError", "case_of"]
 
 PLAIN = {"declared", "simplified", "substeps_for", "trusted_rate"}  # methods of roles that only Python calls
-NAMED = (  # how translation and numba name a place
-    re.compile(r"^(?P<file>.+?), line (?P<line>\d+), "),
-    re.compile(r' \(File "(?P<file>.+?)", line (?P<line>\d+)\)'),
-)
+NAMED = re.compile(r"^(?P<file>.+?), line (?P<line>\d+), ")  # how translation names a place
 
 
 class ContractError(AssertionError):
@@ -58,13 +56,22 @@ class Case:
             return ["step"]
         return [name for name in role_methods(self.role) if name not in PLAIN]
 
-    def error(self, problem: str, member: str = "") -> ContractError:
-        """What is wrong, at the line that the text names, or else of a field or method, or of the class."""
-        for place in NAMED:
-            named = place.search(problem)
-            if named is not None and Path(named["file"]).name == Path(file_of(self.cls)).name:
-                return ContractError(place.sub("", problem, count=1), int(named["line"]))
-        return ContractError(problem, line_of(self.cls, member))
+    def error(self, problem: str, member: str = "", places: Sequence[tuple[str, int]] = ()) -> ContractError:
+        """What is wrong, at the line that the text names, or else of a field or method, or of the class.
+
+        Args:
+            problem: the text.
+            member: the field or method.
+            places: files and lines that it is about; the first in the class's file counts.
+        """
+        named = NAMED.search(problem)
+        if named is not None:
+            places = [(named["file"], int(named["line"]))]
+        own = Path(file_of(self.cls)).name
+        line = next((line for file, line in places if Path(file).name == own), None)
+        if line is None:
+            return ContractError(problem, line_of(self.cls, member))
+        return ContractError(NAMED.sub("", problem, count=1), line)
 
 
 def case_of(block: Any, role: type | None = None) -> Case:

@@ -8,7 +8,7 @@ import numpy as np
 from hypothesis import strategies as st
 from hypothesis.strategies import SearchStrategy
 
-from hydroservo.block import Block, is_block, leaves, replace
+from hydroservo.block import Block, is_block, leaves, replace, values
 from hydroservo.drives import ValveOnSupply, ValveOnSupplyState
 from hydroservo.drives.ports import Ports
 from hydroservo.errors import ParameterError
@@ -29,6 +29,7 @@ from hydroservo.signals import (
     Pressures,
     VelocityError,
 )
+from hydroservo.states import filled
 from hydroservo.supplies import ReliefValve
 from hydroservo.testing.examples import example
 from hydroservo.testing.places import watched_loop
@@ -51,6 +52,8 @@ class Range(NamedTuple):
     margin: float
 
 
+MANY = 50  # numbers of a nested block
+
 ORDINARY = Range(1.0, 0.2)
 WIDE = Range(4.0, 0.0)
 
@@ -65,12 +68,18 @@ def block_of(example: Block, spread: Range) -> SearchStrategy[Block]:
     cls: Any = type(example)
     fields = declared_fields(cls)
     parts = {
-        name: block_of(value, spread)
+        name: (table(value) if len(values(value)) > MANY else block_of(value, spread))
         if is_block(value)
         else number(value, fields.get(name, Field("", name)), spread)
         for name, value in zip(example._fields, example, strict=True)
     }
     return st.builds(cls, **parts).map(in_range).map(lambda one: one if fits(one) else example)
+
+
+def table(example: Block) -> SearchStrategy[Block]:
+    """A block of so many numbers that they are one draw's, of the size of 1."""
+    seeds = st.integers(0, 2**32 - 1).map(np.random.default_rng)
+    return seeds.map(lambda some: filled(example, iter(some.normal(size=len(values(example))).tolist())))
 
 
 def fits(block: Block) -> bool:
@@ -128,6 +137,7 @@ SCALES = {
     "acceleration": 10.0,
     "command": 1.0,
     "drawn": 1e-5,
+    "drive": 1e-4,
     "drop": 4e6,
     "dt": 1e-4,
     "eps": 10.0,
@@ -226,6 +236,8 @@ def arguments(draw: Any, block: Block, role: type, name: str, ordinary: bool) ->
             rows.append(draw(loop_states(ordinary)))
         elif role is Monitor and wanted in RUNNING:
             rows.append(draw(RUNNING[wanted](ordinary)))
+        elif wanted == "at":
+            rows.append(block.at(draw(argument(role, "velocity", ordinary))))
         elif wanted == "held":
             rows.append(block.held(draw(state(block.init(), ordinary)), draw(argument(role, "u", ordinary))))
         else:

@@ -10,13 +10,16 @@ import pytest
 from hydroservo import Loop, Simulation, replace, simulate
 from hydroservo.block import Block
 from hydroservo.controllers import PI, TSMC
+from hydroservo.group import group
 from hydroservo.holds import DelayedHold
 from hydroservo.integrators import RK4, Rosenbrock, Tsit5
 from hydroservo.loads import Constant, Sine
-from hydroservo.monitors import CommandEnergy, Energy, TrackingError
+from hydroservo.metrics import judged_by
+from hydroservo.monitors import CommandEnergy, Energy, SupplyLine, TrackingError
 from hydroservo.plants import Cylinder, LoadPressurePlant
 from hydroservo.references import Ramp, Square
 from hydroservo.runs.run import ready
+from hydroservo.supplies import PumpSupply
 from hydroservo.testing.examples import example
 from tests.support.monitors import FULL, SHORT, rms
 
@@ -50,6 +53,23 @@ def test_metrics_of_a_run_are_those_of_its_trajectory() -> None:
         **{"units": "m/s", "long_name": "rms of the velocity error", "kind": "metric", "better": "smaller"}
     }
     assert data["position_min"].attrs["worst"] == "least"
+
+
+def test_a_pump_that_collapses_is_seen() -> None:
+    """It gives less than the cylinder takes."""
+    pump = example(PumpSupply, demanded_speed=60.0)
+    loop = SHORT._replace(supply=pump, reference=Square(0.1, 0.2), load=Constant(0.0))
+    data = simulate(loop, metrics=[SupplyLine()], compiled=False)
+    pressure = data["supply.pressure"].values
+    assert float(data["supply_pressure_min"]) == pytest.approx(pressure.min(), rel=0.02)
+    assert float(data["supply_pressure_max"]) == pytest.approx(pressure.max(), rel=0.02)
+    dip = float(data["supply_pressure_dip"])
+    assert dip == pytest.approx(pump.idle_pressure() - float(data["supply_pressure_min"]), rel=1e-9)
+    assert dip > 10e5
+
+
+def test_the_supply_s_dip_can_be_tuned_by() -> None:
+    assert {"supply_pressure_dip"} == set(judged_by([SHORT._replace(metrics=group({"line": SupplyLine()}))]))
 
 
 def test_the_disturbance_of_a_law_that_knows_its_machine_is_the_load() -> None:

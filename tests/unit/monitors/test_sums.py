@@ -17,6 +17,7 @@ from hydroservo.monitors import (
     PistonTravel,
     RiseTime,
     StepResponse,
+    SupplyLine,
     TrackingError,
 )
 from tests.support.monitors import (
@@ -37,7 +38,7 @@ from tests.support.monitors import (
 def test_sums_and_extremes_are_those_of_numpy(trajectory: Floats) -> None:
     """The last instant is the end: no time is left for its error."""
     v = dict(zip(COLUMNS, trajectory.T, strict=True))
-    rows, error = instants(**v), (v["velocity"] - v["demand"])[:-1]
+    rows, error = instants(**v, supply=v["u"]), (v["velocity"] - v["demand"])[:-1]
     late = slice(len(error) // 2 + len(error) % 2, None)  # from half the duration on
     steady = error[late] if error[late].size else np.array([math.nan])
     low = np.minimum(v["pressure_a"], v["pressure_b"])
@@ -67,6 +68,7 @@ def test_sums_and_extremes_are_those_of_numpy(trajectory: Floats) -> None:
                 DT * np.sum(low[:-1] < 100.0),
             ),
         ),
+        (SupplyLine(), (np.min(v["u"]), np.max(v["u"]), v["u"][0] - np.min(v["u"]))),
         (
             IntegralCriteria(),
             (

@@ -8,6 +8,7 @@ known.
 import operator
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import fields, replace
+from functools import partial
 from typing import Any
 
 from hydroservo.export.translate.calls import is_op
@@ -25,8 +26,10 @@ from hydroservo.export.translate.terms import (
     If,
     Let,
     Literal,
+    Make,
     Member,
     Operation,
+    Record,
     Return,
     Statement,
     Unary,
@@ -35,7 +38,7 @@ from hydroservo.export.translate.terms import (
     Whole,
 )
 
-__all__ = ["computed_once"]
+__all__ = ["computed_once", "parts_of"]
 
 LEAST, MOST = 1e-30, 1e30  # of a number's size; single precision holds what is between
 OPERATORS: dict[str, Callable[..., Any]] = {
@@ -130,6 +133,8 @@ class Values:
                 value = number
             case Variable(name=name, mutable=False):
                 value = names.get(name, VARIES)
+            case Make(type=Record(cls=cls), values=members) if cls is not None:
+                value = applied(partial(made, cls, tuple(members)), parts)
             case Member(name=name):
                 value = applied(getattr, [*parts, name])
             case Unary(operator=sign):
@@ -171,10 +176,10 @@ class Values:
         return replace(one, **changes) if changes else one
 
     def useful(self, call: Call) -> bool:
-        """True for a translated function of ops that gives a known number, which both precisions have."""
-        value, function = self.calls[call], call.function
+        """True for a call that asks ops, and gives a known number, which both precisions have."""
+        value = self.calls[call]
         fits = isinstance(value, float) and (value == 0.0 or LEAST < abs(value) < MOST)
-        return fits and bool(function.body) and is_op(function.origin)
+        return fits and asks_ops(call.function)
 
     def number(self, call: Call, name: str) -> Computed:
         return Computed(REAL, name, self.calls[call], call.text)
@@ -209,6 +214,32 @@ def parts_of(one: Any) -> Iterator[Expression]:
         yield from (each for each in several if isinstance(each, Expression))
 
 
+def made(cls: type, names: Sequence[str], *values: Any) -> Any:
+    """A record from its fields."""
+    return cls(**dict(zip(names, values, strict=True)))
+
+
+def asks_ops(function: Function) -> bool:
+    """True for a translated function of ops, and for one that calls such a one."""
+    return bool(function.body) and (is_op(function.origin) or any(map(asks_ops, called(function.body))))
+
+
+def called(body: Sequence[Statement]) -> Iterator[Function]:
+    """The functions that statements call."""
+    for one in body:
+        yield from called_in(value_in(one))
+        for inner in bodies(one):
+            yield from called(inner)
+
+
+def called_in(one: Any) -> Iterator[Function]:
+    """The functions that an expression calls."""
+    if isinstance(one, Call):
+        yield one.function
+    for part in parts_of(one):
+        yield from called_in(part)
+
+
 def result(function: Function, values: Sequence[Any]) -> Any:
     """What a function gives in Python, where that is a number and C is given each of its arguments."""
     origin = function.origin
@@ -229,4 +260,6 @@ def applied(function: Any, values: Sequence[Any]) -> Any:
 
 def same(a: Any, b: Any) -> bool:
     """True for one value, to the last bit."""
+    if isinstance(a, tuple) and type(a) is type(b):
+        return all(map(same, a, b))
     return a is b or (type(a) is type(b) is float and a.hex() == b.hex())

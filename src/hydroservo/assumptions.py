@@ -1,0 +1,181 @@
+"""What a law supposes of its loop: hypotheses of its theorem, each with its margin."""
+
+import math
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple, Protocol
+
+__all__ = [
+    "Assumption",
+    "Facts",
+    "Peak",
+    "above",
+    "below",
+    "near",
+    "per_second",
+    "robust",
+    "sampled_faster",
+    "supposed",
+    "valve_faster",
+    "valve_known",
+    "within_limit",
+]
+
+
+class Peak(NamedTuple):
+    """The largest size of a signal on a run, and the instant of it [s]."""
+
+    value: float
+    time: float = math.nan
+
+
+class Assumption(NamedTuple):
+    """A hypothesis on a loop, asked of it.
+
+    Attributes:
+        name: in a few words.
+        meaning: what must be above or below what.
+        value: what is compared.
+        bound: with what.
+        unit: of both.
+        margin: the factor by which it holds, above 1; nan where it cannot be told.
+        at: the instant at which it is worst [s]; nan for one that belongs to no instant.
+        measured: whether it is of a run; else of the loop's numbers.
+    """
+
+    name: str
+    meaning: str
+    value: float
+    bound: float
+    unit: str
+    margin: float
+    at: float = math.nan
+    measured: bool = False
+
+    @property
+    def holds(self) -> bool | None:
+        """None where it cannot be told."""
+        return None if math.isnan(self.margin) else self.margin > 1.0
+
+
+class Facts(Protocol):
+    """What a loop is, as the assumptions of laws are asked about it; nan or None for what is not known.
+
+    ``lag`` is by how much the command is late without the block that is asked being told: what it does not
+    know of the valve's lag, and the computing delay; ``model`` what the law around it
+    believes of the machine, ``truth`` what that would be of the machine as it is. Disturbances are those of
+    that model, their rates the largest differences between samples over the period.
+    """
+
+    @property
+    def period(self) -> float: ...
+    @property
+    def delay(self) -> float: ...
+    @property
+    def valve_lag(self) -> float: ...
+    @property
+    def lag(self) -> float: ...
+    @property
+    def disk_margin(self) -> float: ...
+    @property
+    def natural_frequency(self) -> float: ...
+    @property
+    def limit(self) -> float: ...
+    @property
+    def model(self) -> Any: ...
+    @property
+    def truth(self) -> Any: ...
+    @property
+    def demand(self) -> Peak: ...
+    @property
+    def demand_frequency(self) -> float: ...
+    @property
+    def disturbances(self) -> tuple[Peak, Peak]: ...
+    @property
+    def disturbance_rates(self) -> tuple[Peak, Peak]: ...
+    @property
+    def command(self) -> Peak: ...
+    @property
+    def command_rate(self) -> Peak: ...
+    @property
+    def noise(self) -> tuple[float, float]: ...
+    @property
+    def overlap(self) -> float: ...
+    @property
+    def response(self) -> Callable[[float], complex]: ...
+    def knowing_the_lag(self, time_constant: float) -> "Facts": ...
+
+
+def above(
+    name: str, meaning: str, value: float, bound: float | Peak, unit: str = "", *, measured: bool = False
+) -> Assumption:
+    """That a value is above a bound, both at least 0; its margin is the value over the bound."""
+    peak = bound if isinstance(bound, Peak) else Peak(bound)
+    return Assumption(
+        name, meaning, value, peak.value, unit, quotient(value, peak.value), peak.time, measured
+    )
+
+
+def below(
+    name: str, meaning: str, value: float | Peak, bound: float, unit: str = "", *, measured: bool = False
+) -> Assumption:
+    """That a value is below a bound, both at least 0; its margin is the bound over the value."""
+    peak = value if isinstance(value, Peak) else Peak(value)
+    return Assumption(
+        name, meaning, peak.value, bound, unit, quotient(bound, peak.value), peak.time, measured
+    )
+
+
+def near(name: str, meaning: str, value: float, bound: float, factor: float, unit: str = "") -> Assumption:
+    """That a value is within a factor of another; its margin is what is left of that; nan by 0."""
+    ratio = quotient(value, bound) if bound else math.nan
+    off = max(ratio, quotient(1.0, ratio)) if ratio > 0.0 else math.inf
+    margin = math.nan if math.isnan(ratio) else quotient(factor, off)
+    return Assumption(name, meaning, value, bound, unit, margin)
+
+
+def sampled_faster(rate: float, facts: Facts, what: str) -> Assumption:
+    """That a rate [1/s] is below that of the samples."""
+    return below("sample rate", f"{what} is below 1/h", rate, 1.0 / facts.period, "1/s")
+
+
+def valve_faster(rate: float, facts: Facts, what: str) -> Assumption:
+    """That a rate [1/s] is below one over the lag of valve and computer that the law is not told of."""
+    return below(
+        "valve lag", f"{what} is below one over the valve's lag", rate, quotient(1.0, facts.lag), "1/s"
+    )
+
+
+def robust(facts: Facts) -> Assumption:
+    """That the loop, for small motions, bears a fifth more or less of gain."""
+    meaning = "the disk margin of the loop for small motions is above 0.2"
+    return above("small motions", meaning, facts.disk_margin, 0.2)
+
+
+def within_limit(facts: Facts) -> Assumption:
+    """That the command never comes to its limit."""
+    return below(
+        "limits", "the command stays within its limit", facts.command, facts.limit, "V", measured=True
+    )
+
+
+def valve_known(time_constant: float, facts: Facts) -> Assumption:
+    """That a modelled valve lags about as the valve does."""
+    meaning = "tau is within a factor 2 of the valve's lag"
+    return near("valve known", meaning, time_constant, facts.valve_lag, 2.0, "s")
+
+
+def per_second(unit: str) -> str:
+    """The unit of a rate of what has a unit."""
+    return f"{unit}^2" if unit.endswith("/s") else f"{unit}/s"
+
+
+def supposed(block: Any, *arguments: Any) -> Sequence[Assumption]:
+    """What a part of a law supposes by its ``supposes``, if it has that."""
+    return block.supposes(*arguments) if hasattr(block, "supposes") else ()
+
+
+def quotient(a: float, b: float) -> float:
+    """a/b, infinite where b alone is 0, and nan where both are."""
+    if b != 0.0:
+        return a / b
+    return math.nan if a == 0.0 or math.isnan(a) else math.inf

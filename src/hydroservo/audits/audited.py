@@ -1,0 +1,71 @@
+"""What a law supposes of its loop, and the chatter that is foretold of it, in one answer."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from hydroservo.assumptions import Assumption
+from hydroservo.audits.auditor import Asked, asked
+from hydroservo.audits.chatter import Chatter, chatter
+from hydroservo.audits.facts import facts_of
+from hydroservo.errors import ParameterError
+from hydroservo.loop import Loop
+from hydroservo.runs.arguments import checked_loop
+
+__all__ = ["Audit", "audit"]
+
+
+@dataclass(frozen=True)
+class Audit:
+    """The audit of a loop.
+
+    Attributes:
+        asked: each block of the law, and what it supposes.
+        lost: whether the run diverged that the measured ones are asked of.
+        chatter: what is foretold; None where the loop has no steady state to foretell from.
+        no_forecast: why there is none; else empty.
+    """
+
+    asked: tuple[Asked, ...]
+    lost: bool
+    chatter: Chatter | None
+    no_forecast: str
+
+    def assumptions(self) -> Iterator[Assumption]:
+        """All of them."""
+        for one in self.asked:
+            yield from one.assumptions or ()
+
+    @property
+    def holds(self) -> bool | None:
+        """Whether all assumptions hold that can be told; None if none can."""
+        known = [one.holds for one in self.assumptions() if one.holds is not None]
+        return all(known) if known else None
+
+
+def audit(loop: Loop, *, time: float | None = None) -> Audit:
+    """Ask whether a loop is what its law's theorems suppose, and whether it will chatter.
+
+    The law, and each block in it with ``assumptions``, says what it supposes: bounds on disturbances against
+    switching gains (Lemma 2), gains against the sample rate and the valve's lag, noise and limits as known,
+    and more. Each has a margin, the factor by which it holds. Disturbances, their rates and the command are
+    the largest of one run of the loop; all else is of its numbers. The chatter is foretold by
+    :func:`~hydroservo.audits.chatter`, from no run.
+
+    Args:
+        loop: the loop.
+        time: the instant from which chatter is foretold [s]; None for that of the largest demand and load.
+
+    Raises:
+        ParameterError, LoopError: as :func:`~hydroservo.simulate`.
+
+    Source: the hypotheses are those of each law's source.
+    Fails to prove a loop good: it may be lost by what no block supposes in so many words. How often it is
+    right is in the documentation.
+    """
+    facts, data = facts_of(checked_loop(loop))
+    found, reason = None, ""
+    try:
+        found = chatter(loop, time=time)
+    except ParameterError as error:
+        reason = str(error)
+    return Audit(tuple(asked(facts.loop.controller, facts)), bool(data["diverged"]), found, reason)

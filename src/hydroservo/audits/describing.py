@@ -1,0 +1,122 @@
+"""The describing function of a whole loop, opened at its command."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydroservo.audits.frozen import Frozen
+from hydroservo.audits.opened import Opened
+from hydroservo.audits.tone import Tone
+from hydroservo.block import Block, is_block
+from hydroservo.runs.batch import simulate_batch
+from hydroservo.runs.cautions import quietly
+
+__all__ = ["Describing", "describing", "limit_of"]
+
+Vector = NDArray[np.float64]
+
+LONGEST = 0.5  # [s] of the window over which a tone is heard
+MOST = 10_000  # samples of it
+SETTLING = 0.8  # of the window, before it
+PERIODS = 4.0  # of the slowest tone in it
+SLOW = 40  # tones evenly by the logarithm
+FAST = 11  # from some share of Nyquist's frequency up to it
+CORNER = 0.6  # that share
+SIZES = 16  # amplitudes
+LEAST = 1e-5  # of the command's limit
+BEYOND = 1.4  # of the limit, above which no limited command has a describing function of 1
+FREE = 1e6  # times a limit, to bind no more
+LIMIT = 10.0  # [V] where a law has no limiter
+
+
+class Describing(NamedTuple):
+    """What a law answers to tones at its machine's command.
+
+    Attributes:
+        amplitudes: A of the tones [V], rising, shape (sizes,).
+        frequencies: w of the tones [rad/s], rising, the last that of Nyquist, shape (tones,).
+        gains: N(A, w) = U/A, shape (sizes, tones); nan where the machine was lost.
+        swing: half the range of the law's command without a tone [V].
+        frequency: at which that then crosses its mean [rad/s].
+    """
+
+    amplitudes: Vector
+    frequencies: Vector
+    gains: NDArray[np.complex128]
+    swing: float
+    frequency: float
+
+
+def describing(still: Frozen) -> Describing:
+    """N(A, w): the fundamental of what the law asks for, by the tone that its machine is given.
+
+    The machine is as it is, with its valve, hold and delay, and so is the law with its observer; nothing is
+    linearised and no switching element is named. What is asked for beyond the command's limit is cut off
+    afterwards. Tones of all amplitudes and frequencies run side by side.
+
+    Args:
+        still: the loop at one instant.
+
+    Source: Gelb, Vander Velde, Multiple-Input Describing Functions and Nonlinear System Design, 1968,
+    ch. 2 and 3.
+    Fails where what the law asks for is far from a tone and the machine passes its harmonics.
+    """
+    loop = still.loop
+    h, limit = loop.simulation.period, limit_of(loop.controller)
+    window = h * round(min(LONGEST / h, MOST))
+    begin = h * round(SETTLING * window / h)
+    nyquist = math.pi / h
+    slow = np.geomspace(2.0 * math.pi * PERIODS / window, CORNER * nyquist, SLOW)
+    frequencies = np.concatenate([slow, np.linspace(CORNER, 1.0, FAST)[1:] * nyquist])
+    amplitudes = np.geomspace(LEAST * limit, BEYOND * limit, SIZES)
+    size, w = (one.ravel() for one in np.meshgrid(amplitudes, frequencies, indexing="ij"))
+    simulation = loop.simulation._replace(duration=h * round((begin + window) / h), record_period=h)
+    opened = Opened(unlimited(loop.controller), still.command, rise=0.5 * begin)
+    data = quietly(simulate_batch)(
+        loop._replace(simulation=simulation, controller=opened),
+        {"controller.amplitude": np.append(size, 0.0), "controller.frequency": np.append(w, nyquist)},
+        metrics=[Tone(begin, window)],
+    )
+    answers = data["real"].to_numpy() + 1j * data["imaginary"].to_numpy()
+    answers[data["diverged"].to_numpy()] = complex(math.nan, math.nan)
+    gains = (limited(answers[:-1], limit, w < nyquist) / size).reshape(SIZES, len(frequencies))
+    swing, crossings = float(data["swing"][-1]), float(data["crossings"][-1])
+    return Describing(amplitudes, frequencies, gains, min(swing, limit), math.pi * crossings / window)
+
+
+def limited(
+    answers: NDArray[np.complex128], limit: float, round_tones: NDArray[np.bool_]
+) -> NDArray[np.complex128]:
+    """The fundamental of tones that are cut off at a limit.
+
+    Args:
+        answers: the tones [V].
+        limit: [V].
+        round_tones: where False a tone has two samples a period, which are cut off as they are.
+    """
+    share = np.minimum(limit / np.maximum(np.abs(answers), 1e-300), 1.0)
+    cut = 2.0 / math.pi * (np.arcsin(share) + share * np.sqrt(1.0 - share**2))
+    return np.asarray(answers * np.where(round_tones, cut, share))
+
+
+def unlimited(law: Block) -> Block:
+    """A law whose limiters bind no more, nor those of blocks in it.
+
+    An integrator, which no loop keeps from drifting here, would else end at a limit and hide the tone.
+    """
+    changed = {name: unlimited(value) for name, value in law._asdict().items() if is_block(value)}
+    law = law._replace(**changed)
+    own: Block = getattr(law, "saturation", None)
+    if not isinstance(getattr(own, "limit", None), float):
+        return law
+    return law._replace(saturation=own._replace(limit=FREE * own.limit))
+
+
+def limit_of(law: Block) -> float:
+    """The largest command that a law gives [V]: the least limit of its limiter and of those it wraps."""
+    own = getattr(getattr(law, "saturation", None), "limit", math.inf)
+    inner = getattr(law, "controller", None)
+    found = min(own, limit_of(inner)) if is_block(inner) else own
+    return found if math.isfinite(found) else LIMIT

@@ -1,0 +1,112 @@
+"""The lumped disturbances of a run and how fast they change, each with its instant."""
+
+import math
+from typing import Annotated, NamedTuple
+
+from hydroservo import ops
+from hydroservo.block import Block
+from hydroservo.field import Field
+from hydroservo.plants.design_model import DesignModel
+from hydroservo.roles import Monitor, at_samples, role
+
+__all__ = ["Lumped", "LumpedState", "LumpedValues"]
+
+
+class Largest(NamedTuple):
+    """The largest size of a signal so far, and when it was."""
+
+    value: float
+    time: float
+
+
+class LumpedState(NamedTuple):
+    """The disturbances at the last sample, and what was largest; nan before the first."""
+
+    d1: float
+    d2: float
+    opened: float
+    u: float
+    largest_1: Largest
+    largest_2: Largest
+    largest_opened: Largest
+    rate_1: Largest
+    rate_2: Largest
+    rate_opened: Largest
+    command: Largest
+    command_rate: Largest
+
+
+class LumpedValues(NamedTuple):
+    """What it comes to: eight sizes, each with its instant [s]."""
+
+    largest_1: Annotated[float, Field("m/s^2", "largest |d_L1|")]
+    largest_1_at: Annotated[float, Field("s", "when")]
+    largest_2: Annotated[float, Field("N/s", "largest |d_L2|, by the command")]
+    largest_2_at: Annotated[float, Field("s", "when")]
+    largest_opened: Annotated[float, Field("N/s", "largest |d_L2|, by the valve's opening")]
+    largest_opened_at: Annotated[float, Field("s", "when")]
+    rate_1: Annotated[float, Field("m/s^3", "largest rate of d_L1")]
+    rate_1_at: Annotated[float, Field("s", "when")]
+    rate_2: Annotated[float, Field("N/s^2", "largest rate of d_L2, by the command")]
+    rate_2_at: Annotated[float, Field("s", "when")]
+    rate_opened: Annotated[float, Field("N/s^2", "largest rate of d_L2, by the opening")]
+    rate_opened_at: Annotated[float, Field("s", "when")]
+    command: Annotated[float, Field("V", "largest command")]
+    command_at: Annotated[float, Field("s", "when")]
+    command_rate: Annotated[float, Field("V/s", "largest rate of the command")]
+    command_rate_at: Annotated[float, Field("s", "when")]
+
+
+@role(Monitor)
+@at_samples
+class Lumped(NamedTuple):
+    """What the machine does besides a model, as an observer of it is asked to know.
+
+    d_L1 = dx1/dt - f1(x1) - g1 x2,   d_L2 = dx2/dt - f2(x1, x2) - g2(x2, u) u
+
+    with the machine's true rates at the samples; once more d_L2 with the valve's opening in volts in place of
+    u. The first period, in which a run starts from rest, does not count.
+
+    Source: eq. (6) of doi:10.1007/s42401-021-00087-w.
+    Fails to tell a disturbance from chatter, which is in d_L2 by the command.
+    """
+
+    model: DesignModel
+    gain: Annotated[float, Field("m/V", "opening of the valve per command", above=0)]
+
+    def init(self) -> LumpedState:
+        return LumpedState(math.nan, math.nan, math.nan, math.nan, *[Largest(0.0, 0.0)] * 8)
+
+    def step(self, m: LumpedState, loop: Block, s: Block, t: float, dt: float) -> LumpedState:
+        held, machine, h = loop.held(s), loop.machine(s), loop.simulation.period
+        u = loop.hold.at(held, t)
+        rate = loop.deriv(t, machine, held).plant
+        x1, x2 = s.plant.velocity, loop.plant.load_force(s.plant)
+        d1 = rate.velocity - (self.model.f1(x1) + self.model.g1() * x2)
+        free = loop.plant.load_force(rate) - self.model.f2(x1, x2)
+        opening = loop.valve.opening(s.valve, u) / self.gain
+        d2 = free - self.model.g2(x2, u) * u
+        opened = free - self.model.g2(x2, opening) * opening
+        asked = s.controller.u
+        return LumpedState(
+            d1,
+            d2,
+            opened,
+            asked,
+            self.larger(m.largest_1, d1, t, h),
+            self.larger(m.largest_2, d2, t, h),
+            self.larger(m.largest_opened, opened, t, h),
+            self.larger(m.rate_1, (d1 - m.d1) / h, t, h),
+            self.larger(m.rate_2, (d2 - m.d2) / h, t, h),
+            self.larger(m.rate_opened, (opened - m.opened) / h, t, h),
+            self.larger(m.command, asked, t, h),
+            self.larger(m.command_rate, (asked - m.u) / h, t, h),
+        )
+
+    def larger(self, before: Largest, value: float, t: float, h: float) -> Largest:
+        size = ops.absolute(value)
+        grown = (size > before.value) & (t > 1.5 * h)
+        return Largest(ops.where(grown, size, before.value), ops.where(grown, t, before.time))
+
+    def values(self, m: LumpedState) -> LumpedValues:
+        return LumpedValues(*(number for largest in m[4:] for number in largest))

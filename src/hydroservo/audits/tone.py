@@ -1,0 +1,101 @@
+"""What a law makes of a tone: the part of its command at the tone's frequency."""
+
+import math
+from typing import Annotated, NamedTuple
+
+import numpy as np
+
+from hydroservo import ops
+from hydroservo.block import Block
+from hydroservo.field import Field
+from hydroservo.roles import Monitor, at_samples, role
+
+__all__ = ["Tone", "ToneState", "ToneValues"]
+
+TURNS = 25.0  # time constants in a window, of the mean about which a command swings
+
+
+class ToneState(NamedTuple):
+    """Sums over the window so far, weighed by Hann's window, and what the command swings about."""
+
+    weight: float
+    c: float
+    s: float
+    cc: float
+    cs: float
+    ss: float
+    u: float
+    uc: float
+    us: float
+    lowest: float
+    highest: float
+    started: float
+    slow: float
+    above: float
+    crossings: float
+
+
+class ToneValues(NamedTuple):
+    """What it comes to; nan where the run ended before."""
+
+    real: Annotated[float, Field("V", "part of the law's command in phase with the tone")]
+    imaginary: Annotated[float, Field("V", "part a quarter of a period ahead of it")]
+    swing: Annotated[float, Field("V", "half the range of the law's command about its slow mean")]
+    crossings: Annotated[float, Field("", "how often it crossed that")]
+
+
+@role(Monitor)
+@at_samples
+class Tone(NamedTuple):
+    """The fundamental of what an :class:`Opened` law asks for, by weighed least squares over a window.
+
+    u_law = u_0 + Re(U e^(j w t)),  0 <= t - begin < window, weighed by sin^2(pi (t - begin)/window)
+
+    Source: the definition of the describing function, U/A.
+    Fails for a window of less than some three periods.
+    """
+
+    begin: Annotated[float, Field("s", "start of the window", at_least=0)]
+    window: Annotated[float, Field("s", "its length", above=0)]
+
+    def init(self) -> ToneState:
+        nothing = ToneState(*[0.0] * len(ToneState._fields))
+        return nothing._replace(lowest=math.inf, highest=-math.inf)
+
+    def step(self, m: ToneState, loop: Block, s: Block, t: float, dt: float) -> ToneState:
+        w, u = loop.controller.frequency, s.controller.controller.u
+        c, q = ops.cos(w * t), ops.sin(w * t)
+        now = t - self.begin
+        inside = (now >= 0.0) & (now < self.window)
+        root = ops.sin(math.pi * now / self.window)
+        h = ops.where(inside, root * root, 0.0)
+        slow = ops.where(m.started > 0.0, m.slow, u)
+        slow = slow + dt * TURNS / self.window * (u - slow)
+        left = u - slow
+        side = ops.where(left > 0.0, 1.0, -1.0)
+        crossed = inside & (m.above * side < 0.0)
+        return ToneState(
+            weight=m.weight + h,
+            c=m.c + h * c,
+            s=m.s + h * q,
+            cc=m.cc + h * c * c,
+            cs=m.cs + h * c * q,
+            ss=m.ss + h * q * q,
+            u=m.u + h * u,
+            uc=m.uc + h * u * c,
+            us=m.us + h * u * q,
+            lowest=ops.where(inside, ops.minimum(left, m.lowest), m.lowest),
+            highest=ops.where(inside, ops.maximum(left, m.highest), m.highest),
+            started=1.0,
+            slow=slow,
+            above=ops.where(inside, side, 0.0),
+            crossings=m.crossings + ops.where(crossed, 1.0, 0.0),
+        )
+
+    def values(self, m: ToneState) -> ToneValues:
+        table = np.array([[m.weight, m.c, m.s], [m.c, m.cc, m.cs], [m.s, m.cs, m.ss]])
+        right = np.array([m.u, m.uc, m.us])
+        if not (np.isfinite(table).all() and np.isfinite(right).all()):
+            return ToneValues(math.nan, math.nan, math.nan, math.nan)
+        _, real, sine = np.linalg.lstsq(table, right, rcond=1e-6)[0].tolist()
+        return ToneValues(real, -sine, 0.5 * (m.highest - m.lowest), m.crossings)

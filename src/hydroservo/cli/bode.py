@@ -1,0 +1,271 @@
+"""The command that shows a scenario in frequency."""
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from hydroservo.cli.options import (
+    VARY,
+    Changes,
+    CommandAt,
+    Force,
+    Json,
+    Plugins,
+    Scenario,
+    loaded,
+    loaded_aloud,
+    quantity_of,
+    ranges_in,
+)
+from hydroservo.cli.remarks import say_remarks
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["bode"]
+
+RESPONSES = ("machine", "open", "closed", "sensitivity", "compliance", "open_compliance")
+ENDINGS = (".png", ".svg", ".pdf")
+VALUES = 5  # of a range, evenly
+SHOWN = {  # numbers of a loop: what they are called, and the factor to a unit
+    "gain_margin": ("gain margin", "dB"),
+    "phase_margin": ("phase margin", "°"),
+    "delay_margin": ("delay margin", "ms"),
+    "disk_margin": ("disk margin", ""),
+    "sensitivity_peak": ("sensitivity peak", "dB"),
+    "bandwidth": ("bandwidth, \N{MINUS SIGN}3 dB", "Hz"),
+    "bandwidth_90": ("bandwidth, \N{MINUS SIGN}90°", "Hz"),
+}
+
+
+def bode(
+    scenario: Scenario,
+    changes: Changes,
+    plugins: Plugins,
+    command: CommandAt = None,
+    force: Force = None,
+    band: Annotated[
+        str | None,
+        typer.Option(
+            "--band", metavar="LOW..HIGH", help="Frequencies: `1..200Hz`. Without it, about the crossover."
+        ),
+    ] = None,
+    amplitude: Annotated[
+        str, typer.Option("--amplitude", metavar="VOLT", help="By how much tones move the command, rms.")
+    ] = "10mV",
+    periods: Annotated[int, typer.Option("--periods", help="Periods of the tones that are heard.")] = 2,
+    realisations: Annotated[
+        int, typer.Option("--realisations", help="Sets of tones with random phases of their own.")
+    ] = 4,
+    vary: Annotated[
+        str | None,
+        typer.Option(
+            VARY,
+            metavar="PATH=LOW..HIGH",
+            help="Show the linear model for five values of this number: `plant.mechanism.mass=40..120kg`, "
+            "`start.command=0.1..2V`, `load.amplitude=0..2kN`. Nothing is measured then.",
+        ),
+    ] = None,
+    linear: Annotated[
+        bool, typer.Option("--linear", help="The linear model alone, nothing measured.")
+    ] = False,
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", metavar="FILE", dir_okay=False, help="Draw it: a .png, .svg or .pdf."),
+    ] = None,
+    json: Json = False,
+) -> None:
+    """Show a scenario in frequency: its loop open and closed, and how it gives way to its load.
+
+    Each response comes twice: from the linear model about a point, and measured on the simulation with many
+    tones at once, noise, resolution and all, with its coherence. With it come the margins, the sensitivity
+    peak and the bandwidth.
+
+    Examples:
+
+    - `hydroservo bode rig/1khz-pi-sine --out bode.png`
+    - `hydroservo bode axis/force --command 0.1V --amplitude 50mV --band 0.5..100Hz --json`
+    - `hydroservo bode rig/1khz-pi-sine --vary plant.mass=4..12kg --out masses.pdf`
+    """
+    from hydroservo.cli.progress import progress_bar
+    from hydroservo.cli.writing import try_outputs
+    from hydroservo.linear.bode import bode as bode_of
+    from hydroservo.runs.results import as_json
+
+    volts = quantity_of("--amplitude", amplitude, "V")
+    point: dict[str, Any] = {
+        "command": quantity_of("--command", command, "V"),
+        "force": quantity_of("--load", force, "N"),
+        "band": band_in(band),
+    }
+    loop = loaded(scenario, changes, plugins)
+    if out:
+        check_ending(out)
+        try_outputs([out])
+    with progress_bar(scenario) as report:
+        if vary is None:
+            tones: dict[str, Any] = {"amplitude": volts, "periods": periods, "realisations": realisations}
+            data = bode_of(
+                loop, **point, **tones, measure=not linear, progress=lambda done: report(done, scenario)
+            )
+        else:
+            data = varied(vary, scenario, changes, plugins, point)
+        if out:
+            draw(data, out)
+    say_remarks(scenario, data)
+    if json:
+        typer.echo(as_json(as_object(scenario, data)))
+    else:
+        show_bode(scenario, data)
+        if out:
+            typer.echo(f"written: {out}")
+
+
+def check_ending(out: Path) -> None:
+    """Refuse a file that no picture can be.
+
+    Raises:
+        ParameterError: its ending names no format.
+    """
+    from hydroservo.errors import ParameterError
+
+    if out.suffix.lower() not in ENDINGS:
+        raise ParameterError("--out", str(out), f"must end in one of {', '.join(ENDINGS)}")
+
+
+def band_in(text: str | None) -> tuple[float, float] | None:
+    """Both ends of ``--band LOW..HIGH`` [Hz].
+
+    Raises:
+        ScenarioError: it is no such range.
+    """
+    from hydroservo.field import Field
+    from hydroservo.scenario.ranges import as_entries, both_ends
+
+    if text is None:
+        return None
+    (entry,) = as_entries({"--band": text}).values()
+    return both_ends(entry._replace(origin=entry.origin._replace(name="bode")), Field("Hz", "", above=0), 1.0)
+
+
+def varied(
+    vary: str,
+    scenario: str,
+    changes: list[str],
+    plugins: list[Path],
+    point: dict[str, Any],
+) -> "xr.Dataset":
+    """The linear model for values of a number, evenly over its range; a law believes what it believed."""
+    import numpy as np
+
+    from hydroservo.block import field_at
+    from hydroservo.linear.bode import bode_over
+    from hydroservo.scenario import assembled, parse_override
+    from hydroservo.scenario.load import Machine
+    from hydroservo.scenario.sampling import variation
+
+    ((path, entry),) = ranges_in([vary]).items()
+    given = dict(map(parse_override, changes))
+    whole = assembled(scenario, given, plugins)
+    one = variation(whole, path, entry)
+    field = whole.arguments[path].field if path in whole.arguments else field_at(whole.loop, path)
+    name = f"truth.{path}" if path.partition(".")[0] in Machine._fields else path
+    loops = {}
+    for value in np.linspace(one.low, one.high, VALUES).tolist():
+        loops[value] = loaded_aloud(scenario, given | {name: value}, plugins)
+    return bode_over(loops, path, field.unit, **point)
+
+
+def draw(data: "xr.Dataset", out: Path) -> None:
+    """Write the picture."""
+    from hydroservo.figures.bode import plot_bode
+    from hydroservo.figures.style import save_picture
+
+    save_picture(plot_bode(data), out, data.attrs["hash"])
+
+
+def as_object(scenario: str, data: "xr.Dataset") -> dict[str, Any]:
+    """What ``--json`` prints: of several points a list of what it prints of one."""
+    if "point" in data.dims:
+        name, unit = data["point"].attrs["long_name"], data["point"].attrs["units"]
+        values = data["point"].values.tolist()
+        points = [{"value": value, **of_point(data.isel(point=i))} for i, value in enumerate(values)]
+        return {"scenario": scenario, "varied": name, "unit": unit, "points": points}
+    return {"scenario": scenario, "hash": data.attrs["hash"], **of_point(data)}
+
+
+def of_point(data: "xr.Dataset") -> dict[str, Any]:
+    """The numbers and the responses about one point."""
+    numbers = {str(name): one.values.tolist() for name, one in data.data_vars.items() if not plotted(one)}
+    found = {
+        name: curve(data["frequency"], data[name]) | {"unit": data[name].attrs["units"]} for name in RESPONSES
+    }
+    for name in RESPONSES:
+        if f"{name}_measured" in data:
+            coherence = data[f"{name}_coherence"].values.tolist()
+            found[name]["measured"] = curve(data["tone"], data[f"{name}_measured"]) | {"coherence": coherence}
+    return {"command": data.attrs.get("command"), "force": data.attrs.get("force"), **numbers, **found}
+
+
+def plotted(one: "xr.DataArray") -> bool:
+    """Whether it is a curve and no number."""
+    return bool({"frequency", "tone"} & set(one.dims))
+
+
+def curve(frequencies: "xr.DataArray", response: "xr.DataArray") -> dict[str, Any]:
+    """A response as sizes and phases [rad], over frequencies [Hz]."""
+    import numpy as np
+
+    return {
+        "frequency": frequencies.values.tolist(),
+        "magnitude": np.abs(response.values).tolist(),
+        "phase": np.unwrap(np.angle(response.values)).tolist(),
+    }
+
+
+def show_bode(scenario: str, data: "xr.Dataset") -> None:
+    """A table on the terminal: margins and bandwidths, a column for each point."""
+    from rich.markup import escape
+    from rich.table import Table
+
+    from hydroservo.cli.tables import show
+    from hydroservo.formatting import quantity
+
+    points = [data.isel(point=i) for i in range(data.sizes["point"])] if "point" in data.dims else [data]
+    table = Table(title=escape(scenario), title_justify="left")
+    table.add_column(escape(data["point"].attrs["long_name"]) if "point" in data.dims else "")
+    for one in points:
+        heading = ""
+        if "point" in data.dims:
+            heading = quantity(float(one["point"]), one["point"].attrs["units"])
+        table.add_column(heading, justify="right", no_wrap=True)
+    for name, (text, unit) in SHOWN.items():
+        table.add_row(text, *(as_text(float(one[name]), unit) for one in points))
+    show(table, *said_of(points))
+
+
+def said_of(points: "list[xr.Dataset]") -> list[str]:
+    """What a reader should know of the responses."""
+    lines = []
+    if not all(bool(one["stable"]) for one in points):
+        lines.append("[bold red]Unstable[/] for small motions: no margin is one.")
+    for one in points:
+        if "tone" in one.coords:
+            least = {name: float(one[f"{name}_coherence"].min()) for name in ("open", "closed", "compliance")}
+            said = ", ".join(f"{name} {value:.3f}" for name, value in least.items())
+            lines.append(f"Measured at {one.sizes['tone']} frequencies; least coherence: {said}.")
+    return lines
+
+
+def as_text(value: float, unit: str) -> str:
+    """A number in the unit in which it is read."""
+    from hydroservo.cli.tables import NO_NUMBER
+    from hydroservo.formatting import number
+
+    if math.isnan(value):
+        return NO_NUMBER
+    factor = {"\N{DEGREE SIGN}": 180.0 / math.pi, "ms": 1e3}.get(unit, 1.0)
+    shown = 20.0 * math.log10(value) if unit == "dB" and math.isfinite(value) else factor * value
+    return f"{number(shown)} {unit}".strip()

@@ -1,0 +1,102 @@
+"""The command that holds laws against each other."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from hydroservo.cli.options import Json, Plugins, check_one_place
+
+__all__ = ["study"]
+
+
+def study(
+    file: Annotated[
+        str, typer.Argument(metavar="STUDY", help="A study's file (TOML), or the name of a built-in one.")
+    ],
+    out: Annotated[
+        Path,
+        typer.Option(
+            "--out",
+            metavar="DIR",
+            file_okay=False,
+            show_default=False,
+            help="The folder of the study; what is done there already is not done again.",
+        ),
+    ],
+    changes: Annotated[
+        list[str],
+        typer.Option(
+            "--set",
+            metavar="a.b=VALUE",
+            default_factory=list,
+            show_default=False,
+            help="Change one entry of the study: `search.candidates=64`, `conditions.test=50`. "
+            "May be given again.",
+        ),
+    ],
+    plugins: Plugins,
+    workers: Annotated[
+        int | None,
+        typer.Option("--workers", metavar="N", min=1, show_default="all cores", help="Processes to use."),
+    ] = None,
+    scheduler: Annotated[
+        str | None,
+        typer.Option(
+            "--scheduler",
+            metavar="ADDRESS",
+            show_default=False,
+            help="Let the workers of this Dask scheduler do it, such as `tcp://head:8786`.",
+        ),
+    ] = None,
+    json: Json = False,
+) -> None:
+    """Search and judge laws alike, under conditions drawn alike, and print who wins where.
+
+    The folder has the table of all runs as Parquet (parts), margins and prices on the target (properties),
+    what they say (verdicts.json, report.html), a scenario for each law in each cell, and the limits of its
+    conditions where the study asks for them, which needs CasADi. Stopped at any instant, the same command
+    goes on; with another file or --set it does only what is new.
+
+    Built in are `small`, which takes about a minute on two idle cores, and `velocity`, which takes hours.
+
+    Examples:
+
+    - `hydroservo study small --out small-study`
+    - `hydroservo study my-study.toml --out my-study --set search.candidates=256 --json`
+    """
+    from hydroservo.cli.interrupts import heard
+    from hydroservo.cli.progress import progress_bar
+    from hydroservo.cli.remarks import say_warning
+    from hydroservo.cli.study_tables import show_study
+    from hydroservo.cli.writing import try_outputs
+    from hydroservo.runs.results import as_json
+    from hydroservo.scenario import parse_override
+    from hydroservo.studies.report.folder import report_files, write_report
+    from hydroservo.studies.running import MANIFEST
+    from hydroservo.studies.running import study as run
+
+    check_one_place(workers, scheduler)
+    try_outputs([out / MANIFEST, *report_files(out)])
+    with progress_bar("reading the study") as report:
+        try:
+            found = run(
+                file,
+                out,
+                changes=dict(map(parse_override, changes)),
+                plugins=plugins,
+                workers=workers,
+                scheduler=scheduler,
+                progress=lambda fraction: report(fraction, f"{100.0 * fraction:.0f} % of the work"),
+                say=lambda text: say_warning(file, text),
+            )
+        except KeyboardInterrupt:
+            heard(f"; what is done is in {out}, and the same command goes on from there")
+            raise
+        report(1.0, "drawing")
+        page = write_report(found.table, found.manifest, found.verdicts, found.folder)
+    if json:
+        typer.echo(as_json({"title": found.manifest["title"], **found.verdicts.as_dict()}))
+    else:
+        show_study(found)
+        typer.echo(f"written: {page}")

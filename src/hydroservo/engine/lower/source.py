@@ -1,0 +1,101 @@
+"""The text of a function as a tree: that which was loaded, word for word."""
+
+import ast
+import linecache
+from collections.abc import Iterator
+from functools import cache
+from types import CodeType, FunctionType
+from typing import Any, NamedTuple
+
+from hydroservo.engine.lower.values import LoweringError
+
+__all__ = ["Definition", "assigned", "definition_of", "read_after"]
+
+Place = tuple[int, str]  # the first line of a function, and its name
+
+
+class Definition(NamedTuple):
+    """A function as it is defined."""
+
+    arguments: ast.arguments
+    body: list[ast.stmt]
+    local: frozenset[str]  # names that are its own
+
+
+NOTHING: tuple[Any, CodeType | None] = (None, None)
+KNOWN: dict[CodeType, Definition] = {}
+
+
+def definition_of(function: FunctionType) -> Definition:
+    """The definition of a function.
+
+    Raises:
+        LoweringError: its text is not where it was loaded from, or not what was loaded.
+    """
+    code = function.__code__
+    if code not in KNOWN:
+        KNOWN[code] = found_definition(function, code)
+    return KNOWN[code]
+
+
+def found_definition(function: FunctionType, code: CodeType) -> Definition:
+    file = code.co_filename
+    for _ in range(2):
+        found = functions_in(file, "".join(linecache.getlines(file, function.__globals__)))
+        node, loaded = found.get((code.co_firstlineno, code.co_name), NOTHING)
+        if loaded is not None and content(loaded) == content(code):
+            body = [ast.Return(node.body, lineno=node.lineno)] if isinstance(node, ast.Lambda) else node.body
+            return Definition(node.args, body, frozenset(code.co_varnames + code.co_cellvars))
+        linecache.checkcache(file)
+    raise LoweringError(f"the text of {function.__name__} is not in {file} as it was loaded from there")
+
+
+@cache
+def functions_in(file: str, text: str) -> dict[Place, tuple[Any, CodeType]]:
+    """The functions in a text, each as a tree and as Python compiles it."""
+    try:
+        tree = ast.parse(text)
+        codes = dict(codes_in(compile(tree, file, "exec", dont_inherit=True)))
+    except SyntaxError:
+        return {}
+    nodes = (node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef | ast.Lambda))
+    placed = ((place_of(node), node) for node in nodes)
+    return {place: (node, codes[place]) for place, node in placed if place in codes}
+
+
+def place_of(node: ast.FunctionDef | ast.Lambda) -> Place:
+    if isinstance(node, ast.Lambda):
+        return node.lineno, "<lambda>"
+    return min([node.lineno, *(one.lineno for one in node.decorator_list)]), node.name
+
+
+def codes_in(code: CodeType) -> Iterator[tuple[Place, CodeType]]:
+    """The code of each function in some code."""
+    for constant in code.co_consts:
+        if isinstance(constant, CodeType):
+            yield (constant.co_firstlineno, constant.co_name), constant
+            yield from codes_in(constant)
+
+
+def content(code: CodeType) -> tuple[Any, ...]:
+    """What a function does, wherever it stands."""
+    constants = [one if not isinstance(one, CodeType) else one.co_name for one in code.co_consts]
+    return code.co_code, repr(constants), code.co_names, code.co_varnames, code.co_freevars
+
+
+@cache
+def assigned(loop: ast.For | ast.While) -> tuple[str, ...]:
+    """The names that a loop gives new values."""
+    return tuple(dict.fromkeys(node.id for node in names_in(loop) if isinstance(node.ctx, ast.Store)))
+
+
+@cache
+def read_after(loop: ast.For | ast.While, body: tuple[ast.stmt, ...]) -> frozenset[str]:
+    """The names that a function reads after a loop in its body."""
+    end = loop.end_lineno or loop.lineno
+    nodes = (node for statement in body for node in names_in(statement))
+    return frozenset(node.id for node in nodes if node.lineno > end and isinstance(node.ctx, ast.Load))
+
+
+def names_in(tree: ast.AST) -> Iterator[ast.Name]:
+    return (node for node in ast.walk(tree) if isinstance(node, ast.Name))

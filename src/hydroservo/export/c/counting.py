@@ -1,0 +1,162 @@
+"""Counts the arithmetic of translated functions, in the terms that are written as C."""
+
+from collections.abc import Iterable, Iterator, Sequence
+
+from hydroservo.export import parts
+from hydroservo.export.c.liveness import Needed, matters
+from hydroservo.export.c.primitives import bits, floats
+from hydroservo.export.c.primitives.kinds import record_of
+from hydroservo.export.operations import Operations
+from hydroservo.export.translate.fixed import parts_of
+from hydroservo.export.translate.terms import (
+    REAL,
+    Assign,
+    Call,
+    Choice,
+    Expression,
+    For,
+    Function,
+    If,
+    Known,
+    Let,
+    Make,
+    Operation,
+    Record,
+    Return,
+    Statement,
+    While,
+)
+
+__all__ = ["counted"]
+
+NONE = Operations()
+SIGNS = {
+    "+": Operations(additions=1),
+    "-": Operations(additions=1),
+    "*": Operations(multiplications=1),
+    "/": Operations(divisions=1),
+    **{sign: Operations(comparisons=1) for sign in ("<", "<=", ">", ">=", "==", "!=")},
+}
+WRITTEN = {
+    floats.ABSOLUTE: NONE,
+    floats.COPYSIGN: NONE,
+    floats.FLOOR: Operations(additions=3, comparisons=2),
+    floats.ISFINITE: Operations(comparisons=1),
+    floats.ISNAN: Operations(comparisons=1),
+    floats.SQRT: Operations(roots=1, comparisons=1),
+    bits.EXPONENT: NONE,
+    bits.MANTISSA: NONE,
+    bits.SCALED_NUMBER: Operations(additions=1, multiplications=2),
+}
+FUNCTIONS = {f"hydroservo.ops.{name}" for name in ("circular", "hyperbolic", "power")}
+
+
+class UncountedError(Exception):
+    """There is no most: a loop goes on as long as its numbers ask, or a text in C is not known here."""
+
+
+def counted(function: Function, needed: Needed) -> Operations | None:
+    """What a call of a function takes at most; None where there is no most.
+
+    Args:
+        function: such as the step of a unit.
+        needed: what of it is written.
+    """
+    try:
+        return Count(needed).function(function)
+    except UncountedError:
+        return None
+
+
+class Count:
+    """The operations of functions, each counted once.
+
+    Every method raises :class:`UncountedError` where there is no most.
+    """
+
+    def __init__(self, needed: Needed) -> None:
+        self.needed = needed
+        self.found: dict[Function, Operations] = {}
+
+    def function(self, function: Function) -> Operations:
+        """A call, without what its arguments take."""
+        if function not in self.found:
+            count = (
+                self.body(function.body, self.needed.locals[function])
+                if function.body
+                else self.text(function)
+            )
+            is_one = getattr(function.origin, "__module__", "") in FUNCTIONS
+            self.found[function] = count._replace(functions=1) if is_one else count
+        return self.found[function]
+
+    def text(self, function: Function) -> Operations:
+        """A function that is written, not translated."""
+        if function.origin is parts.infinite:
+            (state,) = function.whole
+            return Operations(comparisons=sum(1 for _ in self.leaves(state)))
+        if function not in WRITTEN:
+            raise UncountedError
+        return WRITTEN[function]
+
+    def leaves(self, record: Record) -> Iterator[str]:
+        """The numbers of a record that C has."""
+        for name, kind in record.fields.items():
+            if self.needed.has(record, name):
+                yield from self.leaves(record_of(kind)) if isinstance(kind, Record) else [name]
+
+    def body(self, statements: Sequence[Statement], names: set[str]) -> Operations:
+        """Statements that are written, which give values to these names."""
+        return total(self.statement(one, names) for one in statements if matters(one, names))
+
+    def statement(self, one: Statement, names: set[str]) -> Operations:
+        match one:
+            case Let(value=value) | Assign(value=value) | Return(value=value):
+                return self.value(value)
+            case If(condition=condition, body=body, otherwise=otherwise):
+                ways = [self.body(way, names) for way in (body, otherwise)]
+                return self.value(condition).plus(dearer(*ways))
+            case For(count=Known(value=count), body=body):
+                return self.body(body, names).times(count)
+            case For() | While():
+                raise UncountedError
+
+    def value(self, value: Expression) -> Operations:
+        """What it takes to compute a value."""
+        if not self.needed.kept(value.type):
+            return NONE
+        if isinstance(value, Choice):
+            return self.value(value.condition).plus(dearer(self.value(value.a), self.value(value.b)))
+        return total([self.last(value), *map(self.value, self.before(value))])
+
+    def last(self, value: Expression) -> Operations:
+        """What it takes where all that it is made of is there."""
+        match value:
+            case Operation(operator=sign, a=a) if a.type == REAL:
+                return SIGNS[sign]
+            case Call(function=function):
+                return self.function(function)
+        return NONE
+
+    def before(self, value: Expression) -> list[Expression]:
+        """What it is made of, as far as it is written."""
+        match value:
+            case Call(function=function, arguments=arguments):
+                taken = {name for name, _ in self.needed.takes(function)}
+                pairs = zip(function.parameters, arguments, strict=True)
+                return [one for (name, _), one in pairs if name in taken]
+            case Make(type=Record() as record, values=values):
+                return [one for name, one in values.items() if self.needed.has(record, name)]
+        return list(parts_of(value))
+
+
+def total(counts: Iterable[Operations]) -> Operations:
+    found = NONE
+    for one in counts:
+        found = found.plus(one)
+    return found
+
+
+def dearer(a: Operations, b: Operations) -> Operations:
+    """Of two ways the one that takes more."""
+    return a if a.total >= b.total else b

@@ -1,0 +1,204 @@
+"""The picture of a loop's frequency responses: from its linear model, and measured."""
+
+import math
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.colors import to_rgba
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import FuncFormatter, MultipleLocator
+from numpy.typing import NDArray
+
+from hydroservo.figures.style import GREY, PALETTE, figure, style
+from hydroservo.formatting import number, quantity
+
+__all__ = ["plot_bode"]
+
+Response = NDArray[np.complex128]
+Values = NDArray[np.float64]
+
+HEIGHT = 5.6  # inch
+ROWS = (2.2, 1.6, 0.7)  # of magnitude, phase and coherence
+COHERENT = 0.95  # below it a measured point is drawn pale
+PALE = 0.25
+SHADES = 0.15, 0.85  # of the colours of several points
+SMALL = {1e-3: "m", 1e-6: "µ", 1e-9: "n", 1e-12: "p"}
+HALF = 10.0  # degrees by which a rise of half a turn counts as a fall
+QUARTER = 90.0  # degrees between ticks
+
+
+class Column(NamedTuple):
+    """One column of panels: a response, and another beside it."""
+
+    title: str
+    name: str
+    beside: str | None = None
+
+
+COLUMNS = (
+    Column("open loop", "open"),
+    Column("closed loop", "closed"),
+    Column("compliance", "compliance", "open_compliance"),
+)
+
+
+def plot_bode(data: xr.Dataset) -> Figure:
+    """Magnitude, phase and coherence of the open loop, the closed loop, and the way it gives to its load.
+
+    Lines are the linear model, dots were measured; pale ones have a coherence below 0.95. Where the data hold
+    several points, each has a line, and nothing was measured.
+
+    Args:
+        data: what :func:`~hydroservo.linear.bode` returned, or several of these along ``point``.
+    """
+    with style():
+        fig = figure(HEIGHT)
+        measured = "tone" in data.coords
+        rows = ROWS if measured else ROWS[:2]
+        axes = fig.subplots(len(rows), len(COLUMNS), sharex=True, height_ratios=rows, squeeze=False)
+        for place, column in enumerate(COLUMNS):
+            draw_column(data, axes[:, place].tolist(), column)
+            axes[0, place].set_title(f"({'abc'[place]}) {column.title}", loc="left", fontsize=8)
+            axes[-1, place].set_xlabel("frequency [Hz]")
+        for axis, label in zip(axes[1:, 0], ("phase [°]", "coherence"), strict=False):
+            axis.set_ylabel(label)
+        legend(fig, data)
+        fig.align_ylabels()
+    return fig
+
+
+def draw_column(data: xr.Dataset, axes: Sequence[Axes], column: Column) -> None:
+    """The panels of a response, one above the other."""
+    top, middle = axes[0], axes[1]
+    unit = data[column.name].attrs["units"]
+    scale = 1.0
+    if unit:
+        largest = float(np.abs(data[column.name]).max())
+        scale, unit = readable(unit, largest)
+        top.set_yscale("log")
+        top.set_ylabel(f"[{unit}]")
+    else:
+        top.set_ylabel("magnitude [dB]" if column.name == "open" else "[dB]")
+    for points, colour in curves_of(data):
+        for name, line in ((column.beside, ":"), (column.name, "-")):
+            if name:
+                f, response = points["frequency"].values, points[name].values
+                shown = GREY if name == column.beside else colour
+                top.plot(f, sized(response, scale, bool(unit)), line, color=shown)
+                middle.plot(f, degrees(response), line, color=shown)
+    if "tone" in data.coords:
+        draw_measured(data, axes, column, scale)
+    top.set_xscale("log")
+    top.xaxis.set_major_formatter(FuncFormatter(lambda f, _: f"{f:g}"))
+    middle.yaxis.set_major_locator(multiples(middle))
+    if "point" not in data.dims:
+        mark(data, axes, column.name)
+
+
+def draw_measured(data: xr.Dataset, axes: Sequence[Axes], column: Column, scale: float) -> None:
+    """What was measured as dots, and its coherence below."""
+    f, coherence = data["tone"].values, data[f"{column.name}_coherence"].values
+    unit = bool(data[column.name].attrs["units"])
+    for name, colour in ((column.beside, GREY), (column.name, PALETTE[0])):
+        if not name:
+            continue
+        response = data[f"{name}_measured"].values
+        line = np.interp(np.log(f), np.log(data["frequency"]), degrees(data[name].values))
+        phase = line + (np.degrees(np.angle(response)) - line + 180.0) % 360.0 - 180.0  # of its own turn
+        colours = [to_rgba(colour, 1.0 if one >= COHERENT else PALE) for one in coherence]
+        for axis, values in ((axes[0], sized(response, scale, unit)), (axes[1], phase)):
+            axis.scatter(f, values, s=9, color=colours, linewidths=0, zorder=3)
+    axes[2].plot(f, coherence, ".", color=PALETTE[0], markersize=3)
+    axes[2].set_ylim(0.0, 1.05)
+
+
+def mark(data: xr.Dataset, axes: Sequence[Axes], name: str) -> None:
+    """Crossover and bandwidth, where the response has them."""
+    if name == "open":
+        level(axes[0], 0.0)
+        level(axes[1], -180.0)
+        said = [f"gain margin {number(20.0 * math.log10(float(data['gain_margin'])))} dB"]
+        said += [f"phase margin {number(math.degrees(float(data['phase_margin'])))}°"]
+        said += [f"disk margin {number(float(data['disk_margin']))}"]
+        write(axes[0], said)
+        for w in data["gain_crossovers"].values[-1:]:
+            upright(axes[:2], w / (2.0 * math.pi))
+    if name == "closed":
+        level(axes[0], -20.0 * math.log10(math.sqrt(2.0)))
+        level(axes[1], -QUARTER)
+        said = [
+            f"{text} at {quantity(float(data[key]), 'Hz')}"
+            for key, text in (("bandwidth", "\N{MINUS SIGN}3 dB"), ("bandwidth_90", "\N{MINUS SIGN}90°"))
+            if math.isfinite(data[key])
+        ]
+        write(axes[0], said)
+
+
+def level(axis: Axes, value: float) -> None:
+    axis.axhline(value, color=GREY, linewidth=0.7, dashes=(4, 3), zorder=1)
+
+
+def upright(axes: Sequence[Axes], frequency: float) -> None:
+    for axis in axes:
+        axis.axvline(frequency, color=GREY, linewidth=0.7, dashes=(4, 3), zorder=1)
+
+
+def write(axis: Axes, lines: list[str]) -> None:
+    axis.text(0.04, 0.04, "\n".join(lines), transform=axis.transAxes, fontsize=6.5, color=GREY, va="bottom")
+
+
+def sized(response: Response, scale: float, unit: bool) -> Values:
+    """The size of a response: in its unit, or in decibels."""
+    size: Values = np.abs(response)
+    return scale * size if unit else 20.0 * np.log10(size)
+
+
+def degrees(response: Response) -> Values:
+    """The phase without jumps but half a turn down where nothing damps, its first value near -45 degrees."""
+    angle = np.degrees(np.angle(response))
+    turned = (np.diff(angle) + 180.0 + HALF) % 360.0 - 180.0 - HALF
+    phase = angle[0] + np.concatenate([[0.0], np.cumsum(turned)])
+    return np.asarray(phase - 360.0 * np.round((phase[0] + 45.0) / 360.0))
+
+
+def multiples(axis: Axes) -> MultipleLocator:
+    """Ticks at multiples of 90 degrees, or 45 where there are few."""
+    low, high = axis.get_ylim()
+    steps = max(math.ceil((high - low) / (5.0 * QUARTER)), 1)
+    return MultipleLocator(QUARTER * steps if high - low > 2.0 * QUARTER else 0.5 * QUARTER)
+
+
+def readable(unit: str, largest: float) -> tuple[float, str]:
+    """The factor, and the unit with a prefix, in which a response is near 1."""
+    power = min(SMALL, key=lambda one: abs(math.log10(largest / one)))
+    return 1.0 / power, f"{SMALL[power]}{unit}" if power != 1e-3 else f"mm{unit.removeprefix('m')}"
+
+
+def curves_of(data: xr.Dataset) -> list[tuple[xr.Dataset, Any]]:
+    """The points of a table, each with a colour."""
+    if "point" not in data.dims:
+        return [(data, PALETTE[0])]
+    import matplotlib as mpl
+
+    shades = np.linspace(*SHADES, data.sizes["point"])
+    return [(data.isel(point=i), mpl.colormaps["viridis"](shade)) for i, shade in enumerate(shades)]
+
+
+def legend(fig: Figure, data: xr.Dataset) -> None:
+    """One legend above all panels."""
+    if "point" in data.dims:
+        unit = data["point"].attrs["units"]
+        labels = [quantity(float(one), unit) for one in data["point"].values]
+        handles = [Line2D([], [], color=colour) for _, colour in curves_of(data)]
+    else:
+        handles, labels = [Line2D([], [], color=PALETTE[0])], ["linear model"]
+        if "tone" in data.coords:
+            handles.append(Line2D([], [], color=PALETTE[0], marker=".", linestyle=""))
+            labels.append("measured on the simulation")
+    handles.append(Line2D([], [], color=GREY, linestyle=":"))
+    labels.append("command held")
+    fig.legend(handles, labels, loc="outside upper center", ncols=min(len(labels), 6))

@@ -1,0 +1,90 @@
+"""Pictures of an identification: the log as it was understood, and how it is met."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from hydroservo.figures.ranges import axis_unit, largest
+from hydroservo.figures.style import GREY, PALETTE, figure, style
+from hydroservo.identification import LogFit
+from hydroservo.identification.signals import INPUTS, SIGNALS
+
+__all__ = ["plot_fit", "plot_log"]
+
+HEIGHT = 1.35  # inch, of a panel
+SUFFIX = "_simulated"
+MOST = 20_000  # points of a curve; longer ones become pixels inside an SVG
+
+
+def plot_log(fit: LogFit) -> Figure:
+    """Each signal of a log over time as it was understood; what was left out is marked.
+
+    Args:
+        fit: the log.
+    """
+    log = fit.understood.log
+    names = [name for name in SIGNALS if name in fit.data]
+    with style():
+        fig, axes = panels(names)
+        for axis, name in zip(axes, names, strict=True):
+            unit, factor = axis_unit(SIGNALS[name].unit, largest([fit.data[name].values]))
+            axis.plot(*broken(fit.data, name, factor), color=PALETTE[0], rasterized=fit.data.time.size > MOST)
+            out = fit.understood.spikes.get(name)
+            if out is not None and out.any():
+                shown = factor * log.signals[name][out]
+                label = "stands out, and is played" if name in INPUTS else "stands out, and is left out"
+                axis.plot(log.time[out], shown, "x", color=PALETTE[1], markersize=3.5, label=label)
+                axis.legend(loc="upper right")
+            axis.set_ylabel(f"{name.replace('_', ' ')}\n[{unit}]")
+        finish(axes, log.name)
+    return fig
+
+
+def plot_fit(fit: LogFit) -> Figure:
+    """Measured and simulated signals of a log over time, and what is left between them.
+
+    Args:
+        fit: the log.
+    """
+    with style():
+        fig, axes = panels([name for name in fit.signals for _ in range(2)])
+        for i, (name, one) in enumerate(fit.signals.items()):
+            upper, lower = axes[2 * i : 2 * i + 2]
+            measured, shown = fit.data[name].values, fit.data[name + SUFFIX].values
+            unit, factor = axis_unit(one.unit, largest([measured]))
+            dense = fit.data.time.size > MOST
+            upper.plot(*broken(fit.data, name, factor), color=GREY, label="measured", rasterized=dense)
+            simulated = broken(fit.data, name + SUFFIX, factor)
+            upper.plot(*simulated, color=PALETTE[1], label="simulated", rasterized=dense)
+            upper.set_ylabel(f"{name.replace('_', ' ')}\n[{unit}]")
+            upper.legend(loc="upper right", ncols=2)
+            unit, factor = axis_unit(one.unit, largest([measured - shown], 0.01))
+            left = fit.data.assign(left=fit.data[name] - fit.data[name + SUFFIX])
+            lower.plot(*broken(left, "left", factor), color=PALETTE[0], linewidth=0.6, rasterized=dense)
+            limit = factor * max(largest([measured - shown], 0.01), 1e-300)
+            lower.set_ylim(-1.3 * limit, 1.3 * limit)
+            lower.set_ylabel(f"left over\n[{unit}]")
+        finish(axes, fit.understood.log.name)
+    return fig
+
+
+def panels(names: Sequence[str]) -> tuple[Figure, list[Axes]]:
+    """A figure with a panel for each name, one above the other on one time."""
+    fig = figure(HEIGHT * len(names) + 0.4)
+    axes = fig.subplots(len(names), 1, sharex=True, squeeze=False)
+    return fig, list(axes[:, 0])
+
+
+def broken(data: xr.Dataset, name: str, factor: float) -> tuple[np.ndarray, np.ndarray]:
+    """A signal over time, with a break where the log has a gap."""
+    time, values = data.time.values, factor * data[name].values
+    gaps = np.flatnonzero(np.diff(time) > 1.5 * np.median(np.diff(time))) + 1
+    return np.insert(time, gaps, np.nan), np.insert(values, gaps, np.nan)
+
+
+def finish(axes: Sequence[Axes], title: str) -> None:
+    axes[0].set_title(title.replace("$", r"\$"), loc="left")
+    axes[-1].set_xlabel("time [s]")

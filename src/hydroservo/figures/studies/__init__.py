@@ -1,0 +1,1 @@
+"""Pictures of a study: laws held against each other under many conditions."""

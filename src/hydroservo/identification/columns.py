@@ -1,0 +1,91 @@
+"""Which column of a log holds which signal, in which unit."""
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+from hydroservo.errors import ScenarioError, short
+from hydroservo.identification.signals import COMMAND, OUTPUTS, SIGNALS, TIME
+from hydroservo.nearest import one_of
+from hydroservo.scenario.quantities import unit_factor
+from hydroservo.scenario.recordings import name_and_unit
+
+__all__ = ["Column", "chosen_columns"]
+
+
+class Column(NamedTuple):
+    """A column of a log.
+
+    Attributes:
+        signal: what it holds.
+        header: as the log calls it.
+        place: its number, from 0 on.
+        factor: SI units per unit of its numbers.
+    """
+
+    signal: str
+    header: str
+    place: int
+    factor: float
+
+
+def chosen_columns(headers: Sequence[str], mapping: Mapping[str, str], name: str) -> list[Column]:
+    """The columns of a log that hold signals, time first.
+
+    Args:
+        headers: of all its columns, such as ``velocity [mm/s]``.
+        mapping: the column of a signal, with the unit that it is in where its header gives another or none,
+            such as ``{"velocity": "v_piston [mm/s]"}``; a signal without one has a column of its own name.
+        name: of the log.
+
+    Raises:
+        ScenarioError: a column is missing, appears twice or has the unit of something else; or there is
+            neither a command nor anything measured.
+    """
+    cells = [(header.strip(), *name_and_unit(header.strip())) for header in headers]
+    found = [column_of(signal, cells, mapping.get(signal), name) for signal in SIGNALS]
+    columns = [one for one in found if one is not None]
+    known = {one.signal for one in columns}
+    for signal in (TIME, COMMAND):
+        if signal not in known:
+            raise missing(signal, cells, name)
+    if not known & set(OUTPUTS):
+        problem = f"has no column of anything measured; one must be {', '.join(OUTPUTS)}"
+        raise ScenarioError(name, "line 1", f"{problem}, or [identify.columns] say which is")
+    return columns
+
+
+def column_of(
+    signal: str, cells: Sequence[tuple[str, str, str]], wanted: str | None, name: str
+) -> Column | None:
+    """The column of one signal; None if no column has its name and none is wanted."""
+    own, unit = name_and_unit(wanted) if wanted is not None else (signal, "")
+    places = [i for i, cell in enumerate(cells) if {own, wanted} & set(cell[:2])]
+    if len(places) > 1:
+        raise ScenarioError(name, "line 1", f"column {short(own)} appears more than once")
+    if not places:
+        if wanted is None:
+            return None
+        problem = (
+            f"column {short(own)} for {signal} is missing; it {one_of(own, [cell[1] for cell in cells])}"
+        )
+        raise ScenarioError(name, "line 1", problem)
+    header, _, given = cells[places[0]]
+    unit = unit or given
+    if not unit:
+        problem = f'has no unit; write "{header} [{SIGNALS[signal].unit}]", or the unit that it is in'
+        raise ScenarioError(name, "line 1", f"column {short(header)} {problem}")
+    try:
+        factor = float(unit_factor(unit, SIGNALS[signal].unit))
+    except ValueError as error:
+        raise ScenarioError(name, "line 1", f"column {short(header)} {error}, as {signal} must") from None
+    return Column(signal, header, places[0], factor)
+
+
+def missing(signal: str, cells: Sequence[tuple[str, str, str]], name: str) -> ScenarioError:
+    """That a log lacks a column that it must have."""
+    unit = SIGNALS[signal].unit
+    own = f'[identify.columns] {signal} = "COLUMN [{unit}]"'
+    names = ", ".join(cell[1] for cell in cells)
+    return ScenarioError(
+        name, "line 1", f'column "{signal} [{unit}]" is missing among {names}; {own} names it'
+    )

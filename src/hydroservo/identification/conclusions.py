@@ -1,0 +1,83 @@
+"""What a user should know of an identification, in a line each."""
+
+from collections.abc import Iterator, Mapping, Sequence
+
+import numpy as np
+
+from hydroservo.formatting import MINUS, quantity
+from hydroservo.identification.problem import Problem
+from hydroservo.identification.result import Estimate, LogFit
+from hydroservo.identification.uncertainty import Uncertainty
+
+__all__ = ["remarks_of"]
+
+NOTHING = 12.0  # information, in units of a range, that is no more than the range itself says
+TOGETHER = 0.9  # correlation from which on two numbers are told together alone
+SURE = 3.0  # deviations, from which on an offset or a delay is one
+COLOURED = 1e-3  # probability that residuals are white, below which they are not
+HANGING = 0.1  # correlation of a residual with the next from which on that matters
+WORSE = 1.5  # times what is fitted, that what is held out may be missed by
+WIDER = 1.5  # times, that resampled intervals may be wider
+
+
+def remarks_of(
+    problem: Problem,
+    parameters: Mapping[str, Estimate],
+    sure: Uncertainty,
+    fits: Sequence[LogFit],
+) -> list[str]:
+    """Of each log, of each parameter, and of how well all is met."""
+    found = [f"{fit.understood.log.name}: {line}" for fit in fits for line in of_log(fit)]
+    return [*found, *of_parameters(problem, parameters, sure)]
+
+
+def of_log(fit: LogFit) -> Iterator[str]:
+    """What was found in a log, and what the model misses of it."""
+    yield from fit.understood.remarks
+    delay, unsure = fit.delay
+    if abs(delay) > SURE * unsure:
+        way = "later" if delay > 0.0 else "earlier"
+        yield f"what is measured comes {plain(abs(delay), 's')} {way} than of the model; that is taken out"
+    for name, one in fit.signals.items():
+        offset, unsure = one.offset
+        if abs(offset) > SURE * unsure:
+            yield f"{name} reads {plain(offset, one.unit)} more than its model; that is taken out"
+        if one.whiteness < COLOURED and abs(one.correlation) > HANGING:
+            yield (
+                f"{name}: what is left of it is no white noise (correlation {one.correlation:.2f} from one "
+                "sample to the next): the model misses something"
+            )
+        if one.held_out > WORSE * one.held_in:
+            missed, met = plain(one.held_out, one.unit), plain(one.held_in, one.unit)
+            yield f"{name}: the last fifth, held out, is missed by {missed} rms, and what was fitted by {met}"
+
+
+def of_parameters(problem: Problem, parameters: Mapping[str, Estimate], sure: Uncertainty) -> Iterator[str]:
+    """Which parameters the logs do not tell and why, and which lie at an end of their range."""
+    for i, (path, one) in enumerate(parameters.items()):
+        if not one.identifiable:
+            yield f"{path}: {reason(problem, sure, i)}"
+        elif one.resampled > WIDER:
+            times = f"{one.resampled:.1f} times as wide"
+            yield f"{path}: over resampled stretches of the logs its interval is {times}"
+        if one.at_end:
+            end = plain(one.value, one.unit)
+            yield f"{path}: ends at {end}, an end of its range; a wider one may fit better"
+
+
+def reason(problem: Problem, sure: Uncertainty, i: int) -> str:
+    """Why the logs do not tell a parameter."""
+    if sure.information[i, i] < NOTHING:
+        return "has hardly any influence on what was measured: the logs cannot tell it"
+    others = np.abs(sure.correlations[i]).copy()
+    others[i] = 0.0
+    j = int(others.argmax())
+    if others[j] > TOGETHER:
+        name = problem.unknowns[j].name
+        return f"the logs cannot tell it apart from {name} (correlation {sure.correlations[i, j]:.2f})"
+    return "the logs do not tell it well enough: its interval means little"
+
+
+def plain(value: float, unit: str) -> str:
+    """A quantity in characters that every terminal has."""
+    return quantity(value, unit).replace(MINUS, "-")

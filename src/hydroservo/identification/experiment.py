@@ -1,0 +1,147 @@
+"""A scenario's machine under the inputs of a log, and what it would have shown."""
+
+from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydroservo import loads
+from hydroservo.block import Block, leaves
+from hydroservo.group import group, nested
+from hydroservo.identification.later import Later
+from hydroservo.identification.seen import Seen
+from hydroservo.identification.segments import Segment
+from hydroservo.identification.signals import COMMAND, EXTERNAL_FORCE
+from hydroservo.limits.playback import Playback
+from hydroservo.loop import Loop
+from hydroservo.runs.columns import Columns, checked_columns, starts
+from hydroservo.runs.fitting import compilation, first_state
+from hydroservo.runs.run import ready, studied, wanted_of
+from hydroservo.starts import AsBuilt, Steady
+from hydroservo.time_series import TimeSeries
+from hydroservo.validation import checked
+
+__all__ = ["BEGUN", "Experiment", "experiment", "predicted"]
+
+BEGUN = "load.begun"  # where a recorded force, which the sensors' delay reached too, is put right
+GIVEN = "start.given."
+
+Traces = NDArray[np.float64]  # shape (samples, signals, runs)
+
+
+class Experiment(NamedTuple):
+    """What is run to say what a segment would have shown.
+
+    Attributes:
+        segment: the stretch of a log.
+        given: the loop that plays it, its plant's start open where the log says nothing.
+        loop: the same, ready to run.
+        start: the states in which it begins that the log shows, by their path in :attr:`loop`.
+        varied: paths that may differ between runs; one kernel serves all sets of them.
+    """
+
+    segment: Segment
+    given: Loop
+    loop: Loop
+    start: Mapping[str, float]
+    varied: tuple[str, ...]
+
+
+def experiment(loop: Loop, segment: Segment, varied: Sequence[str], substeps: int) -> Experiment:
+    """A loop that plays a segment.
+
+    It starts in the states that the log shows, from its first samples, and else where the scenario does.
+
+    Args:
+        loop: of the scenario.
+        segment: what drives the machine, and what was measured.
+        varied: the paths that will differ between runs.
+        substeps: of a period of the segment.
+    """
+    played = playing(loop, segment, substeps)
+    known = first_states(ready(played), segment)
+    fixed = played._replace(start=AsBuilt(nested(known | given_of(ready(played), known))))
+    start = {f"{GIVEN}{path}": value for path, value in known.items()}
+    forced = [BEGUN] if EXTERNAL_FORCE in segment.inputs else []
+    return Experiment(segment, fixed, ready(fixed), start, (*varied, *start, *forced))
+
+
+def playing(loop: Loop, segment: Segment, substeps: int) -> Loop:
+    """The loop with a recorded command in place of its law, and a recorded force in that of its load."""
+    simulation = loop.simulation._replace(
+        duration=segment.period * (segment.samples - 1), period=segment.period, substeps=substeps
+    )
+    if EXTERNAL_FORCE in segment.inputs:
+        series = TimeSeries.from_samples(segment.time - segment.start, segment.inputs[EXTERNAL_FORCE])
+        load: Block = Later(loads.Recorded(series))
+    else:
+        load = Later(loop.load, segment.start)
+    law = Playback(np.ascontiguousarray(segment.inputs[COMMAND]))
+    return loop._replace(simulation=simulation, controller=law, load=load, metrics=group({"seen": Seen()}))
+
+
+def first_states(loop: Loop, segment: Segment) -> dict[str, float]:
+    """The plant's states that were measured, at the start, by path in the loop's state."""
+    own = loop.plant.init()._asdict()
+    found = {}
+    for name, values in segment.measured.items():
+        if name in own and np.isfinite(values).any():
+            found[f"plant.{name}"] = first_value(values)
+    return found
+
+
+def first_value(values: NDArray[np.float64]) -> float:
+    """A signal at its first sample, from a straight line through its first eight that are there."""
+    places = np.flatnonzero(np.isfinite(values))[:8]
+    if places.size < 3:
+        return float(values[places[0]])
+    return float(np.polyval(np.polyfit(places, values[places], 1), 0.0))
+
+
+def given_of(loop: Loop, known: Mapping[str, float]) -> dict[str, float]:
+    """The states that the scenario's own start gives or finds, but for those that are known."""
+    pairs = leaves(loop.start.given) if isinstance(loop.start, AsBuilt | Steady) else ()
+    return {path: value for path, value in pairs if path not in known and not path.startswith("controller")}
+
+
+def predicted(one: Experiment, columns: Mapping[str, NDArray[np.float64]], threads: int) -> Traces:
+    """What the machine would have shown with each of some sets of parameters.
+
+    Args:
+        one: the experiment.
+        columns: arrays of shape (runs,) in SI units by path; where one of the experiment's paths is not
+            among them, the loop's own value holds.
+        threads: how many to use.
+
+    Returns:
+        Shape (samples, signals, runs), the signals those of MachineOutputs; nan once a run is lost.
+
+    Raises:
+        ParameterError: a value is out of its range.
+    """
+    from hydroservo.engine.lane_traces import traced
+    from hydroservo.engine.lanes import LANES, CompiledLanes
+
+    own = dict(leaves(one.loop))
+    size = next(iter(columns.values())).size
+    every = {path: columns.get(path, np.full(size, own[path])) for path in one.varied} | dict(columns)
+    given = checked_columns(one.loop, every)
+    started: Columns = given | starts(checked(one.given), given)
+    samples, period = one.segment.samples, one.segment.period
+    state = first_state(one.loop)
+    with compilation(one.loop):
+        study, wanted = studied(one.loop, samples), wanted_of(one.loop, state, ())
+        kernel = CompiledLanes(study, wanted, state, tuple(started), strict=False)
+
+        def part(first: int) -> Traces:
+            own_part = {path: values[first : first + LANES] for path, values in started.items()}
+            used = min(LANES, size - first)
+            return traced(kernel, own_part, samples, period)[:, :, :used]
+
+        firsts = range(0, size, LANES)
+        if len(firsts) == 1:
+            return part(0)
+        with ThreadPoolExecutor(threads) as pool:
+            return np.concatenate(list(pool.map(part, firsts)), axis=2)

@@ -1,0 +1,240 @@
+"""Parameters of a scenario's machine from logs."""
+
+from collections.abc import Mapping, Sequence
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydroservo.block import field_at, value_at
+from hydroservo.errors import HydroservoError, ParameterError, ScenarioError
+from hydroservo.identification.conclusions import remarks_of
+from hydroservo.identification.experiment import experiment
+from hydroservo.identification.held_out import held_out
+from hydroservo.identification.log import Log, checked_log, read_log
+from hydroservo.identification.misfit import misfit
+from hydroservo.identification.problem import Problem, unknowns_of, usual_values
+from hydroservo.identification.quality import log_fits
+from hydroservo.identification.result import Estimate, Identified
+from hydroservo.identification.search import Report, Solution, best_fit
+from hydroservo.identification.segments import Segment, Understood, understood
+from hydroservo.identification.signals import SIGNALS
+from hydroservo.identification.steps import substeps_for
+from hydroservo.identification.trust import told
+from hydroservo.identification.uncertainty import NORMAL, Uncertainty, uncertainty
+from hydroservo.identification.written import tables_with
+from hydroservo.runs.arguments import checked_mapping
+from hydroservo.runs.tuning import Space
+from hydroservo.scenario.load import Assembly, Machine, assembled
+from hydroservo.scenario.overrides import nested
+from hydroservo.scenario.ranges import as_entries
+from hydroservo.scenario.sampling import Variation, parameters_of, variations
+from hydroservo.scenario.tables import Entry
+from hydroservo.validation import whole_number
+from hydroservo.work.cores import checked_count
+
+__all__ = ["identified", "identify"]
+
+LARGEST_SEED = 2**53 - 1
+END = 0.005  # of a range, within which a value lies at its end
+Given = str | Path | Mapping[str, Any]
+
+
+def identify(
+    source: str | Path,
+    logs: Given | Sequence[Given],
+    ranges: Mapping[str, str | tuple[float, float]],
+    *,
+    changes: Mapping[str, object] | None = None,
+    plugins: Sequence[str | Path] = (),
+    seed: int = 0,
+    threads: int | None = None,
+    progress: Report | None = None,
+) -> Identified:
+    """Find numbers of a scenario's machine from logs of it, as ``hydroservo identify`` does::
+
+        found = hs.identify("axis.toml", "bench.csv", {"plant.oil.effective_bulk_modulus": "5000..15000 bar"})
+        found.parameters["plant.oil.effective_bulk_modulus"].low
+
+    The recorded command drives the machine of the scenario in place of its law, and a recorded external force
+    in place of its load; what is sought makes the difference of measured and simulated signals least. With
+    each log its delay, its sensors' offsets and the state in which it begins are sought too.
+
+    Args:
+        source: the scenario, by name or path. Its table ``[identify.columns]`` says which column of a log
+            holds which signal where the header does not.
+        logs: one or several: files (CSV, Parquet, MATLAB, NetCDF, MDF), or mappings of ``time``, ``command``
+            and measured signals to arrays of shape (n,) in SI units.
+        ranges: between what each number of the machine is sought, by path: two numbers in SI units,
+            ``hs.relative(low, high)`` or a text as ``--vary`` takes it.
+        changes: values by dotted path that override those of the scenario.
+        plugins: Python files with blocks that it names; they are executed.
+        seed: of the starts of the search.
+        threads: how many to use; all cores if None.
+        progress: called now and then with the fraction done.
+
+    Returns:
+        The numbers with 95 % intervals, which of them the logs tell, how each log is met, and a scenario with
+        what was found.
+
+    Raises:
+        ScenarioError: in one line, the file, the place and what is wrong there.
+        ParameterError: an argument is not what it must be.
+        HydroservoError: every run is lost.
+
+    Source: Ljung, System Identification, 1999, ch. 7 and 9 (output error and its covariance); Huber, Robust
+    Statistics, 1981.
+    Fails where what is measured depends on something that neither the log nor the scenario knows, as friction
+    on how long the machine stood; residuals that are not white tell.
+    """
+    asked = as_entries(checked_mapping("ranges", ranges, "paths to ranges"))
+    given = [logs] if isinstance(logs, str | Path | Mapping) else list(logs)
+    return identified(
+        source, given, asked, changes or {}, plugins, seed, checked_count(threads, "threads"), progress
+    )
+
+
+def identified(
+    source: str | Path,
+    logs: Sequence[Given],
+    ranges: Mapping[str, Entry],
+    changes: Mapping[str, object],
+    plugins: Sequence[str | Path],
+    seed: int,
+    threads: int,
+    progress: Report | None,
+) -> Identified:
+    """As :func:`identify`, of ranges as they were read."""
+    report = progress or (lambda _: None)
+    whole_number("seed", seed, 0, LARGEST_SEED)
+    assembly = assembled(source, changes, plugins)
+    varied = sought(assembly, ranges)
+    taken = [understood(one, i) for i, one in enumerate(read(logs, assembly))]
+    problem = problem_of(assembly, varied, taken, threads)
+    report(0.05)
+    best = best_fit(problem, seed, lambda part: report(0.05 + 0.75 * part))
+    at_best = misfit(problem, best.x, best.weights)
+    sure = uncertainty(problem, at_best, seed)
+    parameters = estimates(assembly, problem, best, sure)
+    report(0.9)
+    apart = held_out(problem, best)
+    fits = log_fits(problem, best, sure, taken, apart)
+    remarks = remarks_of(problem, parameters, sure, fits)
+    count = len(parameters)
+    try:
+        tables = tables_with(source, changes, plugins, parameters)
+    except HydroservoError as error:  # which must not cost what was found
+        tables = nested(changes)
+        remarks.append(f"the scenario is written without what was found: {error}")
+    report(1.0)
+    return Identified(
+        str(source),
+        assembled(source, tables, plugins).loop,
+        parameters,
+        sure.correlations[:count, :count],
+        fits,
+        remarks,
+        tables,
+        best.evaluations,
+    )
+
+
+def sought(assembly: Assembly, ranges: Mapping[str, Entry]) -> list[Variation]:
+    """What is sought.
+
+    Raises:
+        ParameterError: nothing is.
+        ScenarioError: one is no number of the machine, or has no range.
+    """
+    if not ranges:
+        raise ParameterError("ranges", "{}", "must name a number of the machine that is sought")
+    for path, entry in ranges.items():
+        head = path.partition(".")[0]
+        if head in ("controller", "reference", "sensors", "hold", "simulation"):
+            problem = (
+                f"must be of the machine ({', '.join(Machine._fields)}): a log takes the place of the {head}"
+            )
+            raise ScenarioError(entry.origin.name, entry.key, problem)
+    return variations(assembly, ranges)
+
+
+def read(logs: Sequence[Given], assembly: Assembly) -> list[Log]:
+    """The logs.
+
+    Raises:
+        ParameterError: there is none.
+        ScenarioError: one is not what it must be.
+    """
+    if not logs:
+        raise ParameterError("logs", "[]", "must be at least one")
+    for signal, entry in assembly.log_columns.items():
+        if signal not in SIGNALS:
+            raise entry.unknown(signal, SIGNALS)
+    mapping = {signal: entry.value for signal, entry in assembly.log_columns.items()}
+    every = [
+        checked_log(one, f"log {i}") if isinstance(one, Mapping) else read_log(one, mapping)
+        for i, one in enumerate(logs, 1)
+    ]
+    period = assembly.loop.simulation.period
+    for log in every:
+        lasts = float(log.time[-1] - log.time[0])
+        if lasts < period:
+            problem = f"lasts {lasts:g} s, less than the scenario's sample period of {period:g} s"
+            raise ScenarioError(log.name, "", problem)
+    return every
+
+
+def problem_of(
+    assembly: Assembly, varied: Sequence[Variation], taken: Sequence[Understood], threads: int
+) -> Problem:
+    """What is fitted to what."""
+    space = Space({one.path: (one.low, one.high) for one in varied})
+    columns = partial(parameters_of, assembly, varied)
+    ends = np.array([[0.5] * len(varied), [0.25] * len(varied), [0.75] * len(varied)])
+    paths = tuple(columns(space.values(ends)))
+    segments = [one for log in taken for one in log.segments]
+    experiments = [
+        experiment(assembly.loop, one, paths, substeps_for(assembly.loop, one)) for one in segments
+    ]
+    spread = spreads(segments)
+    unknowns = unknowns_of(space, experiments, spread)
+    own = {one.path: own_value(assembly, one.path) for one in varied}
+    return Problem(experiments, space, columns, unknowns, spread, usual_values(own, space, unknowns), threads)
+
+
+def own_value(assembly: Assembly, path: str) -> float:
+    """The value that the scenario has at a path."""
+    argument = assembly.arguments.get(path)
+    return argument.value if argument is not None else float(value_at(assembly.loop, path))
+
+
+def spreads(segments: Sequence[Segment]) -> dict[tuple[int, str], float]:
+    """The standard deviation of each log's signals."""
+    rows: dict[tuple[int, str], list[NDArray[np.float64]]] = {}
+    for one in segments:
+        for name, values in one.measured.items():
+            rows.setdefault((one.log, name), []).append(values)
+    return {key: float(np.nanstd(np.concatenate(parts))) for key, parts in rows.items()}
+
+
+def estimates(assembly: Assembly, problem: Problem, best: Solution, sure: Uncertainty) -> dict[str, Estimate]:
+    """The parameters with their intervals, which are even in the units of the search."""
+    count = len(problem.space.ranges)
+    half = NORMAL * sure.deviations
+    low, value, high = (
+        problem.space.values((best.x + sign * half)[np.newaxis, :count]) for sign in (-1.0, 0.0, 1.0)
+    )
+    known = told(problem, best.x, best.weights, sure)
+    wider = sure.resampled / sure.deviations
+    found = {}
+    for i, path in enumerate(problem.space.ranges):
+        argument = assembly.arguments.get(path)
+        field = argument.field if argument is not None else field_at(assembly.loop, path)
+        ends = float(low[path][0]), float(high[path][0])
+        at_end = not END < best.x[i] < 1.0 - END
+        found[path] = Estimate(
+            float(value[path][0]), *ends, bool(known[i]), float(wider[i]), at_end, field.unit, field.meaning
+        )
+    return found

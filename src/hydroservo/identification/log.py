@@ -1,0 +1,103 @@
+"""A log: what drove a machine, and what was measured of it."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydroservo.errors import ParameterError, ScenarioError
+from hydroservo.identification.binary_tables import BINARY, read_binary_table
+from hydroservo.identification.columns import Column, chosen_columns
+from hydroservo.identification.signals import COMMAND, OUTPUTS, SIGNALS, TIME
+from hydroservo.identification.text_tables import read_text_table
+from hydroservo.runs.arguments import checked_path
+from hydroservo.scenario.files import exists
+
+__all__ = ["Log", "checked_log", "read_log"]
+
+FEWEST = 16  # samples
+
+
+class Log(NamedTuple):
+    """Signals over time, as they were recorded.
+
+    Attributes:
+        name: of the log, such as its file.
+        time: instants [s], increasing, shape (n,).
+        signals: by their names in :data:`~hydroservo.identification.signals.SIGNALS`, in SI units, shape
+            (n,); nan where a sample is missing.
+        unused: columns that hold no signal.
+    """
+
+    name: str
+    time: NDArray[np.float64]
+    signals: Mapping[str, NDArray[np.float64]]
+    unused: Sequence[str] = ()
+
+
+def read_log(path: str | Path, mapping: Mapping[str, str]) -> Log:
+    """The log in a file: Parquet, MATLAB, NetCDF or MDF by its ending, else text with a header.
+
+    Args:
+        path: of the file.
+        mapping: which column holds which signal, as
+            :func:`~hydroservo.identification.columns.chosen_columns` has it.
+
+    Raises:
+        ScenarioError: in one line, the file, the place and what is wrong there.
+    """
+    file = checked_path("logs", path)
+    name = str(file)
+    if not exists(file):
+        raise ScenarioError(name, "", "there is no such file")
+    read = read_binary_table if file.suffix.lower() in BINARY else read_text_table
+    columns: list[Column] = []
+
+    def choose(headers: Sequence[str]) -> Any:
+        columns[:] = chosen_columns(headers, mapping, name)
+        return columns
+
+    found, headers = read(file, choose)
+    in_si = {one.signal: found[one.signal] * one.factor for one in columns}
+    used = {one.place for one in columns}
+    unused = [header for i, header in enumerate(headers) if i not in used and header.strip()]
+    return checked(Log(name, in_si.pop(TIME), in_si, unused))
+
+
+def checked_log(given: Mapping[str, Any], name: str) -> Log:
+    """The log that arrays in SI units by name make.
+
+    Args:
+        given: ``time``, ``command`` and what was measured, each of shape (n,).
+        name: of the log.
+
+    Raises:
+        ParameterError: they are not that.
+        ScenarioError: there are too few samples, or they tell nothing.
+    """
+    rows = {str(key): np.asarray(one, dtype=np.float64) for key, one in given.items()}
+    for key, row in rows.items():
+        if key not in SIGNALS:
+            raise ParameterError(name, key, f"is no signal; they are {', '.join(SIGNALS)}")
+        if row.ndim != 1 or row.size != rows.get(TIME, row).size:
+            raise ParameterError(name, key, f"has shape {row.shape}; each must be as long as time")
+    if not {TIME, COMMAND} <= rows.keys() or not rows.keys() & set(OUTPUTS):
+        problem = f"must have time, command and one of {', '.join(OUTPUTS)}"
+        raise ParameterError(name, ", ".join(rows), problem)
+    if not (np.diff(rows[TIME]) > 0.0).all():
+        raise ParameterError(name, "time", "must increase")
+    return checked(Log(name, rows.pop(TIME), rows))
+
+
+def checked(log: Log) -> Log:
+    """A log long enough to tell anything.
+
+    Raises:
+        ScenarioError: it is not.
+    """
+    if log.time.size < FEWEST:
+        problem = f"has {log.time.size} samples, too few to tell anything; at least {FEWEST} are needed"
+        raise ScenarioError(log.name, "", problem)
+    return log

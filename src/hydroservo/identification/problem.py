@@ -1,0 +1,257 @@
+"""The residuals of logs as a function of all that is unknown: parameters, and how each log was taken."""
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydroservo.errors import ParameterError
+from hydroservo.identification.experiment import BEGUN, Experiment, predicted
+from hydroservo.identification.segments import Segment
+from hydroservo.identification.shift import shifted, slope_of_shift
+from hydroservo.identification.signals import OUTPUTS
+from hydroservo.runs.columns import Columns
+from hydroservo.runs.tuning import Space
+
+__all__ = ["Problem", "Simulated", "Unknown", "check_possible", "simulated", "unknowns_of", "usual_values"]
+
+STEP = 3e-4  # of a parameter's range, for its central difference
+START_STEP = 1e-3  # of a signal's spread, for a state's at the start
+DELAY_STEP = 0.05  # of a period
+LONGEST_DELAY = 0.1  # [s]
+SHARE = 0.1  # of a log's samples, which a delay is at most
+EARLIEST = 1.5  # periods by which a machine may seem to answer before it is asked
+FAR = 10.0  # spreads, up to which an offset or a start is sought
+PLACES = {name: i for i, name in enumerate(OUTPUTS)}  # of a signal, in what is predicted
+
+Vector = NDArray[np.float64]
+Values = Mapping[str, Vector]
+
+
+class Unknown(NamedTuple):
+    """One number that is sought.
+
+    Attributes:
+        name: of a parameter its path; else what it is of, for people.
+        kind: "parameter", "start", "delay" or "offset".
+        where: of a start the segment's number, of a delay or an offset the log's; of a parameter -1.
+        key: its path, or the signal of an offset.
+        scale: SI units per unit of the search; of a parameter 1, for it is sought in its range as 0 to 1.
+        low: the least that it may be, in units of the search.
+        high: the most.
+    """
+
+    name: str
+    kind: str
+    where: int
+    key: str
+    scale: float
+    low: float
+    high: float
+
+    @property
+    def prior(self) -> float:
+        """The precision of the uniform distribution over its range."""
+        return 12.0 / (self.high - self.low) ** 2
+
+
+class Problem(NamedTuple):
+    """What is fitted to what.
+
+    Attributes:
+        experiments: one for each segment.
+        space: the ranges of the parameters.
+        columns: the numbers of the loop that follow from parameters by path, in SI units.
+        unknowns: all that is sought, the parameters first.
+        spread: of each signal of each log, by log and name, in its unit.
+        usual: where the search begins, shape (unknowns,).
+        threads: how many to use.
+    """
+
+    experiments: Sequence[Experiment]
+    space: Space
+    columns: Callable[[Values], Mapping[str, Vector]]
+    unknowns: Sequence[Unknown]
+    spread: Mapping[tuple[int, str], float]
+    usual: Vector
+    threads: int
+
+    @property
+    def bounds(self) -> tuple[Vector, Vector]:
+        """The least and the most of each unknown."""
+        return np.array([one.low for one in self.unknowns]), np.array([one.high for one in self.unknowns])
+
+
+class Simulated(NamedTuple):
+    """A segment as the machine would have shown it.
+
+    Attributes:
+        values: by signal, with its offset, shape (n,).
+        slopes: by signal, by each unknown, shape (n, unknowns).
+    """
+
+    values: Values
+    slopes: Values
+
+
+def unknowns_of(
+    space: Space, experiments: Sequence[Experiment], spread: Mapping[tuple[int, str], float]
+) -> list[Unknown]:
+    """All that is sought: parameters, each segment's start, each log's delay and its sensors' offsets.
+
+    A position has no offset: where its zero is and where the piston starts are the same to a machine.
+    """
+    found = [Unknown(path, "parameter", -1, path, 1.0, 0.0, 1.0) for path in space.ranges]
+    for i, one in enumerate(experiments):
+        for path in one.start:
+            signal = path.rpartition(".")[2]
+            scale = spread[one.segment.log, signal]
+            at = one.start[path] / scale
+            name = f"{signal} at {one.segment.start:g} s"
+            found.append(Unknown(name, "start", i, path, scale, at - FAR, at + FAR))
+    for log, segment in {
+        one.segment.log: longest(experiments, one.segment.log) for one in experiments
+    }.items():
+        most = min(LONGEST_DELAY / segment.period, SHARE * segment.samples)
+        found.append(Unknown("delay", "delay", log, BEGUN, segment.period, -EARLIEST, most))
+        found += [
+            Unknown(f"offset of {name}", "offset", log, name, spread[log, name], -FAR, FAR)
+            for name in segment.measured
+            if name != "position"
+        ]
+    return found
+
+
+def longest(experiments: Sequence[Experiment], log: int) -> Segment:
+    """The longest segment of a log."""
+    own = [one.segment for one in experiments if one.segment.log == log]
+    return max(own, key=lambda one: one.samples)
+
+
+def simulated(problem: Problem, x: Vector, slopes: bool = True) -> list[Simulated]:
+    """All segments at a point, with the slopes by every unknown.
+
+    All differences of a segment's slopes are lanes of one batch.
+
+    Args:
+        problem: what is sought.
+        x: the point, in units of the search.
+        slopes: False leaves these 0.
+
+    Raises:
+        ParameterError: the point allows no machine.
+    """
+    return [one_simulated(problem, i, x, slopes) for i in range(len(problem.experiments))]
+
+
+def one_simulated(problem: Problem, number: int, x: Vector, slopes: bool) -> Simulated:
+    """One segment at a point."""
+    one = problem.experiments[number]
+    log, signals = one.segment.log, list(one.segment.measured)
+    moved = [i for i, unknown in enumerate(problem.unknowns) if slopes and concerns(problem, unknown, number)]
+    points, apart = nudged(problem, x, moved)
+    shown = predicted(one, columns_at(problem, points, number), problem.threads)
+    shown = shown[:, [PLACES[name] for name in signals], :]
+    slopes_of = np.zeros((one.segment.samples, len(signals), x.size))
+    slopes_of[:, :, moved] = (shown[:, :, 1::2] - shown[:, :, 2::2]) / apart
+    late = delay_of(problem, log)
+    table = shifted(slopes_of, x[late])
+    if slopes:
+        table[:, :, late] += slope_of_shift(shown[:, :, 0], x[late])
+    own = shifted(shown[:, :, 0], x[late])
+    values = {name: own[:, j] for j, name in enumerate(signals)}
+    found = {name: table[:, j] for j, name in enumerate(signals)}
+    for i, unknown in enumerate(problem.unknowns):
+        if unknown.kind == "offset" and unknown.where == log:
+            values[unknown.key] += unknown.scale * x[i]
+            found[unknown.key][:, i] = unknown.scale
+    return Simulated(values, found)
+
+
+def delay_of(problem: Problem, log: int) -> int:
+    """Which unknown the delay of a log is."""
+    return next(i for i, one in enumerate(problem.unknowns) if one.kind == "delay" and one.where == log)
+
+
+def concerns(problem: Problem, unknown: Unknown, segment: int) -> bool:
+    """Whether a segment must be simulated again where an unknown changes."""
+    one = problem.experiments[segment]
+    late = unknown.where == one.segment.log and unknown.key in one.varied
+    of = {"parameter": True, "start": unknown.where == segment, "delay": late}
+    return of.get(unknown.kind, False)
+
+
+def nudged(problem: Problem, x: Vector, moved: Sequence[int]) -> tuple[Vector, Vector]:
+    """The point, then beyond and short of it in each unknown that is moved; and how far these are apart.
+
+    Beside an end of its range, an unknown is moved to one side, as it is where the other allows no machine.
+    """
+    low, high = problem.bounds
+    points = np.repeat(x[np.newaxis], 1 + 2 * len(moved), axis=0)
+    steps = {"parameter": STEP, "start": START_STEP, "delay": DELAY_STEP}
+    for k, i in enumerate(moved):
+        step = steps[problem.unknowns[i].kind]
+        for row, sign in ((1 + 2 * k, 1.0), (2 + 2 * k, -1.0)):
+            points[row, i] = min(max(x[i] + sign * step, low[i]), high[i])
+            if problem.unknowns[i].kind == "parameter" and not is_possible(problem, points[row]):
+                points[row, i] = x[i]
+    apart = np.array([points[1 + 2 * k, i] - points[2 + 2 * k, i] for k, i in enumerate(moved)])
+    return points, np.where(apart > 0.0, apart, np.inf)
+
+
+def is_possible(problem: Problem, x: Vector) -> bool:
+    """Whether a point allows a machine."""
+    try:
+        check_possible(problem, x)
+    except ParameterError:
+        return False
+    return True
+
+
+def check_possible(problem: Problem, x: Vector) -> None:
+    """Refuse a point that allows no machine.
+
+    Raises:
+        ParameterError: it does not.
+    """
+    from hydroservo.runs.columns import checked_columns
+
+    parameters = problem.space.values(x[np.newaxis, : len(problem.space.ranges)])
+    checked_columns(problem.experiments[0].loop, problem.columns(parameters))
+
+
+def columns_at(problem: Problem, points: Vector, segment: int) -> Columns:
+    """What the runs of a segment do not share, at points of shape (runs, unknowns)."""
+    count = len(problem.space.ranges)
+    found = dict(problem.columns(problem.space.values(points[:, :count])))
+    for unknown, values in zip(problem.unknowns[count:], points[:, count:].T, strict=True):
+        if concerns(problem, unknown, segment):
+            found[unknown.key] = unknown.scale * values
+    return found
+
+
+def usual_values(own: Mapping[str, float], space: Space, unknowns: Sequence[Unknown]) -> Vector:
+    """The scenario's own values, moved into their ranges; a start as the log shows it, and else 0.
+
+    Args:
+        own: values of the scenario by path.
+        space: the ranges.
+        unknowns: all that is sought.
+    """
+    found = []
+    for one in unknowns:
+        if one.kind == "parameter":
+            found.append(unit_of(space.ranges[one.key], own[one.key]))
+        else:
+            found.append(0.5 * (one.low + one.high) if one.kind == "start" else 0.0)
+    return np.array(found)
+
+
+def unit_of(ends: tuple[float, float], value: float) -> float:
+    """Where a value lies in its range, as 0 to 1; the inverse of :class:`~hydroservo.runs.tuning.Space`."""
+    low, high = ends
+    inside = min(max(value, low), high)
+    if low * high > 0.0:
+        return float(np.log(inside / low) / np.log(high / low))
+    return (inside - low) / (high - low)

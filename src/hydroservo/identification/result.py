@@ -1,0 +1,137 @@
+"""What an identification found."""
+
+import os
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydroservo._version import __version__
+from hydroservo.errors import one_line
+from hydroservo.formatting import MINUS, quantity
+from hydroservo.identification.segments import Understood
+from hydroservo.loop import Loop
+from hydroservo.scenario.catalogue import builtin_texts
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["Estimate", "Identified", "LogFit", "SignalFit"]
+
+
+class Estimate(NamedTuple):
+    """A number that was sought, in SI units.
+
+    Attributes:
+        value: the best one.
+        low: lower end of its 95 % interval, inside its range.
+        high: the upper end.
+        identifiable: whether the logs tell it.
+        resampled: how many times as wide the interval is that resampled stretches of the logs give.
+        at_end: whether it lies at an end of its range.
+        unit: SI.
+        meaning: what it is.
+    """
+
+    value: float
+    low: float
+    high: float
+    identifiable: bool
+    resampled: float
+    at_end: bool
+    unit: str
+    meaning: str
+
+    def __repr__(self) -> str:
+        low, value, high = (
+            quantity(one, self.unit).replace(MINUS, "-") for one in (self.low, self.value, self.high)
+        )
+        return f"{value} ({low} ... {high})" if self.identifiable else f"{value} (not told by the logs)"
+
+
+class SignalFit(NamedTuple):
+    """How well a signal of a log is met.
+
+    Attributes:
+        rms: of measured less simulated, in the signal's unit.
+        noise: the deviation of that from its median, which outliers do not change.
+        explained: the share of the measured variance that the model explains, 1 for all.
+        whiteness: the probability that white noise would hang together as the residuals do.
+        correlation: of a residual with the next.
+        held_out: rms over the last fifth, simulated with what the rest of the log gives.
+        held_in: rms over the rest, of the same fit.
+        offset: of the sensor, and its standard deviation; both 0 where none is sought.
+        unit: SI.
+    """
+
+    rms: float
+    noise: float
+    explained: float
+    whiteness: float
+    correlation: float
+    held_out: float
+    held_in: float
+    offset: tuple[float, float]
+    unit: str
+
+
+class LogFit(NamedTuple):
+    """A log as it was understood and met.
+
+    Attributes:
+        understood: what was taken of it.
+        delay: of what is measured against the command [s], and its standard deviation.
+        signals: by name.
+        data: over ``time`` [s], measured signals and, with ``_simulated`` after their names, the model's.
+    """
+
+    understood: Understood
+    delay: tuple[float, float]
+    signals: Mapping[str, SignalFit]
+    data: "xr.Dataset"
+
+
+class Identified(NamedTuple):
+    """What an identification found.
+
+    Attributes:
+        scenario: whose machine it is.
+        loop: the scenario's loop with what was found.
+        parameters: by path.
+        correlations: of the parameters, shape (parameters, parameters).
+        logs: each as it was met.
+        remarks: what a user should know, in a line each.
+        tables: what was found, over the scenario: its machine, and its uncertainty from the intervals.
+        evaluations: of all residuals with their slopes.
+    """
+
+    scenario: str
+    loop: Loop
+    parameters: Mapping[str, Estimate]
+    correlations: NDArray[np.float64]
+    logs: Sequence[LogFit]
+    remarks: Sequence[str]
+    tables: Mapping[str, Any]
+    evaluations: int
+
+    def toml(self, folder: Path | str = ".") -> str:
+        """The text of a scenario with what was found, which builds on the one that was fitted.
+
+        Args:
+            folder: where its file will stand, from which a scenario in a file is found again.
+        """
+        import tomli_w
+
+        logs = ", ".join(one.understood.log.name for one in self.logs)
+        origin = one_line(
+            f"# Found by hydroservo {__version__} identify {self.scenario} from {logs}; SI units."
+        )
+        base = self.scenario
+        if base not in builtin_texts():
+            base = os.path.relpath(base, folder)
+        return f"{origin}\n{tomli_w.dumps({'base': base, **self.tables})}"
+
+    def __repr__(self) -> str:
+        return "\n".join([*(f"{path} = {one!r}" for path, one in self.parameters.items()), *self.remarks])

@@ -1,0 +1,190 @@
+"""Least squares of weighted residuals from several starts, with weights that the residuals give."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydroservo.errors import HydroservoError
+from hydroservo.identification.experiment import predicted
+from hydroservo.identification.lag import lag, left
+from hydroservo.identification.misfit import Misfit, Weights, misfit, residuals_by_signal
+from hydroservo.identification.problem import PLACES, Problem, columns_at, delay_of, is_possible
+from hydroservo.identification.spikes import TO_DEVIATION, noise_of
+
+__all__ = ["KNEE", "Solution", "best_fit", "refined"]
+
+KNEE = 2.0  # deviations, from which a residual counts linearly: 99 % efficient for normal noise
+CANDIDATES = 63  # of starts, besides the scenario's own values: two groups of lanes
+STARTS = 3
+ROUNDS = 4  # of weights
+SETTLED = 0.02  # relative change of a weight
+LEAST = 1e-9  # of a signal's spread, which its residuals are at least taken to have
+EVALUATIONS = 40
+ENDED = 1e-6  # relative change of what is left, or of the unknowns
+WEIGHT = 0.1  # of what ranges say, as a measurement around the scenario's values: it decides what logs do not
+LEAST_ERROR = 1e-3  # of a signal's spread, which the first fit does not try to get below
+
+Vector = NDArray[np.float64]
+Report = Callable[[float], None]
+
+
+class Solution(NamedTuple):
+    """Where a search ended.
+
+    Attributes:
+        x: the point, in units of the search.
+        cost: what is left there.
+        weights: of each signal.
+        evaluations: of residuals and slopes.
+    """
+
+    x: Vector
+    cost: float
+    weights: Weights
+    evaluations: int
+
+
+def best_fit(problem: Problem, seed: int, report: Report) -> Solution:
+    """The unknowns that make weighted residuals smallest.
+
+    First each signal counts by its noise, from the scenario's values and from the best of 63 others over the
+    ranges; from the best end on each signal counts by the deviation of its residuals, until that settles, and
+    residuals beyond two deviations linearly. What the logs do not tell stays near the scenario's values.
+
+    Args:
+        problem: what is sought.
+        seed: of the other starts.
+        report: called with the fraction done.
+
+    Raises:
+        HydroservoError: no start gives a run that is not lost.
+
+    Source: Huber, Robust Statistics, 1981, ch. 7 (residuals that count linearly); Branch, Coleman, Li, SIAM
+    J. Scientific Computing 21, 1999, as scipy.optimize.least_squares has it (bounds).
+    Fails to promise the best there is.
+    """
+    weights = first_weights(problem)
+    ends = []
+    begun = starts(problem, weights, seed)
+    for number, x in enumerate(begun):
+        ends.append(refined(problem, x, weights, knee=None))
+        report(0.6 * (number + 1) / len(begun))
+    found = min(ends, key=lambda one: one.cost)
+    evaluations = sum(one.evaluations for one in ends)
+    for number in range(ROUNDS):
+        renewed = weights_at(problem, misfit(problem, found.x, found.weights, slopes=False), found.weights)
+        change = max(abs(renewed[key] / found.weights[key] - 1.0) for key in renewed)
+        if change < SETTLED:
+            break
+        found = refined(problem, found.x, renewed)
+        evaluations += found.evaluations
+        report(0.6 + 0.4 * (number + 1) / ROUNDS)
+    return found._replace(evaluations=evaluations)
+
+
+def refined(
+    problem: Problem,
+    x: Vector,
+    weights: Weights,
+    knee: float | None = KNEE,
+    counted: dict[int, NDArray[np.bool_]] | None = None,
+) -> Solution:
+    """The nearest local optimum.
+
+    Args:
+        problem: what is sought.
+        x: where to begin.
+        weights: of each signal.
+        knee: from where on residuals count linearly; None for nowhere.
+        counted: which samples count, by segment.
+
+    Raises:
+        HydroservoError: the start gives no run that is not lost.
+    """
+    from scipy.optimize import least_squares
+
+    last: list[tuple[Vector, Misfit]] = []
+
+    def at(point: Vector) -> Misfit:
+        if not last or not np.array_equal(last[0][0], point):
+            last[:] = [(point.copy(), misfit(problem, point, weights, counted))]
+        return last[0][1]
+
+    low, high = problem.bounds
+    pull = np.sqrt([WEIGHT * one.prior for one in problem.unknowns])
+    if not np.isfinite(at(x).residuals).all():
+        raise HydroservoError("the machine is lost in a run with these parameters; try other ranges")
+    found = least_squares(
+        lambda point: np.concatenate([at(point).residuals, pull * (point - problem.usual)]),
+        np.clip(x, low, high),
+        jac=lambda point: np.vstack([at(point).slopes, np.diag(pull)]),
+        bounds=(low, high),
+        x_scale="jac",
+        loss="linear" if knee is None else "huber",
+        f_scale=knee or 1.0,
+        ftol=ENDED,
+        xtol=ENDED,
+        gtol=None,
+        max_nfev=EVALUATIONS,
+    )
+    return Solution(found.x, float(found.cost), weights, int(found.nfev))
+
+
+def first_weights(problem: Problem) -> dict[tuple[int, str], float]:
+    """The inverse of each signal's noise, as far as it can be told before there is a model."""
+    noise: dict[tuple[int, str], list[float]] = {}
+    for one in problem.experiments:
+        for name, values in one.segment.measured.items():
+            noise.setdefault((one.segment.log, name), []).append(noise_of(values))
+    return {key: 1.0 / max(*found, LEAST_ERROR * problem.spread[key]) for key, found in noise.items()}
+
+
+def starts(problem: Problem, weights: Weights, seed: int) -> list[Vector]:
+    """Where to begin: the scenario's own values, and the best of others, each with the delay that it shows.
+
+    Raises:
+        HydroservoError: every run is lost.
+    """
+    from scipy.stats import qmc
+
+    own, count = problem.usual, len(problem.space.ranges)
+    others = qmc.LatinHypercube(count, rng=np.random.default_rng(seed)).random(CANDIDATES)
+    points = np.repeat(own[np.newaxis], 1 + CANDIDATES, axis=0)
+    points[1:, :count] = others
+    points = np.array([point for point in points if is_possible(problem, point)])
+    if not points.size:
+        raise HydroservoError("no parameters in their ranges allow a machine; try other ranges")
+    cost = np.zeros(len(points))
+    for number, one in enumerate(problem.experiments):
+        shown = predicted(one, columns_at(problem, points, number), problem.threads)
+        place, scaled = delay_of(problem, one.segment.log), of_log(weights, one.segment.log)
+        shift = lag(one.segment.measured, signals(shown, 0), scaled, int(problem.unknowns[place].high))
+        cost += [left(one.segment.measured, signals(shown, run), scaled, shift) for run in range(len(points))]
+        points[:, place] = shift
+    if not np.isfinite(cost).any():
+        raise HydroservoError(
+            "the machine is lost in a run with each of the parameters tried; try other ranges"
+        )
+    order = [0, *(1 + np.argsort(cost[1:]))][:STARTS]
+    return [points[i] for i in order if np.isfinite(cost[i])]
+
+
+def signals(shown: Vector, run: int) -> dict[str, Vector]:
+    """What one run shows, by name."""
+    return {name: shown[:, place, run] for name, place in PLACES.items()}
+
+
+def of_log(weights: Weights, log: int) -> dict[str, float]:
+    """The weights of one log's signals, by name."""
+    return {name: weight for (number, name), weight in weights.items() if number == log}
+
+
+def weights_at(problem: Problem, found: Misfit, weights: Weights) -> Weights:
+    """The inverse of each signal's deviation, from the median of its residuals."""
+    renewed = {}
+    for key, parts in residuals_by_signal(problem, found).items():
+        deviation = TO_DEVIATION * float(np.median(np.abs(np.concatenate(parts)))) / weights[key]
+        renewed[key] = 1.0 / max(deviation, LEAST * problem.spread[key])
+    return renewed

@@ -1,0 +1,194 @@
+"""A log as it is understood: evenly sampled stretches, without what is no measurement."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydroservo.errors import ScenarioError
+from hydroservo.formatting import MINUS, quantity
+from hydroservo.identification.log import FEWEST, Log
+from hydroservo.identification.signals import COMMAND, EXTERNAL_FORCE, INPUTS, OUTPUTS, SIGNALS
+from hydroservo.identification.spikes import resolution_of, spikes_in
+
+__all__ = ["Segment", "Understood", "understood"]
+
+JITTER = 0.02  # of a period, by which instants may lie beside an even grid
+MISSING = 1.5  # periods: a longer interval lacks samples
+LONGEST_BRIDGE = 5  # samples that may lack in a row; beyond that, a new stretch begins
+
+Samples = NDArray[np.float64]
+
+
+class Segment(NamedTuple):
+    """An evenly sampled stretch of a log.
+
+    Attributes:
+        log: the number of its log, from 0 on.
+        start: its first instant, on the log's clock [s].
+        period: between samples [s].
+        inputs: the command, and the external force if it was recorded, shape (n,).
+        measured: by name, shape (n,); nan where nothing was measured or what was is no measurement.
+    """
+
+    log: int
+    start: float
+    period: float
+    inputs: Mapping[str, Samples]
+    measured: Mapping[str, Samples]
+
+    @property
+    def samples(self) -> int:
+        """How many."""
+        return self.inputs[COMMAND].size
+
+    @property
+    def time(self) -> Samples:
+        """Instants on the log's clock [s]."""
+        return self.start + self.period * np.arange(self.samples, dtype=np.float64)
+
+
+class Understood(NamedTuple):
+    """What is taken of a log.
+
+    Attributes:
+        log: the log.
+        segments: at least one.
+        spikes: which samples of each signal were left out as spikes, by name.
+        remarks: what was found and how it was handled, in a line each.
+    """
+
+    log: Log
+    segments: Sequence[Segment]
+    spikes: Mapping[str, NDArray[np.bool_]]
+    remarks: Sequence[str]
+
+
+def understood(log: Log, number: int = 0) -> Understood:
+    """A log as evenly sampled stretches, and a line for everything that is not as it was recorded.
+
+    Columns that never change are left out. Spikes count for nothing; those of an input, which a law may well
+    have made, are played as they are. Where a few samples lack, so are the inputs; where more
+    do, a new stretch begins. Instants beside an even grid are moved onto it by linear interpolation.
+
+    Args:
+        log: the log.
+        number: of the log among others.
+
+    Raises:
+        ScenarioError: nothing measured changes, or no stretch is long enough.
+    """
+    remarks = [f"columns that are not used: {', '.join(log.unused)}"] if log.unused else []
+    rows = dict(changing(log, remarks))
+    spikes = {signal: spikes_in(values) for signal, values in rows.items()}
+    clean = {name: np.where(spikes[name] & (name in OUTPUTS), np.nan, one) for name, one in rows.items()}
+    remarks += list(said_of_samples(rows, spikes))
+    period = float(np.median(np.diff(log.time)))
+    parts = stretches(log.time, period)
+    if len(parts) > 1:
+        remarks.append(f"gaps longer than {LONGEST_BRIDGE} samples split it into {len(parts)} stretches")
+    segments = [segment(number, log.time[part], period, part, clean, remarks) for part in parts]
+    kept = [one for one in segments if one.samples >= FEWEST]
+    if len(kept) < len(segments):
+        remarks.append(f"stretches of fewer than {FEWEST} samples are left out: {len(segments) - len(kept)}")
+    if not kept:
+        raise ScenarioError(log.name, "", f"has no stretch of {FEWEST} samples without a gap")
+    return Understood(log, kept, spikes, list(dict.fromkeys(remarks)))
+
+
+def changing(log: Log, remarks: list[str]) -> Iterator[tuple[str, Samples]]:
+    """The signals that change, and the command in any case.
+
+    Raises:
+        ScenarioError: nothing measured does.
+    """
+    known = {name: values[np.isfinite(values)] for name, values in log.signals.items()}
+    constant = [name for name, values in known.items() if not values.size or not np.ptp(values)]
+    if not set(log.signals) & set(OUTPUTS) - set(constant):
+        names = ", ".join(name for name in constant if name in OUTPUTS)
+        raise ScenarioError(log.name, names, "never changes, and nothing else is measured: it tells nothing")
+    for name, values in log.signals.items():
+        if name in constant:
+            left = "nothing excites the machine" if name in INPUTS else "it tells nothing and is left out"
+            remarks.append(f"{name} never changes: {left}")
+        if name not in constant or name in INPUTS:
+            yield name, values
+
+
+def said_of_samples(rows: Mapping[str, Samples], spikes: Mapping[str, NDArray[np.bool_]]) -> Iterator[str]:
+    """What there is to say of each signal's samples."""
+    for name, values in rows.items():
+        absent, peaks = int(np.isnan(values).sum()), int(spikes[name].sum())
+        driving = name in INPUTS
+        if absent:
+            handled = "; those around are joined" if driving else ", and count for nothing"
+            yield f"{name}: {absent} samples are missing{handled}"
+        if peaks:
+            handled = "; they are played as recorded" if driving else ", and count for nothing"
+            yield f"{name}: {peaks} samples stand out alone{handled}"
+        step = resolution_of(values)
+        if step and name in OUTPUTS:
+            yield f"{name} is quantised in {quantity(step, SIGNALS[name].unit)}".replace(MINUS, "-")
+
+
+def stretches(time: Samples, period: float) -> list[slice]:
+    """The parts of a log between gaps."""
+    ends = np.flatnonzero(np.diff(time) > (LONGEST_BRIDGE + MISSING) * period) + 1
+    edges = [0, *ends.tolist(), time.size]
+    return [slice(first, last) for first, last in pairwise(edges)]
+
+
+def segment(
+    number: int, time: Samples, usual: float, part: slice, rows: Mapping[str, Samples], remarks: list[str]
+) -> Segment:
+    """One stretch on an even grid.
+
+    Args:
+        number: of the log.
+        time: its instants.
+        usual: time between two of them.
+        part: its samples in the log.
+        rows: signals of the whole log.
+        remarks: to which is added what is done.
+    """
+    places = np.round((time - time[0]) / usual)
+    count = int(places[-1]) + 1
+    period = (time[-1] - time[0]) / max(count - 1, 1)
+    beside = np.abs(time - time[0] - period * places).max() > JITTER * period
+    if beside:
+        places = (time - time[0]) / period
+        remarks.append(f"its instants are uneven: it is interpolated onto a grid of {period * 1e3:.6g} ms")
+    lacking = count - time.size
+    if lacking > 0 and not beside:
+        remarks.append(f"{lacking} samples lack: inputs are joined over them, and nothing counts there")
+    whole = np.arange(count, dtype=np.float64)
+    own = {name: values[part] for name, values in rows.items()}
+    inputs = {name: joined(whole, places, own[name]) for name in (COMMAND, EXTERNAL_FORCE) if name in own}
+    measured = {name: own[name] for name in OUTPUTS if name in own}
+    on_grid = {name: placed(whole, places, values, beside) for name, values in measured.items()}
+    return Segment(number, float(time[0]), period, inputs, on_grid)
+
+
+def joined(whole: Samples, places: Samples, values: Samples) -> Samples:
+    """An input at each sample: held from the sample before, or between neighbours where one is missing."""
+    there = np.isfinite(values)
+    if not there.any():
+        return np.zeros(whole.size)
+    bridged: Samples = np.interp(whole, places[there], values[there])
+    return bridged
+
+
+def placed(whole: Samples, places: Samples, values: Samples, beside: bool) -> Samples:
+    """What was measured at each sample; nan where nothing was."""
+    if beside:
+        near = np.abs(
+            whole[:, np.newaxis]
+            - places[np.clip(np.searchsorted(places, whole), 1, places.size - 1)[:, np.newaxis] + [-1, 0]]
+        ).min(axis=1)
+        found = np.interp(whole, places, values)
+        return np.where(near <= 1.0, found, np.nan)
+    found = np.full(whole.size, np.nan)
+    found[places.astype(int)] = values
+    return found

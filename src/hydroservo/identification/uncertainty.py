@@ -1,0 +1,124 @@
+"""How sure what was found is: the covariance of all unknowns, and a check of it by resampling."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydroservo.identification.long_run import long_run_covariance
+from hydroservo.identification.misfit import Misfit
+from hydroservo.identification.problem import Problem
+from hydroservo.identification.search import KNEE
+
+__all__ = ["NORMAL", "Uncertainty", "uncertainty"]
+
+BLOCKS = 50  # of all segments together, at least; they are resampled whole
+DRAWS = 500
+NORMAL = 1.96  # deviations, to the ends of a 95 % interval
+
+Matrix = NDArray[np.float64]
+
+
+class Uncertainty(NamedTuple):
+    """How sure the unknowns are, in units of the search.
+
+    Attributes:
+        covariance: of all, what their ranges say counting as a measurement, shape (unknowns, unknowns).
+        information: what the logs alone say, shape (unknowns, unknowns).
+        resampled: the deviations over resampled stretches of the logs, shape (unknowns,).
+    """
+
+    covariance: Matrix
+    information: Matrix
+    resampled: Matrix
+
+    @property
+    def deviations(self) -> Matrix:
+        """Standard deviations, shape (unknowns,)."""
+        return np.sqrt(np.diag(self.covariance))
+
+    @property
+    def correlations(self) -> Matrix:
+        """Correlations, shape (unknowns, unknowns)."""
+        return self.covariance / np.outer(self.deviations, self.deviations)
+
+
+def uncertainty(problem: Problem, found: Misfit, seed: int) -> Uncertainty:
+    """The covariance at an optimum, from slopes and residuals there::
+
+        cov = A^-1 B A^-1,   A = sum of J' psi'(r) J + L,   B = cov(sum of J' psi(r)) + L
+
+    with the weighted residuals r, their slopes J and the function psi that leaves residuals up to two
+    deviations and cuts the rest; L says of each unknown only that it is in its range. B knows the residuals'
+    autocorrelation, so that residuals which hang together, as where the model misses something, widen what
+    is found.
+
+    As a check, blocks of the logs are drawn with replacement, and what the unknowns would be then follows
+    from one step of Newton's method.
+
+    Args:
+        problem: what was sought.
+        found: residuals and slopes at the optimum.
+        seed: of the draws.
+
+    Source: Huber, Robust Statistics, 1981, sec. 7.6 (the covariance); White, Econometrica 50, 1982,
+    doi:10.2307/1912526 (that it holds where the model is not quite right); Kunsch, Annals of Statistics 17,
+    1989 (blocks).
+    Fails where the unknowns are so unsure that slopes change over their intervals.
+    """
+    prior = np.diag([one.prior for one in problem.unknowns])
+    scores, bends = parts_of(problem, found)
+    information = sum((bend.sum(axis=0) for bend in bends), np.zeros_like(prior))
+    inverse = np.linalg.inv(information + prior)
+    rows, unknowns = int(found.there.sum()), len(problem.unknowns)
+    few = rows / max(rows - unknowns, 1)
+    spread = few * long_run_covariance(scores) + prior
+    covariance = inverse @ spread @ inverse
+    return Uncertainty(0.5 * (covariance + covariance.T), information, resampled(scores, bends, prior, seed))
+
+
+def parts_of(problem: Problem, found: Misfit) -> tuple[list[Matrix], list[Matrix]]:
+    """Of each segment the scores at each sample, and the information of each of its blocks.
+
+    Blocks are as many samples of all signals.
+    """
+    scores, bends = [], []
+    total = sum(one.segment.samples for one in problem.experiments)
+    for i, one in enumerate(problem.experiments):
+        samples = one.segment.samples
+        own = np.zeros((samples, len(problem.unknowns)))
+        count = max(round(BLOCKS * samples / total), 2)
+        edges = np.linspace(0, samples, count + 1).astype(int)
+        bend = np.zeros((count, own.shape[1], own.shape[1]))
+        for name in one.segment.measured:
+            place = found.rows[i, name]
+            residuals, slopes = found.residuals[place], found.slopes[place]
+            own -= np.clip(residuals, -KNEE, KNEE)[:, np.newaxis] * slopes
+            inside = slopes * (np.abs(residuals) < KNEE)[:, np.newaxis]
+            for k in range(count):
+                part = inside[edges[k] : edges[k + 1]]
+                bend[k] += part.T @ part
+        scores.append(own)
+        bends.append(bend)
+    return scores, bends
+
+
+def resampled(scores: Sequence[Matrix], bends: Sequence[Matrix], prior: Matrix, seed: int) -> Matrix:
+    """The deviations that the middle 95 % of draws of blocks with replacement show."""
+    sums = np.concatenate([blocks(one, len(bend)) for one, bend in zip(scores, bends, strict=True)])
+    every = np.concatenate(bends)
+    rng = np.random.default_rng(seed)
+    counts = rng.multinomial(len(every), np.full(len(every), 1.0 / len(every)), size=DRAWS)
+    steps = counts @ (sums - sums.mean(axis=0))
+    bent = np.tensordot(counts, every, axes=1) + prior
+    moved = np.linalg.solve(bent, steps[:, :, np.newaxis])[:, :, 0]
+    low, high = np.percentile(moved, (2.5, 97.5), axis=0)
+    found: Matrix = (high - low) / (2.0 * NORMAL)
+    return found
+
+
+def blocks(rows: Matrix, count: int) -> Matrix:
+    """The sums of rows over so many blocks, shape (count, numbers)."""
+    edges = np.linspace(0, len(rows), count + 1).astype(int)
+    return np.add.reduceat(rows, edges[:-1], axis=0)

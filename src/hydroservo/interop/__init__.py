@@ -1,0 +1,5 @@
+"""To and from other tools: python-control."""
+
+from hydroservo.interop.python_control import from_statespace, to_nlsys, to_statespace
+
+__all__ = ["from_statespace", "to_nlsys", "to_statespace"]

@@ -1,0 +1,105 @@
+"""The least error that any command can leave in a loop: found, and played back."""
+
+import math
+import os
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from hydroservo.block import replace
+from hydroservo.limits.beginning import of_run
+from hydroservo.limits.command import command_limits
+from hydroservo.limits.search import (
+    best_commands,
+    check_installed,
+    checked_samples,
+    prepared,
+    run_of,
+)
+from hydroservo.loop import AUTO, Loop
+from hydroservo.runs.arguments import checked_loop
+from hydroservo.runs.run import Progress
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["Limits", "limit"]
+
+LAW = 0.05  # of the work, that is done after its run
+
+
+class Limits(NamedTuple):
+    """A law's run and those of the best commands, each a Dataset as ``simulate`` returns it.
+
+    Attributes:
+        law: the loop with its own law.
+        causal: the best command of a controller to which jumps are known only once they are there.
+        clairvoyant: the best command of one to which all is known.
+    """
+
+    law: Any  # datasets of xarray, which is heavy to import
+    causal: Any
+    clairvoyant: Any
+
+    def multiples(self) -> dict[str, float]:
+        """How many times the rms error of each limit the law leaves; inf over a limit of 0."""
+        errors = {name: float(data["rms_error"]) for name, data in self._asdict().items()}
+        law = errors.pop("law")
+        return {name: law / error if error > 0.0 else math.inf for name, error in errors.items()}
+
+
+def limit(loop: Loop, *, progress: Progress | None = None) -> Limits:
+    """The least rms error that any controller could leave, at a loop's sample rate and within its limits.
+
+    The command is found by optimal control of the very machine that is simulated, with the integrator's
+    steps, the hold, and the error as its monitor measures it; then it is played back in the loop. So each
+    limit is the error of a run that was made. Sensors and laws do not matter: all is known of the machine.
+
+    *Clairvoyant*: demand and load are known for the whole run. No command of any law leaves less, as far as
+    the optimum that was found is that of all.
+
+    *Causal*: a jump of the demand, of its rate, or of the load is known from the first sample on at which it
+    is there; until then the demand is expected to go on at its rate, and the load to stay. A demand without
+    jumps counts as known, and both limits are one. It is no bound for a law that bets on a jump: such a one
+    would do worse where none comes.
+
+    Args:
+        loop: the loop, with RK4 as its integrator.
+        progress: called now and then with the fraction done.
+
+    Returns:
+        Three runs, with signal, demand and command recorded at each sample, and the metrics of
+        :class:`~hydroservo.monitors.TrackingError`. Those of the limits have the attributes ``iterations``,
+        of the solver, and ``converged``, whether the conditions of an optimum hold; where they do not, an
+        attribute ``warning`` says so. The clairvoyant one has ``sought_rms_error`` too, what the search says
+        that its command leaves.
+
+    Raises:
+        ParameterError: the loop controls nothing or has too many samples, its command has no limit, its
+            integrator is another one, or a block of its machine cannot be written with symbols.
+        HydroservoError: CasADi is not installed, or the solver was lost.
+
+    Source: optimal control by direct multiple shooting; see ``limits.problem.optimum``.
+    Fails to tell a local optimum from the best of all; and at kinks, as of dry friction, where the solver may
+    stop short of one.
+    """
+    report = progress or (lambda _: None)
+    check_installed()
+    loop = prepared(checked_loop(loop))
+    limits = command_limits(loop)
+    checked_samples(loop)
+    own = run_of(loop)
+    report(LAW)
+    loop = with_steps(loop, own)
+
+    def told(done: float) -> None:
+        report(LAW + (1.0 - LAW) * done)
+
+    best = best_commands(loop, limits, of_run(loop, limits, own), told, os.cpu_count() or 1)
+    return Limits(own, best.causal, best.clairvoyant)
+
+
+def with_steps(loop: Loop, own: "xr.Dataset") -> Loop:
+    """The loop with the steps that its own run took."""
+    if loop.simulation.substeps != AUTO:
+        return loop
+    changed: Loop = replace(loop, {"simulation.substeps": int(own.attrs["substeps"])})
+    return changed

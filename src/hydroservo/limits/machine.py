@@ -1,0 +1,77 @@
+"""The least errors that are possible in a loop, whatever its law."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from hydroservo.block import replace
+from hydroservo.limits.beginning import at_rest
+from hydroservo.limits.command import CommandLimits
+from hydroservo.limits.interval import machine_functions
+from hydroservo.limits.playback import Playback
+from hydroservo.limits.search import (
+    best_commands,
+    check_installed,
+    checked_samples,
+    prepared,
+    run_of,
+)
+from hydroservo.loop import Loop
+from hydroservo.sensors import IdealSensors
+
+__all__ = ["MachineLimits", "check_limited", "lawless", "machine_limits"]
+
+
+class MachineLimits(NamedTuple):
+    """The least rms errors that commands can leave.
+
+    Attributes:
+        clairvoyant: of one to which all is known.
+        causal: of one to which jumps are known once they are there.
+        converged: whether both searches ended; where they did not, an error is what a command reached.
+    """
+
+    clairvoyant: float
+    causal: float
+    converged: bool
+
+
+def lawless(loop: Loop) -> Loop:
+    """A loop without what its limits do not depend on: law, sensors and seed; its command is 0."""
+    changed: Loop = replace(loop, {"simulation.seed": 0})
+    return changed._replace(controller=Playback(np.zeros(1)), sensors=IdealSensors())
+
+
+def check_limited(loop: Loop) -> None:
+    """Refuse what has no limits before anything is computed.
+
+    Raises:
+        HydroservoError: CasADi is not installed.
+        ParameterError: the loop controls nothing or has too many samples, its integrator is another than
+            RK4, or a block of its machine cannot be written with symbols.
+    """
+    check_installed()
+    loop = prepared(loop)
+    checked_samples(loop)
+    machine_functions(loop)
+
+
+def machine_limits(loop: Loop, limits: CommandLimits) -> MachineLimits:
+    """The limits of a loop as :func:`~hydroservo.limits.least_error.limit` has them, without a law.
+
+    The search begins with a machine at rest, its errors are measured by that of a command of 0, and all is
+    computed on one core: nothing depends on a law.
+
+    Args:
+        loop: without a law, its substeps a number.
+        limits: of its command.
+
+    Raises:
+        ParameterError, HydroservoError: as of :func:`check_limited`; or the solver was lost.
+    """
+    check_installed()
+    loop = prepared(loop)
+    still = run_of(loop._replace(controller=Playback(np.zeros(checked_samples(loop) + 1))))
+    found = best_commands(loop, limits, at_rest(loop, limits, still), lambda _: None, threads=1)
+    clairvoyant, causal = (float(run["rms_error"]) for run in (found.clairvoyant, found.causal))
+    return MachineLimits(clairvoyant, causal, all(bool(run.attrs["converged"]) for run in found))

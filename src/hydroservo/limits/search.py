@@ -1,0 +1,165 @@
+"""The search for the best commands of a loop, and the runs that they make."""
+
+import math
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from hydroservo.block import leaves, replace, values
+from hydroservo.controlled import Command
+from hydroservo.errors import HydroservoError, ParameterError
+from hydroservo.limits.beginning import COMMAND, DEMAND, Beginning, remembers
+from hydroservo.limits.causal import causal_course, surprises
+from hydroservo.limits.command import CommandLimits
+from hydroservo.limits.foreknown import Foreknown, foreknown
+from hydroservo.limits.interval import Interval, interval
+from hydroservo.limits.playback import Playback
+from hydroservo.limits.problem import Course, Optimum, optimum
+from hydroservo.loop import Loop
+from hydroservo.monitors import TrackingError
+from hydroservo.runs.cautions import with_warning
+from hydroservo.runs.run import Progress, plan_of, ready, simulate
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["Best", "best_commands", "check_installed", "checked_samples", "prepared", "run_of"]
+
+SIGNAL = "controlled.value"
+MOST_UNKNOWNS = 10**6  # states and commands, of some kilobytes each
+CAUSAL = 0.5  # of the work, that is done after it
+APART = 1e-3  # of the size of errors, by which a command that is played back may miss what its search says
+
+
+class Best(NamedTuple):
+    """The runs of the best commands: to which jumps are known once they are there, and to which all is."""
+
+    causal: Any  # datasets of xarray, which is heavy to import
+    clairvoyant: Any
+
+
+def best_commands(
+    loop: Loop, limits: CommandLimits, begin: Beginning, report: Progress, threads: int
+) -> Best:
+    """The commands with the least squared error, played back.
+
+    Args:
+        loop: the loop, as :func:`prepared` gives it, its substeps a number.
+        limits: of the command.
+        begin: with what the search begins.
+        report: called now and then with the fraction done.
+        threads: on which samples are computed; no bit depends on it.
+
+    Raises:
+        ParameterError: a block of the machine cannot be written with symbols.
+        HydroservoError: the solver was lost.
+    """
+    samples = checked_samples(loop)
+    one = interval(loop, begin.scales, remembers(loop, limits))
+    search = Search(loop, one, limits, foreknown(loop, samples), threads)
+    causal = search.causal(begin.course, lambda done: report(CAUSAL * done / samples))
+    none = len(surprises(search.known, limits, samples)) == 2  # but the start and the end
+    clairvoyant = causal if none else search.clairvoyant(causal.course)
+    report(1.0)
+    runs = [search.played(found) for found in (causal, clairvoyant)]
+    size = begin.scales.error
+    return Best(runs[0], compared(runs[1], size * math.sqrt(clairvoyant.squares), size))
+
+
+class Search(NamedTuple):
+    """What a limit is sought in."""
+
+    loop: Loop
+    one: Interval
+    limits: CommandLimits
+    known: Foreknown
+    threads: int
+
+    def clairvoyant(self, guess: Course) -> Optimum:
+        table = self.known.table(0, guess.commands.size)
+        return optimum(self.one, self.limits, table, guess, self.threads)
+
+    def causal(self, guess: Course, done: Progress) -> Optimum:
+        """The stretches between jumps, one after the other."""
+        parts = list(causal_course(self.one, self.limits, self.known, guess, self.threads, done))
+        states = [parts[0].course.states[:, :1], *(part.course.states[:, 1:] for part in parts)]
+        course = Course(np.hstack(states), np.concatenate([part.course.commands for part in parts]))
+        squares = math.fsum(part.squares for part in parts)
+        return Optimum(
+            course, squares, sum(part.iterations for part in parts), all(p.converged for p in parts)
+        )
+
+    def played(self, found: Optimum) -> "xr.Dataset":
+        """The run that a found command makes."""
+        commands = self.one.command_scale * found.course.commands
+        law = Playback(np.append(commands, commands[-1]), float(self.loop.init().controller.u))
+        data = run_of(self.loop._replace(controller=law))
+        said = data.assign_attrs(iterations=found.iterations, converged=found.converged)
+        stopped = f"the search stopped after {found.iterations} iterations, short of an optimum"
+        return with_warning(said, [] if found.converged else [stopped])
+
+
+def compared(data: "xr.Dataset", sought: float, size: float) -> "xr.Dataset":
+    """A run with what its search says that it leaves, and a warning if it leaves something else.
+
+    Args:
+        data: the run.
+        sought: the rms error that the search says.
+        size: by a thousandth of which the two may differ.
+    """
+    left = float(data["rms_error"])
+    unit = data["rms_error"].attrs["units"]
+    said = f"played back, the command leaves {left:.5g} {unit} and not the {sought:.5g} {unit} of its search"
+    return with_warning(
+        data.assign_attrs(sought_rms_error=sought), [said] if abs(left - sought) > APART * size else []
+    )
+
+
+def check_installed() -> None:
+    """Say how to install CasADi where it is missing.
+
+    Raises:
+        HydroservoError: it is missing.
+    """
+    try:
+        import casadi  # noqa: F401
+    except ImportError:
+        raise HydroservoError("a limit needs CasADi: pip install 'hydroservo[limit]'") from None
+
+
+def prepared(loop: Loop) -> Loop:
+    """A loop that is ready to run, and recorded at each sample.
+
+    Raises:
+        ParameterError: there is no limit of such a loop.
+    """
+    if isinstance(loop.controls, Command):
+        raise ParameterError("controls", "Command", "is no signal of the machine: an open loop has no limit")
+    integrator = loop.simulation.integrator
+    if not hasattr(integrator, "substep"):
+        problem = "chooses its steps; a limit needs equal ones, as RK4 takes"
+        raise ParameterError("simulation.integrator", type(integrator).__name__, problem)
+    recorded: Loop = replace(loop, {"simulation.record_period": loop.simulation.period})
+    return ready(recorded)
+
+
+def checked_samples(loop: Loop) -> int:
+    """How many commands are sought.
+
+    Raises:
+        ParameterError: more than fit into a search.
+    """
+    begin = loop.init()
+    samples = plan_of(loop, begin, ()).samples - 1
+    most = MOST_UNKNOWNS // (len(values(loop.machine(begin))) + 1)
+    if samples > most:
+        problem = f"has {samples} samples, and a search takes up to {most} with this machine; shorten it"
+        raise ParameterError("simulation.duration", loop.simulation.duration, problem)
+    return samples
+
+
+def run_of(loop: Loop) -> "xr.Dataset":
+    """A run of a loop, with its machine's states, judged by its tracking error alone."""
+    paths = [path for path, _ in leaves(loop.machine(loop.init()))]
+    record = [*paths, COMMAND, SIGNAL, DEMAND]
+    return simulate(loop, record=list(dict.fromkeys(record)), metrics=[TrackingError()])

@@ -1,0 +1,325 @@
+"""The frequency response of a loop, from its linear model and measured on its simulation."""
+
+import math
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydroservo.errors import ParameterError
+from hydroservo.field import Field, declared_fields
+from hydroservo.linear.margins import Judged, Margins, margins_at
+from hydroservo.linear.measured import (
+    ASKED,
+    DEMAND,
+    EXCITED,
+    FORCE,
+    GIVEN,
+    SIGNAL,
+    Experiment,
+    Heard,
+    measured,
+)
+from hydroservo.linear.operating_point import OperatingPoint, operating_point
+from hydroservo.linear.parts import Parts, parts_of
+from hydroservo.linear.response import rates_of
+from hydroservo.linear.responses import giving_way, responses
+from hydroservo.loop import Loop
+from hydroservo.runs.arguments import checked_loop
+from hydroservo.runs.cautions import with_warning
+from hydroservo.runs.provenance import provenance
+from hydroservo.validation import number, whole_number
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["bode", "bode_over"]
+
+Vector = NDArray[np.float64]
+Response = NDArray[np.complex128]
+Progress = Callable[[float], None]
+
+POINTS = 400  # of a linear curve, evenly by the logarithm
+AROUND = np.array([-8.0, -4.0, -2.0, -1.0, -0.5, -0.2, 0.2, 0.5, 1.0, 2.0, 4.0, 8.0])  # half widths
+SHARPEST = 1e-3  # damping of a resonance that a curve shows
+TONES = 40  # of a measurement, nearly so
+BELOW, ABOVE = 40.0, 12.0  # a crossover's share at which a picture begins, and its multiple at which it ends
+HIGHEST = 0.9  # of Nyquist's frequency
+LEAST, MOST = 20, 10**6  # samples in a period of all tones
+QUIET = 0.01  # [V] rms, by which tones move the command
+PUSH = 1.0  # [N] of each tone, for a law that does not feel the load
+KINKED = "the loop has no slope here, and the linear model is of mean slopes: go by what was measured"
+MEANINGS = {
+    "machine": "what is controlled by the command, the loop opened",
+    "open": "loop opened at its command, L",
+    "closed": "what is controlled by its demand, T",
+    "sensitivity": "S = 1/(1 + L)",
+    "compliance": "{moved} by the load, in its direction",
+    "open_compliance": "{moved} by the load, in its direction, the command held",
+}
+
+
+def bode(
+    loop: Loop,
+    *,
+    command: float | None = None,
+    force: float | None = None,
+    band: tuple[float, float] | None = None,
+    amplitude: float = QUIET,
+    periods: int = 2,
+    realisations: int = 4,
+    measure: bool = True,
+    progress: Progress | None = None,
+) -> "xr.Dataset":
+    """The frequency responses of a loop about a point: from its linear model, and measured.
+
+    The loop is measured as it is, with noise and steps of resolution, on its simulation. Many tones at once
+    are added to its command, then to its demand, then to its load, with random phases; their size is such
+    that the linear model moves the command by ``amplitude``. Of realisations and periods it takes the best
+    linear approximation, and the coherence, which noise and bends of the machine make less than 1.
+
+    Where the loop has no slope, at a valve's hysteresis for instance, the linear model is that of the mean of
+    both sides' slopes; the attribute ``warning`` says so.
+
+    Args:
+        loop: the loop; its demand is exchanged for the one that is fulfilled at the point.
+        command: u [V] under which the machine has settled; None for that of a steady start, or 0.
+        force: on the rod [N]; None for that of the load at t = 0.
+        band: lowest and highest frequency [Hz]; None for what lies about the loop's crossover.
+        amplitude: rms of the command's motion [V].
+        periods: that are heard of each realisation.
+        realisations: with phases of their own.
+        measure: False for the linear model alone.
+        progress: called now and then with the fraction done.
+
+    Returns:
+        A Dataset with complex responses ``machine``, ``open``, ``closed``, ``sensitivity``, ``compliance``
+        and ``open_compliance`` over ``frequency`` [Hz], the measured ones with ``_measured`` and their
+        coherence with ``_coherence`` over ``tone`` [Hz], all :class:`~hydroservo.linear.Margins`,
+        ``bandwidth`` (-3 dB) and ``bandwidth_90`` (-90 degrees) [Hz]. Signals are those at the samples.
+
+    Raises:
+        ParameterError: there is no such point, no loop is closed or it is unstable, a frequency is not below
+            Nyquist's, or the loop is lost while it is measured.
+
+    Source: Pintelon and Schoukens, System Identification, 2012, ch. 2-4 (tones, best linear approximation);
+    Astrom, Murray, Feedback Systems, 2008, ch. 9 and 12 (what the responses are).
+    Fails to see between samples; and about a point that moves fast, whose position changes meanwhile.
+    """
+    loop = checked_loop(loop)
+    number(amplitude, "amplitude", Field("V", "", above=0), float)
+    whole_number("periods", periods, 1, 1000)
+    whole_number("realisations", realisations, 1, 1000)
+    view = viewed(loop, command, force, band)
+    data = linear_of(view, view.grid)
+    if not measure:
+        return data
+    if not view.judged.margins.stable:
+        raise ParameterError(
+            "controller", type(loop.controller).__name__, "is unstable here: nothing settles"
+        )
+    plan = planned(view.low, view.high, loop.simulation.period, periods, realisations)
+    report = progress or (lambda _: None)
+    return data.assign(measured_curves(loop, view, plan, amplitude, report))
+
+
+class View(NamedTuple):
+    """A loop about a point, and the frequencies at which one looks.
+
+    Attributes:
+        point: where it stays.
+        parts: its derivatives there.
+        judged: its margins.
+        low: the lowest frequency [Hz].
+        high: the highest.
+    """
+
+    point: OperatingPoint
+    parts: Parts
+    judged: Judged
+    low: float
+    high: float
+
+    @property
+    def grid(self) -> Vector:
+        """Frequencies of a curve [Hz], dense where the loop resonates."""
+        rates = rates_of(self.judged.loop)
+        width = np.maximum(np.abs(rates.real), SHARPEST * np.abs(rates.imag))  # else a peak without damping
+        sharp = (np.abs(rates.imag)[:, np.newaxis] + width[:, np.newaxis] * AROUND).ravel()
+        every = np.concatenate([np.geomspace(self.low, self.high, POINTS), sharp / (2.0 * math.pi)])
+        return np.unique(every[(every >= self.low) & (every <= self.high)])
+
+
+def viewed(loop: Loop, command: float | None, force: float | None, band: tuple[float, float] | None) -> View:
+    """A loop about a point, as :func:`bode` has it.
+
+    Raises:
+        ParameterError: there is no such point, no loop is closed there, or the frequencies are none.
+    """
+    if force is not None:
+        number(force, "force", Field("N", ""), float)
+    point = operating_point(loop, command, force)
+    judged = margins_at(point)
+    parts, _, _ = parts_of(point)
+    return View(point, parts, judged, *checked_band(band, judged.margins, point))
+
+
+def linear_of(view: View, grid: Vector) -> "xr.Dataset":
+    """The linear responses at some frequencies [Hz], with margins and bandwidths."""
+    import xarray as xr
+
+    point = view.point
+    linear = responses(point, view.parts, 2.0 * math.pi * grid)
+    data = xr.Dataset(
+        {name: ("frequency", curve, described(name, point)) for name, curve in linear.curves.items()},
+        coords={"frequency": ("frequency", grid, {"units": "Hz", "long_name": "frequency"})},
+        attrs=provenance(point.loop) | {"command": point.command, "force": point.force},
+    )
+    data = data.assign(scalars(view.judged.margins, grid, linear.curves["closed"]))
+    return with_warning(data, [] if view.judged.linear else [KINKED])
+
+
+def bode_over(
+    loops: Mapping[float, Loop],
+    path: str,
+    unit: str,
+    *,
+    command: float | None = None,
+    force: float | None = None,
+    band: tuple[float, float] | None = None,
+) -> "xr.Dataset":
+    """The linear responses of loops that differ in a number, along ``point``.
+
+    Args:
+        loops: by the value of that number.
+        path: where it is.
+        unit: its SI unit.
+        command: as :func:`bode` has it.
+        force: likewise.
+        band: likewise; None for one that holds those of all.
+
+    Raises:
+        ParameterError: as :func:`bode`, and the path's value.
+    """
+    import xarray as xr
+
+    def one(value: float, band: tuple[float, float] | None) -> View:
+        try:
+            return viewed(checked_loop(loops[value]), command, force, band)
+        except ParameterError as error:
+            raise ParameterError(path, value, f"{error.path}: {error.allowed}") from None
+
+    views = [one(value, band) for value in loops]
+    low, high = min(view.low for view in views), max(view.high for view in views)
+    views = [view._replace(low=low, high=high) for view in views]
+    grid = np.unique(np.concatenate([view.grid for view in views]))
+    found = [linear_of(view, grid).drop_vars(["gain_crossovers", "phase_crossovers"]) for view in views]
+    index = xr.DataArray(list(loops), dims="point", attrs={"units": unit, "long_name": path}, name="point")
+    return xr.concat(found, index, combine_attrs="override")
+
+
+def checked_band(
+    band: tuple[float, float] | None, found: Margins, point: OperatingPoint
+) -> tuple[float, float]:
+    """The lowest and the highest frequency [Hz].
+
+    Raises:
+        ParameterError: they are none.
+    """
+    nyquist = 0.5 / point.loop.simulation.period
+    if band is None:
+        crossed = [w / (2.0 * math.pi) for w in (*found.gain_crossovers, *found.phase_crossovers)]
+        inside = [f for f in crossed if 0.0 < f < HIGHEST * nyquist] or [0.05 * nyquist]
+        return max(min(inside) / BELOW, nyquist / MOST), min(ABOVE * max(inside), HIGHEST * nyquist)
+    low, high = (number(one, "band", Field("Hz", "", above=0), float) for one in band)
+    if not low < high:
+        raise ParameterError("band", [low, high], "must rise from the lowest to the highest frequency [Hz]")
+    if not high < nyquist:
+        raise ParameterError("band", high, f"must be below Nyquist's frequency, {nyquist:g} [Hz]")
+    return float(low), float(high)
+
+
+def planned(low: float, high: float, h: float, periods: int, realisations: int) -> Experiment:
+    """Tones about evenly by the logarithm, all of one period."""
+    period = round(min(max(1.0 / (low * h), LEAST), MOST))
+    first, last = 1, max(math.floor(high * period * h), 1)
+    harmonics = np.unique(np.round(np.geomspace(first, last, TONES)).astype(np.int64))
+    return Experiment(harmonics, period, periods, realisations, seed=0)
+
+
+def measured_curves(
+    loop: Loop, view: View, plan: Experiment, amplitude: float, report: Progress
+) -> dict[str, Any]:
+    """The measured responses and their coherence, as variables of a Dataset."""
+    point, tones = view.point, plan.frequencies(loop.simulation.period)
+    model = responses(point, view.parts, tones)
+    moved = f"plant.{giving_way(point.loop)}"
+    runs: dict[str, Heard] = {}
+    for i, name in enumerate(EXCITED):
+        power = math.sqrt(0.5 * float((np.abs(model.commanded[name]) ** 2).sum()))
+        each = amplitude / power if power > 0.0 else PUSH
+        runs[name] = measured(loop, point, name, each, plan, [moved])
+        report((i + 1) / len(EXCITED))
+    driven, ruled, loaded = (runs[name] for name in EXCITED)
+    gives = driven.response(moved, GIVEN)
+    curves = {
+        "machine": (driven.response(SIGNAL, GIVEN), driven.coherence(SIGNAL, GIVEN)),
+        "open": (-driven.response(ASKED, GIVEN), driven.coherence(ASKED, GIVEN)),
+        "closed": (ruled.response(SIGNAL, DEMAND), ruled.coherence(SIGNAL, DEMAND)),
+        "compliance": (-loaded.response(moved, FORCE), loaded.coherence(moved, FORCE)),
+    }
+    held = loaded.response(moved, FORCE) - gives * loaded.response(GIVEN, FORCE)
+    curves["open_compliance"] = (-held, curves["compliance"][1])
+    frequencies = tones / (2.0 * math.pi)
+    found: dict[str, Any] = {"tone": ("tone", frequencies, {"units": "Hz", "long_name": "frequency"})}
+    for name, (curve, coherence) in curves.items():
+        found[f"{name}_measured"] = ("tone", curve, described(name, point))
+        found[f"{name}_coherence"] = ("tone", coherence, {"units": "", "long_name": "coherence"})
+    return found
+
+
+def described(name: str, point: OperatingPoint) -> dict[str, str]:
+    """Unit and meaning of a response."""
+    signal, moved = point.loop.controls.declared(), giving_way(point.loop)
+    units = {
+        "machine": f"{signal.unit}/V",
+        "compliance": "m/(s N)" if moved == "velocity" else "m/N",
+    }
+    unit = units.get(name.removeprefix("open_"), "")
+    return {"units": unit, "long_name": MEANINGS[name].format(moved=moved)}
+
+
+def scalars(found: Margins, grid: Vector, closed: Response) -> dict[str, Any]:
+    """Margins and bandwidths as variables of a Dataset."""
+    fields = declared_fields(Margins)
+    said: dict[str, Any] = {
+        name: ((), value, {"units": fields[name].unit, "long_name": fields[name].meaning})
+        for name, value in found._asdict().items()
+        if not isinstance(value, tuple)
+    }
+    for name in ("gain_crossovers", "phase_crossovers"):
+        about = {"units": fields[name].unit, "long_name": fields[name].meaning}
+        said[name] = (name.removesuffix("s"), np.array(getattr(found, name)), about)
+    return said | bandwidths(grid, closed)
+
+
+def bandwidths(grid: Vector, closed: Response) -> dict[str, Any]:
+    """Where the closed loop falls 3 dB below its slow motions, and where it lags 90 degrees [Hz]."""
+    size, phase = np.abs(closed), np.unwrap(np.angle(closed))
+    fallen = first_below(grid, size / size[0] - math.sqrt(0.5))
+    late = first_below(grid, phase + 0.5 * math.pi)
+    return {
+        "bandwidth": ((), fallen, {"units": "Hz", "long_name": "where T is 3 dB below its slow motions"}),
+        "bandwidth_90": ((), late, {"units": "Hz", "long_name": "where T lags 90 degrees"}),
+    }
+
+
+def first_below(grid: Vector, above: Vector) -> float:
+    """The frequency at which a number first falls below 0, between two of a grid; nan if it never does."""
+    below = np.flatnonzero(above < 0.0)
+    if not below.size or below[0] == 0:
+        return math.nan
+    i = below[0]
+    share = above[i - 1] / (above[i - 1] - above[i])
+    return float(grid[i - 1] * (grid[i] / grid[i - 1]) ** share)

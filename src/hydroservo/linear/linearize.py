@@ -1,0 +1,251 @@
+"""The linear models of a machine, a law and their loop."""
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydroservo.block import Block, field_at, leaves, signal_of, state_field_at, values
+from hydroservo.errors import ParameterError
+from hydroservo.field import Field, declared_fields
+from hydroservo.linear.linearization import Linearization, Quantity, Uncertain
+from hydroservo.linear.operating_point import OperatingPoint, machine_point, operating_point
+from hydroservo.linear.parts import law_slopes, machine_slopes, parts_of
+from hydroservo.linear.run_point import run_point
+from hydroservo.linear.slopes import Slopes
+from hydroservo.linear.system import COMMAND, FORCE, System, closed, opened_system, reduced
+from hydroservo.loop import Loop, LoopState
+from hydroservo.nearest import one_of
+from hydroservo.runs.arguments import checked_loop
+from hydroservo.signals import Demand, MachineOutputs, Measurement
+from hydroservo.validation import number
+
+__all__ = ["UNITS", "linearize", "linearized", "point_of"]
+
+COMMANDED = Quantity("command", "V")
+LOADED = Quantity("load.force", "N")
+CERTAIN = 1e-6  # of a derivative: what differences may be off without a kink
+TOLD = {"command": "applied_command"}  # what a law is told of its own command is not what it asks for
+
+
+def linearize(
+    loop: Loop,
+    unit: str = "machine",
+    *,
+    command: float | None = None,
+    force: float | None = None,
+    time: float | None = None,
+    sampled: bool = False,
+) -> Linearization:
+    """A unit of a loop for small motions about a point: its matrices, with names and units.
+
+    ``machine``: from the command and the force on the rod to all that can be seen of it; in continuous time,
+    or ``sampled`` behind the loop's hold and delay, with the force held as the command is. ``controller``:
+    from what it measures and the demand to the command. ``loop``: closed, with its sensors, from the demand
+    and its derivatives, the force, and a command added to the law's, to all that can be seen. Controller and
+    loop are sampled always, as they run.
+
+    The text of the blocks is differentiated exactly; where a kink leaves it no slope, differences stand in,
+    and ``inexact`` says which, and how much they may be off. Steps of resolution are left out.
+
+    Args:
+        loop: the loop.
+        unit: "machine", "controller" or "loop".
+        command: u [V] under which the machine has settled; None for that of a steady start, or 0.
+        force: on the rod [N]; None for that of the load at t = 0.
+        time: [s] linearise at this instant of the loop's run instead, settled or not.
+        sampled: the machine from sample to sample.
+
+    Raises:
+        ParameterError: there is no such unit or point.
+
+    Source: Franklin, Powell, Workman, Digital Control of Dynamic Systems, 1998, sec. 4.3 (sampling); Griewank
+    and Walther, Evaluating Derivatives, 2008 (exact slopes).
+    Fails to say anything of large motions, of limits, and of what happens between samples.
+    """
+    point = point_of(loop, unit, command, force, time)
+    return linearized(point, unit, sampled=sampled)
+
+
+def point_of(
+    loop: Loop, unit: str, command: float | None, force: float | None, time: float | None
+) -> OperatingPoint:
+    """The point about which a unit is linearised, as :func:`linearize` has it.
+
+    Raises:
+        ParameterError: there is no such unit or point.
+    """
+    loop = checked_loop(loop)
+    if unit not in UNITS:
+        raise ParameterError("unit", unit, one_of(str(unit), UNITS))
+    if time is not None:
+        if command is not None or force is not None:
+            raise ParameterError("time", time, "is of a run, which has a command and a load of its own")
+        return run_point(loop, time)
+    if force is not None:
+        number(force, "force", Field("N", ""), float)
+    find = machine_point if unit == "machine" else operating_point
+    return find(loop, command, force)
+
+
+def linearized(point: OperatingPoint, unit: str, *, sampled: bool = False) -> Linearization:
+    """A unit of a loop about a point, as :func:`linearize` has it."""
+    return of_sampled_machine(point) if sampled and unit == "machine" else UNITS[unit](point)
+
+
+def of_machine(point: OperatingPoint) -> Linearization:
+    """The machine in continuous time."""
+    found = machine_slopes(point)
+    states, outputs = machine_states(point), seen_of(point)
+    n = len(states)
+    table = found.mean
+    system = System(table[:n, :n], table[:n, n:], table[n:, :n], table[n:, n:], 0.0)
+    inputs = [COMMANDED, LOADED]
+    names = [[*states, *outputs], [*states, *inputs]]
+    return named("machine", system, states, inputs, outputs, uncertain(found, *names))
+
+
+def of_sampled_machine(point: OperatingPoint) -> Linearization:
+    """The machine behind its hold and delay, from one sample to the next."""
+    parts, found, _ = parts_of(point)
+    names, outputs = all_states(point), seen_of(point)
+    system = opened_system(point, parts).part([COMMAND, FORCE], list(range(1, 1 + len(outputs))))
+    digital = slice(len(values(point.machine)), len(values(point.machine)) + len(values(point.digital)))
+    own = np.ones(len(names), dtype=bool)
+    own[digital] = False
+    machine, inputs = machine_states(point), [COMMANDED, LOADED]
+    inexact = uncertain(found, [*machine, *outputs], [*machine, *inputs])
+    left = [name for name, kept in zip(names, own, strict=True) if kept]
+    return shortened("machine", system.kept(own), left, inputs, outputs, inexact)
+
+
+def of_controller(point: OperatingPoint) -> Linearization:
+    """The law, from one sample to the next."""
+    found = law_slopes(point)
+    law = point.digital.controller
+    signal = signal_of(point.loop, None)
+    states = [
+        Quantity(f"controller.{path}", state_field_at(point.loop.controller, law, path, signal).unit)
+        for path, _ in leaves(law)
+    ]
+    n = len(states)
+    measured = [
+        Quantity(TOLD.get(name, name), field.unit) for name, field in declared_fields(Measurement).items()
+    ]
+    inputs = [*measured, *demanded(point)]
+    asked = [one.name for one in states].index("controller.u")
+    row = found.mean[[asked]]
+    system = System(found.mean[:, :n], found.mean[:, n:], row[:, :n], row[:, n:], period_of(point))
+    inexact = uncertain(found, states, [*states, *inputs])
+    return shortened("controller", system, states, inputs, [COMMANDED], inexact)
+
+
+def of_loop(point: OperatingPoint) -> Linearization:
+    """The closed loop, from one sample to the next."""
+    parts, machine, digital = parts_of(point)
+    names, seen = all_states(point), seen_of(point)
+    inputs = [COMMANDED._replace(name="added_command"), *demanded(point), LOADED]
+    states, n = machine_states(point), len(values(point.machine))
+    inexact = [
+        *uncertain(machine, [*states, *seen], [*states, COMMANDED, LOADED]),
+        *uncertain(digital, names[n:], [*names[: n + len(values(point.digital))], *demanded(point), LOADED]),
+    ]
+    system = closed(opened_system(point, parts))
+    return shortened("loop", system, names, inputs, [COMMANDED, *seen], inexact)
+
+
+UNITS: dict[str, Callable[[OperatingPoint], Linearization]] = {
+    "machine": of_machine,
+    "controller": of_controller,
+    "loop": of_loop,
+}
+
+
+def shortened(
+    unit: str,
+    system: System,
+    states: Sequence[Quantity],
+    inputs: Sequence[Quantity],
+    outputs: Sequence[Quantity],
+    inexact: Sequence[Uncertain],
+) -> Linearization:
+    """A unit without the states that no input reaches or no output hears, and without inputs of no effect."""
+    system, kept = reduced(system)
+    states = [one for one, stays in zip(states, kept, strict=True) if stays]
+    moving = (system.b != 0.0).any(axis=0) | (system.d != 0.0).any(axis=0)
+    acting = np.flatnonzero(moving).tolist()
+    system = system.part(acting, list(range(len(outputs))))
+    there = {one.name for one in (*states, *inputs, *outputs)}
+    heard = [one for one in inexact if one.of in there and one.by in there]
+    return named(unit, system, states, [inputs[i] for i in acting], outputs, heard)
+
+
+def named(
+    unit: str,
+    system: System,
+    states: Sequence[Quantity],
+    inputs: Sequence[Quantity],
+    outputs: Sequence[Quantity],
+    inexact: Sequence[Uncertain],
+) -> Linearization:
+    """A unit with its names; outputs that the machine does not have are left out.
+
+    Raises:
+        ParameterError: a slope is no number.
+    """
+    there = ((system.c != 0.0).any(axis=1) | (system.d != 0.0).any(axis=1)).tolist()
+    system = system.part(list(range(len(inputs))), np.flatnonzero(there).tolist())
+    left = tuple(one for one, moves in zip(outputs, there, strict=True) if moves)
+    a, b, c, d, period = system
+    if not all(np.isfinite(one).all() for one in (a, b, c, d)):
+        raise ParameterError("unit", unit, "has no slope about its operating point: a number is lost near it")
+    return Linearization(unit, tuple(states), tuple(inputs), left, a, b, c, d, period, tuple(inexact))
+
+
+def machine_states(point: OperatingPoint) -> list[Quantity]:
+    return quantities(point.machine)
+
+
+def all_states(point: OperatingPoint) -> list[Quantity]:
+    """Those of an opened loop; what the law is told of a delay has a state of its own."""
+    whole: LoopState = point.loop.init()
+    digital = [
+        Quantity(
+            path if not path.startswith("hold.") else f"told.{path}",
+            state_field_at(point.loop, whole, path).unit,
+        )
+        for path, _ in leaves(point.digital)
+    ]
+    hold = quantities(point.digital.hold, "hold.")
+    return [*machine_states(point), *digital, *hold, Quantity("hold.command", "V")]
+
+
+def quantities(state: Block, prefix: str = "") -> list[Quantity]:
+    """The numbers of a state, which declares them."""
+    return [Quantity(prefix + path, field_at(state, path).unit) for path, _ in leaves(state)]
+
+
+def seen_of(point: OperatingPoint) -> list[Quantity]:
+    """What is seen of the machine, and what is controlled."""
+    seen = [Quantity(name, field.unit) for name, field in declared_fields(MachineOutputs).items()]
+    return [*seen, Quantity("controlled", point.loop.controls.declared().unit)]
+
+
+def demanded(point: OperatingPoint) -> list[Quantity]:
+    """The demand and its derivatives."""
+    signal = point.loop.controls.declared()
+    fields = declared_fields(Demand).items()
+    return [Quantity(f"reference.{name}", field.of(signal).unit) for name, field in fields]
+
+
+def period_of(point: OperatingPoint) -> float:
+    return float(point.loop.simulation.period)
+
+
+def uncertain(found: Slopes, of: Sequence[Quantity], by: Sequence[Quantity]) -> list[Uncertain]:
+    """The derivatives that are not exact, nor as good as that."""
+    places: NDArray[np.int64] = np.argwhere(found.error > CERTAIN * np.abs(found.mean))
+    return [
+        Uncertain(of[i].name, by[j].name, float(found.mean[i, j]), float(found.error[i, j]))
+        for i, j in places.tolist()
+    ]

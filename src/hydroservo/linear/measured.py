@@ -1,0 +1,158 @@
+"""Frequency responses measured on the nonlinear simulation, by many tones at once."""
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydroservo.block import leaves
+from hydroservo.errors import ParameterError
+from hydroservo.group import nested
+from hydroservo.linear.excitation import Excited, PushedLoad, Tones, TonesAround
+from hydroservo.linear.operating_point import OperatingPoint
+from hydroservo.loop import Loop
+from hydroservo.monitors import PistonTravel
+from hydroservo.runs.cautions import quietly
+from hydroservo.runs.run import simulate
+from hydroservo.starts import AsBuilt
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["EXCITED", "Experiment", "Heard", "heard", "measured"]
+
+Vector = NDArray[np.float64]
+Response = NDArray[np.complex128]
+
+EXCITED = ("command", "reference", "load")
+GIVEN, ASKED, SIGNAL = "controller.u", "controller.controller.u", "controlled.value"
+DEMAND, FORCE = "reference.value", "load.force"
+LEAST_POWER = 1e-300
+
+
+class Experiment(NamedTuple):
+    """How a loop is excited.
+
+    Attributes:
+        harmonics: numbers of the tones among those of the period, rising, shape (tones,).
+        period: of all tones together, in samples.
+        periods: that are heard, after one in which the loop settles.
+        realisations: each with phases of its own, drawn at random.
+        seed: of the draws.
+    """
+
+    harmonics: NDArray[np.int64]
+    period: int
+    periods: int
+    realisations: int
+    seed: int
+
+    def frequencies(self, sample_period: float) -> Vector:
+        """Of the tones [rad/s]."""
+        return np.asarray(2.0 * np.pi * self.harmonics / (self.period * sample_period))
+
+
+class Heard(NamedTuple):
+    """Spectra of signals at the tones, shape (realisations, periods, tones), by the signal's path."""
+
+    spectra: dict[str, Response]
+
+    def response(self, output: str, input_: str) -> Response:
+        """The best linear approximation: the mean of Y U* by that of |U|^2 of realisations and periods."""
+        y, u = self.spectra[output], self.spectra[input_]
+        return np.asarray((y * u.conj()).mean((0, 1)) / (np.abs(u) ** 2).mean((0, 1)))
+
+    def coherence(self, output: str, input_: str) -> Vector:
+        """|mean of Y U*|^2 by the means of |Y|^2 and |U|^2: below 1 by noise, and by what is not linear."""
+        y, u = self.spectra[output], self.spectra[input_]
+        cross = np.abs((y * u.conj()).mean((0, 1))) ** 2
+        power = (np.abs(y) ** 2).mean((0, 1)) * (np.abs(u) ** 2).mean((0, 1))
+        return np.asarray(cross / np.maximum(power, LEAST_POWER))
+
+
+def measured(
+    loop: Loop, point: OperatingPoint, excited: str, amplitude: float, plan: Experiment, also: Sequence[str]
+) -> Heard:
+    """What a loop answers to tones, about a point.
+
+    It is simulated as it is, with noise and steps of resolution, from the point on. Each realisation draws
+    its phases; a period passes before it is heard. Without noise the periods of one realisation are alike,
+    and what differs between realisations is what is not linear.
+
+    Args:
+        loop: the loop.
+        point: where it stays.
+        excited: the command, the reference or the load.
+        amplitude: of each tone, in the unit of that.
+        plan: the tones.
+        also: paths of states that are heard too.
+
+    Raises:
+        ParameterError: the loop is lost, or leaves its stroke.
+
+    Source: Pintelon and Schoukens, System Identification, 2012, ch. 3 and 4 (best linear approximation).
+    Fails to tell even distortions of a realisation's own phases from noise.
+    """
+    paths = [GIVEN, ASKED, SIGNAL, DEMAND, FORCE, *also]
+    w = plan.frequencies(loop.simulation.period)
+    runs = []
+    for phases in drawn_phases(plan):
+        tones = {name: Tones(amplitude if name == excited else 0.0, w, phases) for name in EXCITED}
+        data = quietly(simulate)(prepared(loop, point, tones, plan), record=paths, metrics=[PistonTravel()])
+        if data["diverged"] or data["stroke_left"]:
+            what = "diverged" if data["diverged"] else "left its stroke"
+            raise ParameterError("amplitude", amplitude, f"cannot be measured with: the loop {what}")
+        runs.append([steady(data, path, point) for path in paths])
+    return heard(np.array(runs), paths, plan)
+
+
+def steady(data: "xr.Dataset", path: str, point: OperatingPoint) -> Vector:
+    """What was recorded at a path, without what it grows by about a point that moves."""
+    growth = {SIGNAL: point.demand.rate, DEMAND: point.demand.rate}
+    if "velocity" in point.machine.plant._fields:
+        growth["plant.position"] = point.machine.plant.velocity
+    return np.asarray(data[path].values - growth.get(path, 0.0) * data["time"].values)
+
+
+def drawn_phases(plan: Experiment) -> Vector:
+    """A row of phases [rad] for each realisation."""
+    draw = np.random.default_rng(plan.seed)
+    return draw.uniform(0.0, 2.0 * np.pi, (plan.realisations, plan.harmonics.size))
+
+
+def prepared(loop: Loop, point: OperatingPoint, tones: dict[str, Tones], plan: Experiment) -> Loop:
+    """The loop as it is excited, beginning at the point."""
+    here, h = point.loop, loop.simulation.period
+    share = float(getattr(here.hold, "delay", 0.0)) / h
+    samples = plan.period * (1 + plan.periods)
+    begin = dict(leaves(point.machine)) | dict(leaves(point.digital))
+    digital = {
+        f"controller.{path}" if path.startswith("controller.") else path: value
+        for path, value in begin.items()
+    }
+    given = {path: value for path, value in digital.items() if not math.isnan(value)}
+    given["controller.u"] = point.command
+    return loop._replace(
+        simulation=loop.simulation._replace(duration=h * samples, record_period=h),
+        controller=Excited(loop.controller, tones["command"], share),
+        reference=TonesAround(tones["reference"], point.demand.value, point.demand.rate),
+        load=PushedLoad(tones["load"], point.force),
+        start=AsBuilt(nested(given)),
+    )
+
+
+def heard(signals: NDArray[np.float64], paths: Sequence[str], plan: Experiment) -> Heard:
+    """The spectra of recorded signals at the tones.
+
+    Args:
+        signals: shape (realisations, signals, samples).
+        paths: of the signals.
+        plan: the tones; the first period is left out.
+    """
+    runs, count, _ = signals.shape
+    whole = signals[:, :, plan.period : plan.period * (1 + plan.periods)]
+    split = whole.reshape(runs, count, plan.periods, plan.period)
+    lines = np.fft.rfft(split - split.mean(axis=-1, keepdims=True), axis=-1)[..., plan.harmonics]
+    return Heard({path: lines[:, i] for i, path in enumerate(paths)})

@@ -1,0 +1,7 @@
+"""What a block is to a type checker."""
+
+from typing import Any
+
+__all__ = ["Block"]
+
+Block = Any  # a NamedTuple with methods; Python's type system has no name for "some NamedTuple"

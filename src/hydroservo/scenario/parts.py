@@ -1,0 +1,239 @@
+"""A batch of any number of runs, in parts that are simulated once and kept on disk."""
+
+import json
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from hydroservo.block import replace
+from hydroservo.errors import HydroservoError, short
+from hydroservo.runs.arguments import checked_loop
+from hydroservo.runs.batch import How, simulate_part, with_steps
+from hydroservo.runs.cautions import pressure_caution, with_warning
+from hydroservo.runs.columns import starts, vector
+from hydroservo.runs.fitting import first_state
+from hydroservo.runs.loop_cautions import loop_cautions
+from hydroservo.runs.provenance import describe, provenance, toml
+from hydroservo.runs.record_coverage import check_records
+from hydroservo.runs.results import arrow_table, as_json
+from hydroservo.runs.run import plan_of, ready
+from hydroservo.runs.step_sizes import hardest
+from hydroservo.scenario.batch_table import table_of_runs
+from hydroservo.scenario.load import Assembly
+from hydroservo.scenario.sampling import Columns, Drawn, Variation, check_size, draws_of, ranges_of
+from hydroservo.validation import checked
+from hydroservo.work.answers import Say
+from hydroservo.work.doing import do
+from hydroservo.work.store import PARTS, Store, manifest_in
+from hydroservo.work.unit import Unit, address
+
+if TYPE_CHECKING:
+    import pyarrow as pa
+
+__all__ = ["InParts", "Sampled", "Workers", "part_size", "simulate_in_parts"]
+
+MANIFEST = "batch.json"
+STEPS = 10**8  # integration steps of a part: some seconds of a core
+LEAST, MOST = 2**8, 2**14  # runs of a part
+MOST_IN_PARTS = 10**9  # runs; one column of their table takes 8 GB where it is used
+CUDA_RUNS = 2**17  # of a part for a device, which takes as many at once
+
+
+class Workers(NamedTuple):
+    """Who computes the parts.
+
+    Attributes:
+        processes: of this machine; 1 is this process.
+        scheduler: address of a Dask scheduler whose workers do it instead; None for none.
+        threads: for each part; None for all cores.
+    """
+
+    processes: int | None = 1
+    scheduler: str | None = None
+    threads: int | None = None
+
+
+class InParts(NamedTuple):
+    """A batch on disk.
+
+    Attributes:
+        table: of all runs, whose columns are read when they are used.
+        computed: how many runs were not there before.
+    """
+
+    table: Any  # a dataset of xarray, which is heavy to import
+    computed: int
+
+
+class Sampled(NamedTuple):
+    """What all parts of a batch share.
+
+    Attributes:
+        assembly: the loop that all runs start from, and what it is made of.
+        varied: what is drawn for each run.
+        seed: of the draws.
+        seeds: whether each run has random numbers of its own.
+        strict: whether each operation is rounded by itself.
+        cuda: whether a device computes.
+    """
+
+    assembly: Assembly
+    varied: Sequence[Variation]
+    seed: int
+    seeds: bool
+    strict: bool
+    cuda: bool
+
+    def drawn(self, first: int, runs: int) -> Drawn:
+        """What some runs set."""
+        return draws_of(self.assembly, self.varied, runs, seed=self.seed, seeds=self.seeds, first=first)
+
+    def ranges(self, runs: int) -> dict[str, tuple[float, float]]:
+        """Both ends of what differs between so many runs."""
+        return ranges_of(self.assembly, self.varied, runs, self.seeds)
+
+
+def simulate_in_parts(
+    sampled: Sampled,
+    runs: int,
+    folder: Path | str,
+    *,
+    workers: Workers = Workers(),  # noqa: B008, for it is a tuple
+    size: int | None = None,
+    progress: Callable[[float], None] | None = None,
+    say: Say = lambda _: None,
+) -> InParts:
+    """Simulate a batch part by part into a folder, from where it was left.
+
+    Memory does not grow with the number of runs. Each row is that of one table of all runs, bit for bit,
+    whatever the size of the parts and whoever computes them; that needs strict runs where processors differ.
+
+    ::
+
+        FOLDER/batch.json           what the batch is
+        FOLDER/parts/KEY.parquet    the parameters and metrics of some runs; all of them are a dataset
+
+    Args:
+        sampled: what the runs start from, and what varies; its substeps may be automatic.
+        runs: how many.
+        folder: made if it is not there, else of the same batch.
+        workers: who computes the parts.
+        size: runs of a part; chosen if None.
+        progress: called now and then with the fraction of parts done.
+        say: is told what a user should know meanwhile, in a line each.
+
+    Returns:
+        The table, whose columns are read when they are used, and how many of its runs were computed now.
+
+    Raises:
+        HydroservoError: the folder holds another batch, or cannot be read or written.
+        UnitsError: parts failed; the others are done.
+        ParameterError, ScenarioError, LoopError: as :func:`~hydroservo.simulate_batch`.
+    """
+    check_size(runs, sampled.seed, most=MOST_IN_PARTS)
+    sampled, about = with_chosen_steps(sampled, runs)
+    loop = ready(sampled.assembly.loop)
+    size = size or part_size(
+        plan_of(loop, first_state(loop), ()).samples * loop.simulation.substeps, sampled.cuda
+    )
+    store = opened(Path(folder), {**identity(sampled), **about, "runs": runs, "runs_of_a_part": size})
+    units, before = units_of(sampled, runs, size, workers), store.done()
+    new = [i for i, unit in enumerate(units) if unit.key not in before]
+    do(units, store, workers=workers.processes, scheduler=workers.scheduler, progress=progress, say=say)
+    drawn = {"drawn_with_seed": sampled.seed, "varied": as_json(sampled.ranges(runs))}
+    attrs = provenance(loop) | about | drawn
+    from hydroservo.scenario.columns_on_disk import table_on_disk
+
+    table = table_on_disk(store, [unit.key for unit in units], "run", runs, attrs)
+    lines = [*check_records(loop), *loop_cautions(loop), pressure_caution(table)]
+    return InParts(with_warning(table, lines), sum(min(size, runs - i * size) for i in new))
+
+
+def units_of(sampled: Sampled, runs: int, size: int, workers: Workers) -> list[Unit]:
+    """The parts of a batch."""
+    shared, units = identity(sampled), []
+    for first in range(0, runs, size):
+        count = min(size, runs - first)
+        key = address({**shared, "first": first, "count": count})
+        does = partial(part, sampled, first, count, workers.threads)
+        units.append(Unit(key, does, f"runs {first:,} to {first + count - 1:,}"))
+    return units
+
+
+def part(sampled: Sampled, first: int, runs: int, threads: int | None) -> "pa.Table":
+    """The table of some runs of a batch."""
+    from hydroservo.work.cores import checked_count
+
+    drawn = sampled.drawn(first, runs)
+    how = How(sampled.strict, checked_count(threads, "threads"), sampled.cuda)
+    found = simulate_part(sampled.assembly.loop, drawn.parameters, first, how)
+    table = table_of_runs(found, drawn, sampled.seed, sampled.assembly.arguments)
+    return arrow_table(table.drop_attrs(deep=False).assign_attrs(found.attrs))
+
+
+def with_chosen_steps(sampled: Sampled, runs: int) -> tuple[Sampled, dict[str, Any]]:
+    """The batch with a number of substeps, and what is to be said of it, as of one table of all runs."""
+    given = checked_loop(sampled.assembly.loop)
+    loop = ready(given)
+    check_records(loop)
+    first_state(loop)
+    whole = checked(given)
+
+    def started() -> Iterator[Columns]:
+        for first in range(0, runs, MOST):
+            drawn = sampled.drawn(first, min(MOST, runs - first))
+            columns = {path: vector(path, values) for path, values in drawn.parameters.items()}
+            yield columns | starts(whole, columns, first)
+
+    chosen, said = with_steps(loop, hardest(loop, started()), sampled.strict)
+    steps = {"simulation.substeps": chosen.simulation.substeps}
+    return sampled._replace(assembly=sampled.assembly._replace(loop=replace(given, steps))), said
+
+
+def part_size(steps: int, cuda: bool) -> int:
+    """How many runs a part has.
+
+    Args:
+        steps: integration steps of a run.
+        cuda: whether a device computes them.
+    """
+    if cuda:
+        return CUDA_RUNS
+    return min(MOST, max(LEAST, 1 << (max(1, STEPS // steps).bit_length() - 1)))
+
+
+def identity(sampled: Sampled) -> dict[str, Any]:
+    """All that the rows of a batch depend on, but for which runs they are."""
+    assembly = sampled.assembly
+    found = {
+        "scenario": provenance(ready(assembly.loop))["scenario"],
+        "metrics": toml(json.dumps(describe(assembly.loop.metrics))),
+        "vary": [[one.path, one.low, one.high, one.nominal] for one in sampled.varied],
+        "seed": sampled.seed,
+        "seeds": sampled.seeds,
+        "strict": sampled.strict,
+        "cuda": sampled.cuda,
+    }
+    if any(one.path in assembly.arguments for one in sampled.varied):
+        found["constructors"] = {path: repr(one.value) for path, one in assembly.arguments.items()}
+        found["truth"] = {path: repr(one[-2:]) for path, one in assembly.truth.arguments.items()}
+    return found
+
+
+def opened(folder: Path, content: Mapping[str, Any]) -> Store:
+    """The folder of a batch, which goes on if there is something of it.
+
+    Raises:
+        HydroservoError: it holds another batch.
+    """
+    wanted = json.loads(json.dumps(content))
+    found = manifest_in(folder, MANIFEST)
+    if found is None or not any((folder / PARTS).glob("*.parquet")):
+        return Store(folder, MANIFEST, content)
+    for name in wanted:
+        if found.get(name) != wanted[name]:
+            theirs, ours = short(found.get(name)), short(wanted[name])
+            other = f"another {name}" if theirs == ours else f"{name} {theirs}, and not {ours}"
+            raise HydroservoError(f"{folder / MANIFEST}: is of a batch with {other}; give another --out")
+    return Store(folder, MANIFEST, content)

@@ -1,0 +1,237 @@
+"""A law on the machine of a cell: its loops, one for each kind of condition, and what of it is searched."""
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from typing import Any, NamedTuple
+
+from hydroservo.block import Block, declared_fields, field_at, is_block, leaves
+from hydroservo.errors import ScenarioError
+from hydroservo.nearest import nearest, one_of
+from hydroservo.scenario.build import Draft
+from hydroservo.scenario.layers import layered
+from hydroservo.scenario.load import Assembly, assembled
+from hydroservo.scenario.plugins import plugin_classes
+from hydroservo.scenario.registry import shipped_classes
+from hydroservo.scenario.search import searched_range
+from hydroservo.scenario.tables import Entry, Table
+from hydroservo.studies.asked import Law, Level, Study
+from hydroservo.studies.reading import entry_value
+
+__all__ = ["Contender", "blocks", "contender", "over"]
+
+RATES = ("1/s", "rad/s")  # units of numbers whose ranges go as far as the sample rate allows
+LAW = "controller"
+
+Ranges = dict[str, tuple[float, float]]  # in SI units, by path
+
+
+class Contender(NamedTuple):
+    """A law on the machine of a cell.
+
+    Attributes:
+        assemblies: of its loop for each kind of condition, by the kind's name.
+        ranges: between what its numbers are searched, in SI units, by path.
+        changes: what makes its scenario from the study's base, by dotted path, without those of the kinds.
+    """
+
+    assemblies: Mapping[str, Assembly]
+    ranges: Ranges
+    changes: Mapping[str, Any]
+
+
+def contender(study: Study, law: Law, levels: Sequence[Level]) -> Contender:
+    """A law as a study has it, on the machine of the cell at some levels of the axes.
+
+    Raises:
+        ScenarioError: it does not fit there, or has nothing that could be searched.
+    """
+    own = assembled(law.scenario, {}, study.plugins)
+    place = observer_place(study, law, own.loop.controller) if law.observer else ""
+    if law.unwrapped and not hasattr(own.loop.controller, "controller"):
+        raise ScenarioError(study.origin.name, f"laws.{law.name}.unwrapped", "is for a law in a wrapper")
+    controller = law_table(study, law, place)
+    changes = {**over(study.changes, *(level.changes for level in levels)), **controller}
+    first = assembled(study.base, over(changes, study.conditions.kinds[0].changes), study.plugins)
+    known = known_values(study, law, first)
+    check_numbers(study, law, first, known)
+    changes |= known
+    found = loops(study, changes)
+    one = next(iter(found.values()))
+    ranges = own_ranges(study, law, own, place) | observer_ranges(study, law, one, place)
+    searched = {path: ends for path, ends in ranges.items() if path not in known}
+    if not searched:
+        raise ScenarioError(study.origin.name, f"laws.{law.name}", "has nothing that could be searched")
+    check_numbers(study, law, one, searched)
+    slow = assembled(study.base, {**study.changes, **controller}, study.plugins).loop
+    return Contender(found, as_far(searched, slow, one.loop), changes)
+
+
+def law_table(study: Study, law: Law, place: str) -> dict[str, Any]:
+    """What the study's scenario says of a law, by path: another observer is in the place of its own."""
+    table = controller_table(layered(law.scenario, {}))
+    if law.observer:
+        given = study.observers[law.observer].table
+        table = {path: value for path, value in table.items() if not within(path, f"{LAW}.{place}")}
+        table |= {f"{LAW}.{place}.{path}": value for path, value in given.items()}
+    path_of = renaming(law)
+    found = {moved: value for path, value in over(table, law.changes).items() if (moved := path_of(path))}
+    return found | {f"{LAW}.{path}": value for path, value in law.wrapped.items()}
+
+
+def over(*layers: Mapping[str, Any]) -> dict[str, Any]:
+    """Changes by dotted path, each layer over those before; another type drops what they say of its table."""
+    found: dict[str, Any] = {}
+    for layer in layers:
+        types = {path: value for path, value in layer.items() if path.rpartition(".")[2] == "type"}
+        other = [path.rpartition(".")[0] for path, value in types.items() if found.get(path) != value]
+        found = {path: value for path, value in found.items() if not any(within(path, one) for one in other)}
+        found |= layer
+    return found
+
+
+def loops(study: Study, changes: Mapping[str, Any]) -> dict[str, Assembly]:
+    """The loop for each kind of condition, on the nominal machine."""
+    kinds = study.conditions.kinds
+    return {one.name: assembled(study.base, over(changes, one.changes), study.plugins) for one in kinds}
+
+
+def controller_table(scenario: Table) -> dict[str, Any]:
+    """What a scenario's files say of its law, by path: the layer that names its type, and those above.
+
+    Raises:
+        ScenarioError: none names a law.
+    """
+    table = scenario.table(LAW)
+    named = [i for i, layer in enumerate(table.layers) if "type" in layer.given]
+    if not named:
+        raise scenario.error("names no [controller] with a type, which a study takes from it")
+    layers = (table._replace(layers=(one,)) for one in reversed(table.layers[: named[0] + 1]))
+    return over(*({f"{LAW}.{path}": entry_value(entry) for path, entry in one.entries()} for one in layers))
+
+
+def observer_place(study: Study, law: Law, controller: Block) -> str:
+    """The path from a law to its observer.
+
+    Raises:
+        ScenarioError: it has none.
+    """
+    found = [path for path, block in blocks(controller) if path.rpartition(".")[2] == "observer"]
+    if not found:
+        raise ScenarioError(study.origin.name, f"laws.{law.name}.observers", "is for a law with an observer")
+    return found[0]
+
+
+def blocks(block: Block, path: str = "") -> Iterator[tuple[str, Block]]:
+    """A block and those nested in it, the outer ones first, with their paths."""
+    yield path, block
+    for name, value in zip(block._fields, block, strict=True):
+        if is_block(value):
+            yield from blocks(value, f"{path}.{name}" if path else name)
+
+
+def within(path: str, place: str) -> bool:
+    return path == place or path.startswith(f"{place}.")
+
+
+def renaming(law: Law) -> Callable[[str], str]:
+    """Where a number of a law's own scenario is in the study's; "" in a wrapper that is left out."""
+
+    def moved(path: str) -> str:
+        rest = path.removeprefix(f"{LAW}.")
+        if law.unwrapped:
+            if not rest.startswith(f"{LAW}."):
+                return ""
+            rest = rest.removeprefix(f"{LAW}.")
+        return f"{LAW}.{LAW}.{rest}" if law.wrapped else f"{LAW}.{rest}"
+
+    return moved
+
+
+def known_values(study: Study, law: Law, assembly: Assembly) -> dict[str, float]:
+    """What a law knows of the loop and does not set itself, by the path of the number that holds it.
+
+    Raises:
+        ScenarioError: there is no such number of the loop.
+    """
+    found = {}
+    path_of = renaming(law)
+    set_by_law = {path_of(path) for path in law.changes}
+    nominal = assembly.loop._replace(**assembly.nominal._asdict())
+    numbers = {path: value for path, value in leaves(nominal) if isinstance(value, float)}
+    for key, entry in study.known.items():
+        kind, _, field = key.rpartition(".")
+        check_field(entry, kind, field)
+        if entry.value not in numbers:
+            raise entry.error(f"must be a number of the loop; it {one_of(str(entry.value), numbers)}")
+        for path, block in blocks(assembly.loop.controller):
+            place = ".".join(filter(None, (LAW, path, field)))
+            if type(block).__name__ == kind and field in block._fields and place not in set_by_law:
+                found[place] = numbers[entry.value]
+    return found
+
+
+def check_field(entry: Entry, kind: str, field: str) -> None:
+    """Refuse a number that no block has.
+
+    Raises:
+        ScenarioError: there is no such type, or it has no such field.
+    """
+    classes = {one.__name__: one for one in (*shipped_classes(), *plugin_classes())}
+    if kind not in classes:
+        raise entry.error(f"is for a key Type.field, and there is no type {kind!r}{nearest(kind, classes)}")
+    if field not in declared_fields(classes[kind]):
+        raise entry.error(
+            f"is for a field {field!r} of {kind}, which {one_of(field, declared_fields(classes[kind]))}"
+        )
+
+
+def check_numbers(study: Study, law: Law, assembly: Assembly, paths: Iterable[str]) -> None:
+    """Refuse numbers of a block that a constructor makes: what is found of them could not be set.
+
+    Raises:
+        ScenarioError: one is.
+    """
+    for path in paths:
+        draft, *names = assembly.drafts[LAW], *path.split(".")[1:-1]
+        for name in [*names, ""]:
+            if not isinstance(draft.maker, type):
+                problem = f"{draft.maker.__qualname__} makes {path}, which a study sets; give its own numbers"
+                raise ScenarioError(study.origin.name, f"laws.{law.name}.scenario", problem)
+            if not isinstance(inner := draft.members.get(name), Draft):
+                break
+            draft = inner
+
+
+def own_ranges(study: Study, law: Law, own: Assembly, place: str) -> Ranges:
+    """What is searched of a law but its observer, if that is another: as its scenario has it."""
+    path_of = renaming(law)
+    beside = f"{LAW}.{place}".rpartition(".")[0]
+    drop = [f"{beside}.{one}" for one in study.observers[law.observer].drop] if law.observer else []
+    found = {}
+    for path, one in own.search.ranges.items():
+        replaced = law.observer and within(path, f"{LAW}.{place}")
+        fixed = any(within(path, changed) for changed in law.changes)
+        if within(path, LAW) and not replaced and not fixed and path not in drop and path_of(path):
+            found[path_of(path)] = (one.low, one.high)
+    return found
+
+
+def observer_ranges(study: Study, law: Law, assembly: Assembly, place: str) -> Ranges:
+    """What is searched of an observer that a law is given."""
+    if not law.observer:
+        return {}
+    path_of = renaming(law)
+    found = {}
+    for name, entry in study.observers[law.observer].vary.items():
+        if any(within(f"{LAW}.{place}.{name}", changed) for changed in law.changes):
+            continue
+        path = path_of(f"{LAW}.{place}.{name}")
+        one = searched_range(path, entry, assembly.loop, assembly.arguments)
+        found[path] = (one.low, one.high)
+    return found
+
+
+def as_far(ranges: Ranges, slow: Block, loop: Block) -> Ranges:
+    """Ranges whose rates go as far beyond those at the study's own sample rate as that of a cell does."""
+    factor = max(1.0, slow.simulation.period / loop.simulation.period)
+    rates = {path for path in ranges if field_at(loop, path).unit in RATES}
+    return {path: (low, high * factor if path in rates else high) for path, (low, high) in ranges.items()}

@@ -1,0 +1,314 @@
+"""Studies from their files."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from functools import cache
+from importlib.resources import files
+from pathlib import Path
+
+from hydroservo.errors import ParameterError, ScenarioError, one_line
+from hydroservo.nearest import nearest, one_of
+from hydroservo.scenario.catalogue import named_source
+from hydroservo.scenario.files import exists, read_text
+from hydroservo.scenario.layers import layered
+from hydroservo.scenario.overrides import nested
+from hydroservo.scenario.tables import Layer, Origin, Table, parsed
+from hydroservo.studies.asked import Axis, Conditions, Kind, Law, Level, ObserverChoice, Search, Study
+from hydroservo.studies.reading import changes_in, finite, known_keys, numbers, ranges_in, text, texts, whole
+
+__all__ = ["read_study", "studies", "study_source"]
+
+LARGEST = 1 << 20  # bytes
+OPTIMISERS = ("de", "cma")
+NAME = "abcdefghijklmnopqrstuvwxyz0123456789-"  # of laws, levels and kinds: they name files
+
+
+def read_study(source: str | Path, changes: Mapping[str, object] | None = None) -> Study:
+    """The study that a file asks for.
+
+    Args:
+        source: the path of a TOML file, or the name of a built-in study such as ``small``.
+        changes: values by dotted path that override those of the file.
+
+    Raises:
+        ScenarioError: in one line, the file, the key, the value and what is allowed.
+    """
+    origin, content = located(source)
+    overrides = Layer(Origin(f"{origin.name}, overridden", Path()), nested(changes or {}))
+    top = Table("", (overrides, Layer(origin, parsed(content, origin.name))))
+    keys = ("title", "base", "plugins", "set", "metric", "reference", "known")
+    known_keys(top, (*keys, "laws", "observers", "axes", "conditions", "search", "limits"))
+    observers = {name: observer(top.table("observers").table(name)) for name in named(top, "observers")}
+    laws = {law.name: law for law in laws_in(top, tuple(observers))}
+    if not laws:
+        raise top.error("needs [laws]")
+    reference = text(top, "reference", next(iter(laws)))
+    if reference not in laws:
+        raise top.entry("reference").error(one_of(reference, tuple(laws)))
+    drawn = conditions(top.table("conditions"))
+    return Study(
+        text(top, "title", origin.name),
+        machine_of(top),
+        plugins_of(top),
+        changes_in(top, "set"),
+        text(top, "metric", "rms_error"),
+        reference,
+        ranges_in(top, "known"),
+        laws,
+        observers,
+        [axis(top.table("axes").table(name)) for name in named(top, "axes")],
+        drawn,
+        search(top.table("search")),
+        limits(top.table("limits"), drawn.counts["test"]),
+        origin,
+    )
+
+
+def studies() -> dict[str, str]:
+    """The name and title of each built-in study."""
+    return {name: str(parsed(found, name)["title"]) for name, found in builtin_texts().items()}
+
+
+def study_source(source: str | Path) -> str:
+    """The TOML text of a study.
+
+    Args:
+        source: a built-in name such as ``small``, or the path of a file.
+
+    Raises:
+        ScenarioError: there is no such study, or its file cannot be read.
+    """
+    return located(source)[1]
+
+
+@cache
+def builtin_texts() -> dict[str, str]:
+    """The TOML text of each built-in study by its name."""
+    found = sorted(files("hydroservo.studies.builtin").iterdir(), key=lambda one: one.name)
+    ours = (one for one in found if one.name.endswith(".toml"))
+    return {one.name.removesuffix(".toml"): one.read_text("utf-8") for one in ours}
+
+
+def located(source: str | Path) -> tuple[Origin, str]:
+    """Where a study comes from, and its text.
+
+    Raises:
+        ScenarioError: there is no such study, or its file cannot be read.
+        ParameterError: what is given is no name and no path.
+    """
+    if not isinstance(source, str | Path):
+        raise ParameterError("source", source, "must be the name of a study, or the path of a file")
+    if str(source) in builtin_texts():
+        return Origin(str(source), Path()), builtin_texts()[str(source)]
+    path, name = Path(source), one_line(str(source))
+    if not exists(path):
+        near = nearest(name, builtin_texts())
+        raise ScenarioError(name, "", f"there is no such file, and no built-in study of that name{near}")
+    return Origin(name, path.parent), read_text(path, LARGEST, name)
+
+
+def named(top: Table, section: str) -> Iterator[str]:
+    """The names of the tables in a section.
+
+    Raises:
+        ScenarioError: one is no name.
+    """
+    table = top.table(section)
+    for name in table.names():
+        if not name or set(name) - set(NAME):
+            problem = "must be a name of small letters, digits and hyphens, for files are named by it"
+            raise ScenarioError(table.origin.name, table.key(name), problem)
+        yield name
+
+
+def scenario_of(table: Table, name: str) -> str | Path:
+    """The scenario that a key names.
+
+    Raises:
+        ScenarioError: there is none.
+    """
+    text(table, name)
+    return named_source(table.entry(name))
+
+
+def machine_of(top: Table) -> str | Path:
+    """The scenario of the machine, which has no law: its gains would show through those that a law leaves.
+
+    Raises:
+        ScenarioError: there is none, or it has a law.
+    """
+    found = scenario_of(top, "base")
+    if layered(found, {}).table("controller").names():
+        raise top.entry("base").error(
+            "has a [controller]; it must be a scenario without, as laws are in [laws]"
+        )
+    return found
+
+
+def plugins_of(top: Table) -> list[Path]:
+    """The files with blocks of one's own, by their paths from the folder of the file that names them."""
+    return [top.entry("plugins").origin.folder / one for one in texts(top, "plugins")]
+
+
+def laws_in(top: Table, observers: Sequence[str]) -> Iterator[Law]:
+    """The laws of a file, each with each of the observers that it is to have.
+
+    Raises:
+        ScenarioError: one is not what it must be.
+    """
+    found: dict[str, Law] = {}
+    table = top.table("laws")
+    for name in named(top, "laws"):
+        for one in laws_of(table.table(name), name, found, observers):
+            if one.name in found:
+                raise table.entry(name).error(f"makes a second law named {one.name}")
+            found[one.name] = one
+            yield one
+
+
+def laws_of(table: Table, name: str, before: Mapping[str, Law], observers: Sequence[str]) -> Iterator[Law]:
+    """One table of laws: a law with each of its observers, or one of those before without a part."""
+    if table.has("of"):
+        known_keys(table, ("of", "without", "set", "unwrapped", "wrapped"))
+        of = text(table, "of")
+        if of not in before:
+            raise table.entry("of").error(f"must be a law before it; it {one_of(of, tuple(before))}")
+        whole_law = before[of]._replace(name=name, of=of, without=text(table, "without"))
+        yield changed(whole_law, table)
+        return
+    known_keys(table, ("scenario", "family", "set", "observers", "of", "unwrapped", "wrapped"))
+    scenario, family = scenario_of(table, "scenario"), text(table, "family", name)
+    plain = changed(Law(name, family, scenario, {}, "", "", "", False, {}), table)
+    chosen = texts(table, "observers", observers)
+    if not chosen:
+        yield plain
+    for one in chosen:
+        yield plain._replace(name=f"{name}-{one}", observer=one)
+
+
+def changed(law: Law, table: Table) -> Law:
+    """A law with what its table sets of it."""
+    changes = changes_in(table, "set")
+    for path in changes:
+        if not path.startswith("controller."):
+            problem = f"sets {path}, which is not of the law; it must begin with controller"
+            raise table.error(problem)
+    return law._replace(
+        changes={**law.changes, **changes},
+        unwrapped=flag(table, "unwrapped", law.unwrapped),
+        wrapped=changes_in(table, "wrapped") or law.wrapped,
+    )
+
+
+def flag(table: Table, name: str, default: bool) -> bool:
+    """Whether a key says true.
+
+    Raises:
+        ScenarioError: it says something else.
+    """
+    if not table.has(name):
+        return default
+    entry = table.entry(name)
+    if not isinstance(entry.value, bool):
+        raise entry.error("must be true or false")
+    return entry.value
+
+
+def observer(table: Table) -> ObserverChoice:
+    """An observer that laws are given.
+
+    Raises:
+        ScenarioError: it is not what it must be.
+    """
+    known_keys(table, ("set", "vary", "drop"))
+    changes = changes_in(table, "set")
+    if "type" not in changes:
+        raise table.error("needs set.type, the observer's")
+    return ObserverChoice(changes, ranges_in(table, "vary"), texts(table, "drop"))
+
+
+def axis(table: Table) -> Axis:
+    """An axis of the map.
+
+    Raises:
+        ScenarioError: it has no levels, or one is not what it must be.
+    """
+    known_keys(table, ("label", "levels"))
+    levels = table.table("levels")
+    name = table.path.rpartition(".")[2]
+    found = [level(levels.table(one)) for one in named(table, "levels")]
+    if not found:
+        raise table.error("needs levels")
+    return Axis(name, text(table, "label", name), found)
+
+
+def level(table: Table) -> Level:
+    """A level of an axis.
+
+    Raises:
+        ScenarioError: it is not what it must be.
+    """
+    known_keys(table, ("label", "value", "set", "vary"))
+    name = table.path.rpartition(".")[2]
+    value = None
+    if table.has("value"):
+        value = finite(table.entry("value"))
+    return Level(name, text(table, "label", name), value, changes_in(table, "set"), ranges_in(table, "vary"))
+
+
+def conditions(table: Table) -> Conditions:
+    """What is drawn, and how often; where the file is silent, the defaults.
+
+    Raises:
+        ScenarioError: a part is not what it must be.
+    """
+    splits = ("train", "validation", "test")
+    known_keys(table, ("seed", *splits, "stress", "stressed", "vary", "kinds"))
+    counts = {
+        name: whole(table, name, 1, 100_000, few) for name, few in zip(splits, (8, 8, 200), strict=True)
+    }
+    kinds = table.table("kinds")
+    found = [kind(kinds.table(name)) for name in named(table, "kinds")] or [Kind("all", {}, {})]
+    return Conditions(
+        whole(table, "seed", 0, 2**63 - 1, 0),
+        counts,
+        numbers(table, "stress", 0.0, 1e3, ()),
+        whole(table, "stressed", 1, counts["test"], min(20, counts["test"])),
+        ranges_in(table, "vary"),
+        found,
+    )
+
+
+def kind(table: Table) -> Kind:
+    """A kind of conditions.
+
+    Raises:
+        ScenarioError: it is not what it must be.
+    """
+    known_keys(table, ("set", "vary"))
+    return Kind(table.path.rpartition(".")[2], changes_in(table, "set"), ranges_in(table, "vary"))
+
+
+def search(table: Table) -> Search:
+    """How gains are searched; where the file is silent, the defaults.
+
+    Raises:
+        ScenarioError: a part is not what it must be.
+    """
+    known_keys(table, ("candidates", "seeds", "optimisers", "efforts", "widen"))
+    return Search(
+        whole(table, "candidates", 64, 1_000_000, 1024),
+        whole(table, "seeds", 1, 1000, 5),
+        texts(table, "optimisers", OPTIMISERS, ["de"]),
+        numbers(table, "efforts", 0.0, 10.0, [0.1]),
+        whole(table, "widen", 0, 5, 1),
+    )
+
+
+def limits(table: Table, most: int) -> int:
+    """Of how many test conditions limits are sought; where the file is silent, of none.
+
+    Raises:
+        ScenarioError: it is no such number.
+    """
+    known_keys(table, ("conditions",))
+    return whole(table, "conditions", 0, most, 0)

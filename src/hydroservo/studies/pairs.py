@@ -1,0 +1,146 @@
+"""Each law of a cell against each other: won by whom, and by what."""
+
+import math
+from collections.abc import Mapping
+from itertools import combinations
+from typing import NamedTuple
+
+import numpy as np
+
+from hydroservo.studies.holm import corrected
+from hydroservo.studies.losses import fewer_lost
+from hydroservo.studies.paired import Difference, difference
+from hydroservo.studies.rules import Rules
+from hydroservo.studies.trials import Trials
+
+__all__ = ["Pair", "compared", "pairs_of", "ratio_between", "rivals_of"]
+
+
+class Pair(NamedTuple):
+    """Two laws in one cell.
+
+    Attributes:
+        a, b: their names, in alphabetical order.
+        winner: the name of the law that won; empty for a tie.
+        by: ``"lost runs"`` or ``"error"``, which decided it; empty for a tie.
+        ratio, low, high: a's error over b's, geometric mean over conditions in which each law has a run that
+            was not lost, with its interval; nan, 0 and inf where nothing can be said.
+        chance: Holm's, of such a ratio where there is no difference.
+        more_lost, more_lost_low, more_lost_high: a's share of lost runs less b's, with its interval.
+        lost_chance: Holm's, of such a difference of shares where there is none.
+        conditions: how many the ratio is over.
+        only_a_lost, only_b_lost: in how many conditions only a, or only b, lost a run.
+    """
+
+    a: str
+    b: str
+    winner: str
+    by: str
+    ratio: float
+    low: float
+    high: float
+    chance: float
+    more_lost: float
+    more_lost_low: float
+    more_lost_high: float
+    lost_chance: float
+    conditions: int
+    only_a_lost: int
+    only_b_lost: int
+
+    def loser(self) -> str:
+        """The name of the law that lost; empty for a tie."""
+        return {self.a: self.b, self.b: self.a}.get(self.winner, "")
+
+
+def pairs_of(trials: Mapping[str, Trials], rules: Rules) -> list[Pair]:
+    """All pairs of a cell's laws.
+
+    Two things are asked of a pair: whether one law loses a greater share of its runs, if any was lost, and
+    whose error is less over the conditions in which each has a run that was not lost. Holm's correction is
+    over all that is asked in the cell. The law that loses fewer runs wins, whatever the errors; no error
+    makes up for an axis that went astray. If neither loses fewer the law with less error wins, where the
+    ratio is at least the margin.
+
+    Args:
+        trials: of the cell's laws by name, on the same conditions.
+        rules: of the comparison.
+    """
+    names = list(combinations(sorted(trials), 2))
+    errors = [difference(trials[a].logs(), trials[b].logs(), rules.confidence) for a, b in names]
+    lost = [fewer_lost(trials[a].lost, trials[b].lost, rules.confidence) for a, b in names]
+    asked = [bool(trials[a].lost.any() or trials[b].lost.any()) for a, b in names]
+    of_errors = [one.chance for one in errors]
+    of_lost = [one.chance for one, any_lost in zip(lost, asked, strict=True) if any_lost]
+    chances = corrected([*of_errors, *of_lost])
+    rest = iter(chances[len(names) :])
+    return [
+        verdict(
+            (a, trials[a]),
+            (b, trials[b]),
+            errors[i]._replace(chance=chances[i]),
+            lost[i]._replace(chance=next(rest) if asked[i] else 1.0),
+            rules,
+        )
+        for i, (a, b) in enumerate(names)
+    ]
+
+
+def verdict(
+    a: tuple[str, Trials], b: tuple[str, Trials], errors: Difference, lost: Difference, rules: Rules
+) -> Pair:
+    """What was found of a pair, its chances corrected, put together."""
+    level = 1.0 - rules.confidence
+    winner, by = "", ""
+    if lost.chance <= level:
+        winner, by = b[0] if lost.value > 0.0 else a[0], "lost runs"
+    elif errors.chance <= level and abs(errors.value) >= math.log(rules.margin):
+        winner, by = b[0] if errors.value > 0.0 else a[0], "error"
+    lost_a, lost_b = a[1].lost, b[1].lost
+    counted = ~(lost_a.all(axis=0) | lost_b.all(axis=0))
+    any_a, any_b = lost_a.any(axis=0), lost_b.any(axis=0)
+    return Pair(
+        a=a[0],
+        b=b[0],
+        winner=winner,
+        by=by,
+        ratio=math.exp(errors.value),
+        low=math.exp(errors.low),
+        high=exponential(errors.high),
+        chance=errors.chance,
+        more_lost=lost.value,
+        more_lost_low=max(lost.low, -1.0),
+        more_lost_high=min(lost.high, 1.0),
+        lost_chance=lost.chance,
+        conditions=int(counted.sum()),
+        only_a_lost=int((any_a & ~any_b).sum()),
+        only_b_lost=int((any_b & ~any_a).sum()),
+    )
+
+
+def exponential(value: float) -> float:
+    """The exponential, infinite where it is too large for a number."""
+    return float(np.exp(min(value, 709.0))) if value < 709.0 else math.inf
+
+
+def ratio_between(pairs: list[Pair], one: str, other: str) -> tuple[float, float, float]:
+    """The error of one law over another's with its interval; 1 of a law over itself."""
+    if one == other:
+        return 1.0, 1.0, 1.0
+    found = compared(pairs, one, other)
+    if found.a == one:
+        return found.ratio, found.low, found.high
+    return 1.0 / found.ratio, 1.0 / found.high, 1.0 / found.low if found.low > 0.0 else math.inf
+
+
+def compared(pairs: list[Pair], one: str, other: str) -> Pair:
+    """The pair of two laws."""
+    return next(pair for pair in pairs if {pair.a, pair.b} == {one, other})
+
+
+def rivals_of(pairs: list[Pair], law: str) -> tuple[list[str], list[str]]:
+    """The laws that beat a law, and those that tie with it."""
+    own = [pair for pair in pairs if law in (pair.a, pair.b)]
+    beat = [pair.winner for pair in own if pair.winner and pair.winner != law]
+    tie = [pair.b if pair.a == law else pair.a for pair in own if not pair.winner]
+    return sorted(beat), sorted(tie)

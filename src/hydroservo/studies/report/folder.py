@@ -1,0 +1,83 @@
+"""The report on a study: a folder with its pictures and one page that opens offline."""
+
+import hashlib
+import json
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from hydroservo.figures.style import save_figure
+from hydroservo.outputs import staged, write_text
+from hydroservo.runs.results import as_json
+from hydroservo.studies.report.commands import conditions_in, repeats
+from hydroservo.studies.report.findings import findings
+from hydroservo.studies.report.page import page
+from hydroservo.studies.report.pictures import pictures
+from hydroservo.studies.verdicts import Verdicts
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+__all__ = ["REPORT", "report_files", "write_report"]
+
+REPORT = "report.html"
+VERDICTS = "verdicts.json"
+PICTURES = "pictures"
+VERSIONS = ("format", "hydroservo")  # what a store adds to a manifest
+Progress = Callable[[int, int], None]  # done, of how many
+
+
+def write_report(
+    table: "pd.DataFrame",
+    manifest: Mapping[str, Any],
+    verdicts: Verdicts,
+    folder: Path,
+    *,
+    reference: str = "",
+    cell: str = "",
+    progress: Progress | None = None,
+) -> Path:
+    """Write a study's pictures and its report into its folder.
+
+    The folder then holds ``report.html``, ``verdicts.json`` and each picture as PNG and SVG in ``pictures``.
+    They take their places together, and equal studies give equal bytes.
+
+    Args:
+        table: the study's: a row a run.
+        manifest: what ``study.json`` holds.
+        verdicts: what :func:`~hydroservo.studies.verdicts.judged` found.
+        folder: the study's; numbers whose conditions it has get the command that repeats them.
+        reference: the law that others are held against over all cells; if empty the manifest's, or the first.
+        cell: the one whose front and curves are shown; if empty the first in which any law stays.
+        progress: called after each picture.
+
+    Returns:
+        The path of ``report.html``.
+
+    Raises:
+        HydroservoError: a file cannot be written.
+        ParameterError: there is no such law, or no such cell.
+    """
+    found = findings(manifest, verdicts, reference, cell)
+    asked = {key: value for key, value in manifest.items() if key not in VERSIONS}
+    fingerprint = digest({"manifest": asked, "verdicts": verdicts.as_dict()})
+    drawn = pictures(found)
+    again = repeats(table, conditions_in(folder), manifest.get("plugins", ()))
+    with staged(folder, last=REPORT) as stage:
+        for done, one in enumerate(drawn, start=1):
+            save_figure(one.draw(found), stage / PICTURES / one.name, fingerprint)
+            if progress:
+                progress(done, len(drawn))
+        write_text(stage / VERDICTS, as_json(verdicts.as_dict()) + "\n")
+        write_text(stage / REPORT, page(found, drawn, stage / PICTURES, fingerprint, again))
+    return folder / REPORT
+
+
+def report_files(folder: Path) -> list[Path]:
+    """What :func:`write_report` writes beside the pictures."""
+    return [folder / name for name in (VERDICTS, REPORT)]
+
+
+def digest(content: Mapping[str, Any]) -> str:
+    """The first digits of the SHA-256 of what was asked and found."""
+    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()[:12]

@@ -1,0 +1,25 @@
+"""How many workers: threads or processes."""
+
+import os
+from numbers import Integral
+
+from hydroservo.errors import ParameterError
+
+__all__ = ["checked_count"]
+
+
+def checked_count(count: int | None, name: str) -> int:
+    """How many workers to use: as many as asked for, else one for each core that this process may use.
+
+    Args:
+        count: asked for; None for all cores.
+        name: of the argument, for the message.
+
+    Raises:
+        ParameterError: it is not a whole number from 1 on.
+    """
+    if count is None:
+        return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    if isinstance(count, bool) or not isinstance(count, Integral) or count < 1:
+        raise ParameterError(name, count, "must be a whole number from 1 on, or None for all cores")
+    return int(count)

@@ -1,0 +1,63 @@
+"""A unit of work: something that is done once, addressed by what it is."""
+
+import json
+import math
+from collections.abc import Callable, Mapping
+from hashlib import sha256
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from hydroservo.errors import ParameterError
+
+if TYPE_CHECKING:
+    import pyarrow as pa
+
+__all__ = ["DIGITS", "Unit", "address"]
+
+DIGITS = 24  # of an address, 96 bits: among a billion units no two are alike
+
+
+class Unit(NamedTuple):
+    """Something to be done once.
+
+    Attributes:
+        key: its address, as :func:`address` makes it of all that its table depends on.
+        do: computes its table; ``functools.partial`` of a function of a module with plain data, so that
+            another process can, or another machine.
+        name: what progress and errors call it.
+    """
+
+    key: str
+    do: "Callable[[], pa.Table]"
+    name: str
+
+
+def address(what: Mapping[str, Any]) -> str:
+    """Hexadecimal digits that name what a unit is: of the SHA-256 of its canonical JSON.
+
+    Keys are sorted, and floats have all their digits: 1.0 is not 1, 0.1 + 0.2 not 0.3.
+
+    Args:
+        what: all that the table of a unit depends on: mappings with texts as keys, sequences, texts, numbers,
+            True, False and None.
+
+    Raises:
+        ParameterError: something else is in it, or a number that is not finite.
+    """
+    text = json.dumps(plain(what, ""), sort_keys=True, separators=(",", ":"), allow_nan=False)
+    return sha256(text.encode()).hexdigest()[:DIGITS]
+
+
+def plain(value: Any, path: str) -> Any:
+    """A value as JSON holds it exactly."""
+    if isinstance(value, Mapping):
+        for key in value:
+            if not isinstance(key, str):
+                raise ParameterError(path or "what", key, "must be a text, as all keys of what is addressed")
+        return {key: plain(one, f"{path}.{key}" if path else key) for key, one in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [plain(one, f"{path}[{i}]") for i, one in enumerate(value)]
+    if value is None or isinstance(value, (str, bool, int)):
+        return value
+    if isinstance(value, float) and math.isfinite(value):
+        return float(value)
+    raise ParameterError(path, value, "must be a text, a finite number, True, False, None, or groups of them")

@@ -1,0 +1,105 @@
+"""hydroservo audit."""
+
+import json
+import math
+
+import pytest
+
+from hydroservo.assumptions import above
+from hydroservo.audits import Asked, Audit, Chatter
+from tests.support import plugins
+from tests.support.commands.runner import failed, succeeded
+
+HELD = above("Lemma 2, D_1", "D_1 is above the largest d_L1", 30.0, 16.7, "m/s^2", measured=True)
+SHORT = above("Lemma 2, D_2", "D_2 is above the largest d_L2", 100.0, 1e4, "N/s", measured=True)
+UNTOLD = above("excitation", "the demand excites enough", math.nan, math.nan)
+SWINGS = Chatter(True, 0.27, 500.0, "the law", 0.0, 0.01, 1.0)
+RESTS = Chatter(False, 0.0, math.nan, "nothing", 9.0, 0.01, 1.0)
+
+
+@pytest.fixture
+def found(monkeypatch):
+    """What the audit finds, in place of asking."""
+
+    def put(chatter: Chatter | None, reason: str = "", lost: bool = False) -> None:
+        asked = (
+            Asked("controller", "TSMC", (HELD, SHORT, UNTOLD)),
+            Asked("controller.observer", "Mine", None),
+            Asked("controller.derivative", "Exact", ()),
+        )
+        monkeypatch.setattr("hydroservo.audits.audit", lambda _: Audit(asked, lost, chatter, reason))
+
+    return put
+
+
+def test_a_table(found):
+    found(SWINGS)
+    shown = succeeded("audit", "rig/1khz-pi-sine")
+    for text in ("holds", "fails", "cannot be told", "0.01", "1.8", "30 m/s²", "10 kN/s"):
+        assert text in shown
+    assert "does not say what it supposes" in shown
+    assert "supposes nothing here" in shown
+    assert "Chatter is foretold, by the law: 270 mV at 500 Hz, with demand and load as at 1 s." in shown
+
+
+def test_no_chatter_but_after_a_jolt(found):
+    found(RESTS)
+    shown = " ".join(succeeded("audit", "rig/1khz-pi-sine").split())
+    assert "No chatter is foretold of 10.0 mV or more" in shown
+    assert "A jolt could leave a swing of 9.00 V." in shown
+
+
+def test_no_forecast_and_a_run_that_was_lost(found):
+    found(None, "plant = 'Cylinder': has no steady state", lost=True)
+    shown = succeeded("audit", "rig/1khz-pi-sine")
+    assert "No chatter can be foretold: plant = 'Cylinder': has no steady state." in shown
+    assert "The run diverged" in shown
+
+
+def test_json(found):
+    found(RESTS)
+    said = json.loads(succeeded("audit", "rig/1khz-pi-sine", "--json"))
+    assert (said["scenario"], said["holds"], said["diverged"]) == ("rig/1khz-pi-sine", False, False)
+    assert [one["holds"] for one in said["assumptions"]] == [True, False, None]
+    assert said["assumptions"][0]["margin"] == pytest.approx(30.0 / 16.7)
+    assert said["silent"] == [{"path": "controller.observer", "block": "Mine"}]
+    assert said["chatter"]["frequency"] is None
+
+
+def test_a_mistake_is_one_line():
+    assert "no-such" in failed("audit", "no-such")
+
+
+OWN = (
+    plugins.LAW
+    + """
+    def assumptions(self, facts):
+        from hydroservo.assumptions import sampled_faster
+
+        return [sampled_faster(self.gain, facts, "the gain")]
+"""
+)
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("forgotten")
+def test_a_law_of_ones_own(tmp_path):
+    """It runs, is asked, and does not chatter."""
+    file = tmp_path / "mine.py"
+    file.write_text(OWN, encoding="utf-8")
+    said = json.loads(
+        succeeded(
+            "audit",
+            "rig/1khz-pi-sine",
+            "--plugin",
+            str(file),
+            "--set",
+            "controller.type=Law",
+            "--set",
+            "simulation.duration=1s",
+            "--json",
+        )
+    )
+    (only,) = said["assumptions"]
+    assert (only["block"], only["margin"], only["holds"]) == ("Law", pytest.approx(500.0), True)
+    assert said["chatter"]["chatters"] is False

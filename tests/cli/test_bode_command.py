@@ -1,0 +1,66 @@
+"""Frequency responses on the command line."""
+
+import json
+
+import numpy as np
+import pytest
+
+from tests.support.commands.runner import failed, succeeded
+
+RIG = ("bode", "rig/1khz-pi-sine")
+
+
+def test_bode_json_is_one_object_and_the_picture_is_there(tmp_path):
+    out = tmp_path / "bode.svg"
+    said = json.loads(succeeded(*RIG, "--periods", "1", "--realisations", "2", "--json", "--out", out))
+    assert said["scenario"] == "rig/1khz-pi-sine"
+    assert said["stable"] is True
+    for name in ("machine", "open", "closed", "sensitivity", "compliance", "open_compliance"):
+        curve = said[name]
+        assert len(curve["frequency"]) == len(curve["magnitude"]) == len(curve["phase"])
+    measured, linear = said["closed"]["measured"], said["closed"]
+    expected = np.interp(measured["frequency"], linear["frequency"], linear["magnitude"])
+    np.testing.assert_allclose(measured["magnitude"], expected, rtol=0.02)
+    assert min(measured["coherence"]) > 0.99
+    assert said["closed"]["unit"] == ""
+    assert said["compliance"]["unit"] == "m/(s N)"
+    assert said["bandwidth"] > said["bandwidth_90"] > 0.0
+    assert b"<svg" in out.read_bytes()[:500]
+
+
+def test_bode_prints_margins_and_bandwidths():
+    text = succeeded(*RIG, "--linear")
+    for word in ("gain margin", "phase margin", "disk margin", "sensitivity peak", "bandwidth"):
+        assert word in text
+    assert "coherence" not in text
+
+
+def test_bode_over_a_number(tmp_path):
+    out = tmp_path / "bode.png"
+    words = ("--vary", "plant.mass=4..12kg", "--band", "1..100Hz", "--out", out)
+    said = json.loads(succeeded(*RIG, *words, "--json"))
+    assert (said["varied"], said["unit"]) == ("plant.mass", "kg")
+    assert [point["value"] for point in said["points"]] == [4.0, 6.0, 8.0, 10.0, 12.0]
+    margins = [point["phase_margin"] for point in said["points"]]
+    assert margins == sorted(margins, reverse=True)
+    assert out.read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("--band", "1..900Hz"), "band = 900.0: must be below Nyquist's frequency, 500 [Hz]"),
+        (("--band", "1Hz"), "must be a range"),
+        (("--band", "1..9 bar"), "does not convert to Hz"),
+        (("--amplitude", "nan"), "amplitude = nan: must be a finite number above 0 [V]"),
+        (("--amplitude", "2 bar"), "--amplitude = '2 bar': does not convert to V"),
+        (("--out", "bode.txt"), "must end in one of .png, .svg, .pdf"),
+        (("--out", "nowhere/at/all/bode.png", "--periods", "0"), "periods = 0: must be"),
+        (("--vary", "plant.mas=4..12kg"), "did you mean plant.mass?"),
+        (("--vary", "plant.mass"), "must be of the form PATH=LOW..HIGH"),
+        (("--command", "2V", "--set", "supply.supply_pressure=1e3 bar", "--load", "nan"), "force = nan"),
+    ],
+)
+def test_what_has_no_picture_is_one_line(words, said, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert said in failed(*RIG, *words)

@@ -1,0 +1,121 @@
+"""A machine's numbers from a log, and logs that are none."""
+
+import json
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from hydroservo.scenario import load_scenario
+from tests.support.commands.runner import failed, hydroservo_
+from tests.support.synthetic_logs import RANGES, SCENARIO, SHORT, exact_log, recorded, with_units
+
+BRIEF = SHORT | {"simulation.duration": "0.3 s", "reference.period": "0.2 s"}
+SETTINGS = [f"--set={path}={value!r}" for path, value in BRIEF.items()]
+MASS = ("--vary", "plant.mass=-40%..+70%")
+EVERY = [word for path, ends in RANGES.items() for word in ("--vary", f"{path}={ends}")]
+
+
+@pytest.fixture(scope="module")
+def log(tmp_path_factory):
+    path = tmp_path_factory.mktemp("bench") / "log.csv"
+    pd.DataFrame(with_units(recorded(exact_log(BRIEF), 1))).to_csv(path, index=False)
+    return path
+
+
+def test_identify_finds_the_mass_and_writes_what_it_found(log, tmp_path):
+    out = tmp_path / "found"
+    result = hydroservo_(
+        "identify", SCENARIO, log, *EVERY, "--set=plant.mass=8kg", *SETTINGS, "--json", "--out", out
+    )
+    assert result.exit_code == 0, result.output
+    said = json.loads(result.stdout)
+    mass = said["parameters"]["plant.mass"]
+    assert mass["low"] < 6.0 < mass["high"]
+    assert mass["identifiable"] is True
+    assert "later than of the model" in result.stderr
+    files = {file.name for file in out.iterdir()}
+    assert files == {"scenario.toml", "metrics.json", "log-1.png", "log-1.svg", "fit-1.png", "fit-1.svg"}
+    assert load_scenario(out / "scenario.toml").plant.mass == mass["value"]
+
+
+def damaged(log, tmp_path, **columns):
+    """The log with other columns."""
+    table = pd.read_csv(log).astype(object)
+    for name, change in columns.items():
+        (column,) = [one for one in table if one.startswith(name)]
+        change(table, column)
+    path = tmp_path / "damaged.csv"
+    table.to_csv(path, index=False)
+    return path
+
+
+def text_in(table, column):
+    table.loc[7, column] = "off"
+
+
+def without(table, column):
+    del table[column]
+
+
+def in_bar(table, column):
+    table[f"{column.split()[0]} [bar]"] = table.pop(column)
+
+
+def backwards(table, column):
+    table.loc[9, column] = 0.0
+
+
+def constant(table, column):
+    table[column] = 1.0
+
+
+@pytest.mark.parametrize(
+    ("columns", "said"),
+    [
+        ({"command": without}, 'column "command [V]" is missing'),
+        ({"velocity": in_bar}, "does not convert to m/s"),
+        ({"velocity": text_in}, "line 9, column velocity [m/s]: 'off' must be a finite number"),
+        ({"time": backwards}, "line 11, column time [s]"),
+        ({"velocity": constant, "load_force": constant}, "never changes, and nothing else is measured"),
+    ],
+)
+def test_a_wrong_log_is_one_line(log, tmp_path, columns, said):
+    assert said in failed("identify", SCENARIO, damaged(log, tmp_path, **columns), *MASS)
+
+
+def test_a_log_shorter_than_a_period_is_one_line(log, tmp_path):
+    short = tmp_path / "short.csv"
+    pd.read_csv(log).head(20).to_csv(short, index=False)
+    said = failed("identify", SCENARIO, short, *MASS, "--set=simulation.period='0.1 s'")
+    assert "less than the scenario's sample period" in said
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        ((), "must name a number of the machine"),
+        (("--vary", "controller.integral_gain=1..2"), "a log takes the place of the controller"),
+        (("--vary", "plant.mas=1..2"), "plant.mass"),
+        (("--vary", "plant.mass=1..2 bar"), "does not convert to kg"),
+        ((*MASS, "--set", "identify.columns.speed='v [m/s]'"), "identify.columns.speed"),
+        ((*MASS, "--set", "identify.colums.speed='v [m/s]'"), "identify.colums"),
+        ((*MASS, "--set", "identify.columns.velocity='v [m/s]'"), "column 'v' for velocity is missing"),
+    ],
+)
+def test_what_cannot_be_sought_is_one_line(log, arguments, said):
+    assert said in failed("identify", SCENARIO, log, *arguments)
+
+
+def test_a_number_without_influence_and_one_at_an_end_are_said(log):
+    ranges = [
+        word.replace(RANGES["plant.mass"], "7..9 kg") if "plant.mass" in word else word for word in EVERY
+    ]
+    result = hydroservo_("identify", SCENARIO, log, *ranges, *SETTINGS, "--json")
+    assert result.exit_code == 0, result.output
+    found = json.loads(result.stdout)["parameters"]
+    assert not found["plant.stroke"]["identifiable"]
+    assert found["plant.mass"]["at_end"]
+    assert "plant.stroke: has hardly any influence" in result.stderr
+    assert "plant.mass: ends at 7.00 kg, an end of its range" in result.stderr
+    assert np.isfinite([found["plant.mass"]["low"], found["plant.mass"]["high"]]).all()

@@ -1,0 +1,1 @@
+"""Units of work for tests, and processes to kill."""

@@ -1,0 +1,144 @@
+"""What no run says of a law: margins that hold, the gains that stand for it, and how both are shown."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+
+from hydroservo import load_scenario
+from hydroservo.block import replace, value_at
+from hydroservo.linear import Margins, margins
+from hydroservo.studies.choice import chosen, of_choice
+from hydroservo.studies.columns import judged_columns
+from hydroservo.studies.law_margins import LawMargins, law_margins, least
+from hydroservo.studies.middle import middle_gains
+from hydroservo.studies.on_target import ENDLESS, UNTRANSLATED, OnTarget, on_target
+from hydroservo.studies.plain import plain
+from hydroservo.studies.properties import Properties
+from hydroservo.studies.report.findings import findings
+from hydroservo.studies.report.folder import write_report
+from hydroservo.studies.report.pictures import pictures
+from hydroservo.studies.report.sentences import sentences
+from hydroservo.studies.rules import Rules
+from hydroservo.studies.verdicts import judged
+from tests.support.export.small_laws import law
+from tests.support.study_data import made_up_manifest, made_up_table, part_of
+
+LAWS, CELLS = ["PI+ESO", "PI+Kalman", "TSMC+Kalman"], ["fast-low-quick", "fast-high-quick"]
+STABLE = Margins(True, 3.0, 0.0, 1.0, 0.01, 0.9, 1.6, (20.0,), (90.0,), 0.0)
+
+
+def test_each_margin_is_the_least_of_all_points() -> None:
+    other = STABLE._replace(
+        gain_margin=2.0, gain_reduction_margin=0.5, sensitivity_peak=2.2, phase_margin=1.2
+    )
+    found = least([STABLE, other])
+    assert found == LawMargins(2, 2, True, 2.0, 0.5, 1.0, 0.01, 0.9, 2.2, "")
+
+
+def test_a_loop_that_is_unstable_somewhere_has_no_margins() -> None:
+    found = least([STABLE, Margins(False, *[math.nan] * 6, (), (), 0.0)])
+    assert not found.stable
+    assert found.linear == 2
+    assert math.isnan(found.gain_margin)
+    assert plain(found)["sensitivity_peak"] is None
+
+
+def test_what_differs_behind_the_fifth_digit_is_the_same() -> None:
+    close = STABLE._replace(gain_margin=3.0 * (1.0 + 1e-9), delay_margin=0.01 * (1.0 - 1e-9))
+    assert least([close]) == least([STABLE])
+
+
+def test_a_gain_beyond_the_margin_makes_a_loop_unstable() -> None:
+    loop = load_scenario("laws/pi-sine", {"sensors.type": "IdealSensors"})
+    found = law_margins([loop])
+    assert (found.points, found.linear, found.stable) == (2, 2, True)
+
+    def stable(factor: float) -> bool:
+        names = ("controller.proportional_gain", "controller.integral_gain")
+        return law_margins([replace(loop, {name: factor * value_at(loop, name) for name in names})]).stable
+
+    assert stable(0.99 * found.gain_margin)
+    assert not stable(1.01 * found.gain_margin)
+
+
+def test_the_rest_of_a_machine_is_one_of_the_points() -> None:
+    loop = load_scenario("laws/pi-sine")
+    at_rest = margins(loop, command=0.0)
+    found = law_margins([loop])
+    assert found.gain_margin <= at_rest.gain_margin * (1.0 + 1e-4)
+    assert found.sensitivity_peak >= at_rest.sensitivity_peak * (1.0 - 1e-4)
+
+
+def test_a_law_that_rises_without_bound_has_no_margins() -> None:
+    found = law_margins([load_scenario("laws/terminal-sine")])
+    assert (found.points, found.linear, found.stable) == (2, 0, False)
+    assert math.isnan(found.gain_margin)
+    assert "ValveInversion" in found.nonlinear
+
+
+def test_the_price_of_a_pi_is_what_its_text_says() -> None:
+    found = on_target(load_scenario("laws/pi-sine"))
+    assert found == OnTarget(15, 5, 4, 0, 0, 6, 0, 24, 40)  # docs/target.md has the same bytes
+
+
+@pytest.mark.parametrize(
+    ("body", "why"),
+    [
+        ("u = y.velocity\nwhile u > 1.0:\n    u = 0.5 * u\nreturn LawState(u, 0.0)", ENDLESS),
+        ("return LawState(outside(y.velocity), 0.0)", UNTRANSLATED),
+    ],
+)
+def test_a_law_that_cannot_be_counted_says_why(body: str, why: str, tmp_path) -> None:
+    found = on_target(law(tmp_path, body))
+    assert found.uncounted == why
+    assert found.operations is None
+
+
+def small_study(seeds: int):
+    manifest = part_of(made_up_manifest(), LAWS, CELLS)
+    return manifest, made_up_table(manifest, seeds=seeds, budgets=(64, 256))
+
+
+@pytest.mark.parametrize("seeds", [1, 4, 5])
+def test_the_gains_are_those_of_the_search_in_the_middle(seeds: int) -> None:
+    _, table = small_study(seeds)
+    runs = judged_columns(table)
+    tests = of_choice(runs, chosen(runs), "test").query("budget == 256")
+    for (cell, name), gains in middle_gains(table).items():
+        own = tests[(tests["law"] == name) & (tests["cell"] == cell)]
+        means = np.log(own["error"]).groupby(own["search_seed"]).mean().sort_values()
+        own = table[(table["law"] == name) & (table["cell"] == cell)]
+        seed = means.index[(seeds - 1) // 2]
+        assert {json.dumps(gains)} == set(own[own["search_seed"] == seed]["parameters"])
+    assert len(middle_gains(table)) == len(LAWS) * len(CELLS)
+
+
+def test_a_search_that_lost_all_its_runs_is_not_in_the_middle() -> None:
+    _, table = small_study(3)
+    wrong = (table["law"] == LAWS[0]) & (table["search_seed"] <= 2)
+    table.loc[wrong, ["error", "lost"]] = (math.inf, True)
+    left = table[(table["law"] == LAWS[0]) & (table["cell"] == CELLS[0]) & (table["search_seed"] == 3)]
+    assert {json.dumps(middle_gains(table)[CELLS[0], LAWS[0]])} == set(left["parameters"])
+
+
+def test_a_report_shows_margins_and_prices_and_says_what_has_none(tmp_path) -> None:
+    manifest, table = small_study(2)
+    rough = least([])._replace(points=3, nonlinear="it switches")
+    one = least([STABLE])._replace(points=3)
+    target = OnTarget(1234, 600, 500, 30, 4, 100, 2, 64, 216)
+    own = {LAWS[0]: Properties(one, target), LAWS[1]: Properties(one, target._replace(operations=12))}
+    own[LAWS[2]] = Properties(rough, OnTarget(uncounted=ENDLESS))
+    verdicts = judged(table, manifest, Rules(resamples=100), properties=dict.fromkeys(CELLS, own))
+    found = findings(manifest, verdicts)
+    assert "target" in [picture.name for picture in pictures(found)]
+    said = " ".join(sentences(found))
+    assert "In small motions 2 of the 6 pairs of law and cell are not linear, and 0 unstable" in said
+    write_report(table, manifest, verdicts, tmp_path)
+    page = (tmp_path / "report.html").read_text("utf-8")
+    assert page.count('colspan="5">not linear</td>') == len(CELLS)
+    assert page.count('<td class="n">1,234</td>') == len(CELLS) + 1
+    cell = json.loads((tmp_path / "verdicts.json").read_text("utf-8"))["cells"][CELLS[0]]
+    assert cell["properties"][LAWS[2]]["margins"]["nonlinear"] == "it switches"
+    assert cell["properties"][LAWS[1]]["target"]["operations"] == 12

@@ -1,0 +1,250 @@
+"""Whole studies, small ones: the same bits however they are run, and each number repeated alone."""
+
+import html
+import json
+import shlex
+import shutil
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+import pytest
+from typer.testing import CliRunner
+
+import hydroservo as hs
+from hydroservo.cli.app import app
+from hydroservo.studies.cells import entrants_of, units_of
+from hydroservo.studies.file import read_study
+from hydroservo.studies.report.commands import conditions_in, repeats
+from hydroservo.studies.report.folder import write_report
+from hydroservo.studies.running import Studied
+from tests.support.plugins import LAW
+
+pytestmark = pytest.mark.slow
+TINY: dict[str, Any] = {
+    "search.candidates": 128,
+    "search.seeds": 2,
+    "search.widen": 0,
+    "set.simulation.duration": "0.5 s",
+    "conditions.train": 2,
+    "conditions.validation": 2,
+    "conditions.test": 4,
+    "conditions.stress": [1.0, 2.0],
+    "conditions.stressed": 2,
+    "limits.conditions": 2,
+}
+
+
+def parts(folder: Path, name: str = "parts") -> dict[str, bytes]:
+    return {file.name: file.read_bytes() for file in (folder / name).iterdir()}
+
+
+@pytest.fixture(scope="module")
+def tiny(tmp_path_factory: pytest.TempPathFactory) -> Studied:
+    return hs.study("small", tmp_path_factory.mktemp("tiny"), changes=TINY, workers=1)
+
+
+def test_there_is_a_row_for_each_search_budget_and_condition(tiny: Studied) -> None:
+    searches = 4 * 2 * 2  # laws, cells, seeds
+    assert len(tiny.table) == searches * 2 * (2 + 2 + 4 + 4)
+    assert sorted(tiny.table["budget"].unique()) == [64, 128]
+    assert not tiny.table["lost"].any()
+
+
+def test_each_law_has_margins_and_a_price_in_each_cell(tiny: Studied) -> None:
+    cells = tiny.verdicts.cells.values()
+    assert len(parts(tiny.folder, "properties")) == 4 * 2
+    for cell in cells:
+        assert cell.properties.keys() == cell.standings.keys()
+        assert cell.properties["pi"].margins.stable
+        operations = [cell.properties[law].target.operations or 0 for law in ("pi", "lq", "terminal")]
+        assert 0 < operations[0] < operations[1] < operations[2]
+
+
+def test_more_candidates_do_no_worse_where_they_were_searched(tiny: Studied) -> None:
+    """Train errors count with activity^0.1 in what a search makes small."""
+    train = tiny.table[tiny.table["split"] == "train"].copy()
+    train["cost"] = train["error"] * train["activity"] ** 0.1
+    keys = ["law", "cell", "search_seed"]
+    costs = train.groupby([*keys, "budget"])["cost"].apply(lambda one: one.prod()).unstack()
+    assert (costs[128] <= costs[64] * (1 + 1e-9)).mean() > 0.9  # parameters are rounded to five digits
+
+
+def test_a_row_is_repeated_alone_bit_for_bit(tiny: Studied) -> None:
+    rows = tiny.table[(tiny.table["law"] == "terminal") & (tiny.table["cell"] == "high")]
+    conditions = json.loads((tiny.folder / "conditions" / "high.json").read_text("utf-8"))
+    for split, number in (("test", 1), ("stress", 2)):
+        row = rows[(rows["split"] == split) & (rows["condition"] == number)].iloc[-1]
+        condition = conditions[split][str(number)]
+        scenario = tiny.folder / "scenarios" / "high" / "terminal" / f"{condition['kind']}.toml"
+        loop = hs.load_scenario(scenario, {**condition["set"], **json.loads(row["parameters"])})
+        assert float(hs.simulate(loop, strict=True)["rms_error"]) == row["error"]
+
+
+def test_neither_processes_nor_what_was_done_before_change_a_bit(tiny: Studied, tmp_path: Path) -> None:
+    folder = tmp_path / "again"
+    hs.study("small", folder, changes={**TINY, "search.seeds": 1}, workers=2)
+    half = parts(folder)
+    assert len(half) == len(parts(tiny.folder)) // 2
+    hs.study("small", folder, changes=TINY, workers=2)
+    assert parts(folder) == parts(tiny.folder)
+    assert half.items() <= parts(folder).items()
+    assert parts(folder, "limits") == parts(tiny.folder, "limits")
+    assert parts(folder, "properties") == parts(tiny.folder, "properties")
+    assert (folder / "study.json").read_bytes() == (tiny.folder / "study.json").read_bytes()
+
+
+def test_cells_of_one_machine_have_the_same_limits(tiny: Studied) -> None:
+    cells = tiny.limits.set_index(["cell", "condition"]).unstack("condition")
+    assert (cells.loc["low"] == cells.loc["high"]).all()
+    assert len(parts(tiny.folder, "limits")) == 2
+    assert len(pd.read_parquet(tiny.folder / "limits")) == 2
+    assert tiny.limits["converged"].all()
+
+
+def test_no_run_of_any_law_leaves_less_than_the_clairvoyant_limit(tiny: Studied) -> None:
+    runs = tiny.table[tiny.table["split"] == "test"].merge(tiny.limits, on=["cell", "condition"])
+    assert len(runs) == 4 * 2 * 2 * 2 * 2  # laws, cells, seeds, budgets, conditions
+    assert (runs["error"] >= runs["clairvoyant"] * (1.0 - 1e-4)).all()
+    assert (runs["causal"] >= runs["clairvoyant"] * (1.0 - 1e-4)).all()
+    for cell in tiny.verdicts.cells.values():
+        assert (cell.limit.conditions, cell.limit.open, cell.limit.below) == ([0, 1], 0, 0)
+        assert all(one.high >= one.clairvoyant >= one.low > 1.0 for one in cell.limit.laws.values())
+
+
+def test_a_limit_that_is_missing_is_sought_again_and_more_leave_those_there_are(
+    tiny: Studied, tmp_path: Path
+) -> None:
+    folder = tmp_path / "one"
+    shutil.copytree(tiny.folder, folder)
+    before = parts(folder, "limits")
+    (folder / "limits" / min(before)).unlink()
+    again = hs.study("small", folder, changes=TINY, workers=1)
+    assert parts(folder, "limits") == before
+    assert again.verdicts.as_dict() == tiny.verdicts.as_dict()
+    more = hs.study("small", folder, changes={**TINY, "limits.conditions": 3}, workers=1)
+    assert before.items() < parts(folder, "limits").items()
+    assert more.table.equals(tiny.table)
+    none = hs.study("small", folder, changes={**TINY, "limits.conditions": 0}, workers=1)
+    assert none.limits.empty
+    assert parts(folder) == parts(tiny.folder)
+
+
+def test_what_another_study_left_waits_beside_the_table(tiny: Studied, tmp_path: Path) -> None:
+    folder = tmp_path / "two"
+    few = {**TINY, "search.seeds": 1, "search.candidates": 64}
+    more = hs.study("small", folder, changes=few, workers=2)
+    other = hs.study("small", folder, changes={**few, "conditions.test": 6}, workers=2)
+    assert len(parts(folder)) == 8
+    assert len(pd.read_parquet(folder / "parts")) == len(other.table) == len(more.table) + 8 * 2
+    again = hs.study("small", folder, changes=few, workers=1)
+    assert again.table.equals(more.table)
+    assert len(pd.read_parquet(folder / "parts")) == len(more.table)
+
+
+def test_what_a_study_has_no_more_has_no_scenarios(tmp_path: Path) -> None:
+    few = {**TINY, "search.seeds": 1, "search.candidates": 64}
+    third = {"axes.noise.levels.third": {"value": 0.05}}
+    hs.study("small", tmp_path, changes={**few, **third}, workers=1)
+    own = tmp_path / "scenarios" / "third" / "pi" / "own.toml"
+    own.write_text("")
+    hs.study("small", tmp_path, changes=few, workers=1)
+    assert [*(tmp_path / "scenarios" / "third").rglob("*.toml")] == [own]
+    assert {file.stem for file in (tmp_path / "conditions").iterdir()} == {"low", "high"}
+    own.unlink()
+    hs.study("small", tmp_path, changes={**few, "laws.lq.family": "LQ"}, workers=1)
+    assert len([*(tmp_path / "scenarios").rglob("*.toml")]) == 4 * 2 * 2  # laws, cells, kinds
+
+
+def test_what_is_done_is_not_done_again(tiny: Studied) -> None:
+    before = {file: file.stat().st_mtime_ns for file in (tiny.folder / "parts").iterdir()}
+    again = hs.study("small", tiny.folder, changes=TINY, workers=1)
+    assert {file: file.stat().st_mtime_ns for file in (tiny.folder / "parts").iterdir()} == before
+    assert again.table.equals(tiny.table)
+    assert again.verdicts.as_dict() == tiny.verdicts.as_dict()
+
+
+def test_only_what_changed_is_done(tiny: Studied, tmp_path: Path) -> None:
+    folder = tmp_path / "changed"
+    changed = {**TINY, "laws.pi.set": {"controller.integral_gain": 100.0}}
+    hs.study("small", folder, changes=changed, workers=2)
+    same = parts(folder).items() & parts(tiny.folder).items()
+    assert len(same) == len(parts(folder)) * 3 // 4  # three laws of four
+
+
+def test_a_command_of_the_report_gives_its_number(tiny: Studied, monkeypatch: pytest.MonkeyPatch) -> None:
+    write_report(tiny.table, tiny.manifest, tiny.verdicts, tiny.folder)
+    one = repeats(tiny.table, conditions_in(tiny.folder))["high", "terminal"]
+    page = html.unescape((tiny.folder / "report.html").read_text("utf-8"))
+    assert one.command in page
+    monkeypatch.chdir(tiny.folder)
+    result = CliRunner().invoke(app, [*shlex.split(one.command)[1:], "--json"])
+    assert result.exit_code == 0, result.output
+    assert json.loads(result.stdout)["metrics"]["rms_error"] == one.error
+
+
+OWN = """
+base = "machines/own.toml"
+plugins = ["law.py"]
+laws.pi.scenario = "laws/pi-sine"
+laws.own = { scenario = "own.toml" }
+set.reference = { type = "Recorded", series = { file = "demand.csv", column = "v [m/s]", time = "t [s]" } }
+conditions = { train = 1, validation = 1, test = 2, vary."plant.mass" = "-30%..+30%" }
+search = { candidates = 64, seeds = 1, widen = 0, optimisers = ["de", "cma"] }
+"""
+MACHINE = """
+base = "rig/noisy-1khz"
+load.type = "Constant"
+simulation.duration = "0.4 s"
+"""
+OF_PLUGIN = """
+base = "machines/own.toml"
+reference = { type = "Sine", amplitude = "1 mm/s", frequency = "1 Hz" }
+controller = { type = "SpawnedLaw", gain = 2.0 }
+tune.vary."controller.gain" = "0.1..10 V s/m"
+"""
+
+
+def own_files(folder: Path, name: str) -> Path:
+    """A study of files of one's own: machine, recording, and a law of a plug-in with its class's name."""
+    (folder / "machines").mkdir(parents=True)
+    plugin = LAW.replace("class Law(", f"class {name}(")
+    demand = "t [s],v [m/s]\n0,0\n0.1,0.02\n0.3,-0.02\n1,0\n"
+    texts = {
+        "study.toml": OWN,
+        "own.toml": OF_PLUGIN.replace("SpawnedLaw", name),
+        "machines/own.toml": MACHINE,
+    }
+    for file, text in {**texts, "law.py": plugin, "demand.csv": demand}.items():
+        (folder / file).write_text(text, "utf-8")
+    return folder / "study.toml"
+
+
+def test_a_study_of_files_of_ones_own_can_move_with_its_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    study = own_files(tmp_path / "there", "SpawnedLaw")
+    found = hs.study(study, tmp_path / "there" / "deep" / "out", workers=2)
+    (tmp_path / "there").rename(tmp_path / "elsewhere")
+    folder = tmp_path / "elsewhere" / "deep" / "out"
+    one = repeats(found.table, conditions_in(folder), found.manifest["plugins"])["all", "own"]
+    monkeypatch.chdir(folder)
+    result = CliRunner().invoke(app, [*shlex.split(one.command)[1:], "--json"])
+    assert result.exit_code == 0, result.output
+    assert json.loads(result.stdout)["metrics"]["rms_error"] == one.error
+
+
+def test_what_a_plugin_says_is_part_of_what_its_searches_depend_on(tmp_path: Path) -> None:
+    study = own_files(tmp_path, "ChangedLaw")
+
+    def keys(law: str) -> set[str]:
+        asked = read_study(study)
+        return {
+            unit.key for one in entrants_of(asked) if one.law.name == law for unit in units_of(asked, one)
+        }
+
+    before = {law: keys(law) for law in ("pi", "own")}
+    plugin = tmp_path / "law.py"
+    plugin.write_text(plugin.read_text("utf-8").replace("self.gain *", "0.5 * self.gain *"), "utf-8")
+    assert keys("pi") == before["pi"]
+    assert not keys("own") & before["own"]

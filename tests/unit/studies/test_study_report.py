@@ -1,0 +1,276 @@
+"""The report on a study: one page that says what the verdicts say, the same bytes for the same study."""
+
+import html
+import json
+import re
+import shlex
+
+import numpy as np
+import pytest
+
+from hydroservo import HydroservoError
+from hydroservo.formatting import number
+from hydroservo.studies.ablation import Ratio
+from hydroservo.studies.choice import chosen, of_choice
+from hydroservo.studies.columns import judged_columns
+from hydroservo.studies.report.commands import conditions_in, repeats
+from hydroservo.studies.report.findings import findings, grid_of
+from hydroservo.studies.report.folder import write_report
+from hydroservo.studies.report.pictures import pictures
+from hydroservo.studies.report.sentences import lead, sentences
+from hydroservo.studies.rules import Rules
+from hydroservo.studies.verdicts import judged
+from tests.support.study_data import (
+    made_up_limits,
+    made_up_manifest,
+    made_up_table,
+    part_of,
+    write_conditions,
+)
+
+LAWS = [
+    "ADRC+ESO",
+    "ADRC+Kalman",
+    "PI+ESO",
+    "PI+Kalman",
+    "TSMC+Kalman",
+    "TSMC+Kalman without terminal powers",
+]
+CELLS = ["fast-high-quick", "fast-low-quick", "slow-high-lagging"]
+RULES = Rules(resamples=100)
+
+
+@pytest.fixture(scope="module")
+def study():
+    """Manifest, table and verdicts of a small study."""
+    manifest = part_of(made_up_manifest(), LAWS, CELLS)
+    table = made_up_table(manifest, seeds=3, budgets=(64, 1024))
+    return manifest, table, judged(table, manifest, RULES, made_up_limits(table))
+
+
+@pytest.fixture(scope="module")
+def folder(study, tmp_path_factory):
+    manifest, table, verdicts = study
+    out = tmp_path_factory.mktemp("report")
+    write_conditions(manifest, out)
+    steps = []
+    write_report(table, manifest, verdicts, out, progress=lambda *step: steps.append(step))
+    assert steps[-1] == (8, 8)
+    return out
+
+
+@pytest.fixture(scope="module")
+def page(folder):
+    return (folder / "report.html").read_text(encoding="utf-8")
+
+
+def contents(folder):
+    return {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
+def text_of(page):
+    page = re.sub(r"<style>.*?</style>|<[^>]*>", " ", page, flags=re.DOTALL)
+    return " ".join(html.unescape(page).split())
+
+
+def test_the_folder_holds_the_page_and_each_picture(folder, study):
+    names = [one.name for one in pictures(findings(study[0], study[2]))]
+    assert names == ["map", "regret", "pairs", "factorial", "parts", "front", "curves", "limit"]
+    files = [f"pictures/{name}.{ending}" for name in names for ending in ("png", "svg")]
+    written = contents(folder)
+    assert sorted(name for name in written if "conditions" not in name) == sorted(
+        ["report.html", "verdicts.json", *files]
+    )
+    assert json.loads(written["verdicts.json"])["cells"].keys() == set(CELLS)
+
+
+def test_the_page_needs_no_other_file(page):
+    addresses = re.findall(r"""(?:src|href|srcset|data|action)\s*=\s*["']([^"']*)""", page)
+    assert all(one.startswith(("data:image/svg+xml;base64,", "#")) for one in addresses)
+    assert not re.search(r"<script|<link|@import|url\(|https?:", page.split("base64,")[0])
+    anchors = set(re.findall(r'id="([^"]*)"', page))
+    assert {one[1:] for one in addresses if one.startswith("#")} <= anchors
+
+
+def test_the_page_is_well_formed(page):
+    for tag in ("table", "tr", "td", "th", "figure", "div", "code", "ul", "li", "h3", "p"):
+        assert len(re.findall(rf"<{tag}[ >]", page)) == page.count(f"</{tag}>"), tag
+    assert "{{" not in page
+    assert "prefers-color-scheme: dark" in page
+    assert "@media print" in page
+
+
+def test_equal_studies_give_equal_bytes(study, folder, tmp_path):
+    manifest, table, _ = study
+    shuffled = table.sample(frac=1.0, random_state=5)
+    write_conditions(manifest, tmp_path)
+    verdicts = judged(shuffled, manifest, RULES, made_up_limits(shuffled))
+    write_report(shuffled, manifest, verdicts, tmp_path)
+    assert contents(tmp_path) == contents(folder)
+
+
+def with_best(verdicts, **bests):
+    """The verdicts, but for who wins each cell."""
+    cells = {
+        name: cell._replace(best=cell.best._replace(**bests[name])) for name, cell in verdicts.cells.items()
+    }
+    return verdicts._replace(cells=cells)
+
+
+def test_the_lead_counts_wins_ties_and_what_nobody_masters(study):
+    manifest, _, verdicts = study
+    won = {"state": "won", "families": ["PI"], "law": "PI+ESO", "next_family": "ADRC+ESO", "margin": 1.25}
+    tie = {"state": "tie", "families": ["ADRC", "PI"]}
+    none = {"state": "none", "families": [], "law": ""}
+    found = findings(manifest, with_best(verdicts, **dict(zip(CELLS, (won, tie, none), strict=True))))
+    said = lead(found)
+    assert said == "Of 3 cells PI wins 1; 1 is a tie between families; in 1 no law stays stable."
+    assert (
+        "PI wins where sample period h ωₕ = 0.05; noise / amplitude [%] = 2; valve lag τ ωₕ = 0.3 "
+        "(1 of the 1 cell there), by 1.25 times over the next family."
+    ) in sentences(found)
+
+
+def test_an_interval_that_no_verdict_is_by_says_so(study, page):
+    """A tie's may leave out 1, for only chances are corrected."""
+    assert page.count(f"over best, {100.0 * RULES.confidence:g} % alone</th>") == len(CELLS)
+    assert page.count("Holm's chance</th>") == len(CELLS)
+
+
+def test_the_page_says_each_sentence_and_each_number(study, page):
+    manifest, _, verdicts = study
+    found = findings(manifest, verdicts)
+    text = text_of(page)
+    for sentence in sentences(found):
+        assert " ".join(sentence.split()) in text
+    for law in LAWS:
+        ratio = found.to_reference(law)
+        assert law == "PI+ESO" or f"{number(ratio.value)} [{number(ratio.low)}, {number(ratio.high)}]" in text
+    for cell in verdicts.cells.values():
+        for one in cell.standings.values():
+            assert np.isnan(one.error) or f"{number(1e3 * one.error)} [" in text
+
+
+def test_lost_runs_are_said(study):
+    manifest, table, verdicts = study
+    runs = judged_columns(table)
+    tests = of_choice(runs, chosen(runs), "test")
+    tests = tests[tests["budget"] == 1024]
+    said = next(one for one in sentences(findings(manifest, verdicts)) if "test runs" in one)
+    assert tests["lost"].sum() > 0
+    assert said.startswith(f"{tests['lost'].sum():,} of the {len(tests):,} test runs were lost")
+
+
+def test_what_a_part_earns_is_said_as_its_interval_has_it(study):
+    manifest, _, verdicts = study
+    worth = verdicts.worths[LAWS[-1]]
+    for ratio, said in (
+        ((1.4, 1.3, 1.5), "earns its place"),
+        ((1.0, 0.9, 1.1), "earns nothing"),
+        ((0.8, 0.7, 0.9), "does harm"),
+    ):
+        changed = verdicts._replace(worths={LAWS[-1]: worth._replace(over_cells=Ratio(*ratio))})
+        assert any(
+            said in one and "[" in one for one in sentences(findings(manifest, changed)) if "terminal" in one
+        )
+
+
+def test_the_page_says_how_far_each_law_is_from_the_limits(study, page):
+    manifest, _, verdicts = study
+    text = text_of(page)
+    assert text.count("over clairvoyant limit") == sum(
+        bool(cell.limit.conditions) for cell in verdicts.cells.values()
+    )
+    for cell in verdicts.cells.values():
+        for one in cell.limit.laws.values():
+            assert f"{number(one.clairvoyant)} [{number(one.low)}, {number(one.high)}]" in text
+    said = sentences(findings(manifest, verdicts))
+    assert any("the least error of any command that knows the future" in one for one in said)
+    assert any(re.match("Of [23] conditions the search for the limit did not end", one) for one in said)
+    assert not any("left less than the clairvoyant limit" in one for one in said)
+
+
+def test_without_limits_nothing_is_said_of_them(study):
+    manifest, table, _ = study
+    verdicts = judged(table, manifest, RULES)
+    found = findings(manifest | {"limits": {"conditions": 0}}, verdicts)
+    assert "limit" not in [one.name for one in pictures(found)]
+    assert not any("limit" in one for one in sentences(found))
+
+
+def test_a_command_repeats_the_run_in_the_middle(study, folder):
+    _, table, _ = study
+    law, cell = LAWS[-1], "fast-low-quick"
+    one = repeats(table, conditions_in(folder))[cell, law]
+    words = shlex.split(one.command)
+    assert words[:4] == ["hydroservo", "run", "--strict", f"scenarios/{cell}/{law}/sine.toml"]
+    sets = dict(word.split("=") for word in words[5::2])
+    assert float(sets["truth.plant.mass"]) == 4.0 + one.condition
+    own = table[(table["law"] == law) & (table["cell"] == cell) & (table["split"] == "test")]
+    assert {
+        json.loads(gains)["controller.gain"] for gains in own["parameters"][own["error"] == one.error]
+    } == {float(sets["controller.gain"])}
+    runs = judged_columns(table)
+    tests = of_choice(runs, chosen(runs), "test")
+    tests = tests[(tests["law"] == law) & (tests["cell"] == cell) & (tests["budget"] == 1024)]
+    assert one.error == tests["error"].quantile(0.5, interpolation="lower")
+
+
+def test_the_page_has_a_command_for_each_law_of_each_cell(page):
+    assert page.count("<code>hydroservo run ") == len(LAWS) * len(CELLS)
+    assert "does not hold the conditions" not in page
+
+
+@pytest.mark.parametrize(
+    ("keys", "said"),
+    [({"reference": "PI+ES"}, "did you mean PI+ESO"), ({"cell": "here"}, "must be one of fast")],
+)
+def test_a_wrong_name_is_one_line(study, keys, said):
+    with pytest.raises(HydroservoError, match=re.escape(said)):
+        findings(study[0], study[2], **keys)
+
+
+def test_axes_come_from_the_cells_where_the_manifest_has_none():
+    grid = grid_of(
+        {"cells": {"one": {"rate": 1000.0, "load": "none"}, "two": {"rate": 250.0, "load": "none"}}}
+    )
+    assert [(axis.name, [level.label for level in axis.levels]) for axis in grid.axes] == [
+        ("rate", ["1000", "250"]),
+        ("load", ["none"]),
+    ]
+    assert grid_of({"cells": {"only": {}}}).places().keys() == {"only"}
+
+
+def test_levels_are_shown_in_groups_without_dimension_where_there_are_some():
+    axes = [
+        {
+            "name": "rate",
+            "label": "h w",
+            "levels": [{"name": "slow", "value": 2.3}, {"name": "fast", "label": "tiny"}],
+        }
+    ]
+    grid = grid_of({"axes": axes, "cells": {"a": {"rate": "fast"}, "b": {"rate": "slow"}}})
+    assert [level.label for level in grid.axes[0].levels] == ["2.30", "tiny"]
+    assert grid_of({"axes": ["rate"], "cells": {"a": {"rate": "fast"}}}).axes[0].label == "rate"
+
+
+def test_a_study_of_one_law_in_one_cell_has_a_report(tmp_path):
+    manifest = part_of(made_up_manifest(), ["PI+ESO"], ["fast-low-quick"]) | {
+        "axes": [],
+        "cells": {"fast-low-quick": {}},
+    }
+    whole = part_of(made_up_manifest(), ["PI+ESO"], ["fast-low-quick"])
+    table = made_up_table(whole, seeds=2, budgets=(64,))
+    write_report(table, manifest, judged(table, manifest, RULES), tmp_path)
+    text = text_of((tmp_path / "report.html").read_text(encoding="utf-8"))
+    assert "Of 1 cell PI wins 1" in text
+    assert "This folder does not hold the conditions" in text
+
+
+def test_a_study_that_nobody_masters_has_a_report(tmp_path):
+    manifest = part_of(made_up_manifest(), LAWS[:3], ["slow-high-lagging"])
+    table = made_up_table(manifest, seeds=2, budgets=(64, 128))
+    write_report(table, manifest, judged(table, manifest, RULES), tmp_path)
+    assert "Of 1 cell in 1 no law stays stable" in text_of(
+        (tmp_path / "report.html").read_text(encoding="utf-8")
+    )

@@ -1,0 +1,161 @@
+"""What laws suppose: margins, and the published gains that fall short of Lemma 2."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import NamedTuple
+
+import pytest
+
+from hydroservo import load_scenario
+from hydroservo.assumptions import Assumption, Peak, above, below, near, per_second
+from hydroservo.audits.auditor import Asked, asked
+from hydroservo.audits.facts import LoopFacts
+from hydroservo.audits.lumped import LumpedValues
+from hydroservo.block import model_in
+from hydroservo.controllers import PI
+from hydroservo.runs.run import ready
+from hydroservo.scenario import scenarios
+
+RUN = LumpedValues(16.7, 1.0, 1e4, 2.0, 8e3, 3.0, 50.0, 0.5, 1e5, 0.6, 5e4, 0.7, 0.05, 1.0, 2.0, 0.1)
+
+
+def facts(
+    name: str, changes: dict[str, object] | None = None, *, found: LumpedValues | None = RUN
+) -> LoopFacts:
+    loop = load_scenario(name, changes or {})
+    begun = ready(loop)
+    return LoopFacts(loop, begun, model_in(begun.controller), found)
+
+
+def named(name: str, path: str, told: LoopFacts) -> Assumption:
+    (only,) = (
+        one
+        for block in asked(told.loop.controller, told)
+        if block.path == path
+        for one in block.assumptions or ()
+        if one.name == name
+    )
+    return only
+
+
+@pytest.mark.parametrize(
+    ("one", "margin", "holds"),
+    [
+        (above("", "", 30.0, 15.0), 2.0, True),
+        (above("", "", 30.0, Peak(60.0, 0.3)), 0.5, False),
+        (above("", "", 30.0, 0.0), math.inf, True),
+        (above("", "", 30.0, math.nan), math.nan, None),
+        (below("", "", 0.0, 0.0), math.nan, None),
+        (below("", "", Peak(4.0, 0.3), 10.0), 2.5, True),
+        (near("", "", 5e-3, 10e-3, 1.5), 0.75, False),
+        (near("", "", 10e-3, 10e-3, 1.5), 1.5, True),
+        (near("", "", 10e-3, 0.0, 1.5), math.nan, None),
+    ],
+)
+def test_margins(one: Assumption, margin: float, holds: bool | None) -> None:
+    assert one.margin == pytest.approx(margin, nan_ok=True)
+    assert one.holds is holds
+
+
+def test_units_of_rates() -> None:
+    assert [per_second(unit) for unit in ("m/s", "N")] == ["m/s^2", "N/s"]
+
+
+def test_lemma_2_with_the_printed_gains() -> None:
+    """D_1 = 30 holds by 1.8, D_2 = 100 is short by two orders of magnitude."""
+    told = facts("paper/sine-tsmc")
+    first, second = (named(f"Lemma 2, D_{i}", "controller.observer", told) for i in (1, 2))
+    assert (first.value, first.bound, first.at, first.holds) == (30.0, 16.7, 1.0, True)
+    assert first.margin == pytest.approx(30.0 / 16.7)
+    assert (second.margin, second.at, second.holds) == (pytest.approx(0.01), 2.0, False)
+
+
+def test_a_law_behind_an_inversion_is_late_by_what_that_does_not_know() -> None:
+    told = facts("rig/1khz-tsmc-sine", {"valve.time_constant": 0.016})
+    assert told.lag == pytest.approx(0.016)
+    inner = told.loop.controller.within(told)
+    assert inner.lag == pytest.approx(6e-3)
+    assert inner.disturbances[1] == Peak(8e3, 3.0)
+    assert told.disturbances[1] == Peak(1e4, 2.0)
+    assert named("valve lag", "controller.controller", told).bound == pytest.approx(1.0 / 6e-3)
+    assert named("valve known", "controller", told).margin == pytest.approx(2.0 / 1.6)
+
+
+def test_what_no_run_has_told_cannot_be_told() -> None:
+    told = facts("paper/sine-tsmc", found=None)
+    assert named("Lemma 2, D_1", "controller.observer", told).holds is None
+
+
+def test_feedback_linearisation_without_an_observer_has_a_threshold() -> None:
+    """k1 k2 > omega_h^2 (gamma - beta)/gamma: 383^2 at +Delta, and none where the oil is softer."""
+    changes = {"controller.controller.observer": {"type": "NoObserver"}}
+    plus, minus = (
+        named(
+            "stiffness cancelled",
+            "controller.controller",
+            facts("laws/linear-sine", {**changes, "uncertainty.scale": scale}),
+        )
+        for scale in (1.0, -1.0)
+    )
+    assert math.sqrt(plus.bound) == pytest.approx(383.0, abs=1.0)
+    assert (minus.bound, minus.margin) == (0.0, math.inf)
+
+
+def test_the_frequency_and_the_noise_of_a_loop() -> None:
+    told = facts("rig/noisy-1khz-tsmc-sine")
+    assert told.demand_frequency == pytest.approx(0.25, rel=1e-4)
+    assert told.noise == (pytest.approx(0.5e-3, rel=0.15), pytest.approx(5.0, rel=0.15))
+    assert told.valve_lag == pytest.approx(10e-3)
+
+
+def every_block() -> Iterator[Asked]:
+    """The blocks of the laws of the built-in scenarios, and what each supposes."""
+    for name in scenarios():
+        if name.startswith("laws/") and name.endswith("sine"):
+            told = replace(facts(name), loop=ready(load_scenario(name)))
+            yield from asked(told.loop.controller, told)
+
+
+def test_every_law_of_the_built_in_scenarios_says_what_it_supposes() -> None:
+    """But for those of which nothing can be computed."""
+    silent = {one.block for one in every_block() if one.assumptions is None}
+    assert silent <= {
+        "AntiWindup",
+        "Biquad",
+        "FilteredDerivative",
+        "ModelDerivative",
+        "ReferenceFilter",
+        "RadialBasis",
+    }
+
+
+def test_each_line_of_an_audit_says_by_itself_what_it_is_about() -> None:
+    for one in every_block():
+        meanings = [assumption.meaning for assumption in one.assumptions or ()]
+        assert len(set(meanings)) == len(meanings), one
+        assert not [text for text in meanings if text.startswith(("it ", "that "))], one
+
+
+@pytest.mark.parametrize(("command", "asked_of"), [(9.9, False), (10.0, True), (math.nan, True)])
+def test_a_horizon_is_supposed_where_a_limit_binds(command: float, asked_of: bool) -> None:
+    """Elsewhere the moves change nothing, and their number is no matter."""
+    told = facts("laws/mpc-sine", found=RUN._replace(command=command))
+    names = [one.name for one in told.loop.controller.assumptions(told)]
+    assert names == ["valve known", *(["horizon"] if asked_of else [])]
+
+
+class Silent(NamedTuple):
+    """A law that does not say what it supposes, around one that does."""
+
+    controller: PI
+
+    def step(self) -> None: ...
+
+
+def test_a_law_that_brings_no_assumptions_is_listed_as_silent() -> None:
+    told = facts("rig/1khz-pi-sine")
+    outer, inner = asked(Silent(told.loop.controller), told)
+    assert (outer.path, outer.block, outer.assumptions) == ("controller", "Silent", None)
+    assert inner.path == "controller.controller"
+    assert {one.name for one in inner.assumptions or ()} == {"small motions", "limits"}

@@ -1,0 +1,153 @@
+"""Frequency responses: those measured on the simulation are those of the linear model, with its margins."""
+
+import math
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from hydroservo import Loop, ParameterError, bode, load_scenario, replace
+from hydroservo.controllers import PI, Saturation
+from hydroservo.figures.bode import plot_bode
+from hydroservo.holds import DelayedHold
+from hydroservo.linear import margins
+from hydroservo.linear.bode import bode_over
+from hydroservo.linear.operating_point import operating_point
+from hydroservo.linear.parts import parts_of
+from hydroservo.linear.responses import responses
+
+MEASURED = ("machine", "open", "closed", "compliance", "open_compliance")
+CLEAN = 0.999  # coherence
+DECIBEL = math.log(10.0) / 20.0
+
+
+def rig(**changes: object) -> Loop:
+    return replace(load_scenario("rig/1khz-pi-sine"), changes)
+
+
+@pytest.fixture(scope="module")
+def found() -> xr.Dataset:
+    return bode(rig())
+
+
+def model_at_tones(loop: Loop, data: xr.Dataset) -> dict[str, np.ndarray]:
+    point = operating_point(loop, None)
+    parts, _, _ = parts_of(point)
+    return dict(responses(point, parts, 2.0 * math.pi * data["tone"].values).curves)
+
+
+def compare(loop: Loop, data: xr.Dataset) -> None:
+    """Within 0.1 dB and 1 degree wherever the coherence is high, which it nearly everywhere is."""
+    model = model_at_tones(loop, data)
+    for name in MEASURED:
+        clean = data[f"{name}_coherence"].values > CLEAN
+        assert clean.mean() > 0.8
+        ratio = data[f"{name}_measured"].values[clean] / model[name][clean]
+        assert np.abs(np.log(np.abs(ratio))).max() < 0.1 * DECIBEL, name
+        assert np.abs(np.angle(ratio)).max() < math.radians(1.0), name
+
+
+def test_measured_and_linear_responses_agree(found: xr.Dataset) -> None:
+    compare(rig(), found)
+
+
+@pytest.mark.slow  # compiles another loop
+def test_a_loop_with_a_computing_delay_agrees_too() -> None:
+    loop = rig(hold=DelayedHold(4e-4))
+    compare(loop, bode(loop, amplitude=5e-3))
+
+
+def test_the_open_loop_has_the_margins(found: xr.Dataset) -> None:
+    own = margins(rig())
+    assert float(found["phase_margin"]) == own.phase_margin
+    w = 2.0 * math.pi * found["frequency"].values
+    crossover = own.gain_crossovers[-1]
+    assert np.interp(crossover, w, np.abs(found["open"])) == pytest.approx(1.0, rel=1e-3)
+    np.testing.assert_allclose(found["sensitivity"], 1.0 / (1.0 + found["open"]), rtol=1e-12)
+    assert float(np.abs(found["sensitivity"]).max()) == pytest.approx(own.sensitivity_peak, rel=1e-3)
+
+
+def test_the_bandwidth_is_where_the_closed_loop_falls(found: xr.Dataset) -> None:
+    f, closed = found["frequency"].values, found["closed"].values
+    at = np.interp(float(found["bandwidth"]), f, np.abs(closed))
+    assert at == pytest.approx(math.sqrt(0.5) * abs(closed[0]), rel=1e-3)
+    late = np.interp(float(found["bandwidth_90"]), f, np.unwrap(np.angle(closed)))
+    assert late == pytest.approx(-0.5 * math.pi, abs=2e-3)
+
+
+def test_the_held_machine_gives_way_as_its_leakage_does() -> None:
+    """dv/dF = 1/(b + A^2/C_tl) for slow motions of a closed valve: the leak is all that lets the oil go."""
+    loop = rig()
+    data = bode(loop, band=(0.01, 10.0), measure=False)
+    plant = operating_point(loop, 0.0).loop.plant
+    expected = 1.0 / (plant.damping + plant.piston_area**2 / plant.leakage)
+    assert complex(data["open_compliance"][0]) == pytest.approx(expected, rel=1e-3)
+    assert abs(complex(data["compliance"][0])) < 1e-2 * expected
+
+
+def test_noise_takes_the_coherence_away() -> None:
+    data = bode(replace(load_scenario("rig/noisy-1khz-pi-sine"), {}), amplitude=1e-4)
+    assert float(data["open_coherence"].min()) < 0.5
+
+
+def test_large_tones_meet_what_is_not_linear(found: xr.Dataset) -> None:
+    """A saturated command gives the loop less than its linear gain."""
+    loop = rig(controller=PI(3.0, 600.0, saturation=Saturation(0.01)))
+    small, large = bode(loop, amplitude=1e-3), bode(loop, amplitude=0.03)
+    assert np.abs(large["open_measured"][1]) < 0.8 * np.abs(small["open_measured"][1])
+    assert float(large["open_coherence"].min()) < float(small["open_coherence"].min())
+
+
+def test_a_kink_is_said_and_measured_all_the_same() -> None:
+    data = bode(load_scenario("axis/force"), command=0.1, measure=False)
+    assert "has no slope here" in data.attrs["warning"]
+
+
+def test_the_same_call_gives_the_same_bits(found: xr.Dataset) -> None:
+    again = bode(rig())
+    assert again.identical(found)
+
+
+def test_the_picture_shows_lines_and_dots(found: xr.Dataset) -> None:
+    fig = plot_bode(found)
+    axes = fig.axes
+    assert len(axes) == 9
+    assert [axis.get_title(loc="left") for axis in axes[:3]] == [
+        "(a) open loop",
+        "(b) closed loop",
+        "(c) compliance",
+    ]
+    assert all(axis.get_xscale() == "log" for axis in axes)
+    shown = axes[0].lines[0]
+    np.testing.assert_allclose(shown.get_ydata(), 20.0 * np.log10(np.abs(found["open"])))
+    assert axes[0].collections[0].get_offsets().shape == (found.sizes["tone"], 2)
+
+
+def test_several_points_lie_side_by_side() -> None:
+    loops = {mass: rig(**{"plant.mass": mass}) for mass in (4.0, 8.0)}
+    data = bode_over(loops, "plant.mass", "kg")
+    assert data["point"].values.tolist() == [4.0, 8.0]
+    assert float(data["phase_margin"][0]) > float(data["phase_margin"][1])
+    assert len(plot_bode(data).axes) == 6
+
+
+@pytest.mark.parametrize(
+    ("ask", "said"),
+    [
+        (lambda: bode("rig"), "must be a Loop"),
+        (lambda: bode(rig(), band=(1.0, 500.0)), "band = 500.0: must be below Nyquist's frequency, 500 [Hz]"),
+        (lambda: bode(rig(), band=(10.0, 1.0)), "must rise from the lowest to the highest"),
+        (lambda: bode(rig(), band=(math.nan, 1.0)), "band = nan: must be a finite number above 0 [Hz]"),
+        (lambda: bode(rig(), amplitude=0.0), "amplitude = 0.0: must be a finite number above 0 [V]"),
+        (lambda: bode(rig(), periods=0), "periods = 0: must be"),
+        (lambda: bode(rig(), force=math.nan), "force = nan: must be a finite number [N]"),
+        (lambda: bode(rig(), amplitude=1e3), "cannot be measured with: the loop"),
+        (lambda: bode(rig(controller=PI(30.0, 600.0))), "is unstable here: nothing settles"),
+        (lambda: bode(load_scenario("axis/crane")), "closes no loop here"),
+    ],
+)
+def test_what_has_no_response_says_so_in_one_line(ask, said: str) -> None:  # type: ignore[no-untyped-def]
+    with pytest.raises(ParameterError) as caught:
+        ask()
+    assert said in str(caught.value)
+    assert "\n" not in str(caught.value)

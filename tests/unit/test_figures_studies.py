@@ -1,0 +1,246 @@
+"""Pictures of a study: what is where, in which colour, and that no name covers another."""
+
+import math
+from itertools import combinations, pairwise, product
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from matplotlib.colors import to_hex
+from matplotlib.text import Text
+
+from hydroservo.figures.studies.curves import BudgetCurve, plot_curves, shared_beginning
+from hydroservo.figures.studies.distance import Distance, plot_distance
+from hydroservo.figures.studies.factorial import Combination, FactorShare, plot_factorial
+from hydroservo.figures.studies.forest import LESS, MORE, TIE, RatioLine, in_brackets, plot_forest
+from hydroservo.figures.studies.front import FrontPoint, plot_front, staircase
+from hydroservo.figures.studies.grid import Axis, Grid, Level, Place
+from hydroservo.figures.studies.looks import family_colours
+from hydroservo.figures.studies.map import HATCH, Winner, plot_map, shade
+from hydroservo.figures.studies.names import Named, name_points
+from hydroservo.figures.studies.regret import FILLS, plot_regret
+from hydroservo.figures.studies.scales import round_ticks, spread_out
+from hydroservo.figures.studies.target import TargetPoint, plot_target
+from hydroservo.figures.style import save_picture
+from hydroservo.formatting import NONE
+
+FAMILIES = ["LQ", "PI", "TSMC"]
+
+
+def grid_of(*sizes):
+    """Axes a, b, ... of so many levels, and a cell for each combination."""
+    axes = [
+        Axis(n, n, [Level(f"{n}{i}", f"{i}") for i in range(size)])
+        for n, size in zip("abcde", sizes, strict=False)
+    ]
+    names = [axis.name for axis in axes]
+    every = product(*([level.name for level in axis.levels] for axis in axes))
+    return Grid(axes, {"-".join(one) or "only": dict(zip(names, one, strict=True)) for one in every})
+
+
+def panels_of(fig):
+    return [axis for part in fig.subfigs[:1] for axis in part.axes]
+
+
+@pytest.mark.parametrize("sizes", [(), (3,), (3, 2), (3, 2, 2), (3, 2, 2, 3), (2, 2, 2, 2, 2)])
+def test_each_cell_has_a_place_of_its_own(sizes):
+    grid = grid_of(*sizes)
+    places = grid.places()
+    assert len(set(places.values())) == math.prod(sizes)
+    assert max(place.row for place in places.values()) + 1 == len(grid.rows)
+    assert max(place.column for place in places.values()) + 1 == len(grid.columns)
+
+
+def test_the_first_two_axes_lie_inside_a_panel_the_third_makes_columns_and_the_rest_rows():
+    grid = grid_of(2, 3, 4, 5, 2)
+    assert grid.place({"a": "a1", "b": "b2", "c": "c3", "d": "d4", "e": "e1"}) == Place(9, 3, 2, 1)
+    assert grid.rows[9] == ("d: 4", "e: 1")
+
+
+@pytest.mark.parametrize("sizes", [(), (3,), (3, 2), (2, 2, 2, 2)])
+def test_the_map_shows_winners_ties_and_what_nobody_masters(sizes):
+    grid = grid_of(*sizes)
+    cells = list(grid.cells)
+    kinds = [(["TSMC"], 1.3), (["LQ", "PI"], 1.01), ([], math.nan)]
+    winners = [Winner(cell, *kinds[i % 3][:1], "ESO", kinds[i % 3][1]) for i, cell in enumerate(cells)]
+    fig = plot_map(grid, winners, FAMILIES)
+    assert len(panels_of(fig)) >= len(grid.rows) * len(grid.columns)
+    patches = [patch for axis in panels_of(fig) for patch in axis.patches]
+    colours = family_colours(FAMILIES)
+    won = [patch for patch in patches if to_hex(patch.get_facecolor()) == shade(colours["TSMC"], 1.3)]
+    assert len(won) == len(cells[0::3])
+    assert sum(patch.get_hatch() == HATCH for patch in patches) == len(cells[2::3])
+    strips = [patch for patch in patches if 0.0 < patch.get_height() < 0.5]
+    assert len(strips) == 2 * len(cells[1::3])
+
+
+def test_a_greater_margin_is_a_stronger_colour():
+    shades = [shade("#0072B2", margin) for margin in (0.98, 1.04, 1.1, 1.25, 1.5, 2.0, math.inf)]
+    assert shades[0] == shades[1]
+    assert shades[-1] == shades[-2] == "#0072b2"
+    red = [int(one[1:3], 16) for one in shades]
+    assert red == sorted(red, reverse=True)
+
+
+@pytest.mark.parametrize(("ratio", "place"), [(1.0, 0), (1.1, 1), (1.11, 2), (1.5, 2), (2.0, 3), (2.01, 4)])
+def test_regret_has_a_colour_for_each_range(ratio, place):
+    fig = plot_regret(grid_of(1), {"PI": {"a0": ratio}})
+    assert to_hex(fig.axes[0].patches[0].get_facecolor()) == FILLS[place]
+
+
+def test_regret_counts_the_cells_near_the_best_among_those_that_any_law_masters():
+    ratios = dict(zip(grid_of(2, 2).cells, (1.0, 1.09, math.inf, math.nan), strict=True))
+    fig = plot_regret(grid_of(2, 2), {"PI": ratios}, near=1.1)
+    assert "near best: 2 of 3" in [text.get_text() for text in fig.axes[0].texts]
+    assert sum(patch.get_hatch() is not None for patch in fig.axes[0].patches) == 1
+
+
+def test_the_colours_of_a_forest_say_what_is_sure():
+    lines = [
+        RatioLine("a", 0.8, 0.7, 0.9, True),
+        RatioLine("b", 1.3, 1.1, 1.5, True),
+        RatioLine("c", 1.0, 0.5, 2.0, False),
+    ]
+    axis = plot_forest(lines, "ratio", 1.05).axes[0]
+    dots = [line.get_color() for line in axis.lines if line.get_marker() == "o"]
+    assert dots == [LESS, MORE, TIE]
+    assert [tick.get_text() for tick in axis.get_yticklabels()] == ["a", "b", "c"]
+
+
+def test_an_interval_beyond_the_axis_leaves_it_with_an_arrow():
+    wide = RatioLine("wide", 1.2, 0.0, math.inf, False)
+    axis = plot_forest([wide, RatioLine("none", math.nan, 0.0, math.inf, False)], "ratio").axes[0]
+    assert [line.get_marker() for line in axis.lines if line.get_marker() in "<>"] == ["<", ">"]
+    assert in_brackets(wide) == "1.20 [0, ∞]"
+    assert any(text.get_text() == NONE for text in axis.texts)
+
+
+def test_names_of_points_cover_neither_each_other_nor_leave_the_panel():
+    random = np.random.default_rng(3)
+    points = [
+        FrontPoint(f"law number {i}", FAMILIES[i % 3], float(y), float(x), math.nan, i < 12)
+        for i, (x, y) in enumerate(np.exp(random.normal(0.0, 0.3, (40, 2))))
+    ]
+    fig = plot_front(points, FAMILIES, "rms error", "m/s")
+    fig.draw_without_rendering()
+    axis = fig.axes[0]
+    boxes = [Text.get_window_extent(text) for text in axis.texts]
+    assert len(boxes) == 12
+    assert not [pair for pair in combinations(boxes, 2) if pair[0].overlaps(pair[1])]
+    assert all(axis.bbox.x0 <= box.x0 and box.x1 <= axis.bbox.x1 for box in boxes)
+
+
+def test_where_all_is_taken_a_name_is_still_written():
+    fig = plot_front([FrontPoint("a", "PI", 1.0, 1.0, 2.0, True)], FAMILIES, "error", "m")
+    axis = fig.axes[0]
+    crowd = [(x, y) for x in np.geomspace(*axis.get_xlim(), 60) for y in np.geomspace(*axis.get_ylim(), 60)]
+    before = len(axis.texts)
+    name_points(fig, axis, [Named("b", 1.0, 1000.0, "black")], crowd)
+    assert len(axis.texts) == before + 1
+
+
+def test_the_line_of_a_front_falls_in_steps():
+    assert staircase([(1.0, 3.0), (2.0, 4.0), (3.0, 1.0)]) == [(1.0, 3.0), (3.0, 3.0), (3.0, 1.0)]
+
+
+def test_a_factorial_prints_each_pair_and_each_share():
+    pairs = [
+        Combination("LQ", "ESO", 0.8, 0.7, 0.9, 0.0),
+        Combination("PI", "ESO", math.inf, 0.0, math.inf, 1.0),
+    ]
+    table, bars = plot_factorial(pairs, [FactorShare("family", 0.4, 0.3, 0.5)], "ratio").axes
+    assert [text.get_text() for text in table.texts] == ["0.800", "[0.700, 0.900]", "lost", "100 % lost"]
+    assert [text.get_text() for text in bars.texts] == ["40 %"]
+    assert bars.patches[0].get_width() == pytest.approx(40.0)
+    assert len(plot_factorial(pairs, [], "ratio").axes) == 1
+
+
+@pytest.mark.parametrize("laws", [3, 9])
+def test_each_law_has_a_line_with_its_name(laws):
+    curves = [
+        BudgetCurve(
+            f"{FAMILIES[i % 3]}+{i}",
+            FAMILIES[i % 3],
+            [64, 128],
+            [2.0 + i, 1.0 + i],
+            [1.0] * 2,
+            [9.0, math.inf],
+        )
+        for i in range(laws)
+    ]
+    fig = plot_curves(curves, FAMILIES, "error", "m/s")
+    names = [text.get_text() for axis in fig.axes for text in axis.texts]
+    expected = [curve.law for curve in curves] if laws == 3 else [str(i) for i in range(laws)]
+    assert sorted(names) == sorted(expected)
+    assert len(fig.axes) == (1 if laws == 3 else 3)
+
+
+@pytest.mark.parametrize(
+    ("names", "shared"),
+    [
+        (["PI+ESO", "PI+HGDO"], "PI+"),
+        (["PI+ESO"], ""),
+        (["PI", "PID"], ""),
+        (["a b c", "a b d"], "a b "),
+        (["a b", "a c"], "a "),
+    ],
+)
+def test_what_names_share_ends_at_a_word(names, shared):
+    assert shared_beginning(names) == shared
+
+
+def test_bars_begin_at_the_limit_and_those_below_it_are_seen():
+    lines = [
+        Distance("a", "PI", 2.0, 1.9, 2.2),
+        Distance("b", "LQ", 0.8, 0.7, 0.9),
+        Distance("c", "PI", *[math.inf] * 3),
+    ]
+    axis = plot_distance(lines, FAMILIES, 1.3).axes[0]
+    bars = [patch for patch in axis.patches if patch.get_height() == pytest.approx(0.6)]
+    assert [bar.get_x() for bar in bars] == [1.0, 1.0]
+    assert [bar.get_width() for bar in bars] == pytest.approx([1.0, -0.2])
+    assert axis.get_xlim()[0] < 0.7
+    assert {"2.00", "0.800", " lost", " causal limit"} == {text.get_text() for text in axis.texts}
+
+
+@given(st.lists(st.floats(0.0, 1.0), max_size=12), st.floats(0.0, 0.2))
+def test_what_is_spread_out_keeps_its_order_range_and_distance(wanted, gap):
+    places = spread_out(wanted, gap, 0.0, 1.0)
+    assert all(-1e-9 <= place <= 1.0 + 1e-9 for place in places)
+    possible = min(gap, 1.0 / max(len(wanted) - 1, 1))
+    in_order = [places[i] for i in sorted(range(len(wanted)), key=lambda i: wanted[i])]
+    assert all(b - a >= possible - 1e-6 for a, b in pairwise(in_order))
+
+
+def test_what_does_not_touch_stays():
+    assert spread_out([0.9, 0.1, 0.5], 0.2, 0.0, 1.0) == pytest.approx([0.9, 0.1, 0.5])
+
+
+@given(st.floats(1e-6, 1e6), st.floats(1.05, 1e6))
+def test_ticks_are_few_and_inside(low, factor):
+    ticks = round_ticks(low, low * factor, 7)
+    assert all(low <= tick <= low * factor for tick in ticks)
+    assert len(ticks) <= 7 or factor > 1e5
+
+
+def test_equal_pictures_are_equal_bytes(tmp_path):
+    grid = grid_of(2, 2)
+    winners = [Winner(cell, ["PI"], "ESO", 1.2) for cell in grid.cells]
+    one, other = (
+        save_picture(plot_map(grid, winners, FAMILIES), tmp_path / f"{i}.svg", "x") for i in range(2)
+    )
+    assert one.read_bytes() == other.read_bytes()
+
+
+def test_laws_without_margins_are_hollow_beside_their_prices():
+    points = [
+        TargetPoint("a", "PI", 2e-3, 15, "linear"),
+        TargetPoint("b", "TSMC", 1e-3, 2000, "rough"),
+        TargetPoint("c", "LQ", 3e-3, 400, "unstable"),
+    ]
+    fig = plot_target(points, FAMILIES, "rms error", "m/s")
+    marks = [line for line in fig.axes[0].lines if line.get_marker() in "oX"]
+    assert [line.get_fillstyle() for line in marks] == ["full", "none", "none"]
+    assert [line.get_xydata().tolist()[0] for line in marks] == [[15.0, 2.0], [2000.0, 1.0], [400.0, 3.0]]
+    assert {text.get_text() for text in fig.axes[0].texts} == {"a", "b", "c"}

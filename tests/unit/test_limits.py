@@ -1,0 +1,154 @@
+"""Limits: machines written with symbols, limits of commands, what is known when, and what is refused."""
+
+from typing import Annotated, NamedTuple
+
+import numpy as np
+import pytest
+
+from hydroservo import Loop, ParameterError, limit, load_scenario, replace
+from hydroservo.block import Field, values
+from hydroservo.controlled import Command
+from hydroservo.controllers import DAC, PI, Delay, OpenLoop, RateLimit, Saturation
+from hydroservo.integrators import Tsit5
+from hydroservo.limits.causal import surprises
+from hydroservo.limits.command import CommandLimits, command_limits, loosest
+from hydroservo.limits.foreknown import expected, foreknown, jumps
+from hydroservo.limits.interval import machine_functions
+from hydroservo.limits.machine import lawless
+from hydroservo.loads import Step as LoadStep
+from hydroservo.mechanics.viscous import ViscousState
+from hydroservo.references import Ramp, Sine, Square
+from hydroservo.runs.provenance import scenario_text
+from hydroservo.runs.run import ready
+from hydroservo.states import filled
+
+MACHINES = [
+    "paper/sine-pi",
+    "rig/1khz-pi-sine",
+    "rig/excavator-link",
+    "axis/position",
+    "axis/force",
+    "axis/crane",
+    "axis/pump-controlled",
+    "cases/drift",
+]
+
+
+def rig(**changes: object) -> Loop:
+    return replace(load_scenario("rig/1khz-pi-square"), changes)
+
+
+@pytest.mark.parametrize("name", MACHINES)
+def test_symbols_give_the_rates_of_the_text(name: str):
+    loop = ready(load_scenario(name))
+    like = loop.machine(loop.init())
+    rates, signal = machine_functions(loop)
+    first, random = np.array(values(like)), np.random.default_rng(1)
+    for _ in range(20):
+        numbers = first * random.uniform(0.9, 1.1, first.size) + random.uniform(-1e-4, 1e-4, first.size)
+        command, force = random.uniform(-2.0, 2.0), random.uniform(-100.0, 100.0)
+        state = filled(like, iter(numbers.tolist()))
+        ours = np.array(values(loop.rates(state, command, force)))
+        assert np.array(rates(numbers, command, force)).ravel() == pytest.approx(ours, rel=1e-9, abs=1e-7)
+        seen = loop.controls.of(loop.seen(state, force), command)
+        assert float(signal(numbers, command, force)) == pytest.approx(seen, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("law", "limits"),
+    [
+        (PI(1.0, 1.0), (10.0, np.inf, 0)),
+        (DAC(PI(1.0, 1.0), limit=5.0), (5.0, np.inf, 0)),
+        (DAC(PI(1.0, 1.0, saturation=Saturation(2.0)), limit=5.0), (2.0, np.inf, 0)),
+        (Delay(Delay(RateLimit(PI(1.0, 1.0), 30.0))), (10.0, 30.0, 2)),
+    ],
+)
+def test_what_limits_a_command(law: object, limits: tuple[float, float, int]):
+    assert command_limits(rig()._replace(controller=law))[:3] == limits
+
+
+class Choosy(NamedTuple):
+    """Friction that asks of a velocity what can be asked of no symbol."""
+
+    coefficient: Annotated[float, Field("N", "friction", "example")] = 1.0
+
+    def init(self) -> ViscousState:
+        return ViscousState()
+
+    def deriv(self, s: ViscousState, velocity: float) -> ViscousState:
+        return s
+
+    def force(self, s: ViscousState, velocity: float, net: float, mass: float) -> float:
+        return self.coefficient if velocity > 0.0 else -self.coefficient
+
+
+def test_the_loosest_limits_allow_what_any_law_may_give():
+    laws = [DAC(PI(1.0, 1.0), limit=5.0), Delay(RateLimit(PI(1.0, 1.0), 30.0)), DAC(PI(1.0, 1.0), limit=8.0)]
+    found = loosest([command_limits(rig()._replace(controller=law)) for law in laws])
+    assert found == CommandLimits(10.0, np.inf, 0, 1e-3)
+
+
+def test_a_loop_without_a_law_is_the_same_whatever_law_it_had():
+    one, other = (replace(load_scenario(f"rig/{name}-square"), {}) for name in ("1khz-pi", "noisy-1khz-tsmc"))
+    assert scenario_text(one) != scenario_text(other)
+    assert scenario_text(lawless(one)) == scenario_text(lawless(other))
+    assert scenario_text(lawless(one)) != scenario_text(lawless(rig(**{"plant.mass": 7.0})))
+
+
+def test_a_block_that_cannot_be_written_with_symbols_is_named():
+    loop = load_scenario("axis/position")
+    choosy = ready(loop._replace(plant=loop.plant._replace(friction=Choosy())))
+    with pytest.raises(ParameterError, match=r"Choosy\.force.*cannot be written with symbols"):
+        machine_functions(choosy)
+
+
+class Endless(NamedTuple):
+    """A law of no limit."""
+
+    def init(self) -> object: ...
+
+
+def test_a_law_without_a_limit_has_its_valves():
+    assert command_limits(rig()._replace(controller=Endless())).limit == pytest.approx(10.0)
+    bare = rig()._replace(controller=Endless(), valve=Endless())
+    with pytest.raises(ParameterError, match="has no limit of its command: put a DAC around it"):
+        command_limits(bare)
+
+
+def test_jumps_are_seen_and_what_is_smooth_is_not():
+    samples = 300
+    square = foreknown(rig(reference=Square(0.03, 0.2), load=LoadStep(0.0, 50.0, 0.25)), samples)
+    assert [(found / 10).tolist() for found in jumps(square)] == [[100.0, 200.0], [250.0]]
+    ramp = foreknown(rig(reference=Ramp(0.0, 0.01, 0.1, 0.05)), samples)
+    assert [(found / 10).tolist() for found in jumps(ramp)] == [[50.0, 150.0], []]
+    sine = foreknown(rig(reference=Sine(0.03, 20.0)), samples)
+    assert not any(found.size for found in jumps(sine))
+
+
+def test_until_a_jump_is_there_a_demand_goes_on_and_a_load_stays():
+    known = foreknown(rig(reference=Ramp(0.0, 0.01, 0.1, 0.05), load=LoadStep(0.0, 50.0, 0.1)), 300)
+    before = expected(known, 1)
+    assert not before.demand.any()
+    assert not before.force.any()
+    on_the_way = expected(known, 501)
+    assert on_the_way.demand[1500:] == pytest.approx(0.1 * (np.arange(1500, 3000) * 1e-4 - 0.05))
+    assert np.array_equal(on_the_way.demand[:1500], known.demand[:1500])
+    assert not on_the_way.force.any()
+    assert np.array_equal(expected(known, 1501).demand, known.demand)
+
+
+def test_a_delayed_law_tells_of_a_jump_later():
+    known = foreknown(rig(reference=Square(0.03, 0.2)), 150)
+    assert surprises(known, CommandLimits(10.0, np.inf, 0, 1e-3), 150) == [0, 100, 150]
+    assert surprises(known, CommandLimits(10.0, np.inf, 3, 1e-3), 150) == [0, 103, 150]
+
+
+def test_an_open_loop_has_no_limit():
+    loop = rig()._replace(controls=Command(), controller=OpenLoop())
+    with pytest.raises(ParameterError, match="an open loop has no limit"):
+        limit(loop)
+
+
+def test_an_integrator_that_chooses_its_steps_is_refused():
+    with pytest.raises(ParameterError, match=r"Tsit5.*chooses its steps"):
+        limit(rig(**{"simulation.integrator": Tsit5()}))
