@@ -183,7 +183,10 @@ def rest_of(unrest: Function, x: Vector) -> Vector:
             best, least = x, worst
         if least < EXACT:
             break
-        x = x - np.linalg.lstsq(differences(unrest, x, np.ones(len(x))).mean, missing)[0]
+        slopes = differences(unrest, x, np.ones(len(x))).mean
+        if not np.isfinite(slopes).all():
+            break
+        x = x - np.linalg.lstsq(slopes, missing)[0]
     return best
 
 
