@@ -5,16 +5,16 @@ Docstrings write an absolute value as it is read, ``|s|``; reStructuredText woul
 
 import inspect
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from itertools import compress
-from typing import Any, NamedTuple, get_type_hints
+from typing import Any, NamedTuple
 
-import numpy as np
 from sphinx.application import Sphinx
 from sphinx.util.typing import ExtensionMetadata
 
-from hydroservo.block import is_block
-from hydroservo.field import Field, declared_fields
+from hydroservo.field import declared_fields
+from hydroservo.roles.saying import is_role
+from hydroservo.scenario.keys import Key, keys_of, range_of
 
 
 class Row(NamedTuple):
@@ -36,50 +36,22 @@ CODE_OR_BAR = re.compile(r"``.*?``|\|")
 
 def rows(maker: Callable[..., Any]) -> Iterator[Row]:
     """One row for each field of a block or state class, or argument of a constructor, in declared order."""
-    fields, known = declared_fields(maker), defaults(maker)
-    for name in inspect.signature(maker).parameters:
-        default, field = known.get(name), fields.get(name)
-        if is_block(default):
-            yield Row(name, type(default).__name__, "", "", nested(maker, name), "")
-        elif field is None:
-            yield Row(name, written(default), "", "", nested(maker, name), "")
+    for key in keys_of(maker):
+        if key.field is None or key.nests:
+            yield Row(key.name, key.shown, "", "", nested(key), "")
         else:
-            automatic = isinstance(default, float | int) and default == field.auto
-            value = '"auto"' if automatic else written(default)
-            yield Row(name, value, field.unit, bounds(field), field.meaning, field.source)
+            field = key.field
+            yield Row(key.name, key.shown, field.unit, range_of(field), field.meaning, field.source)
 
 
-def defaults(maker: Callable[..., Any]) -> Mapping[str, Any]:
-    """The defaults of fields or arguments; autodoc has replaced those in a signature by their text."""
-    if is_record(maker):
-        return maker._field_defaults  # type: ignore[attr-defined, no-any-return]
-    names, values = [*inspect.signature(maker).parameters], maker.__defaults__ or ()  # type: ignore[attr-defined]
-    return dict(zip(names[len(names) - len(values) :], values, strict=True))
-
-
-def nested(maker: Callable[..., Any], name: str) -> str:
+def nested(key: Key) -> str:
     """What is under a key that is no number: most often a block of some role, given or by default."""
-    hint = get_type_hints(maker)[name]
-    known = getattr(hint, "_is_protocol", False) or is_record(hint)
-    return f"nested block, {article(hint.__name__)} {hint.__name__}" if known else "nested"
+    known = is_role(key.kind) or is_record(key.kind)
+    return f"nested block, {article(key.kind.__name__)} {key.kind.__name__}" if known else "nested"
 
 
 def article(name: str) -> str:
     return "an" if name[0] in "AEIOU" else "a"
-
-
-def written(default: Any) -> str:
-    if isinstance(default, bool):
-        return str(default).lower()
-    if isinstance(default, np.ndarray):
-        return "from a file"
-    return f"{default:g}" if isinstance(default, (int, float)) else ""
-
-
-def bounds(field: Field) -> str:
-    limits = ((">", field.above), ("≥", field.at_least), ("<", field.below), ("≤", field.at_most))
-    found = [f"{sign} {limit:g}" for sign, limit in limits if limit is not None]
-    return ", ".join(found if field.auto is None else [*found, 'or "auto"'])
 
 
 def table(maker: Callable[..., Any]) -> list[str]:

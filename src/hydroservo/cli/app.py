@@ -12,6 +12,7 @@ from hydroservo.cli.audit import audit
 from hydroservo.cli.batch import batch
 from hydroservo.cli.bode import bode
 from hydroservo.cli.check import check
+from hydroservo.cli.describe import describe, schema
 from hydroservo.cli.differences import unequal_lines
 from hydroservo.cli.export import export_app
 from hydroservo.cli.failures import Commands, Listing
@@ -208,6 +209,8 @@ app.command()(bode)
 app.command()(identify)
 app.command()(check)
 app.command()(audit)
+app.command()(describe)
+app.command()(schema)
 
 
 @app.command()

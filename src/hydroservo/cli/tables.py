@@ -11,7 +11,7 @@ from rich.syntax import Syntax
 from rich.table import Table
 
 from hydroservo.cli.summary import RunSummary
-from hydroservo.field import Field
+from hydroservo.field import CONTROLLED, Field
 from hydroservo.formatting import common_unit, quantity, yes_or_no
 from hydroservo.runs.divergence import BEYOND
 
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from rich.console import RenderableType
 
     from hydroservo.papers.tsmc_eha_2021.study import Verdict
+    from hydroservo.scenario.descriptions import Description
     from hydroservo.testing import Answer
 
 __all__ = [
@@ -26,6 +27,8 @@ __all__ = [
     "show",
     "show_answers",
     "show_comparison",
+    "show_descriptions",
+    "show_names",
     "show_run",
     "show_titles",
     "show_toml",
@@ -135,6 +138,31 @@ def show_titles(titles: Mapping[str, str]) -> None:
     for name, text in titles.items():
         table.add_row(f"[bold]{escape(name)}[/]", escape(text))
     show(table)
+
+
+def show_names(types: Mapping[str, Sequence[str]]) -> None:
+    """Types by their roles."""
+    table = Table(box=None, show_header=False, padding=(0, 2, 0, 0))
+    for role, names in types.items():
+        table.add_row(f"[bold]{escape(role)}[/]", escape(", ".join(names)))
+    show(table)
+
+
+def show_descriptions(found: "Sequence[Description]") -> None:
+    """Types of one name in words, each with the keys of its table."""
+    for about in found:
+        table = Table(caption_justify="left")
+        for name in ("key", "default", "unit", "range"):
+            table.add_column(name, no_wrap=True)
+        table.add_column("meaning")
+        for key in about.keys:
+            one = key.as_dict()
+            default = one["default"] or "[yellow]needed[/]"
+            table.add_row(one["name"], default, *(escape(one[name]) for name in ("unit", "range", "meaning")))
+        if any(CONTROLLED in key.as_dict()["unit"] for key in about.keys):
+            table.caption = f"{CONTROLLED}: the unit of the controlled signal, such as m/s or m"
+        heading = f"[bold]{escape(about.name)}[/]: {', '.join(about.roles)}"
+        show(heading, "", escape(about.text), "", table if about.keys else "It takes no keys.")
 
 
 def show_toml(text: str) -> None:

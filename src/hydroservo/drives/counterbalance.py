@@ -53,7 +53,7 @@ class Counterbalance(NamedTuple):
     volume: Annotated[float, Field("m^3", "oil V between the valve and the drive", above=0)]
     oil: Oil
     drive: Drive = ValveOnSupply()
-    in_line_b: bool = False
+    in_line_b: Annotated[bool, Field("", "whether it stands in the line of B, not of A")] = False
     transition_drop: Annotated[
         float, Field("Pa", "drop d_t below which the flow is laminar", CHOSEN, at_least=0)
     ] = 1e5

@@ -1,6 +1,5 @@
 """Blocks from tables."""
 
-import inspect
 import warnings
 from collections.abc import Callable, Collection, Iterator, Mapping
 from typing import Any, NamedTuple, cast
@@ -14,6 +13,7 @@ from hydroservo.nearest import one_of
 from hydroservo.plants.design_model import THIS_MACHINE, DesignModel
 from hydroservo.roles.saying import is_role
 from hydroservo.scenario.declared import check_maker, hints
+from hydroservo.scenario.keys import defaults
 from hydroservo.scenario.plugins import is_block_class, is_of_plugin
 from hydroservo.scenario.quantities import si_value
 from hydroservo.scenario.recordings import recorded
@@ -201,12 +201,6 @@ def maker_named(hint: Any, default: Block | None, entry: Entry) -> Maker:
 
 def type_names(hint: Any) -> list[str]:
     return names_in_role(hint) if is_role(hint) else [getattr(hint, "__name__", str(hint))]
-
-
-def defaults(maker: Maker) -> dict[str, Any]:
-    """The default of each argument, in order; None where there is none."""
-    parameters = inspect.signature(maker).parameters
-    return {name: None if p.default is p.empty else p.default for name, p in parameters.items()}
 
 
 def member(maker: Maker, name: str, default: Any, table: Table, context: Context) -> Any:

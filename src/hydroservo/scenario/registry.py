@@ -28,7 +28,7 @@ from hydroservo.scenario.fits import a_role, misfit
 from hydroservo.scenario.plugins import is_block_class, plugin_classes, plugin_other_classes
 from hydroservo.scenario.tables import Entry
 
-__all__ = ["Maker", "maker_in_role", "makers", "names_in_role", "shipped_classes"]
+__all__ = ["Maker", "maker_in_role", "makers", "makers_in_role", "names_in_role", "shipped_classes"]
 
 Maker = Callable[..., Any]  # a block's class, or a classmethod of it whose arguments are declared as fields
 
@@ -96,7 +96,13 @@ def no_type(wanted: str, names: Sequence[str]) -> str:
 
 def names_in_role(role: type) -> list[str]:
     """The names that ``type`` may have in a role."""
-    return sorted({name for cls in known_classes() if misfit(cls, role) is None for name in makers(cls)})
+    return [*makers_in_role(role)]
+
+
+def makers_in_role(role: type) -> dict[str, Maker]:
+    """What makes blocks of a role, by the names that ``type`` may have, in their order."""
+    fitting = (cls for cls in known_classes() if misfit(cls, role) is None)
+    return dict(sorted(item for cls in fitting for item in makers(cls).items()))
 
 
 def known_classes() -> tuple[type, ...]:

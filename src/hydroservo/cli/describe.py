@@ -1,0 +1,75 @@
+"""The commands that say what a scenario may hold: to a reader, and to an editor."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from hydroservo.cli.options import Json, Plugins
+
+__all__ = ["describe", "schema"]
+
+
+def describe(
+    plugins: Plugins,
+    name: Annotated[
+        str,
+        typer.Argument(metavar="[NAME]", help="A type such as PID, a role, or a table of a scenario."),
+    ] = "",
+    json: Json = False,
+) -> None:
+    """Say which types a scenario may name, and which keys each takes, with units, ranges and defaults.
+
+    Without a name it lists all types by their roles.
+
+    Examples:
+
+    - `hydroservo describe`
+    - `hydroservo describe controller`
+    - `hydroservo describe Cylinder.from_diameters`
+    """
+    from hydroservo.cli.tables import show_descriptions, show_names, show_titles
+    from hydroservo.runs.results import as_json
+    from hydroservo.scenario.descriptions import descriptions, role_named, summary, types_by_role
+    from hydroservo.scenario.plugins import load_plugin
+
+    for plugin in plugins:
+        load_plugin(plugin)
+    if not name:
+        types = types_by_role()
+        typer.echo(as_json(types)) if json else show_names(types)
+    elif of_role := role_named(name):
+        titles = {one: summary(maker) for one, maker in of_role.items()}
+        typer.echo(as_json(titles)) if json else show_titles(titles)
+    else:
+        found = descriptions(name)
+        typer.echo(as_json([one.as_dict() for one in found])) if json else show_descriptions(found)
+
+
+def schema(
+    plugins: Plugins,
+    out: Annotated[
+        Path | None, typer.Option("--out", metavar="FILE", dir_okay=False, help="Write it to this file.")
+    ] = None,
+) -> None:
+    """Print the JSON Schema of scenarios, with which an editor completes and checks them as they are typed.
+
+    The line `#:schema ./hydroservo.schema.json` at the top of a scenario tells an editor that knows TOML's
+    schemas, such as Even Better TOML in VS Code, where it is.
+
+    Examples:
+
+    - `hydroservo schema --out hydroservo.schema.json`
+    """
+    from hydroservo.outputs import write_text
+    from hydroservo.runs.results import as_json
+    from hydroservo.scenario.plugins import load_plugin
+    from hydroservo.scenario.schema import scenario_schema
+
+    for plugin in plugins:
+        load_plugin(plugin)
+    text = as_json(scenario_schema())
+    if out is None:
+        typer.echo(text)
+    else:
+        typer.echo(f"written: {write_text(out, text + chr(10))}")

@@ -1,0 +1,155 @@
+"""The JSON Schema of scenarios, by which an editor completes and checks them while they are written."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+from hydroservo.field import OPEN, Field
+from hydroservo.loop import Loop
+from hydroservo.roles import Monitor
+from hydroservo.roles.saying import is_role
+from hydroservo.scenario.catalogue import builtin_texts
+from hydroservo.scenario.descriptions import summary
+from hydroservo.scenario.keys import ANY_SIGNAL, Key, keys_of, range_of
+from hydroservo.scenario.registry import Maker, makers, makers_in_role
+from hydroservo.time_series import TimeSeries
+
+__all__ = ["scenario_schema"]
+
+Schema = dict[str, Any]
+
+DIALECT = "http://json-schema.org/draft-07/schema#"  # what editors of TOML know
+QUANTITY = r"^\s*[-+]?(\d|\.\d)"  # a text that begins with a number
+TEXT: Schema = {"type": "string"}
+TEXTS: Schema = {"type": "array", "items": TEXT}
+NUMBERS: Schema = {"type": "array", "items": {"type": ["number", "string"]}}
+WHOLE: Schema = {"type": "integer", "minimum": 0}
+KINDS = {float: "number", int: "integer", bool: "boolean"}
+LIMITS = {
+    "above": "exclusiveMinimum",
+    "at_least": "minimum",
+    "below": "exclusiveMaximum",
+    "at_most": "maximum",
+}
+TUNE: Schema = {
+    "vary": {"$ref": "#/definitions/numbers"},
+    "scenarios": TEXTS,
+    "weights": NUMBERS,
+    "scales": NUMBERS,
+    "metric": TEXT,
+    "seeds": WHOLE,
+    "effort": {"type": "number", "minimum": 0},
+    "candidates": WHOLE,
+    "seed": WHOLE,
+}
+
+
+def scenario_schema() -> Schema:
+    """The JSON Schema (draft 7) of a scenario with the blocks that are known here, plug-ins' among them::
+
+        Path("hydroservo.schema.json").write_text(json.dumps(hs.scenario.scenario_schema()))
+
+    A scenario that builds on another gives what it changes, so no key is asked for. A text with a unit is
+    taken for any quantity: whether it is of the right one, and within its range, is found on loading.
+    """
+    found: Schema = {
+        "$schema": DIALECT,
+        "title": "hydroservo scenario",
+        "type": "object",
+        "definitions": {"numbers": numbers()},
+        "properties": {
+            "title": described(TEXT, "what the scenario is, in a line"),
+            "base": described(
+                {"anyOf": [{"enum": [*builtin_texts()]}, TEXT]}, "the scenario that it changes"
+            ),
+            "uncertainty": {"$ref": "#/definitions/numbers"},
+            "truth": {"$ref": "#/definitions/numbers"},
+            "tune": closed(TUNE),
+            "identify": closed({"columns": {"type": "object", "additionalProperties": TEXT}}),
+        },
+        "additionalProperties": False,
+    }
+    definitions, tables = found["definitions"], found["properties"]
+    for key in keys_of(Loop):
+        if key.name != "metrics":
+            tables[key.name] = block(key.kind, key.default, definitions)
+    usual = {"usual": described({"type": "boolean"}, "whether the usual metrics count too")}
+    tables["metrics"] = closed(usual) | {"additionalProperties": block(Monitor, None, definitions)}
+    tables["start"]["anyOf"].append({"const": "steady"})
+    return found
+
+
+def block(kind: Any, default: Any, definitions: Schema) -> Schema:
+    """The table of a block: any of those that its role, or its class, leaves open."""
+    if is_role(kind):
+        named = makers_in_role(kind)
+    else:
+        named = makers(kind if isinstance(kind, type) and hasattr(kind, "_fields") else type(default))
+    return {"anyOf": [{"$ref": one} for one in references(named, definitions)]}
+
+
+def references(named: Mapping[str, Maker], definitions: Schema) -> Iterator[str]:
+    """Where each block stands in the schema, after it has been put there."""
+    for name, maker in named.items():
+        cls = maker if isinstance(maker, type) else maker.__self__  # type: ignore[attr-defined]
+        place = f"{cls.__module__}.{name}"
+        if place not in definitions:
+            definitions[place] = {}  # a block may nest its own kind
+            definitions[place] = table(name, maker, definitions)
+        yield f"#/definitions/{place}"
+
+
+def table(name: str, maker: Maker, definitions: Schema) -> Schema:
+    """The table of a block of a known type."""
+    known: Schema = {"type": described({"enum": [name]}, summary(maker))}
+    for key in keys_of(maker):
+        if key.name == "given":  # of a start: states by their paths
+            known[key.name] = {"$ref": "#/definitions/numbers"}
+        elif key.field is None or not key.field.derived:
+            known[key.name] = value(key, definitions)
+    return closed(known) | {"title": name}
+
+
+def value(key: Key, definitions: Schema) -> Schema:
+    """What stands under a key."""
+    if key.kind is TimeSeries:
+        return closed(dict.fromkeys(("file", "column", "time"), TEXT)) | {"required": ["file"]}
+    if key.nests:
+        return block(key.kind, key.default, definitions)
+    return number(key)
+
+
+def number(key: Key) -> Schema:
+    """A number, and for a quantity a text with its unit."""
+    field = (key.field or Field("", key.name)).of(ANY_SIGNAL)
+    limits = {LIMITS[name]: getattr(field, name) for name in LIMITS if getattr(field, name) is not None}
+    plain: Schema = {"type": KINDS[key.kind], **(limits if key.kind is not bool else {})}
+    ways = [plain]
+    if key.kind is float:
+        ways.append({"type": "string", "pattern": QUANTITY})
+    if field.auto is not None:
+        ways += [{"const": "auto"}] if field.auto == OPEN else [{"const": "auto"}, {"const": field.auto}]
+    found: Schema = ways[0] if len(ways) == 1 else {"anyOf": ways}
+    if isinstance(key.default, float | int) and key.default != field.auto:
+        found["default"] = key.default
+    return described(found, about(field))
+
+
+def about(field: Field) -> str:
+    """A number in words: what it is, its unit and its range."""
+    told = ", ".join(part for part in (f"[{field.unit}]" if field.unit else "", range_of(field)) if part)
+    return f"{field.meaning} {told}".strip()
+
+
+def numbers() -> Schema:
+    """Numbers by their paths, as nested tables."""
+    ways: Sequence[Schema] = [{"type": ["number", "string"]}, {"$ref": "#/definitions/numbers"}]
+    return {"type": "object", "additionalProperties": {"anyOf": [*ways]}}
+
+
+def closed(keys: Schema) -> Schema:
+    """A table that has these keys alone."""
+    return {"type": "object", "properties": keys, "additionalProperties": False}
+
+
+def described(schema: Schema, text: str) -> Schema:
+    return {**schema, "description": text}
