@@ -94,7 +94,8 @@ def test_each_example_of_the_help_runs(example, tmp_path, monkeypatch):
     if args[:2] == ["export", "fmu"]:
         needs("cc")
     plugin = ("--plugin", "my_controller.py")
-    more = {"run": QUICK, "compare": SHORT, "batch": SHORT, "study": SMALL, "identify": plugin}
+    few = ("--candidates", "128")
+    more = {"run": QUICK, "compare": SHORT, "batch": SHORT, "tune": few, "study": SMALL, "identify": plugin}
     succeeded(*args, *more.get(args[0], ()))
 
 

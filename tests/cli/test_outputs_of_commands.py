@@ -294,7 +294,7 @@ def kill_and_look(out, times, seed):
 @needs_posix
 @pytest.mark.slow
 def test_killed_runs_leave_whole_files_of_one_run_and_the_next_clears_the_rest(tmp_path):
-    killed, _, left = kill_and_look(tmp_path, times=15, seed=1)
+    killed, _, left = kill_and_look(tmp_path, times=8, seed=1)
     assert killed > 0
     assert left > 0
 

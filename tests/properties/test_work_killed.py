@@ -59,7 +59,7 @@ def disturbed(folder, most, workers, *scheduler, kills):
     while True:
         process = driver(folder, 2, *scheduler)
         while process.poll() is None and kills.total() < most:
-            time.sleep(random.uniform(0.0, 1.5))  # noqa: S311
+            time.sleep(random.uniform(0.0, 0.9))  # noqa: S311
             if process.poll() is None:
                 with contextlib.suppress(psutil.NoSuchProcess):
                     kills.update(filter(None, [killed(process, lambda p=process: workers(p))]))

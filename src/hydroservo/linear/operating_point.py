@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from hydroservo.block import Block, values
 from hydroservo.errors import ParameterError
 from hydroservo.hooks import smoothed
-from hydroservo.linear.slopes import Function, differences, reached
+from hydroservo.linear.slopes import Function, central, differences, reached
 from hydroservo.loads import Constant
 from hydroservo.loop import Loop, MachineState
 from hydroservo.runs.run import ready
@@ -179,11 +179,14 @@ def rest_of(unrest: Function, x: Vector) -> Vector:
     best, least = x, math.inf
     for _ in range(STEPS):
         missing = unrest(x)
-        if (worst := float(np.abs(missing).max())) < least:
+        worst = float(np.abs(missing).max())
+        if least < SETTLED and worst >= least:  # what is left is rounding
+            break
+        if worst < least:
             best, least = x, worst
         if least < EXACT:
             break
-        slopes = differences(unrest, x, np.ones(len(x))).mean
+        slopes = central(unrest, missing, x, np.ones(len(x)))
         if not np.isfinite(slopes).all():
             break
         x = x - np.linalg.lstsq(slopes, missing)[0]

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from hydroservo.block import Block
 from hydroservo.linear.duals import Dual, dual, duals
 
-__all__ = ["Function", "Rows", "Slopes", "differences", "reached", "slopes"]
+__all__ = ["Function", "Rows", "Slopes", "central", "differences", "reached", "slopes"]
 
 Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]
@@ -91,22 +91,28 @@ def differences(function: Function, point: Vector, sizes: Vector) -> Slopes:
         sizes: of the numbers, by which they are nudged.
     """
     here = function(point)
-    known = np.isfinite(here)
-    nudges = NUDGE * sizes
-
-    def table(scale: float) -> Matrix:
-        """What each nudge changes, by the nudge, shape (values, numbers)."""
-        found = np.zeros((len(here), len(point)))
-        for i in np.flatnonzero(np.isfinite(point)):
-            there = point.copy()
-            there[i] += scale * nudges[i]
-            found[known, i] = (function(there) - here)[known] / (there[i] - point[i])
-        return found
-
-    after, before = table(1.0), table(-1.0)
-    wide = 0.5 * (table(WIDE) + table(-WIDE))
-    mean, others = 0.5 * (after + before), (after, before, wide)
+    after, before, far, back = (
+        changes(function, here, point, scale * NUDGE * sizes) for scale in (1.0, -1.0, WIDE, -WIDE)
+    )
+    mean, others = 0.5 * (after + before), (after, before, 0.5 * (far + back))
     return Slopes(mean, others, np.max([np.abs(one - mean) for one in others], axis=0))
+
+
+def central(function: Function, here: Vector, point: Vector, sizes: Vector) -> Matrix:
+    """The mean in :func:`differences` alone, of a function whose values at the point are known."""
+    after, before = (changes(function, here, point, side * NUDGE * sizes) for side in (1.0, -1.0))
+    return 0.5 * (after + before)
+
+
+def changes(function: Function, here: Vector, point: Vector, nudges: Vector) -> Matrix:
+    """What each nudge changes, by the nudge, shape (values, numbers)."""
+    known = np.isfinite(here)
+    found = np.zeros((len(here), len(point)))
+    for i in np.flatnonzero(np.isfinite(point)):
+        there = point.copy()
+        there[i] += nudges[i]
+        found[known, i] = (function(there) - here)[known] / (there[i] - point[i])
+    return found
 
 
 def reached(links: NDArray[np.bool_], first: NDArray[np.bool_]) -> NDArray[np.bool_]:
