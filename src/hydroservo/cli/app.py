@@ -12,6 +12,7 @@ from hydroservo.cli.audit import audit
 from hydroservo.cli.batch import batch
 from hydroservo.cli.bode import bode
 from hydroservo.cli.check import check
+from hydroservo.cli.completion import scenarios_like, studies_like
 from hydroservo.cli.describe import describe, schema
 from hydroservo.cli.differences import unequal_lines
 from hydroservo.cli.export import export_app
@@ -19,7 +20,7 @@ from hydroservo.cli.failures import Commands, Listing
 from hydroservo.cli.identify import identify
 from hydroservo.cli.limit import limit
 from hydroservo.cli.linearize import linearize
-from hydroservo.cli.options import Changes, Json, Plugins, Scenario, Strict, Verbose, loaded
+from hydroservo.cli.options import Changes, Json, Plugins, Scenario, Several, Strict, Verbose, loaded
 from hydroservo.cli.remarks import say_remarks
 from hydroservo.cli.study import study
 from hydroservo.cli.tune import tune
@@ -37,7 +38,6 @@ LARGE_TRACE = 2**28  # bytes; a larger trajectory is announced before the run
 app = typer.Typer(
     cls=Commands,
     no_args_is_help=True,
-    add_completion=False,
     pretty_exceptions_enable=False,
     rich_markup_mode="markdown",
     context_settings={"help_option_names": ["-h", "--help"]},
@@ -135,10 +135,7 @@ def run(
 
 @app.command()
 def compare(
-    scenarios: Annotated[
-        list[str],
-        typer.Argument(metavar="SCENARIO", help="Scenario files (TOML) or names of built-in ones."),
-    ],
+    scenarios: Several,
     changes: Changes,
     plugins: Plugins,
     out: Folder = None,
@@ -255,7 +252,12 @@ def scenarios(context: typer.Context) -> None:
 
 @scenarios_app.command("show")
 def show_source(
-    name: Annotated[str, typer.Argument(metavar="NAME", help="A built-in name, or a scenario file.")],
+    name: Annotated[
+        str,
+        typer.Argument(
+            metavar="NAME", help="A built-in name, or a scenario file.", autocompletion=scenarios_like
+        ),
+    ],
 ) -> None:
     """Print a scenario, or what others build on, as TOML: the start of one of your own.
 
@@ -281,7 +283,12 @@ def studies(context: typer.Context) -> None:
 
 @studies_app.command("show")
 def show_study_source(
-    name: Annotated[str, typer.Argument(metavar="NAME", help="A built-in name, or a study's file.")],
+    name: Annotated[
+        str,
+        typer.Argument(
+            metavar="NAME", help="A built-in name, or a study's file.", autocompletion=studies_like
+        ),
+    ],
 ) -> None:
     """Print a study as TOML: the start of one of your own.
 

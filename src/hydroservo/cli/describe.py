@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from hydroservo.cli.completion import types_like
 from hydroservo.cli.options import Json, Plugins
 
 __all__ = ["describe", "schema"]
@@ -14,7 +15,11 @@ def describe(
     plugins: Plugins,
     name: Annotated[
         str,
-        typer.Argument(metavar="[NAME]", help="A type such as PID, a role, or a table of a scenario."),
+        typer.Argument(
+            metavar="[NAME]",
+            help="A type such as PID, a role, or a table of a scenario.",
+            autocompletion=types_like,
+        ),
     ] = "",
     json: Json = False,
 ) -> None:

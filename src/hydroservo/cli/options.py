@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from hydroservo.cli.completion import scenarios_like
 from hydroservo.cli.remarks import say_warning
 from hydroservo.errors import HydroservoError, HydroservoWarning
 
@@ -23,6 +24,7 @@ __all__ = [
     "Json",
     "Plugins",
     "Scenario",
+    "Several",
     "Strict",
     "Verbose",
     "check_one_place",
@@ -38,7 +40,20 @@ VARY = "--vary"
 LONGEST = 4096  # characters of one option
 
 Scenario = Annotated[
-    str, typer.Argument(metavar="SCENARIO", help="A scenario file (TOML), or the name of a built-in one.")
+    str,
+    typer.Argument(
+        metavar="SCENARIO",
+        help="A scenario file (TOML), or the name of a built-in one.",
+        autocompletion=scenarios_like,
+    ),
+]
+Several = Annotated[
+    list[str],
+    typer.Argument(
+        metavar="SCENARIO",
+        help="Scenario files (TOML) or names of built-in ones.",
+        autocompletion=scenarios_like,
+    ),
 ]
 Changes = Annotated[
     list[str],

@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from hydroservo.cli.completion import studies_like
 from hydroservo.cli.options import Json, Plugins, check_one_place
 
 __all__ = ["study"]
@@ -12,7 +13,12 @@ __all__ = ["study"]
 
 def study(
     file: Annotated[
-        str, typer.Argument(metavar="STUDY", help="A study's file (TOML), or the name of a built-in one.")
+        str,
+        typer.Argument(
+            metavar="STUDY",
+            help="A study's file (TOML), or the name of a built-in one.",
+            autocompletion=studies_like,
+        ),
     ],
     out: Annotated[
         Path,

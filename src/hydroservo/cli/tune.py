@@ -14,6 +14,7 @@ from hydroservo.cli.options import (
     Changes,
     Json,
     Plugins,
+    Several,
     Verbose,
     loaded_aloud,
     ranges_in,
@@ -33,10 +34,7 @@ NO_MATTER = ("out", "threads", "json", "verbose")  # options that change nothing
 
 def tune(
     context: typer.Context,
-    scenarios: Annotated[
-        list[str],
-        typer.Argument(metavar="SCENARIO", help="Scenario files (TOML) or names of built-in ones."),
-    ],
+    scenarios: Several,
     changes: Changes,
     plugins: Plugins,
     ranges: Annotated[
