@@ -4,9 +4,11 @@ import html
 import json
 import shlex
 import shutil
+import subprocess
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pandas as pd
 import pytest
 from typer.testing import CliRunner
@@ -18,9 +20,11 @@ from hydroservo.studies.file import read_study
 from hydroservo.studies.report.commands import conditions_in, repeats
 from hydroservo.studies.report.folder import write_report
 from hydroservo.studies.running import Studied
+from tests.support.commands.processes import HYDROSERVO, needs_posix
 from tests.support.plugins import LAW
 
 pytestmark = pytest.mark.slow
+KILLS = 6
 TINY: dict[str, Any] = {
     "search.candidates": 128,
     "search.seeds": 2,
@@ -81,9 +85,29 @@ def test_a_row_is_repeated_alone_bit_for_bit(tiny: Studied) -> None:
         assert float(hs.simulate(loop, strict=True)["rms_error"]) == row["error"]
 
 
-def test_neither_processes_nor_what_was_done_before_change_a_bit(tiny: Studied, tmp_path: Path) -> None:
+def killed_now_and_then(folder: Path, changes: dict[str, Any]) -> int:
+    """Run a study as a command that is killed until it ends; how often it was."""
+    words = [*HYDROSERVO, "study", "small", "--out", str(folder), "--workers", "2"]
+    words += [f"--set={path}={json.dumps(value)}" for path, value in changes.items()]
+    draw = np.random.default_rng(1)
+    for kills in range(KILLS + 1):
+        with subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as running:
+            try:
+                running.wait(None if kills == KILLS else draw.uniform(0.0, 8.0))
+            except subprocess.TimeoutExpired:
+                running.kill()
+                continue
+        assert running.returncode == 0
+        return kills
+    raise AssertionError
+
+
+@needs_posix
+def test_neither_kills_nor_processes_nor_what_was_done_before_change_a_bit(
+    tiny: Studied, tmp_path: Path
+) -> None:
     folder = tmp_path / "again"
-    hs.study("small", folder, changes={**TINY, "search.seeds": 1}, workers=2)
+    assert killed_now_and_then(folder, {**TINY, "search.seeds": 1}) > 2
     half = parts(folder)
     assert len(half) == len(parts(tiny.folder)) // 2
     hs.study("small", folder, changes=TINY, workers=2)
