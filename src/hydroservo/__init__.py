@@ -32,6 +32,7 @@ _HOMES = {  # what is offered, and the module that it comes from; none for a pac
     "linear": "",
     "linearize": "linear.linearize",
     "loads": "",
+    "map_logs": "identification.maps",
     "mechanics": "",
     "metrics_of": "runs.results",
     "monitors": "",
@@ -93,6 +94,7 @@ if TYPE_CHECKING:  # the same once more, for those who read types; a test compar
     from hydroservo.field import Field as Field
     from hydroservo.figures.plotting import plot as plot
     from hydroservo.identification.identified import identify as identify
+    from hydroservo.identification.maps import map_logs as map_logs
     from hydroservo.limits import limit as limit
     from hydroservo.linear.bode import bode as bode
     from hydroservo.linear.linearize import linearize as linearize

@@ -20,6 +20,7 @@ from hydroservo.cli.failures import Commands, Listing
 from hydroservo.cli.identify import identify
 from hydroservo.cli.limit import limit
 from hydroservo.cli.linearize import linearize
+from hydroservo.cli.map import map_logs
 from hydroservo.cli.options import Changes, Json, Plugins, Scenario, Several, Strict, Verbose, loaded
 from hydroservo.cli.remarks import say_remarks
 from hydroservo.cli.study import study
@@ -204,6 +205,7 @@ app.command()(limit)
 app.command()(linearize)
 app.command()(bode)
 app.command()(identify)
+app.command("map")(map_logs)
 app.command()(check)
 app.command()(audit)
 app.command()(describe)

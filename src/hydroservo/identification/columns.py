@@ -28,7 +28,9 @@ class Column(NamedTuple):
     factor: float
 
 
-def chosen_columns(headers: Sequence[str], mapping: Mapping[str, str], name: str) -> list[Column]:
+def chosen_columns(
+    headers: Sequence[str], mapping: Mapping[str, str], name: str, needed: Sequence[str] = (TIME, COMMAND)
+) -> list[Column]:
     """The columns of a log that hold signals, time first.
 
     Args:
@@ -36,16 +38,17 @@ def chosen_columns(headers: Sequence[str], mapping: Mapping[str, str], name: str
         mapping: the column of a signal, with the unit that it is in where its header gives another or none,
             such as ``{"velocity": "v_piston [mm/s]"}``; a signal without one has a column of its own name.
         name: of the log.
+        needed: signals without which the log is none.
 
     Raises:
         ScenarioError: a column is missing, appears twice or has the unit of something else; or there is
-            neither a command nor anything measured.
+            not what is needed, or nothing measured.
     """
     cells = [(header.strip(), *name_and_unit(header.strip())) for header in headers]
     found = [column_of(signal, cells, mapping.get(signal), name) for signal in SIGNALS]
     columns = [one for one in found if one is not None]
     known = {one.signal for one in columns}
-    for signal in (TIME, COMMAND):
+    for signal in needed:
         if signal not in known:
             raise missing(signal, cells, name)
     if not known & set(OUTPUTS):

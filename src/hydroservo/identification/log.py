@@ -37,13 +37,14 @@ class Log(NamedTuple):
     unused: Sequence[str] = ()
 
 
-def read_log(path: str | Path, mapping: Mapping[str, str]) -> Log:
+def read_log(path: str | Path, mapping: Mapping[str, str], needed: Sequence[str] = (TIME, COMMAND)) -> Log:
     """The log in a file: Parquet, MATLAB, NetCDF or MDF by its ending, else text with a header.
 
     Args:
         path: of the file.
         mapping: which column holds which signal, as
             :func:`~hydroservo.identification.columns.chosen_columns` has it.
+        needed: signals without which the log is none.
 
     Raises:
         ScenarioError: in one line, the file, the place and what is wrong there.
@@ -56,7 +57,7 @@ def read_log(path: str | Path, mapping: Mapping[str, str]) -> Log:
     columns: list[Column] = []
 
     def choose(headers: Sequence[str]) -> Any:
-        columns[:] = chosen_columns(headers, mapping, name)
+        columns[:] = chosen_columns(headers, mapping, name, needed)
         return columns
 
     found, headers = read(file, choose)
@@ -66,12 +67,13 @@ def read_log(path: str | Path, mapping: Mapping[str, str]) -> Log:
     return checked(Log(name, in_si.pop(TIME), in_si, unused))
 
 
-def checked_log(given: Mapping[str, Any], name: str) -> Log:
+def checked_log(given: Mapping[str, Any], name: str, needed: Sequence[str] = (TIME, COMMAND)) -> Log:
     """The log that arrays in SI units by name make.
 
     Args:
         given: ``time``, ``command`` and what was measured, each of shape (n,).
         name: of the log.
+        needed: signals without which the log is none.
 
     Raises:
         ParameterError: they are not that.
@@ -83,8 +85,8 @@ def checked_log(given: Mapping[str, Any], name: str) -> Log:
             raise ParameterError(name, key, f"is no signal; they are {', '.join(SIGNALS)}")
         if row.ndim != 1 or row.size != rows.get(TIME, row).size:
             raise ParameterError(name, key, f"has shape {row.shape}; each must be as long as time")
-    if not {TIME, COMMAND} <= rows.keys() or not rows.keys() & set(OUTPUTS):
-        problem = f"must have time, command and one of {', '.join(OUTPUTS)}"
+    if not set(needed) <= rows.keys() or not rows.keys() & set(OUTPUTS):
+        problem = f"must have {', '.join(needed)} and one of {', '.join(OUTPUTS)}"
         raise ParameterError(name, ", ".join(rows), problem)
     if not (np.diff(rows[TIME]) > 0.0).all():
         raise ParameterError(name, "time", "must increase")

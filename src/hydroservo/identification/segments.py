@@ -29,7 +29,7 @@ class Segment(NamedTuple):
         log: the number of its log, from 0 on.
         start: its first instant, on the log's clock [s].
         period: between samples [s].
-        inputs: the command, and the external force if it was recorded, shape (n,).
+        inputs: the command and the external force, those that were recorded, shape (n,).
         measured: by name, shape (n,); nan where nothing was measured or what was is no measurement.
     """
 
@@ -42,7 +42,7 @@ class Segment(NamedTuple):
     @property
     def samples(self) -> int:
         """How many."""
-        return self.inputs[COMMAND].size
+        return next(one.size for one in (*self.inputs.values(), *self.measured.values()))
 
     @property
     def time(self) -> Samples:

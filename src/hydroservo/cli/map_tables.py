@@ -1,0 +1,50 @@
+"""What a static map found: on the terminal, and as JSON."""
+
+from typing import Any
+
+from rich.markup import escape
+from rich.table import Table
+
+from hydroservo._version import __version__
+from hydroservo.cli.tables import show
+from hydroservo.formatting import common_unit
+from hydroservo.identification.maps import StaticMap
+
+__all__ = ["as_tables", "show_map"]
+
+
+def as_tables(found: StaticMap) -> dict[str, Any]:
+    """The map as nested tables, in SI units."""
+    curve = {
+        str(name): {
+            "values": row.values.tolist(),
+            "unit": row.attrs["units"],
+            "meaning": row.attrs["long_name"],
+        }
+        for name, row in found.curve.data_vars.items()
+    }
+    return {
+        "kind": found.kind,
+        "scenario": found.scenario,
+        "version": __version__,
+        "logs": list(found.logs),
+        "numbers": {name: one._asdict() for name, one in found.numbers.items()},
+        "curve": curve,
+        "remarks": list(found.remarks),
+    }
+
+
+def show_map(found: StaticMap) -> None:
+    """The numbers with their intervals."""
+    title = f"{found.kind}: {', '.join(found.logs)}"
+    shown = Table(title=escape(title), title_justify="left")
+    shown.add_column("number", no_wrap=True)
+    for name in ("value", "from", "to", "unit"):
+        shown.add_column(name, justify="right" if name != "unit" else "left", no_wrap=True)
+    shown.add_column("meaning", overflow="fold")
+    for name, one in found.numbers.items():
+        unit, factor = common_unit([one.value], one.unit)
+        numbers = (f"{factor * number:.4g}" for number in (one.value, one.low, one.high))
+        shown.add_row(name, *numbers, unit, one.meaning)
+    shown.caption = "from and to: 95 % interval"
+    show(shown)

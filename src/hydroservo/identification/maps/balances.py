@@ -1,0 +1,105 @@
+"""The balance of the oil in both chambers of a cylinder, over a stretch of a log."""
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydroservo.identification.maps.piston import Piston
+from hydroservo.identification.maps.reading import thinned
+from hydroservo.identification.segments import Segment
+
+__all__ = ["Balance", "Watched", "balances", "watched"]
+
+Samples = NDArray[np.float64]
+
+
+class Balance(NamedTuple):
+    """One chamber's oil over a stretch: what rises in its pressure, and what that is owed to.
+
+    Attributes:
+        raised: the integral of V dp [m^3 Pa].
+        swept: what the piston leaves to the chamber [m^3].
+        across: the integral of the pressure that drives oil in past the piston [Pa s].
+        outside: the integral of that which drives it in from outside [Pa s].
+    """
+
+    raised: Samples
+    swept: Samples
+    across: Samples
+    outside: Samples
+
+
+class Watched(NamedTuple):
+    """A stretch with the balances of both its chambers.
+
+    Attributes:
+        segment: the stretch.
+        period: between its samples here [s].
+        rows: pressures ``a`` and ``b`` [Pa] and position ``x`` [m], shape (n,).
+        balances: of chamber A and of chamber B.
+    """
+
+    segment: Segment
+    period: float
+    rows: dict[str, Samples]
+    balances: Sequence[Balance]
+
+    @property
+    def time(self) -> Samples:
+        """Instants on the log's clock [s]."""
+        offset = 0.5 * (self.period - self.segment.period)
+        places = np.arange(self.rows["a"].size, dtype=np.float64)
+        return self.segment.start + offset + self.period * places
+
+
+def watched(one: Segment, piston: Piston) -> Watched:
+    """What a stretch shows of both chambers.
+
+    Args:
+        one: with both pressures, or the load force of a plant that is described by it.
+        piston: of the plant.
+    """
+    measured = one.measured
+    if {"pressure_a", "pressure_b"} <= set(measured):
+        rows = {"a": measured["pressure_a"], "b": measured["pressure_b"]}
+    else:
+        half = 0.5 * measured["load_force"] / piston.area_a
+        rows = {"a": half, "b": -half}
+    rows["x"] = measured.get("position", np.full(one.samples, piston.plant.start_position))
+    period, few = thinned(one.period, rows)
+    places = np.arange(few["a"].size, dtype=np.float64)
+    whole = {name: bridged(places, values) for name, values in few.items()}
+    return Watched(one, period, whole, balances(whole, period, piston))
+
+
+def bridged(places: Samples, values: Samples) -> Samples:
+    """A signal with straight lines over what is missing."""
+    there = np.isfinite(values)
+    return np.interp(places, places[there], values[there])
+
+
+def balances(rows: Mapping[str, Samples], period: float, piston: Piston) -> list[Balance]:
+    """The balances of both chambers."""
+    a, b, x = rows["a"], rows["b"], rows["x"]
+    volume_a, volume_b = piston.volumes(x)
+    gone, past = x - x[0], integral(a - b, period)
+    outside = [-integral(np.maximum(p, 0.0), period) for p in (a, b)]
+    return [
+        Balance(stieltjes(volume_a, a), -piston.area_a * gone, -past, outside[0]),
+        Balance(stieltjes(volume_b, b), piston.area_b * gone, past, outside[1]),
+    ]
+
+
+def integral(values: Samples, period: float) -> Samples:
+    """Over time, by trapezia, from 0."""
+    from scipy.integrate import cumulative_trapezoid
+
+    return np.asarray(cumulative_trapezoid(values, dx=period, initial=0.0), dtype=np.float64)
+
+
+def stieltjes(volume: Samples, pressure: Samples) -> Samples:
+    """The integral of V dp, from 0."""
+    means = 0.5 * (volume[1:] + volume[:-1])
+    return np.asarray(np.concatenate([[0.0], np.cumsum(means * np.diff(pressure))]), dtype=np.float64)

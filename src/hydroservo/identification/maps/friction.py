@@ -1,0 +1,222 @@
+"""Friction against velocity, from moves at constant speed."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydroservo.errors import ScenarioError
+from hydroservo.identification.maps.friction_law import FrictionFit, fitted_friction
+from hydroservo.identification.maps.piston import Piston
+from hydroservo.identification.maps.reading import demand, thinned
+from hydroservo.identification.maps.regression import HALF_WIDTH, mean_of
+from hydroservo.identification.maps.result import Drawn, Found, Interval, curve_of
+from hydroservo.identification.maps.stretches import Stretch, longest_of, stretches
+from hydroservo.identification.segments import Segment, Understood
+from hydroservo.identification.signals import EXTERNAL_FORCE
+from hydroservo.loop import Loop
+from hydroservo.mechanics import LuGre
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["friction"]
+
+FEWEST = 4  # points of a law
+LEAST_SHARE = 1e-3  # of the largest friction, that any point's deviation is taken for at least
+PER_BLOCK = 2000  # samples of a stretch from which its mean is taken
+
+Samples = NDArray[np.float64]
+
+
+class Point(NamedTuple):
+    """A stretch of constant speed: columns of the curve."""
+
+    velocity: float
+    friction: float
+    friction_deviation: float
+    friction_half: float
+    start: float
+    duration: float
+
+
+def friction(logs: Sequence[Understood], loop: Loop | None, piston: Piston | None) -> Found:
+    """The friction of a piston at the speeds at which it moves steadily::
+
+        friction = A_A p_A - A_B p_B - resistance of the mechanism - external force - M dv/dt
+
+    A recorded force at the rod counts in place of resistance and external force; where neither was recorded,
+    the scenario's load does. Through the points goes the law that
+    :func:`~hydroservo.identification.maps.friction_law.fitted_friction` says.
+
+    Args:
+        logs: with velocity or position, and both pressures or the load force.
+        loop: of the scenario; None without one.
+        piston: of its plant.
+
+    Raises:
+        ScenarioError: a log lacks a signal, or moves nowhere at a constant speed.
+
+    Source: the balance of forces; Jelali and Kroll, Hydraulic Servo-systems, 2003, ch. 4 (friction from
+    moves of constant speed).
+    Fails to tell a constant force from friction that differs between the directions, and below the speeds at
+    which the machine sticks and slips.
+    """
+    points: list[Point] = []
+    for log in logs:
+        check_signals(log, piston)
+        for one in log.segments:
+            points += [point_of(one, stretch, loop, piston) for stretch in stretches(one)]
+    points = [one for one in points if np.isfinite(one.friction)]
+    name = logs[0].log.name
+    if not points:
+        longest = max(longest_of(one) for log in logs for one in log.segments)
+        problem = (
+            f"moves nowhere at a constant speed, within 5 % for a while: the longest lasts {longest:.3g} s"
+        )
+        raise ScenarioError(name, "", problem)
+    columns = {key: np.array(row) for key, row in zip(Point._fields, zip(*points, strict=True), strict=True)}
+    law, remarks = law_of(columns, loop)
+    numbers = {} if law is None else law.numbers
+    lines = [] if law is None else list(lines_of(law, columns["velocity"]))
+    values, left = ({}, []) if loop is None or not numbers else values_of(numbers, loop)
+    return Found(points_of(columns), numbers, lines, values, [*remarks, *left])
+
+
+def check_signals(log: Understood, piston: Piston | None) -> None:
+    """Refuse a log from which friction does not follow.
+
+    Raises:
+        ScenarioError: it lacks a signal, or there is no scenario with the piston's areas.
+    """
+    demand(log, ("velocity", "position"), "a friction map")
+    if all("load_force" in one.measured for one in log.segments):
+        return
+    for name in ("pressure_a", "pressure_b"):
+        demand(log, (name, "load_force"), "a friction map")
+    if piston is None:
+        raise ScenarioError(
+            log.log.name, "", "has pressures and no load_force: --scenario says the piston's areas"
+        )
+
+
+def point_of(one: Segment, stretch: Stretch, loop: Loop | None, piston: Piston | None) -> Point:
+    """The friction of a stretch."""
+    part = stretch.part
+    time = one.time[part]
+    position = float(np.nanmean(one.measured["position"][part])) if "position" in one.measured else None
+    other = -stretch.acceleration * inertia(piston, position)
+    against = resisting(one, part, loop, piston, stretch.speed, position)
+    driving: Samples = np.subtract(driving_force(one, part, piston), against)
+    _, rows = thinned(one.period, {"friction": driving}, PER_BLOCK)
+    known = rows["friction"][np.isfinite(rows["friction"])]
+    start, duration = float(time[0]), float(time[-1] - time[0])
+    if known.size < 3:
+        return Point(stretch.speed, np.nan, np.nan, np.nan, start, duration)
+    middle, _, half = mean_of([known])
+    spread = float(np.nanstd(driving, ddof=1))
+    return Point(stretch.speed, middle + other, spread, half, start, duration)
+
+
+def driving_force(one: Segment, part: slice, piston: Piston | None) -> Samples:
+    """A_A p_A - A_B p_B [N]."""
+    if "load_force" in one.measured or piston is None:
+        return one.measured["load_force"][part]
+    a, b = (one.measured[name][part] for name in ("pressure_a", "pressure_b"))
+    return piston.area_a * a - piston.area_b * b
+
+
+def resisting(
+    one: Segment, part: slice, loop: Loop | None, piston: Piston | None, speed: float, position: float | None
+) -> Samples:
+    """What the rod works against besides friction and inertia [N]."""
+    if "force" in one.measured:
+        return one.measured["force"][part]
+    time = one.time[part]
+    if EXTERNAL_FORCE in one.inputs:
+        force = one.inputs[EXTERNAL_FORCE][part]
+    elif loop is not None:
+        force = np.array([loop.load.force(t) for t in time.tolist()])
+    else:
+        force = np.zeros(time.size)
+    if piston is None:
+        return force
+    return force + piston.resistance(place(piston, position), speed)
+
+
+def inertia(piston: Piston | None, position: float | None) -> float:
+    """The moving mass [kg]; 0 where none is known."""
+    return 0.0 if piston is None else piston.inertia(place(piston, position))
+
+
+def place(piston: Piston, position: float | None) -> float:
+    """Where the piston is: as measured, or at its start [m]."""
+    return float(piston.plant.start_position if position is None else position)
+
+
+def law_of(columns: Mapping[str, Samples], loop: Loop | None) -> tuple[FrictionFit | None, list[str]]:
+    """The law through the points, and what there is to say of it."""
+    velocity, force = columns["velocity"], columns["friction"]
+    speeds = np.unique(np.round(np.log(np.abs(velocity)) / 0.1))
+    if velocity.size < FEWEST or speeds.size < 2:
+        return None, [f"{velocity.size} moves at {speeds.size} speeds are too few for a law of friction"]
+    half = columns["friction_half"]
+    deviation = np.maximum(
+        np.where(np.isfinite(half), half, 0.0) / HALF_WIDTH, LEAST_SHARE * np.abs(force).max()
+    )
+    gaussian = loop is not None and isinstance(getattr(loop.plant, "friction", None), LuGre)
+    found = fitted_friction(velocity, force, deviation, gaussian)
+    return found, list(found.remarks)
+
+
+def lines_of(law: FrictionFit, velocity: Samples) -> Iterator[Drawn]:
+    """The law over the speeds that were moved at."""
+    for sign in (-1.0, 1.0):
+        speeds = np.abs(velocity[sign * velocity > 0.0])
+        if speeds.size:
+            v = sign * np.linspace(0.3 * speeds.min(), speeds.max(), 200)
+            yield Drawn("law" if sign < 0.0 or not (velocity < 0.0).any() else "", v, law.at(v))
+
+
+def points_of(columns: Mapping[str, Samples]) -> "xr.Dataset":
+    """The points, in the order of their velocity."""
+    order = np.argsort(columns["velocity"], kind="stable")
+    about = {
+        "velocity": ("m/s", "velocity"),
+        "friction": ("N", "friction"),
+        "friction_deviation": ("N", "standard deviation of samples"),
+        "friction_half": ("N", "half of the 95 % interval of the mean"),
+        "start": ("s", "start of the stretch"),
+        "duration": ("s", "length of the stretch"),
+    }
+    return curve_of({name: row[order] for name, row in columns.items()}, about)
+
+
+def values_of(numbers: Mapping[str, Interval], loop: Loop) -> tuple[dict[str, Interval], list[str]]:
+    """The numbers of the scenario's friction, and what has no place in it."""
+    left = []
+    if "offset" in numbers:
+        left.append("offset has no place in a scenario")
+    own: Any = getattr(loop.plant, "friction", None)
+    if own is None:
+        return {"plant.damping": above_0(numbers["viscous"])}, [*left, "the plant has viscous friction alone"]
+    if not hasattr(own, "coulomb"):
+        return {"plant.friction.coefficient": above_0(numbers["viscous"])}, [
+            *left,
+            "its friction is viscous alone",
+        ]
+    names = ["coulomb", "breakaway", "stribeck_velocity"]
+    found = {f"plant.friction.{name}": above_0(numbers[name]) for name in names if name in numbers}
+    held = "plant.friction.breakaway"
+    if held not in found and numbers["coulomb"].value > own.breakaway:
+        found[held] = above_0(numbers["coulomb"])
+    if held in found and found[held].value >= own.coulomb:  # first, as no step may hold less than it brakes
+        found = {held: found.pop(held), **found}
+    found["plant.friction.viscous"] = above_0(numbers["viscous"])
+    return found, left
+
+
+def above_0(one: Interval) -> Interval:
+    """A number that a scenario may not have below 0."""
+    return one._replace(value=max(one.value, 0.0))

@@ -1,0 +1,137 @@
+"""Static maps of a machine from logs of it."""
+
+from collections.abc import Mapping, Sequence
+from enum import StrEnum
+from pathlib import Path
+from typing import Any
+
+from hydroservo.errors import HydroservoError, ParameterError
+from hydroservo.identification.maps.decay import decay
+from hydroservo.identification.maps.friction import friction
+from hydroservo.identification.maps.piston import piston_of
+from hydroservo.identification.maps.pressure_gain import pressure_gain
+from hydroservo.identification.maps.reading import Given, logs_of
+from hydroservo.identification.maps.result import Found, Interval, StaticMap
+from hydroservo.identification.maps.valve_flow import valve_flow
+from hydroservo.identification.result import Estimate
+from hydroservo.identification.segments import Understood
+from hydroservo.identification.signals import COMMAND, SIGNALS
+from hydroservo.identification.written import tables_with
+from hydroservo.loop import Loop
+from hydroservo.nearest import one_of
+from hydroservo.scenario.load import Assembly, assembled
+from hydroservo.scenario.overrides import nested
+
+__all__ = ["Kind", "map_logs"]
+
+
+class Kind(StrEnum):
+    """The maps that there are."""
+
+    VALVE_FLOW = "valve-flow"
+    PRESSURE_GAIN = "pressure-gain"
+    FRICTION = "friction"
+    DECAY = "decay"
+
+
+def map_logs(
+    kind: str,
+    logs: Given | Sequence[Given],
+    scenario: str | Path | None = None,
+    *,
+    changes: Mapping[str, object] | None = None,
+    plugins: Sequence[str | Path] = (),
+) -> StaticMap:
+    """A static map of a machine from logs, as ``hydroservo map`` measures it::
+
+        found = hs.map_logs("valve-flow", "sweep.csv", "axis.toml")
+        found.numbers["dead_band"].low
+
+    Args:
+        kind: ``valve-flow``, from slow sweeps of the command with a piston that moves freely;
+            ``pressure-gain``, from slow sweeps with blocked ports; ``friction``, from moves at constant
+            speed; ``decay``, of pressures in blocked ports, for leakage and bulk modulus.
+        logs: one or several: files (CSV, Parquet, MATLAB, NetCDF, MDF), or mappings of ``time``, ``command``
+            and measured signals to arrays of shape (n,) in SI units. Friction and decay need no command.
+        scenario: whose areas, volumes and supply count, by name or path; its table ``[identify.columns]``
+            says which column of a log holds which signal. A pressure gain, and friction from the load force,
+            need none.
+        changes: values by dotted path that override those of the scenario.
+        plugins: Python files with blocks that it names; they are executed.
+
+    Returns:
+        The curve with scatter and intervals, the numbers that it gives, and a scenario with these.
+
+    Raises:
+        ScenarioError: in one line, the log or scenario, and what is wrong there: a signal is missing, a sweep
+            is too fast, nothing moves at constant speed, nothing decays.
+        ParameterError: an argument is not what it must be.
+
+    Source: see the four functions in ``hydroservo.identification.maps``.
+    Fails where the machine is not in the steady state that a map supposes; each kind says what it needs.
+    """
+    if kind not in [*Kind]:
+        raise ParameterError("kind", kind, one_of(str(kind), [*map(str, Kind)]))
+    if scenario is None and (changes or plugins):
+        given = "changes" if changes else "plugins"
+        raise ParameterError(given, changes or plugins, "need a scenario")
+    assembly = None if scenario is None else assembled(scenario, changes, plugins)
+    needed = (COMMAND,) if kind in (Kind.VALVE_FLOW, Kind.PRESSURE_GAIN) else ()
+    taken = logs_of(logs, mapping_of(assembly), needed)
+    found = measured(Kind(kind), taken, assembly, str(scenario))
+    remarks = list(dict.fromkeys([*(line for log in taken for line in log.remarks), *found.remarks]))
+    tables: dict[str, Any] = nested(changes or {})
+    if scenario is not None and found.values:
+        try:
+            tables = tables_with(scenario, changes or {}, plugins, estimates(found.values))
+        except HydroservoError as error:  # which must not cost what was found
+            remarks.append(f"the scenario is written without what was found: {error}")
+    return StaticMap(
+        str(kind),
+        "" if scenario is None else str(scenario),
+        [log.log.name for log in taken],
+        found.curve,
+        found.numbers,
+        found.lines,
+        remarks,
+        tables,
+    )
+
+
+def mapping_of(assembly: Assembly | None) -> dict[str, str]:
+    """Which column of a log holds which signal, as the scenario says.
+
+    Raises:
+        ScenarioError: it names what is no signal.
+    """
+    entries = {} if assembly is None else assembly.log_columns
+    for signal, entry in entries.items():
+        if signal not in SIGNALS:
+            raise entry.unknown(signal, SIGNALS)
+    return {signal: entry.value for signal, entry in entries.items()}
+
+
+def measured(kind: Kind, logs: Sequence[Understood], assembly: Assembly | None, scenario: str) -> Found:
+    """What a kind of map finds.
+
+    Raises:
+        ParameterError: it needs a scenario, and there is none.
+        ScenarioError: the logs are not what it needs.
+    """
+    loop: Loop | None = None if assembly is None else assembly.loop
+    piston = None if loop is None else piston_of(loop.plant, scenario)
+    if kind == Kind.PRESSURE_GAIN:
+        return pressure_gain(logs, loop, piston)
+    if kind == Kind.FRICTION:
+        return friction(logs, loop, piston)
+    if loop is None or piston is None:
+        raise ParameterError("scenario", "none", f"a {kind} map needs one, for areas, volumes and supply")
+    return valve_flow(logs, loop, piston) if kind == Kind.VALVE_FLOW else decay(logs, piston)
+
+
+def estimates(values: Mapping[str, Interval]) -> dict[str, Estimate]:
+    """Numbers of a scenario, of which those with an interval are uncertain."""
+    return {
+        path: Estimate(one.value, one.low, one.high, one.high > one.low, 1.0, False, one.unit, one.meaning)
+        for path, one in values.items()
+    }

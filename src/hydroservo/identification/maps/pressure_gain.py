@@ -1,0 +1,220 @@
+"""The load pressure of blocked ports against the command, from slow sweeps about null."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydroservo.errors import ScenarioError
+from hydroservo.formatting import quantity
+from hydroservo.identification.maps.piston import Piston
+from hydroservo.identification.maps.reading import demand, thinned
+from hydroservo.identification.maps.regression import Regression, regression
+from hydroservo.identification.maps.result import Drawn, Found, Interval, kept
+from hydroservo.identification.maps.sweeps import (
+    DENSE,
+    Pass,
+    check_slow,
+    hysteresis_of,
+    passes,
+    span_of,
+    swept_curve,
+)
+from hydroservo.identification.segments import Segment, Understood
+from hydroservo.identification.signals import COMMAND
+from hydroservo.loop import Loop
+from hydroservo.signals import Pressures
+from hydroservo.valves.four_edges import FourEdges, blocked_pressure
+
+__all__ = ["pressure_gain"]
+
+SHARE = 0.4  # of the largest load pressure, up to which either way the gain is taken
+FEWEST = 8  # samples on the line, of each direction of the command
+MOVED = 1e-3  # m/s, from which on a port is not blocked
+WIDEST = 0.4  # of the command's span, that both its directions may lie apart
+POINTS = 41  # of a model's curve, from which its gain is taken
+
+Samples = NDArray[np.float64]
+
+
+def pressure_gain(logs: Sequence[Understood], loop: Loop | None, piston: Piston | None) -> Found:
+    """The pressure gain of a valve with blocked ports, by least squares::
+
+        p_L = K_p (u - u_0 -+ h/2)          within 40 % of the largest load pressure, either way
+
+    -h/2 as the command rises and +h/2 as it falls; p_L = p_A - p_B, or the load force over the piston's area
+    of a plant that is described by its load pressure.
+
+    Args:
+        logs: with the command, and both pressures or the load force.
+        loop: of the scenario; None without one.
+        piston: of its plant.
+
+    Raises:
+        ScenarioError: a log lacks a signal, the piston moves, the sweep is too fast, or no samples are there
+            where the pressure changes.
+
+    Source: ISO 10770-1 and SAE ARP490 (the mean slope within 40 % of the largest load pressure).
+    Fails where the lines hold so much oil that the valve's leakage does not keep up with the sweep.
+    """
+    sweeps: list[Pass] = []
+    for log in logs:
+        name = log.log.name
+        for one in log.segments:
+            check_blocked(one, name)
+            signal = load_pressure(one, piston)
+            if signal is None:
+                demand(log, ("pressure_a",), "the pressure gain")
+                demand(log, ("pressure_b",), "the pressure gain")
+                raise ScenarioError(name, "", "pressure_a and pressure_b must be in the same stretch")
+            period, rows = thinned(one.period, {COMMAND: one.inputs[COMMAND], "p_L": signal}, DENSE)
+            sweeps += passes(period, rows[COMMAND], rows["p_L"])
+    name = logs[0].log.name
+    span_of(sweeps, name)
+    most = largest_of(sweeps, loop, name)
+    line = line_of(sweeps, most, name)
+    slope, up, down = np.eye(3)
+    null = line.ratio(-0.5 * (up + down), slope)
+    width = line.ratio(down - up, slope)
+    remarks = list(check_slow(width[0], WIDEST, sweeps, loop, name))
+    numbers = {
+        "pressure_gain": Interval.around(line.values[0], line.half(slope), "Pa/V", "pressure gain at null"),
+        "null_offset": Interval.around(*null, "V", "command at which the load pressure is 0"),
+        "hysteresis": hysteresis_of(width, sweeps, loop),
+    }
+    reach = SHARE * most / line.values[0]
+    ends = null[0] + reach * np.array([-1.0, 1.0])
+    drawn = Drawn("line", ends, SHARE * most * np.array([-1.0, 1.0]))
+    values, left = ({}, []) if loop is None else values_of(numbers, loop)
+    curve = swept_curve(sweeps, "load_pressure", "Pa", "load pressure p_A - p_B")
+    return Found(curve, numbers, [drawn], values, [*remarks, *left])
+
+
+def check_blocked(one: Segment, name: str) -> None:
+    """Refuse a log in which the piston moves.
+
+    Raises:
+        ScenarioError: it does.
+    """
+    if "velocity" in one.measured:
+        moved = float(abs(np.nanmedian(np.abs(one.measured["velocity"]))))
+        if moved > MOVED:
+            shown = quantity(moved, "m/s")
+            problem = f"the piston moves, at {shown} and faster half of the time: ports must be blocked"
+            raise ScenarioError(name, "velocity", problem)
+
+
+def load_pressure(one: Segment, piston: Piston | None) -> Samples | None:
+    """p_L [Pa]; None where it was not measured."""
+    if {"pressure_a", "pressure_b"} <= set(one.measured):
+        return one.measured["pressure_a"] - one.measured["pressure_b"]
+    if "load_force" in one.measured and piston is not None and not piston.has_chambers:
+        return one.measured["load_force"] / piston.area_a
+    return None
+
+
+def largest_of(sweeps: Sequence[Pass], loop: Loop | None, name: str) -> float:
+    """The largest load pressure: the supply's drop, or that of the sweep without a scenario [Pa].
+
+    Raises:
+        ScenarioError: the sweep does not reach 40 % of the supply's drop.
+    """
+    seen = float(np.quantile(np.abs(np.concatenate([one.answer for one in sweeps])), 0.99))
+    if loop is None:
+        return seen
+    line = loop.supply.pressures(loop.supply.init())
+    drop = float(line.supply - line.tank)
+    if not seen > SHARE * drop:
+        problem = (
+            f"the load pressure reaches {quantity(seen, 'Pa')}, and the gain is taken up to 40 % of the "
+            f"supply's {quantity(drop, 'Pa')}: sweep farther, with blocked ports"
+        )
+        raise ScenarioError(name, "", problem)
+    return drop
+
+
+def line_of(sweeps: Sequence[Pass], most: float, name: str) -> Regression:
+    """The line within 40 % of the largest load pressure.
+
+    Raises:
+        ScenarioError: too few samples lie there, or the pressure does not follow the command.
+    """
+    parts, counts = [], {True: 0, False: 0}
+    for one in sweeps:
+        on = np.abs(one.answer) < SHARE * most
+        counts[one.rising] += int(on.sum())
+        ways = np.array([one.rising, not one.rising], dtype=np.float64)
+        columns = [one.command[on], *np.outer(ways, np.ones(on.sum()))]
+        parts.append((np.stack(columns, axis=1), one.answer[on]))
+    found = regression(parts) if min(counts.values()) >= FEWEST else None
+    if found is None:
+        problem = (
+            f"{min(counts.values())} samples lie within 40 % of the largest load pressure one way, and "
+            f"{FEWEST} must: sweep slower, or less far"
+        )
+        raise ScenarioError(name, "", problem)
+    if not found.values[0] > found.half(np.array([1.0, 0.0, 0.0])):
+        raise ScenarioError(
+            name, "", "the load pressure does not rise with the command: ports must be blocked"
+        )
+    return found
+
+
+def values_of(numbers: Mapping[str, Interval], loop: Loop) -> tuple[dict[str, Interval], list[str]]:
+    """The clearance of the scenario's edges that has the gain, and what has no place in the scenario."""
+    valve: Any = loop.valve
+    edges: Any = getattr(valve, "orifice", None)
+    gain = numbers["pressure_gain"]
+    left = ["null_offset has no place in a scenario"]
+    if not isinstance(edges, FourEdges) or any((edges.extra_lap_pa, edges.extra_lap_at, edges.extra_lap_pb)):
+        return {}, [*left, f"{type(edges).__name__} has no clearance that the pressure gain would tell"]
+    line = loop.supply.pressures(loop.supply.init())
+    found = [clearance_of(edges, one / valve.gain, line) for one in (gain.value, gain.high, gain.low)]
+    if any(one is None for one in found):
+        steepest = "edges of the scenario's lap cannot have this pressure gain"
+        return {}, [*left, f"{steepest}: it says nothing of valve.orifice.clearance"]
+    best, low, high = (float(one or 0.0) for one in found)
+    meaning = "opening of an edge that is just closed"
+    values = {"valve.orifice.clearance": Interval(best, low, high, "m", meaning)}
+    if hasattr(valve, "hysteresis"):
+        width = numbers["hysteresis"].times(valve.gain, "m")
+        values["valve.hysteresis"] = width._replace(value=max(width.value, 0.0))
+    values["valve.orifice.area_gradient"] = kept(edges.area_gradient)
+    return values, left
+
+
+def clearance_of(edges: FourEdges, gain: float, line: Pressures) -> float | None:
+    """The clearance with which blocked ports have a pressure gain [m]; None if none does.
+
+    Args:
+        edges: of any clearance.
+        gain: per opening [Pa/m].
+        line: the pressures of the supply.
+    """
+    from scipy.optimize import brentq
+
+    def beyond(clearance: float) -> float:
+        return gain_per_opening(edges._replace(clearance=clearance), line) - gain
+
+    least, most = 1e-8, 1e-3
+    if not beyond(least) > 0.0 > beyond(most):
+        return None
+    return float(brentq(beyond, least, most, rtol=1e-9))
+
+
+def gain_per_opening(edges: FourEdges, line: Pressures) -> float:
+    """The slope of the load pressure over the opening, as :func:`pressure_gain` takes it of a log [Pa/m]."""
+    from scipy.optimize import brentq
+
+    drop = line.supply - line.tank
+    fed = Pressures(drop, 0.0)
+
+    def load(x: float) -> float:
+        a = blocked_pressure(lambda p: edges.port_flows(x, fed, p, p).a, drop)
+        b = blocked_pressure(lambda p: -edges.port_flows(x, fed, p, p).b, drop)
+        return a - b
+
+    reach = brentq(lambda x: load(x) - SHARE * drop, 0.0, 1.0, rtol=1e-9)
+    openings = np.linspace(-reach, reach, POINTS)
+    return float(np.polyfit(openings, [load(x) for x in openings], 1)[0])

@@ -1,0 +1,99 @@
+"""The logs that a map is made from."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydroservo.errors import ParameterError, ScenarioError
+from hydroservo.identification.log import checked_log, read_log
+from hydroservo.identification.segments import Segment, Understood, understood
+from hydroservo.identification.signals import SIGNALS, TIME
+
+__all__ = ["Given", "demand", "logs_of", "runs_of", "thinned", "velocity_of"]
+
+MOST = 4000  # samples of a stretch that count; of more, means are taken over several
+
+Given = str | Path | Mapping[str, Any]
+Samples = NDArray[np.float64]
+
+
+def logs_of(
+    logs: Given | Sequence[Given], mapping: Mapping[str, str], needed: Sequence[str]
+) -> list[Understood]:
+    """The logs, as they are understood.
+
+    Args:
+        logs: one or several, as :func:`~hydroservo.identification.maps.map_logs` takes them.
+        mapping: which column holds which signal.
+        needed: signals, besides the time, without which a log is none.
+
+    Raises:
+        ParameterError: there is none.
+        ScenarioError: one is not what it must be.
+    """
+    given = [logs] if isinstance(logs, str | Path | Mapping) else list(logs)
+    if not given:
+        raise ParameterError("logs", "[]", "must be at least one")
+    wanted = (TIME, *needed)
+    every = [
+        checked_log(one, f"log {i}", wanted) if isinstance(one, Mapping) else read_log(one, mapping, wanted)
+        for i, one in enumerate(given, 1)
+    ]
+    return [understood(log, i) for i, log in enumerate(every)]
+
+
+def demand(log: Understood, signals: Sequence[str], why: str) -> None:
+    """Refuse a log that lacks a signal, or in which it never changes.
+
+    Args:
+        log: the log.
+        signals: one of which must be there.
+        why: what needs it.
+
+    Raises:
+        ScenarioError: none is.
+    """
+    if not any(set(signals) & set(one.measured) for one in log.segments):
+        names = " or ".join(f'"{name} [{SIGNALS[name].unit}]"' for name in signals)
+        lacking = "changes" if set(signals) & set(log.log.signals) else "is there"
+        raise ScenarioError(log.log.name, "", f"no column {names} {lacking}, which {why} needs")
+
+
+def velocity_of(one: Segment) -> Samples:
+    """The velocity in a stretch [m/s]: measured, or the slope of the position."""
+    if "velocity" in one.measured:
+        return one.measured["velocity"]
+    return np.gradient(one.measured["position"], one.period)
+
+
+def thinned(period: float, rows: Mapping[str, Samples], most: int = MOST) -> tuple[float, dict[str, Samples]]:
+    """Signals as means over so many samples each that few are left, and the time between these.
+
+    Args:
+        period: between samples [s].
+        rows: by name, shape (n,); nan where nothing was measured.
+        most: that may be left.
+    """
+    size = next(iter(rows.values())).size
+    width = -(-size // most)
+    ends = [*range(0, size - width + 1, width)]
+    found = {name: np.full(len(ends), np.nan) for name in rows}
+    for name, values in rows.items():
+        blocks = values[: len(ends) * width].reshape(len(ends), width)
+        there = np.isfinite(blocks)
+        counts = there.sum(axis=1)
+        sums = np.where(there, blocks, 0.0).sum(axis=1)
+        found[name] = np.divide(sums, counts, out=found[name], where=counts > 0)
+    return width * period, found
+
+
+def runs_of(flags: NDArray[np.bool_]) -> Iterator[slice]:
+    """The parts of a row in which a flag is set throughout."""
+    edges = np.flatnonzero(np.diff(flags.astype(np.int8))) + 1
+    for first, last in pairwise([0, *edges.tolist(), flags.size]):
+        if last > first and flags[first]:
+            yield slice(first, last)

@@ -1,0 +1,143 @@
+"""What a map of a machine holds."""
+
+import os
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from hydroservo._version import __version__
+from hydroservo.errors import one_line
+from hydroservo.formatting import MINUS, quantity
+from hydroservo.scenario.catalogue import builtin_texts
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["Drawn", "Found", "Interval", "StaticMap", "curve_of", "kept"]
+
+
+class Interval(NamedTuple):
+    """A number that a map gives, in SI units.
+
+    Attributes:
+        value: the best one.
+        low: lower end of its 95 % interval.
+        high: the upper end.
+        unit: SI.
+        meaning: what it is.
+    """
+
+    value: float
+    low: float
+    high: float
+    unit: str
+    meaning: str
+
+    @classmethod
+    def around(cls, value: float, half: float, unit: str, meaning: str) -> "Interval":
+        """The interval of a number and half its width."""
+        return cls(float(value), float(value - half), float(value + half), unit, meaning)
+
+    def times(self, factor: float, unit: str) -> "Interval":
+        """Another number that is so many times this one; the factor is above 0."""
+        return Interval(factor * self.value, factor * self.low, factor * self.high, unit, self.meaning)
+
+    def __repr__(self) -> str:
+        value, low, high = (quantity(one, self.unit).replace(MINUS, "-") for one in self[:3])
+        return f"{value} ({low} ... {high})"
+
+
+class Drawn(NamedTuple):
+    """Lines that a picture shows beside the curve.
+
+    Attributes:
+        label: what they are.
+        x: shape (n,), in the unit of the curve's first column.
+        y: shape (n,), in that of its second; nan between two lines.
+    """
+
+    label: str
+    x: Any
+    y: Any
+
+
+class Found(NamedTuple):
+    """What one kind of map finds in logs.
+
+    Attributes:
+        curve: the points of the map along ``point``; the first variable over which the second is drawn.
+        numbers: by name.
+        lines: that are fitted to the curve.
+        values: of the scenario's numbers, by their paths; all are written where one is.
+        remarks: what a user should know, in a line each.
+    """
+
+    curve: "xr.Dataset"
+    numbers: Mapping[str, Interval]
+    lines: Sequence[Drawn] = ()
+    values: Mapping[str, Interval] = {}
+    remarks: Sequence[str] = ()
+
+
+class StaticMap(NamedTuple):
+    """A map of a machine.
+
+    Attributes:
+        kind: valve-flow, pressure-gain, friction or decay.
+        scenario: whose machine it is; empty where none was given.
+        logs: from which it is.
+        curve: its points along ``point``, with deviations and 95 % intervals, an xarray.Dataset.
+        numbers: that it gives, by name.
+        lines: that are fitted to the curve.
+        remarks: what a user should know, in a line each.
+        tables: of a scenario over the given one, with what was found.
+    """
+
+    kind: str
+    scenario: str
+    logs: Sequence[str]
+    curve: "xr.Dataset"
+    numbers: Mapping[str, Interval]
+    lines: Sequence[Drawn]
+    remarks: Sequence[str]
+    tables: Mapping[str, Any]
+
+    def toml(self, folder: Path | str = ".") -> str:
+        """The text of a scenario with what was found, which builds on the given one.
+
+        Args:
+            folder: where its file will stand, from which a scenario in a file is found again.
+        """
+        import tomli_w
+
+        logs = ", ".join(self.logs)
+        origin = one_line(f"# Found by hydroservo {__version__} map {self.kind} {logs}; SI units.")
+        base = self.scenario
+        if base not in builtin_texts():
+            base = os.path.relpath(base, folder)
+        return f"{origin}\n{tomli_w.dumps({'base': base, **self.tables})}"
+
+    def __repr__(self) -> str:
+        return "\n".join([*(f"{name} = {one!r}" for name, one in self.numbers.items()), *self.remarks])
+
+
+def kept(value: float) -> Interval:
+    """A number of a scenario that stays as it is, so that others that a constructor takes change alone."""
+    return Interval(value, value, value, "", "")
+
+
+def curve_of(columns: Mapping[str, Any], about: Mapping[str, tuple[str, str]]) -> "xr.Dataset":
+    """The points of a map as a dataset along ``point``.
+
+    Args:
+        columns: shape (points,), by name.
+        about: the SI unit and the meaning of each.
+    """
+    import xarray as xr
+
+    return xr.Dataset(
+        {
+            name: ("point", columns[name], {"units": unit, "long_name": meaning})
+            for name, (unit, meaning) in about.items()
+        }
+    )

@@ -1,0 +1,250 @@
+"""The flow of a valve against its command, from slow sweeps of a cylinder that moves freely."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydroservo.errors import ScenarioError
+from hydroservo.identification.maps.piston import Piston
+from hydroservo.identification.maps.reading import demand, thinned, velocity_of
+from hydroservo.identification.maps.regression import Regression, regression
+from hydroservo.identification.maps.result import Drawn, Found, Interval, kept
+from hydroservo.identification.maps.sweeps import (
+    Pass,
+    check_slow,
+    hysteresis_of,
+    passes,
+    span_of,
+    swept_curve,
+)
+from hydroservo.identification.segments import Segment, Understood
+from hydroservo.identification.signals import COMMAND
+from hydroservo.loop import Loop
+from hydroservo.signals import Pressures
+
+__all__ = ["valve_flow"]
+
+LINEAR = (0.15, 0.85)  # of the largest flow, between which the curve is taken for a line
+LEAST_DROP = 0.05  # of half the supply's, below which none is divided by
+END = 1e-3  # of the stroke, within which the piston rests at its end
+FEWEST = 8  # samples on a line
+WIDEST = 0.1  # of the command's span, that both its directions may lie apart
+BENT = 0.05  # of the largest flow, that may be left of a line
+
+Samples = NDArray[np.float64]
+
+
+class Side(NamedTuple):
+    """The line of one direction of flow, ``Q = k u + b``, with a ``b`` for each direction of the command."""
+
+    line: Regression
+    largest: float
+
+    def edge(self) -> tuple[float, float]:
+        """Where flow begins, in the mean of both directions of the command, and half its interval [V]."""
+        return self.line.ratio(np.array([0.0, -0.5, -0.5]), np.array([1.0, 0.0, 0.0]))
+
+    def apart(self) -> tuple[float, float]:
+        """How far both directions of the command lie apart, and half the interval [V]."""
+        return self.line.ratio(np.array([0.0, -1.0, 1.0]), np.array([1.0, 0.0, 0.0]))
+
+
+def valve_flow(logs: Sequence[Understood], loop: Loop, piston: Piston) -> Found:
+    """The flow curve of a valve without load::
+
+        Q = k+ (u - u+ -+ h/2) above u+,   k- (u - u- -+ h/2) below u-,   0 between
+
+    -h/2 as the command rises and +h/2 as it falls. The flow is A_A v, and with both pressures measured what
+    leaks and is compressed by the scenario's numbers too. With pressure_a measured it is that at half of the
+    supply's drop, Q sqrt(d_0/d) with d the drop over the edge of port A that is open.
+
+    Args:
+        logs: with the command, and velocity or position.
+        loop: of the scenario: its supply, valve and stroke.
+        piston: of its plant.
+
+    Raises:
+        ScenarioError: a log lacks a signal, is no slow sweep, or nothing flows one way.
+
+    Source: ISO 10770-1 (flow curve, lap by straight lines that are carried on to no flow, hysteresis).
+    Fails where leakage and compression count beside the flow and are not known, and for a flow whose gain
+    bends: then a deviation from the lines is said.
+    """
+    line = loop.supply.pressures(loop.supply.init())
+    sweeps: list[Pass] = []
+    normalised = True
+    for log in logs:
+        demand(log, ("velocity", "position"), "a flow curve")
+        for one in log.segments:
+            period, rows = thinned(one.period, rows_of(one, piston))
+            normalised &= "drop" in drops(rows, line, piston)
+            flow = at_no_load(rows, line, piston, period)
+            sweeps += passes(period, rows[COMMAND], flow)
+    name = logs[0].log.name
+    span_of(sweeps, name)
+    sides = {sign: side_of(sweeps, sign, name) for sign in (1.0, -1.0)}
+    apart = [side.apart() for side in sides.values()]
+    width = (0.5 * (apart[0][0] + apart[1][0]), 0.5 * float(np.hypot(apart[0][1], apart[1][1])))
+    remarks = list(check_slow(width[0], WIDEST, sweeps, loop, name))
+    remarks += said_of(sides, normalised)
+    numbers = numbers_of(sides) | {"hysteresis": hysteresis_of(width, sweeps, loop)}
+    curve = swept_curve(sweeps, "flow", "m^3/s", "flow at port A without load")
+    values, left = values_of(numbers, loop, line)
+    return Found(curve, numbers, [*lines_of(sides)], values, [*remarks, *left])
+
+
+def rows_of(one: Segment, piston: Piston) -> dict[str, Samples]:
+    """Signals that count, with nan where the piston is at an end of its stroke."""
+    velocity = velocity_of(one)
+    stroke = getattr(piston.plant, "stroke", np.inf)
+    if "position" in one.measured:
+        x = one.measured["position"]
+        velocity = np.where((x > END * stroke) & (x < (1.0 - END) * stroke), velocity, np.nan)
+    taken = ("position", "pressure_a", "pressure_b", "load_force")
+    return {COMMAND: one.inputs[COMMAND], "velocity": velocity} | {
+        name: one.measured[name] for name in taken if name in one.measured
+    }
+
+
+def drops(rows: Mapping[str, Samples], line: Pressures, piston: Piston) -> dict[str, Samples]:
+    """The drop over the open edge of port A [Pa], where pressures tell it."""
+    outwards = rows["velocity"] > 0.0
+    if "pressure_a" in rows:
+        a = rows["pressure_a"]
+        return {"drop": np.where(outwards, line.supply - a, a - line.tank)}
+    if "load_force" in rows and not piston.has_chambers:
+        load = rows["load_force"] / piston.area_a
+        return {"drop": 0.5 * (line.supply - line.tank - np.where(outwards, load, -load))}
+    return {}
+
+
+def at_no_load(rows: Mapping[str, Samples], line: Pressures, piston: Piston, period: float) -> Samples:
+    """The flow at port A [m^3/s], at half of the supply's drop where pressures tell it."""
+    flow: Samples = piston.area_a * rows["velocity"] + beside_motion(rows, piston, period)
+    half = 0.5 * (line.supply - line.tank)
+    for drop in drops(rows, line, piston).values():
+        flow = flow * np.sqrt(half / np.maximum(drop, LEAST_DROP * half))
+    return flow
+
+
+def beside_motion(rows: Mapping[str, Samples], piston: Piston, period: float) -> Samples:
+    """What of the flow at port A leaks and is compressed, by the scenario's numbers [m^3/s]."""
+    plant = piston.plant
+    if not piston.has_chambers or not {"pressure_a", "pressure_b"} <= rows.keys():
+        return np.zeros(rows["velocity"].size)
+    a, b = rows["pressure_a"], rows["pressure_b"]
+    leaks = plant.internal_leakage * (a - b) + plant.external_leakage * np.maximum(a, 0.0)
+    position = rows.get("position", np.full(a.size, plant.start_position))
+    modulus = np.array([plant.oil.bulk_modulus(p) for p in a.tolist()])
+    found: Samples = leaks + piston.volumes(position)[0] / modulus * np.gradient(a, period)
+    return found
+
+
+def side_of(sweeps: Sequence[Pass], sign: float, name: str) -> Side:
+    """The line of one direction of flow.
+
+    Raises:
+        ScenarioError: nothing flows that way.
+    """
+    flows = np.concatenate([sign * one.answer for one in sweeps])
+    largest = float(np.quantile(flows, 0.995))
+    every = float(np.quantile(np.abs(flows), 0.995))
+    parts = []
+    for one in sweeps:
+        share = sign * one.answer / largest if largest > 0.0 else np.zeros(one.answer.size)
+        on = (share > LINEAR[0]) & (share < LINEAR[1])
+        ways = np.array([one.rising, not one.rising], dtype=np.float64)
+        columns = [one.command[on], *np.outer(ways, np.ones(on.sum()))]
+        parts.append((np.stack(columns, axis=1), one.answer[on]))
+    found = regression(parts) if largest > 0.05 * every else None
+    if found is None or sum(len(y) for _, y in parts) < FEWEST or not found.values[0] > 0.0:
+        way = "positive" if sign > 0.0 else "negative"
+        problem = f"shows no {way} flow that follows the command: sweep farther, slower, or both ways"
+        raise ScenarioError(name, "command", problem)
+    return Side(found, largest)
+
+
+def numbers_of(sides: Mapping[float, Side]) -> dict[str, Interval]:
+    """What the lines say."""
+    plus, minus = sides[1.0], sides[-1.0]
+    above, below = plus.edge(), minus.edge()
+    half = 0.5 * float(np.hypot(above[1], below[1]))
+    gains = {
+        sign: (float(side.line.values[0]), side.line.half(np.array([1.0, 0.0, 0.0])))
+        for sign, side in sides.items()
+    }
+    unit = "m^3/(s V)"
+    return {
+        "flow_gain_plus": Interval.around(*gains[1.0], unit, "flow gain of positive flow"),
+        "flow_gain_minus": Interval.around(*gains[-1.0], unit, "flow gain of negative flow"),
+        "dead_band_plus": Interval.around(*above, "V", "command at which positive flow begins"),
+        "dead_band_minus": Interval.around(*below, "V", "command at which negative flow begins"),
+        "dead_band": Interval.around(above[0] - below[0], 2.0 * half, "V", "width of the dead band"),
+        "null_offset": Interval.around(0.5 * (above[0] + below[0]), half, "V", "middle of the dead band"),
+    }
+
+
+def lines_of(sides: Mapping[float, Side]) -> Iterator[Drawn]:
+    """The lines, in the mean of both directions of the command."""
+    x, y = [], []
+    for sign, side in sides.items():
+        edge, gain = side.edge()[0], float(side.line.values[0])
+        end = edge + sign * side.largest / gain
+        x += [edge, end, np.nan]
+        y += [0.0, sign * side.largest, np.nan]
+    yield Drawn("lines", np.array(x), np.array(y))
+
+
+def said_of(sides: Mapping[float, Side], normalised: bool) -> Iterator[str]:
+    """What there is to say of the lines."""
+    if not normalised:
+        yield "no pressure_a was measured: the flow is that at the load that the piston met, not without load"
+    for sign, side in sides.items():
+        if side.line.scatter > BENT * side.largest:
+            way = "positive" if sign > 0.0 else "negative"
+            share = 100.0 * side.line.scatter / side.largest
+            yield f"{way} flow lies {share:.2g} % of its largest beside its line: it bends or swings"
+
+
+def values_of(
+    numbers: Mapping[str, Interval], loop: Loop, line: Pressures
+) -> tuple[dict[str, Interval], list[str]]:
+    """The numbers of the scenario's valve, and what has no place in it."""
+    valve: Any = loop.valve
+    orifice: Any = getattr(valve, "orifice", None)
+    if not hasattr(orifice, "area_gradient") or not hasattr(valve, "gain"):
+        return {}, [f"{type(valve).__name__} has no gain and area gradient that would be written"]
+    gain = numbers["flow_gain_plus"]
+    mean = 0.5 * (gain.value + numbers["flow_gain_minus"].value)
+    unit = orifice._replace(area_gradient=1.0)
+    opening = 0.5 * valve.max_opening
+    per_opening = slope_of(unit, opening, line.supply - line.tank)
+    found = {
+        "valve.orifice.area_gradient": gain._replace(
+            value=mean,
+            low=mean - 0.5 * (gain.high - gain.low),
+            high=mean + 0.5 * (gain.high - gain.low),
+        ).times(1.0 / (valve.gain * per_opening), "m")
+    }
+    left = ["null_offset has no place in a scenario"]
+    if hasattr(orifice, "lap"):
+        half = numbers["dead_band"].times(0.5 * valve.gain, "m")
+        found["valve.orifice.lap"] = half._replace(value=half.value - mean_extra(orifice))
+        found["valve.orifice.clearance"] = kept(orifice.clearance)
+    if hasattr(valve, "hysteresis"):
+        width = numbers["hysteresis"].times(valve.gain, "m")
+        found["valve.hysteresis"] = width._replace(value=max(width.value, 0.0))
+    return found, left
+
+
+def slope_of(edges: Any, opening: float, drop: float) -> float:
+    """Flow per opening, around one that is open by far [m^2/s]."""
+    high, low = (edges.flow(factor * opening, drop, 0.0) for factor in (1.05, 0.95))
+    return float((high - low) / (0.1 * opening))
+
+
+def mean_extra(orifice: Any) -> float:
+    """The mean extra lap of port A's edges, which stays as it is [m]."""
+    return 0.5 * float(getattr(orifice, "extra_lap_pa", 0.0) + getattr(orifice, "extra_lap_at", 0.0))

@@ -1,0 +1,75 @@
+"""A static map from a log, and what is refused in one line."""
+
+import json
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from hydroservo.scenario import load_scenario
+from tests.support.commands.runner import failed, hydroservo_, succeeded
+from tests.support.map_logs import scenario
+
+
+@pytest.fixture
+def log(tmp_path):
+    """Pressures that decay, as if only past the piston."""
+    time = np.linspace(0.0, 5.0, 1001)
+    apart = 40.0 * np.exp(-1.4 * time)
+    table = {"time [s]": time, "pressure_a [bar]": 60.0 + apart, "pressure_b [bar]": 60.0 - apart}
+    path = tmp_path / "decay.csv"
+    pd.DataFrame(table).to_csv(path, index=False)
+    return path
+
+
+def mapped(tmp_path, log):
+    """The log with the columns that a run of the example has."""
+    table = pd.read_csv(log)
+    names = {f"pressure_{one} [bar]": f"sensors.pressure_{one}.value [bar]" for one in "ab"}
+    table = table.rename(columns=names)
+    table["controller.u [V]"] = 0.0
+    table["sensors.position.value [m]"] = 0.2
+    path = tmp_path / "mapped.csv"
+    table.to_csv(path, index=False)
+    return path
+
+
+def test_map_writes_what_it_found(log, tmp_path):
+    out = tmp_path / "found"
+    log = mapped(tmp_path, log)
+    result = hydroservo_("map", "decay", log, "--scenario", scenario("decay"), "--json", "--out", out)
+    assert result.exit_code == 0, result.output
+    said = json.loads(result.stdout)
+    leak = said["numbers"]["internal_leakage"]
+    assert leak["low"] <= leak["value"] <= leak["high"]
+    assert {file.name for file in out.iterdir()} == {
+        "scenario.toml",
+        "map.csv",
+        "map.png",
+        "map.svg",
+        "metrics.json",
+    }
+    assert load_scenario(out / "scenario.toml").plant.internal_leakage == leak["value"]
+    curve = pd.read_csv(out / "map.csv")
+    assert len(curve["pressure_a [Pa]"]) == len(said["curve"]["pressure_a"]["values"])
+
+
+def test_map_shows_its_numbers(log, tmp_path):
+    assert "internal_leakage" in succeeded(
+        "map", "decay", mapped(tmp_path, log), "--scenario", scenario("decay")
+    )
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("flow",), "kind = 'flow': must be one of valve-flow, pressure-gain, friction, decay"),
+        (("decay",), "a decay map needs one"),
+        (("valve-flow",), 'column "command [V]" is missing'),
+        (("friction",), 'no column "velocity [m/s]" or "position [m]"'),
+        (("decay", "--set", "plant.mass=3"), "need a scenario"),
+    ],
+)
+def test_what_makes_no_map_is_one_line(log, arguments, said):
+    kind, *rest = arguments
+    assert said in failed("map", kind, log, *rest)

@@ -1,0 +1,149 @@
+"""What maps are made of, and logs from which none follows."""
+
+import numpy as np
+import pytest
+
+import hydroservo as hs
+from hydroservo.errors import ParameterError, ScenarioError
+from hydroservo.identification.maps.friction_law import fitted_friction
+from hydroservo.identification.maps.regression import regression
+from tests.support.map_logs import scenario
+
+TIME = np.linspace(0.0, 20.0, 4001)
+
+
+def decaying(leak=2e-13, noise=0.0, rise=0.0):
+    """Pressures of the example's locked cylinder, in closed form without leakage to the outside."""
+    plant = hs.load_scenario(scenario("decay")).plant
+    a, b = plant.volume_a(0.2), plant.volume_b(0.2)
+    rate = plant.oil.effective_bulk_modulus * leak * (1.0 / a + 1.0 / b)
+    apart = 9e6 * np.exp(-rate * TIME) + rise * TIME
+    mean = (a * 1e7 + b * 1e6) / (a + b)
+    noisy = np.random.default_rng(0).normal(scale=noise, size=(2, TIME.size))
+    return {
+        "time": TIME,
+        "pressure_a": mean + b / (a + b) * apart + noisy[0],
+        "pressure_b": mean - a / (a + b) * apart + noisy[1],
+    }
+
+
+def swept(rate=0.05, amplitude=1.0, delay=0.0):
+    """A valve of 0.4 V of overlap, in closed form, behind a delay."""
+    command = amplitude * np.sin(2.0 * np.pi * rate * TIME)
+    late = amplitude * np.sin(2.0 * np.pi * rate * (TIME - delay))
+    velocity = 0.1 * np.sign(late) * np.maximum(np.abs(late) - 0.4, 0.0)
+    return {"time": TIME, "command": command, "velocity": velocity + 1e-6 * np.cos(77.0 * TIME)}
+
+
+def test_a_decay_in_closed_form_is_met():
+    found = hs.map_logs("decay", decaying(), scenario("decay"))
+    assert found.numbers["internal_leakage"].value == pytest.approx(2e-13, rel=1e-3)
+    assert found.tables["plant"]["internal_leakage"] == found.numbers["internal_leakage"].value
+    assert "external_leakage" not in found.tables["plant"]
+
+
+def test_the_time_constant_is_that_of_the_closed_form():
+    found = hs.map_logs("decay", decaying(4e-13), scenario("decay"))
+    apart = decaying(4e-13)["pressure_a"] - decaying(4e-13)["pressure_b"]
+    rate = -np.polyfit(TIME[:100], np.log(apart[:100]), 1)[0]
+    assert found.numbers["time_constant"].value == pytest.approx(1.0 / rate, rel=1e-3)
+
+
+def test_a_valve_in_closed_form_is_met_and_its_delay_is_hysteresis():
+    found = hs.map_logs("valve-flow", swept(), scenario("machine"))
+    area = hs.load_scenario(scenario("machine")).plant.area_a
+    assert found.numbers["flow_gain_plus"].value == pytest.approx(0.1 * area, rel=1e-3)
+    assert found.numbers["dead_band_plus"].value == pytest.approx(0.4, abs=2e-3)
+    assert found.numbers["dead_band_minus"].value == pytest.approx(-0.4, abs=2e-3)
+    assert any("no pressure_a" in line for line in found.remarks)
+
+
+def test_a_scenario_with_what_was_found_is_that_machine(tmp_path):
+    found = hs.map_logs("decay", decaying(5e-13), scenario("decay"))
+    path = tmp_path / "found.toml"
+    path.write_text(found.toml(tmp_path))
+    assert hs.load_scenario(path).plant.internal_leakage == found.numbers["internal_leakage"].value
+
+
+@pytest.mark.parametrize(
+    ("kind", "log", "said"),
+    [
+        ("valve-flow", swept(rate=0.2, delay=0.15), "the sweep is too fast"),
+        ("valve-flow", swept(rate=0.005), "a sweep one way alone"),
+        ("valve-flow", swept(amplitude=0.3), "shows no negative flow"),
+        (
+            "valve-flow",
+            {key: one for key, one in swept().items() if key != "velocity"} | {"force": TIME},
+            "velocity",
+        ),
+        ("pressure-gain", swept(), "the piston moves"),
+        ("friction", swept(), 'no column "pressure_a [Pa]" or "load_force [N]" is there'),
+        (
+            "friction",
+            {"time": TIME, "velocity": np.sin(20.0 * TIME), "load_force": TIME},
+            "at a constant speed",
+        ),
+        ("decay", swept(), 'no column "pressure_a [Pa]"'),
+        ("decay", decaying(0.0, noise=1e3), "do not decay"),
+        ("decay", decaying(0.0, noise=1e3, rise=1e5), "do not decay"),
+        ("decay", decaying() | {"command": np.sin(TIME)}, "changes by 2.00 V"),
+    ],
+)
+def test_a_log_of_the_wrong_kind_is_one_line(kind, log, said):
+    with pytest.raises(ScenarioError) as caught:
+        hs.map_logs(kind, log, scenario("decay" if kind == "decay" else "machine"))
+    assert said in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("flow", swept(), None), "kind"),
+        (("decay", decaying(), None), "needs one"),
+        (("decay", [], scenario("decay")), "must be at least one"),
+        (("friction", decaying() | {"speed": TIME}, None), "is no signal"),
+    ],
+)
+def test_what_is_no_argument_is_refused(arguments, said):
+    with pytest.raises(ParameterError, match=said):
+        hs.map_logs(*arguments)
+
+
+@pytest.mark.parametrize("gaussian", [False, True])
+def test_a_law_of_friction_is_found_with_its_fall(gaussian):
+    speeds = np.geomspace(0.002, 0.5, 12)
+    v = np.concatenate([-speeds, speeds])
+    squares = (v / 0.02) ** 2
+    fall = np.exp(-squares) if gaussian else 1.0 / (1.0 + squares)
+    force = np.sign(v) * (200.0 + 80.0 * fall) + 900.0 * v + 15.0
+    noisy = force + np.random.default_rng(3).normal(scale=1.0, size=v.size)
+    found = fitted_friction(v, noisy, np.ones(v.size), gaussian)
+    true = {"coulomb": 200.0, "breakaway": 280.0, "stribeck_velocity": 0.02, "viscous": 900.0, "offset": 15.0}
+    for name, value in true.items():
+        one = found.numbers[name]
+        assert one.low - 0.5 * (one.high - one.low) < value < one.high + 0.5 * (one.high - one.low), name
+
+
+def test_without_a_fall_none_is_told():
+    v = np.concatenate([-np.geomspace(0.01, 0.5, 8), np.geomspace(0.01, 0.5, 8)])
+    noisy = np.sign(v) * 200.0 + 900.0 * v + np.random.default_rng(3).normal(scale=1.0, size=v.size)
+    found = fitted_friction(v, noisy, np.ones(v.size), False)
+    assert set(found.numbers) == {"coulomb", "viscous", "offset"}
+    assert "are not told" in found.remarks[0]
+
+
+def test_intervals_of_a_regression_hold_the_truth_where_noise_hangs_together():
+    held, runs = 0, 200
+    x = np.linspace(-1.0, 1.0, 2000)
+    for seed in range(runs):
+        white = np.random.default_rng(seed).normal(size=x.size)
+        noise = np.convolve(white, 0.9 ** np.arange(60))[: x.size]
+        found = regression([(np.stack([x, np.ones(x.size)], axis=1), 2.0 * x + noise)])
+        held += abs(found.values[0] - 2.0) < found.half(np.array([1.0, 0.0]))
+    assert 0.88 * runs < held <= runs
+
+
+def test_columns_that_are_alike_are_no_regression():
+    x = np.linspace(0.0, 1.0, 50)
+    assert regression([(np.stack([x, 2.0 * x], axis=1), x)]) is None
