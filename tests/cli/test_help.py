@@ -95,7 +95,15 @@ def test_each_example_of_the_help_runs(example, tmp_path, monkeypatch):
         needs("cc")
     plugin = ("--plugin", "my_controller.py")
     few = ("--candidates", "128")
-    more = {"run": QUICK, "compare": SHORT, "batch": SHORT, "tune": few, "study": SMALL, "identify": plugin}
+    more = {
+        "run": QUICK,
+        "compare": SHORT,
+        "batch": SHORT,
+        "tune": few,
+        "study": SMALL,
+        "identify": plugin,
+        "map": plugin,
+    }
     succeeded(*args, *more.get(args[0], ()))
 
 

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from hydroservo.cli.completion import scenarios_like
 from hydroservo.cli.options import Changes, Json, Plugins
 from hydroservo.cli.remarks import say_warning
 
@@ -32,6 +33,7 @@ def map_logs(
         typer.Option(
             "--scenario",
             metavar="SCENARIO",
+            autocompletion=scenarios_like,
             help="A scenario file (TOML), or the name of a built-in one, with the machine's known numbers.",
         ),
     ] = None,
