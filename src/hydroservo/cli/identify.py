@@ -1,5 +1,7 @@
 """The command that finds a machine's numbers from logs of it."""
 
+from collections.abc import Mapping, Sequence
+from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -11,17 +13,27 @@ from hydroservo.cli.options import (
     Plugins,
     Scenario,
     Verbose,
+    quantity_of,
     ranges_in,
     varied,
 )
 from hydroservo.cli.remarks import say_warning
 
 if TYPE_CHECKING:
-    from hydroservo.identification import Identified
+    from hydroservo.identification import Identified, Proposal
+    from hydroservo.scenario.tables import Entry
 
 __all__ = ["identify"]
 
 FOUND = "scenario.toml"
+FORM, HORIZON, LIMIT = "--form", "--horizon", "--limit"
+
+
+class Form(StrEnum):
+    """What is held against what was measured."""
+
+    SIMULATION = "simulation"
+    ONE_STEP = "one-step"
 
 
 def identify(
@@ -39,6 +51,51 @@ def identify(
             "that of the scenario, such as -50%..+100%."
         ),
     ],
+    limits: Annotated[
+        list[str],
+        typer.Option(
+            LIMIT,
+            metavar="SIGNAL=LOW..HIGH",
+            default_factory=list,
+            show_default=False,
+            help="Keep the proposed command, or a signal under it, between two values, such as "
+            "`position=20..80mm`. May be given again.",
+        ),
+    ],
+    form: Annotated[
+        Form,
+        typer.Option(
+            FORM,
+            help="Hold against the log a simulation of all of it, or predictions of each sample from those "
+            "before, where a load or a drift acts that no one recorded.",
+        ),
+    ] = Form.SIMULATION,
+    horizon: Annotated[
+        str | None,
+        typer.Option(
+            HORIZON,
+            metavar="TIME",
+            help="In which a prediction forgets the samples before.",
+            show_default="50ms",
+        ),
+    ] = None,
+    against: Annotated[
+        str | None,
+        typer.Option(
+            "--against",
+            metavar="SCENARIO",
+            help="Fit this scenario too, and say whether the larger of both models earns its numbers.",
+        ),
+    ] = None,
+    propose: Annotated[
+        Path | None,
+        typer.Option(
+            "--propose",
+            metavar="FILE.csv",
+            dir_okay=False,
+            help="Write a command for the next log, which tells what these logs do not.",
+        ),
+    ] = None,
     seed: Annotated[
         int,
         typer.Option("--seed", metavar="S", help="Seed of the search's starts, a whole number from 0 on."),
@@ -58,7 +115,8 @@ def identify(
 
     A log is a table whose header names signals and their units, such as `time [s],command [V],velocity
     [mm/s],load_force [N]`; other headers are mapped by the scenario's table `[identify.columns]`. The
-    recorded command takes the place of the law. With --out it writes a scenario with what was found
+    recorded command takes the place of the law. What is sought can stand in the scenario too, in
+    `[identify.vary]`. With --out it writes a scenario with what was found
     (scenario.toml), all numbers (metrics.json), and of each log how it was understood (log-1.png, log-1.svg)
     and met (fit-1.png, fit-1.svg).
 
@@ -66,19 +124,30 @@ def identify(
 
     - `hydroservo identify my.toml bench.csv --vary plant.mass=-50%..+100% --vary
       plant.bulk_modulus=-50%..+100% --out found`
+    - `hydroservo identify lugre.toml bench.csv --against coulomb.toml`
+    - `hydroservo identify my.toml bench.csv --vary plant.mass=-50%..+100% --propose next.csv --limit
+      position=20..80mm`
     """
     from hydroservo.cli.identify_tables import as_tables, show_identified
     from hydroservo.cli.kernels import log_kernels
     from hydroservo.cli.progress import progress_bar
     from hydroservo.cli.writing import try_outputs, write_or_keep
+    from hydroservo.identification import compare
+    from hydroservo.identification import propose as propose_of
     from hydroservo.identification.identified import identified
+    from hydroservo.outputs import write_text
     from hydroservo.runs.results import as_json
     from hydroservo.scenario import parse_override
     from hydroservo.work.cores import checked_count
 
     overrides, asked = dict(map(parse_override, changes)), ranges_in(ranges)
+    bounds, memory = limits_in(limits, propose), horizon_of(form, horizon)
+    count = checked_count(threads, "--threads")
     if out:
         try_outputs(identify_files(out, len(logs)))
+    if propose:
+        try_outputs([propose])
+    proposal: Proposal | None = None
     with log_kernels(verbose), progress_bar(scenario) as report:
         found = identified(
             scenario,
@@ -87,19 +156,83 @@ def identify(
             overrides,
             plugins,
             seed,
-            checked_count(threads, "--threads"),
-            lambda fraction: report(fraction, scenario),
+            memory,
+            count,
+            lambda part: report(part, scenario),
         )
+        other = None
+        if against is not None:
+            shared = ranges_known(against, asked, plugins)
+            other = identified(
+                against, logs, shared, {}, plugins, seed, memory, count, lambda part: report(part, against)
+            )
+        if propose:
+            proposal = propose_of(
+                found, limits=bounds, seed=seed, progress=lambda part: report(part, "propose")
+            )
+            write_text(propose, proposal.csv())
         left = write_or_keep(out, lambda place: write_identified(place, found))
+    comparison = compare(found, other) if other else None
     for line in found.remarks:
         say_warning(scenario, line)
+    for line in other.remarks if other else ():
+        say_warning(str(against), line)
     if json:
-        typer.echo(as_json(as_tables(found)))
+        typer.echo(as_json(as_tables(found, comparison, proposal)))
     else:
-        show_identified(found)
+        show_identified(found, comparison, proposal)
         if left.files:
             typer.echo(f"written to {left.files[0].parent}: {', '.join(file.name for file in left.files)}")
     left.check()
+
+
+def horizon_of(form: Form, text: str | None) -> float | None:
+    """The time in which predictions forget; None for a simulation.
+
+    Raises:
+        ParameterError: it is given for a simulation, or is no time.
+    """
+    from hydroservo.errors import ParameterError
+    from hydroservo.identification.one_step import USUAL
+
+    if form == Form.SIMULATION:
+        if text is not None:
+            raise ParameterError(HORIZON, text, f"is of {FORM} one-step; a simulation has none")
+        return None
+    given = quantity_of(HORIZON, text, "s")
+    return USUAL if given is None else given
+
+
+def limits_in(texts: Sequence[str], propose: Path | None) -> dict[str, tuple[float, float]]:
+    """The limits of a proposal by signal, in SI units.
+
+    Raises:
+        ParameterError: there is no proposal.
+        ScenarioError: one is no range of a signal, or is given twice.
+    """
+    from hydroservo.errors import ParameterError, ScenarioError
+    from hydroservo.identification.signals import COMMAND, OUTPUTS, SIGNALS
+    from hydroservo.nearest import one_of
+    from hydroservo.scenario.ranges import both_ends
+
+    if texts and propose is None:
+        raise ParameterError(LIMIT, texts[0], "is of a proposed command; add --propose FILE.csv")
+    found = {}
+    for name, entry in ranges_in(texts, LIMIT).items():
+        if name not in (COMMAND, *OUTPUTS):
+            raise ScenarioError(LIMIT, name, f"is no signal; it {one_of(name, (COMMAND, *OUTPUTS))}")
+        found[name] = both_ends(entry, SIGNALS[name], 0.0)
+    return found
+
+
+def ranges_known(scenario: str, asked: "Mapping[str, Entry]", plugins: Sequence[Path]) -> "dict[str, Entry]":
+    """Those of some ranges whose numbers another scenario has."""
+    from hydroservo.block import leaves
+    from hydroservo.scenario.load import assembled
+
+    other = assembled(scenario, {}, plugins)
+    known = {*other.arguments, *(path for path, _ in leaves(other.loop))}
+    return {path: entry for path, entry in asked.items() if path in known}
 
 
 def identify_files(folder: Path, logs: int) -> list[Path]:

@@ -8,15 +8,17 @@ from rich.table import Table
 from hydroservo._version import __version__
 from hydroservo.cli.tables import show
 from hydroservo.formatting import common_unit
-from hydroservo.identification import Identified, LogFit
+from hydroservo.identification import Comparison, Identified, LogFit, Proposal
 from hydroservo.runs.provenance import scenario_hash
 
 __all__ = ["as_tables", "show_identified"]
 
 
-def as_tables(found: Identified) -> dict[str, Any]:
+def as_tables(
+    found: Identified, comparison: Comparison | None = None, proposal: Proposal | None = None
+) -> dict[str, Any]:
     """The result as nested tables, in SI units."""
-    return {
+    tables: dict[str, Any] = {
         "scenario": found.scenario,
         "hash": scenario_hash(found.loop),
         "version": __version__,
@@ -25,7 +27,16 @@ def as_tables(found: Identified) -> dict[str, Any]:
         "logs": [log_tables(fit) for fit in found.logs],
         "remarks": list(found.remarks),
         "evaluations": found.evaluations,
+        "horizon": found.horizon,
     }
+    if comparison:
+        held = {" ".join(key): list(both) for key, both in comparison.held_out.items()}
+        tables["comparison"] = comparison._asdict() | {"held_out": held}
+    if proposal:
+        promises = {path: one._asdict() for path, one in proposal.promises.items()}
+        kept = {"promises": promises, "reached": proposal.reached, "bounds": proposal.bounds}
+        tables["proposal"] = {"name": proposal.name, "asked": list(proposal.asked), **kept}
+    return tables
 
 
 def log_tables(fit: LogFit) -> dict[str, Any]:
@@ -47,9 +58,47 @@ def log_tables(fit: LogFit) -> dict[str, Any]:
     }
 
 
-def show_identified(found: Identified) -> None:
-    """The numbers with their intervals, and how each signal is met."""
+def show_identified(
+    found: Identified, comparison: Comparison | None = None, proposal: Proposal | None = None
+) -> None:
+    """The numbers with their intervals, how each signal is met, and what else was asked."""
     show(parameters_table(found), *(signals_table(fit) for fit in found.logs))
+    if comparison:
+        show(comparison_table(found, comparison))
+    if proposal:
+        show(proposal_table(proposal))
+
+
+def comparison_table(found: Identified, comparison: Comparison) -> Table:
+    """What is held out of each signal, missed by both models; the verdict below."""
+    shown = Table(title="held out, missed by rms", title_justify="left")
+    shown.add_column("signal", no_wrap=True)
+    for name in (comparison.larger, comparison.smaller):
+        shown.add_column(escape(name), justify="right", overflow="fold")
+    shown.add_column("unit", no_wrap=True)
+    units = {
+        (fit.understood.log.name, name): one.unit for fit in found.logs for name, one in fit.signals.items()
+    }
+    for key, both in comparison.held_out.items():
+        unit, factor = common_unit([*both], units[key])
+        label = key[1] if len(found.logs) == 1 else f"{key[1]}, {key[0]}"
+        shown.add_row(escape(label), *(f"{factor * value:.3g}" for value in both), unit)
+    shown.caption, shown.caption_justify = escape(str(comparison)), "left"
+    return shown
+
+
+def proposal_table(proposal: Proposal) -> Table:
+    """What would become of each interval."""
+    shown = Table(title=escape(f"proposed: {proposal.name}"), title_justify="left")
+    shown.add_column("parameter", overflow="fold")
+    for name in ("from", "to", "unit", "narrower"):
+        shown.add_column(name, justify="right" if name != "unit" else "left", no_wrap=True)
+    for path, one in proposal.promises.items():
+        unit, factor = common_unit([one.low, one.high], one.unit)
+        numbers = (f"{factor * number:.4g}" for number in (one.low, one.high))
+        shown.add_row(escape(path), *numbers, unit, f"{one.times:.3g} times")
+    shown.caption = "from and to: 95 % interval that a log of it would leave, about what was found"
+    return shown
 
 
 def parameters_table(found: Identified) -> Table:

@@ -173,8 +173,12 @@ def check_one_place(workers: int | None, scheduler: str | None) -> None:
         raise HydroservoError("--workers are of this machine, and --scheduler has its own: give one")
 
 
-def ranges_in(texts: Sequence[str]) -> "dict[str, Entry]":
+def ranges_in(texts: Sequence[str], option: str = VARY) -> "dict[str, Entry]":
     """The texts LOW..HIGH of ``--vary PATH=LOW..HIGH`` by path, each path once.
+
+    Args:
+        texts: as given.
+        option: that they were given to.
 
     Raises:
         ScenarioError: a text is not of that form, or a path is given twice.
@@ -187,11 +191,11 @@ def ranges_in(texts: Sequence[str]) -> "dict[str, Entry]":
     for text in texts:
         path, equals, value = (part.strip() for part in text.partition("="))
         if not (equals and ".." in value and PATH.fullmatch(path)) or len(text) > LONGEST:
-            raise ScenarioError(VARY, "", f"{short(text)} must be of the form PATH=LOW..HIGH")
+            raise ScenarioError(option, "", f"{short(text)} must be of the form PATH=LOW..HIGH")
         if path in found:
-            raise ScenarioError(VARY, path, "is given twice")
+            raise ScenarioError(option, path, "is given twice")
         found[path] = value
-    return as_entries(found, VARY)
+    return as_entries(found, option)
 
 
 def replay(

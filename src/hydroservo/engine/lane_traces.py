@@ -14,7 +14,11 @@ __all__ = ["traced"]
 
 
 def traced(
-    kernel: CompiledLanes, parameters: Mapping[str, NDArray[np.float64]], samples: int, dt: float
+    kernel: CompiledLanes,
+    parameters: Mapping[str, NDArray[np.float64]],
+    samples: int,
+    dt: float,
+    after: Callable[[int, NDArray[np.float64]], None] | None = None,
 ) -> NDArray[np.float64]:
     """What the monitors that hear samples hold after each sample, shape (samples, numbers, LANES).
 
@@ -25,6 +29,8 @@ def traced(
         parameters: arrays of shape (runs,), of at most LANES runs, by path.
         samples: of each run.
         dt: between them [s].
+        after: called with the number of each sample once the machine has moved on from it, and the memory of
+            the lanes, in which it may change states and parameters.
     """
     group, layout = Group(kernel, parameters), kernel.layout
     held, alive = group.memory[layout.sums : layout.step_sums], group.memory[layout.alive]
@@ -33,6 +39,8 @@ def traced(
     for k in range(samples):
         advance(k, k + 1, dt)
         out[k] = held
+        if after is not None:
+            after(k, group.memory)
     out[:, :, alive == 0.0] = np.nan
     return out
 

@@ -1,6 +1,19 @@
 """Parameters of a machine, and how sure they are, from logs of it."""
 
+from hydroservo.identification.comparison import Comparison, compare
 from hydroservo.identification.identified import identify
+from hydroservo.identification.proposal import Promise, Proposal, propose
 from hydroservo.identification.result import Estimate, Identified, LogFit, SignalFit
 
-__all__ = ["Estimate", "Identified", "LogFit", "SignalFit", "identify"]
+__all__ = [
+    "Comparison",
+    "Estimate",
+    "Identified",
+    "LogFit",
+    "Promise",
+    "Proposal",
+    "SignalFit",
+    "compare",
+    "identify",
+    "propose",
+]

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +11,7 @@ from hydroservo import loads
 from hydroservo.block import Block, leaves
 from hydroservo.group import group, nested
 from hydroservo.identification.later import Later
+from hydroservo.identification.observer import Observer, corrector
 from hydroservo.identification.seen import Seen
 from hydroservo.identification.segments import Segment
 from hydroservo.identification.signals import COMMAND, EXTERNAL_FORCE
@@ -23,7 +24,10 @@ from hydroservo.starts import AsBuilt, Steady
 from hydroservo.time_series import TimeSeries
 from hydroservo.validation import checked
 
-__all__ = ["BEGUN", "Experiment", "experiment", "predicted"]
+if TYPE_CHECKING:
+    from hydroservo.engine.lanes import CompiledLanes
+
+__all__ = ["BEGUN", "Experiment", "experiment", "kernel_for", "predicted"]
 
 BEGUN = "load.begun"  # where a recorded force, which the sensors' delay reached too, is put right
 GIVEN = "start.given."
@@ -40,6 +44,7 @@ class Experiment(NamedTuple):
         loop: the same, ready to run.
         start: the states in which it begins that the log shows, by their path in :attr:`loop`.
         varied: paths that may differ between runs; one kernel serves all sets of them.
+        observer: what lets it follow the segment; None simulates it.
     """
 
     segment: Segment
@@ -47,6 +52,7 @@ class Experiment(NamedTuple):
     loop: Loop
     start: Mapping[str, float]
     varied: tuple[str, ...]
+    observer: Observer | None = None
 
 
 def experiment(loop: Loop, segment: Segment, varied: Sequence[str], substeps: int) -> Experiment:
@@ -106,7 +112,12 @@ def given_of(loop: Loop, known: Mapping[str, float]) -> dict[str, float]:
     return {path: value for path, value in pairs if path not in known and not path.startswith("controller")}
 
 
-def predicted(one: Experiment, columns: Mapping[str, NDArray[np.float64]], threads: int) -> Traces:
+def predicted(
+    one: Experiment,
+    columns: Mapping[str, NDArray[np.float64]],
+    threads: int,
+    offsets: Mapping[str, NDArray[np.float64]] | None = None,
+) -> Traces:
     """What the machine would have shown with each of some sets of parameters.
 
     Args:
@@ -114,6 +125,7 @@ def predicted(one: Experiment, columns: Mapping[str, NDArray[np.float64]], threa
         columns: arrays of shape (runs,) in SI units by path; where one of the experiment's paths is not
             among them, the loop's own value holds.
         threads: how many to use.
+        offsets: of the sensors that an observer follows, arrays of shape (runs,) by signal.
 
     Returns:
         Shape (samples, signals, runs), the signals those of MachineOutputs; nan once a run is lost.
@@ -122,26 +134,43 @@ def predicted(one: Experiment, columns: Mapping[str, NDArray[np.float64]], threa
         ParameterError: a value is out of its range.
     """
     from hydroservo.engine.lane_traces import traced
-    from hydroservo.engine.lanes import LANES, CompiledLanes
+    from hydroservo.engine.lanes import LANES
 
-    own = dict(leaves(one.loop))
-    size = next(iter(columns.values())).size
-    every = {path: columns.get(path, np.full(size, own[path])) for path in one.varied} | dict(columns)
-    given = checked_columns(one.loop, every)
-    started: Columns = given | starts(checked(one.given), given)
     samples, period = one.segment.samples, one.segment.period
-    state = first_state(one.loop)
+    size = next(iter(columns.values())).size
     with compilation(one.loop):
-        study, wanted = studied(one.loop, samples), wanted_of(one.loop, state, ())
-        kernel = CompiledLanes(study, wanted, state, tuple(started), strict=False)
+        kernel, started = kernel_for(one, columns)
 
         def part(first: int) -> Traces:
-            own_part = {path: values[first : first + LANES] for path, values in started.items()}
-            used = min(LANES, size - first)
-            return traced(kernel, own_part, samples, period)[:, :, :used]
+            own, reads = (
+                {key: values[first : first + LANES] for key, values in rows.items()}
+                for rows in (started, offsets or {})
+            )
+            after = corrector(one.observer, kernel, reads) if one.observer else None
+            return traced(kernel, own, samples, period, after)[:, :, : min(LANES, size - first)]
 
         firsts = range(0, size, LANES)
         if len(firsts) == 1:
             return part(0)
         with ThreadPoolExecutor(threads) as pool:
             return np.concatenate(list(pool.map(part, firsts)), axis=2)
+
+
+def kernel_for(
+    one: Experiment, columns: Mapping[str, NDArray[np.float64]]
+) -> tuple["CompiledLanes", Columns]:
+    """The kernel of an experiment, and all that its runs do not share.
+
+    Raises:
+        ParameterError: a value is out of its range.
+    """
+    from hydroservo.engine.lanes import CompiledLanes
+
+    own = dict(leaves(one.loop))
+    size = next(iter(columns.values())).size
+    every = {path: columns.get(path, np.full(size, own[path])) for path in one.varied} | dict(columns)
+    given = checked_columns(one.loop, every)
+    started: Columns = given | starts(checked(one.given), given)
+    state = first_state(one.loop)
+    study, wanted = studied(one.loop, one.segment.samples), wanted_of(one.loop, state, ())
+    return CompiledLanes(study, wanted, state, tuple(started), strict=False), started

@@ -8,13 +8,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.block import field_at, value_at
+from hydroservo.block import Field, field_at, value_at
 from hydroservo.errors import HydroservoError, ParameterError, ScenarioError
 from hydroservo.identification.conclusions import remarks_of
 from hydroservo.identification.experiment import experiment
+from hydroservo.identification.fitted import Fitted
 from hydroservo.identification.held_out import held_out
 from hydroservo.identification.log import Log, checked_log, read_log
 from hydroservo.identification.misfit import misfit
+from hydroservo.identification.one_step import best_prediction
 from hydroservo.identification.problem import Problem, unknowns_of, usual_values
 from hydroservo.identification.quality import log_fits
 from hydroservo.identification.result import Estimate, Identified
@@ -32,12 +34,13 @@ from hydroservo.scenario.overrides import nested
 from hydroservo.scenario.ranges import as_entries
 from hydroservo.scenario.sampling import Variation, parameters_of, variations
 from hydroservo.scenario.tables import Entry
-from hydroservo.validation import whole_number
+from hydroservo.validation import number, whole_number
 from hydroservo.work.cores import checked_count
 
 __all__ = ["identified", "identify"]
 
 LARGEST_SEED = 2**53 - 1
+HORIZON = Field("s", "time in which a prediction forgets", above=0)
 END = 0.005  # of a range, within which a value lies at its end
 Given = str | Path | Mapping[str, Any]
 
@@ -50,6 +53,7 @@ def identify(
     changes: Mapping[str, object] | None = None,
     plugins: Sequence[str | Path] = (),
     seed: int = 0,
+    horizon: float | None = None,
     threads: int | None = None,
     progress: Report | None = None,
 ) -> Identified:
@@ -68,10 +72,14 @@ def identify(
         logs: one or several: files (CSV, Parquet, MATLAB, NetCDF, MDF), or mappings of ``time``, ``command``
             and measured signals to arrays of shape (n,) in SI units.
         ranges: between what each number of the machine is sought, by path: two numbers in SI units,
-            ``hs.relative(low, high)`` or a text as ``--vary`` takes it.
+            ``hs.relative(low, high)`` or a text as ``--vary`` takes it. They go before those of the
+            scenario's table ``[identify.vary]``.
         changes: values by dotted path that override those of the scenario.
         plugins: Python files with blocks that it names; they are executed.
         seed: of the starts of the search.
+        horizon: None holds a simulation of the whole log against what was measured. A time [s] holds
+            predictions against it, which follow what was measured and forget within that time: for logs in
+            which a load or a drift acts that no one recorded, and little noise.
         threads: how many to use; all cores if None.
         progress: called now and then with the fraction done.
 
@@ -92,7 +100,15 @@ def identify(
     asked = as_entries(checked_mapping("ranges", ranges, "paths to ranges"))
     given = [logs] if isinstance(logs, str | Path | Mapping) else list(logs)
     return identified(
-        source, given, asked, changes or {}, plugins, seed, checked_count(threads, "threads"), progress
+        source,
+        given,
+        asked,
+        changes or {},
+        plugins,
+        seed,
+        horizon,
+        checked_count(threads, "threads"),
+        progress,
     )
 
 
@@ -103,20 +119,25 @@ def identified(
     changes: Mapping[str, object],
     plugins: Sequence[str | Path],
     seed: int,
+    horizon: float | None,
     threads: int,
     progress: Report | None,
 ) -> Identified:
     """As :func:`identify`, of ranges as they were read."""
     report = progress or (lambda _: None)
     whole_number("seed", seed, 0, LARGEST_SEED)
+    if horizon is not None:
+        number(horizon, "horizon", HORIZON, float)
     assembly = assembled(source, changes, plugins)
-    varied = sought(assembly, ranges)
+    varied = sought(assembly, {**assembly.log_ranges, **ranges})
     taken = [understood(one, i) for i, one in enumerate(read(logs, assembly))]
     problem = problem_of(assembly, varied, taken, threads)
     report(0.05)
-    best = best_fit(problem, seed, lambda part: report(0.05 + 0.75 * part))
-    at_best = misfit(problem, best.x, best.weights)
-    sure = uncertainty(problem, at_best, seed)
+    simulated = 0.75 if horizon is None else 0.35
+    best = best_fit(problem, seed, lambda part: report(0.05 + simulated * part))
+    if horizon is not None:
+        problem, best = best_prediction(problem, best, horizon, lambda part: report(0.4 + 0.4 * part))
+    sure = uncertainty(problem, misfit(problem, best.x, best.weights), seed)
     parameters = estimates(assembly, problem, best, sure)
     report(0.9)
     apart = held_out(problem, best)
@@ -138,6 +159,8 @@ def identified(
         remarks,
         tables,
         best.evaluations,
+        horizon,
+        Fitted(assembly, problem, best, sure),
     )
 
 

@@ -14,7 +14,16 @@ from hydroservo.identification.signals import OUTPUTS
 from hydroservo.runs.columns import Columns
 from hydroservo.runs.tuning import Space
 
-__all__ = ["Problem", "Simulated", "Unknown", "check_possible", "simulated", "unknowns_of", "usual_values"]
+__all__ = [
+    "Problem",
+    "Simulated",
+    "Unknown",
+    "check_possible",
+    "runs_at",
+    "simulated",
+    "unknowns_of",
+    "usual_values",
+]
 
 STEP = 3e-4  # of a parameter's range, for its central difference
 START_STEP = 1e-3  # of a signal's spread, for a state's at the start
@@ -151,7 +160,7 @@ def one_simulated(problem: Problem, number: int, x: Vector, slopes: bool) -> Sim
     log, signals = one.segment.log, list(one.segment.measured)
     moved = [i for i, unknown in enumerate(problem.unknowns) if slopes and concerns(problem, unknown, number)]
     points, apart = nudged(problem, x, moved)
-    shown = predicted(one, columns_at(problem, points, number), problem.threads)
+    shown = runs_at(problem, points, number)
     shown = shown[:, [PLACES[name] for name in signals], :]
     slopes_of = np.zeros((one.segment.samples, len(signals), x.size))
     slopes_of[:, :, moved] = (shown[:, :, 1::2] - shown[:, :, 2::2]) / apart
@@ -165,7 +174,7 @@ def one_simulated(problem: Problem, number: int, x: Vector, slopes: bool) -> Sim
     for i, unknown in enumerate(problem.unknowns):
         if unknown.kind == "offset" and unknown.where == log:
             values[unknown.key] += unknown.scale * x[i]
-            found[unknown.key][:, i] = unknown.scale
+            found[unknown.key][:, i] += unknown.scale
     return Simulated(values, found)
 
 
@@ -178,7 +187,8 @@ def concerns(problem: Problem, unknown: Unknown, segment: int) -> bool:
     """Whether a segment must be simulated again where an unknown changes."""
     one = problem.experiments[segment]
     late = unknown.where == one.segment.log and unknown.key in one.varied
-    of = {"parameter": True, "start": unknown.where == segment, "delay": late}
+    followed = unknown.where == one.segment.log and one.observer is not None
+    of = {"parameter": True, "start": unknown.where == segment, "delay": late, "offset": followed}
     return of.get(unknown.kind, False)
 
 
@@ -189,7 +199,7 @@ def nudged(problem: Problem, x: Vector, moved: Sequence[int]) -> tuple[Vector, V
     """
     low, high = problem.bounds
     points = np.repeat(x[np.newaxis], 1 + 2 * len(moved), axis=0)
-    steps = {"parameter": STEP, "start": START_STEP, "delay": DELAY_STEP}
+    steps = {"parameter": STEP, "start": START_STEP, "offset": START_STEP, "delay": DELAY_STEP}
     for k, i in enumerate(moved):
         step = steps[problem.unknowns[i].kind]
         for row, sign in ((1 + 2 * k, 1.0), (2 + 2 * k, -1.0)):
@@ -226,9 +236,27 @@ def columns_at(problem: Problem, points: Vector, segment: int) -> Columns:
     count = len(problem.space.ranges)
     found = dict(problem.columns(problem.space.values(points[:, :count])))
     for unknown, values in zip(problem.unknowns[count:], points[:, count:].T, strict=True):
-        if concerns(problem, unknown, segment):
+        if unknown.kind != "offset" and concerns(problem, unknown, segment):
             found[unknown.key] = unknown.scale * values
     return found
+
+
+def runs_at(problem: Problem, points: Vector, segment: int) -> Vector:
+    """What a segment's machine shows at points of shape (runs, unknowns), neither late nor offset.
+
+    Returns:
+        Shape (samples, signals, runs), the signals those of MachineOutputs.
+
+    Raises:
+        ParameterError: a point allows no machine.
+    """
+    one, count = problem.experiments[segment], len(problem.space.ranges)
+    offsets = {
+        unknown.key: unknown.scale * points[:, i]
+        for i, unknown in enumerate(problem.unknowns[count:], count)
+        if unknown.kind == "offset" and unknown.where == one.segment.log
+    }
+    return predicted(one, columns_at(problem, points, segment), problem.threads, offsets)
 
 
 def usual_values(own: Mapping[str, float], space: Space, unknowns: Sequence[Unknown]) -> Vector:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from hydroservo._version import __version__
 from hydroservo.errors import one_line
 from hydroservo.formatting import MINUS, quantity
+from hydroservo.identification.fitted import Fitted
 from hydroservo.identification.segments import Understood
 from hydroservo.loop import Loop
 from hydroservo.scenario.catalogue import builtin_texts
@@ -105,6 +106,8 @@ class Identified(NamedTuple):
         remarks: what a user should know, in a line each.
         tables: what was found, over the scenario: its machine, and its uncertainty from the intervals.
         evaluations: of all residuals with their slopes.
+        horizon: of predictions [s]; None if the whole log was simulated.
+        fitted: what was fitted to what, for further questions.
     """
 
     scenario: str
@@ -115,6 +118,8 @@ class Identified(NamedTuple):
     remarks: Sequence[str]
     tables: Mapping[str, Any]
     evaluations: int
+    horizon: float | None
+    fitted: Fitted
 
     def toml(self, folder: Path | str = ".") -> str:
         """The text of a scenario with what was found, which builds on the one that was fitted.

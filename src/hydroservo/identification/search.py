@@ -7,13 +7,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydroservo.errors import HydroservoError
-from hydroservo.identification.experiment import predicted
 from hydroservo.identification.lag import lag, left
 from hydroservo.identification.misfit import Misfit, Weights, misfit, residuals_by_signal
-from hydroservo.identification.problem import PLACES, Problem, columns_at, delay_of, is_possible
+from hydroservo.identification.problem import PLACES, Problem, delay_of, is_possible, runs_at
 from hydroservo.identification.spikes import TO_DEVIATION, noise_of
 
-__all__ = ["KNEE", "Solution", "best_fit", "refined"]
+__all__ = ["KNEE", "Report", "Solution", "best_fit", "first_weights", "refined", "settled"]
 
 KNEE = 2.0  # deviations, from which a residual counts linearly: 99 % efficient for normal noise
 CANDIDATES = 63  # of starts, besides the scenario's own values: two groups of lanes
@@ -72,15 +71,27 @@ def best_fit(problem: Problem, seed: int, report: Report) -> Solution:
         ends.append(refined(problem, x, weights, knee=None))
         report(0.6 * (number + 1) / len(begun))
     found = min(ends, key=lambda one: one.cost)
-    evaluations = sum(one.evaluations for one in ends)
+    found = found._replace(evaluations=sum(one.evaluations for one in ends))
+    return settled(problem, found, lambda part: report(0.6 + 0.4 * part))
+
+
+def settled(problem: Problem, found: Solution, report: Report) -> Solution:
+    """The optimum near another, each signal counting by the deviation of its own residuals.
+
+    Args:
+        problem: what is sought.
+        found: from which the search goes on.
+        report: called with the fraction done.
+    """
+    evaluations = found.evaluations
     for number in range(ROUNDS):
         renewed = weights_at(problem, misfit(problem, found.x, found.weights, slopes=False), found.weights)
         change = max(abs(renewed[key] / found.weights[key] - 1.0) for key in renewed)
-        if change < SETTLED:
+        if number and change < SETTLED:
             break
         found = refined(problem, found.x, renewed)
         evaluations += found.evaluations
-        report(0.6 + 0.4 * (number + 1) / ROUNDS)
+        report((number + 1) / ROUNDS)
     return found._replace(evaluations=evaluations)
 
 
@@ -158,7 +169,7 @@ def starts(problem: Problem, weights: Weights, seed: int) -> list[Vector]:
         raise HydroservoError("no parameters in their ranges allow a machine; try other ranges")
     cost = np.zeros(len(points))
     for number, one in enumerate(problem.experiments):
-        shown = predicted(one, columns_at(problem, points, number), problem.threads)
+        shown = runs_at(problem, points, number)
         place, scaled = delay_of(problem, one.segment.log), of_log(weights, one.segment.log)
         shift = lag(one.segment.measured, signals(shown, 0), scaled, int(problem.unknowns[place].high))
         cost += [left(one.segment.measured, signals(shown, run), scaled, shift) for run in range(len(points))]

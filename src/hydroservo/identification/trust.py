@@ -3,9 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.identification.experiment import predicted
 from hydroservo.identification.misfit import Weights
-from hydroservo.identification.problem import PLACES, Problem, columns_at, delay_of, is_possible
+from hydroservo.identification.problem import PLACES, Problem, delay_of, is_possible, runs_at
 from hydroservo.identification.search import KNEE
 from hydroservo.identification.shift import shifted
 from hydroservo.identification.uncertainty import NORMAL, Uncertainty
@@ -98,7 +97,7 @@ def losses(problem: Problem, points: Matrix, weights: Weights) -> Matrix:
         (one.where, one.key): (i, one.scale) for i, one in enumerate(problem.unknowns) if one.kind == "offset"
     }
     for number, one in enumerate(problem.experiments):
-        shown = predicted(one, columns_at(problem, points, number), problem.threads)
+        shown = runs_at(problem, points, number)
         late = points[:, delay_of(problem, one.segment.log)]
         shown = np.stack([shifted(shown[:, :, run], delay) for run, delay in enumerate(late)], axis=2)
         for name, measured in one.segment.measured.items():

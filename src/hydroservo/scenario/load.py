@@ -16,7 +16,7 @@ from hydroservo.runs.arguments import as_list, checked_mapping, checked_path
 from hydroservo.scenario.build import Argument, Context, Draft, draft
 from hydroservo.scenario.declared import hints
 from hydroservo.scenario.layers import layered
-from hydroservo.scenario.log_columns import log_columns
+from hydroservo.scenario.log_columns import log_columns, log_ranges
 from hydroservo.scenario.metrics import metrics_in
 from hydroservo.scenario.plugins import load_plugin
 from hydroservo.scenario.registry import names_in_role
@@ -53,6 +53,7 @@ class Assembly(NamedTuple):
     arguments: Mapping[str, Argument]  # of constructors, by the path that changes take, nominal ones
     search: Search  # of the loop's numbers
     log_columns: Mapping[str, Entry] = {}  # of a log, by the signal that they hold
+    log_ranges: Mapping[str, Entry] = {}  # of what is sought in logs, by path
 
 
 def load_scenario(
@@ -112,7 +113,8 @@ def assembled(
     truth = truth_of(scenario, machine, arguments)
     loop = loop._replace(**true_machine(scenario, machine, drafts, arguments, truth)._asdict())
     search = tune_search(scenario, loop, arguments)
-    return Assembly(loop, machine, drafts, truth, arguments, search, log_columns(scenario))
+    ranges = log_ranges(scenario, loop, arguments)
+    return Assembly(loop, machine, drafts, truth, arguments, search, log_columns(scenario), ranges)
 
 
 def arguments_of(drafts: Mapping[str, Draft], machine: Machine) -> dict[str, Argument]:

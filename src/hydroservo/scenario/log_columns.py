@@ -1,10 +1,14 @@
-"""Which column of a machine's logs holds which signal, as a scenario's ``[identify.columns]`` says."""
+"""What a scenario's table ``[identify]`` says of logs of its machine, and of what is sought in them."""
 
+from collections.abc import Collection
+
+from hydroservo.block import leaves
+from hydroservo.loop import Loop
 from hydroservo.scenario.tables import Entry, Table
 
-__all__ = ["log_columns"]
+__all__ = ["log_columns", "log_ranges"]
 
-COLUMNS = "columns"
+COLUMNS, VARY = KEYS = "columns", "vary"
 
 
 def log_columns(scenario: Table) -> dict[str, Entry]:
@@ -18,11 +22,30 @@ def log_columns(scenario: Table) -> dict[str, Entry]:
     """
     table = scenario.table("identify")
     for name in table.names():
-        if name != COLUMNS:
-            raise table.entry(name).unknown(name, [COLUMNS])
+        if name not in KEYS:
+            raise table.entry(name).unknown(name, KEYS)
     columns = table.table(COLUMNS)
     found = {name: columns.entry(name) for name in columns.names()}
     for entry in found.values():
         if not isinstance(entry.value, str):
             raise entry.error('must be a string: the name of a column, such as "v_piston [mm/s]"')
     return found
+
+
+def log_ranges(scenario: Table, loop: Loop, arguments: Collection[str]) -> dict[str, Entry]:
+    """The ranges of the numbers that are sought, by path, such as ``plant.mass = "-40%..+70%"``.
+
+    Those that a base gives for a block of another type than the loop's are left out.
+
+    Args:
+        scenario: all its tables.
+        loop: what they describe.
+        arguments: what constructors take, by path.
+    """
+    entries = dict(scenario.table("identify").table(VARY).entries())
+    known = {*arguments, *(path for path, _ in leaves(loop))}
+    return {
+        path: entry
+        for path, entry in entries.items()
+        if path in known or not scenario.has_type_above(entry.origin, path)
+    }

@@ -1,0 +1,100 @@
+"""An observer with a fixed gain, which lets a simulated machine follow what was measured of the real one."""
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydroservo.block import leaves
+from hydroservo.identification.later import PUSH
+from hydroservo.identification.signals import OUTPUTS
+
+if TYPE_CHECKING:
+    from hydroservo.engine.lanes import CompiledLanes
+
+__all__ = ["CORRECTED", "Observer", "corrector", "fading_gain", "rows_of"]
+
+CORRECTED = "plant."  # the states of which are corrected, and an unknown force on the rod
+MEMORIES = 8.0  # after so many times its memory a gain has settled
+
+Matrix = NDArray[np.float64]
+After = Callable[[int, Matrix], None]
+
+
+class Observer(NamedTuple):
+    """What corrects a simulated machine after each sample.
+
+    Attributes:
+        measured: what it follows, the log's delay taken out, shape (samples, signals); nan where nothing was.
+        paths: the numbers that it corrects: states, and the unknown force.
+        gain: of each on the difference of each measured and simulated signal, shape (numbers, signals).
+    """
+
+    measured: Matrix
+    paths: Sequence[str]
+    gain: Matrix
+
+
+def rows_of(kernel: "CompiledLanes", paths: Sequence[str]) -> list[int]:
+    """Where some states, and the unknown force, stand in the memory of a group."""
+    layout = kernel.layout
+    states = {path: layout.states + i for i, (path, _) in enumerate(leaves(kernel.state))}
+    return [layout.varied.index(PUSH) if path == PUSH else states[path] for path in paths]
+
+
+def corrector(observer: Observer, kernel: "CompiledLanes", offsets: Mapping[str, Matrix]) -> After:
+    """What corrects the lanes of a group once a sample is done: x <- x + K (y - offset - seen).
+
+    Args:
+        observer: the observer.
+        kernel: of the lanes.
+        offsets: of sensors, of the runs in these lanes, by signal.
+    """
+    from hydroservo.engine.lanes import LANES
+
+    rows, sums = rows_of(kernel, observer.paths), kernel.layout.sums
+    reads = np.zeros((len(OUTPUTS), LANES))
+    for i, name in enumerate(OUTPUTS):
+        if name in offsets:
+            reads[i] = np.resize(offsets[name], LANES)
+            reads[i, offsets[name].size :] = offsets[name][-1]
+
+    def after(k: int, memory: Matrix) -> None:
+        apart = observer.measured[k][:, np.newaxis] - reads - memory[sums : sums + len(OUTPUTS)]
+        memory[rows] += observer.gain @ np.where(np.isfinite(apart), apart, 0.0)
+
+    return after
+
+
+def fading_gain(transition: Matrix, seen: Matrix, noise: Matrix, forgetting: float) -> Matrix:
+    """The gain of the least squares that forget::
+
+        P <- g^2 F (P - P C'(C P C' + R)^-1 C P) F',   K = F P C'(C P C' + R)^-1
+
+    Whatever the machine itself forgets more slowly than g per sample, the observer forgets at that rate.
+
+    Args:
+        transition: F, of the states over a sample, shape (n, n), in units of their spreads.
+        seen: C, of the measured signals at it, shape (signals, n).
+        noise: the deviation of each signal's noise, shape (signals,).
+        forgetting: g, more than 1.
+
+    Returns:
+        K, shape (n, signals).
+
+    Source: Anderson, Moore, Optimal Filtering, 1979, sec. 6.2 (exponential data weighting).
+    Fails to correct what no signal shows: that has next to no gain.
+    """
+    size = len(transition)
+    spread: Matrix = np.eye(size)
+    gain: Matrix = np.zeros((size, len(seen)))
+    for _ in range(math.ceil(MEMORIES / math.log(forgetting))):
+        weighted = spread @ seen.T
+        gain = np.linalg.solve(seen @ weighted + np.diag(noise**2), weighted.T).T
+        rest = np.eye(size) - gain @ seen
+        after = transition @ (rest @ spread @ rest.T + gain @ np.diag(noise**2) @ gain.T) @ transition.T
+        spread = 0.5 * forgetting**2 * (after + after.T)
+    found: Matrix = transition @ gain
+    return found

@@ -1,0 +1,189 @@
+"""Predictions from what was measured just before, in place of a simulation of the whole log."""
+
+import math
+from collections.abc import Sequence
+from functools import partial
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydroservo.block import leaves
+from hydroservo.errors import HydroservoError, ParameterError
+from hydroservo.identification.experiment import Experiment, kernel_for
+from hydroservo.identification.later import PUSH
+from hydroservo.identification.misfit import Weights
+from hydroservo.identification.observer import CORRECTED, Observer, fading_gain, rows_of
+from hydroservo.identification.problem import Problem, columns_at, delay_of
+from hydroservo.identification.search import Report, Solution, first_weights, settled
+from hydroservo.identification.shift import shifted
+from hydroservo.identification.signals import OUTPUTS
+
+if TYPE_CHECKING:
+    from hydroservo.engine.lanes import CompiledLanes
+
+__all__ = ["USUAL", "best_prediction", "predicting"]
+
+USUAL = 0.05  # s, in which predictions forget
+NUDGE = 1e-4  # of a state's spread over a log, for its difference
+DESIGNS = 2  # of observers, the second at what the first gave
+
+Matrix = NDArray[np.float64]
+
+
+class Linear(NamedTuple):
+    """The mean linear machine over a log, in units of its states' spreads.
+
+    Attributes:
+        transition: of the states and the unknown force over a sample, shape (n, n).
+        seen: of all signals at it, shape (signals, n), in SI units.
+        spreads: of the states and the force, shape (n,), in SI units.
+        paths: of the states that change, and of the force.
+    """
+
+    transition: Matrix
+    seen: Matrix
+    spreads: Matrix
+    paths: Sequence[str]
+
+
+def best_prediction(
+    problem: Problem, simulated: Solution, horizon: float, report: Report
+) -> tuple[Problem, Solution]:
+    """The unknowns that make weighted errors of prediction smallest, from those that a simulation gave.
+
+    Args:
+        problem: of simulations.
+        simulated: what was found with these.
+        horizon: as :func:`predicting` has it.
+        report: called with the fraction done.
+
+    Returns:
+        The problem of predictions, and its solution.
+
+    Raises:
+        ParameterError: the horizon is shorter than two samples.
+        HydroservoError: a run is lost.
+    """
+    best = simulated
+    for number in range(DESIGNS):
+        problem = predicting(problem, best.x, horizon)
+        best = settled(problem, best, partial(of_design, report, number))
+    return problem, best
+
+
+def of_design(report: Report, number: int, part: float) -> None:
+    """Report what is done with one of the designs."""
+    report((number + part) / DESIGNS)
+
+
+def predicting(problem: Problem, x: Matrix, horizon: float, weights: Weights | None = None) -> Problem:
+    """The same problem with predictions in place of simulations.
+
+    An observer lets each simulated machine follow what was measured, and an unknown force on the rod with
+    it::
+
+        x_(k+1) = f(x_k, u_k; theta) + K (y_k - h(x_k; theta))
+
+    so that a residual tells of the last ``horizon`` alone. K is that of least squares which forget within the
+    horizon, for the machine at ``x``, linearised along the log; it stays as it is while parameters are
+    sought.
+
+    Args:
+        problem: of simulations.
+        x: the point at which observers are designed.
+        horizon: the time in which a prediction forgets what was measured before [s].
+        weights: of each signal; None takes its noise.
+
+    Raises:
+        ParameterError: the horizon is shorter than two samples.
+        HydroservoError: the machine is lost at the point.
+
+    Source: Ljung, System Identification, 1999, secs. 3.2 and 4.3 (predictions with an observer's gain).
+    Fails to be free of the bias that noise makes, for what is predicted depends on noise too; and follows an
+    unknown force no faster than the horizon.
+    """
+    weights = weights or first_weights(problem)
+    found = [observed(problem, i, x, weights, horizon) for i in range(len(problem.experiments))]
+    return problem._replace(experiments=found)
+
+
+def observed(problem: Problem, number: int, x: Matrix, weights: Weights, horizon: float) -> Experiment:
+    """An experiment with its observer."""
+    one = problem.experiments[number]
+    segment = one.segment
+    if horizon < 2.0 * segment.period:
+        wanted = f"must be at least two samples, {2.0 * segment.period:g} s"
+        raise ParameterError("horizon", horizon, wanted)
+    varied = (*(path for path in one.varied if path != PUSH), PUSH)
+    plain = one._replace(varied=varied, observer=None)
+    machine = linear(problem, plain, number, x, horizon)
+    names = list(OUTPUTS)
+    places = [names.index(name) for name in segment.measured]
+    noise = np.array([1.0 / weights[segment.log, name] for name in segment.measured])
+    forgetting = math.exp(segment.period / horizon)
+    small = fading_gain(machine.transition, machine.seen[places], noise, forgetting)
+    gain = np.zeros((len(machine.paths), len(names)))
+    gain[:, places] = machine.spreads[:, np.newaxis] * small
+    measured = np.full((segment.samples, len(names)), np.nan)
+    late = x[delay_of(problem, segment.log)]
+    for place, values in zip(places, segment.measured.values(), strict=True):
+        measured[:, place] = shifted(values, -late)
+    return plain._replace(observer=Observer(measured, machine.paths, gain))
+
+
+def linear(problem: Problem, one: Experiment, number: int, x: Matrix, horizon: float) -> Linear:
+    """The mean of the machine's slopes over a log, by differences in lanes beside each other.
+
+    Raises:
+        HydroservoError: the machine is lost, or has more states than there are lanes.
+    """
+    from hydroservo.engine.lane_traces import traced
+    from hydroservo.engine.lanes import LANES
+
+    kernel, started = kernel_for(one, columns_at(problem, x[np.newaxis], number))
+    samples, period = one.segment.samples, one.segment.period
+    states = [path for path, _ in leaves(kernel.state) if path.startswith(CORRECTED)]
+    run = Followed(kernel, states, np.zeros(len(states)))
+    traced(kernel, started, samples, period, run.keep)
+    own = np.std(run.states, axis=0)
+    if not np.isfinite(own).all():
+        raise HydroservoError("the machine is lost in a run with these parameters; try other ranges")
+    paths = (*(path for path, spread in zip(states, own, strict=True) if spread > 0.0), PUSH)
+    if len(paths) >= LANES:
+        raise HydroservoError(f"{len(paths)} states are too many for an observer; simulate instead")
+    spreads = np.array([*own[own > 0.0], 1.0])  # of the force, to begin with
+    run = Followed(kernel, paths, NUDGE * spreads)
+    shown = traced(kernel, started, samples, period, run.nudge)
+    seen = (shown[1:, :, 1 : 1 + len(paths)] - shown[1:, :, :1]).mean(axis=0) / NUDGE
+    transition = run.slopes / (samples - 1) / (NUDGE * spreads[:, np.newaxis])
+    if not (np.isfinite(seen).all() and np.isfinite(transition).all()):
+        raise HydroservoError("the machine is lost beside this run; simulate instead")
+    push = np.abs(transition[:-1, -1]).max() * horizon / period
+    force = 1.0 / push if push > 0.0 else 1.0
+    transition[:, -1] *= force
+    transition[-1] /= force
+    seen[:, -1] *= force
+    return Linear(transition, seen, np.array([*spreads[:-1], force]), paths)
+
+
+class Followed:
+    """States of lanes after each sample, and how those that are nudged before it come apart."""
+
+    def __init__(self, kernel: "CompiledLanes", paths: Sequence[str], nudges: Matrix) -> None:
+        self.layout, self.rows, self.nudges = kernel.layout, rows_of(kernel, paths), nudges
+        self.states: list[Matrix] = []
+        self.slopes = np.zeros((len(paths), len(paths)))
+
+    def keep(self, _: int, memory: Matrix) -> None:
+        """Keep the first lane's states."""
+        self.states.append(memory[self.rows, 0].copy())
+
+    def nudge(self, k: int, memory: Matrix) -> None:
+        """Take over how lanes have come apart, and put each beside the first again."""
+        count, layout = len(self.rows), self.layout
+        if k > 0:
+            self.slopes += memory[self.rows, 1 : 1 + count] - memory[self.rows, :1]
+        memory[layout.states : layout.sums] = memory[layout.states : layout.sums, :1]
+        memory[self.rows] = memory[self.rows, :1]
+        memory[self.rows, np.arange(1, 1 + count)] += self.nudges
