@@ -100,11 +100,79 @@ def test_a_log_shorter_than_a_period_is_one_line(log, tmp_path):
         (("--vary", "plant.mass=1..2 bar"), "does not convert to kg"),
         ((*MASS, "--set", "identify.columns.speed='v [m/s]'"), "identify.columns.speed"),
         ((*MASS, "--set", "identify.colums.speed='v [m/s]'"), "identify.colums"),
+        ((*MASS, "--horizon=20ms"), "is of --form one-step; a simulation has none"),
+        ((*MASS, "--form=one-step", "--horizon=1ms"), "must be at least two samples, 0.002 s"),
+        ((*MASS, "--form=one-step", "--horizon=20mm"), "does not convert to s"),
+        ((*MASS, "--form=one-step", "--horizon=0s"), "horizon = 0.0: must be a finite number above 0 [s]"),
+        ((*MASS, "--limit", "position=20..80mm"), "add --propose FILE.csv"),
+        ((*MASS, "--against", "rig/1khz-no"), "rig/1khz-no"),
+        ((*MASS, "--against", SCENARIO), "one must have more"),
+        ((*MASS, "--set", "identify.vary.plant.mas='1..2 kg'"), "plant.mas"),
         ((*MASS, "--set", "identify.columns.velocity='v [m/s]'"), "column 'v' for velocity is missing"),
     ],
 )
 def test_what_cannot_be_sought_is_one_line(log, arguments, said):
     assert said in failed("identify", SCENARIO, log, *arguments)
+
+
+@pytest.mark.parametrize(
+    ("limit", "said"),
+    [
+        ("speed=1..2", "speed: is no signal"),
+        ("position=80..20mm", "is more than"),
+        ("position=1..2bar", "does not convert to m"),
+        ("position=0..1um", "no command that was tried keeps the limits"),
+    ],
+)
+def test_a_limit_that_is_none_is_one_line(log, tmp_path, limit, said):
+    file = tmp_path / "next.csv"
+    assert said in failed("identify", SCENARIO, log, *MASS, *SETTINGS, "--propose", file, "--limit", limit)
+    assert not file.exists()
+
+
+def test_what_was_found_is_not_lost_where_no_command_can_be_proposed(log, tmp_path):
+    out = tmp_path / "found"
+    words = ("--propose", tmp_path / "next.csv", "--limit", "position=0..1um", "--out", out)
+    result = hydroservo_("identify", SCENARIO, log, *MASS, *SETTINGS, *words)
+    assert result.exit_code != 0
+    assert "no command that was tried keeps the limits" in result.stderr
+    assert "plant.mass" in result.stdout
+    assert (out / "scenario.toml").exists()
+
+
+def test_a_command_that_never_changes_is_said(log, tmp_path):
+    file = damaged(log, tmp_path, command=constant)
+    result = hydroservo_("identify", SCENARIO, file, *MASS, *SETTINGS)
+    assert result.exit_code == 0, result.output
+    assert "command never changes: nothing excites the machine" in result.stderr
+
+
+def test_predictions_a_proposal_and_a_comparison_are_said(log, tmp_path):
+    file, smaller = tmp_path / "next.csv", tmp_path / "smaller.toml"
+    smaller.write_text(f'base = "{SCENARIO}"\n[identify.vary]\nplant.bulk_modulus = "-20%..+20%"\n', "utf-8")
+    asked = ("--vary", "plant.mass=-40%..+70%", "--vary", "valve.time_constant=5..20ms")
+    own = ("--set", "identify.vary.plant.bulk_modulus='-20%..+20%'", "--set", "plant.start_position='39 mm'")
+    words = ("--form", "one-step", "--propose", file, "--against", smaller)
+    limit = ("--limit", "position=10..70mm")
+    result = hydroservo_("identify", SCENARIO, log, *asked, *own, *SETTINGS, *words, *limit, "--json")
+    assert result.exit_code == 2, result.output  # as many numbers: --vary is of both where both have them
+    assert "one must have more" in result.stderr
+    smaller.write_text(f'base = "{SCENARIO}"\n', "utf-8")
+    result = hydroservo_("identify", SCENARIO, log, *asked, *own, *SETTINGS, *words, *limit, "--json")
+    assert result.exit_code == 0, result.output
+    said = json.loads(result.stdout)
+    assert set(said["parameters"]) == {"plant.bulk_modulus", "plant.mass", "valve.time_constant"}
+    assert said["horizon"] == 0.05
+    assert said["comparison"]["numbers"] == 1
+    assert said["comparison"]["smaller"] == str(smaller)
+    assert set(said["proposal"]["promises"]) == set(said["parameters"])
+    assert said["proposal"]["bounds"]["position"] == [0.01, 0.07]
+    table = pd.read_csv(file)
+    assert list(table) == ["time [s]", "command [V]"]
+    assert np.abs(table["command [V]"]).max() <= 10.0
+    shown = hydroservo_("identify", SCENARIO, log, *asked, *own, *SETTINGS, *words, *limit)
+    assert "its one more number" in " ".join(shown.stdout.split())
+    assert "narrower" in shown.stdout
 
 
 def test_a_number_without_influence_and_one_at_an_end_are_said(log):

@@ -1,7 +1,8 @@
 """The command that finds a machine's numbers from logs of it."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from enum import StrEnum
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -20,7 +21,8 @@ from hydroservo.cli.options import (
 from hydroservo.cli.remarks import say_warning
 
 if TYPE_CHECKING:
-    from hydroservo.identification import Identified, Proposal
+    from hydroservo.cli.identify_tables import Further
+    from hydroservo.identification import Identified
     from hydroservo.scenario.tables import Entry
 
 __all__ = ["identify"]
@@ -128,12 +130,13 @@ def identify(
     - `hydroservo identify my.toml bench.csv --vary plant.mass=-50%..+100% --propose next.csv --limit
       position=20..80mm`
     """
-    from hydroservo.cli.identify_tables import as_tables, show_identified
+    from hydroservo.cli.identify_tables import Further, as_tables, show_identified
     from hydroservo.cli.kernels import log_kernels
     from hydroservo.cli.progress import progress_bar
     from hydroservo.cli.writing import try_outputs, write_or_keep
+    from hydroservo.errors import HydroservoError
     from hydroservo.identification import compare
-    from hydroservo.identification import propose as propose_of
+    from hydroservo.identification import propose as proposed
     from hydroservo.identification.identified import identified
     from hydroservo.outputs import write_text
     from hydroservo.runs.results import as_json
@@ -147,43 +150,43 @@ def identify(
         try_outputs(identify_files(out, len(logs)))
     if propose:
         try_outputs([propose])
-    proposal: Proposal | None = None
     with log_kernels(verbose), progress_bar(scenario) as report:
         found = identified(
-            scenario,
-            logs,
-            asked,
-            overrides,
-            plugins,
-            seed,
-            memory,
-            count,
-            lambda part: report(part, scenario),
+            scenario, logs, asked, overrides, plugins, seed, memory, count, partial(said_of, report, scenario)
         )
-        other = None
-        if against is not None:
-            shared = ranges_known(against, asked, plugins)
-            other = identified(
-                against, logs, shared, {}, plugins, seed, memory, count, lambda part: report(part, against)
-            )
-        if propose:
-            proposal = propose_of(
-                found, limits=bounds, seed=seed, progress=lambda part: report(part, "propose")
-            )
-            write_text(propose, proposal.csv())
-        left = write_or_keep(out, lambda place: write_identified(place, found))
-    comparison = compare(found, other) if other else None
+        more, failure = Further(), None
+        try:  # whatever goes wrong here must not cost what was found
+            if against is not None:
+                shared = ranges_known(against, asked, plugins)
+                told = partial(said_of, report, against)
+                other = identified(against, logs, shared, {}, plugins, seed, memory, count, told)
+                more = more._replace(other=other, comparison=compare(found, other))
+            if propose:
+                told = partial(said_of, report, "the command to propose")
+                proposal = proposed(found, limits=bounds, seed=seed, progress=told)
+                write_text(propose, proposal.csv())
+                more = more._replace(proposal=proposal)
+        except HydroservoError as error:
+            failure = error
+        left = write_or_keep(out, lambda place: write_identified(place, found, more))
     for line in found.remarks:
         say_warning(scenario, line)
-    for line in other.remarks if other else ():
+    for line in more.other.remarks if more.other else ():
         say_warning(str(against), line)
     if json:
-        typer.echo(as_json(as_tables(found, comparison, proposal)))
+        typer.echo(as_json(as_tables(found, more)))
     else:
-        show_identified(found, comparison, proposal)
+        show_identified(found, more)
         if left.files:
             typer.echo(f"written to {left.files[0].parent}: {', '.join(file.name for file in left.files)}")
     left.check()
+    if failure is not None:
+        raise failure
+
+
+def said_of(report: Callable[[float, str], None], name: str, fraction: float) -> None:
+    """Report how much of something is done."""
+    report(fraction, name)
 
 
 def horizon_of(form: Form, text: str | None) -> float | None:
@@ -245,7 +248,7 @@ def identify_files(folder: Path, logs: int) -> list[Path]:
     return [folder / name for name in (FOUND, *pictures, METRICS)]
 
 
-def write_identified(folder: Path, found: "Identified") -> list[Path]:
+def write_identified(folder: Path, found: "Identified", more: "Further") -> list[Path]:
     """The scenario, the pictures and the numbers of an identification; returns what was written."""
     from hydroservo.cli.identify_tables import as_tables
     from hydroservo.figures.identified import plot_fit, plot_log
@@ -260,6 +263,6 @@ def write_identified(folder: Path, found: "Identified") -> list[Path]:
         for i, fit in enumerate(found.logs, 1):
             save_figure(plot_log(fit), stage / f"log-{i}", origin)
             save_figure(plot_fit(fit), stage / f"fit-{i}", origin)
-        content: dict[str, Any] = as_tables(found)
+        content: dict[str, Any] = as_tables(found, more)
         write_metrics(stage, content)
     return identify_files(folder, len(found.logs))

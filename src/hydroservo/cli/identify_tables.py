@@ -1,6 +1,6 @@
 """What an identification found: on the terminal, and as JSON."""
 
-from typing import Any
+from typing import Any, NamedTuple
 
 from rich.markup import escape
 from rich.table import Table
@@ -11,13 +11,26 @@ from hydroservo.formatting import common_unit
 from hydroservo.identification import Comparison, Identified, LogFit, Proposal
 from hydroservo.runs.provenance import scenario_hash
 
-__all__ = ["as_tables", "show_identified"]
+__all__ = ["Further", "as_tables", "show_identified"]
 
 
-def as_tables(
-    found: Identified, comparison: Comparison | None = None, proposal: Proposal | None = None
-) -> dict[str, Any]:
+class Further(NamedTuple):
+    """What was asked beyond numbers and their intervals.
+
+    Attributes:
+        other: another scenario, fitted to the same logs.
+        comparison: with it.
+        proposal: for the next log.
+    """
+
+    other: Identified | None = None
+    comparison: Comparison | None = None
+    proposal: Proposal | None = None
+
+
+def as_tables(found: Identified, more: Further) -> dict[str, Any]:
     """The result as nested tables, in SI units."""
+    comparison, proposal = more.comparison, more.proposal
     tables: dict[str, Any] = {
         "scenario": found.scenario,
         "hash": scenario_hash(found.loop),
@@ -58,15 +71,13 @@ def log_tables(fit: LogFit) -> dict[str, Any]:
     }
 
 
-def show_identified(
-    found: Identified, comparison: Comparison | None = None, proposal: Proposal | None = None
-) -> None:
+def show_identified(found: Identified, more: Further) -> None:
     """The numbers with their intervals, how each signal is met, and what else was asked."""
     show(parameters_table(found), *(signals_table(fit) for fit in found.logs))
-    if comparison:
-        show(comparison_table(found, comparison))
-    if proposal:
-        show(proposal_table(proposal))
+    if more.comparison:
+        show(comparison_table(found, more.comparison))
+    if more.proposal:
+        show(proposal_table(more.proposal))
 
 
 def comparison_table(found: Identified, comparison: Comparison) -> Table:

@@ -27,7 +27,7 @@ DRAWS = 24  # machines that the logs allow, with which a command must keep its b
 SIZES = 10  # that a candidate may have, tried in turn
 FIRST = 0.005  # of what a command may be, to see how far it moves the machine
 SECANTS = 4
-NEWS = 0.5  # in the logarithm of a squared volume, of which less is none
+NEWS = 0.5  # by which logarithms of variances fall, of which less is none
 SMALLER = (0.1, 0.75)  # times, between which the next is
 LONGEST = 10.0  # s
 
@@ -121,13 +121,14 @@ def propose(
 ) -> Proposal:
     """The command that would narrow the intervals of what the logs do not tell most::
 
-        least of log det cov_s(u),   cov(u)^-1 = cov_0^-1 + J(u)' J(u)
+        least of sum over s of ln cov_ss(u),   cov(u)^-1 = cov_0^-1 + J(u)' J(u)
 
     over multisines, chirps and steps at random u, each as large as the limits allow, with the covariance
     cov_0 that the logs so far leave, the slopes J of weighted signals by the parameters once the new log's
     own delay, start and offsets are sought too, and s the parameters that the logs do not tell; all of them
-    if they tell all, or no command tells more of those. It is as long as the longest stretch of the logs, 10 s at most, and starts where the
-    scenario does. Limits are kept with the machine found and with up to 24 others that the logs allow.
+    if they tell all, or no command tells more of those. It is as long as the longest stretch of the logs,
+    10 s at most, and starts where the scenario does. Limits are kept with the machine found and with up to 24
+    others that the logs allow.
 
     Args:
         found: by :func:`~hydroservo.identify`.
@@ -141,7 +142,7 @@ def propose(
         ParameterError: a limit is none, or nothing limits the command.
         HydroservoError: no candidate keeps the limits.
 
-    Source: Goodwin, Payne, Dynamic System Identification, 1977, ch. 6 (D-optimal inputs).
+    Source: Goodwin, Payne, Dynamic System Identification, 1977, ch. 6 (inputs from information).
     Fails where the machine is far from the one found: slopes are taken there; and to tell what no command
     tells, as two factors of one product.
     """
@@ -177,8 +178,8 @@ def asked_of(found: Identified, trials: Sequence[Trial]) -> list[int]:
 
 
 def openness(covariance: Matrix, own: Sequence[int]) -> float:
-    """The logarithm of the squared volume that some parameters may still lie in."""
-    return float(np.linalg.slogdet(covariance[np.ix_(own, own)])[1])
+    """The sum of the logarithms of some parameters' variances."""
+    return float(np.log(np.diag(covariance)[list(own)]).sum())
 
 
 def drawn(fit: Fitted, seed: int) -> Matrix:
