@@ -126,7 +126,7 @@ def identify(
 
     - `hydroservo identify my.toml bench.csv --vary plant.mass=-50%..+100% --vary
       plant.bulk_modulus=-50%..+100% --out found`
-    - `hydroservo identify lugre.toml bench.csv --against coulomb.toml`
+    - `hydroservo identify larger.toml bench.csv --against smaller.toml`
     - `hydroservo identify my.toml bench.csv --vary plant.mass=-50%..+100% --propose next.csv --limit
       position=20..80mm`
     """
@@ -150,6 +150,7 @@ def identify(
         try_outputs(identify_files(out, len(logs)))
     if propose:
         try_outputs([propose])
+    shared = {} if against is None else ranges_known(against, asked, plugins)
     with log_kernels(verbose), progress_bar(scenario) as report:
         found = identified(
             scenario, logs, asked, overrides, plugins, seed, memory, count, partial(said_of, report, scenario)
@@ -157,7 +158,6 @@ def identify(
         more, failure = Further(), None
         try:  # whatever goes wrong here must not cost what was found
             if against is not None:
-                shared = ranges_known(against, asked, plugins)
                 told = partial(said_of, report, against)
                 other = identified(against, logs, shared, {}, plugins, seed, memory, count, told)
                 more = more._replace(other=other, comparison=compare(found, other))

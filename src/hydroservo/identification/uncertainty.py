@@ -52,7 +52,8 @@ def uncertainty(problem: Problem, found: Misfit, seed: int) -> Uncertainty:
     with the weighted residuals r, their slopes J and the function psi that leaves residuals up to two
     deviations and cuts the rest; L says of each unknown only that it is in its range. B knows the residuals'
     autocorrelation, so that residuals which hang together, as where the model misses something, widen what
-    is found.
+    is found. That is asked of what each sample does to each unknown, A^-1 J' psi(r), and not of the scores,
+    of which mixtures nearly cancel: there, small errors of autocorrelations would make large ones.
 
     As a check, blocks of the logs are drawn with replacement, and what the unknowns would be then follows
     from one step of Newton's method.
@@ -73,8 +74,8 @@ def uncertainty(problem: Problem, found: Misfit, seed: int) -> Uncertainty:
     inverse = np.linalg.inv(information + prior)
     rows, unknowns = int(found.there.sum()), len(problem.unknowns)
     few = rows / max(rows - unknowns, 1)
-    spread = few * long_run_covariance(scores) + prior
-    covariance = inverse @ spread @ inverse
+    influence = [one @ inverse for one in scores]
+    covariance = few * long_run_covariance(influence) + inverse @ prior @ inverse
     return Uncertainty(0.5 * (covariance + covariance.T), information, resampled(scores, bends, prior, seed))
 
 
