@@ -88,13 +88,14 @@ def fading_gain(transition: Matrix, seen: Matrix, noise: Matrix, forgetting: flo
     Fails to correct what no signal shows: that has next to no gain.
     """
     size = len(transition)
+    errors: Matrix = np.diag(noise**2)
     spread: Matrix = np.eye(size)
     gain: Matrix = np.zeros((size, len(seen)))
     for _ in range(math.ceil(MEMORIES / math.log(forgetting))):
         weighted = spread @ seen.T
-        gain = np.linalg.solve(seen @ weighted + np.diag(noise**2), weighted.T).T
+        gain = np.asarray(np.linalg.solve(seen @ weighted + errors, weighted.T).T, dtype=np.float64)
         rest = np.eye(size) - gain @ seen
-        after = transition @ (rest @ spread @ rest.T + gain @ np.diag(noise**2) @ gain.T) @ transition.T
+        after: Matrix = transition @ (rest @ spread @ rest.T + gain @ errors @ gain.T) @ transition.T
         spread = 0.5 * forgetting**2 * (after + after.T)
     found: Matrix = transition @ gain
     return found

@@ -288,11 +288,11 @@ def told_with(found: Identified, command: Matrix, shown: Matrix, like: Segment) 
     if found.horizon is not None:
         problem = predicting(problem, x, found.horizon, weights)
     slopes = misfit(problem, x, weights).slopes
-    information = slopes.T @ slopes / inflation(found)
+    information: Matrix = slopes.T @ slopes / inflation(found)
     information[count:, count:] += np.diag([one.prior for one in unknowns[count:]])
     information[:count, :count] += np.linalg.inv(fit.sure.covariance[:count, :count])
-    covariance: Matrix = np.linalg.inv(information)[:count, :count]
-    return covariance
+    found_with: Matrix = np.asarray(np.linalg.inv(information), dtype=np.float64)
+    return found_with[:count, :count]
 
 
 def inflation(found: Identified) -> float:
