@@ -44,7 +44,7 @@ def help_texts(command):
         yield from help_texts(inner)
 
 
-MASS, LAG = 'plant.mass = "-40%..+70%"\n', 'valve.time_constant = "5..20 ms"\n'
+MASS, BULK = 'plant.mass = "-40%..+70%"\n', 'plant.bulk_modulus = "-40%..+70%"\n'
 SMALL = [  # of a study
     f"--set={path}={value}"
     for path, value in {
@@ -89,7 +89,7 @@ def test_each_example_of_the_help_runs(example, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     Path("my_controller.py").write_text(PLUGIN)
     Path("my.toml").write_text(on_base('[controller]\ntype = "Fixed"\n'))
-    Path("larger.toml").write_text(on_base(f"[identify.vary]\n{MASS}{LAG}"))
+    Path("larger.toml").write_text(on_base(f"[identify.vary]\n{MASS}{BULK}"))
     Path("smaller.toml").write_text(on_base(f"[identify.vary]\n{MASS}"))
     Path("my-study.toml").write_text(study_source("small"))
     pd.DataFrame(with_units(recorded(exact_log(), 0))).to_csv("bench.csv", index=False)
