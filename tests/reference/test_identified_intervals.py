@@ -17,7 +17,7 @@ from tests.support.synthetic_logs import (
     recorded,
 )
 
-SEEDS = 40  # of the 200 of ``scripts/identification coverage``, which leave a rate of 95 % uncertain by 1.5 %
+SEEDS = 40  # of the 200 of ``scripts/coverage``, which leave a rate of 95 % uncertain by 1.5 %
 LEAST = 0.85  # of 40; at a rate of 95 % less has a chance of 1 in 200
 
 
