@@ -46,6 +46,21 @@ def test_bode_over_a_number(tmp_path):
     assert out.read_bytes().startswith(b"\x89PNG")
 
 
+def test_bode_beside_a_log(tmp_path):
+    u = np.random.default_rng(0).normal(size=2000)
+    rows = [f"{1e-3 * k:.3f},{u[k]:.6g},{50.0 * u[max(k - 2, 0)]:.6g}" for k in range(2000)]
+    log, out = tmp_path / "bench.csv", tmp_path / "bode.png"
+    log.write_text("\n".join(["t,command [V],velocity [mm/s]", *rows]) + "\n")
+    words = ("--set", 'identify.columns.time="t [s]"', "--linear", "--log", log, "--out", out)
+    said = json.loads(succeeded(*RIG, *words, "--json"))
+    (told,) = said["logs"]
+    assert told["log"].endswith("bench.csv")
+    assert "closed" not in told
+    np.testing.assert_allclose(told["machine"]["magnitude"], 0.05, rtol=0.05)
+    assert out.read_bytes().startswith(b"\x89PNG")
+    assert "machine, coherence above 0.95" in " ".join(succeeded(*RIG, *words).split())
+
+
 @pytest.mark.parametrize(
     ("words", "said"),
     [
@@ -57,6 +72,8 @@ def test_bode_over_a_number(tmp_path):
         (("--out", "bode.txt"), "must end in one of .png, .svg, .pdf"),
         (("--out", "nowhere/at/all/bode.png", "--periods", "0"), "periods = 0: must be"),
         (("--vary", "plant.mas=4..12kg"), "did you mean plant.mass?"),
+        (("--log", "nowhere.csv"), "nowhere.csv: there is no such file"),
+        (("--excitation", "sweep"), "is not one of 'multisine', 'chirp'"),
         (("--vary", "plant.mass"), "must be of the form PATH=LOW..HIGH"),
         (("--command", "2V", "--set", "supply.supply_pressure=1e3 bar", "--load", "nan"), "force = nan"),
     ],

@@ -12,6 +12,7 @@ from hydroservo.figures.bode import plot_bode
 from hydroservo.holds import DelayedHold
 from hydroservo.linear import margins
 from hydroservo.linear.bode import bode_over
+from hydroservo.linear.excitation import Chirp
 from hydroservo.linear.operating_point import operating_point
 from hydroservo.linear.parts import parts_of
 from hydroservo.linear.responses import responses
@@ -49,6 +50,23 @@ def compare(loop: Loop, data: xr.Dataset) -> None:
 
 def test_measured_and_linear_responses_agree(found: xr.Dataset) -> None:
     compare(rig(), found)
+
+
+def test_a_chirp_measures_the_same() -> None:
+    data = bode(rig(), excitation="chirp")
+    compare(rig(), data)
+    assert not data.identical(bode(rig()))
+
+
+def test_a_chirp_has_the_derivatives_that_it_says() -> None:
+    chirp = Chirp(1.3, 5.0, math.log(180.0), 2.0, 0.7)
+    step = 1e-6
+    for t in np.linspace(0.0005, 3.9, 400).tolist():
+        before, after = chirp.at(t - step), chirp.at(t + step)
+        here = chirp.at(t)
+        assert here.rate == pytest.approx((after.value - before.value) / (2.0 * step), abs=1e-3)
+        assert here.second_rate == pytest.approx((after.rate - before.rate) / (2.0 * step), abs=1.0)
+    assert chirp.at(0.0) == pytest.approx((0.0, 0.0, chirp.at(2.0).second_rate), abs=1e-9)
 
 
 @pytest.mark.slow  # compiles another loop
@@ -140,6 +158,8 @@ def test_several_points_lie_side_by_side() -> None:
         (lambda: bode(rig(), band=(math.nan, 1.0)), "band = nan: must be a finite number above 0 [Hz]"),
         (lambda: bode(rig(), amplitude=0.0), "amplitude = 0.0: must be a finite number above 0 [V]"),
         (lambda: bode(rig(), periods=0), "periods = 0: must be"),
+        (lambda: bode(rig(), excitation="sweep"), "excitation = 'sweep': must be"),
+        (lambda: bode(rig(), amplitude=1e3), "while its command was excited"),
         (lambda: bode(rig(), force=math.nan), "force = nan: must be a finite number [N]"),
         (lambda: bode(rig(), amplitude=1e3), "cannot be measured with: the loop"),
         (lambda: bode(rig(controller=PI(30.0, 600.0))), "is unstable here: nothing settles"),

@@ -1,6 +1,7 @@
 """The command that shows a scenario in frequency."""
 
 import math
+from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -40,10 +41,28 @@ SHOWN = {  # numbers of a loop: what they are called, and the factor to a unit
 }
 
 
+class Excitation(StrEnum):
+    """What a loop is excited with."""
+
+    MULTISINE = "multisine"
+    CHIRP = "chirp"
+
+
 def bode(
     scenario: Scenario,
     changes: Changes,
     plugins: Plugins,
+    logs: Annotated[
+        list[Path],
+        typer.Option(
+            "--log",
+            metavar="FILE",
+            default_factory=list,
+            show_default=False,
+            help="Show what a recorded log tells beside it: a table with the command or the demand "
+            "(`reference`) and what is controlled, as of `identify`. May be given again.",
+        ),
+    ],
     command: CommandAt = None,
     force: Force = None,
     band: Annotated[
@@ -53,11 +72,17 @@ def bode(
         ),
     ] = None,
     amplitude: Annotated[
-        str, typer.Option("--amplitude", metavar="VOLT", help="By how much tones move the command, rms.")
+        str,
+        typer.Option(
+            "--amplitude", metavar="VOLT", help="By how much the excitation moves the command, rms."
+        ),
     ] = "10mV",
-    periods: Annotated[int, typer.Option("--periods", help="Periods of the tones that are heard.")] = 2,
+    excitation: Annotated[
+        Excitation, typer.Option("--excitation", help="Many tones at once, or one that rises.")
+    ] = Excitation.MULTISINE,
+    periods: Annotated[int, typer.Option("--periods", help="Periods of the excitation that are heard.")] = 2,
     realisations: Annotated[
-        int, typer.Option("--realisations", help="Sets of tones with random phases of their own.")
+        int, typer.Option("--realisations", help="Experiments, each with random phases of its own.")
     ] = 4,
     vary: Annotated[
         str | None,
@@ -80,17 +105,19 @@ def bode(
     """Show a scenario in frequency: its loop open and closed, and how it gives way to its load.
 
     Each response comes twice: from the linear model about a point, and measured on the simulation with many
-    tones at once, noise, resolution and all, with its coherence. With it come the margins, the sensitivity
-    peak and the bandwidth.
+    tones at once or a chirp, noise, resolution and all, with its coherence. With it come the margins, the
+    sensitivity peak and the bandwidth. A log shows what the real machine does.
 
     Examples:
 
     - `hydroservo bode rig/1khz-pi-sine --out bode.png`
     - `hydroservo bode axis/force --command 0.1V --amplitude 50mV --band 0.5..100Hz --json`
     - `hydroservo bode rig/1khz-pi-sine --vary plant.mass=4..12kg --out masses.pdf`
+    - `hydroservo bode my.toml --log bench.csv --log warm.csv --out bench.pdf`
     """
     from hydroservo.cli.progress import progress_bar
     from hydroservo.cli.writing import try_outputs
+    from hydroservo.identification.recorded import with_logs
     from hydroservo.linear.bode import bode as bode_of
     from hydroservo.runs.results import as_json
 
@@ -106,12 +133,19 @@ def bode(
         try_outputs([out])
     with progress_bar(scenario) as report:
         if vary is None:
-            tones: dict[str, Any] = {"amplitude": volts, "periods": periods, "realisations": realisations}
+            asked: dict[str, Any] = {"amplitude": volts, "periods": periods, "realisations": realisations}
             data = bode_of(
-                loop, **point, **tones, measure=not linear, progress=lambda done: report(done, scenario)
+                loop,
+                **point,
+                **asked,
+                excitation=excitation.value,
+                measure=not linear,
+                progress=lambda done: report(done, scenario),
             )
         else:
             data = varied(vary, scenario, changes, plugins, point)
+        if logs:
+            data = with_logs(data, loop, logs, columns_in(scenario, changes, plugins))
         if out:
             draw(data, out)
     say_remarks(scenario, data)
@@ -178,6 +212,14 @@ def varied(
     return bode_over(loops, path, field.unit, **point)
 
 
+def columns_in(scenario: str, changes: list[str], plugins: list[Path]) -> dict[str, str]:
+    """Which column of a log holds which signal, as the scenario says."""
+    from hydroservo.identification.log import log_mapping
+    from hydroservo.scenario import assembled, parse_override
+
+    return log_mapping(assembled(scenario, dict(map(parse_override, changes)), plugins).log_columns)
+
+
 def draw(data: "xr.Dataset", out: Path) -> None:
     """Write the picture."""
     from hydroservo.figures.bode import plot_bode
@@ -192,8 +234,8 @@ def as_object(scenario: str, data: "xr.Dataset") -> dict[str, Any]:
         name, unit = data["point"].attrs["long_name"], data["point"].attrs["units"]
         values = data["point"].values.tolist()
         points = [{"value": value, **of_point(data.isel(point=i))} for i, value in enumerate(values)]
-        return {"scenario": scenario, "varied": name, "unit": unit, "points": points}
-    return {"scenario": scenario, "hash": data.attrs["hash"], **of_point(data)}
+        return {"scenario": scenario, "varied": name, "unit": unit, "points": points, "logs": of_logs(data)}
+    return {"scenario": scenario, "hash": data.attrs["hash"], **of_point(data), "logs": of_logs(data)}
 
 
 def of_point(data: "xr.Dataset") -> dict[str, Any]:
@@ -209,9 +251,27 @@ def of_point(data: "xr.Dataset") -> dict[str, Any]:
     return {"command": data.attrs.get("command"), "force": data.attrs.get("force"), **numbers, **found}
 
 
+def of_logs(data: "xr.Dataset") -> list[dict[str, Any]]:
+    """What each log tells, by the name of the response."""
+    import numpy as np
+
+    found = []
+    names = data["log"].values if "log" in data.coords else np.array([], dtype=object)
+    for log in dict.fromkeys(names.tolist()):
+        told: dict[str, Any] = {"log": log}
+        for name in ("machine", "closed"):
+            coherence = data[f"{name}_recorded_coherence"]
+            own = data.isel(recorded=np.flatnonzero((names == log) & coherence.notnull()))
+            if own.sizes["recorded"]:
+                said = curve(own["recorded"], own[f"{name}_recorded"])
+                told[name] = said | {"coherence": own[f"{name}_recorded_coherence"].values.tolist()}
+        found.append(told)
+    return found
+
+
 def plotted(one: "xr.DataArray") -> bool:
     """Whether it is a curve and no number."""
-    return bool({"frequency", "tone"} & set(one.dims))
+    return bool({"frequency", "tone", "recorded"} & set(one.dims))
 
 
 def curve(frequencies: "xr.DataArray", response: "xr.DataArray") -> dict[str, Any]:
@@ -248,6 +308,10 @@ def show_bode(scenario: str, data: "xr.Dataset") -> None:
 
 def said_of(points: "list[xr.Dataset]") -> list[str]:
     """What a reader should know of the responses."""
+    from rich.markup import escape
+
+    from hydroservo.formatting import number
+
     lines = []
     if not all(bool(one["stable"]) for one in points):
         lines.append("[bold red]Unstable[/] for small motions: no margin is one.")
@@ -256,6 +320,16 @@ def said_of(points: "list[xr.Dataset]") -> list[str]:
             least = {name: float(one[f"{name}_coherence"].min()) for name in ("open", "closed", "compliance")}
             said = ", ".join(f"{name} {value:.3f}" for name, value in least.items())
             lines.append(f"Measured at {one.sizes['tone']} frequencies; least coherence: {said}.")
+    for told in of_logs(points[0]):
+        for name in ("machine", "closed"):
+            if name in told:
+                high = [
+                    f
+                    for f, one in zip(told[name]["frequency"], told[name]["coherence"], strict=True)
+                    if one > 0.95
+                ]
+                band = f"{number(min(high))} to {number(max(high))} Hz" if high else "none"
+                lines.append(escape(f"{told['log']}: {name}, coherence above 0.95: {band}."))
     return lines
 
 

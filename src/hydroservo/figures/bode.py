@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -26,7 +27,8 @@ ROWS = (2.2, 1.6, 0.7)  # of magnitude, phase and coherence
 COHERENT = 0.95  # below it a measured point is drawn pale
 PALE = 0.25
 SHADES = 0.15, 0.85  # of the colours of several points
-SMALL = {1e-3: "m", 1e-6: "µ", 1e-9: "n", 1e-12: "p"}
+PREFIXES = {1e6: "M", 1e3: "k", 1.0: "", 1e-3: "m", 1e-6: "µ", 1e-9: "n", 1e-12: "p"}
+DOTS = {"simulation": 9.0, "log": 3.0}  # their areas [pt^2]
 HALF = 10.0  # degrees by which a rise of half a turn counts as a fall
 QUARTER = 90.0  # degrees between ticks
 
@@ -39,28 +41,27 @@ class Column(NamedTuple):
     beside: str | None = None
 
 
-COLUMNS = (
-    Column("open loop", "open"),
-    Column("closed loop", "closed"),
-    Column("compliance", "compliance", "open_compliance"),
-)
+OPEN, CLOSED = Column("open loop", "open"), Column("closed loop", "closed")
+COLUMNS = (OPEN, CLOSED, Column("compliance", "compliance", "open_compliance"))
+WITH_LOGS = (Column("machine", "machine"), OPEN, CLOSED)  # for logs tell nothing of the compliance
 
 
 def plot_bode(data: xr.Dataset) -> Figure:
     """Magnitude, phase and coherence of the open loop, the closed loop, and the way it gives to its load.
 
     Lines are the linear model, dots were measured; pale ones have a coherence below 0.95. Where the data hold
-    several points, each has a line, and nothing was measured.
+    several points, each has a line, and nothing was measured on the simulation. With recorded logs the
+    machine by its command takes the place of the compliance.
 
     Args:
         data: what :func:`~hydroservo.linear.bode` returned, or several of these along ``point``.
     """
     with style():
         fig = figure(HEIGHT)
-        measured = "tone" in data.coords
-        rows = ROWS if measured else ROWS[:2]
-        axes = fig.subplots(len(rows), len(COLUMNS), sharex=True, height_ratios=rows, squeeze=False)
-        for place, column in enumerate(COLUMNS):
+        rows = ROWS if {"tone", "recorded"} & set(data.coords) else ROWS[:2]
+        columns = WITH_LOGS if "recorded" in data.coords else COLUMNS
+        axes = fig.subplots(len(rows), len(columns), sharex=True, height_ratios=rows, squeeze=False)
+        for place, column in enumerate(columns):
             draw_column(data, axes[:, place].tolist(), column)
             axes[0, place].set_title(f"({'abc'[place]}) {column.title}", loc="left", fontsize=8)
             axes[-1, place].set_xlabel("frequency [Hz]")
@@ -92,6 +93,8 @@ def draw_column(data: xr.Dataset, axes: Sequence[Axes], column: Column) -> None:
                 middle.plot(f, degrees(response), line, color=shown)
     if "tone" in data.coords:
         draw_measured(data, axes, column, scale)
+    if f"{column.name}_recorded" in data:
+        draw_recorded(data, axes, column.name, scale)
     top.set_xscale("log")
     top.xaxis.set_major_formatter(FuncFormatter(lambda f, _: f"{f:g}"))
     middle.yaxis.set_major_locator(multiples(middle))
@@ -101,19 +104,47 @@ def draw_column(data: xr.Dataset, axes: Sequence[Axes], column: Column) -> None:
 
 def draw_measured(data: xr.Dataset, axes: Sequence[Axes], column: Column, scale: float) -> None:
     """What was measured as dots, and its coherence below."""
-    f, coherence = data["tone"].values, data[f"{column.name}_coherence"].values
-    unit = bool(data[column.name].attrs["units"])
+    coherence = data[f"{column.name}_coherence"]
     for name, colour in ((column.beside, GREY), (column.name, PALETTE[0])):
-        if not name:
-            continue
-        response = data[f"{name}_measured"].values
-        line = np.interp(np.log(f), np.log(data["frequency"]), degrees(data[name].values))
-        phase = line + (np.degrees(np.angle(response)) - line + 180.0) % 360.0 - 180.0  # of its own turn
-        colours = [to_rgba(colour, 1.0 if one >= COHERENT else PALE) for one in coherence]
-        for axis, values in ((axes[0], sized(response, scale, unit)), (axes[1], phase)):
-            axis.scatter(f, values, s=9, color=colours, linewidths=0, zorder=3)
-    axes[2].plot(f, coherence, ".", color=PALETTE[0], markersize=3)
+        if name:
+            dots(axes, data[name], data[f"{name}_measured"], coherence, scale, colour, DOTS["simulation"])
+
+
+def draw_recorded(data: xr.Dataset, axes: Sequence[Axes], name: str, scale: float) -> None:
+    """What logs tell of a response, each in its colour."""
+    line = data[name].isel(point=0) if "point" in data.dims else data[name]
+    for log, colour in logs_of(data):
+        own = data.isel(
+            recorded=np.flatnonzero((data["log"] == log) & data[f"{name}_recorded_coherence"].notnull())
+        )
+        response, coherence = own[f"{name}_recorded"], own[f"{name}_recorded_coherence"]
+        dots(axes, line, response, coherence, scale, colour, DOTS["log"])
+
+
+def dots(
+    axes: Sequence[Axes],
+    line: xr.DataArray,
+    response: xr.DataArray,
+    coherence: xr.DataArray,
+    scale: float,
+    colour: str,
+    area: float,
+) -> None:
+    """A measured response as dots near a line, pale where it is not coherent, and its coherence below."""
+    f, values = next(iter(response.coords.values())).values, response.values
+    near = np.interp(np.log(f), np.log(line["frequency"]), degrees(line.values))
+    phase = near + (np.degrees(np.angle(values)) - near + 180.0) % 360.0 - 180.0  # of its own turn
+    colours = [to_rgba(colour, 1.0 if one >= COHERENT else PALE) for one in coherence.values]
+    for axis, shown in ((axes[0], sized(values, scale, bool(line.attrs["units"]))), (axes[1], phase)):
+        axis.scatter(f, shown, s=area, color=colours, linewidths=0, zorder=3)
+    axes[2].scatter(f, coherence.values, s=DOTS["log"], color=colour, linewidths=0)
     axes[2].set_ylim(0.0, 1.05)
+
+
+def logs_of(data: xr.Dataset) -> list[tuple[str, str]]:
+    """The recorded logs, each with a colour."""
+    names = list(dict.fromkeys(data["log"].values.tolist())) if "log" in data.coords else []
+    return [(name, PALETTE[1 + i % (len(PALETTE) - 1)]) for i, name in enumerate(names)]
 
 
 def mark(data: xr.Dataset, axes: Sequence[Axes], name: str) -> None:
@@ -174,8 +205,8 @@ def multiples(axis: Axes) -> MultipleLocator:
 
 def readable(unit: str, largest: float) -> tuple[float, str]:
     """The factor, and the unit with a prefix, in which a response is near 1."""
-    power = min(SMALL, key=lambda one: abs(math.log10(largest / one)))
-    return 1.0 / power, f"{SMALL[power]}{unit}" if power != 1e-3 else f"mm{unit.removeprefix('m')}"
+    power = min(PREFIXES, key=lambda one: abs(math.log10(largest / one)))
+    return 1.0 / power, f"{PREFIXES[power]}{unit}"
 
 
 def curves_of(data: xr.Dataset) -> list[tuple[xr.Dataset, Any]]:
@@ -199,6 +230,10 @@ def legend(fig: Figure, data: xr.Dataset) -> None:
         if "tone" in data.coords:
             handles.append(Line2D([], [], color=PALETTE[0], marker=".", linestyle=""))
             labels.append("measured on the simulation")
-    handles.append(Line2D([], [], color=GREY, linestyle=":"))
-    labels.append("command held")
+    for log, colour in logs_of(data):
+        handles.append(Line2D([], [], color=colour, marker=".", linestyle=""))
+        labels.append(Path(log).name)
+    if "recorded" not in data.coords:
+        handles.append(Line2D([], [], color=GREY, linestyle=":"))
+        labels.append("command held")
     fig.legend(handles, labels, loc="outside upper center", ncols=min(len(labels), 6))

@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from hydroservo.errors import ScenarioError, short
+from hydroservo.field import Field
 from hydroservo.identification.signals import COMMAND, OUTPUTS, SIGNALS, TIME
 from hydroservo.nearest import one_of
 from hydroservo.scenario.quantities import unit_factor
@@ -29,7 +30,11 @@ class Column(NamedTuple):
 
 
 def chosen_columns(
-    headers: Sequence[str], mapping: Mapping[str, str], name: str, needed: Sequence[str] = (TIME, COMMAND)
+    headers: Sequence[str],
+    mapping: Mapping[str, str],
+    name: str,
+    needed: Sequence[str] = (TIME, COMMAND),
+    signals: Mapping[str, Field] = SIGNALS,
 ) -> list[Column]:
     """The columns of a log that hold signals, time first.
 
@@ -39,13 +44,14 @@ def chosen_columns(
             such as ``{"velocity": "v_piston [mm/s]"}``; a signal without one has a column of its own name.
         name: of the log.
         needed: signals without which the log is none.
+        signals: that are sought, with their units.
 
     Raises:
         ScenarioError: a column is missing, appears twice or has the unit of something else; or there is
             not what is needed, or nothing measured.
     """
     cells = [(header.strip(), *name_and_unit(header.strip())) for header in headers]
-    found = [column_of(signal, cells, mapping.get(signal), name) for signal in SIGNALS]
+    found = [column_of(signal, field, cells, mapping.get(signal), name) for signal, field in signals.items()]
     columns = [one for one in found if one is not None]
     known = {one.signal for one in columns}
     for signal in needed:
@@ -58,7 +64,7 @@ def chosen_columns(
 
 
 def column_of(
-    signal: str, cells: Sequence[tuple[str, str, str]], wanted: str | None, name: str
+    signal: str, field: Field, cells: Sequence[tuple[str, str, str]], wanted: str | None, name: str
 ) -> Column | None:
     """The column of one signal; None if no column has its name and none is wanted."""
     own, unit = name_and_unit(wanted) if wanted is not None else (signal, "")
@@ -75,10 +81,10 @@ def column_of(
     header, _, given = cells[places[0]]
     unit = unit or given
     if not unit:
-        problem = f'has no unit; write "{header} [{SIGNALS[signal].unit}]", or the unit that it is in'
+        problem = f'has no unit; write "{header} [{field.unit}]", or the unit that it is in'
         raise ScenarioError(name, "line 1", f"column {short(header)} {problem}")
     try:
-        factor = float(unit_factor(unit, SIGNALS[signal].unit))
+        factor = float(unit_factor(unit, field.unit))
     except ValueError as error:
         raise ScenarioError(name, "line 1", f"column {short(header)} {error}, as {signal} must") from None
     return Column(signal, header, places[0], factor)

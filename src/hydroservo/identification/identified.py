@@ -14,7 +14,7 @@ from hydroservo.identification.conclusions import remarks_of
 from hydroservo.identification.experiment import experiment
 from hydroservo.identification.fitted import Fitted
 from hydroservo.identification.held_out import held_out
-from hydroservo.identification.log import Log, checked_log, read_log
+from hydroservo.identification.log import Log, checked_log, log_mapping, read_log
 from hydroservo.identification.misfit import misfit
 from hydroservo.identification.one_step import best_prediction
 from hydroservo.identification.problem import Problem, unknowns_of, usual_values
@@ -22,7 +22,6 @@ from hydroservo.identification.quality import log_fits
 from hydroservo.identification.result import Estimate, Identified
 from hydroservo.identification.search import Report, Solution, best_fit
 from hydroservo.identification.segments import Segment, Understood, understood
-from hydroservo.identification.signals import SIGNALS
 from hydroservo.identification.steps import substeps_for
 from hydroservo.identification.trust import told
 from hydroservo.identification.uncertainty import NORMAL, Uncertainty, uncertainty
@@ -192,10 +191,7 @@ def read(logs: Sequence[Given], assembly: Assembly) -> list[Log]:
     """
     if not logs:
         raise ParameterError("logs", "[]", "must be at least one")
-    for signal, entry in assembly.log_columns.items():
-        if signal not in SIGNALS:
-            raise entry.unknown(signal, SIGNALS)
-    mapping = {signal: entry.value for signal, entry in assembly.log_columns.items()}
+    mapping = log_mapping(assembly.log_columns)
     every = [
         checked_log(one, f"log {i}") if isinstance(one, Mapping) else read_log(one, mapping)
         for i, one in enumerate(logs, 1)

@@ -8,14 +8,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydroservo.errors import ParameterError, ScenarioError
+from hydroservo.field import Field
 from hydroservo.identification.binary_tables import BINARY, read_binary_table
 from hydroservo.identification.columns import Column, chosen_columns
-from hydroservo.identification.signals import COMMAND, OUTPUTS, SIGNALS, TIME
+from hydroservo.identification.signals import COMMAND, NAMES, OUTPUTS, SIGNALS, TIME
 from hydroservo.identification.text_tables import read_text_table
 from hydroservo.runs.arguments import checked_path
 from hydroservo.scenario.files import exists
+from hydroservo.scenario.tables import Entry
 
-__all__ = ["Log", "checked_log", "read_log"]
+__all__ = ["Log", "checked_log", "log_mapping", "read_log"]
 
 FEWEST = 16  # samples
 
@@ -37,7 +39,12 @@ class Log(NamedTuple):
     unused: Sequence[str] = ()
 
 
-def read_log(path: str | Path, mapping: Mapping[str, str], needed: Sequence[str] = (TIME, COMMAND)) -> Log:
+def read_log(
+    path: str | Path,
+    mapping: Mapping[str, str],
+    needed: Sequence[str] = (TIME, COMMAND),
+    sought: Mapping[str, Field] = SIGNALS,
+) -> Log:
     """The log in a file: Parquet, MATLAB, NetCDF or MDF by its ending, else text with a header.
 
     Args:
@@ -45,6 +52,7 @@ def read_log(path: str | Path, mapping: Mapping[str, str], needed: Sequence[str]
         mapping: which column holds which signal, as
             :func:`~hydroservo.identification.columns.chosen_columns` has it.
         needed: signals without which the log is none.
+        sought: the signals that are looked for.
 
     Raises:
         ScenarioError: in one line, the file, the place and what is wrong there.
@@ -57,7 +65,7 @@ def read_log(path: str | Path, mapping: Mapping[str, str], needed: Sequence[str]
     columns: list[Column] = []
 
     def choose(headers: Sequence[str]) -> Any:
-        columns[:] = chosen_columns(headers, mapping, name, needed)
+        columns[:] = chosen_columns(headers, mapping, name, needed, sought)
         return columns
 
     found, headers = read(file, choose)
@@ -65,6 +73,18 @@ def read_log(path: str | Path, mapping: Mapping[str, str], needed: Sequence[str]
     used = {one.place for one in columns}
     unused = [header for i, header in enumerate(headers) if i not in used and header.strip()]
     return checked(Log(name, in_si.pop(TIME), in_si, unused))
+
+
+def log_mapping(columns: Mapping[str, Entry]) -> dict[str, str]:
+    """The column of each signal that a scenario's ``[identify.columns]`` names.
+
+    Raises:
+        ScenarioError: a signal is none.
+    """
+    for signal, entry in columns.items():
+        if signal not in NAMES:
+            raise entry.unknown(signal, NAMES)
+    return {signal: entry.value for signal, entry in columns.items()}
 
 
 def checked_log(given: Mapping[str, Any], name: str, needed: Sequence[str] = (TIME, COMMAND)) -> Log:

@@ -10,13 +10,14 @@ from numpy.typing import NDArray
 from hydroservo.errors import ScenarioError
 from hydroservo.formatting import MINUS, quantity
 from hydroservo.identification.log import FEWEST, Log
-from hydroservo.identification.signals import COMMAND, EXTERNAL_FORCE, INPUTS, OUTPUTS, SIGNALS
+from hydroservo.identification.signals import INPUTS, OUTPUTS, REFERENCE, SIGNALS
 from hydroservo.identification.spikes import resolution_of, spikes_in
 
 __all__ = ["Segment", "Understood", "understood"]
 
 JITTER = 0.02  # of a period, by which instants may lie beside an even grid
 MISSING = 1.5  # periods: a longer interval lacks samples
+DRIVING = (*INPUTS, REFERENCE)
 LONGEST_BRIDGE = 5  # samples that may lack in a row; beyond that, a new stretch begins
 
 Samples = NDArray[np.float64]
@@ -29,7 +30,7 @@ class Segment(NamedTuple):
         log: the number of its log, from 0 on.
         start: its first instant, on the log's clock [s].
         period: between samples [s].
-        inputs: the command and the external force, those that were recorded, shape (n,).
+        inputs: the command, the external force and the demand, if they were recorded, shape (n,).
         measured: by name, shape (n,); nan where nothing was measured or what was is no measurement.
     """
 
@@ -111,9 +112,9 @@ def changing(log: Log, remarks: list[str]) -> Iterator[tuple[str, Samples]]:
         raise ScenarioError(log.name, names, "never changes, and nothing else is measured: it tells nothing")
     for name, values in log.signals.items():
         if name in constant:
-            left = "nothing excites the machine" if name in INPUTS else "it tells nothing and is left out"
+            left = "nothing excites the machine" if name in DRIVING else "it tells nothing and is left out"
             remarks.append(f"{name} never changes: {left}")
-        if name not in constant or name in INPUTS:
+        if name not in constant or name in DRIVING:
             yield name, values
 
 
@@ -121,7 +122,7 @@ def said_of_samples(rows: Mapping[str, Samples], spikes: Mapping[str, NDArray[np
     """What there is to say of each signal's samples."""
     for name, values in rows.items():
         absent, peaks = int(np.isnan(values).sum()), int(spikes[name].sum())
-        driving = name in INPUTS
+        driving = name in DRIVING
         if absent:
             handled = "; those around are joined" if driving else ", and count for nothing"
             yield f"{name}: {absent} samples are missing{handled}"
@@ -165,7 +166,7 @@ def segment(
         remarks.append(f"{lacking} samples lack: inputs are joined over them, and nothing counts there")
     whole = np.arange(count, dtype=np.float64)
     own = {name: values[part] for name, values in rows.items()}
-    inputs = {name: joined(whole, places, own[name]) for name in (COMMAND, EXTERNAL_FORCE) if name in own}
+    inputs = {name: joined(whole, places, own[name]) for name in DRIVING if name in own}
     measured = {name: own[name] for name in OUTPUTS if name in own}
     on_grid = {name: placed(whole, places, values, beside) for name, values in measured.items()}
     return Segment(number, float(time[0]), period, inputs, on_grid)

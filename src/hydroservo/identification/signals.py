@@ -6,11 +6,12 @@ from types import MappingProxyType
 from hydroservo.field import Field, declared_fields
 from hydroservo.signals import MachineOutputs
 
-__all__ = ["COMMAND", "EXTERNAL_FORCE", "INPUTS", "OUTPUTS", "SIGNALS", "TIME"]
+__all__ = ["COMMAND", "EXTERNAL_FORCE", "INPUTS", "NAMES", "OUTPUTS", "REFERENCE", "SIGNALS", "TIME"]
 
 TIME = "time"
 COMMAND = "command"
 EXTERNAL_FORCE = "external_force"
+REFERENCE = "reference"
 
 INPUTS: Mapping[str, Field] = MappingProxyType(
     {
@@ -25,3 +26,6 @@ OUTPUTS: Mapping[str, Field] = MappingProxyType(dict(declared_fields(MachineOutp
 
 SIGNALS: Mapping[str, Field] = MappingProxyType({TIME: Field("s", "time"), **INPUTS, **OUTPUTS})
 """All of them, in SI units, by the name that a column of a log has."""
+
+NAMES = (*SIGNALS, REFERENCE)
+"""What a scenario may say the column of: the demand too, whose unit is that of what is controlled."""

@@ -13,6 +13,7 @@ from hydroservo.linear.margins import Judged, Margins, margins_at
 from hydroservo.linear.measured import (
     ASKED,
     DEMAND,
+    EXCITATIONS,
     EXCITED,
     FORCE,
     GIVEN,
@@ -20,12 +21,14 @@ from hydroservo.linear.measured import (
     Experiment,
     Heard,
     measured,
+    moving,
 )
 from hydroservo.linear.operating_point import OperatingPoint, operating_point
 from hydroservo.linear.parts import Parts, parts_of
 from hydroservo.linear.response import rates_of
 from hydroservo.linear.responses import giving_way, responses
 from hydroservo.loop import Loop
+from hydroservo.nearest import one_of
 from hydroservo.runs.arguments import checked_loop
 from hydroservo.runs.cautions import with_warning
 from hydroservo.runs.provenance import provenance
@@ -67,6 +70,7 @@ def bode(
     force: float | None = None,
     band: tuple[float, float] | None = None,
     amplitude: float = QUIET,
+    excitation: str = "multisine",
     periods: int = 2,
     realisations: int = 4,
     measure: bool = True,
@@ -75,9 +79,10 @@ def bode(
     """The frequency responses of a loop about a point: from its linear model, and measured.
 
     The loop is measured as it is, with noise and steps of resolution, on its simulation. Many tones at once
-    are added to its command, then to its demand, then to its load, with random phases; their size is such
-    that the linear model moves the command by ``amplitude``. Of realisations and periods it takes the best
-    linear approximation, and the coherence, which noise and bends of the machine make less than 1.
+    are added to its command, then to its demand, then to its load, with random phases; or one tone that
+    passes all frequencies, a chirp. Their size is such that the linear model moves the command by
+    ``amplitude``. Of realisations and periods it takes the best linear approximation, and the coherence,
+    which noise and bends of the machine make less than 1.
 
     Where the loop has no slope, at a valve's hysteresis for instance, the linear model is that of the mean of
     both sides' slopes; the attribute ``warning`` says so.
@@ -88,6 +93,7 @@ def bode(
         force: on the rod [N]; None for that of the load at t = 0.
         band: lowest and highest frequency [Hz]; None for what lies about the loop's crossover.
         amplitude: rms of the command's motion [V].
+        excitation: "multisine", many tones at once, or "chirp".
         periods: that are heard of each realisation.
         realisations: with phases of their own.
         measure: False for the linear model alone.
@@ -109,6 +115,8 @@ def bode(
     """
     loop = checked_loop(loop)
     number(amplitude, "amplitude", Field("V", "", above=0), float)
+    if excitation not in EXCITATIONS:
+        raise ParameterError("excitation", excitation, one_of(str(excitation), EXCITATIONS))
     whole_number("periods", periods, 1, 1000)
     whole_number("realisations", realisations, 1, 1000)
     view = viewed(loop, command, force, band)
@@ -120,6 +128,7 @@ def bode(
             "controller", type(loop.controller).__name__, "is unstable here: nothing settles"
         )
     plan = planned(view.low, view.high, loop.simulation.period, periods, realisations)
+    plan = plan._replace(excitation=excitation)
     report = progress or (lambda _: None)
     return data.assign(measured_curves(loop, view, plan, amplitude, report))
 
@@ -257,9 +266,13 @@ def measured_curves(
     moved = f"plant.{giving_way(point.loop)}"
     runs: dict[str, Heard] = {}
     for i, name in enumerate(EXCITED):
-        power = math.sqrt(0.5 * float((np.abs(model.commanded[name]) ** 2).sum()))
-        each = amplitude / power if power > 0.0 else PUSH
-        runs[name] = measured(loop, point, name, each, plan, [moved])
+        moves = moving(plan, model.commanded[name])
+        each = amplitude / moves if moves > 0.0 else PUSH
+        try:
+            runs[name] = measured(loop, point, name, each, plan, [moved])
+        except ParameterError as error:
+            problem = f"{error.allowed} while its {name} was excited"
+            raise ParameterError("amplitude", amplitude, problem) from None
         report((i + 1) / len(EXCITED))
     driven, ruled, loaded = (runs[name] for name in EXCITED)
     gives = driven.response(moved, GIVEN)

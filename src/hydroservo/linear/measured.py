@@ -1,16 +1,16 @@
-"""Frequency responses measured on the nonlinear simulation, by many tones at once."""
+"""Frequency responses measured on the nonlinear simulation, by many tones at once or by a chirp."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.block import leaves
+from hydroservo.block import Block, leaves
 from hydroservo.errors import ParameterError
 from hydroservo.group import nested
-from hydroservo.linear.excitation import Excited, PushedLoad, Tones, TonesAround
+from hydroservo.linear.excitation import Chirp, Excited, ExcitedDemand, PushedLoad, Tones
 from hydroservo.linear.operating_point import OperatingPoint
 from hydroservo.loop import Loop
 from hydroservo.monitors import PistonTravel
@@ -21,7 +21,7 @@ from hydroservo.starts import AsBuilt
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["EXCITED", "Experiment", "Heard", "heard", "measured"]
+__all__ = ["EXCITATIONS", "EXCITED", "Experiment", "Heard", "heard", "measured", "moving"]
 
 Vector = NDArray[np.float64]
 Response = NDArray[np.complex128]
@@ -30,6 +30,7 @@ EXCITED = ("command", "reference", "load")
 GIVEN, ASKED, SIGNAL = "controller.u", "controller.controller.u", "controlled.value"
 DEMAND, FORCE = "reference.value", "load.force"
 LEAST_POWER = 1e-300
+BELOW, ABOVE, HIGHEST = 0.5, 1.1, 0.98  # a chirp's ends by those of the tones, and of Nyquist's frequency
 
 
 class Experiment(NamedTuple):
@@ -41,6 +42,7 @@ class Experiment(NamedTuple):
         periods: that are heard, after one in which the loop settles.
         realisations: each with phases of its own, drawn at random.
         seed: of the draws.
+        excitation: "multisine", all tones at once, or "chirp", one that passes them.
     """
 
     harmonics: NDArray[np.int64]
@@ -48,6 +50,7 @@ class Experiment(NamedTuple):
     periods: int
     realisations: int
     seed: int
+    excitation: str = "multisine"
 
     def frequencies(self, sample_period: float) -> Vector:
         """Of the tones [rad/s]."""
@@ -85,7 +88,7 @@ def measured(
         loop: the loop.
         point: where it stays.
         excited: the command, the reference or the load.
-        amplitude: of each tone, in the unit of that.
+        amplitude: of each tone, or of the chirp, in the unit of that.
         plan: the tones.
         also: paths of states that are heard too.
 
@@ -96,16 +99,50 @@ def measured(
     Fails to tell even distortions of a realisation's own phases from noise.
     """
     paths = [GIVEN, ASKED, SIGNAL, DEMAND, FORCE, *also]
-    w = plan.frequencies(loop.simulation.period)
+    make = EXCITATIONS[plan.excitation]
     runs = []
     for phases in drawn_phases(plan):
-        tones = {name: Tones(amplitude if name == excited else 0.0, w, phases) for name in EXCITED}
-        data = quietly(simulate)(prepared(loop, point, tones, plan), record=paths, metrics=[PistonTravel()])
+        given = {
+            name: make(plan, loop.simulation.period, amplitude if name == excited else 0.0, phases)
+            for name in EXCITED
+        }
+        data = quietly(simulate)(prepared(loop, point, given, plan), record=paths, metrics=[PistonTravel()])
         if data["diverged"] or data["stroke_left"]:
             what = "diverged" if data["diverged"] else "left its stroke"
             raise ParameterError("amplitude", amplitude, f"cannot be measured with: the loop {what}")
         runs.append([steady(data, path, point) for path in paths])
     return heard(np.array(runs), paths, plan)
+
+
+def tones_of(plan: Experiment, sample_period: float, amplitude: float, phases: Vector) -> Tones:
+    """All tones at once."""
+    return Tones(amplitude, plan.frequencies(sample_period), phases)
+
+
+def chirp_of(plan: Experiment, sample_period: float, amplitude: float, phases: Vector) -> Chirp:
+    """One that passes all tones in a period, the first phase its own."""
+    w = plan.frequencies(sample_period)
+    highest = min(ABOVE * float(w[-1]), HIGHEST * math.pi / sample_period)
+    period = plan.period * sample_period
+    lowest = BELOW * float(w[0])
+    return Chirp(amplitude, lowest, math.log(highest / lowest), period, float(phases[0]))
+
+
+EXCITATIONS: dict[str, Callable[[Experiment, float, float, Vector], Block]] = {
+    "multisine": tones_of,
+    "chirp": chirp_of,
+}
+
+
+def moving(plan: Experiment, commanded: Response) -> float:
+    """By how much the command moves, rms, about, for an amplitude of 1.
+
+    Args:
+        plan: the tones.
+        commanded: what a law asks for at each, by what is excited.
+    """
+    powers = 0.5 * np.abs(commanded) ** 2
+    return math.sqrt(float(powers.mean() if plan.excitation == "chirp" else powers.sum()))
 
 
 def steady(data: "xr.Dataset", path: str, point: OperatingPoint) -> Vector:
@@ -122,7 +159,7 @@ def drawn_phases(plan: Experiment) -> Vector:
     return draw.uniform(0.0, 2.0 * np.pi, (plan.realisations, plan.harmonics.size))
 
 
-def prepared(loop: Loop, point: OperatingPoint, tones: dict[str, Tones], plan: Experiment) -> Loop:
+def prepared(loop: Loop, point: OperatingPoint, given: Mapping[str, Block], plan: Experiment) -> Loop:
     """The loop as it is excited, beginning at the point."""
     here, h = point.loop, loop.simulation.period
     share = float(getattr(here.hold, "delay", 0.0)) / h
@@ -132,14 +169,14 @@ def prepared(loop: Loop, point: OperatingPoint, tones: dict[str, Tones], plan: E
         f"controller.{path}" if path.startswith("controller.") else path: value
         for path, value in begin.items()
     }
-    given = {path: value for path, value in digital.items() if not math.isnan(value)}
-    given["controller.u"] = point.command
+    states = {path: value for path, value in digital.items() if not math.isnan(value)}
+    states["controller.u"] = point.command
     return loop._replace(
         simulation=loop.simulation._replace(duration=h * samples, record_period=h),
-        controller=Excited(loop.controller, tones["command"], share),
-        reference=TonesAround(tones["reference"], point.demand.value, point.demand.rate),
-        load=PushedLoad(tones["load"], point.force),
-        start=AsBuilt(nested(given)),
+        controller=Excited(loop.controller, given["command"], share),
+        reference=ExcitedDemand(given["reference"], point.demand.value, point.demand.rate),
+        load=PushedLoad(given["load"], point.force),
+        start=AsBuilt(nested(states)),
     )
 
 
