@@ -2,6 +2,7 @@
 
 from hydroservo.controlled.command import Command
 from hydroservo.controlled.force import Force
+from hydroservo.controlled.load_force import LoadForce
 from hydroservo.controlled.load_pressure import LoadPressure
 from hydroservo.controlled.position import Position
 from hydroservo.controlled.pressure_a import PressureA
@@ -11,6 +12,7 @@ from hydroservo.controlled.velocity import Velocity
 __all__ = [
     "Command",
     "Force",
+    "LoadForce",
     "LoadPressure",
     "Position",
     "PressureA",

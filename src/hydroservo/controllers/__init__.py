@@ -34,6 +34,7 @@ from hydroservo.controllers.rate_limit import RateLimit, RateLimitState
 from hydroservo.controllers.reference_filter import ReferenceFilter, ReferenceFilterState
 from hydroservo.controllers.saturation import Saturation
 from hydroservo.controllers.second_order_adrc import SecondOrderADRC, SecondOrderADRCState
+from hydroservo.controllers.state_space import StateSpace, StateSpaceState
 from hydroservo.controllers.tsmc import TSMC, TSMCState
 from hydroservo.controllers.valve_inversion import ValveInversion, ValveInversionState
 from hydroservo.controllers.velocity_compensation import VelocityCompensation, VelocityCompensationState
@@ -98,6 +99,8 @@ __all__ = [
     "Saturation",
     "SecondOrderADRC",
     "SecondOrderADRCState",
+    "StateSpace",
+    "StateSpaceState",
     "TSMCState",
     "ValveInversion",
     "ValveInversionState",

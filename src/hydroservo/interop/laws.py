@@ -1,0 +1,150 @@
+"""Laws that were designed in python-control, as laws of a loop and as scenarios."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydroservo._version import __version__
+from hydroservo.block import leaves
+from hydroservo.controlled import Command, Force, LoadForce, Position, PressureA, PressureB, Velocity
+from hydroservo.controlled.this_signal import THIS_SIGNAL
+from hydroservo.controllers import Saturation
+from hydroservo.controllers.state_space import (
+    MeasuredInput,
+    StateSpace,
+    StateWeights,
+    StateWeightsOfEach,
+    Weights,
+)
+from hydroservo.errors import ParameterError
+from hydroservo.interop.python_control import library
+from hydroservo.loop import Loop
+from hydroservo.nearest import one_of
+from hydroservo.runs.arguments import checked_loop
+from hydroservo.scenario.overrides import nested
+
+__all__ = ["to_law", "to_scenario"]
+
+Matrix = NDArray[np.float64]
+
+STATES = len(StateWeights._fields)
+DEMANDS = {  # inputs of a law by their names in python-control
+    "reference_value": "demand",
+    "reference_rate": "demand_rate",
+    "reference_second_rate": "demand_second_rate",
+}
+SIGNALS: dict[str, Any] = {
+    "velocity": Velocity(),
+    "load_force": LoadForce(),
+    "position": Position(),
+    "pressure_a": PressureA(),
+    "pressure_b": PressureB(),
+    "force": Force(),
+    "applied_command": Command(),
+}
+PLACES = ("first", "second", "third")
+SAME = 1e-9  # of a sample period
+
+
+def to_law(system: Any, loop: Loop, *, limit: float = 10.0) -> StateSpace:
+    """A sampled linear law of python-control as a law that a loop runs, tunes and exports.
+
+    Its inputs are told by their names: ``reference_value``, ``reference_rate``, ``reference_second_rate``,
+    ``velocity``, ``load_force``, ``position``, ``pressure_a``, ``pressure_b``, ``force``,
+    ``applied_command``, as :func:`~hydroservo.interop.to_statespace` has them, and ``controlled`` for what
+    the loop controls. A single input of another name is the error, the demand less what is controlled. Its
+    output is the command, with the sign that it has: a state feedback u = -K x has the gain -K::
+
+        law = control.ss([], [], [], [[-k]], loop.simulation.period, inputs=["velocity", "load_force"])
+        hs.simulate(hs.replace(loop, {"controller": to_law(law, loop)}))
+
+    Args:
+        system: a ``control.StateSpace`` or ``control.TransferFunction`` of one output, with at most eight
+            states and three measured inputs, sampled as the loop is.
+        loop: the loop for which it is.
+        limit: largest command [V].
+
+    Raises:
+        ParameterError: it is none of these, or a number of it is not finite.
+        HydroservoError: python-control is not installed.
+    """
+    loop = checked_loop(loop)
+    system = checked_system(system, loop.simulation.period)
+    a, b, c, d = (np.asarray(one, dtype=np.float64) for one in (system.A, system.B, system.C, system.D))
+    names = [str(name) for name in system.input_labels]
+    signals = SIGNALS | {"controlled": loop.controls}
+    known = [*DEMANDS, *signals]
+    if len(names) == 1 and names[0] not in known:
+        names, b, d = ["reference_value", "controlled"], np.hstack([b, -b]), np.hstack([d, -d])
+    wrong = [name for name in names if name not in known]
+    if wrong:
+        raise ParameterError("system", wrong[0], f"is no input of a law; it {one_of(wrong[0], known)}")
+    measured = [i for i, name in enumerate(names) if name in signals]
+    if len(measured) > len(PLACES):
+        asked = ", ".join(names[i] for i in measured)
+        raise ParameterError("system", asked, f"are {len(measured)} measured signals; at most 3 are allowed")
+    parts: dict[str, Any] = {
+        DEMANDS[name]: Weights(weights(b[:, i]), float(d[0, i]))
+        for i, name in enumerate(names)
+        if name in DEMANDS
+    }
+    for place, i in zip(PLACES, measured, strict=False):
+        parts[place] = MeasuredInput(signals[names[i]], weights(b[:, i]), float(d[0, i]))
+    rows = StateWeightsOfEach(*map(weights, a))
+    return StateSpace(rows, weights(c[0]), **parts, saturation=Saturation(limit))
+
+
+def to_scenario(law: StateSpace, base: str) -> str:
+    """The text of a scenario that builds on another one, with a law in place of that one's.
+
+    Args:
+        law: what :func:`to_law` made.
+        base: the other scenario: a built-in one's name, or a path as seen from where the text will stand.
+
+    Raises:
+        ParameterError: the law is none.
+    """
+    import tomli_w
+
+    if not isinstance(law, StateSpace):
+        raise ParameterError("law", law, "must be what to_law returned")
+    signals = {place: getattr(law, place).signal for place in PLACES}
+    types = {
+        f"{place}.signal.type": type(signal).__name__
+        for place, signal in signals.items()
+        if signal != THIS_SIGNAL
+    }
+    numbers = {path: value for path, value in leaves(law) if value != 0.0}
+    table = nested({"type": type(law).__name__, **types, **numbers})
+    said = f"# A law of python-control, written by hydroservo {__version__}; SI units."
+    return f"{said}\n{tomli_w.dumps({'base': base, 'controller': table})}"
+
+
+def checked_system(system: Any, period: float) -> Any:
+    """A law in state space that a loop with this sample period can run.
+
+    Raises:
+        ParameterError: it is not one.
+    """
+    control = library()
+    if isinstance(system, control.TransferFunction):
+        system = control.ss(system)
+    if not isinstance(system, control.StateSpace):
+        raise ParameterError("system", system, "must be a control.StateSpace or a control.TransferFunction")
+    if system.dt is None or system.dt is True or not abs(system.dt - period) <= SAME * period:
+        problem = f"must be sampled as the loop is, every {period:g} s; control.sample_system makes it so"
+        raise ParameterError("system", f"dt = {system.dt}", problem)
+    if system.noutputs != 1:
+        raise ParameterError("system", f"{system.noutputs} outputs", "must have one output, the command")
+    if system.nstates > STATES:
+        problem = f"must have at most {STATES}; control.balred makes them fewer"
+        raise ParameterError("system", f"{system.nstates} states", problem)
+    if not all(np.isfinite(one).all() for one in (system.A, system.B, system.C, system.D)):
+        raise ParameterError("system", "A, B, C, D", "must be finite numbers")
+    return system
+
+
+def weights(numbers: Matrix) -> StateWeights:
+    """Of up to eight states."""
+    return StateWeights(*numbers.tolist())
