@@ -71,6 +71,7 @@ def test_bode_beside_a_log(tmp_path):
         (("--amplitude", "2 bar"), "--amplitude = '2 bar': does not convert to V"),
         (("--out", "bode.txt"), "must end in one of .png, .svg, .pdf"),
         (("--out", "nowhere/at/all/bode.png", "--periods", "0"), "periods = 0: must be"),
+        (("--vary", "plant.mass=4..9kg", "--vary", "plant.leakage=0..1e-12"), "must be one number"),
         (("--vary", "plant.mas=4..12kg"), "did you mean plant.mass?"),
         (("--log", "nowhere.csv"), "nowhere.csv: there is no such file"),
         (("--excitation", "sweep"), "is not one of 'multisine', 'chirp'"),

@@ -20,10 +20,12 @@ from hydroservo.references import Step as StepReference
 from hydroservo.runs.batch import simulate_batch
 from hydroservo.runs.columns import starts
 from hydroservo.runs.provenance import scenario_hash
+from hydroservo.runs.run import ready
 from hydroservo.runs.tuning import is_possible
 from hydroservo.scenario import load_scenario
 from hydroservo.scenario.sampling import draws
 from hydroservo.signals import Pressures
+from hydroservo.starts import Steady
 from hydroservo.supplies import IdealSupply, PumpSupply, ReliefValve
 from hydroservo.testing.examples import example
 from hydroservo.wiring import believed
@@ -300,3 +302,22 @@ def test_a_load_beyond_the_supply_blames_no_uncertainty_where_there_is_none() ->
     assert f"{axis}, overridden: plant.start_pressure_a = 'auto': rest under 1e+06 [N] needs" in str(
         error.value
     )
+
+
+@pytest.mark.parametrize(("command", "found"), [(0.0, False), (-1.0, True)])
+def test_a_steady_state_below_vacuum_is_none(command: float, found: bool) -> None:
+    """A rod pulled with 15 kN, which the tank's pressure in one chamber does not hold unless it moves."""
+    pressures = {"plant.start_pressure_a": 40e5, "plant.start_pressure_b": 85e5}
+    loop = replace(
+        load_scenario("axis/position"),
+        {**pressures, "load": Constant(-15e3), "start": Steady(command=command)},
+    )
+    if found:
+        state = ready(loop).init()
+        assert state.plant.pressure_a == pytest.approx(6.747581e5, rel=1e-5)
+        assert state.plant.pressure_b == pytest.approx(114.841339e5, rel=1e-5)
+    else:
+        with pytest.raises(
+            ParameterError, match="under 0 V and -1.5e\\+04 N on the rod: a pressure is below vacuum"
+        ):
+            ready(loop)

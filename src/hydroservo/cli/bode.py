@@ -63,6 +63,17 @@ def bode(
             "(`reference`) and what is controlled, as of `identify`. May be given again.",
         ),
     ],
+    vary: Annotated[
+        list[str],
+        typer.Option(
+            VARY,
+            metavar="PATH=LOW..HIGH",
+            default_factory=list,
+            show_default=False,
+            help="Show the linear model for five values of this number: `plant.mechanism.mass=40..120kg`, "
+            "`start.command=0.1..2V`, `load.amplitude=0..2kN`. Nothing is measured then.",
+        ),
+    ],
     command: CommandAt = None,
     force: Force = None,
     band: Annotated[
@@ -84,15 +95,6 @@ def bode(
     realisations: Annotated[
         int, typer.Option("--realisations", help="Experiments, each with random phases of its own.")
     ] = 4,
-    vary: Annotated[
-        str | None,
-        typer.Option(
-            VARY,
-            metavar="PATH=LOW..HIGH",
-            help="Show the linear model for five values of this number: `plant.mechanism.mass=40..120kg`, "
-            "`start.command=0.1..2V`, `load.amplitude=0..2kN`. Nothing is measured then.",
-        ),
-    ] = None,
     linear: Annotated[
         bool, typer.Option("--linear", help="The linear model alone, nothing measured.")
     ] = False,
@@ -132,7 +134,7 @@ def bode(
         check_ending(out)
         try_outputs([out])
     with progress_bar(scenario) as report:
-        if vary is None:
+        if not vary:
             asked: dict[str, Any] = {"amplitude": volts, "periods": periods, "realisations": realisations}
             data = bode_of(
                 loop,
@@ -143,7 +145,7 @@ def bode(
                 progress=lambda done: report(done, scenario),
             )
         else:
-            data = varied(vary, scenario, changes, plugins, point)
+            data = varied(one_range(vary), scenario, changes, plugins, point)
         if logs:
             data = with_logs(data, loop, logs, columns_in(scenario, changes, plugins))
         if out:
@@ -167,6 +169,19 @@ def check_ending(out: Path) -> None:
 
     if out.suffix.lower() not in ENDINGS:
         raise ParameterError("--out", str(out), f"must end in one of {', '.join(ENDINGS)}")
+
+
+def one_range(vary: list[str]) -> str:
+    """The only range.
+
+    Raises:
+        ParameterError: there are more.
+    """
+    from hydroservo.errors import ParameterError
+
+    if len(vary) > 1:
+        raise ParameterError(VARY, ", ".join(vary), "must be one number: five values of it are a picture")
+    return vary[0]
 
 
 def band_in(text: str | None) -> tuple[float, float] | None:

@@ -99,10 +99,8 @@ def steady_state(loop: Loop, command: float) -> MachineState:
         found = approached(loop, start, command, fixed)
     if not at_rest(found):
         force = loop.load.force(0.0)
-        problem = (
-            f"has no steady state under {command:g} V and {force:.4g} N on the rod: {found.worst} "
-            "does not settle"
-        )
+        cause = f"{found.worst} does not settle" if found.misfit >= SETTLED else "a pressure is below vacuum"
+        problem = f"has no steady state under {command:g} V and {force:.4g} N on the rod: {cause}"
         raise ParameterError("start", type(loop.start).__name__, problem)
     return found.state
 
