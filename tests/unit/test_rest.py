@@ -317,7 +317,5 @@ def test_a_steady_state_below_vacuum_is_none(command: float, found: bool) -> Non
         assert state.plant.pressure_a == pytest.approx(6.747581e5, rel=1e-5)
         assert state.plant.pressure_b == pytest.approx(114.841339e5, rel=1e-5)
     else:
-        with pytest.raises(
-            ParameterError, match="under 0 V and -1.5e\\+04 N on the rod: a pressure is below vacuum"
-        ):
+        with pytest.raises(ParameterError, match="on the rod: a pressure is below vacuum"):
             ready(loop)
