@@ -132,6 +132,20 @@ def test_a_scenario_with_the_law_runs_the_same_and_is_tuned(tmp_path: Path) -> N
     assert louder.controller.first.command == -2.5
 
 
+def test_a_scenario_keeps_the_signals_of_its_law(tmp_path: Path) -> None:
+    loop = rig()
+    law = to_law(seven_states(1e-3), loop)
+    path = tmp_path / "mine.toml"
+    path.write_text(to_scenario(law, "rig/1khz-pi-sine"))
+    read = load_scenario(path, {"simulation.duration": 0.3})
+    signals = [
+        type(one.signal).__name__
+        for one in (read.controller.first, read.controller.second, read.controller.third)
+    ]
+    assert signals == ["Velocity", "LoadForce", "Position"]
+    np.testing.assert_array_equal(simulate(read)["controller.u"], run(loop, law))
+
+
 def ss(states: int, inputs: list[str] | int, outputs: int = 1, h: float = 1e-3) -> control.StateSpace:
     count = inputs if isinstance(inputs, int) else len(inputs)
     matrices = (

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from hydroservo._version import __version__
 from hydroservo.block import leaves
 from hydroservo.controlled import Command, Force, LoadForce, Position, PressureA, PressureB, Velocity
-from hydroservo.controlled.this_signal import THIS_SIGNAL
+from hydroservo.controlled.this_signal import ThisSignal
 from hydroservo.controllers import Saturation
 from hydroservo.controllers.state_space import (
     MeasuredInput,
@@ -113,7 +113,7 @@ def to_scenario(law: StateSpace, base: str) -> str:
     types = {
         f"{place}.signal.type": type(signal).__name__
         for place, signal in signals.items()
-        if signal != THIS_SIGNAL
+        if not isinstance(signal, ThisSignal)
     }
     numbers = {path: value for path, value in leaves(law) if value != 0.0}
     table = nested({"type": type(law).__name__, **types, **numbers})
