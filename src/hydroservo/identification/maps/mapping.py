@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from hydroservo.errors import HydroservoError, ParameterError
+from hydroservo.identification.log import log_mapping
 from hydroservo.identification.maps.decay import decay
 from hydroservo.identification.maps.friction import friction
 from hydroservo.identification.maps.piston import piston_of
@@ -15,7 +16,7 @@ from hydroservo.identification.maps.result import Found, Interval, StaticMap
 from hydroservo.identification.maps.valve_flow import valve_flow
 from hydroservo.identification.result import Estimate
 from hydroservo.identification.segments import Understood
-from hydroservo.identification.signals import COMMAND, SIGNALS
+from hydroservo.identification.signals import COMMAND
 from hydroservo.identification.written import tables_with
 from hydroservo.loop import Loop
 from hydroservo.nearest import one_of
@@ -77,7 +78,7 @@ def map_logs(
         raise ParameterError(given, changes or plugins, "need a scenario")
     assembly = None if scenario is None else assembled(scenario, changes, plugins)
     needed = (COMMAND,) if kind in (Kind.VALVE_FLOW, Kind.PRESSURE_GAIN) else ()
-    taken = logs_of(logs, mapping_of(assembly), needed)
+    taken = logs_of(logs, log_mapping({} if assembly is None else assembly.log_columns), needed)
     found = measured(Kind(kind), taken, assembly, str(scenario))
     remarks = list(dict.fromkeys([*(line for log in taken for line in log.remarks), *found.remarks]))
     tables: dict[str, Any] = nested(changes or {})
@@ -96,19 +97,6 @@ def map_logs(
         remarks,
         tables,
     )
-
-
-def mapping_of(assembly: Assembly | None) -> dict[str, str]:
-    """Which column of a log holds which signal, as the scenario says.
-
-    Raises:
-        ScenarioError: it names what is no signal.
-    """
-    entries = {} if assembly is None else assembly.log_columns
-    for signal, entry in entries.items():
-        if signal not in SIGNALS:
-            raise entry.unknown(signal, SIGNALS)
-    return {signal: entry.value for signal, entry in entries.items()}
 
 
 def measured(kind: Kind, logs: Sequence[Understood], assembly: Assembly | None, scenario: str) -> Found:
