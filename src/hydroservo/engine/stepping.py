@@ -1,0 +1,242 @@
+"""Many runs side by side that are given their commands from outside, one sample period a call.
+
+The memory of a group is that of :mod:`~hydroservo.engine.lanes`, with two rows more: the number of the sample
+that each lane is at, for each may begin anew when it likes, and whether its state still holds. A call goes
+through many groups, so that Python is asked once and not once a group.
+"""
+
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydroservo.block import Block, leaves
+from hydroservo.engine import flat
+from hydroservo.engine.kernel import Study, Wanted, mover
+from hydroservo.engine.lanes import LANES, loader, row, varier
+from hydroservo.engine.native import MachineCode, native
+from hydroservo.engine.recipe import Recipe
+
+__all__ = ["CompiledSteps", "Steps"]
+
+Numbers = NDArray[np.float64]
+Whole = NDArray[np.int64]
+CACHE_LINE = 8  # doubles
+
+
+class Places(NamedTuple):
+    """Where each part stands in the memory of a group, in rows of one number for each lane."""
+
+    states: int  # after the varied numbers of the system
+    command: int  # in the states, the number that is given from outside
+    sample: int  # the number of the sample that a lane is at
+    alive: int
+
+    @property
+    def size(self) -> int:
+        """Numbers of a group."""
+        return (self.alive + 1) * LANES
+
+
+def places_of(varied: Sequence[str], state: Block, command: str) -> Places:
+    """Where a group of runs that differ in some numbers has its parts.
+
+    Args:
+        varied: paths of these numbers in the system.
+        state: of a run.
+        command: path in the state of what is given from outside.
+    """
+    paths = [path for path, _ in leaves(state)]
+    sample = len(varied) + len(paths)
+    return Places(len(varied), len(varied) + paths.index(command), sample, sample + 1)
+
+
+class CompiledSteps:
+    """The kernels of a study: one that begins runs, and one that takes them through a sample period.
+
+    Args:
+        study: without monitors.
+        wanted: what to show of each sample, by path in the state s, and what must hold of it.
+        state: the first.
+        varied: the paths of the system in which runs differ.
+        command: the path in the state of what is given from outside.
+    """
+
+    def __init__(self, study: Study, wanted: Wanted, state: Block, varied: tuple[str, ...], command: str):
+        self.varied, self.places = varied, places_of(varied, state, command)
+        self.width = len(wanted.recorded)
+        shapes = (*map(flat.shape, (study, state)), *wanted, varied, command)
+        made = Made(study, wanted, state, varied, self.places)
+        self.begin = native(Recipe("first samples", shapes, strict=True), lambda: compiled_begin(made))
+        self.step = native(Recipe("sample periods", shapes, strict=True), lambda: compiled_step(made))
+        self.study = study  # kept alive: the table of arrays points into it
+        self.constants, self.tables = flat.numbers(study), flat.arrays(study)
+
+
+class Made(NamedTuple):
+    """What the text of both kernels is written from."""
+
+    study: Study
+    wanted: Wanted
+    state: Block
+    varied: tuple[str, ...]
+    places: Places
+
+
+class Steps:
+    """So many runs, none begun.
+
+    Attributes:
+        groups: of LANES runs that they are.
+        shown: what is wanted of each run at its last sample, shape (runs, numbers).
+    """
+
+    def __init__(self, kernel: CompiledSteps, runs: int) -> None:
+        self.kernel, self.runs, self.groups = kernel, runs, -(-runs // LANES)
+        self.memory = aligned(self.groups * kernel.places.size)
+        self.rows = self.memory.reshape(self.groups, -1, LANES)
+        self.shown = np.zeros((runs, kernel.width))
+
+    def give(self, which: Whole, numbers: Numbers) -> None:
+        """Give some runs their varied numbers, shape (numbers, runs)."""
+        self.rows[which // LANES, : self.kernel.places.states, which % LANES] = numbers.T
+
+    def command(self, values: Numbers) -> None:
+        """Give each run what comes from outside, until it is given something else."""
+        row, (full, rest) = self.rows[:, self.kernel.places.command], divmod(self.runs, LANES)
+        row[:full] = values[: full * LANES].reshape(full, LANES)
+        if rest:
+            row[full, :rest] = values[full * LANES :]
+
+    @property
+    def lost(self) -> NDArray[np.bool_]:
+        """Whether the state of each run ceased to hold since it began."""
+        found: NDArray[np.bool_] = self.rows[:, self.kernel.places.alive].reshape(-1)[: self.runs] == 0.0
+        return found
+
+    def begin(self, which: Whole, dt: float) -> None:
+        """The first sample of some runs, of those with these numbers."""
+        kernel, chosen = self.kernel, np.ascontiguousarray(which)
+        kernel.begin(kernel.constants, kernel.tables, self.memory, self.shown, chosen, chosen.size, dt)
+
+    def advance(self, first: int, last: int, dt: float) -> None:
+        """A sample period of all runs in groups first to last-1, and the sample at its end."""
+        kernel = self.kernel
+        kernel.step(kernel.constants, kernel.tables, self.memory, self.shown, first, last, self.runs, dt)
+
+
+def aligned(size: int) -> Numbers:
+    """Zeros that start on a cache line."""
+    numbers = np.zeros(size + CACHE_LINE)
+    start = -numbers.ctypes.data // numbers.itemsize % CACHE_LINE
+    return numbers[start : start + size]
+
+
+def compiled_begin(made: Made) -> MachineCode:
+    from hydroservo.engine.machine_code import DOUBLES, FLOAT, INTEGER, INTEGERS, machine_code
+
+    build, store, record, lane_of = flat.builder(made.study), storer(made), recorder(made), varied_of(made)
+    size, sample, alive = made.places.size, made.places.sample * LANES, made.places.alive * LANES
+
+    def begin(constants, tables, memory, shown, which, count, dt):  # type: ignore[no-untyped-def]
+        system = build(constants, tables).system
+        for i in range(count):
+            run = which[i]
+            lane = run // LANES * size + run % LANES
+            own = lane_of(system, memory, lane)
+            s = own.sample(own.init(), 0.0, dt)
+            store(memory, lane, s)
+            memory[sample + lane] = 0.0
+            memory[alive + lane] = 1.0
+            record(shown, run, s, s)
+        return 0
+
+    memory = (DOUBLES, INTEGERS, DOUBLES, DOUBLES, INTEGERS)
+    return machine_code(begin, (*memory, INTEGER, FLOAT), strict=True)
+
+
+def compiled_step(made: Made) -> MachineCode:
+    from hydroservo.engine.machine_code import DOUBLES, FLOAT, INTEGER, INTEGERS, machine_code
+
+    build, load, record = flat.builder(made.study), state_of(made), recorder(made)
+    move_all, sample_all, size = moving(made), sampling(made), made.places.size
+
+    def advance(constants, tables, memory, shown, first, last, runs, dt):  # type: ignore[no-untyped-def]
+        study = build(constants, tables)
+        for group in range(first, last):
+            at = group * size
+            end = at + min(LANES, runs - group * LANES)
+            move_all(study, memory, at, end, dt)
+            sample_all(study.system, memory, at, end, dt)
+            for lane in range(at, end):
+                s = load(memory, lane)
+                record(shown, group * LANES + lane - at, s, s)
+        return 0
+
+    memory = (DOUBLES, INTEGERS, DOUBLES, DOUBLES)
+    return machine_code(advance, (*memory, INTEGER, INTEGER, INTEGER, FLOAT), strict=True)
+
+
+def moving(made: Made) -> Callable[..., None]:
+    """What takes the machines of a group from their samples to the next.
+
+    Equal steps go through all lanes one by one, for vectors have no loops of their own; an integrator that
+    chooses its steps takes them all lane by lane.
+    """
+    load, store, lane_of = state_of(made), storer(made), varied_of(made)
+    sample, whole = made.places.sample * LANES, mover(made.study)
+
+    def equal_steps(study, memory, at, end, dt):  # type: ignore[no-untyped-def]
+        h = dt / study.substeps
+        for i in range(study.substeps):
+            for lane in range(at, end):
+                own, s = lane_of(study.system, memory, lane), load(memory, lane)
+                t = memory[sample + lane] * dt + i * h
+                x = study.integrator.substep(own, t, own.machine(s), own.held(s), h)
+                store(memory, lane, own.with_machine(s, x))
+
+    def chosen_steps(study, memory, at, end, dt):  # type: ignore[no-untyped-def]
+        for lane in range(at, end):
+            own, s = lane_of(study.system, memory, lane), load(memory, lane)
+            t, unheard = memory[sample + lane] * dt, study.watch.steps
+            x, _ = whole(own, study.integrator, unheard, unheard, s, t, dt, study.substeps)
+            store(memory, lane, own.with_machine(s, x))
+
+    return equal_steps if hasattr(type(made.study.integrator), "substep") else chosen_steps
+
+
+def sampling(made: Made) -> Callable[..., None]:
+    """What judges the states of a group and samples them."""
+    load, store, lane_of = state_of(made), storer(made), varied_of(made)
+    holds = flat.checker(made.wanted.watched, dict(made.wanted.reach))
+    sample, alive = made.places.sample * LANES, made.places.alive * LANES
+
+    def sample_all(system, memory, at, end, dt):  # type: ignore[no-untyped-def]
+        for lane in range(at, end):
+            own, s = lane_of(system, memory, lane), load(memory, lane)
+            memory[alive + lane] = memory[alive + lane] if holds(s) else 0.0
+            memory[sample + lane] += 1.0
+            store(memory, lane, own.sample(s, memory[sample + lane] * dt, dt))
+
+    return sample_all
+
+
+def state_of(made: Made) -> Callable[..., Any]:
+    """A function ``load(memory, lane)`` that returns a lane's state."""
+    return loader(made.state, row(made.places.states))
+
+
+def storer(made: Made) -> Callable[..., Any]:
+    """A function ``store(memory, lane, s)`` that writes it."""
+    return flat.storer(made.state, row(made.places.states))
+
+
+def varied_of(made: Made) -> Callable[..., Any]:
+    """A function ``vary(system, memory, lane)`` that returns a lane's own system."""
+    return varier(made.study.system, made.varied, row(0))
+
+
+def recorder(made: Made) -> Callable[..., Any]:
+    """A function ``record(shown, run, s, s)`` that writes what is wanted of a state."""
+    return flat.recorder(made.wanted.recorded)

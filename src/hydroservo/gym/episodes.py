@@ -1,0 +1,73 @@
+"""What the episodes of an environment are drawn from: the machines and demands of a scenario."""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from hydroservo.errors import ParameterError
+from hydroservo.runs.arguments import checked_mapping
+from hydroservo.scenario import Assembly, assembled
+from hydroservo.scenario.ranges import as_entries, relative
+from hydroservo.scenario.sampling import Columns, drawn, parameters_of, uniform, variations
+from hydroservo.scenario.truth import Deviation
+from hydroservo.validation import whole_number
+
+__all__ = ["MOST_DRAWS", "Ranges", "drawn_sets", "scenario_of"]
+
+MOST_DRAWS = 100_000  # sets of parameters, each with a start of its own to be found
+
+Ranges = Mapping[str, str | tuple[float, float]]
+
+
+def scenario_of(source: str | Path, changes: Mapping[str, object] | None, signal: str) -> Assembly:
+    """The scenario of an environment.
+
+    Args:
+        source: its name or file.
+        changes: as of :func:`~hydroservo.load_scenario`.
+        signal: that it must control, such as "velocity".
+
+    Raises:
+        ScenarioError: there is no such scenario, or it is wrong.
+        ParameterError: it controls something else.
+    """
+    found = assembled(source, changes)
+    meaning = found.loop.controls.declared().meaning
+    if meaning != signal:
+        raise ParameterError("scenario", str(source), f"must control the {signal}; it controls the {meaning}")
+    return found
+
+
+def drawn_sets(scenario: Assembly, vary: Ranges | None, draws: int) -> Columns:
+    """The sets of parameters that episodes have, by path in SI units; the scenario's seed says which.
+
+    What the scenario's uncertainty names deviates by one factor a set, drawn evenly from -1 to 1 times its
+    scale, so that numbers which go together stay together. What is to vary besides is drawn by itself.
+
+    Args:
+        scenario: of the environment.
+        vary: further ranges by path, or others in place of the uncertainty's, as of
+            :func:`~hydroservo.draws`.
+        draws: how many sets.
+
+    Raises:
+        ScenarioError: a path that cannot vary, or no range.
+        ParameterError: a number of sets out of its range.
+    """
+    own = checked_mapping("vary", {} if vary is None else vary, "paths to ranges")
+    whole_number("draws", draws, 1, MOST_DRAWS)
+    seed, wide = scenario.loop.simulation.seed, deviations(scenario)
+    ranges = {path: relative(-abs(most), abs(most)) for path, most in wide.items() if path not in own}
+    together = uniform(seed, "uncertainty.scale", draws)
+    varied = variations(scenario, as_entries({**ranges, **own}))
+    values = {}
+    for one in varied:
+        share = uniform(seed, one.path, draws) if one.path in own else together
+        values[one.path], _ = drawn(one, share if one.path in own or wide[one.path] > 0.0 else 1.0 - share)
+    return parameters_of(scenario, varied, values)
+
+
+def deviations(scenario: Assembly) -> dict[str, float]:
+    """How far a scenario's uncertainty leads each number from its nominal value, relative, where it does."""
+    said = {**scenario.truth.arguments, **scenario.truth.numbers}
+    found = {path: one.scale * one.relative for path, one in said.items() if isinstance(one, Deviation)}
+    return {path: most for path, most in found.items() if most != 0.0}

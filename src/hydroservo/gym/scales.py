@@ -1,0 +1,51 @@
+"""How large the signals of a loop are, by which an environment divides them."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydroservo.block import replace
+from hydroservo.loop import Loop
+from hydroservo.runs.cautions import quietly
+from hydroservo.runs.run import simulate
+from hydroservo.runs.stepping import SteppedRuns
+
+__all__ = ["Scales", "scales_of"]
+
+
+class Scales(NamedTuple):
+    """Sizes of signals.
+
+    Attributes:
+        signals: the largest absolute value of each in a run, 1 of its SI unit where it stays 0.
+        error: half of the range of the demand; its largest absolute value where it is constant.
+    """
+
+    signals: NDArray[np.float64]
+    error: float
+
+
+def scales_of(loop: Loop, paths: Sequence[str]) -> Scales:
+    """The sizes of what is seen of a loop, from a run of it under its own law.
+
+    Args:
+        loop: the loop.
+        paths: of what is seen, as :class:`~hydroservo.runs.stepping.SteppedRuns` has it.
+    """
+    every = replace(loop, {"simulation.record_period": loop.simulation.period})
+    recorded = ["controller.u", "reference.value"]
+    data = quietly(simulate)(every, record=recorded, metrics=[], strict=True)
+    commands, demand = (np.nan_to_num(data[path].to_numpy()) for path in recorded)
+    runs = SteppedRuns(
+        replace(loop, {"simulation.substeps": data.attrs.get("substeps", loop.simulation.substeps)}), {}, 1
+    )
+    none = np.zeros(1, dtype=np.int64)
+    runs.begin(none, sets=none, seeds=none + loop.simulation.seed)
+    largest = np.zeros(len(paths))
+    for command in commands[:-1]:
+        largest = np.fmax(largest, [abs(runs[path].item()) for path in paths])
+        runs.advance(np.array([command]))
+    spread = 0.5 * float(np.ptp(demand)) or float(np.max(np.abs(demand)))
+    return Scales(np.where(np.isfinite(largest) & (largest > 0.0), largest, 1.0), spread or 1.0)

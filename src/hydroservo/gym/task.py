@@ -1,0 +1,165 @@
+"""What an environment asks of an agent: observations, actions, rewards, and when an episode ends."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from gymnasium import spaces
+from numpy.typing import ArrayLike, NDArray
+
+from hydroservo.errors import ParameterError
+from hydroservo.field import Field
+from hydroservo.gym.episodes import Ranges, drawn_sets, scenario_of
+from hydroservo.gym.scales import scales_of
+from hydroservo.limits.command import command_limits
+from hydroservo.loop import Loop
+from hydroservo.runs.stepping import SteppedRuns
+from hydroservo.sensors.missing import missing_signals
+from hydroservo.signals import Demand, Measurement
+from hydroservo.validation import number
+
+__all__ = ["Outcome", "Task"]
+
+BEYOND = 10.0  # sizes, at which an observation is cut off
+SEEDS = 2**53  # of the random numbers of an episode
+LARGEST_CHANGE = 4.0  # of a command from sample to sample, by its limit, squared
+WEIGHT = Field("", "weight in the reward", at_least=0, at_most=1e6)
+
+Numbers = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+Whole = NDArray[np.int64]
+
+
+class Outcome(NamedTuple):
+    """What a sample period comes to in each of some runs."""
+
+    observations: Numbers
+    rewards: Numbers
+    terminated: Flags
+    truncated: Flags
+
+
+class Task:
+    """Runs of a scenario side by side, each with an agent in place of the law.
+
+    With e = (y - r)/E of the true signal y at the end of the sample period, E half of the demand's range, and
+    the action a, the command u by its limit::
+
+        reward = -error_weight min(e^2, 1) - effort_weight (a_k - a_(k-1))^2
+
+    An episode ends where the run diverges or the piston leaves its stroke. It is then charged the most that
+    the samples left could cost, error_weight + 4 effort_weight each, so that ending early never pays. It is
+    cut off at the scenario's duration.
+
+    Args:
+        count: how many runs.
+        scenario: its name or file.
+        signal: that the scenario must control, "velocity" or "position".
+        changes: of the scenario, as of :func:`~hydroservo.load_scenario`.
+        vary: what differs between episodes besides the scenario's uncertainty, as of
+            :func:`~hydroservo.draws`.
+        draws: how many sets of such numbers there are; each episode takes one of them.
+        error_weight: of the squared error.
+        effort_weight: of the squared change of the command.
+        threads: how many to use; all cores if None.
+
+    Attributes:
+        signals: paths of what is observed: what the sensors measure, then the demand and its rates.
+        scales: by which these are divided, in SI units.
+        limit: of the command [V].
+        machine: the set of parameters that each run has.
+        seed: of the random numbers of each run.
+
+    Raises:
+        ScenarioError: no such scenario, or a wrong one.
+        ParameterError: an argument out of its range, or a law whose command has no limit.
+    """
+
+    def __init__(
+        self,
+        count: int,
+        scenario: str | Path,
+        signal: str,
+        *,
+        changes: Mapping[str, object] | None = None,
+        vary: Ranges | None = None,
+        draws: int = 64,
+        error_weight: float = 1.0,
+        effort_weight: float = 0.1,
+        threads: int | None = None,
+    ) -> None:
+        self.error_weight = float(number(error_weight, "error_weight", WEIGHT, float))
+        self.effort_weight = float(number(effort_weight, "effort_weight", WEIGHT, float))
+        chosen = scenario_of(scenario, changes, signal)
+        loop, self.draws, self.count = chosen.loop, draws, count
+        self.limit = command_limits(loop).limit
+        self.runs = SteppedRuns(loop, drawn_sets(chosen, vary, draws), count, threads=threads)
+        self.signals = signals_of(self.runs.loop)
+        self.scales, self.error_scale = scales_of(loop, self.signals)
+        self.stroke = float(getattr(self.runs.loop.plant, "stroke", np.inf))
+        self.actions = np.zeros(count)
+        self.sample, self.machine, self.seed = (np.zeros(count, dtype=np.int64) for _ in range(3))
+
+    @property
+    def observation_space(self) -> spaces.Space[Numbers]:
+        """What was measured and what is demanded, by their sizes."""
+        return spaces.Box(-BEYOND, BEYOND, (len(self.signals),), np.float64)
+
+    @property
+    def action_space(self) -> spaces.Space[Numbers]:
+        """The command by its limit."""
+        return spaces.Box(-1.0, 1.0, (1,), np.float64)
+
+    def loop_of(self, run: int) -> Loop:
+        """The loop of a run's episode with its law, for ``hydroservo.simulate``."""
+        return self.runs.loop_of(int(self.machine[run]), int(self.seed[run]))
+
+    def begin(self, which: Whole, generators: Sequence[np.random.Generator]) -> None:
+        """New episodes of some runs, each drawn from its own generator."""
+        for run in which.tolist():
+            self.machine[run] = generators[run].integers(self.draws)
+            self.seed[run] = generators[run].integers(SEEDS)
+        self.runs.begin(which, self.machine[which], self.seed[which])
+        self.actions[which], self.sample[which] = 0.0, 0
+
+    def advance(self, actions: ArrayLike) -> Outcome:
+        """A sample period of all runs.
+
+        Raises:
+            ParameterError: an action that is no number, or too few or many of them.
+        """
+        given = np.asarray(actions, dtype=np.float64)
+        if given.size != self.count or not np.isfinite(given).all():
+            raise ParameterError("action", actions, f"must be {self.count} finite numbers in [-1, 1]")
+        given = np.clip(given.reshape(self.count), -1.0, 1.0)
+        self.runs.advance(self.limit * given)
+        self.sample += 1
+        change, self.actions = given - self.actions, given
+        ended = self.runs.lost | self.left_stroke()
+        left = self.runs.samples - self.sample
+        costs = self.costs(change) + ended * left * (self.error_weight + LARGEST_CHANGE * self.effort_weight)
+        return Outcome(self.observations(), -costs, ended, left <= 0)
+
+    def observations(self) -> Numbers:
+        """What each run shows, shape (runs, signals); 0 where a signal is lost."""
+        seen = self.runs.table_of(self.signals) / self.scales
+        return np.clip(np.nan_to_num(seen, nan=0.0), -BEYOND, BEYOND)
+
+    def costs(self, change: Numbers) -> Numbers:
+        """What the sample period cost; the most where the error is no number."""
+        error = (self.runs["controlled.value"] - self.runs["reference.value"]) / self.error_scale
+        squares = np.minimum(np.nan_to_num(error * error, nan=1.0), 1.0)
+        return self.error_weight * squares + self.effort_weight * change * change
+
+    def left_stroke(self) -> Flags:
+        """Which pistons are beyond an end of their stroke."""
+        position = self.runs["plant.position"]
+        return (position < 0.0) | (position > self.stroke)
+
+
+def signals_of(loop: Loop) -> list[str]:
+    """The paths of what an agent observes: what the sensors measure, and the demand with its rates."""
+    lacking = missing_signals(loop.sensors)
+    measured = [f"controller.measured.{name}" for name in Measurement._fields if name not in lacking]
+    return measured + [f"reference.{name}" for name in Demand._fields]

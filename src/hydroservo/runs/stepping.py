@@ -1,0 +1,151 @@
+"""Loops that are given their commands from outside, all of them one sample period a call."""
+
+import warnings
+from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from itertools import pairwise, repeat
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from hydroservo.block import Block, leaves, replace
+from hydroservo.errors import HydroservoWarning
+from hydroservo.group import group
+from hydroservo.loop import Loop
+from hydroservo.runs.batch import with_steps
+from hydroservo.runs.columns import SEED, checked_columns, starts
+from hydroservo.runs.commanded import Commanded
+from hydroservo.runs.divergence import reach_of, watched_paths
+from hydroservo.runs.fitting import compilation, first_state
+from hydroservo.runs.run import plan_of, ready, studied
+from hydroservo.runs.step_sizes import hardest
+from hydroservo.validation import checked
+from hydroservo.wiring import wired
+from hydroservo.work.cores import checked_count
+
+__all__ = ["SteppedRuns"]
+
+COMMAND = "controller.u"
+LEAST_GROUPS = 4  # of runs that are worth a thread
+
+Numbers = NDArray[np.float64]
+Whole = NDArray[np.int64]
+
+
+class SteppedRuns:
+    """Runs of a loop whose commands come from outside, each of one of some sets of parameters::
+
+        runs = SteppedRuns(loop, {"plant.mass": [5.0, 6.0]}, 100)
+        runs.begin(np.arange(100), sets=np.arange(100) % 2, seeds=np.arange(100))
+        runs.advance(np.full(100, 0.5))
+        runs["plant.velocity"]
+
+    The law of the loop is left out. A command [V] is what the law would have asked for at the sample that is
+    shown: hold and delay come after it, and it is not limited. Runs may begin anew at any sample, each by
+    itself. Given the commands of a law, a run has the bits of ``simulate(loop, strict=True)``, whatever the
+    number of runs and threads.
+
+    Args:
+        loop: the loop, as :func:`~hydroservo.simulate` takes it.
+        parameters: arrays of shape (sets,) in SI units by path, as :func:`~hydroservo.simulate_batch` takes
+            them.
+        count: how many runs go side by side.
+        threads: how many to use; all cores if None.
+
+    Attributes:
+        loop: as it is run, with its law.
+        samples: that a run of the loop's duration has after its first.
+
+    Raises:
+        ParameterError: as :func:`~hydroservo.simulate_batch`.
+        LoopError: a block that does not fit the loop.
+    """
+
+    def __init__(
+        self, loop: Loop, parameters: Mapping[str, ArrayLike], count: int, *, threads: int | None = None
+    ) -> None:
+        from hydroservo.engine.kernel import Study, Wanted
+        from hydroservo.engine.stepping import CompiledSteps, Steps
+
+        self.given, whole = wired(checked(loop)), ready(loop)
+        sets = np.size(next(iter(parameters.values()), 0.0))
+        self.own = checked_columns(whole, {**parameters, SEED: np.full(sets, whole.simulation.seed)})
+        columns = self.own | starts(checked(loop), self.own)
+        self.loop, said = with_steps(whole, hardest(whole, [columns]), strict=True)
+        if "warning" in said:
+            warnings.warn(str(said["warning"]), HydroservoWarning, stacklevel=2)
+        driven = self.loop._replace(controller=Commanded(), metrics=group({}))
+        self.period = driven.simulation.period
+        state = first_state(driven)
+        self.samples = plan_of(driven, state, ()).samples - 1
+        study: Study = studied(driven, self.samples + 1)
+        self.places = {path: i for i, path in enumerate(shown(state))}
+        wanted = Wanted(tuple(f"s.{path}" for path in self.places), watched_paths(state), reach_of(state))
+        with compilation(driven):
+            kernel = CompiledSteps(study, wanted, state, tuple(columns), COMMAND)
+        self.steps = Steps(kernel, count)
+        groups = self.steps.groups
+        workers = max(1, min(checked_count(threads, "threads"), groups // LEAST_GROUPS))
+        ends = np.linspace(0, groups, workers + 1).astype(int).tolist()
+        self.shares = list(pairwise(ends))
+        self.pool = ThreadPoolExecutor(workers) if workers > 1 else None
+        self.table, self.seed_row = np.array(list(columns.values())), list(columns).index(SEED)
+
+    def __getitem__(self, path: str) -> Numbers:
+        """A number of the state of each run at its last sample, such as ``controller.measured.velocity``."""
+        found: Numbers = self.steps.shown[:, self.places[path]]
+        return found
+
+    def table_of(self, paths: Sequence[str]) -> Numbers:
+        """Some numbers of the state of each run at its last sample, shape (count, paths)."""
+        return self.steps.shown[:, [self.places[path] for path in paths]]
+
+    def loop_of(self, chosen: int, seed: int) -> Loop:
+        """The loop with its law, one of the sets of parameters and a seed, to be simulated alone.
+
+        Args:
+            chosen: the number of the set.
+            seed: of the random numbers.
+        """
+        own = {path: values[chosen].item() for path, values in self.own.items()}
+        steps = {"simulation.substeps": self.loop.simulation.substeps}
+        found: Loop = replace(self.given, own | steps | {SEED: seed})
+        return found
+
+    @property
+    def lost(self) -> NDArray[np.bool_]:
+        """Which runs diverged since they began: a number was not finite, or beyond physical reach."""
+        return self.steps.lost
+
+    def begin(self, which: Whole, sets: Whole, seeds: Whole) -> None:
+        """Put some runs at their first sample, and measure there.
+
+        Args:
+            which: their numbers.
+            sets: the number of the set of parameters that each takes.
+            seeds: of the random numbers of each.
+        """
+        numbers = self.table[:, sets]
+        numbers[self.seed_row] = seeds
+        self.steps.give(which, numbers)
+        with compilation(self.loop):
+            self.steps.begin(which, self.period)
+
+    def advance(self, commands: Numbers) -> None:
+        """Hold a command [V] in each run until its next sample, and measure there.
+
+        Args:
+            commands: of shape (count,).
+        """
+        self.steps.command(commands)
+        with compilation(self.loop):
+            if self.pool is None:
+                self.steps.advance(0, self.steps.groups, self.period)
+            else:
+                period, (firsts, lasts) = repeat(self.period), zip(*self.shares, strict=True)
+                list(self.pool.map(self.steps.advance, firsts, lasts, period))
+
+
+def shown(state: Block) -> list[str]:
+    """What of a state is shown: all but what sensors and holds remember."""
+    return [path for path, _ in leaves(state) if not path.startswith(("sensors.", "hold."))]
