@@ -117,6 +117,11 @@ def test_wrong_arguments_are_refused_in_one_line(task: dict[str, Any], said: str
     assert "\n" not in str(error.value)
 
 
+def test_where_nothing_differs_there_is_one_machine() -> None:
+    env = made(draws=50, changes={"uncertainty.scale": 0})
+    assert {env.reset()[1]["machine"] for _ in range(20)} == {0}
+
+
 def test_an_action_that_is_no_number_is_refused() -> None:
     env = made().unwrapped
     env.reset(seed=0)

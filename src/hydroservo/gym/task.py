@@ -59,7 +59,8 @@ class Task:
         changes: of the scenario, as of :func:`~hydroservo.load_scenario`.
         vary: what differs between episodes besides the scenario's uncertainty, as of
             :func:`~hydroservo.draws`.
-        draws: how many sets of such numbers there are; each episode takes one of them.
+        draws: how many sets of such numbers there are, of which each episode takes one; one where nothing
+            differs.
         error_weight: of the squared error.
         effort_weight: of the squared change of the command.
         threads: how many to use; all cores if None.
@@ -92,7 +93,7 @@ class Task:
         self.error_weight = float(number(error_weight, "error_weight", WEIGHT, float))
         self.effort_weight = float(number(effort_weight, "effort_weight", WEIGHT, float))
         chosen = scenario_of(scenario, changes, signal)
-        loop, self.draws, self.count = chosen.loop, draws, count
+        loop, self.count = chosen.loop, count
         self.limit = command_limits(loop).limit
         self.runs = SteppedRuns(loop, drawn_sets(chosen, vary, draws), count, threads=threads)
         self.signals = signals_of(self.runs.loop)
@@ -118,7 +119,7 @@ class Task:
     def begin(self, which: Whole, generators: Sequence[np.random.Generator]) -> None:
         """New episodes of some runs, each drawn from its own generator."""
         for run in which.tolist():
-            self.machine[run] = generators[run].integers(self.draws)
+            self.machine[run] = generators[run].integers(self.runs.sets)
             self.seed[run] = generators[run].integers(SEEDS)
         self.runs.begin(which, self.machine[which], self.seed[which])
         self.actions[which], self.sample[which] = 0.0, 0

@@ -54,6 +54,7 @@ class SteppedRuns:
 
     Attributes:
         loop: as it is run, with its law.
+        sets: how many sets of parameters there are; one where none are given.
         samples: that a run of the loop's duration has after its first.
 
     Raises:
@@ -68,8 +69,8 @@ class SteppedRuns:
         from hydroservo.engine.stepping import CompiledSteps, Steps
 
         self.given, whole = wired(checked(loop)), ready(loop)
-        sets = np.size(next(iter(parameters.values()), 0.0))
-        self.own = checked_columns(whole, {**parameters, SEED: np.full(sets, whole.simulation.seed)})
+        self.sets = int(np.size(next(iter(parameters.values()), 0.0)))
+        self.own = checked_columns(whole, {**parameters, SEED: np.full(self.sets, whole.simulation.seed)})
         columns = self.own | starts(checked(loop), self.own)
         self.loop, said = with_steps(whole, hardest(whole, [columns]), strict=True)
         if "warning" in said:
