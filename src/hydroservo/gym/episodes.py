@@ -46,7 +46,7 @@ def drawn_sets(scenario: Assembly, vary: Ranges | None, draws: int) -> Columns:
     Args:
         scenario: of the environment.
         vary: further ranges by path, or others in place of the uncertainty's, as of
-            :func:`~hydroservo.draws`.
+            :func:`~hydroservo.scenario.sampling.draws`.
         draws: how many sets.
 
     Raises:

@@ -58,7 +58,7 @@ class Task:
         signal: that the scenario must control, "velocity" or "position".
         changes: of the scenario, as of :func:`~hydroservo.load_scenario`.
         vary: what differs between episodes besides the scenario's uncertainty, as of
-            :func:`~hydroservo.draws`.
+            :func:`~hydroservo.scenario.sampling.draws`.
         draws: how many sets of such numbers there are, of which each episode takes one; one where nothing
             differs.
         error_weight: of the squared error.
