@@ -7,7 +7,7 @@ import inspect
 import re
 from collections.abc import Callable, Iterator, Sequence
 from itertools import compress
-from typing import Any, NamedTuple
+from typing import Any, ForwardRef, NamedTuple
 
 from sphinx.application import Sphinx
 from sphinx.util.typing import ExtensionMetadata
@@ -56,15 +56,21 @@ def article(name: str) -> str:
 
 def table(maker: Callable[..., Any]) -> list[str]:
     """The rows of a class or constructor as a reStructuredText list-table; nothing where there are none."""
-    found = list(rows(maker))
-    if not found:
+    if not declares(maker):
         return []
+    found = list(rows(maker))
     if is_state(maker):
         header, lines = STATE, [tuple(getattr(row, name) for name in STATE) for row in found]
     else:
         header, lines = filled(PARAMETERS, found)
     body = [cell for line in (header, *lines) for cell in listed(line)]
     return ["", ".. list-table::", "   :header-rows: 1", "   :class: fields", "", *body, ""]
+
+
+def declares(maker: Callable[..., Any]) -> bool:
+    """Whether all annotations can be looked at: a record of what type checkers alone import has none."""
+    kinds = getattr(maker, "__annotations__", {}).values()
+    return not any(isinstance(kind, str | ForwardRef) for kind in kinds)
 
 
 def filled(header: Line, lines: Sequence[Line]) -> tuple[Line, list[Line]]:

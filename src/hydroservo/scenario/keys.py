@@ -43,13 +43,14 @@ class Key(NamedTuple):
         """The default as a scenario has it; empty where there is none."""
         if is_block(self.default):
             return type(self.default).__name__
-        if self.field is not None and self.default is not None and self.default == self.field.auto:
-            return '"auto"'
         if isinstance(self.default, bool):
             return str(self.default).lower()
         if isinstance(self.default, np.ndarray):
             return "from a file"
-        return f"{self.default:g}" if isinstance(self.default, int | float) else ""
+        if not isinstance(self.default, int | float):
+            return ""
+        automatic = self.field is not None and self.default == self.field.auto
+        return '"auto"' if automatic else f"{self.default:g}"
 
     @property
     def meaning(self) -> str:
