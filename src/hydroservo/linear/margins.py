@@ -4,6 +4,7 @@ import math
 from typing import Annotated, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hydroservo.errors import ParameterError
 from hydroservo.field import Field
@@ -107,7 +108,9 @@ def margins_at(point: OperatingPoint) -> Judged:
     """
     variants = opened(point)
     others = {"plant": variants.of_machine, "controller": variants.of_digital}
-    errors = {path: max(change(variants.loop, one) for one in some) for path, some in others.items()}
+    places = grid(variants.loop)
+    here = sensitivity(variants.loop, places)
+    errors = {path: max(change(here, one, places) for one in some) for path, some in others.items()}
     if not variants.loop.a.size:
         problem = (
             "closes no loop here: small changes of the command do not come back, as in a valve's overlap"
@@ -117,12 +120,17 @@ def margins_at(point: OperatingPoint) -> Judged:
     return Judged(variants.loop, margins_of(variants.loop)._replace(error=worst), errors)
 
 
-def change(loop: OpenLoop, other: OpenLoop) -> float:
-    """The largest change of S in another loop, as a share of it where it is above 1."""
-    places = grid(loop)
+def sensitivity(loop: OpenLoop, places: NDArray[np.float64]) -> NDArray[np.complex128]:
+    """S of a loop at some frequencies [rad/s]."""
     with np.errstate(all="ignore"):
-        here, there = (1.0 / (1.0 + one.transfer(places)) for one in (loop, other))
-    return float((np.abs(there - here) / np.maximum(np.abs(here), 1.0)).max())
+        return np.asarray(1.0 / (1.0 + loop.transfer(places)))
+
+
+def change(here: NDArray[np.complex128], other: OpenLoop, places: NDArray[np.float64]) -> float:
+    """The largest change of S in another loop, as a share of it where it is above 1."""
+    there = sensitivity(other, places)
+    with np.errstate(all="ignore"):
+        return float((np.abs(there - here) / np.maximum(np.abs(here), 1.0)).max())
 
 
 def margins_of(loop: OpenLoop) -> Margins:
