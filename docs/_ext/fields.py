@@ -59,6 +59,8 @@ def table(maker: Callable[..., Any]) -> list[str]:
     if not declares(maker):
         return []
     found = list(rows(maker))
+    if not found:
+        return []
     if is_state(maker):
         header, lines = STATE, [tuple(getattr(row, name) for name in STATE) for row in found]
     else:

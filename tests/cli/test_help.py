@@ -60,7 +60,8 @@ SMALL = [  # of a study
 COMMANDS = get_command(app)
 QUOTED = re.findall(r"`([^`]+)`", "\n".join(help_texts(COMMANDS)))
 EXAMPLES = sorted({text.removeprefix("hydroservo ") for text in QUOTED if text.startswith("hydroservo ")})
-ALONE = [text for text in EXAMPLES if "--scheduler" not in text]  # which need no other machine
+SERVES = re.compile("app ")  # until an interrupt
+ALONE = [text for text in EXAMPLES if "--scheduler" not in text and not SERVES.match(text)]
 CHANGES = sorted({text for text in QUOTED if "=" in text} - {f"hydroservo {text}" for text in EXAMPLES})
 
 

@@ -22,6 +22,7 @@ from hydroservo.cli.limit import limit
 from hydroservo.cli.linearize import linearize
 from hydroservo.cli.map import map_logs
 from hydroservo.cli.options import Changes, Json, Plugins, Scenario, Several, Strict, Verbose, loaded
+from hydroservo.cli.page import page
 from hydroservo.cli.remarks import say_remarks
 from hydroservo.cli.study import study
 from hydroservo.cli.tune import tune
@@ -210,6 +211,7 @@ app.command()(check)
 app.command()(audit)
 app.command()(describe)
 app.command()(schema)
+app.command("app")(page)
 
 
 @app.command()

@@ -1,0 +1,84 @@
+"""What a page hands to the browser to keep: trajectories, pictures, C and FMUs."""
+
+import io
+import tempfile
+import zipfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
+
+from hydroservo.app.source import Source
+from hydroservo.errors import HydroservoError, short
+from hydroservo.runs.run import simulate
+
+__all__ = ["KINDS", "File", "exported"]
+
+Report = Callable[[float, str], None]
+FORMATS = {"csv": "text/csv", "parquet": "application/octet-stream", "mat": "application/octet-stream"}
+PICTURES = {"png": "image/png", "svg": "image/svg+xml"}
+KINDS = (*FORMATS, *PICTURES, "c", "fmu")
+
+
+class File(NamedTuple):
+    """A file for the browser."""
+
+    name: str
+    kind: str  # its media type
+    content: bytes
+
+
+def exported(source: Source, kind: str, report: Report) -> File:
+    """A file of the page's loop.
+
+    Args:
+        source: its scenario.
+        kind: one of ``KINDS``.
+        report: called with the fraction done, and what is being done.
+
+    Raises:
+        HydroservoError: there is no such kind, or the loop cannot be exported.
+    """
+    with tempfile.TemporaryDirectory() as place:
+        if kind in FORMATS or kind in PICTURES:
+            return of_run(source, kind, Path(place), report)
+        if kind == "c":
+            return c_project(source, Path(place), report)
+        if kind == "fmu":
+            return fmu(source, Path(place), report)
+    raise HydroservoError(f"{short(kind)} is no export; there are {', '.join(KINDS)}")
+
+
+def of_run(source: Source, kind: str, place: Path, report: Report) -> File:
+    """The trajectory, or a picture of it."""
+    from hydroservo.figures.plotting import plot
+    from hydroservo.runs.results import save
+
+    file = place / f"run.{kind}"
+    run = simulate(source.assembled().loop, progress=lambda done: report(0.8 * done, "simulating"))
+    report(0.8, "writing")
+    if kind in PICTURES:
+        plot(run).savefig(file)
+    else:
+        save(run, file)
+    return File(file.name, (FORMATS | PICTURES)[kind], file.read_bytes())
+
+
+def c_project(source: Source, place: Path, report: Report) -> File:
+    """The law as a folder of C, in an archive."""
+    from hydroservo.export.products import export_c
+
+    export = export_c(source.assembled().loop, place, progress=report)
+    out = io.BytesIO()
+    with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
+        for file in export.files:
+            archive.write(file, f"controller/{file.name}")
+    return File("controller.zip", "application/zip", out.getvalue())
+
+
+def fmu(source: Source, place: Path, report: Report) -> File:
+    """The law as an FMU."""
+    from hydroservo.export.products import export_fmu
+
+    file = place / "controller.fmu"
+    export_fmu(source.assembled().loop, file, progress=report)
+    return File(file.name, "application/octet-stream", file.read_bytes())

@@ -1,0 +1,100 @@
+"""A loop in frequency as a page draws it."""
+
+import math
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydroservo.formatting import number
+from hydroservo.linear.bode import bode
+from hydroservo.linear.operating_point import operating_point
+from hydroservo.linear.parts import parts_of
+from hydroservo.linear.responses import responses
+from hydroservo.loop import Loop
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["drawn_bode", "sketched_bode"]
+
+SKETCHED = 200  # frequencies
+
+CURVES = {
+    "open": "opened at the command, L",
+    "closed": "closed, demand to signal, T",
+    "sensitivity": "sensitivity, S",
+    "machine": "machine, command to signal",
+    "compliance": "compliance, load to motion",
+}
+MARGINS = {  # what each is called, the factor to a unit, and that unit
+    "gain_margin": ("gain margin", "dB"),
+    "phase_margin": ("phase margin", "°"),
+    "delay_margin": ("delay margin", "ms"),
+    "sensitivity_peak": ("sensitivity peak", "dB"),
+    "bandwidth": ("bandwidth, \N{MINUS SIGN}3 dB", "Hz"),
+}
+FACTORS = {"°": 180.0 / math.pi, "ms": 1e3, "Hz": 1.0}
+
+
+def sketched_bode(loop: Loop, low: float, high: float) -> tuple[dict[str, Any], NDArray[np.float32]]:
+    """The curves of :func:`drawn_bode` alone, at fewer frequencies, for while a slider moves.
+
+    Args:
+        loop: the loop.
+        low: the lowest frequency [Hz].
+        high: the highest [Hz].
+
+    Raises:
+        ParameterError: the loop has no point that it stays at.
+    """
+    point = operating_point(loop, None)
+    grid = np.geomspace(low, high, SKETCHED)
+    found = responses(point, parts_of(point)[0], 2.0 * math.pi * grid)
+    return {"points": SKETCHED}, rows_of(grid, found.curves)
+
+
+def rows_of(grid: NDArray[np.float64], curves: Mapping[str, NDArray[np.complex128]]) -> NDArray[np.float32]:
+    """Frequencies [Hz], and of each curve its size [dB] and phase [degrees]."""
+    rows = [grid]
+    for name in CURVES:
+        with np.errstate(divide="ignore"):
+            rows += [20.0 * np.log10(np.abs(curves[name])), np.degrees(np.unwrap(np.angle(curves[name])))]
+    return np.vstack(rows).astype(np.float32)
+
+
+def drawn_bode(loop: Loop) -> tuple[dict[str, Any], NDArray[np.float32]]:
+    """The linear responses of a loop: what is said of them, and rows of frequencies, sizes and phases.
+
+    Raises:
+        ParameterError: the loop has no point that it stays at, or is not closed there.
+    """
+    data = bode(loop, measure=False)
+    about = {
+        "curves": [
+            {"name": name, "title": title, "unit": data[name].attrs["units"]}
+            for name, title in CURVES.items()
+        ],
+        "points": int(data.sizes["frequency"]),
+        "stable": bool(data["stable"]),
+        "margins": margins_shown(data),
+        "warnings": [line for line in str(data.attrs.get("warning", "")).splitlines() if line],
+    }
+    return about, rows_of(data["frequency"].values, {name: data[name].values for name in CURVES})
+
+
+def margins_shown(data: "xr.Dataset") -> list[dict[str, str]]:
+    """Margins and bandwidth as they are read."""
+    return [
+        {"name": name, "meaning": title, "text": written(float(data[name]), unit)}
+        for name, (title, unit) in MARGINS.items()
+    ]
+
+
+def written(value: float, unit: str) -> str:
+    if math.isnan(value):
+        return "\N{EN DASH}"
+    if unit == "dB":
+        value = 20.0 * math.log10(value) if value > 0.0 else -math.inf
+    return f"{number(FACTORS.get(unit, 1.0) * value)} {unit}"

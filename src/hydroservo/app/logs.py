@@ -1,0 +1,113 @@
+"""A recorded log beside a run, and the machine's numbers from it."""
+
+import math
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydroservo.app.source import Home, Source
+from hydroservo.app.trajectory import thinned
+from hydroservo.errors import HydroservoError, ScenarioError, short
+from hydroservo.formatting import quantity
+from hydroservo.identification.identified import identify
+from hydroservo.identification.log import read_log
+from hydroservo.identification.segments import understood
+from hydroservo.identification.signals import SIGNALS
+
+__all__ = ["LOGS", "drawn_log", "found_in_log", "log_file"]
+
+LOGS = (".csv", ".txt", ".parquet", ".mat", ".nc", ".mf4", ".mdf")
+MOST_SOUGHT = 8
+PLOTTED = {"command": "controller.u", "pressure_a": "plant.pressure_a", "pressure_b": "plant.pressure_b"}
+
+
+def log_file(home: Home, key: str) -> Path:
+    """The file of a log that a page sent.
+
+    Raises:
+        HydroservoError: there is none.
+    """
+    found = [home.folder / f"{key}{ending}" for ending in LOGS if key.isalnum()]
+    file = next((one for one in found if one.exists()), None)
+    if file is None:
+        raise HydroservoError("the log is not here any more; drag it in again")
+    return file
+
+
+def drawn_log(source: Source, file: Path) -> tuple[dict[str, Any], NDArray[np.float32]]:
+    """The signals of a log, each for the panel in which it is drawn.
+
+    Raises:
+        ScenarioError: the file is no log.
+    """
+    assembly = source.assembled()
+    controlled = assembly.loop.controls.declared()
+    columns = {name: str(entry.value) for name, entry in assembly.log_columns.items()}
+    try:
+        log = read_log(file, columns)
+        remarks = understood(log).remarks
+    except ScenarioError as error:
+        raise ScenarioError("", "", ": ".join(part for part in (error.key, error.problem) if part)) from None
+    lines = [
+        {"path": PLOTTED.get(name, "controlled.value" if name == controlled.meaning else ""), "name": name}
+        for name in log.signals
+    ]
+    units = [SIGNALS[name].unit for name in log.signals]
+    rows = thinned(log.time - log.time[0], list(log.signals.values()))
+    about = {
+        "lines": [{**line, "unit": unit} for line, unit in zip(lines, units, strict=True)],
+        "points": int(rows.shape[1]),
+        "samples": len(log.time),
+        "remarks": list(remarks),
+    }
+    return about, rows
+
+
+def found_in_log(
+    source: Source, file: Path, ranges: Mapping[str, str], report: Callable[[float, str], None]
+) -> dict[str, Any]:
+    """Numbers of the machine from a log.
+
+    Args:
+        source: the scenario.
+        file: the log.
+        ranges: between what each number is sought, by path.
+        report: called with the fraction done.
+
+    Raises:
+        HydroservoError: nothing or too much is sought, or the log does not go with the machine.
+    """
+    if not 0 < len(ranges) <= MOST_SOUGHT:
+        raise HydroservoError(f"choose between 1 and {MOST_SOUGHT} numbers of the machine")
+    wrong = [path for path, text in ranges.items() if not isinstance(text, str)]
+    if wrong:
+        raise HydroservoError(f"{short(wrong[0])} must have a range such as 50..200 kg")
+    found = identify(
+        source.scenario,
+        file,
+        ranges,
+        changes=source.changes,
+        threads=1,
+        progress=lambda done: report(done, "identifying"),
+    )
+    return {
+        "parameters": [
+            {
+                "path": path,
+                "meaning": one.meaning,
+                "text": quantity(one.value, one.unit),
+                "low": quantity(one.low, one.unit),
+                "high": quantity(one.high, one.unit),
+                "told": one.identifiable,
+                "value": one.value,
+            }
+            for path, one in found.parameters.items()
+        ],
+        "remarks": list(found.remarks),
+        "explained": {
+            name: fit.explained for name, fit in found.logs[0].signals.items() if math.isfinite(fit.explained)
+        },
+    }

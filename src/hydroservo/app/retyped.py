@@ -1,0 +1,137 @@
+"""Another type for a block: with the numbers of a built-in scenario where it has none by default."""
+
+from collections.abc import Iterator, Mapping
+from functools import cache
+from typing import Any, NamedTuple
+
+from hydroservo.app.source import Source
+from hydroservo.errors import ScenarioError
+from hydroservo.field import Field, declared_fields
+from hydroservo.loop import Loop
+from hydroservo.scenario import Assembly, assembled, scenarios
+from hydroservo.scenario.build import Draft, maker_named
+from hydroservo.scenario.declared import hints
+from hydroservo.scenario.keys import defaults
+from hydroservo.scenario.quantities import si_value
+from hydroservo.scenario.tables import Entry, Origin
+
+__all__ = ["Retyped", "retyped"]
+
+MOST_TRIES = 12
+
+
+class Retyped(NamedTuple):
+    """Changes with another type among them.
+
+    Attributes:
+        changes: by path.
+        origin: the scenario that numbers without default are from; "" if there is none.
+        missing: numbers that are yet to be given: path, name, unit, meaning, and a text to begin with.
+    """
+
+    changes: dict[str, object]
+    origin: str
+    missing: list[dict[str, str]] = []  # noqa: RUF012, for it is never changed
+
+
+def retyped(source: Source, path: str, wanted: str) -> Retyped:
+    """The changes of a scenario with another type for the block at a path.
+
+    Args:
+        source: the scenario.
+        path: of a block, such as ``controller``.
+        wanted: its type.
+
+    Raises:
+        ScenarioError: the type does not fit, or lacks numbers that no built-in scenario has.
+    """
+    kept = {key: value for key, value in source.changes.items() if not key.startswith(f"{path}.")}
+    bare = {**kept, f"{path}.type": wanted}
+    try:
+        source._replace(changes=bare).assembled()
+    except ScenarioError as error:
+        problem = error
+    else:
+        return Retyped(bare, "")
+    for name, numbers in examples(str(source.scenario), wanted)[:MOST_TRIES]:
+        filled = {**bare, **{f"{path}.{key}": value for key, value in numbers.items()}}
+        try:
+            source._replace(changes=filled).assembled()
+        except ScenarioError:
+            continue
+        return Retyped(filled, name)
+    missing = list(missing_numbers(source, path, wanted))
+    if not missing:
+        raise ScenarioError(problem.file, f"{path}.type", f"{wanted}: {problem.key}: {problem.problem}")
+    return Retyped(bare, "", missing)
+
+
+def missing_numbers(source: Source, path: str, wanted: str) -> Iterator[dict[str, str]]:
+    """The numbers without default of a type, with those of a built-in scenario where they are of the unit."""
+    assembly = source.assembled()
+    signal = assembly.loop.controls.declared()
+    maker = maker_at(assembly, path, wanted)
+    fields, kinds = declared_fields(maker), hints(maker)
+    found = examples(str(source.scenario), wanted)
+    for name, default in defaults(maker).items():
+        if default is None and kinds.get(name) in (float, int):
+            field = fields.get(name, Field("", name)).of(signal)
+            given = [numbers[name] for _, numbers in found if name in numbers]
+            text = next((str(one) for one in given if is_of(one, field.unit)), "")
+            yield {
+                "path": f"{path}.{name}",
+                "name": name,
+                "unit": field.unit,
+                "meaning": field.meaning,
+                "text": text,
+            }
+
+
+def maker_at(assembly: Assembly, path: str, wanted: str) -> Any:
+    """What makes a type for the block at a path of a loop.
+
+    Raises:
+        ScenarioError: nothing does.
+    """
+    first, *names = path.split(".")
+    draft, hint = assembly.drafts[first], hints(Loop)[first]
+    for name in names:
+        draft, hint = draft.members[name], hints(draft.maker)[name]
+    return maker_named(hint, None, Entry(Origin("", draft.table.origin.folder), f"{path}.type", wanted))
+
+
+def is_of(value: object, unit: str) -> bool:
+    """Whether a value is a text with a number of a unit."""
+    try:
+        si_value(str(value), unit)
+    except ValueError:
+        return False
+    return isinstance(value, str)
+
+
+def examples(near: str, wanted: str) -> list[tuple[str, Mapping[str, object]]]:
+    """The built-in scenarios that have a block of a type, those of a scenario's own folder first."""
+    folder = near.partition("/")[0]
+    found = [(name, numbers[wanted]) for name, numbers in known().items() if wanted in numbers]
+    return sorted(found, key=lambda one: not one[0].startswith(f"{folder}/"))
+
+
+@cache
+def known() -> dict[str, dict[str, Mapping[str, object]]]:
+    """What each built-in scenario says of its blocks, by their types."""
+    return {name: dict(said(assembled(name))) for name in scenarios()}
+
+
+def said(assembly: Assembly) -> Iterator[tuple[str, Mapping[str, object]]]:
+    for draft in assembly.drafts.values():
+        yield from said_of(draft)
+
+
+def said_of(draft: Draft) -> Iterator[tuple[str, Mapping[str, object]]]:
+    for one in draft.members.values():
+        if isinstance(one, Draft):
+            yield from said_of(one)
+    maker: Any = draft.maker
+    entries = {key: entry.value for key, entry in draft.table.entries() if key != "type"}
+    if all(key.rpartition(".")[2] != "file" for key in entries):
+        yield maker.__qualname__, entries

@@ -1,0 +1,107 @@
+"""Starts the server, and ends with it."""
+
+import secrets
+import socket
+import tempfile
+import webbrowser
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from threading import Timer
+from typing import NamedTuple
+
+from hydroservo.app.guard import LOOPBACK, Door
+from hydroservo.app.source import Home
+from hydroservo.errors import HydroservoError, ParameterError
+from hydroservo.runs.arguments import checked_path
+
+__all__ = ["PORT", "Address", "serve"]
+
+PORT = 8642
+SOON = 0.3  # s, after which the server answers
+
+
+class Address(NamedTuple):
+    """Where the page is to be.
+
+    Attributes:
+        host: an address of this machine.
+        port: its port, 0 for any that is free; None for the usual one, or any if that is taken.
+    """
+
+    host: str = "127.0.0.1"
+    port: int | None = None
+
+
+def serve(
+    scenario: str,
+    changes: Sequence[str] = (),
+    plugins: Sequence[str | Path] = (),
+    address: Address = Address(),  # noqa: B008, for it is a tuple
+    browser: bool = True,
+    say: Callable[[str], None] = print,
+) -> None:
+    """Serve the page of a scenario until an interrupt.
+
+    Args:
+        scenario: with which it begins, by name or path.
+        changes: as ``--set`` takes them.
+        plugins: Python files whose blocks a scenario may name; they are executed.
+        address: where the page is.
+        browser: whether to open it.
+        say: is told its address.
+
+    Raises:
+        HydroservoError: the libraries of ``hydroservo[app]`` are missing, or nobody can listen there.
+        ScenarioError: the scenario does not say what it must.
+    """
+    try:
+        import starlette  # noqa: F401
+        import uvicorn
+    except ImportError:
+        raise HydroservoError("the page needs: pip install 'hydroservo[app]'") from None
+    from hydroservo.app.routes import application
+
+    listening = opened(address)
+    host, port = address.host, listening.getsockname()[1]
+    door = Door(host, port, "" if host in LOOPBACK else secrets.token_urlsafe(16))
+    with tempfile.TemporaryDirectory(prefix="hydroservo-app-") as folder:
+        files = tuple(str(checked_path("plugins", one).absolute()) for one in plugins)
+        page = application(Home(scenario, files, Path(folder)), door, list(changes))
+        where = url(door)
+        say(where)
+        if browser:
+            Timer(SOON, webbrowser.open, [where]).start()
+        config = uvicorn.Config(
+            page,
+            log_level="error",
+            access_log=False,
+            timeout_graceful_shutdown=1,
+            server_header=False,
+            ws="none",
+        )
+        uvicorn.Server(config).run(sockets=[listening])
+
+
+def opened(address: Address) -> socket.socket:
+    """A socket that listens.
+
+    Raises:
+        ParameterError: the port is none.
+        HydroservoError: the address is not of this machine, or the port is taken.
+    """
+    host, port = address
+    if port is not None and not 0 <= port < 2**16:
+        raise ParameterError("port", port, "must be from 0, for any that is free, to 65535")
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    for one in (PORT, 0) if port is None else (port,):
+        try:
+            return socket.create_server((host, one), family=family)
+        except OSError as error:
+            problem = error
+    raise HydroservoError(f"--host {host} --port {port}: {problem.strerror or problem}")
+
+
+def url(door: Door) -> str:
+    """The address to open."""
+    host = f"[{door.host}]" if ":" in door.host else door.host
+    return f"http://{host}:{door.port}/" + (f"?token={door.token}" if door.token else "")

@@ -1,0 +1,111 @@
+"""The scenario that a page shows, and what was changed in it there."""
+
+import hashlib
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from hydroservo.errors import ScenarioError, short
+from hydroservo.outputs import write_text
+from hydroservo.scenario import Assembly, assembled
+from hydroservo.scenario.catalogue import builtin_texts
+from hydroservo.scenario.overrides import OVERRIDES
+from hydroservo.scenario.tables import parsed
+
+__all__ = ["Home", "Source", "source_of"]
+
+PAGE = "the page's scenario"
+MOST_CHANGES = 2000
+ONLY_GIVEN = "names a file, which a page may not read; start hydroservo app with this scenario"
+
+
+class Home(NamedTuple):
+    """What was said on the command line, and where the server keeps what a page sends.
+
+    Attributes:
+        given: the scenario, by name or path.
+        plugins: files with blocks of one's own.
+        folder: of the server's own, for what pages send.
+    """
+
+    given: str
+    plugins: tuple[str, ...]
+    folder: Path
+
+
+class Source(NamedTuple):
+    """A scenario with changes.
+
+    Attributes:
+        scenario: by name or path.
+        changes: by dotted path, as ``--set`` takes them.
+        plugins: files with its blocks, run when the server started.
+        text: what a page sent; None for a scenario of the command line or a built-in one.
+    """
+
+    scenario: str | Path
+    changes: Mapping[str, object]
+    plugins: Sequence[str]
+    text: str | None = None
+
+    def assembled(self) -> Assembly:
+        """The loop, and what it is made of.
+
+        Raises:
+            ScenarioError: the scenario does not say what it must.
+        """
+        return assembled(self.scenario, self.changes)
+
+
+def source_of(request: Mapping[str, Any], home: Home) -> Source:
+    """What a page asks for: ``{"text": ...}`` or ``{"name": ...}``, else what the command line gave.
+
+    Raises:
+        ScenarioError: it is no scenario, or would read files.
+    """
+    changes = checked_changes(request.get("changes") or {})
+    text, name = request.get("text"), request.get("name")
+    if isinstance(text, str):
+        check_reads_nothing(parsed(text, PAGE))
+        digest = hashlib.sha256(text.encode()).hexdigest()[:16]
+        file = home.folder / f"{digest}.toml"
+        if not file.exists():
+            write_text(file, text)
+        return Source(file, changes, home.plugins, text)
+    if isinstance(name, str) and name != home.given:
+        if name not in builtin_texts():
+            raise ScenarioError(PAGE, "", f"{short(name)} is no built-in scenario")
+        return Source(name, changes, home.plugins)
+    return Source(home.given, changes, home.plugins)
+
+
+def checked_changes(changes: object) -> Mapping[str, object]:
+    """Changes that a page sent, which name no file.
+
+    Raises:
+        ScenarioError: they are no table of plain values, too many, or name a file.
+    """
+    if not isinstance(changes, Mapping) or len(changes) > MOST_CHANGES:
+        raise ScenarioError(OVERRIDES, "", f"must be at most {MOST_CHANGES} values by path")
+    for path, value in changes.items():
+        if not isinstance(value, str | int | float):
+            raise ScenarioError(OVERRIDES, str(path), "must be a text, a number, true or false")
+        if str(path).rpartition(".")[2] == "file":
+            raise ScenarioError(OVERRIDES, str(path), ONLY_GIVEN)
+    return changes
+
+
+def check_reads_nothing(tables: Mapping[str, Any], key: str = "") -> None:
+    """Refuse a text from a page that would have the server read files.
+
+    Raises:
+        ScenarioError: its base or one of its signals is a file.
+    """
+    if not key and "base" in tables and tables["base"] not in builtin_texts():
+        raise ScenarioError(PAGE, "base", f"{short(tables['base'])} {ONLY_GIVEN}")
+    for name, value in tables.items():
+        path = f"{key}.{name}" if key else name
+        if isinstance(value, Mapping):
+            check_reads_nothing(value, path)
+        elif name == "file":
+            raise ScenarioError(PAGE, path, f"{short(value)} {ONLY_GIVEN}")

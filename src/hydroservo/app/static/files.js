@@ -1,0 +1,106 @@
+// Files of the browser: scenarios opened and saved, exports, logs.
+
+import { showFound, showLog } from "./log.js";
+import { byId, download } from "./page.js";
+import { Problem, rowsOf, sendLog } from "./server.js";
+
+const LARGEST_TEXT = 2 ** 19; // characters of a scenario
+const LARGEST_LOG = 2 ** 26; // bytes
+
+export class Files {
+  constructor(page) {
+    Object.assign(this, page);
+    this.log = null;
+    byId("save").addEventListener("click", () => this.try(() => this.save()));
+    byId("export").addEventListener("change", () => this.try(() => this.export()));
+    byId("open").addEventListener("change", () => this.try(() => this.taken(byId("open"))));
+    byId("log-file").addEventListener("change", () => this.try(() => this.taken(byId("log-file"))));
+    this.listenToDrops();
+  }
+
+  async try(act) {
+    try {
+      await act();
+    } catch (error) {
+      this.fail(error);
+    }
+  }
+
+  async taken(input) {
+    const [file] = input.files;
+    input.value = "";
+    if (file) await this.open(file);
+  }
+
+  async open(file) {
+    if (file.name.toLowerCase().endsWith(".toml")) await this.openScenario(file);
+    else await this.openLog(file);
+  }
+
+  listenToDrops() {
+    const shown = (on) => (byId("drop").hidden = !on);
+    addEventListener("dragover", (event) => {
+      event.preventDefault();
+      shown(true);
+    });
+    addEventListener("dragleave", (event) => event.relatedTarget ?? shown(false));
+    addEventListener("drop", (event) => {
+      event.preventDefault();
+      shown(false);
+      const [file] = event.dataTransfer.files;
+      if (file) this.try(() => this.open(file));
+    });
+  }
+
+  async openScenario(file) {
+    const text = await file.text();
+    if (text.length > LARGEST_TEXT) throw new Problem(`${file.name} is larger than a scenario may be`, "");
+    try {
+      await this.work.shown("form", { text, changes: {} });
+    } catch (error) {
+      if (error instanceof Problem) throw new Problem([error.path, error.message].filter(Boolean).join(": "), file.name);
+      throw error;
+    }
+    this.state.commit({ source: { text, title: file.name }, changes: {} });
+  }
+
+  async save() {
+    const { about } = await this.work.shown("toml", this.state.request);
+    const name = (this.state.source.title ?? this.state.source.name.split("/").pop() ?? "scenario").replace(/\.toml$/, "");
+    download(`${name}.toml`, "application/toml", about.text);
+  }
+
+  async export() {
+    const kind = byId("export").value;
+    byId("export").value = "";
+    if (!kind) return;
+    const { about, content } = await this.work.shown("export", { ...this.state.request, kind });
+    download(about.name, about.type, content);
+  }
+
+  async openLog(file) {
+    if (file.size > LARGEST_LOG) throw new Problem(`${file.name} is larger than ${LARGEST_LOG >> 20} MiB`, "");
+    const key = await sendLog(file);
+    const { about, content } = await this.work.shown("log", { ...this.state.request, log: key });
+    const rows = rowsOf(content, about.points);
+    const lines = about.lines.map((line, i) => ({ ...line, x: rows[0], y: rows[i + 1] }));
+    this.log = { ...about, lines, key, title: file.name };
+    this.redraw();
+    showLog(this.log, this.form.machine(), {
+      close: () => this.putAway(),
+      identify: (ranges) => this.try(() => this.identify(ranges)),
+    });
+    byId("log").scrollIntoView({ block: "nearest" });
+  }
+
+  putAway() {
+    this.log = null;
+    showLog(null);
+    this.redraw();
+  }
+
+  async identify(ranges) {
+    const { about } = await this.work.shown("identify", { ...this.state.request, log: this.log.key, ranges });
+    showFound(about, { take: (changes) => this.state.commit({ changes: { ...this.state.changes, ...changes } }) });
+  }
+}

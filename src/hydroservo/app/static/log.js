@@ -1,0 +1,64 @@
+// A log that was dragged in: drawn beside the run, and the machine's numbers from it.
+
+import { byId, element, words } from "./page.js";
+
+const MOST = 8;
+
+/** Shows a log, and what may be sought in it. */
+export function showLog(log, machine, told) {
+  const section = byId("log");
+  section.hidden = !log;
+  if (!log) return;
+  const close = element("button", {}, "Put away");
+  close.addEventListener("click", () => told.close());
+  const remarks = element("ul", {}, ...log.remarks.map((one) => element("li", {}, one)));
+  const drawn = log.lines.filter(({ path }) => path).map(({ name }) => words(name)).join(", ") || "nothing";
+  section.replaceChildren(
+    element("div", { class: "heading" }, element("h2", {}, `Log ${log.title}`), close),
+    element("p", {}, `${log.samples} samples; drawn in the plots: ${drawn}.`), remarks,
+    sought(machine, told), element("div", { id: "found" }));
+}
+
+function sought(machine, told) {
+  const rows = element("div", { class: "sought" });
+  const select = element("select", { id: "seek" }, element("option", { value: "" }, "choose…"),
+    ...machine.map(({ path }) => element("option", { value: path }, words(path))));
+  select.addEventListener("change", () => {
+    const number = machine.find(({ path }) => path === select.value);
+    select.value = "";
+    if (!number || rows.children.length >= MOST || [...rows.querySelectorAll("input")].some((one) => one.dataset.path === number.path)) return;
+    rows.append(row(number));
+  });
+  const find = element("button", { type: "submit" }, "Identify");
+  const form = element("form", {}, element("h3", {}, "Numbers of the machine from this log"),
+    element("label", { for: "seek" }, "Add a number"), select, rows, find);
+  form.addEventListener("submit", (event) => {
+    event.preventDefault();
+    told.identify(Object.fromEntries([...rows.querySelectorAll("input")].map((one) => [one.dataset.path, one.value])));
+  });
+  return form;
+}
+
+function row(number) {
+  const id = `seek-${number.path}`;
+  const shown = (factor) => Number((number.value * number.factor * factor).toPrecision(3));
+  const [low, high] = number.value > 0 ? [0.5, 2] : [2, 0.5];
+  const remove = element("button", { type: "button", "aria-label": `Do not seek ${words(number.path)}` }, "\u00d7");
+  const made = element("div", { class: "number" }, element("label", { for: id }, words(number.path)),
+    element("input", { id, type: "text", "data-path": number.path, value: `${shown(low)}..${shown(high)} ${number.unit}`.trim() }), remove);
+  remove.addEventListener("click", () => made.remove());
+  return made;
+}
+
+/** Shows what was found. */
+export function showFound(found, told) {
+  const take = element("button", {}, "Take these numbers");
+  take.addEventListener("click", () => told.take(Object.fromEntries(found.parameters.map(({ path, value }) => [path, value]))));
+  const rows = found.parameters.map((one) => element("tr", {}, element("th", { scope: "row" }, words(one.path)),
+    element("td", {}, one.text), element("td", {}, `${one.low} to ${one.high}`), element("td", {}, one.told ? "yes" : "no")));
+  const head = element("tr", {}, ...["Number", "Found", "95 % interval", "Told by the log"].map((one) => element("th", { scope: "col" }, one)));
+  byId("found").replaceChildren(
+    element("div", { class: "scroll", tabindex: "0", role: "region", "aria-label": "Numbers found" },
+      element("table", {}, element("caption", {}, "What the log tells"), element("thead", {}, head), element("tbody", {}, ...rows))),
+    element("ul", {}, ...found.remarks.map((one) => element("li", {}, one))), take);
+}

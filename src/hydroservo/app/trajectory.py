@@ -1,0 +1,177 @@
+"""A run as a page draws it: panels of lines, the machine's live values, and metrics."""
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydroservo.formatting import common_unit, quantity, yes_or_no
+from hydroservo.hooks import has_chambers, is_valveless
+from hydroservo.loop import Loop
+from hydroservo.runs.results import metric_fields, metrics_of
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["Drawn", "drawn_run"]
+
+Vector = NDArray[np.float64]
+
+MOST_POINTS = 6000  # of a line: more than any screen has columns
+DEMAND, CONTROLLED, COMMAND = "reference.value", "controlled.value", "controller.u"
+PRESSURES = ("plant.pressure_a", "plant.pressure_b", "plant.load_pressure")
+LIVE = ("plant.position", "plant.velocity", "valve.opening", "drive.speed", "supply.pressure", "load.force")
+HIDDEN = ("diverged", "diverged_at")
+NAMES = {
+    DEMAND: "demand",
+    CONTROLLED: "controlled",
+    COMMAND: "command",
+    "plant.pressure_a": "chamber A",
+    "plant.pressure_b": "chamber B",
+    "plant.load_pressure": "load pressure",
+}
+
+
+class Drawn(NamedTuple):
+    """What a page needs of a run.
+
+    Attributes:
+        about: everything but the numbers of lines.
+        rows: those, shape (lines, points), in the order of ``about["lines"]``.
+    """
+
+    about: dict[str, Any]
+    rows: NDArray[np.float32]
+
+
+def drawn_run(loop: Loop, run: "xr.Dataset", more: Sequence[str]) -> Drawn:
+    """What a page draws of a run.
+
+    Args:
+        loop: what was run.
+        run: what :func:`~hydroservo.simulate` returned.
+        more: paths of signals to draw besides.
+    """
+    signals = [str(name) for name, one in run.data_vars.items() if one.dims]
+    meaning = loop.controls.declared().meaning
+    panels = [
+        panel(meaning, run, [DEMAND, CONTROLLED]),
+        error_panel(run),
+        panel("command", run, [COMMAND]),
+        panel("pressures", run, [path for path in PRESSURES if path in signals]),
+        *(panel(path, run, [path]) for path in more if path in signals),
+    ]
+    panels = [one for one in panels if one["lines"]]
+    live = [panel(path, run, [path]) for path in LIVE if path in signals]
+    lines = [line for one in (*panels, *live) for line in one["lines"]]
+    time = run["time"].values
+    place = thinned(time, [line.pop("values") for line in lines])
+    about = {
+        "panels": panels,
+        "live": live,
+        "points": int(place.shape[1]),
+        "signals": signals,
+        "metrics": metrics_shown(run),
+        "machine": machine_shown(loop),
+        "warnings": [line for line in str(run.attrs.get("warning", "")).splitlines() if line],
+        "diverged": lost(run),
+        "duration": loop.simulation.duration,
+        "substeps": run.attrs.get("substeps", loop.simulation.substeps),
+        "hash": run.attrs["hash"],
+    }
+    return Drawn(about, place)
+
+
+def panel(title: str, run: "xr.Dataset", paths: Sequence[str]) -> dict[str, Any]:
+    """Some signals of one unit on common axes."""
+    found = [(path, run[path].values, run[path].attrs) for path in paths]
+    largest = max((float(np.nanmax(np.abs(one), initial=0.0)) for _, one, _ in found), default=0.0)
+    unit, factor = common_unit([largest], found[0][2]["units"] if found else "")
+    lines = [
+        {"path": path, "name": NAMES.get(path, about["long_name"]), "values": factor * one}
+        for path, one, about in found
+    ]
+    return {"title": title, "unit": unit, "factor": factor, "lines": lines}
+
+
+def error_panel(run: "xr.Dataset") -> dict[str, Any]:
+    """Demand less what is controlled."""
+    error = run[DEMAND].values - run[CONTROLLED].values
+    unit, factor = common_unit(error, run[CONTROLLED].attrs["units"])
+    lines = [{"path": "error", "name": "", "values": factor * error}]
+    return {"title": "error", "unit": unit, "factor": factor, "lines": lines}
+
+
+def thinned(time: Vector, lines: Sequence[Vector]) -> NDArray[np.float32]:
+    """Instants and lines of few enough points, which keep the least and the largest of each stretch."""
+    rows = np.vstack([time, *lines])
+    count = rows.shape[1]
+    if count <= MOST_POINTS:
+        return rows.astype(np.float32)
+    size = math.ceil(2 * count / MOST_POINTS)
+    kept = count - count % size
+    parts = rows[:, :kept].reshape(len(rows), -1, size)
+    first = parts[0, :, 0]
+    out = np.empty((len(rows), 2 * parts.shape[1]))
+    with np.errstate(invalid="ignore"):
+        least, most = parts.min(axis=2), parts.max(axis=2)
+    rising = parts[:, :, 0] <= parts[:, :, -1]
+    out[:, 0::2] = np.where(rising, least, most)
+    out[:, 1::2] = np.where(rising, most, least)
+    out[0, 0::2], out[0, 1::2] = first, parts[0, :, size // 2]
+    return out.astype(np.float32)
+
+
+def metrics_shown(run: "xr.Dataset") -> list[dict[str, Any]]:
+    """The metrics of a run, as they are read."""
+    found, values = [], metrics_of(run)
+    for name, field in metric_fields(run).items():
+        if name in HIDDEN:
+            continue
+        value = values[name]
+        text = yes_or_no(value) if isinstance(value, bool) else quantity(value, field.unit)
+        least = field.smaller_is_better and math.isfinite(value)
+        found.append(
+            {"name": name, "meaning": field.meaning, "text": text, "value": value if least else None}
+        )
+    return found
+
+
+def lost(run: "xr.Dataset") -> dict[str, Any] | None:
+    """Which number of the run was lost, and when; None if none was."""
+    if not bool(run["diverged"]):
+        return None
+    return {"by": run.attrs["diverged_by"], "at": float(run["diverged_at"])}
+
+
+def machine_shown(loop: Loop) -> dict[str, Any]:
+    """What the circuit is drawn of."""
+    plant = loop.plant
+    return {
+        "plant": type(plant).__name__,
+        "chambers": has_chambers(plant),
+        "symmetric": getattr(plant, "area_a", 1.0) == getattr(plant, "area_b", 1.0),
+        "stroke": finite(getattr(plant, "stroke", math.nan)),
+        "valveless": is_valveless(loop.drive),
+        "drive": type(loop.drive).__name__,
+        "valve": type(loop.valve).__name__,
+        "full": finite(getattr(loop.valve, "max_opening", math.nan)),
+        "supply": type(loop.supply).__name__,
+        "supplied": finite(getattr(loop.supply, "supply_pressure", math.nan)),
+        "load": type(loop.load).__name__,
+        "law": laws(loop.controller),
+        "demand": type(loop.reference).__name__,
+        "controls": loop.controls.declared().meaning,
+    }
+
+
+def finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None
+
+
+def laws(law: Any) -> list[str]:
+    """A law and those that it wraps, from the outside in."""
+    inner = getattr(law, "controller", None)
+    return [type(law).__name__, *(laws(inner) if inner is not None else [])]

@@ -1,0 +1,146 @@
+"""A process that computes for a page, and can be ended whatever it does."""
+
+import asyncio
+import signal
+from collections.abc import AsyncGenerator, Mapping
+from contextlib import suppress
+from multiprocessing import get_context
+from threading import Thread
+from typing import Any, NamedTuple
+
+from hydroservo.app.failures import Stopped, failure
+from hydroservo.app.source import Home
+from hydroservo.work.processes import end_with_parent, single_threaded_algebra
+
+__all__ = ["Message", "Worker"]
+
+LOOK = 0.05  # s between two looks for a page that has gone
+GRACE = 1.0  # s in which a computation may end by itself
+
+
+class Message(NamedTuple):
+    """What a worker says of a job.
+
+    Attributes:
+        kind: "progress", "result", "error" or "stopped"; all but the first are the last of a job.
+        about: what is said.
+        content: bytes that go with it.
+    """
+
+    kind: str
+    about: dict[str, Any]
+    content: bytes = b""
+
+    @property
+    def last(self) -> bool:
+        return self.kind != "progress"
+
+
+class Worker:
+    """One job after the other, in a process of its own that is started with the first."""
+
+    def __init__(self, home: Home) -> None:
+        self.home = home
+        self.lock = asyncio.Lock()
+        self.process: Any = None
+        self.pipe: Any = None
+        self.ending: set[asyncio.Task[None]] = set()
+
+    def start(self) -> None:
+        """Start the process, if none runs."""
+        if self.process is not None and self.process.is_alive():
+            return
+        context = get_context("spawn")  # a copy would have the locks of this one's threads
+        self.pipe, there = context.Pipe()
+        self.process = context.Process(target=serve, args=(there, self.home), daemon=True)
+        with single_threaded_algebra():
+            self.process.start()
+        there.close()
+
+    def end(self) -> None:
+        """End the process at once."""
+        if self.process is not None:
+            self.process.kill()
+            self.process.join()
+            self.pipe.close()
+            self.process = None
+
+    async def do(self, job: str, request: Mapping[str, Any]) -> AsyncGenerator[Message, None]:
+        """What is said of a job until it is done; who stops listening ends it."""
+        await self.lock.acquire()
+        done = False
+        try:
+            self.start()
+            self.pipe.send((job, request))
+            while not done:
+                message = await self.heard()
+                done = message.last
+                yield message
+        finally:
+            if done:
+                self.lock.release()
+            else:
+                task = asyncio.get_running_loop().create_task(self.stop())
+                self.ending.add(task)
+                task.add_done_callback(self.ending.discard)
+
+    async def heard(self) -> Message:
+        """The next message; an error where the process ended."""
+        loop = asyncio.get_running_loop()
+        try:
+            while not await loop.run_in_executor(None, self.pipe.poll, LOOK):
+                pass
+            message: Message = self.pipe.recv()
+        except (EOFError, OSError):
+            self.end()
+            problem = "the computation's process ended; change something, and it starts anew"
+            return Message("error", {"path": "", "problem": problem})
+        return message
+
+    async def stop(self) -> None:
+        """Ask the job to end; end the process where it does not."""
+        with suppress(OSError):
+            self.pipe.send("stop")
+        try:
+            async with asyncio.timeout(GRACE):
+                while not (await self.heard()).last:
+                    pass
+        except TimeoutError:
+            self.end()
+        self.lock.release()
+
+
+def serve(pipe: Any, home: Home) -> None:
+    """Do what comes through a pipe until it is closed: the life of the process."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # which a terminal sends to all
+    Thread(target=end_with_parent, daemon=True).start()
+    from hydroservo.app.jobs import JOBS
+    from hydroservo.scenario import load_plugin
+
+    for plugin in home.plugins:
+        load_plugin(plugin)
+    while True:
+        try:
+            asked = pipe.recv()
+        except (EOFError, OSError):
+            return
+        if asked != "stop":  # one that came after the end of its job
+            job, request = asked
+            pipe.send(answered(JOBS, job, request, home, pipe))
+
+
+def answered(jobs: Any, job: str, request: Mapping[str, Any], home: Home, pipe: Any) -> Message:
+    """The last message of a job."""
+
+    def report(done: float, what: str) -> None:
+        if pipe.poll() and pipe.recv() == "stop":
+            raise Stopped
+        pipe.send(Message("progress", {"done": done, "what": what}))
+
+    try:
+        about, content = jobs[job](request, home, report)
+    except Stopped:
+        return Message("stopped", {})
+    except Exception as error:
+        return Message("error", failure(error))
+    return Message("result", about, content)

@@ -1,0 +1,160 @@
+"""What a page is told of a scenario."""
+
+import numpy as np
+import pytest
+
+import hydroservo as hs
+from hydroservo.app.failures import failure
+from hydroservo.app.form import form_of
+from hydroservo.app.jobs import JOBS
+from hydroservo.app.source import Home, source_of
+from hydroservo.app.trajectory import MOST_POINTS, thinned
+from hydroservo.errors import ParameterError, ScenarioError
+from hydroservo.scenario import assembled, scenarios
+
+RIG = "rig/1khz-pi-sine"
+
+
+@pytest.fixture
+def home(tmp_path):
+    return Home(RIG, (), tmp_path)
+
+
+@pytest.fixture
+def done(home):
+    def one(job, **request):
+        return JOBS[job](request, home, lambda *_: None)
+
+    return one
+
+
+def numbers(blocks):
+    for block in blocks:
+        yield from block["numbers"]
+        yield from numbers(block["blocks"])
+
+
+@pytest.mark.parametrize("name", sorted(scenarios()))
+def test_what_the_form_shows_is_the_scenario(name):
+    """Each text of the form, entered as it stands, changes nothing."""
+    before = assembled(name)
+    changes = {}
+    for one in numbers(form_of(before)):
+        changes[one["path"]] = before_text(one)
+    assert hs.load_scenario(name, changes) == before.loop
+
+
+def before_text(one):
+    if one["kind"] == "float":
+        return one["text"]
+    return {"bool": lambda text: text == "True", "int": lambda text: text if text == "auto" else int(text)}[
+        one["kind"]
+    ](one["text"])
+
+
+def test_a_run_is_that_of_the_library(done):
+    about, content = done("run", changes={"plant.mass": "6 kg", "simulation.duration": "0.5 s"})
+    run = hs.simulate(hs.load_scenario(RIG, {"plant.mass": "6 kg", "simulation.duration": "0.5 s"}))
+    rows = np.frombuffer(content, dtype=np.float32).reshape(-1, about["points"])
+    panel = about["panels"][0]
+    assert [one["path"] for one in panel["lines"]] == ["reference.value", "controlled.value"]
+    np.testing.assert_allclose(rows[0], run["time"], rtol=1e-6)
+    np.testing.assert_allclose(rows[2], panel["factor"] * run["controlled.value"], rtol=1e-6, atol=1e-6)
+    assert about["hash"] == run.attrs["hash"]
+    assert about["diverged"] is None
+
+
+def test_a_sketch_is_the_same_run(done):
+    changes = {"simulation.duration": "0.5 s"}
+    (whole, content), (sketch, other) = (
+        done("run", changes=changes, **more) for more in ({}, {"substeps": 1})
+    )
+    assert content == other
+    assert sketch["metrics"] == whole["metrics"]
+
+
+def test_a_sketched_curve_lies_on_the_whole_one(done):
+    about, content = done("frequency")
+    rows = np.frombuffer(content, dtype=np.float32).reshape(-1, about["points"])
+    said, other = done("frequency", band=[2.0 * float(rows[0, 0]), 0.5 * float(rows[0, -1])])
+    sketch = np.frombuffer(other, dtype=np.float32).reshape(-1, said["points"])
+    for row in (1, 2):
+        wanted = np.interp(np.log(sketch[0]), np.log(rows[0]), rows[row])
+        np.testing.assert_allclose(sketch[row], wanted, rtol=2e-2, atol=0.3)
+
+
+def test_long_lines_keep_their_peaks():
+    time = np.linspace(0.0, 1.0, 50_001)
+    line = np.zeros(50_001)
+    line[12_345], line[30_000] = 7.0, -5.0
+    rows = thinned(time, [line])
+    assert rows.shape[1] <= MOST_POINTS
+    assert (rows[1].max(), rows[1].min()) == (7.0, -5.0)
+    assert np.all(np.diff(rows[0]) > 0.0)
+
+
+def test_saved_text_builds_on_its_base(done, tmp_path):
+    about, _ = done("toml", changes={"plant.mass": "7 kg", "controller.type": "PI"})
+    file = tmp_path / "saved.toml"
+    file.write_text(about["text"])
+    assert about["text"].startswith(f'base = "{RIG}"')
+    assert hs.load_scenario(file) == hs.load_scenario(RIG, {"plant.mass": "7 kg", "controller.type": "PI"})
+
+
+def test_an_opened_text_is_saved_with_its_changes(done, tmp_path):
+    text = 'base = "axis/position"\n[load]\ntype = "Step"\ninitial = "0 N"\nfinal = "1 kN"\ntime = "1 s"\n'
+    changes = {"load.type": "Constant", "load.amplitude": "200 N"}
+    about, _ = done("toml", text=text, changes=changes)
+    file = tmp_path / "saved.toml"
+    file.write_text(about["text"])
+    assert hs.load_scenario(file) == hs.load_scenario("axis/position", changes)
+    assert "final" not in about["text"]
+
+
+@pytest.mark.parametrize(
+    ("request_", "key"),
+    [
+        ({"text": 'base = "../secret.toml"'}, "base"),
+        (
+            {"text": 'base = "axis/position"\n[reference]\nsignal = {file = "/etc/passwd"}'},
+            "reference.signal.file",
+        ),
+        ({"changes": {"reference.signal.file": "/etc/passwd"}}, "reference.signal.file"),
+        ({"name": "/etc/passwd"}, ""),
+        ({"changes": {"base": "axis/force"}}, "base"),
+    ],
+)
+def test_a_page_has_no_file_read(home, request_, key):
+    with pytest.raises(ScenarioError) as caught:
+        source_of(request_, home).assembled()
+    assert caught.value.key == key
+
+
+@pytest.mark.parametrize(
+    "changes", [[], "x", {"a": None}, {"a": [1]}, dict.fromkeys(map(str, range(3000)), 1)]
+)
+def test_what_are_no_changes_is_refused(home, changes):
+    with pytest.raises(ScenarioError):
+        source_of({"changes": changes or 7}, home)
+
+
+def test_another_type_begins_with_numbers_of_its_like(done):
+    about, _ = done("retype", name="axis/position", path="controller", type="PID")
+    assert about["origin"].startswith("axis/")
+    assert about["changes"]["controller.type"] == "PID"
+    hs.load_scenario("axis/position", about["changes"])
+
+
+def test_numbers_that_nobody_has_are_asked_for(done):
+    about, _ = done("retype", name="axis/position", path="reference", type="Sine")
+    assert {one["name"] for one in about["missing"]} == {"amplitude", "frequency"}
+    assert next(one for one in about["missing"] if one["name"] == "amplitude")["unit"] == "m"
+
+
+def test_errors_lead_to_their_fields():
+    assert failure(ScenarioError("f", "plant.mass", "is wrong")) == {
+        "path": "plant.mass",
+        "problem": "is wrong",
+    }
+    assert failure(ParameterError("plant.mass", 1, "no"))["path"] == "plant.mass"
+    assert "a defect of hydroservo: ValueError" in failure(ValueError("x\ny"))["problem"]

@@ -1,0 +1,25 @@
+"""The command that serves a page."""
+
+import signal
+import socket
+import urllib.request
+
+from tests.support.browser import served
+from tests.support.commands.runner import failed
+
+
+def test_the_page_is_served_until_an_interrupt():
+    with served("rig/1khz-pi-sine") as server:
+        assert server.url.startswith("http://127.0.0.1:")
+        assert b"<title>hydroservo</title>" in urllib.request.urlopen(server.url).read()
+        server.process.send_signal(signal.SIGINT)
+        assert server.process.wait(20) == 130
+
+
+def test_what_cannot_be_served_is_one_line():
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = str(taken.getsockname()[1])
+        assert f"--port {port}" in failed("app", "--no-browser", "--port", port)
+    assert "port = 70000" in failed("app", "--no-browser", "--port", "70000")
+    assert "no built-in scenario" in failed("app", "nothing/there", "--no-browser")
+    assert "--host 192.0.2.1" in failed("app", "--no-browser", "--host", "192.0.2.1", "--port", "0")
