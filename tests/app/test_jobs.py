@@ -135,7 +135,7 @@ def test_a_page_has_no_file_read(home, request_, key):
 )
 def test_what_are_no_changes_is_refused(home, changes):
     with pytest.raises(ScenarioError):
-        source_of({"changes": changes or 7}, home)
+        source_of({"changes": changes}, home)
 
 
 def test_another_type_begins_with_numbers_of_its_like(done):

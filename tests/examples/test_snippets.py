@@ -13,8 +13,8 @@ from hydroservo.cli.app import app
 ROOT = Path(__file__).parents[2]
 PAGES = sorted((ROOT / "docs").rglob("*.md"))
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```", re.MULTILINE | re.DOTALL)
-# The README's own lines have tests of their own; what takes minutes is run by .ci/run, in a fresh clone.
-ELSEWHERE = ("python3 -m venv", "hydroservo paper")
+# The README's own lines have tests of their own, and so has the page; what takes minutes is run by .ci/run.
+ELSEWHERE = ("python3 -m venv", "pip install", "hydroservo paper", "hydroservo app")
 
 
 def blocks(language: str) -> list[str]:

@@ -15,7 +15,9 @@ from hydroservo.scenario import load_plugin
 from hydroservo.scenario.catalogue import builtin_texts
 from hydroservo.scenario.descriptions import descriptions, role_named, types_by_role
 from hydroservo.scenario.keys import keys_of, range_of
+from hydroservo.scenario.log_columns import KEYS
 from hydroservo.scenario.schema import scenario_schema
+from hydroservo.scenario.search import PARTS
 from tests.support.commands.runner import PLUGIN
 
 SCHEMA = scenario_schema()
@@ -77,6 +79,7 @@ def test_what_a_scenario_may_not_hold_is_marked(path: str, value: object) -> Non
         ("metrics.calm", {"type": "Energy"}),
         ("truth.plant.mass", "6 kg"),
         ("identify.columns.velocity", "v [mm/s]"),
+        ("identify.vary", {"plant": {"mass": "-40%..+70%"}}),
         ("load", {"type": "Recorded", "series": {"file": "force.csv"}}),
     ],
 )
@@ -91,6 +94,12 @@ def test_a_plugin_s_types_are_in_it(tmp_path: Path) -> None:
     (tmp_path / "own.py").write_text(PLUGIN)
     load_plugin(tmp_path / "own.py")
     jsonschema.validate(law, scenario_schema())
+
+
+def test_it_has_the_keys_of_a_search_and_of_logs() -> None:
+    tables = SCHEMA["properties"]
+    assert {*tables["tune"]["properties"]} == {"vary", "scenarios", *PARTS}
+    assert {*tables["identify"]["properties"]} == {*KEYS}
 
 
 def test_an_editor_shows_meaning_unit_and_range() -> None:

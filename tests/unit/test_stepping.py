@@ -88,3 +88,37 @@ def test_what_cannot_run_is_refused_in_one_line() -> None:
         SteppedRuns(loop, {"plant.mass": [-1.0]}, 1)
     with pytest.raises(hs.ParameterError, match="threads"):
         SteppedRuns(loop, {}, 1, threads=0)
+
+
+@pytest.mark.parametrize(
+    ("which", "sets", "seeds"),
+    [
+        ([2], [0], [1]),
+        ([-1], [0], [1]),
+        ([0], [1], [1]),
+        ([0], [0], [-1]),
+        ([0, 1], [0], [1]),
+        ([0.5], [0], [1]),
+    ],
+)
+def test_runs_that_are_none_are_refused(which: list[float], sets: list[int], seeds: list[int]) -> None:
+    runs = begun(hs.load_scenario("rig/1khz-pi-square", SHORT), 2)
+    with pytest.raises(hs.ParameterError, match="whole numbers from 0 to"):
+        runs.begin(np.array(which), np.array(sets), np.array(seeds))
+
+
+@pytest.mark.parametrize("commands", [[0.0], [0.0, 1.0, 2.0], [0.0, np.nan], [np.inf, 0.0]])
+def test_commands_that_are_none_are_refused(commands: list[float]) -> None:
+    runs = begun(hs.load_scenario("rig/1khz-pi-square", SHORT), 2)
+    with pytest.raises(hs.ParameterError, match="must be 2 finite numbers"):
+        runs.advance(np.array(commands))
+
+
+def test_what_is_shown_stays_when_runs_go_on() -> None:
+    runs = begun(hs.load_scenario("rig/1khz-pi-square", SHORT), 2)
+    before = runs["plant.velocity"]
+    kept = before.copy()
+    for _ in range(20):
+        runs.advance(np.array([1.0, 1.0]))
+    assert (before == kept).all()
+    assert (runs["plant.velocity"] != kept).all()

@@ -28,7 +28,7 @@ CURVES = {
     "machine": "machine, command to signal",
     "compliance": "compliance, load to motion",
 }
-MARGINS = {  # what each is called, the factor to a unit, and that unit
+MARGINS = {  # what each is called, and in which unit it is read
     "gain_margin": ("gain margin", "dB"),
     "phase_margin": ("phase margin", "°"),
     "delay_margin": ("delay margin", "ms"),

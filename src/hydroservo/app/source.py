@@ -63,7 +63,7 @@ def source_of(request: Mapping[str, Any], home: Home) -> Source:
     Raises:
         ScenarioError: it is no scenario, or would read files.
     """
-    changes = checked_changes(request.get("changes") or {})
+    changes = checked_changes(request.get("changes", {}))
     text, name = request.get("text"), request.get("name")
     if isinstance(text, str):
         check_reads_nothing(parsed(text, PAGE))

@@ -30,7 +30,7 @@ __all__ = ["bode"]
 RESPONSES = ("machine", "open", "closed", "sensitivity", "compliance", "open_compliance")
 ENDINGS = (".png", ".svg", ".pdf")
 VALUES = 5  # of a range, evenly
-SHOWN = {  # numbers of a loop: what they are called, and the factor to a unit
+SHOWN = {  # numbers of a loop: what they are called, and in which unit they are read
     "gain_margin": ("gain margin", "dB"),
     "phase_margin": ("phase margin", "°"),
     "delay_margin": ("delay margin", "ms"),
@@ -356,5 +356,7 @@ def as_text(value: float, unit: str) -> str:
     if math.isnan(value):
         return NO_NUMBER
     factor = {"\N{DEGREE SIGN}": 180.0 / math.pi, "ms": 1e3}.get(unit, 1.0)
-    shown = 20.0 * math.log10(value) if unit == "dB" and math.isfinite(value) else factor * value
+    if unit == "dB" and math.isfinite(value):
+        value = 20.0 * math.log10(value) if value > 0.0 else -math.inf
+    shown = factor * value
     return f"{number(shown)} {unit}".strip()

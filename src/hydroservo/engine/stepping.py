@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from hydroservo.block import Block, leaves
 from hydroservo.engine import flat
 from hydroservo.engine.kernel import Study, Wanted, mover
-from hydroservo.engine.lanes import LANES, loader, row, varier
+from hydroservo.engine.lanes import LANES, aligned, loader, row, varier
 from hydroservo.engine.native import MachineCode, native
 from hydroservo.engine.recipe import Recipe
 
@@ -22,7 +22,6 @@ __all__ = ["CompiledSteps", "Steps"]
 
 Numbers = NDArray[np.float64]
 Whole = NDArray[np.int64]
-CACHE_LINE = 8  # doubles
 
 
 class Places(NamedTuple):
@@ -94,7 +93,7 @@ class Steps:
 
     def __init__(self, kernel: CompiledSteps, runs: int) -> None:
         self.kernel, self.runs, self.groups = kernel, runs, -(-runs // LANES)
-        self.memory = aligned(self.groups * kernel.places.size)
+        self.memory = aligned(self.groups * kernel.places.size // LANES).reshape(-1)
         self.rows = self.memory.reshape(self.groups, -1, LANES)
         self.shown = np.zeros((runs, kernel.width))
 
@@ -124,13 +123,6 @@ class Steps:
         """A sample period of all runs in groups first to last-1, and the sample at its end."""
         kernel = self.kernel
         kernel.step(kernel.constants, kernel.tables, self.memory, self.shown, first, last, self.runs, dt)
-
-
-def aligned(size: int) -> Numbers:
-    """Zeros that start on a cache line."""
-    numbers = np.zeros(size + CACHE_LINE)
-    start = -numbers.ctypes.data // numbers.itemsize % CACHE_LINE
-    return numbers[start : start + size]
 
 
 def compiled_begin(made: Made) -> MachineCode:

@@ -11,12 +11,12 @@ from hydroservo.errors import ParameterError
 from hydroservo.formatting import number
 from hydroservo.identification.long_run import long_run_covariance
 from hydroservo.identification.result import Identified, LogFit
+from hydroservo.identification.spikes import TO_DEVIATION
 
 __all__ = ["Comparison", "compare"]
 
 STRONG = 10.0  # by which a criterion must be less for a larger model to have earned its numbers
 CUT = 4.0  # robust deviations, to which residuals are cut
-TO_DEVIATION = 1.4826  # from the median of absolute deviations, for normal noise
 
 Samples = NDArray[np.float64]
 
@@ -89,6 +89,11 @@ def compare(found: Identified, other: Identified) -> Comparison:
             independent += samples
             key = one.understood.log.name, name
             held[key] = one.signals[name].held_out, beside.signals[name].held_out
+            if not all(error > 0.0 for error in held[key]):
+                problem = (
+                    f"leaves no error of {name} in what is held out, by which models could be told apart"
+                )
+                raise ParameterError("other", smaller.scenario, problem)
     ratio = math.exp(float(np.mean([math.log(mine / others) for mine, others in held.values()])))
     criterion = gained - numbers * math.log(independent)
     earns = criterion > STRONG and ratio <= 1.0
@@ -103,12 +108,22 @@ def check(larger: Identified, smaller: Identified, numbers: int) -> None:
     """
     if [one.understood.log.name for one in larger.logs] != [one.understood.log.name for one in smaller.logs]:
         raise ParameterError("other", smaller.scenario, "must be fitted to the same logs")
+    for one, other in zip(larger.logs, smaller.logs, strict=True):
+        if not all(name in other.data and same(one, other, name) for name in ("time", *one.signals)):
+            raise ParameterError(
+                "other", smaller.scenario, f"must be fitted to the same {one.understood.log.name}"
+            )
     if larger.horizon != smaller.horizon:
         raise ParameterError("other", smaller.scenario, "must be fitted with the same horizon")
     if not numbers:
         count = len(larger.parameters)
         problem = f"has {count} numbers that are sought, as many as {larger.scenario}; one must have more"
         raise ParameterError("other", smaller.scenario, problem)
+
+
+def same(one: LogFit, other: LogFit, name: str) -> bool:
+    """Whether a signal was measured alike."""
+    return np.array_equal(one.data[name].values, other.data[name].values, equal_nan=True)
 
 
 def residuals(one: LogFit, other: LogFit) -> Iterator[tuple[str, Samples, Samples]]:

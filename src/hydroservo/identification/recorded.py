@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from hydroservo.errors import ParameterError, ScenarioError
 from hydroservo.field import Field
 from hydroservo.identification.log import read_log
-from hydroservo.identification.segments import Segment, understood
+from hydroservo.identification.segments import LONGEST_BRIDGE, Segment, understood
 from hydroservo.identification.signals import COMMAND, OUTPUTS, REFERENCE, SIGNALS, TIME
 from hydroservo.identification.welch import Estimate, welch
 from hydroservo.loop import Loop
@@ -27,7 +27,6 @@ Samples = NDArray[np.float64]
 
 DRIVES = {"machine": COMMAND, "closed": REFERENCE}  # what the response of this name is by
 APART = 1e-2  # of a sample period, by which that of a log may differ
-LONGEST_BRIDGE = 5  # samples that may lack in a row of what was measured
 
 
 class Recorded(NamedTuple):
@@ -94,7 +93,7 @@ def recorded(loop: Loop, path: str | Path, columns: Mapping[str, str]) -> Record
         log.log.name,
         [whole for one in log.segments for whole in unbroken(loop, one, log.log.name)],
     )
-    remarks = [line for line in log.remarks if not line.endswith("and counts for nothing")]
+    remarks = [*log.remarks]
     driven = {
         response: drive
         for response, drive in DRIVES.items()

@@ -13,7 +13,7 @@ from hydroservo.identification.log import FEWEST, Log
 from hydroservo.identification.signals import INPUTS, OUTPUTS, REFERENCE, SIGNALS
 from hydroservo.identification.spikes import resolution_of, spikes_in
 
-__all__ = ["Segment", "Understood", "understood"]
+__all__ = ["LONGEST_BRIDGE", "Segment", "Understood", "understood"]
 
 JITTER = 0.02  # of a period, by which instants may lie beside an even grid
 MISSING = 1.5  # periods: a longer interval lacks samples

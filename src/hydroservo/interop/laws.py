@@ -70,6 +70,8 @@ def to_law(system: Any, loop: Loop, *, limit: float = 10.0) -> StateSpace:
         HydroservoError: python-control is not installed.
     """
     loop = checked_loop(loop)
+    if not limit > 0.0:
+        raise ParameterError("limit", limit, "must be above 0 V")
     system = checked_system(system, loop.simulation.period)
     a, b, c, d = (np.asarray(one, dtype=np.float64) for one in (system.A, system.B, system.C, system.D))
     names = [str(name) for name in system.input_labels]

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hydroservo.block import Block, leaves, replace
-from hydroservo.errors import HydroservoWarning
+from hydroservo.errors import HydroservoWarning, ParameterError
 from hydroservo.group import group
 from hydroservo.loop import Loop
 from hydroservo.runs.batch import with_steps
@@ -19,7 +19,7 @@ from hydroservo.runs.divergence import reach_of, watched_paths
 from hydroservo.runs.fitting import compilation, first_state
 from hydroservo.runs.run import plan_of, ready, studied
 from hydroservo.runs.step_sizes import hardest
-from hydroservo.validation import checked
+from hydroservo.validation import LARGEST_WHOLE, checked
 from hydroservo.wiring import wired
 from hydroservo.work.cores import checked_count
 
@@ -94,8 +94,7 @@ class SteppedRuns:
 
     def __getitem__(self, path: str) -> Numbers:
         """A number of the state of each run at its last sample, such as ``controller.measured.velocity``."""
-        found: Numbers = self.steps.shown[:, self.places[path]]
-        return found
+        return self.steps.shown[:, self.places[path]].copy()
 
     def table_of(self, paths: Sequence[str]) -> Numbers:
         """Some numbers of the state of each run at its last sample, shape (count, paths)."""
@@ -125,7 +124,13 @@ class SteppedRuns:
             which: their numbers.
             sets: the number of the set of parameters that each takes.
             seeds: of the random numbers of each.
+
+        Raises:
+            ParameterError: there is no such run or set, or they are not as many.
         """
+        check_whole("which", which, self.steps.runs, np.size(which))
+        check_whole("sets", sets, self.sets, np.size(which))
+        check_whole("seeds", seeds, LARGEST_WHOLE, np.size(which))
         numbers = self.table[:, sets]
         numbers[self.seed_row] = seeds
         self.steps.give(which, numbers)
@@ -137,7 +142,13 @@ class SteppedRuns:
 
         Args:
             commands: of shape (count,).
+
+        Raises:
+            ParameterError: they are not as many, or not finite.
         """
+        if np.shape(commands) != (self.steps.runs,) or not np.isfinite(commands).all():
+            problem = f"must be {self.steps.runs} finite numbers, one for each run"
+            raise ParameterError("commands", commands, problem)
         self.steps.command(commands)
         with compilation(self.loop):
             if self.pool is None:
@@ -145,6 +156,18 @@ class SteppedRuns:
             else:
                 period, (firsts, lasts) = repeat(self.period), zip(*self.shares, strict=True)
                 list(self.pool.map(self.steps.advance, firsts, lasts, period))
+
+
+def check_whole(name: str, numbers: Whole, end: int, count: int) -> None:
+    """Refuse what are not so many whole numbers from 0 to below an end.
+
+    Raises:
+        ParameterError: with the name.
+    """
+    given = np.asarray(numbers)
+    whole = given.shape == (count,) and given.dtype.kind in "iu"
+    if not (whole and ((given >= 0) & (given < end)).all()):
+        raise ParameterError(name, numbers, f"must be {count} whole numbers from 0 to {end - 1}")
 
 
 def shown(state: Block) -> list[str]:

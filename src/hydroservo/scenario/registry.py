@@ -102,7 +102,8 @@ def names_in_role(role: type) -> list[str]:
 def makers_in_role(role: type) -> dict[str, Maker]:
     """What makes blocks of a role, by the names that ``type`` may have, in their order."""
     fitting = (cls for cls in known_classes() if misfit(cls, role) is None)
-    return dict(sorted(item for cls in fitting for item in makers(cls).items()))
+    found = {name: maker for cls in fitting for name, maker in makers(cls).items()}
+    return {name: found[name] for name in sorted(found)}
 
 
 def known_classes() -> tuple[type, ...]:

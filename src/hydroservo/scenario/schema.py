@@ -41,6 +41,10 @@ TUNE: Schema = {
     "candidates": WHOLE,
     "seed": WHOLE,
 }
+IDENTIFY: Schema = {
+    "columns": {"type": "object", "additionalProperties": TEXT},
+    "vary": {"$ref": "#/definitions/numbers"},
+}
 
 
 def scenario_schema() -> Schema:
@@ -64,7 +68,7 @@ def scenario_schema() -> Schema:
             "uncertainty": {"$ref": "#/definitions/numbers"},
             "truth": {"$ref": "#/definitions/numbers"},
             "tune": closed(TUNE),
-            "identify": closed({"columns": {"type": "object", "additionalProperties": TEXT}}),
+            "identify": closed(IDENTIFY),
         },
         "additionalProperties": False,
     }

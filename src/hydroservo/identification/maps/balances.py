@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydroservo.identification.maps.piston import Piston
-from hydroservo.identification.maps.reading import thinned
+from hydroservo.identification.maps.reading import bridged, thinned
 from hydroservo.identification.segments import Segment
 
 __all__ = ["Balance", "Watched", "balances", "watched"]
@@ -69,15 +69,8 @@ def watched(one: Segment, piston: Piston) -> Watched:
         rows = {"a": half, "b": -half}
     rows["x"] = measured.get("position", np.full(one.samples, piston.plant.start_position))
     period, few = thinned(one.period, rows)
-    places = np.arange(few["a"].size, dtype=np.float64)
-    whole = {name: bridged(places, values) for name, values in few.items()}
+    whole = {name: bridged(values, one.log) for name, values in few.items()}
     return Watched(one, period, whole, balances(whole, period, piston))
-
-
-def bridged(places: Samples, values: Samples) -> Samples:
-    """A signal with straight lines over what is missing."""
-    there = np.isfinite(values)
-    return np.interp(places, places[there], values[there])
 
 
 def balances(rows: Mapping[str, Samples], period: float, piston: Piston) -> list[Balance]:

@@ -25,7 +25,7 @@ __all__ = ["decay"]
 SURE = 0.5  # half of an interval over its number, up to which a bulk modulus is told by a motion
 DRAWS = 40  # of noise, that say how much of it integrals gather
 STEPS = 5.0  # deviations of the position's noise, that a motion goes
-OPENED = 1e-3  # of the command's limit in V, by which the command of a closed valve may change
+OPENED = 1e-3  # V, by which the command of a closed valve may change
 
 Samples = NDArray[np.float64]
 

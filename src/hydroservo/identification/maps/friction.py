@@ -10,11 +10,12 @@ from hydroservo.errors import ScenarioError
 from hydroservo.identification.maps.friction_law import FrictionFit, fitted_friction
 from hydroservo.identification.maps.piston import Piston
 from hydroservo.identification.maps.reading import demand, thinned
-from hydroservo.identification.maps.regression import HALF_WIDTH, mean_of
+from hydroservo.identification.maps.regression import mean_of
 from hydroservo.identification.maps.result import Drawn, Found, Interval, curve_of
 from hydroservo.identification.maps.stretches import Stretch, longest_of, stretches
 from hydroservo.identification.segments import Segment, Understood
 from hydroservo.identification.signals import EXTERNAL_FORCE
+from hydroservo.identification.uncertainty import NORMAL
 from hydroservo.loop import Loop
 from hydroservo.mechanics import LuGre
 
@@ -162,9 +163,7 @@ def law_of(columns: Mapping[str, Samples], loop: Loop | None) -> tuple[FrictionF
     if velocity.size < FEWEST or speeds.size < 2:
         return None, [f"{velocity.size} moves at {speeds.size} speeds are too few for a law of friction"]
     half = columns["friction_half"]
-    deviation = np.maximum(
-        np.where(np.isfinite(half), half, 0.0) / HALF_WIDTH, LEAST_SHARE * np.abs(force).max()
-    )
+    deviation = np.maximum(np.where(np.isfinite(half), half, 0.0) / NORMAL, LEAST_SHARE * np.abs(force).max())
     gaussian = loop is not None and isinstance(getattr(loop.plant, "friction", None), LuGre)
     found = fitted_friction(velocity, force, deviation, gaussian)
     return found, list(found.remarks)
@@ -200,23 +199,21 @@ def values_of(numbers: Mapping[str, Interval], loop: Loop) -> tuple[dict[str, In
         left.append("offset has no place in a scenario")
     own: Any = getattr(loop.plant, "friction", None)
     if own is None:
-        return {"plant.damping": above_0(numbers["viscous"])}, [*left, "the plant has viscous friction alone"]
+        return {"plant.damping": numbers["viscous"].at_least_0()}, [
+            *left,
+            "the plant has viscous friction alone",
+        ]
     if not hasattr(own, "coulomb"):
-        return {"plant.friction.coefficient": above_0(numbers["viscous"])}, [
+        return {"plant.friction.coefficient": numbers["viscous"].at_least_0()}, [
             *left,
             "its friction is viscous alone",
         ]
     names = ["coulomb", "breakaway", "stribeck_velocity"]
-    found = {f"plant.friction.{name}": above_0(numbers[name]) for name in names if name in numbers}
+    found = {f"plant.friction.{name}": numbers[name].at_least_0() for name in names if name in numbers}
     held = "plant.friction.breakaway"
     if held not in found and numbers["coulomb"].value > own.breakaway:
-        found[held] = above_0(numbers["coulomb"])
+        found[held] = numbers["coulomb"].at_least_0()
     if held in found and found[held].value >= own.coulomb:  # first, as no step may hold less than it brakes
         found = {held: found.pop(held), **found}
-    found["plant.friction.viscous"] = above_0(numbers["viscous"])
+    found["plant.friction.viscous"] = numbers["viscous"].at_least_0()
     return found, left
-
-
-def above_0(one: Interval) -> Interval:
-    """A number that a scenario may not have below 0."""
-    return one._replace(value=max(one.value, 0.0))

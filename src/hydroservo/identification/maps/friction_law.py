@@ -20,7 +20,7 @@ class FrictionFit(NamedTuple):
     Attributes:
         numbers: coulomb, viscous, offset where both directions are there, and breakaway and
             stribeck_velocity where the fall with speed is seen.
-        at: friction at velocities [N], without the offset.
+        gaussian: whether the fall with speed is that of LuGre.
         remarks: what a user should know.
     """
 

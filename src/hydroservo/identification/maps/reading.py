@@ -13,7 +13,7 @@ from hydroservo.identification.log import checked_log, read_log
 from hydroservo.identification.segments import Segment, Understood, understood
 from hydroservo.identification.signals import SIGNALS, TIME
 
-__all__ = ["Given", "demand", "logs_of", "runs_of", "thinned", "velocity_of"]
+__all__ = ["Given", "bridged", "demand", "logs_of", "runs_of", "thinned", "velocity_of"]
 
 MOST = 4000  # samples of a stretch that count; of more, means are taken over several
 
@@ -89,6 +89,25 @@ def thinned(period: float, rows: Mapping[str, Samples], most: int = MOST) -> tup
         sums = np.where(there, blocks, 0.0).sum(axis=1)
         found[name] = np.divide(sums, counts, out=found[name], where=counts > 0)
     return width * period, found
+
+
+def bridged(values: Samples, log: int) -> Samples:
+    """A signal with straight lines over what is missing.
+
+    Args:
+        values: shape (n,).
+        log: the number of the log, from 0.
+
+    Raises:
+        ScenarioError: there is nothing else.
+    """
+    places, there = np.arange(values.size), np.isfinite(values)
+    if not there.any():
+        raise ScenarioError(
+            f"log {log + 1}", "", "a signal lacks through a whole stretch between two gaps: cut that out"
+        )
+    found: Samples = np.interp(places, places[there], values[there])
+    return found
 
 
 def runs_of(flags: NDArray[np.bool_]) -> Iterator[slice]:

@@ -7,10 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydroservo.identification.long_run import long_run_covariance
+from hydroservo.identification.uncertainty import NORMAL
 
-__all__ = ["HALF_WIDTH", "Regression", "mean_of", "regression"]
+__all__ = ["Regression", "mean_of", "regression"]
 
-HALF_WIDTH = 1.96  # deviations, to the ends of a 95 % interval
 
 Matrix = NDArray[np.float64]
 
@@ -41,7 +41,7 @@ class Regression(NamedTuple):
 
     def half(self, weights: Matrix) -> float:
         """Half of the 95 % interval of a sum of coefficients with these weights."""
-        return float(HALF_WIDTH * np.sqrt(max(float(weights @ self.covariance @ weights), 0.0)))
+        return float(NORMAL * np.sqrt(max(float(weights @ self.covariance @ weights), 0.0)))
 
 
 def regression(parts: Sequence[tuple[Matrix, Matrix]]) -> Regression | None:
@@ -84,5 +84,5 @@ def mean_of(parts: Sequence[Matrix]) -> tuple[float, float, float]:
     spread = float(every.std(ddof=1)) if every.size > 1 else np.nan
     if not apart:
         return middle, spread, np.nan
-    half = HALF_WIDTH * float(np.sqrt(max(long_run_covariance(apart)[0, 0], 0.0))) / every.size
+    half = NORMAL * float(np.sqrt(max(long_run_covariance(apart)[0, 0], 0.0))) / every.size
     return middle, spread, half

@@ -42,6 +42,10 @@ class Interval(NamedTuple):
         """Another number that is so many times this one; the factor is above 0."""
         return Interval(factor * self.value, factor * self.low, factor * self.high, unit, self.meaning)
 
+    def at_least_0(self) -> "Interval":
+        """The same of a number that a scenario may not have below 0."""
+        return self._replace(value=max(self.value, 0.0), low=max(self.low, 0.0), high=max(self.high, 0.0))
+
     def __repr__(self) -> str:
         value, low, high = (quantity(one, self.unit).replace(MINUS, "-") for one in self[:3])
         return f"{value} ({low} ... {high})"

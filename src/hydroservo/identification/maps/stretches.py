@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.identification.maps.reading import velocity_of
+from hydroservo.identification.maps.reading import bridged, velocity_of
 from hydroservo.identification.segments import Segment
 from hydroservo.identification.spikes import noise_of
 
@@ -45,7 +45,7 @@ def stretches(one: Segment) -> Iterator[Stretch]:
     """
     velocity = velocity_of(one)
     noise = noise_of(velocity)
-    width, smooth, deviation = smoothed(velocity)
+    width, smooth, deviation = smoothed(velocity, one.log)
     for first, last in constant(smooth, width, deviation):
         settled = first + int(SETTLED * (last - first))
         part = slice(settled, last)
@@ -61,18 +61,15 @@ def stretches(one: Segment) -> Iterator[Stretch]:
 
 def longest_of(one: Segment) -> float:
     """How long the longest stretch is, and one that is too short too [s]."""
-    width, smooth, deviation = smoothed(velocity_of(one))
+    width, smooth, deviation = smoothed(velocity_of(one), one.log)
     found = [last - first for first, last in constant(smooth, width, deviation, 1)]
     return one.period * max(found, default=0)
 
 
-def smoothed(velocity: Samples) -> tuple[int, Samples, float]:
+def smoothed(velocity: Samples, log: int) -> tuple[int, Samples, float]:
     """The window of means, the velocity as means over it, and the deviation that noise leaves of one."""
     width = max(WINDOW, velocity.size // PARTS)
-    places = np.arange(velocity.size)
-    there = np.isfinite(velocity)
-    filled = np.interp(places, places[there], velocity[there])
-    smooth: Samples = np.convolve(filled, np.full(width, 1.0 / width), mode="same")
+    smooth: Samples = np.convolve(bridged(velocity, log), np.full(width, 1.0 / width), mode="same")
     return width, smooth, noise_of(velocity) / float(np.sqrt(width))
 
 

@@ -216,26 +216,23 @@ def values_of(
     orifice: Any = getattr(valve, "orifice", None)
     if not hasattr(orifice, "area_gradient") or not hasattr(valve, "gain"):
         return {}, [f"{type(valve).__name__} has no gain and area gradient that would be written"]
-    gain = numbers["flow_gain_plus"]
-    mean = 0.5 * (gain.value + numbers["flow_gain_minus"].value)
+    gains = [numbers["flow_gain_plus"], numbers["flow_gain_minus"]]
+    widths = [one.high - one.low for one in gains]
+    half = 0.25 * float(np.hypot(widths[0], widths[1]))
+    mean = 0.5 * sum(one.value for one in gains)
     unit = orifice._replace(area_gradient=1.0)
     opening = 0.5 * valve.max_opening
     per_opening = slope_of(unit, opening, line.supply - line.tank)
-    found = {
-        "valve.orifice.area_gradient": gain._replace(
-            value=mean,
-            low=mean - 0.5 * (gain.high - gain.low),
-            high=mean + 0.5 * (gain.high - gain.low),
-        ).times(1.0 / (valve.gain * per_opening), "m")
-    }
+    gain = Interval.around(mean, half, gains[0].unit, "area of an edge per opening, the mean of both ways")
+    found = {"valve.orifice.area_gradient": gain.times(1.0 / (valve.gain * per_opening), "m")}
     left = ["null_offset has no place in a scenario"]
     if hasattr(orifice, "lap"):
-        half = numbers["dead_band"].times(0.5 * valve.gain, "m")
-        found["valve.orifice.lap"] = half._replace(value=half.value - mean_extra(orifice))
+        overlap = numbers["dead_band"].times(0.5 * valve.gain, "m")
+        value, low, high = (one - mean_extra(orifice) for one in overlap[:3])
+        found["valve.orifice.lap"] = Interval(value, low, high, overlap.unit, overlap.meaning)
         found["valve.orifice.clearance"] = kept(orifice.clearance)
     if hasattr(valve, "hysteresis"):
-        width = numbers["hysteresis"].times(valve.gain, "m")
-        found["valve.hysteresis"] = width._replace(value=max(width.value, 0.0))
+        found["valve.hysteresis"] = numbers["hysteresis"].times(valve.gain, "m").at_least_0()
     return found, left
 
 
