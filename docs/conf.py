@@ -39,7 +39,7 @@ nitpick_ignore_regex = [
     ("py:.*", r"(Path|Callable|Sequence|Mapping|Iterator|NDArray|ArrayLike|Figure|Any|Block|optional)"),
     (
         "py:.*",
-        r"hydroservo\.(roles\.BlockClass|scenario\.(ranges\.Relative|sampling\.Variation)|runs\.step_sizes\.(Signals|Recorded))",
+        r"hydroservo\.(roles\.(saying\.)?BlockClass|linear\.(system\.System|operating_point\.OperatingPoint)|identification\.(segments\.Understood|fitted\.Fitted)|studies\.multiples\..*|scenario\.(ranges\.Relative|sampling\.Variation)|runs\.step_sizes\.(Signals|Recorded))",
     ),  # of signatures alone
 ]
 

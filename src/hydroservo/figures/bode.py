@@ -54,7 +54,7 @@ def plot_bode(data: xr.Dataset) -> Figure:
     machine by its command takes the place of the compliance.
 
     Args:
-        data: what :func:`~hydroservo.linear.bode` returned, or several of these along ``point``.
+        data: what :func:`~hydroservo.bode` returned, or several of these along ``point``.
     """
     with style():
         fig = figure(HEIGHT)

@@ -56,7 +56,7 @@ class Task:
         count: how many runs.
         scenario: its name or file.
         signal: that the scenario must control, "velocity" or "position".
-        changes: of the scenario, as of :func:`~hydroservo.load_scenario`.
+        changes: of the scenario, as of :func:`~hydroservo.scenario.load_scenario`.
         vary: what differs between episodes besides the scenario's uncertainty, as of
             :func:`~hydroservo.scenario.sampling.draws`.
         draws: how many sets of such numbers there are, of which each episode takes one; one where nothing

@@ -161,7 +161,7 @@ class View(NamedTuple):
 
 
 def viewed(loop: Loop, command: float | None, force: float | None, band: tuple[float, float] | None) -> View:
-    """A loop about a point, as :func:`bode` has it.
+    """A loop about a point, as :func:`hydroservo.bode` has it.
 
     Raises:
         ParameterError: there is no such point, no loop is closed there, or the frequencies are none.
@@ -204,12 +204,12 @@ def bode_over(
         loops: by the value of that number.
         path: where it is.
         unit: its SI unit.
-        command: as :func:`bode` has it.
+        command: as :func:`hydroservo.bode` has it.
         force: likewise.
         band: likewise; None for one that holds those of all.
 
     Raises:
-        ParameterError: as :func:`bode`, and the path's value.
+        ParameterError: as :func:`hydroservo.bode`, and the path's value.
     """
     import xarray as xr
 

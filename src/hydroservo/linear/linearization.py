@@ -56,7 +56,7 @@ class Linearization(NamedTuple):
 
     @property
     def poles(self) -> NDArray[np.complex128]:
-        """The eigenvalues of A, slowest first: s [1/s], or z where it is sampled."""
+        """The eigenvalues of A, slowest first, s [1/s], or z where it is sampled."""
         found = np.linalg.eigvals(self.A).astype(complex) if len(self.A) else np.zeros(0, complex)
         at_rest = 1.0 if self.period else 0.0
         near = AT_ONE if self.period else AT_ORIGIN * np.abs(found).max(initial=0.0)

@@ -114,7 +114,7 @@ class SteppedRuns:
 
     @property
     def lost(self) -> NDArray[np.bool_]:
-        """Which runs diverged since they began: a number was not finite, or beyond physical reach."""
+        """Which runs diverged since they began, where a number was not finite, or beyond physical reach."""
         return self.steps.lost
 
     def begin(self, which: Whole, sets: Whole, seeds: Whole) -> None:
