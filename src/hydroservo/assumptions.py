@@ -10,7 +10,10 @@ __all__ = [
     "Peak",
     "above",
     "below",
+    "model_stable",
     "near",
+    "noise_known",
+    "oil_faster",
     "per_second",
     "robust",
     "sampled_faster",
@@ -143,6 +146,24 @@ def valve_faster(rate: float, facts: Facts, what: str) -> Assumption:
     return below(
         "valve lag", f"{what} is below one over the valve's lag", rate, quotient(1.0, facts.lag), "1/s"
     )
+
+
+def noise_known(name: str, believed: float, facts: Facts, signal: int) -> Assumption:
+    """That the noise of a signal, 0 the velocity or 1 the load force, is what a design took it for."""
+    meaning, unit = f"{name} is within a factor 3 of the noise", ("m/s", "N")[signal]
+    return near("noise known", meaning, believed, facts.noise[signal], 3.0, unit)
+
+
+def model_stable(facts: Facts) -> Assumption:
+    """That the explicit step of a design model by a sample period is stable."""
+    meaning = "omega_h h is below 2.5, where the step of its model is stable"
+    return below("step of the model", meaning, facts.natural_frequency * facts.period, 2.5)
+
+
+def oil_faster(rate: float, facts: Facts, what: str) -> Assumption:
+    """That a rate [rad/s] is below the natural frequency of the mass on the oil."""
+    meaning = f"{what} is below the oil's natural frequency"
+    return below("oil", meaning, rate, facts.natural_frequency, "rad/s")
 
 
 def robust(facts: Facts) -> Assumption:

@@ -21,7 +21,7 @@ from hydroservo.cli.identify import identify
 from hydroservo.cli.limit import limit
 from hydroservo.cli.linearize import linearize
 from hydroservo.cli.map import map_logs
-from hydroservo.cli.options import Changes, Json, Plugins, Scenario, Several, Strict, Verbose, loaded
+from hydroservo.cli.options import Changes, Folder, Json, Plugins, Scenario, Several, Strict, Verbose, loaded
 from hydroservo.cli.page import page
 from hydroservo.cli.remarks import say_remarks
 from hydroservo.cli.study import study
@@ -49,12 +49,6 @@ app.add_typer(scenarios_app, name="scenarios")
 studies_app = typer.Typer(cls=Listing, rich_markup_mode="markdown")
 app.add_typer(studies_app, name="studies")
 app.add_typer(export_app, name="export")
-
-
-Folder = Annotated[
-    Path | None,
-    typer.Option("--out", metavar="DIR", file_okay=False, help="Write the results to this folder."),
-]
 
 
 def print_version(wanted: bool) -> None:

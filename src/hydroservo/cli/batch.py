@@ -13,6 +13,7 @@ from hydroservo.cli.options import (
     Plugins,
     Scenario,
     Strict,
+    Threads,
     Verbose,
     check_one_place,
     ranges_in,
@@ -69,10 +70,7 @@ def batch(
     metric: Annotated[
         str, typer.Option("--metric", metavar="NAME", help="The metric of a picture, and of the worst run.")
     ] = "steady_rms_error",
-    threads: Annotated[
-        int | None,
-        typer.Option("--threads", metavar="N", min=1, show_default="all cores", help="How many to use."),
-    ] = None,
+    threads: Threads = None,
     workers: Annotated[
         int | None,
         typer.Option(

@@ -10,9 +10,11 @@ import typer
 
 from hydroservo.cli.options import (
     Changes,
+    Folder,
     Json,
     Plugins,
     Scenario,
+    Threads,
     Verbose,
     quantity_of,
     ranges_in,
@@ -102,14 +104,8 @@ def identify(
         int,
         typer.Option("--seed", metavar="S", help="Seed of the search's starts, a whole number from 0 on."),
     ] = 0,
-    out: Annotated[
-        Path | None,
-        typer.Option("--out", metavar="DIR", file_okay=False, help="Write the results to this folder."),
-    ] = None,
-    threads: Annotated[
-        int | None,
-        typer.Option("--threads", metavar="N", min=1, show_default="all cores", help="How many to use."),
-    ] = None,
+    out: Folder = None,
+    threads: Threads = None,
     json: Json = False,
     verbose: Verbose = False,
 ) -> None:

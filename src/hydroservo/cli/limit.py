@@ -1,11 +1,11 @@
 """The command that says how much better a law could be."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
 import typer
 
-from hydroservo.cli.options import Changes, Json, Plugins, Scenario, loaded
+from hydroservo.cli.options import Changes, Folder, Json, Plugins, Scenario, loaded
 from hydroservo.cli.remarks import say_remarks
 
 if TYPE_CHECKING:
@@ -25,10 +25,7 @@ def limit(
     scenario: Scenario,
     changes: Changes,
     plugins: Plugins,
-    out: Annotated[
-        Path | None,
-        typer.Option("--out", metavar="DIR", file_okay=False, help="Write the results to this folder."),
-    ] = None,
+    out: Folder = None,
     json: Json = False,
 ) -> None:
     """Say how near a scenario's law comes to the best that any command could do.

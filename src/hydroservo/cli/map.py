@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from hydroservo.cli.completion import scenarios_like
-from hydroservo.cli.options import Changes, Json, Plugins
+from hydroservo.cli.options import Changes, Folder, Json, Plugins
 from hydroservo.cli.remarks import say_warning
 
 if TYPE_CHECKING:
@@ -37,10 +37,7 @@ def map_logs(
             help="A scenario file (TOML), or the name of a built-in one, with the machine's known numbers.",
         ),
     ] = None,
-    out: Annotated[
-        Path | None,
-        typer.Option("--out", metavar="DIR", file_okay=False, help="Write the results to this folder."),
-    ] = None,
+    out: Folder = None,
     json: Json = False,
 ) -> None:
     """Measure a static map of a machine from logs of it, with 95 % intervals.

@@ -20,12 +20,14 @@ __all__ = [
     "VARY",
     "Changes",
     "CommandAt",
+    "Folder",
     "Force",
     "Json",
     "Plugins",
     "Scenario",
     "Several",
     "Strict",
+    "Threads",
     "Verbose",
     "check_one_place",
     "loaded",
@@ -76,6 +78,14 @@ Plugins = Annotated[
         show_default=False,
         help="Run this Python file, whose blocks a scenario may then name as a type. May be given again.",
     ),
+]
+Folder = Annotated[
+    Path | None,
+    typer.Option("--out", metavar="DIR", file_okay=False, help="Write the results to this folder."),
+]
+Threads = Annotated[
+    int | None,
+    typer.Option("--threads", metavar="N", min=1, show_default="all cores", help="How many to use."),
 ]
 Json = Annotated[
     bool, typer.Option("--json", help="Print one JSON object, in SI units, and nothing else on stdout.")

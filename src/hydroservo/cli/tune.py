@@ -15,6 +15,7 @@ from hydroservo.cli.options import (
     Json,
     Plugins,
     Several,
+    Threads,
     Verbose,
     loaded_aloud,
     ranges_in,
@@ -113,10 +114,7 @@ def tune(
             help="Write the values found as TOML tables to paste into a scenario.",
         ),
     ] = None,
-    threads: Annotated[
-        int | None,
-        typer.Option("--threads", metavar="N", min=1, show_default="all cores", help="How many to use."),
-    ] = None,
+    threads: Threads = None,
     json: Json = False,
     verbose: Verbose = False,
 ) -> None:

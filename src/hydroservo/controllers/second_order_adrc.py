@@ -5,7 +5,16 @@ from collections.abc import Sequence
 from typing import Annotated, NamedTuple
 
 from hydroservo import ops
-from hydroservo.assumptions import Assumption, Facts, above, below, robust, sampled_faster, within_limit
+from hydroservo.assumptions import (
+    Assumption,
+    Facts,
+    above,
+    below,
+    oil_faster,
+    robust,
+    sampled_faster,
+    within_limit,
+)
 from hydroservo.block import Field
 from hydroservo.controlled.this_signal import THIS_SIGNAL
 from hydroservo.controllers.saturation import Saturation
@@ -59,13 +68,7 @@ class SecondOrderADRC(NamedTuple):
             above("input gain", meaning, self.input_gain, 0.5 * gain, "y/(s^2 V)"),
             below("input gain", "b0 is below three times that", self.input_gain, 3.0 * gain, "y/(s^2 V)"),
             sampled_faster(self.observer_bandwidth, facts, "w_o"),
-            below(
-                "oil",
-                "w_o is below the oil's natural frequency",
-                self.observer_bandwidth,
-                facts.natural_frequency,
-                "rad/s",
-            ),
+            oil_faster(self.observer_bandwidth, facts, "w_o"),
             robust(facts),
             within_limit(facts),
         ]

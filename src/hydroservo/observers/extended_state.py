@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from typing import Annotated, NamedTuple
 
 from hydroservo import ops
-from hydroservo.assumptions import Assumption, Facts, below, sampled_faster, valve_faster
+from hydroservo.assumptions import Assumption, Facts, model_stable, sampled_faster, valve_faster
 from hydroservo.block import Field
 from hydroservo.observers.estimates import Estimates
 from hydroservo.plants.design_model import DesignModel
@@ -42,12 +42,7 @@ class ExtendedStateObserver(NamedTuple):
         return [
             sampled_faster(fastest, facts, "the larger bandwidth"),
             valve_faster(self.load_force_bandwidth, facts, "the bandwidth of d_L2"),
-            below(
-                "step of the model",
-                "omega_h h is below 2.5, where the step of its model is stable",
-                facts.natural_frequency * facts.period,
-                2.5,
-            ),
+            model_stable(facts),
         ]
 
     def init(self) -> Estimates:

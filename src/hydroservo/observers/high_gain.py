@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from typing import Annotated, NamedTuple
 
 from hydroservo import ops
-from hydroservo.assumptions import Assumption, Facts, below, valve_faster
+from hydroservo.assumptions import Assumption, Facts, below, model_stable, valve_faster
 from hydroservo.block import Field
 from hydroservo.observers.estimates import Estimates
 from hydroservo.plants.design_model import DesignModel
@@ -41,12 +41,7 @@ class HighGainObserver(NamedTuple):
         noise = facts.noise[0] / facts.period * -math.expm1(-self.velocity_rate * facts.period)
         return [
             valve_faster(self.load_force_rate, facts, "L_2"),
-            below(
-                "step of the model",
-                "omega_h h is below 2.5, where the step of its model is stable",
-                facts.natural_frequency * facts.period,
-                2.5,
-            ),
+            model_stable(facts),
             below(
                 "noise",
                 "the noise of the estimate of d_L1 is below what d_L1 is",

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from typing import Annotated, NamedTuple
 
 from hydroservo import ops
-from hydroservo.assumptions import Assumption, Facts, below, near
+from hydroservo.assumptions import Assumption, Facts, model_stable, noise_known
 from hydroservo.block import Field
 from hydroservo.observers.estimates import Estimates
 from hydroservo.plants.design_model import DesignModel
@@ -60,28 +60,9 @@ class KalmanObserver(NamedTuple):
 
     def assumptions(self, facts: Facts) -> Sequence[Assumption]:
         return [
-            near(
-                "noise known",
-                "r_1 is within a factor 3 of the noise",
-                self.velocity_noise,
-                facts.noise[0],
-                3.0,
-                "m/s",
-            ),
-            near(
-                "noise known",
-                "r_2 is within a factor 3 of the noise",
-                self.load_force_noise,
-                facts.noise[1],
-                3.0,
-                "N",
-            ),
-            below(
-                "step of the model",
-                "omega_h h is below 2.5, where the step of its model is stable",
-                facts.natural_frequency * facts.period,
-                2.5,
-            ),
+            noise_known("r_1", self.velocity_noise, facts, 0),
+            noise_known("r_2", self.load_force_noise, facts, 1),
+            model_stable(facts),
         ]
 
     def init(self) -> Estimates:

@@ -7,7 +7,7 @@ from typing import Annotated, NamedTuple
 import numpy as np
 
 from hydroservo import ops
-from hydroservo.assumptions import Assumption, Facts, below, near
+from hydroservo.assumptions import Assumption, Facts, model_stable, noise_known
 from hydroservo.block import Field
 from hydroservo.plants.design_model import DesignModel
 from hydroservo.roles import Observer, role
@@ -72,20 +72,8 @@ class PositionKalmanObserver(NamedTuple):
 
     def assumptions(self, facts: Facts) -> Sequence[Assumption]:
         return [
-            near(
-                "noise known",
-                "r_2 is within a factor 3 of the noise",
-                self.load_force_noise,
-                facts.noise[1],
-                3.0,
-                "N",
-            ),
-            below(
-                "step of the model",
-                "omega_h h is below 2.5, where the step of its model is stable",
-                facts.natural_frequency * facts.period,
-                2.5,
-            ),
+            noise_known("r_2", self.load_force_noise, facts, 1),
+            model_stable(facts),
         ]
 
     def init(self) -> PositionKalmanObserverState:

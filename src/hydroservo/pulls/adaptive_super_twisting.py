@@ -5,10 +5,10 @@ from collections.abc import Sequence
 from typing import Annotated, NamedTuple
 
 from hydroservo import ops
-from hydroservo.assumptions import Assumption, Facts, Peak, above, below, sampled_faster, valve_faster
+from hydroservo.assumptions import Assumption, Facts
 from hydroservo.block import Field
 from hydroservo.errors import ParameterError
-from hydroservo.pulls.super_twisting import SuperTwisting, SuperTwistingState
+from hydroservo.pulls.super_twisting import SuperTwisting, SuperTwistingState, twisting_assumptions
 from hydroservo.roles import Pull, role
 from hydroservo.signals import VelocityError
 from hydroservo.sources import CHOSEN
@@ -56,27 +56,7 @@ class AdaptiveSuperTwisting(NamedTuple):
     filter_rate: Annotated[float, Field("1/s", "rate omega of the low-pass", CHOSEN, above=0)] = 200.0
 
     def assumptions(self, facts: Facts) -> Sequence[Assumption]:
-        model, rate = facts.model, facts.disturbance_rates[1]
-        noise = model.g1() * facts.noise[1]
-        return [
-            above(
-                "disturbance's rate",
-                "L is above the rate of g1 d_L2, as it is before an observer takes its part",
-                self.largest_rate,
-                Peak(model.g1() * rate.value, rate.time),
-                "m/s^4",
-                measured=True,
-            ),
-            below(
-                "noise",
-                "the surface's noise is below h^2 L",
-                noise,
-                facts.period**2 * self.largest_rate,
-                "m/s^2",
-            ),
-            sampled_faster(self.surface_gain, facts, "c"),
-            valve_faster(self.surface_gain, facts, "c"),
-        ]
+        return twisting_assumptions(self.surface_gain, self.largest_rate, facts)
 
     def check(self) -> None:
         if self.largest_rate < self.least_rate:

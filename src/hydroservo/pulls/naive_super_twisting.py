@@ -4,8 +4,9 @@ from collections.abc import Sequence
 from typing import Annotated, NamedTuple
 
 from hydroservo import ops
-from hydroservo.assumptions import Assumption, Facts, Peak, above, below, sampled_faster, valve_faster
+from hydroservo.assumptions import Assumption, Facts, Peak, below
 from hydroservo.block import Field
+from hydroservo.pulls.super_twisting import twisting_assumptions
 from hydroservo.roles import Pull, role
 from hydroservo.signals import VelocityError
 
@@ -40,26 +41,9 @@ class NaiveSuperTwisting(NamedTuple):
     disturbance_rate: Annotated[float, Field("m/s^4", "bound L on the disturbance's rate", above=0)]
 
     def assumptions(self, facts: Facts) -> Sequence[Assumption]:
-        model, rate = facts.model, facts.disturbance_rates[1]
-        noise = model.g1() * facts.noise[1]
+        model = facts.model
         return [
-            above(
-                "disturbance's rate",
-                "L is above the rate of g1 d_L2, as it is before an observer takes its part",
-                self.disturbance_rate,
-                Peak(model.g1() * rate.value, rate.time),
-                "m/s^4",
-                measured=True,
-            ),
-            below(
-                "noise",
-                "the surface's noise is below h^2 L",
-                noise,
-                facts.period**2 * self.disturbance_rate,
-                "m/s^2",
-            ),
-            sampled_faster(self.surface_gain, facts, "c"),
-            valve_faster(self.surface_gain, facts, "c"),
+            *twisting_assumptions(self.surface_gain, self.disturbance_rate, facts),
             below(
                 "disturbance",
                 "h g1 d_L2, which stays on its surface, is below 1 % of what the demand makes there",

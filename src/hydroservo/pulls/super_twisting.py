@@ -9,7 +9,7 @@ from hydroservo.block import Field
 from hydroservo.roles import Pull, role
 from hydroservo.signals import VelocityError
 
-__all__ = ["SuperTwisting", "SuperTwistingState"]
+__all__ = ["SuperTwisting", "SuperTwistingState", "twisting_assumptions"]
 
 
 class SuperTwistingState(NamedTuple):
@@ -51,27 +51,7 @@ class SuperTwisting(NamedTuple):
     disturbance_rate: Annotated[float, Field("m/s^4", "bound L on the disturbance's rate", above=0)]
 
     def assumptions(self, facts: Facts) -> Sequence[Assumption]:
-        model, rate = facts.model, facts.disturbance_rates[1]
-        noise = model.g1() * facts.noise[1]
-        return [
-            above(
-                "disturbance's rate",
-                "L is above the rate of g1 d_L2, as it is before an observer takes its part",
-                self.disturbance_rate,
-                Peak(model.g1() * rate.value, rate.time),
-                "m/s^4",
-                measured=True,
-            ),
-            below(
-                "noise",
-                "the surface's noise is below h^2 L",
-                noise,
-                facts.period**2 * self.disturbance_rate,
-                "m/s^2",
-            ),
-            sampled_faster(self.surface_gain, facts, "c"),
-            valve_faster(self.surface_gain, facts, "c"),
-        ]
+        return twisting_assumptions(self.surface_gain, self.disturbance_rate, facts)
 
     def init(self) -> SuperTwistingState:
         return SuperTwistingState(0.0, 0.0, 0.0, 0.0, 0.0)
@@ -86,3 +66,33 @@ class SuperTwisting(NamedTuple):
         learnt = s.learnt - ops.clip(known / dt, -dt * k2, dt * k2)
         drive = learnt - k1 * ops.copysign(root, known)
         return SuperTwistingState(self.surface_gain * error.rate, s.drive - 2.0 * drive, sigma, learnt, drive)
+
+
+def twisting_assumptions(surface_gain: float, bound: float, facts: Facts) -> list[Assumption]:
+    """What a super-twisting pull supposes.
+
+    Args:
+        surface_gain: c of the error in the surface [1/s].
+        bound: L on the rate of g1 d_L2 [m/s^4].
+        facts: of the loop.
+    """
+    model, rate = facts.model, facts.disturbance_rates[1]
+    return [
+        above(
+            "disturbance's rate",
+            "L is above the rate of g1 d_L2, as it is before an observer takes its part",
+            bound,
+            Peak(model.g1() * rate.value, rate.time),
+            "m/s^4",
+            measured=True,
+        ),
+        below(
+            "noise",
+            "the surface's noise is below h^2 L",
+            model.g1() * facts.noise[1],
+            facts.period**2 * bound,
+            "m/s^2",
+        ),
+        sampled_faster(surface_gain, facts, "c"),
+        valve_faster(surface_gain, facts, "c"),
+    ]
