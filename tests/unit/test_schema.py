@@ -109,6 +109,7 @@ def test_an_editor_shows_meaning_unit_and_range() -> None:
     assert law["type"]["description"].startswith("u = sat(k_p e + k_i int e dt)")
 
 
+@pytest.mark.usefixtures("forgotten")
 def test_all_types_of_all_roles_are_described() -> None:
     for names in types_by_role().values():
         for name in names:
