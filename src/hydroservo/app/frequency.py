@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.formatting import number
 from hydroservo.linear.bode import bode
 from hydroservo.linear.operating_point import operating_point
 from hydroservo.linear.parts import parts_of
+from hydroservo.linear.reading import READ, read_as
 from hydroservo.linear.responses import responses
 from hydroservo.loop import Loop
 
@@ -28,14 +28,8 @@ CURVES = {
     "machine": "machine, command to signal",
     "compliance": "compliance, load to motion",
 }
-MARGINS = {  # what each is called, and in which unit it is read
-    "gain_margin": ("gain margin", "dB"),
-    "phase_margin": ("phase margin", "°"),
-    "delay_margin": ("delay margin", "ms"),
-    "sensitivity_peak": ("sensitivity peak", "dB"),
-    "bandwidth": ("bandwidth, \N{MINUS SIGN}3 dB", "Hz"),
-}
-FACTORS = {"°": 180.0 / math.pi, "ms": 1e3, "Hz": 1.0}
+NONE = "\N{EN DASH}"  # for a margin that is no number
+MARGINS = ("gain_margin", "phase_margin", "delay_margin", "sensitivity_peak", "bandwidth")
 
 
 def sketched_bode(loop: Loop, low: float, high: float) -> tuple[dict[str, Any], NDArray[np.float32]]:
@@ -87,14 +81,6 @@ def drawn_bode(loop: Loop) -> tuple[dict[str, Any], NDArray[np.float32]]:
 def margins_shown(data: "xr.Dataset") -> list[dict[str, str]]:
     """Margins and bandwidth as they are read."""
     return [
-        {"name": name, "meaning": title, "text": written(float(data[name]), unit)}
-        for name, (title, unit) in MARGINS.items()
+        {"name": name, "meaning": READ[name][0], "text": read_as(float(data[name]), READ[name][1], NONE)}
+        for name in MARGINS
     ]
-
-
-def written(value: float, unit: str) -> str:
-    if math.isnan(value):
-        return "\N{EN DASH}"
-    if unit == "dB":
-        value = 20.0 * math.log10(value) if value > 0.0 else -math.inf
-    return f"{number(FACTORS.get(unit, 1.0) * value)} {unit}"

@@ -1,6 +1,5 @@
 """The command that shows a scenario in frequency."""
 
-import math
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -30,15 +29,6 @@ __all__ = ["bode"]
 RESPONSES = ("machine", "open", "closed", "sensitivity", "compliance", "open_compliance")
 ENDINGS = (".png", ".svg", ".pdf")
 VALUES = 5  # of a range, evenly
-SHOWN = {  # numbers of a loop: what they are called, and in which unit they are read
-    "gain_margin": ("gain margin", "dB"),
-    "phase_margin": ("phase margin", "°"),
-    "delay_margin": ("delay margin", "ms"),
-    "disk_margin": ("disk margin", ""),
-    "sensitivity_peak": ("sensitivity peak", "dB"),
-    "bandwidth": ("bandwidth, \N{MINUS SIGN}3 dB", "Hz"),
-    "bandwidth_90": ("bandwidth, \N{MINUS SIGN}90°", "Hz"),
-}
 
 
 class Excitation(StrEnum):
@@ -305,8 +295,9 @@ def show_bode(scenario: str, data: "xr.Dataset") -> None:
     from rich.markup import escape
     from rich.table import Table
 
-    from hydroservo.cli.tables import show
+    from hydroservo.cli.tables import NO_NUMBER, show
     from hydroservo.formatting import quantity
+    from hydroservo.linear.reading import READ, read_as
 
     points = [data.isel(point=i) for i in range(data.sizes["point"])] if "point" in data.dims else [data]
     table = Table(title=escape(scenario), title_justify="left")
@@ -316,8 +307,8 @@ def show_bode(scenario: str, data: "xr.Dataset") -> None:
         if "point" in data.dims:
             heading = quantity(float(one["point"]), one["point"].attrs["units"])
         table.add_column(heading, justify="right", no_wrap=True)
-    for name, (text, unit) in SHOWN.items():
-        table.add_row(text, *(as_text(float(one[name]), unit) for one in points))
+    for name, (text, unit) in READ.items():
+        table.add_row(text, *(read_as(float(one[name]), unit, NO_NUMBER) for one in points))
     show(table, *said_of(points))
 
 
@@ -346,17 +337,3 @@ def said_of(points: "list[xr.Dataset]") -> list[str]:
                 band = f"{number(min(high))} to {number(max(high))} Hz" if high else "none"
                 lines.append(escape(f"{told['log']}: {name}, coherence above 0.95: {band}."))
     return lines
-
-
-def as_text(value: float, unit: str) -> str:
-    """A number in the unit in which it is read."""
-    from hydroservo.cli.tables import NO_NUMBER
-    from hydroservo.formatting import number
-
-    if math.isnan(value):
-        return NO_NUMBER
-    factor = {"\N{DEGREE SIGN}": 180.0 / math.pi, "ms": 1e3}.get(unit, 1.0)
-    if unit == "dB" and math.isfinite(value):
-        value = 20.0 * math.log10(value) if value > 0.0 else -math.inf
-    shown = factor * value
-    return f"{number(shown)} {unit}".strip()
