@@ -3,18 +3,17 @@
 from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hydroservo.block import Field, field_at, value_at
-from hydroservo.errors import HydroservoError, ParameterError, ScenarioError
+from hydroservo.errors import ParameterError, ScenarioError
 from hydroservo.identification.conclusions import remarks_of
 from hydroservo.identification.experiment import experiment
 from hydroservo.identification.fitted import Fitted
 from hydroservo.identification.held_out import held_out
-from hydroservo.identification.log import Log, checked_log, log_mapping, read_log
+from hydroservo.identification.log import Given, Log, log_mapping, read_logs
 from hydroservo.identification.misfit import misfit
 from hydroservo.identification.one_step import best_prediction
 from hydroservo.identification.problem import Problem, unknowns_of, usual_values
@@ -25,11 +24,10 @@ from hydroservo.identification.segments import Segment, Understood, understood
 from hydroservo.identification.steps import substeps_for
 from hydroservo.identification.trust import told
 from hydroservo.identification.uncertainty import NORMAL, Uncertainty, uncertainty
-from hydroservo.identification.written import tables_with
+from hydroservo.identification.written import tables_or_remark
 from hydroservo.runs.arguments import checked_mapping
 from hydroservo.runs.tuning import Space
 from hydroservo.scenario.load import Assembly, Machine, assembled
-from hydroservo.scenario.overrides import nested
 from hydroservo.scenario.ranges import as_entries
 from hydroservo.scenario.sampling import Variation, parameters_of, variations
 from hydroservo.scenario.tables import Entry
@@ -41,7 +39,6 @@ __all__ = ["identified", "identify"]
 LARGEST_SEED = 2**53 - 1
 HORIZON = Field("s", "time in which a prediction forgets", above=0)
 END = 0.005  # of a range, within which a value lies at its end
-Given = str | Path | Mapping[str, Any]
 
 
 def identify(
@@ -143,11 +140,7 @@ def identified(
     fits = log_fits(problem, best, sure, taken, apart)
     remarks = remarks_of(problem, parameters, sure, fits)
     count = len(parameters)
-    try:
-        tables = tables_with(source, changes, plugins, parameters)
-    except HydroservoError as error:  # which must not cost what was found
-        tables = nested(changes)
-        remarks.append(f"the scenario is written without what was found: {error}")
+    tables, problems = tables_or_remark(source, changes, plugins, parameters)
     report(1.0)
     return Identified(
         str(source),
@@ -155,7 +148,7 @@ def identified(
         parameters,
         sure.correlations[:count, :count],
         fits,
-        remarks,
+        [*remarks, *problems],
         tables,
         best.evaluations,
         horizon,
@@ -189,13 +182,7 @@ def read(logs: Sequence[Given], assembly: Assembly) -> list[Log]:
         ParameterError: there is none.
         ScenarioError: one is not what it must be.
     """
-    if not logs:
-        raise ParameterError("logs", "[]", "must be at least one")
-    mapping = log_mapping(assembly.log_columns)
-    every = [
-        checked_log(one, f"log {i}") if isinstance(one, Mapping) else read_log(one, mapping)
-        for i, one in enumerate(logs, 1)
-    ]
+    every = read_logs(logs, log_mapping(assembly.log_columns))
     period = assembly.loop.simulation.period
     for log in every:
         lasts = float(log.time[-1] - log.time[0])

@@ -17,9 +17,11 @@ from hydroservo.runs.arguments import checked_path
 from hydroservo.scenario.files import exists
 from hydroservo.scenario.tables import Entry
 
-__all__ = ["Log", "checked_log", "log_mapping", "read_log"]
+__all__ = ["Given", "Log", "checked_log", "log_mapping", "read_log", "read_logs"]
 
 FEWEST = 16  # samples
+
+Given = str | Path | Mapping[str, Any]
 
 
 class Log(NamedTuple):
@@ -37,6 +39,28 @@ class Log(NamedTuple):
     time: NDArray[np.float64]
     signals: Mapping[str, NDArray[np.float64]]
     unused: Sequence[str] = ()
+
+
+def read_logs(
+    logs: Sequence[Given], mapping: Mapping[str, str], needed: Sequence[str] = (TIME, COMMAND)
+) -> list[Log]:
+    """Logs in files, or at hand.
+
+    Args:
+        logs: paths, or mappings of signals.
+        mapping: as :func:`read_log` takes it.
+        needed: signals without which a log is none.
+
+    Raises:
+        ParameterError: there is none.
+        ScenarioError: one is not what it must be.
+    """
+    if not logs:
+        raise ParameterError("logs", "[]", "must be at least one")
+    return [
+        checked_log(one, f"log {i}", needed) if isinstance(one, Mapping) else read_log(one, mapping, needed)
+        for i, one in enumerate(logs, 1)
+    ]
 
 
 def read_log(

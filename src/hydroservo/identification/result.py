@@ -1,6 +1,5 @@
 """What an identification found."""
 
-import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -8,13 +7,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo._version import __version__
-from hydroservo.errors import one_line
 from hydroservo.formatting import MINUS, quantity
 from hydroservo.identification.fitted import Fitted
+from hydroservo.identification.on_base import on_base
 from hydroservo.identification.segments import Understood
 from hydroservo.loop import Loop
-from hydroservo.scenario.catalogue import builtin_texts
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -127,16 +124,8 @@ class Identified(NamedTuple):
         Args:
             folder: where its file will stand, from which a scenario in a file is found again.
         """
-        import tomli_w
-
         logs = ", ".join(one.understood.log.name for one in self.logs)
-        origin = one_line(
-            f"# Found by hydroservo {__version__} identify {self.scenario} from {logs}; SI units."
-        )
-        base = self.scenario
-        if base not in builtin_texts():
-            base = os.path.relpath(base, folder)
-        return f"{origin}\n{tomli_w.dumps({'base': base, **self.tables})}"
+        return on_base(self.scenario, self.tables, folder, f"identify {self.scenario} from {logs}")
 
     def __repr__(self) -> str:
         return "\n".join([*(f"{path} = {one!r}" for path, one in self.parameters.items()), *self.remarks])

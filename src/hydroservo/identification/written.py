@@ -11,7 +11,7 @@ from hydroservo.scenario.load import Assembly, Machine, assembled
 from hydroservo.scenario.overrides import nested
 from hydroservo.scenario.truth import Value
 
-__all__ = ["tables_with"]
+__all__ = ["tables_or_remark", "tables_with"]
 
 CLOSE = 1e-9  # relative difference that digits may make
 
@@ -50,6 +50,19 @@ def tables_with(
     own |= uncertainties(found, own)
     check(assembled(source, own, plugins), before, values)
     return nested(own)
+
+
+def tables_or_remark(
+    source: str | Path,
+    changes: Changes,
+    plugins: Sequence[str | Path],
+    found: Mapping[str, Estimate],
+) -> tuple[dict[str, Any], list[str]]:
+    """What :func:`tables_with` gives, or the tables there were and why: no problem must cost a result."""
+    try:
+        return tables_with(source, changes, plugins, found), []
+    except HydroservoError as error:
+        return nested(changes), [f"the scenario is written without what was found: {error}"]
 
 
 def place_of(

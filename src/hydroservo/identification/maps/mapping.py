@@ -5,19 +5,19 @@ from enum import StrEnum
 from pathlib import Path
 from typing import Any
 
-from hydroservo.errors import HydroservoError, ParameterError
-from hydroservo.identification.log import log_mapping
+from hydroservo.errors import ParameterError
+from hydroservo.identification.log import Given, log_mapping
 from hydroservo.identification.maps.decay import decay
 from hydroservo.identification.maps.friction import friction
 from hydroservo.identification.maps.piston import piston_of
 from hydroservo.identification.maps.pressure_gain import pressure_gain
-from hydroservo.identification.maps.reading import Given, logs_of
+from hydroservo.identification.maps.reading import logs_of
 from hydroservo.identification.maps.result import Found, Interval, StaticMap
 from hydroservo.identification.maps.valve_flow import valve_flow
 from hydroservo.identification.result import Estimate
 from hydroservo.identification.segments import Understood
 from hydroservo.identification.signals import COMMAND
-from hydroservo.identification.written import tables_with
+from hydroservo.identification.written import tables_or_remark
 from hydroservo.loop import Loop
 from hydroservo.nearest import one_of
 from hydroservo.scenario.load import Assembly, assembled
@@ -83,10 +83,8 @@ def map_logs(
     remarks = list(dict.fromkeys([*(line for log in taken for line in log.remarks), *found.remarks]))
     tables: dict[str, Any] = nested(changes or {})
     if scenario is not None and found.values:
-        try:
-            tables = tables_with(scenario, changes or {}, plugins, estimates(found.values))
-        except HydroservoError as error:  # which must not cost what was found
-            remarks.append(f"the scenario is written without what was found: {error}")
+        tables, problems = tables_or_remark(scenario, changes or {}, plugins, estimates(found.values))
+        remarks += problems
     return StaticMap(
         str(kind),
         "" if scenario is None else str(scenario),

@@ -3,21 +3,19 @@
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.errors import ParameterError, ScenarioError
-from hydroservo.identification.log import checked_log, read_log
+from hydroservo.errors import ScenarioError
+from hydroservo.identification.log import Given, read_logs
 from hydroservo.identification.segments import Segment, Understood, understood
 from hydroservo.identification.signals import SIGNALS, TIME
 
-__all__ = ["Given", "bridged", "demand", "logs_of", "runs_of", "thinned", "velocity_of"]
+__all__ = ["bridged", "demand", "logs_of", "runs_of", "thinned", "velocity_of"]
 
 MOST = 4000  # samples of a stretch that count; of more, means are taken over several
 
-Given = str | Path | Mapping[str, Any]
 Samples = NDArray[np.float64]
 
 
@@ -36,14 +34,7 @@ def logs_of(
         ScenarioError: one is not what it must be.
     """
     given = [logs] if isinstance(logs, str | Path | Mapping) else list(logs)
-    if not given:
-        raise ParameterError("logs", "[]", "must be at least one")
-    wanted = (TIME, *needed)
-    every = [
-        checked_log(one, f"log {i}", wanted) if isinstance(one, Mapping) else read_log(one, mapping, wanted)
-        for i, one in enumerate(given, 1)
-    ]
-    return [understood(log, i) for i, log in enumerate(every)]
+    return [understood(log, i) for i, log in enumerate(read_logs(given, mapping, (TIME, *needed)))]
 
 
 def demand(log: Understood, signals: Sequence[str], why: str) -> None:

@@ -1,14 +1,11 @@
 """What a map of a machine holds."""
 
-import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from hydroservo._version import __version__
-from hydroservo.errors import one_line
 from hydroservo.formatting import MINUS, quantity
-from hydroservo.scenario.catalogue import builtin_texts
+from hydroservo.identification.on_base import on_base
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -112,14 +109,7 @@ class StaticMap(NamedTuple):
         Args:
             folder: where its file will stand, from which a scenario in a file is found again.
         """
-        import tomli_w
-
-        logs = ", ".join(self.logs)
-        origin = one_line(f"# Found by hydroservo {__version__} map {self.kind} {logs}; SI units.")
-        base = self.scenario
-        if base not in builtin_texts():
-            base = os.path.relpath(base, folder)
-        return f"{origin}\n{tomli_w.dumps({'base': base, **self.tables})}"
+        return on_base(self.scenario, self.tables, folder, f"map {self.kind} {', '.join(self.logs)}")
 
     def __repr__(self) -> str:
         return "\n".join([*(f"{name} = {one!r}" for name, one in self.numbers.items()), *self.remarks])
