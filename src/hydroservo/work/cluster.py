@@ -3,6 +3,7 @@
 import asyncio
 import logging
 from collections.abc import Callable, Generator, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, suppress
 from functools import partial
 from importlib.util import find_spec
@@ -119,13 +120,14 @@ def connected(address: str) -> Iterator[Any]:
 
 
 def check_scheduler(address: str) -> None:
-    """Ask what listens at an address what it is.
+    """Ask what listens at an address what it is, from a thread of its own: a notebook's has a loop already.
 
     Raises:
         HydroservoError: it is no scheduler, or nothing answers.
     """
     try:
-        kind = asyncio.run(asyncio.wait_for(kind_of(address), PATIENCE))
+        with ThreadPoolExecutor(1) as pool:
+            kind = pool.submit(lambda: asyncio.run(asyncio.wait_for(kind_of(address), PATIENCE))).result()
     except TimeoutError:
         raise HydroservoError(f"no Dask scheduler answers at {address} within {PATIENCE} s") from None
     except Exception as error:  # of the network, of the address, of what answers there and is none of Dask's
