@@ -1,5 +1,6 @@
 """``hydroservo batch`` into a folder: what it leaves, how it goes on, and what it refuses in one line."""
 
+import asyncio
 import json
 import os
 import re
@@ -12,6 +13,7 @@ import pandas as pd
 import pytest
 from PIL import Image
 
+from hydroservo.errors import HydroservoError
 from hydroservo.outputs import PREFIX
 from hydroservo.scenario import parts
 from hydroservo.work import cluster
@@ -159,6 +161,16 @@ def test_a_scheduler_that_is_not_there_is_one_line_soon(tmp_path, monkeypatch):
     assert message == "hydroservo: no Dask scheduler answers at tcp://127.0.0.1:1 within 1 s\n"
     assert time.monotonic() - start < 12.0
     assert "missing port number" in failed(*BATCH, "--out", f"{tmp_path}/", "--scheduler", "nowhere")
+
+
+def test_a_scheduler_is_asked_where_a_loop_runs_already_as_in_a_notebook(monkeypatch):
+    monkeypatch.setattr(cluster, "PATIENCE", 1)
+
+    async def cell():
+        cluster.check_scheduler("tcp://127.0.0.1:1")
+
+    with pytest.raises(HydroservoError, match=r"answers at tcp://127\.0\.0\.1:1 within 1 s"):
+        asyncio.run(cell())
 
 
 def test_a_missing_library_is_one_line(tmp_path, monkeypatch):

@@ -105,7 +105,7 @@ def bode(
     - `hydroservo bode rig/1khz-pi-sine --out bode.png`
     - `hydroservo bode axis/force --command 0.1V --amplitude 50mV --band 0.5..100Hz --json`
     - `hydroservo bode rig/1khz-pi-sine --vary plant.mass=4..12kg --out masses.pdf`
-    - `hydroservo bode rig/1khz-pi-square --log bench.csv --log warm.csv --out bench.pdf`
+    - `hydroservo bode rig/1khz-pi-sine --log bench.csv --log warm.csv --out bench.pdf`
     """
     from hydroservo.cli.progress import progress_bar
     from hydroservo.cli.writing import try_outputs

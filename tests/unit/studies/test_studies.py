@@ -24,7 +24,7 @@ from tests.support.commands.processes import HYDROSERVO, needs_posix
 from tests.support.plugins import LAW
 
 pytestmark = pytest.mark.slow
-KILLS = 6
+KILLS = 4
 TINY: dict[str, Any] = {
     "search.candidates": 128,
     "search.seeds": 2,
