@@ -1,6 +1,7 @@
 """Whatever is killed at whatever instant, the parts are those of an undisturbed run, byte for byte."""
 
 import contextlib
+import os
 import random
 import subprocess
 import sys
@@ -22,6 +23,7 @@ pytestmark = [needs_posix, pytest.mark.slow]
 COUNT = 60  # units
 PATIENCE = 120.0  # s, for what is left when nothing is killed any more
 ROOT = Path(__file__).parents[2]
+MINE = {"DRIVER_OF": str(os.getpid())}  # in the environment of what these tests start, whatever runs beside them
 
 
 @pytest.fixture(scope="module")
@@ -33,7 +35,7 @@ def undisturbed(tmp_path_factory):
 
 def driver(folder, workers, *scheduler):
     words = [sys.executable, "-m", "tests.support.work.units", folder, COUNT, workers, *scheduler]
-    return subprocess.Popen([*map(str, words)], cwd=ROOT, stderr=subprocess.DEVNULL)
+    return subprocess.Popen([*map(str, words)], cwd=ROOT, env=os.environ | MINE, stderr=subprocess.DEVNULL)
 
 
 def alive(processes):
@@ -75,34 +77,25 @@ def children(process):
         return []
 
 
-def leaves_no_worker(before):
+def leaves_no_worker():
     """Whether the processes that the tests' drivers started end with them."""
     until = time.monotonic() + 10.0
     while time.monotonic() < until:
-        mine = [one for one in psutil.process_iter() if one.pid not in before]
-        if not any("spawn_main" in " ".join(words(one)) for one in mine if belongs(one)):
+        if not any(map(is_mine, psutil.process_iter())):
             return True
         time.sleep(0.1)
     return False
 
 
-def words(process):
+def is_mine(process):
     try:
-        return process.cmdline()
-    except psutil.Error:
-        return []
-
-
-def belongs(process):
-    """Whether a process runs here."""
-    try:
-        return process.cwd() == str(ROOT)
+        return MINE.items() <= process.environ().items()
     except psutil.Error:
         return False
 
 
 def test_200_kills_of_drivers_and_workers_change_no_byte(tmp_path, undisturbed):
-    before, kills, rounds = set(psutil.pids()), Counter(), 0
+    kills, rounds = Counter(), 0
     while kills.total() < 200:
         folder = tmp_path / str(rounds)
         disturbed(folder, 200, children, kills=kills)
@@ -111,7 +104,7 @@ def test_200_kills_of_drivers_and_workers_change_no_byte(tmp_path, undisturbed):
     print(f"{dict(kills)} in {rounds} rounds of {COUNT} units")
     assert kills["driver"] > 50
     assert kills["worker"] > 50
-    assert leaves_no_worker(before)
+    assert leaves_no_worker()
 
 
 def test_kills_of_drivers_and_workers_on_dask_change_no_byte(tmp_path, undisturbed):
