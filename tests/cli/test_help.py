@@ -15,7 +15,7 @@ from hydroservo.cli.options import ranges_in
 from hydroservo.scenario import load_scenario, parse_override, scenario_source, scenarios
 from hydroservo.studies.file import read_study, study_source
 from tests.support.bases import on_base
-from tests.support.commands.runner import PLUGIN, QUICK, SHORT, failed, succeeded
+from tests.support.commands.runner import PLUGIN, QUICK, SHORT, SMALL, failed, succeeded
 from tests.support.needs import needs
 from tests.support.synthetic_logs import exact_log, recorded, with_units
 
@@ -45,18 +45,6 @@ def help_texts(command):
 
 
 MASS, BULK = 'plant.mass = "-40%..+70%"\n', 'plant.bulk_modulus = "-40%..+70%"\n'
-SMALL = [  # of a study
-    f"--set={path}={value}"
-    for path, value in {
-        "search.candidates": 64,
-        "search.seeds": 1,
-        "search.widen": 0,
-        "conditions.train": 2,
-        "conditions.test": 2,
-        "conditions.stressed": 2,
-        "set.simulation.duration": "'0.1 s'",
-    }.items()
-]
 COMMANDS = get_command(app)
 QUOTED = re.findall(r"`([^`]+)`", "\n".join(help_texts(COMMANDS)))
 EXAMPLES = sorted({text.removeprefix("hydroservo ") for text in QUOTED if text.startswith("hydroservo ")})

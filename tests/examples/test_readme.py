@@ -13,6 +13,7 @@ from typer.testing import CliRunner
 import hydroservo as hs
 from hydroservo.cli.app import app
 from hydroservo.runs import run
+from tests.support.commands.runner import SMALL
 
 ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -78,7 +79,13 @@ def test_the_taste_starts_from_the_install() -> None:
 
 
 QUICK = ["--set", "simulation.duration=10 ms"]
-SHORT = {"run": QUICK, "compare": QUICK, "batch": QUICK, "tune": [*QUICK, "--candidates", "2"]}
+SHORT = {
+    "run": QUICK,
+    "compare": QUICK,
+    "batch": QUICK,
+    "tune": [*QUICK, "--candidates", "2"],
+    "study": SMALL,
+}
 
 
 @pytest.mark.slow  # whole commands

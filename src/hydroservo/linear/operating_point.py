@@ -159,10 +159,9 @@ def settled(point: OperatingPoint) -> OperatingPoint:
 
     def unrest(x: Vector) -> Vector:
         digital, value = at(x)
-        rows = np.array([values(one) for one in (digital, *run(digital, value, 0, 3))])
-        commands = np.array([one.controller.u for one in run(digital, value, 0, 2)])
-        speeding = np.diff(rows, 2, axis=0) / sizes[:-1]
-        missing = np.array([digital.controller.u, *commands]) - point.command
+        course = [digital, *run(digital, value, 0, 3)]
+        speeding = np.diff([values(one) for one in course], 2, axis=0) / sizes[:-1]
+        missing = np.array([one.controller.u for one in course[:-1]]) - point.command
         return np.asarray(np.nan_to_num(np.concatenate([speeding[:, free[:-1]].ravel(), missing]), nan=1e9))
 
     x = rest_of(unrest, np.zeros(int(free.sum())))

@@ -4,7 +4,7 @@ from typer.testing import CliRunner
 
 from hydroservo.cli.app import app
 
-__all__ = ["PLUGIN", "QUICK", "SHORT", "UNSTABLE", "failed", "hydroservo_", "succeeded"]
+__all__ = ["PLUGIN", "QUICK", "SHORT", "SMALL", "UNSTABLE", "failed", "hydroservo_", "succeeded"]
 
 SHORT = ("--set", "simulation.duration=0.02")  # s; 2000 samples
 QUICK = (*SHORT, "--interpreted")
@@ -33,6 +33,18 @@ class Fixed(NamedTuple):
     def step(self, s, y, r, dt):
         return FixedState(self.command)
 '''
+SMALL = [  # of a study
+    f"--set={path}={value}"
+    for path, value in {
+        "search.candidates": 64,
+        "search.seeds": 1,
+        "search.widen": 0,
+        "conditions.train": 2,
+        "conditions.test": 2,
+        "conditions.stressed": 2,
+        "set.simulation.duration": "'0.1 s'",
+    }.items()
+]
 
 
 def hydroservo_(*args):

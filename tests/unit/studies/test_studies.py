@@ -38,6 +38,8 @@ TINY: dict[str, Any] = {
     "limits.conditions": 2,
 }
 
+FEW = {**TINY, "search.seeds": 1, "search.candidates": 64}
+
 
 def parts(folder: Path, name: str = "parts") -> dict[str, bytes]:
     return {file.name: file.read_bytes() for file in (folder / name).iterdir()}
@@ -46,6 +48,11 @@ def parts(folder: Path, name: str = "parts") -> dict[str, bytes]:
 @pytest.fixture(scope="module")
 def tiny(tmp_path_factory: pytest.TempPathFactory) -> Studied:
     return hs.study("small", tmp_path_factory.mktemp("tiny"), changes=TINY, workers=1)
+
+
+@pytest.fixture(scope="module")
+def few(tmp_path_factory: pytest.TempPathFactory) -> Studied:
+    return hs.study("small", tmp_path_factory.mktemp("few"), changes=FEW, workers=1)
 
 
 def test_there_is_a_row_for_each_search_budget_and_condition(tiny: Studied) -> None:
@@ -154,30 +161,28 @@ def test_a_limit_that_is_missing_is_sought_again_and_more_leave_those_there_are(
     assert parts(folder) == parts(tiny.folder)
 
 
-def test_what_another_study_left_waits_beside_the_table(tiny: Studied, tmp_path: Path) -> None:
-    folder = tmp_path / "two"
-    few = {**TINY, "search.seeds": 1, "search.candidates": 64}
-    more = hs.study("small", folder, changes=few, workers=2)
-    other = hs.study("small", folder, changes={**few, "conditions.test": 6}, workers=2)
+def test_what_another_study_left_waits_beside_the_table(few: Studied, tmp_path: Path) -> None:
+    folder = shutil.copytree(few.folder, tmp_path / "two")
+    other = hs.study("small", folder, changes={**FEW, "conditions.test": 6}, workers=2)
     assert len(parts(folder)) == 8
-    assert len(pd.read_parquet(folder / "parts")) == len(other.table) == len(more.table) + 8 * 2
-    again = hs.study("small", folder, changes=few, workers=1)
-    assert again.table.equals(more.table)
-    assert len(pd.read_parquet(folder / "parts")) == len(more.table)
+    assert len(pd.read_parquet(folder / "parts")) == len(other.table) == len(few.table) + 8 * 2
+    again = hs.study("small", folder, changes=FEW, workers=1)
+    assert again.table.equals(few.table)
+    assert len(pd.read_parquet(folder / "parts")) == len(few.table)
 
 
-def test_what_a_study_has_no_more_has_no_scenarios(tmp_path: Path) -> None:
-    few = {**TINY, "search.seeds": 1, "search.candidates": 64}
+def test_what_a_study_has_no_more_has_no_scenarios(few: Studied, tmp_path: Path) -> None:
+    folder = shutil.copytree(few.folder, tmp_path / "three")
     third = {"axes.noise.levels.third": {"value": 0.05}}
-    hs.study("small", tmp_path, changes={**few, **third}, workers=1)
-    own = tmp_path / "scenarios" / "third" / "pi" / "own.toml"
+    hs.study("small", folder, changes={**FEW, **third}, workers=1)
+    own = folder / "scenarios" / "third" / "pi" / "own.toml"
     own.write_text("")
-    hs.study("small", tmp_path, changes=few, workers=1)
-    assert [*(tmp_path / "scenarios" / "third").rglob("*.toml")] == [own]
-    assert {file.stem for file in (tmp_path / "conditions").iterdir()} == {"low", "high"}
+    hs.study("small", folder, changes=FEW, workers=1)
+    assert [*(folder / "scenarios" / "third").rglob("*.toml")] == [own]
+    assert {file.stem for file in (folder / "conditions").iterdir()} == {"low", "high"}
     own.unlink()
-    hs.study("small", tmp_path, changes={**few, "laws.lq.family": "LQ"}, workers=1)
-    assert len([*(tmp_path / "scenarios").rglob("*.toml")]) == 4 * 2 * 2  # laws, cells, kinds
+    hs.study("small", folder, changes={**FEW, "laws.lq.family": "LQ"}, workers=1)
+    assert len([*(folder / "scenarios").rglob("*.toml")]) == 4 * 2 * 2  # laws, cells, kinds
 
 
 def test_what_is_done_is_not_done_again(tiny: Studied) -> None:
@@ -188,12 +193,13 @@ def test_what_is_done_is_not_done_again(tiny: Studied) -> None:
     assert again.verdicts.as_dict() == tiny.verdicts.as_dict()
 
 
-def test_only_what_changed_is_done(tiny: Studied, tmp_path: Path) -> None:
-    folder = tmp_path / "changed"
-    changed = {**TINY, "laws.pi.set": {"controller.integral_gain": 100.0}}
-    hs.study("small", folder, changes=changed, workers=2)
-    same = parts(folder).items() & parts(tiny.folder).items()
-    assert len(same) == len(parts(folder)) * 3 // 4  # three laws of four
+def test_only_what_changed_is_done(few: Studied, tmp_path: Path) -> None:
+    folder = shutil.copytree(few.folder, tmp_path / "changed")
+    before = {file.name: file.stat().st_mtime_ns for file in (folder / "parts").iterdir()}
+    hs.study("small", folder, changes={**FEW, "laws.pi.set": {"controller.integral_gain": 100.0}}, workers=2)
+    after = {file.name: file.stat().st_mtime_ns for file in (folder / "parts").iterdir()}
+    assert len(after) == len(before)
+    assert len(before.items() & after.items()) == len(before) * 3 // 4  # three laws of four
 
 
 def test_a_command_of_the_report_gives_its_number(tiny: Studied, monkeypatch: pytest.MonkeyPatch) -> None:
