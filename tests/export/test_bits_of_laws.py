@@ -1,5 +1,6 @@
 """Exported controllers give the bits of strict Python over random steps."""
 
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -28,6 +29,7 @@ PERIOD = 1e-4
 SCALES = (0.05, 200.0, 0.03, 4.0, 1e6, 1e6, 100.0, 0.05, 1.0, 30.0)  # of a measurement and a demand, SI
 
 
+@cache
 def signals(count: int) -> Rows:
     """Random measurements and demands: slow motion with noise, and jumps now and then."""
     draw = np.random.default_rng(7)

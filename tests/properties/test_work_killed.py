@@ -23,7 +23,7 @@ pytestmark = [needs_posix, pytest.mark.slow]
 COUNT = 60  # units
 PATIENCE = 120.0  # s, for what is left when nothing is killed any more
 ROOT = Path(__file__).parents[2]
-MINE = {"DRIVER_OF": str(os.getpid())}  # in the environment of what these tests start, whatever runs beside them
+MINE = {"DRIVER_OF": str(os.getpid())}  # in the environment of what these tests start
 
 
 @pytest.fixture(scope="module")

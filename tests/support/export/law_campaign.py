@@ -22,7 +22,7 @@ import numpy as np
 from hydroservo.block import Block
 from hydroservo.errors import LoopError
 from hydroservo.export.c import source
-from hydroservo.export.c.vectors import number_at
+from hydroservo.export.c.vectors import rows_at
 from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.parts import block_of
 from hydroservo.export.translate.scope import TranslationError
@@ -109,8 +109,8 @@ def tried(name: str, text: str, folder: Path, inlined: bool = False) -> Tried | 
         return f"fails: {traceback.format_exc()}"
     if not states:
         return "stopped"
-    places = [signal.place for signal in unit.states]
-    expected = [" ".join(bits(number_at(state, place)) for place in places) for state in states]
+    rows = rows_at(states, [signal.place for signal in unit.states])
+    expected = [" ".join(map(bits, row)) for row in rows.tolist()]
     return Tried(name, unit, expected)
 
 

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from operator import attrgetter
 from typing import NamedTuple
 
 import numpy as np
@@ -9,7 +10,7 @@ from numpy.typing import NDArray
 
 from hydroservo.block import Block, leaves, replace
 from hydroservo.errors import LoopError
-from hydroservo.export.names import identifier, place_in_c
+from hydroservo.export.names import place_in_c
 from hydroservo.export.parts import Command, ExternalForce, Instant, block_of, with_its_substeps
 from hydroservo.export.unit import Part, Unit
 from hydroservo.loop import Loop, LoopState
@@ -121,7 +122,7 @@ def vectors_of(unit: Unit, trial: Trial) -> Vectors:
     searched = f" Then {more} branches of the code which those do not." if trial.stretches else ""
     return Vectors(
         input_rows(unit, trial.inputs),
-        np.array([[number_at(state, signal.place) for signal in unit.states] for state in trial.states]),
+        rows_at(trial.states, [signal.place for signal in unit.states]),
         f"{trial.made}{searched} All ran one after the other in plain Python, in double precision.",
     )
 
@@ -214,23 +215,30 @@ def replayed(block: Block, inputs: Iterable[Records], state: Block) -> list[Bloc
 
 def input_rows(unit: Unit, inputs: Sequence[Records]) -> NDArray[np.float64]:
     """What steps read of their arguments, a row for each sample, in the order of their signals."""
-    places = [(one.name, signal.place) for one in unit.arguments for signal in one.signals]
-    rows = [[number_at(records[name], place) for name, place in places] for records in inputs]
-    return np.array(rows).reshape(len(inputs), len(places))
+    columns = [
+        rows_at([records[one.name] for records in inputs], [signal.place for signal in one.signals])
+        for one in unit.arguments
+    ]
+    return np.hstack([np.empty((len(inputs), 0)), *columns])
 
 
 def records_of(unit: Unit, row: NDArray[np.float64], like: Records) -> Records:
     """The arguments of a step that reads this row; what it does not read is as in others."""
     numbers, records = iter(row.tolist()), dict(like)
     for argument in unit.arguments:
-        own = {place_in_c(path): path for path, _ in leaves(like[argument.name])}
+        own = paths_of(like[argument.name])
         changes = {own[signal.place]: next(numbers) for signal in argument.signals}
         records[argument.name] = replace(like[argument.name], changes)
     return records
 
 
-def number_at(record: Block, place: str) -> float:
-    """The number of a record in Python that has a place in its record in C."""
-    for name in place.split("."):
-        record = next(getattr(record, own) for own in record._fields if identifier(own) == name)
-    return float(record)
+def rows_at(records: Sequence[Block], places: Sequence[str]) -> NDArray[np.float64]:
+    """The numbers of records of one type in Python that have some places in their record in C."""
+    own = paths_of(records[0])
+    numbers = [attrgetter(own[place]) for place in places]
+    return np.array([[float(number(record)) for number in numbers] for record in records])
+
+
+def paths_of(record: Block) -> dict[str, str]:
+    """The path in Python of each place in C."""
+    return {place_in_c(path): path for path, _ in leaves(record)}
