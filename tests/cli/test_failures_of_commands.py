@@ -121,6 +121,16 @@ def test_a_full_disk_is_one_line(tmp_path, monkeypatch):
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.parametrize(
+    ("said", "why"), [("Unable to allocate 7 GiB", ": Unable to allocate 7 GiB"), ("", "")]
+)
+def test_too_little_memory_is_one_line(tmp_path, monkeypatch, said, why):
+    monkeypatch.setattr(results.FORMATS[".csv"], "write", half_written(MemoryError(said)))
+    message = failed("run", "paper/sine-pi", *QUICK, "--out", tmp_path)
+    assert f"there is too little memory{why}; record less often" in message
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_a_large_trajectory_is_announced(tmp_path, monkeypatch):
     monkeypatch.setattr("hydroservo.cli.app.LARGE_TRACE", 1000)
     result = hydroservo_("run", "paper/sine-pi", *QUICK, "--out", tmp_path, "--json")

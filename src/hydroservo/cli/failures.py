@@ -46,6 +46,10 @@ class Commands(TyperGroup):
         except OSError as error:
             say_error(described(error))
             raise typer.Exit(USER_ERROR) from error
+        except MemoryError as error:  # numpy's says how much was asked for, Python's own nothing
+            why = f": {one_line(str(error))}" if str(error) else ""
+            say_error(f"there is too little memory{why}; record less often, or run fewer at once")
+            raise typer.Exit(USER_ERROR) from error
         return result
 
 
