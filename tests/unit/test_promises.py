@@ -72,8 +72,8 @@ print(kills.count_kills(int(sys.argv[2]), 0, lambda _: None)[0]["broken"])
 
 @needs_posix
 @pytest.mark.slow  # it imports everything, and runs commands for seconds
-@pytest.mark.parametrize(("how", "broken"), [("as it is", False), ("halves", True)])
-def test_a_short_count_finds_half_files_if_there_are_any(how, broken):
-    words = [sys.executable, "-c", HALVES, how, "10"]
+@pytest.mark.parametrize(("how", "kills", "broken"), [("as it is", 4, False), ("halves", 10, True)])
+def test_a_short_count_finds_half_files_if_there_are_any(how, kills, broken):
+    words = [sys.executable, "-c", HALVES, how, str(kills)]
     done = subprocess.run(words, cwd=ROOT, text=True, capture_output=True, check=True)
     assert (int(done.stdout) > 0) == broken
