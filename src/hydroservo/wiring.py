@@ -14,7 +14,7 @@ from hydroservo.plants.design_model import DesignModel, ThisMachine
 from hydroservo.validation import consistent
 from hydroservo.valves.no_valve import NoValve
 
-__all__ = ["believed", "wired", "with_model", "with_signal"]
+__all__ = ["believed", "is_open", "wired", "with_model", "with_signal"]
 
 
 def wired(loop: Loop) -> Loop:

@@ -13,6 +13,7 @@ from hydroservo.assumptions import Peak
 from hydroservo.audits.describing import limit_of
 from hydroservo.audits.lumped import Lumped, LumpedValues
 from hydroservo.block import Block, model_in, values
+from hydroservo.cosimulation import refuse_foreign
 from hydroservo.errors import ParameterError
 from hydroservo.linear import Linearization, linearize, margins
 from hydroservo.loop import Loop
@@ -241,6 +242,7 @@ def facts_of(loop: Loop, record: Sequence[str] = ()) -> tuple[LoopFacts, Any]:
         loop: the loop.
         record: paths of the state to record of that run.
     """
+    refuse_foreign(loop, "audit it")
     begun = ready(loop)
     monitor = lumped(begun)
     data = quietly(simulate)(loop, record=record, metrics=[monitor] if monitor else [])

@@ -11,6 +11,7 @@ from hydroservo.engine import flat
 from hydroservo.engine.native import MachineCode, RunError, native
 from hydroservo.engine.recipe import Recipe
 from hydroservo.engine.watch import Watch, listener, silent
+from hydroservo.errors import HydroservoError
 from hydroservo.states import filled
 
 __all__ = ["CompiledRun", "InterpretedRun", "Study", "Wanted"]
@@ -55,6 +56,8 @@ class InterpretedRun:
             self.state, self.sums, done = self.kernel(
                 *self.study, *states, first, last, dt, stride, out.reshape(-1)
             )
+        except HydroservoError:  # which says all in a line
+            raise
         except Exception as error:  # whatever a block stumbles over
             raise RunError(f"{type(error).__name__}: {error}") from error
         return done

@@ -10,6 +10,7 @@ import numpy as np
 
 from hydroservo._version import __version__
 from hydroservo.block import Block, field_at, leaves, state_field_at
+from hydroservo.cosimulation import refuse_foreign
 from hydroservo.errors import LoopError
 from hydroservo.export.c.counting import counted
 from hydroservo.export.c.declared import declared_in
@@ -88,6 +89,8 @@ def exported_unit(
     single = precision is Precision.SINGLE
     if single and part is not Part.CONTROLLER:
         raise LoopError(f"{part}: exported in double precision only; time and states need the digits")
+    if part not in (Part.CONTROLLER, Part.DEMAND):
+        refuse_foreign(loop, f"write its {part} as C")
     loop = checked(loop)  # its numbers are floats from here on, in its hash too
     ready_loop = with_its_substeps(ready(loop)) if part in STEPPED else ready(loop)
     translation = translated(ready_loop, part, prefix)

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from hydroservo import loads
 from hydroservo.block import Block, leaves
+from hydroservo.cosimulation import refuse_foreign
 from hydroservo.group import group, nested
 from hydroservo.identification.later import Later
 from hydroservo.identification.observer import Observer, corrector
@@ -66,6 +67,7 @@ def experiment(loop: Loop, segment: Segment, varied: Sequence[str], substeps: in
         varied: the paths that will differ between runs.
         substeps: of a period of the segment.
     """
+    refuse_foreign(loop, "identify it")
     played = playing(loop, segment, substeps)
     known = first_states(ready(played), segment)
     fixed = played._replace(start=AsBuilt(nested(known | given_of(ready(played), known))))

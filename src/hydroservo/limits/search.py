@@ -7,6 +7,7 @@ import numpy as np
 
 from hydroservo.block import leaves, replace, values
 from hydroservo.controlled import Command
+from hydroservo.cosimulation import refuse_foreign
 from hydroservo.errors import HydroservoError, ParameterError
 from hydroservo.limits.beginning import COMMAND, DEMAND, Beginning, remembers
 from hydroservo.limits.causal import causal_course, surprises
@@ -135,6 +136,7 @@ def prepared(loop: Loop) -> Loop:
     """
     if isinstance(loop.controls, Command):
         raise ParameterError("controls", "Command", "is no signal of the machine: an open loop has no limit")
+    refuse_foreign(loop, "find its limit")
     integrator = loop.simulation.integrator
     if not hasattr(integrator, "substep"):
         problem = "chooses its steps; a limit needs equal ones, as RK4 takes"

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydroservo.block import Block, values
+from hydroservo.cosimulation import refuse_foreign
 from hydroservo.errors import ParameterError
 from hydroservo.hooks import smoothed
 from hydroservo.linear.slopes import Function, central, differences, reached
@@ -86,6 +87,7 @@ def machine_point(loop: Loop, command: float | None, force: float | None = None)
     Raises:
         ParameterError: the machine has no steady state.
     """
+    refuse_foreign(loop, "linearise it")
     loop = loop if force is None else loop._replace(load=Constant(force))
     start = loop.start if isinstance(loop.start, Steady) else Steady()
     asked: Steady = start if command is None else start._replace(command=command)

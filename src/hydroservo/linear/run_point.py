@@ -3,6 +3,7 @@
 import numpy as np
 
 from hydroservo.block import leaves
+from hydroservo.cosimulation import refuse_foreign
 from hydroservo.errors import ParameterError
 from hydroservo.field import Field
 from hydroservo.hooks import smoothed
@@ -26,6 +27,7 @@ def run_point(loop: Loop, time: float) -> OperatingPoint:
     Raises:
         ParameterError: the instant is not in the run, or the run diverged before it.
     """
+    refuse_foreign(loop, "linearise it")
     begun = ready(loop)
     h, duration = begun.simulation.period, begun.simulation.duration
     number(time, "time", Field("s", "", at_least=2.0 * h, at_most=duration), float)

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hydroservo.block import Block, field_at, replace
+from hydroservo.cosimulation import is_foreign
 from hydroservo.loop import AUTO, Loop
 from hydroservo.metrics import declared_metrics, flags_of, monitors_of, values_of
 from hydroservo.runs.arguments import checked_loop
@@ -18,6 +19,7 @@ from hydroservo.runs.cautions import pressure_caution, quietly, warns, with_warn
 from hydroservo.runs.columns import SEED, Columns, checked_columns, designs, starts
 from hydroservo.runs.divergence import NOTHING, Loss, first_loss, watched_paths
 from hydroservo.runs.fitting import compilation, first_state
+from hydroservo.runs.foreign_batch import foreign_batch
 from hydroservo.runs.loop_cautions import loop_cautions
 from hydroservo.runs.provenance import provenance
 from hydroservo.runs.record_coverage import check_records
@@ -88,7 +90,8 @@ def simulate_batch(
     Runs go side by side in vector lanes and on all cores; no trajectory is kept, so memory does not grow with
     the number of samples. Neither the number of runs nor that of threads changes a bit of a run, but for
     automatic substeps: all runs take those of the one whose machine moves fastest. A run that diverges is a
-    result (its ``diverged`` is true) and does not disturb the others.
+    result (its ``diverged`` is true) and does not disturb the others. Runs of a loop with an FMU in it go one
+    after the other in plain Python, each with an instance of its own.
 
     Args:
         loop: the loop that all runs start from.
@@ -158,6 +161,9 @@ def computed(loop: Loop, state: Block, columns: Columns, started: Columns, how: 
         started: that, and where they start.
         how: they are computed.
     """
+    if is_foreign(loop):
+        one = partial(quietly(simulate), record=())
+        return dataset(loop, columns, *foreign_batch(loop, started, one, how.cuda, how.progress))
     runs = next(iter(columns.values())).size
     samples = plan_of(loop, state, ()).samples
     table, losses = np.empty((len(declared_metrics(monitors_of(loop))), runs)), [NOTHING] * runs

@@ -3,11 +3,13 @@
 import traceback
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from math import isnan
 from pathlib import Path
 from types import CodeType, FunctionType
 from typing import Any
 
 from hydroservo.block import Block, is_block, values
+from hydroservo.cosimulation import ForeignMachine
 from hydroservo.errors import LoopError
 from hydroservo.loop import Loop
 from hydroservo.metrics import monitors_of
@@ -79,6 +81,13 @@ def fitting_state(loop: Loop) -> Block:
         after = lacking(loop).sample(state, 0.0, loop.simulation.period)
         loop.deriv(0.0, loop.machine(state), loop.held(after))
     except MissingSignalError as error:
+        if error.name in unanswered(loop):
+            plant: Any = loop.plant
+            file = plant.foreign.name
+            raise LoopError(
+                f"{law} needs {error}, which the FMU {file} does not answer; "
+                f"name its variable in plant.signals.{error.name}, or take a law that does without"
+            ) from None
         given_by = sensors_for(loop.sensors, error.name)
         raise LoopError(
             f"{law} needs {error}, which {named(loop.sensors, 'sensors')} does not measure; "
@@ -176,7 +185,18 @@ def place_of(error: BaseException) -> str:
 
 def lacking(loop: Loop) -> Loop:
     """The loop with sensors that raise :class:`MissingSignalError` once a signal they lack is used."""
-    return loop._replace(sensors=Lacking(loop.sensors, missing_signals(loop.sensors)))
+    return loop._replace(sensors=Lacking(loop.sensors, (*missing_signals(loop.sensors), *unanswered(loop))))
+
+
+def unanswered(loop: Loop) -> tuple[str, ...]:
+    """What sensors do not measure because the machine is an FMU that does not answer it."""
+    if not isinstance(loop.plant, ForeignMachine):
+        return ()
+    state, period = loop.init(), loop.simulation.period
+    seen = loop.seen(state, 0.0)
+    sensors = loop.sensors.step(state.sensors, seen, loop.draws(0.0, period), period)
+    measured = loop.sensors.measure(sensors, seen, 0.0)
+    return tuple(name for name in Measurement._fields if isnan(getattr(measured, name)))
 
 
 def named(block: Block, inner: str) -> str:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from hydroservo.block import Block, leaves, state_field_at, value_at, values
+from hydroservo.cosimulation import coupled, is_foreign
 from hydroservo.errors import LoopError, ParameterError
 from hydroservo.field import Field
 from hydroservo.group import group
@@ -20,6 +21,7 @@ from hydroservo.monitors.group import named as named_monitors
 from hydroservo.runs.arguments import as_list, checked_loop
 from hydroservo.runs.cautions import pressure_caution, warns, with_warning
 from hydroservo.runs.divergence import NOTHING, Loss, first_loss, reach_of, watched_paths
+from hydroservo.runs.first_force import with_first_force
 from hydroservo.runs.fitting import compilation, first_state
 from hydroservo.runs.loop_cautions import loop_cautions
 from hydroservo.runs.provenance import provenance
@@ -40,6 +42,7 @@ __all__ = ["Progress", "simulate", "trace_size"]
 Progress = Callable[[float], None]  # called with the fraction done, from 0 to 1
 
 CHUNK = 100_000  # integration steps between two looks at the clock and the keyboard
+SLOW_CHUNK = 1_000  # in plain Python
 LARGEST_TRACE = 2**31  # bytes
 MOST_SAMPLES = 2**51  # of a run: up to there each has a number and an instant of its own in doubles
 
@@ -108,7 +111,8 @@ def simulate(
             declares, such as ``disturbance.d1``; all of them if None.
         metrics: the monitors that judge the run, in place of the loop's own; those of
             :func:`~hydroservo.metrics.usual` if neither has any. A list, or a mapping of names to them.
-        compiled: False runs the same text in plain Python, thousands of times slower, for debugging.
+        compiled: False runs the same text in plain Python, thousands of times slower, for debugging. A loop
+            with an FMU in it runs so in any case.
         strict: True rounds after every operation, as plain Python does, and gives its bits; False lets the
             processor fuse a multiplication with an addition, which is faster and rounds once.
         progress: called now and then with the fraction done.
@@ -169,7 +173,7 @@ def ready(loop: Loop) -> Loop:
     loop = wired(with_exact_delay(loop))
     law = with_signal(loop.controller, loop.controls)
     controller = designed(law, loop.simulation.period, partial(believed, loop))
-    return started(resting(loop)._replace(controller=checked(controller, "controller")))
+    return started(resting(with_first_force(loop))._replace(controller=checked(controller, "controller")))
 
 
 def trace_size(loop: Loop, record: Sequence[str] | None = None) -> int:
@@ -191,16 +195,18 @@ def run(
     It goes in chunks, so that progress is seen and an interrupt is heard.
     """
     period = loop.simulation.period
-    chunk = max(1, CHUNK // loop.simulation.substeps)
-    kernel = prepared(loop, state, plan, mode)
-    for first in range(0, plan.samples, chunk):
-        last = min(first + chunk, plan.samples)
-        done = kernel.advance(first, last, period, plan.stride, out[-(-first // plan.stride) :])
-        if done < last:
-            lost = first_loss(state, watched_paths(state), values(kernel.state), done * period)
-            return gathered(loop, kernel.sums), lost
-        if progress is not None:
-            progress(last / plan.samples)
+    mode = mode._replace(compiled=mode.compiled and not is_foreign(loop))
+    chunk = max(1, (CHUNK if mode.compiled else SLOW_CHUNK) // loop.simulation.substeps)
+    with coupled(studied(loop, plan.samples)) as study:
+        kernel = prepared(study, wanted_of(loop, state, plan.paths), state, mode)
+        for first in range(0, plan.samples, chunk):
+            last = min(first + chunk, plan.samples)
+            done = kernel.advance(first, last, period, plan.stride, out[-(-first // plan.stride) :])
+            if done < last:
+                lost = first_loss(state, watched_paths(state), values(kernel.state), done * period)
+                return gathered(loop, kernel.sums), lost
+            if progress is not None:
+                progress(last / plan.samples)
     return gathered(loop, kernel.sums), NOTHING
 
 
@@ -217,11 +223,10 @@ def lost(loss: Loss) -> Divergence:
     return Divergence(loss is not NOTHING, loss.time)
 
 
-def prepared(loop: Loop, state: Block, plan: Plan, mode: Mode) -> "CompiledRun | InterpretedRun":
-    """The kernel of a loop, at its first sample."""
+def prepared(study: "Study", wanted: "Wanted", state: Block, mode: Mode) -> "CompiledRun | InterpretedRun":
+    """The kernel of a study, at its first sample."""
     from hydroservo.engine.kernel import CompiledRun, InterpretedRun
 
-    study, wanted = studied(loop, plan.samples), wanted_of(loop, state, plan.paths)
     if not mode.compiled:
         return InterpretedRun(study, wanted, state)
     return CompiledRun(study, wanted, state, strict=mode.strict)

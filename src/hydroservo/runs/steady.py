@@ -15,7 +15,7 @@ from hydroservo.loop import Loop, MachineState
 from hydroservo.starts import AsBuilt
 from hydroservo.states import filled
 
-__all__ = ["sized", "start_found", "started", "steady_state"]
+__all__ = ["check_given", "sized", "start_found", "started", "steady_state"]
 
 POSITION, FRICTION = "plant.position", "plant.friction."
 Rates = Callable[[NDArray[np.float64]], NDArray[np.float64]]

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hydroservo.block import Block, leaves, replace
+from hydroservo.cosimulation import refuse_foreign
 from hydroservo.errors import HydroservoWarning, ParameterError
 from hydroservo.group import group
 from hydroservo.loop import Loop
@@ -68,6 +69,7 @@ class SteppedRuns:
         from hydroservo.engine.kernel import Study, Wanted
         from hydroservo.engine.stepping import CompiledSteps, Steps
 
+        refuse_foreign(loop, "step it from outside")
         self.given, whole = wired(checked(loop)), ready(loop)
         self.sets = int(np.size(next(iter(parameters.values()), 0.0)))
         self.own = checked_columns(whole, {**parameters, SEED: np.full(self.sets, whole.simulation.seed)})

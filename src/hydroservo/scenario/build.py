@@ -13,6 +13,7 @@ from hydroservo.nearest import one_of
 from hydroservo.plants.design_model import THIS_MACHINE, DesignModel
 from hydroservo.roles.saying import is_role
 from hydroservo.scenario.declared import check_maker, hints
+from hydroservo.scenario.fmus import FMU, KEYS, fmu_class, names_fmu, own_keys
 from hydroservo.scenario.keys import defaults
 from hydroservo.scenario.plugins import is_block_class, is_of_plugin
 from hydroservo.scenario.quantities import si_value
@@ -138,6 +139,8 @@ def draft(hint: Any, default: Block | None, table: Table, context: Context | Non
         ScenarioError: the table has an unknown key or type, or a value that is not what it must be.
     """
     context = context or Context()
+    if names_fmu(hint, table):
+        return fmu_draft(hint, default, table, context)
     if hint is DesignModel:  # what a law believes, whatever its class believes by default
         default = context.nominal() if table.names() else THIS_MACHINE
     maker = maker_of(hint, default, table)
@@ -159,6 +162,25 @@ def draft(hint: Any, default: Block | None, table: Table, context: Context | Non
         if name not in said
     }
     return Draft(maker, {name: (said | others)[name] for name in base}, table)
+
+
+def fmu_draft(role: Any, default: Block | None, table: Table, context: Context) -> Draft:
+    """The block of an FMU, before it is made.
+
+    Raises:
+        ScenarioError: as :func:`draft`.
+    """
+    present = "" if default is None else type(default).__name__
+    keys = (*KEYS, *own_keys(role))
+    table = table.retyped(
+        present, lambda entry: keys if entry.value == FMU else defaults(maker_named(role, default, entry))
+    )
+    for name in table.names():
+        if name not in (*keys, "type"):
+            raise table.entry(name).unknown(name, keys)
+    maker = fmu_class(role, table)
+    members = {name: member(maker, name, value, table, context) for name, value in defaults(maker).items()}
+    return Draft(maker, members, table)
 
 
 def check_as_printed(entry: Entry) -> None:

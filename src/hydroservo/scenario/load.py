@@ -7,14 +7,17 @@ from pathlib import Path
 from typing import NamedTuple
 
 from hydroservo.block import Block, field_at, leaves
+from hydroservo.cosimulation import ForeignMachine, NoSupply, ThroughFmu
 from hydroservo.errors import ParameterError, ScenarioError
 from hydroservo.hooks import at_rest
 from hydroservo.loop import Loop, Simulation
 from hydroservo.nearest import one_of
 from hydroservo.plants.design_model import DesignModel
+from hydroservo.roles import Plant
 from hydroservo.runs.arguments import as_list, checked_mapping, checked_path
 from hydroservo.scenario.build import Argument, Context, Draft, draft
 from hydroservo.scenario.declared import hints
+from hydroservo.scenario.fmus import names_fmu
 from hydroservo.scenario.layers import layered
 from hydroservo.scenario.log_columns import log_columns, log_ranges
 from hydroservo.scenario.metrics import metrics_in
@@ -25,11 +28,13 @@ from hydroservo.scenario.start import start_in, start_written_out
 from hydroservo.scenario.tables import Entry, Table
 from hydroservo.scenario.truth import Truth, truth_of
 from hydroservo.validation import consistent
-from hydroservo.wiring import believed, wired
+from hydroservo.valves.no_valve import NoValve
+from hydroservo.wiring import believed, is_open, wired, with_model
 
 __all__ = ["Assembly", "Machine", "assembled", "load_scenario"]
 
 FIRST = ("plant", "valve", "supply", "drive", "load", "metrics", "controls", "start")
+INSIDE: Mapping[str, Block] = {"valve": NoValve(), "supply": NoSupply(), "drive": ThroughFmu()}  # of an FMU
 DIGITAL = tuple(name for name in Loop._fields if name not in FIRST)
 
 
@@ -99,22 +104,31 @@ def assembled(
         load_plugin(checked_path("plugins", plugin))
     scenario = start_written_out(layered(source, given))
     check_tables(scenario)
-    drafts = {name: part(scenario, name) for name in Machine._fields}
+    own = {} if not names_fmu(Plant, scenario.table("plant")) else INSIDE
+    drafts = {name: part(scenario, name, default=own.get(name)) for name in Machine._fields}
     machine = Machine(**{name: one.made() for name, one in drafts.items()})
     controls = part(scenario, "controls").made()
     context = Context(partial(believed_in, machine, scenario), controls.declared())
     drafts |= {name: part(scenario, name, context) for name in DIGITAL}
     digital = {name: drafts[name].made() for name in DIGITAL}
     with answers(scenario):
-        loop = wired(Loop(**machine._asdict(), **digital, controls=controls))
+        loop = wired(alone(Loop(**machine._asdict(), **digital, controls=controls)))
     loop = loop._replace(metrics=metrics_in(scenario.table("metrics"), loop))
     loop = loop._replace(start=start_in(scenario.table("start"), loop))
     arguments = arguments_of(drafts, machine)
     truth = truth_of(scenario, machine, arguments)
-    loop = loop._replace(**true_machine(scenario, machine, drafts, arguments, truth)._asdict())
+    loop = alone(loop._replace(**true_machine(scenario, machine, drafts, arguments, truth)._asdict()))
     search = tune_search(scenario, loop, arguments)
     ranges = log_ranges(scenario, loop, arguments)
     return Assembly(loop, machine, drafts, truth, arguments, search, log_columns(scenario), ranges)
+
+
+def alone(loop: Loop) -> Loop:
+    """A loop whose machine is an FMU without valve, supply and drive beside it, which its law alone knows."""
+    if not isinstance(loop.plant, ForeignMachine):
+        return loop
+    controller = with_model(loop.controller, believed(loop)) if is_open(loop.controller) else loop.controller
+    return loop._replace(controller=controller, **INSIDE)
 
 
 def arguments_of(drafts: Mapping[str, Draft], machine: Machine) -> dict[str, Argument]:
@@ -167,9 +181,10 @@ def truth_error(scenario: Table, problem: str) -> ScenarioError:
     return truth.error(f"{'and uncertainty lead' if uncertainty.names() else 'leads'} to {problem}")
 
 
-def part(scenario: Table, name: str, context: Context | None = None) -> Draft:
+def part(scenario: Table, name: str, context: Context | None = None, default: Block | None = None) -> Draft:
     """The block of one field of the loop, before it is made."""
-    return draft(hints(Loop)[name], Loop._field_defaults.get(name), scenario.table(name), context)
+    default = default or Loop._field_defaults.get(name)
+    return draft(hints(Loop)[name], default, scenario.table(name), context)
 
 
 def check_tables(scenario: Table) -> None:
@@ -182,7 +197,9 @@ def check_tables(scenario: Table) -> None:
         raise scenario.entry("title").error("must be a string")
     for name, role in hints(Loop).items():
         table = scenario.table(name)
-        if name not in Loop._field_defaults and role is not Simulation and not table.has("type"):
+        inside = name in INSIDE and names_fmu(Plant, scenario.table("plant"))
+        open_ = name not in Loop._field_defaults and role is not Simulation
+        if open_ and not inside and not table.has("type"):
             names = names_in_role(role)
             raise table.error(f"a [{name}] table with a type is needed, or a base; it {one_of('', names)}")
 

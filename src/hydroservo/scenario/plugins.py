@@ -16,6 +16,7 @@ from hydroservo.errors import HydroservoError, ScenarioError
 from hydroservo.field import declared_fields
 from hydroservo.scenario.files import read_text
 from hydroservo.scenario.fits import check_said
+from hydroservo.scenario.fmus import allow_fmu
 
 __all__ = ["is_block_class", "is_of_plugin", "load_plugin", "plugin_classes", "plugin_other_classes"]
 
@@ -28,18 +29,24 @@ loaded: dict[Path, ModuleType] = {}
 def load_plugin(path: str | Path) -> tuple[type, ...]:
     """Execute a Python file and make its NamedTuple classes nameable in a scenario's ``type``.
 
+    A file whose name ends in .fmu is no Python: scenarios may name it after this call, and its native code
+    then runs.
+
     The same text is executed once. Only this call runs a user's code; no scenario file can. The file's blocks
     can be pickled: a pickle names the file, and loading it executes the file where that was not done yet, if
     its text is still the same. As with any pickle, load only what you trust.
 
     Returns:
-        The classes that the file defines.
+        The classes that the file defines; none of an FMU.
 
     Raises:
         ScenarioError: the file cannot be read or executed, or defines no NamedTuple class, or a class without
             what the role that it says asks for; with its line.
     """
     name = str(path)
+    if Path(path).suffix.lower() == ".fmu":
+        allow_fmu(Path(path))
+        return ()
     text = read_text(Path(path), LARGEST, name)
     place = Path(path).resolve()
     module_name = named_by(text)

@@ -15,7 +15,7 @@ from hydroservo.export.parts import Command, ExternalForce, Instant, block_of, w
 from hydroservo.export.unit import Part, Unit
 from hydroservo.loop import Loop, LoopState
 from hydroservo.runs.fitting import compilation, first_state
-from hydroservo.runs.run import Mode, plan_of, prepared, ready
+from hydroservo.runs.run import Mode, plan_of, prepared, ready, studied, wanted_of
 from hydroservo.signals import Demand, Measurement
 
 __all__ = [
@@ -167,7 +167,8 @@ def closed_loop(loop: Loop) -> Iterator[tuple[float, LoopState]]:
     plan = plan_of(loop, state, ())
     nothing = np.empty((1, 0))
     with compilation(loop):
-        run = prepared(loop, state, plan, Mode(compiled=True, strict=True))
+        study, wanted = studied(loop, plan.samples), wanted_of(loop, state, plan.paths)
+        run = prepared(study, wanted, state, Mode(compiled=True, strict=True))
     done = 0
     for sample in sampled(plan.samples):
         with compilation(loop):

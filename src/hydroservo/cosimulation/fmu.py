@@ -1,0 +1,227 @@
+"""A file with an FMU for co-simulation: what it says of itself, read without running anything of it."""
+
+import math
+import tempfile
+import zipfile
+from functools import lru_cache
+from hashlib import sha256
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from hydroservo.errors import HydroservoError
+
+__all__ = ["Fmu", "Variable", "read_fmu", "unpacked"]
+
+REALS = ("Real", "Float64", "Float32")
+BASE = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")  # units, as FMI has them
+
+
+class Variable(NamedTuple):
+    """A variable of an FMU.
+
+    Attributes:
+        name: in the FMU.
+        reference: its value reference.
+        kind: its type in FMI, such as "Float64".
+        causality: such as "input".
+        settable: whether its start may be given before the initialization.
+        unit: its unit as the FMU names it; "" where it names none.
+        in_base_units: the unit as a factor times base units as text, "" where the FMU does not say.
+        factor: that factor.
+        sizes: of an array's dimensions: a number, or the value reference of the parameter that has it as -1
+            minus that.
+        start: of a whole number, which may be an array's size; 0 of others.
+    """
+
+    name: str
+    reference: int
+    kind: str
+    causality: str
+    settable: bool
+    unit: str
+    in_base_units: str
+    factor: float
+    sizes: tuple[int, ...]
+    start: int
+
+    @property
+    def is_real(self) -> bool:
+        return self.kind in REALS
+
+
+class Fmu(NamedTuple):
+    """What is known of an FMU.
+
+    Attributes:
+        path: the file.
+        digest: SHA-256 of its content.
+        version: of FMI, 2 or 3.
+        model: the model's name.
+        identifier: of the model in names of files.
+        token: by which an instance is known to belong to the description.
+        library: the shared library for this machine, by its path in the archive.
+        alone: whether a process can have but one instance.
+        internal_step: the step that it takes inside [s]; nan where it does not say.
+        variables: by name.
+    """
+
+    path: Path
+    digest: str
+    version: int
+    model: str
+    identifier: str
+    token: str
+    library: str
+    alone: bool
+    internal_step: float
+    variables: dict[str, Variable]
+
+
+def read_fmu(path: Path) -> Fmu:
+    """Read the description of an FMU.
+
+    Raises:
+        HydroservoError: it is no FMU for co-simulation in FMI 2.0 or 3.0 that can run here, or the package
+            fmpy is missing; without the file's name.
+    """
+    try:
+        content = path.read_bytes()
+    except OSError as error:
+        raise HydroservoError(f"cannot be read: {(error.strerror or str(error)).lower()}") from None
+    return described(path, sha256(content).hexdigest())
+
+
+@lru_cache(maxsize=64)
+def described(path: Path, digest: str) -> Fmu:
+    """The description of an FMU with a content that has this digest."""
+    fmpy = package()
+    names, description = opened(path, fmpy)
+    version, own = int(description.fmiVersion[0]), description.coSimulation
+    if version not in (2, 3):
+        raise HydroservoError(f"is an FMU of FMI {description.fmiVersion}; 2.0 and 3.0 can be run")
+    if own is None:
+        raise HydroservoError(
+            "is an FMU for model exchange alone, which a loop cannot run; export it for co-simulation"
+        )
+    if own.needsExecutionTool:
+        raise HydroservoError(
+            "needs the tool that it was exported from while it runs; export it with its own solver"
+        )
+    return Fmu(
+        path=path,
+        digest=digest,
+        version=version,
+        model=description.modelName,
+        identifier=own.modelIdentifier,
+        token=description.guid,
+        library=library_in(names, version, own.modelIdentifier, fmpy),
+        alone=bool(own.canBeInstantiatedOnlyOncePerProcess),
+        internal_step=own.fixedInternalStepSize or math.nan,
+        variables={one.name: variable(one, description) for one in description.modelVariables},
+    )
+
+
+def opened(path: Path, fmpy: Any) -> tuple[list[str], Any]:
+    """The names in an archive, and the description in it.
+
+    Raises:
+        HydroservoError: it is no archive, or has no description that can be read.
+    """
+    try:
+        with zipfile.ZipFile(path) as archive:
+            names = archive.namelist()
+    except (OSError, zipfile.BadZipFile):
+        raise HydroservoError("is no FMU: it is no zip archive") from None
+    if "modelDescription.xml" not in names:
+        raise HydroservoError("is no FMU: there is no modelDescription.xml in it")
+    try:
+        return names, fmpy.read_model_description(str(path), validate=False)
+    except Exception as error:  # whatever FMPy and lxml raise for a text that is not as it should be
+        raise HydroservoError(f"has a modelDescription.xml that cannot be read: {error}") from None
+
+
+def package() -> Any:
+    """FMPy.
+
+    Raises:
+        HydroservoError: it is missing.
+    """
+    try:
+        import fmpy
+    except ImportError:
+        raise HydroservoError("needs the package fmpy: pip install '.[fmu]' in a clone") from None
+    return fmpy
+
+
+def library_in(names: list[str], version: int, identifier: str, fmpy: Any) -> str:
+    """The shared library for this machine, in an archive.
+
+    Raises:
+        HydroservoError: there is none.
+    """
+    folders = [fmpy.platform_tuple] if version == 3 else [fmpy.platform_tuple, fmpy.platform]
+    for folder in folders:
+        library = f"binaries/{folder}/{identifier}{fmpy.sharedLibraryExtension}"
+        if library in names:
+            return library
+    there = sorted({name.split("/")[1] for name in names if name.startswith("binaries/") and name[9:]})
+    found = f"those in it are for {', '.join(there)}" if there else "there is none in it"
+    raise HydroservoError(f"has no binary for this machine, {folders[-1]}; {found}")
+
+
+def variable(one: Any, description: Any) -> Variable:
+    """A variable as FMPy describes it."""
+    unit = one.unit or getattr(one.declaredType, "unit", None) or ""
+    base = next((known.baseUnit for known in description.unitDefinitions if known.name == unit), None)
+    in_base_units, factor = base_units(base)
+    return Variable(
+        name=one.name,
+        reference=one.valueReference,
+        kind=one.type,
+        causality=one.causality,
+        settable=one.variability != "constant" and one.initial in ("exact", "approx"),
+        unit=unit,
+        in_base_units=in_base_units,
+        factor=factor,
+        sizes=tuple(size_of(dimension) for dimension in one.dimensions),
+        start=int(one.start) if one.type.startswith(("Int", "UInt")) and one.start else 0,
+    )
+
+
+def base_units(unit: Any) -> tuple[str, float]:
+    """A unit as FMPy has it in base units: a product of their powers, "1" of none, and the factor before it.
+
+    Of no unit, or one with an offset, that is "" and 1.
+    """
+    if unit is None or unit.offset:
+        return "", 1.0
+    powers = [f"{name}^{power}" for name in BASE if (power := int(getattr(unit, name) or 0))]
+    return " ".join(powers) or "1", float(unit.factor)
+
+
+def size_of(dimension: Any) -> int:
+    """The size of a dimension as :class:`Variable` has it."""
+    return -1 - int(dimension.valueReference) if dimension.start is None else int(dimension.start)
+
+
+@lru_cache(maxsize=64)
+def folder_of(path: Path, digest: str) -> "tempfile.TemporaryDirectory[str]":
+    """A folder with the files of an FMU, which goes when the process ends.
+
+    Raises:
+        HydroservoError: the file is not what it was when it was read.
+    """
+    if sha256(path.read_bytes()).hexdigest() != digest:
+        raise HydroservoError(f"{path}: has changed since it was read")
+    folder = tempfile.TemporaryDirectory(prefix="hydroservo_fmu_")
+    package().extract(str(path), unzipdir=folder.name)
+    return folder
+
+
+def unpacked(fmu: Fmu) -> Path:
+    """The folder of an FMU's files.
+
+    Raises:
+        HydroservoError: the file is not what it was when it was read.
+    """
+    return Path(folder_of(fmu.path, fmu.digest).name)

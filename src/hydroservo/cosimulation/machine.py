@@ -1,0 +1,151 @@
+"""An FMU as the machine of a loop: cylinder, valve, supply, sensors and what it moves in one."""
+
+import math
+from typing import Annotated, Any, NamedTuple
+
+from hydroservo.block import Block, Field
+from hydroservo.cosimulation.load import STEP
+from hydroservo.errors import ParameterError
+from hydroservo.field import OPEN
+from hydroservo.roles import Drive, Plant, Supply, role, valveless
+from hydroservo.signals import Feed, MachineOutputs, PortFlows, Pressures
+
+__all__ = [
+    "MACHINE_INPUTS",
+    "MACHINE_OUTPUTS",
+    "ForeignMachine",
+    "ForeignMachineState",
+    "NoNominal",
+    "NoSupply",
+    "ThroughFmu",
+]
+
+MACHINE_INPUTS = {"command": "V", "external_force": "N"}
+MACHINE_OUTPUTS = {
+    "velocity": "m/s",
+    "load_force": "N",
+    "position": "m",
+    "pressure_a": "Pa",
+    "pressure_b": "Pa",
+    "force": "N",
+}
+
+
+class ForeignMachineState(NamedTuple):
+    """What an FMU answered last; nan of what it does not answer."""
+
+    velocity: Annotated[float, Field("m/s", "piston velocity")]
+    load_force: Annotated[float, Field("N", "force of both chambers on the piston")]
+    position: Annotated[float, Field("m", "piston position from the stroke's lower end")]
+    pressure_a: Annotated[float, Field("Pa", "pressure in chamber A")]
+    pressure_b: Annotated[float, Field("Pa", "pressure in chamber B")]
+    force: Annotated[float, Field("N", "force of the rod on what resists it, without inertia")]
+
+
+class NoNominal(NamedTuple):
+    """A machine of which nothing is known."""
+
+
+@role(Plant)
+class ForeignMachine(NamedTuple):
+    """What an FMU answers to the command [V], at each communication.
+
+    It is the whole machine, from the command to what is measured: the loop's sensors measure what it answers,
+    and it stands in the place of valve, drive and supply too. ``nominal`` is the cylinder that laws take it
+    for, with the scenario's valve and supply. Between communications the command is held, as it is at a rig.
+
+    Source: FMI 2.0.5 and 3.0.2, co-simulation.
+    Fails to say what oil and power the machine draws: metrics of these are nan.
+    """
+
+    step: Annotated[float, STEP] = OPEN
+    nominal: Plant = NoNominal()  # type: ignore[assignment]
+
+    @property
+    def stroke(self) -> float:
+        return getattr(self.nominal, "stroke", math.inf)
+
+    def init(self) -> ForeignMachineState:
+        known = {wire.signal for wire in self.foreign.outputs}  # type: ignore[attr-defined]
+        return ForeignMachineState(*(0.0 if name in known else math.nan for name in MACHINE_OUTPUTS))
+
+    def flows(self, s: ForeignMachineState, ports: Block) -> PortFlows:
+        return PortFlows(math.nan, math.nan, math.nan, math.nan)
+
+    def deriv(self, s: ForeignMachineState, flows: PortFlows, force: float) -> ForeignMachineState:
+        return ForeignMachineState(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+    def load_force(self, s: ForeignMachineState) -> float:
+        return s.load_force
+
+    def outputs(self, s: ForeignMachineState, line: Pressures, force: float) -> MachineOutputs:
+        return MachineOutputs(s.velocity, s.load_force, s.position, s.pressure_a, s.pressure_b, s.force)
+
+    def simplified(self) -> Any:
+        """What laws take it for.
+
+        Raises:
+            ParameterError: nothing says that.
+        """
+        if not hasattr(self.nominal, "simplified"):
+            problem = "must be a cylinder that the law can take the FMU for, such as [plant.nominal]"
+            raise ParameterError("plant.nominal", type(self.nominal).__name__, problem)
+        return self.nominal.simplified()
+
+
+class NoSupplyState(NamedTuple):
+    """It remembers nothing."""
+
+
+@role(Supply)
+class NoSupply(NamedTuple):
+    """No supply, for a loop whose machine has its own inside.
+
+    Source: a definition.
+    Fails with any other machine, which gets no oil.
+    """
+
+    def init(self) -> NoSupplyState:
+        return NoSupplyState()
+
+    def deriv(self, s: NoSupplyState, drawn: float) -> NoSupplyState:
+        return s
+
+    def pressures(self, s: NoSupplyState) -> Pressures:
+        return Pressures(0.0, 0.0)
+
+    def simplified(self) -> Block:
+        """What laws take it for.
+
+        Raises:
+            ParameterError: nothing says that.
+        """
+        raise ParameterError("supply", "NoSupply", "must be given for the controller's model of the machine")
+
+
+class ThroughFmuState(NamedTuple):
+    """It remembers nothing."""
+
+
+@valveless
+@role(Drive)
+class ThroughFmu(NamedTuple):
+    """No drive, for a loop whose machine has its own inside; what it draws is not known, and nan.
+
+    Source: a definition.
+    Fails with any other machine, which gets no oil.
+    """
+
+    def init(self) -> ThroughFmuState:
+        return ThroughFmuState()
+
+    def deriv(self, s: ThroughFmuState, feed: Feed, pressure_a: float, pressure_b: float) -> ThroughFmuState:
+        return s
+
+    def flows(self, s: ThroughFmuState, feed: Feed, pressure_a: float, pressure_b: float) -> PortFlows:
+        return PortFlows(math.nan, math.nan, math.nan, math.nan)
+
+    def power(
+        self, s: ThroughFmuState, feed: Feed, flows: PortFlows, pressure_a: float, pressure_b: float
+    ) -> float:
+        return math.nan
