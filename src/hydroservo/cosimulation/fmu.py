@@ -10,8 +10,9 @@ from typing import Any, NamedTuple
 
 from hydroservo.errors import HydroservoError
 
-__all__ = ["Fmu", "Variable", "read_fmu", "unpacked"]
+__all__ = ["Fmu", "Variable", "digest_of", "read_fmu", "unpacked"]
 
+DESCRIPTION = "modelDescription.xml"
 REALS = ("Real", "Float64", "Float32")
 BASE = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")  # units, as FMI has them
 
@@ -84,11 +85,19 @@ def read_fmu(path: Path) -> Fmu:
         HydroservoError: it is no FMU for co-simulation in FMI 2.0 or 3.0 that can run here, or the package
             fmpy is missing; without the file's name.
     """
+    return described(path, digest_of(path))
+
+
+def digest_of(path: Path) -> str:
+    """SHA-256 of a file's content.
+
+    Raises:
+        HydroservoError: it cannot be read.
+    """
     try:
-        content = path.read_bytes()
+        return sha256(path.read_bytes()).hexdigest()
     except OSError as error:
         raise HydroservoError(f"cannot be read: {(error.strerror or str(error)).lower()}") from None
-    return described(path, sha256(content).hexdigest())
 
 
 @lru_cache(maxsize=64)
@@ -130,14 +139,18 @@ def opened(path: Path, fmpy: Any) -> tuple[list[str], Any]:
     try:
         with zipfile.ZipFile(path) as archive:
             names = archive.namelist()
+            text = archive.read(DESCRIPTION) if DESCRIPTION in names else b""
     except (OSError, zipfile.BadZipFile):
         raise HydroservoError("is no FMU: it is no zip archive") from None
-    if "modelDescription.xml" not in names:
-        raise HydroservoError("is no FMU: there is no modelDescription.xml in it")
-    try:
-        return names, fmpy.read_model_description(str(path), validate=False)
-    except Exception as error:  # whatever FMPy and lxml raise for a text that is not as it should be
-        raise HydroservoError(f"has a modelDescription.xml that cannot be read: {error}") from None
+    if not text:
+        raise HydroservoError(f"is no FMU: there is no {DESCRIPTION} in it")
+    with tempfile.TemporaryDirectory() as folder:
+        alone = Path(folder) / DESCRIPTION
+        alone.write_bytes(text)
+        try:
+            return names, fmpy.read_model_description(str(alone), validate=False)
+        except Exception as error:  # whatever FMPy and lxml raise for a text that is not as it should be
+            raise HydroservoError(f"has a {DESCRIPTION} that cannot be read: {error}") from None
 
 
 def package() -> Any:
@@ -211,7 +224,7 @@ def folder_of(path: Path, digest: str) -> "tempfile.TemporaryDirectory[str]":
     Raises:
         HydroservoError: the file is not what it was when it was read.
     """
-    if sha256(path.read_bytes()).hexdigest() != digest:
+    if digest_of(path) != digest:
         raise HydroservoError(f"{path}: has changed since it was read")
     folder = tempfile.TemporaryDirectory(prefix="hydroservo_fmu_")
     package().extract(str(path), unzipdir=folder.name)

@@ -124,8 +124,10 @@ def simulate_batch(
     loop = ready(given)
     recorded = check_records(loop)
     columns = checked_columns(loop, parameters)
-    started = columns | starts(checked(given), columns)
     how = How(strict, checked_count(threads, "threads"), cuda, progress or (lambda _: None))
+    if is_foreign(loop):
+        return with_warning(alone(given, columns, how), [*recorded, *loop_cautions(loop)])
+    started = columns | starts(checked(given), columns)
     state = first_state(loop)
     loop, said = with_steps(loop, hardest(loop, [started]), strict)
     data = computed(loop, state, columns, started, how).assign_attrs(said)
@@ -146,9 +148,18 @@ def simulate_part(loop: Loop, parameters: Mapping[str, ArrayLike], first: int, h
     """
     given, loop = loop, ready(loop)
     columns = checked_columns(loop, parameters, first)
-    started = columns | starts(checked(given), columns, first)
-    data = computed(loop, first_state(loop), columns, started, how)
+    if is_foreign(loop):
+        data = alone(given, columns, how)
+    else:
+        started = columns | starts(checked(given), columns, first)
+        data = computed(loop, first_state(loop), columns, started, how)
     return data.assign_coords(run=np.arange(first, first + data.sizes["run"]))
+
+
+def alone(given: Loop, columns: Columns, how: How) -> "xr.Dataset":
+    """The table of runs with an FMU, each as :func:`~hydroservo.simulate` has it."""
+    one = partial(quietly(simulate), record=())
+    return dataset(ready(given), columns, *foreign_batch(given, columns, one, how.cuda, how.progress))
 
 
 def computed(loop: Loop, state: Block, columns: Columns, started: Columns, how: How) -> "xr.Dataset":
@@ -161,9 +172,6 @@ def computed(loop: Loop, state: Block, columns: Columns, started: Columns, how: 
         started: that, and where they start.
         how: they are computed.
     """
-    if is_foreign(loop):
-        one = partial(quietly(simulate), record=())
-        return dataset(loop, columns, *foreign_batch(loop, started, one, how.cuda, how.progress))
     runs = next(iter(columns.values())).size
     samples = plan_of(loop, state, ()).samples
     table, losses = np.empty((len(declared_metrics(monitors_of(loop))), runs)), [NOTHING] * runs

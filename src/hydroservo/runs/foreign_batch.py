@@ -28,8 +28,8 @@ def foreign_batch(
     """The metrics of each run, shape (metrics, runs), and what each lost.
 
     Args:
-        loop: that they start from, ready.
-        columns: what differs, by path, and where the runs start.
+        loop: that they start from, as it was given.
+        columns: what differs, by path.
         run: simulates one loop.
         cuda: whether a CUDA device was asked for.
         progress: called with the fraction of runs done.

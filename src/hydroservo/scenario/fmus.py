@@ -21,6 +21,7 @@ from hydroservo.cosimulation import (
     Variable,
     Wire,
     class_of,
+    digest_of,
     read_fmu,
 )
 from hydroservo.errors import HydroservoError, ScenarioError, short
@@ -120,15 +121,13 @@ def fmu_of(entry: Entry) -> Fmu:
     if not path.is_file():
         raise entry.error(f"there is no such file in {short(str(entry.origin.folder.absolute()))}")
     try:
-        fmu = read_fmu(path)
+        if digest_of(path) in allowed:
+            return read_fmu(path)
     except HydroservoError as error:
         raise entry.error(str(error)) from None
-    if fmu.digest not in allowed:
-        raise entry.error(
-            "is native code, which no scenario runs by itself; "
-            "allow it: --plugin FILE, in Python plugins=[FILE]"
-        )
-    return fmu
+    raise entry.error(
+        "is native code, which no scenario runs by itself; allow it: --plugin FILE, in Python plugins=[FILE]"
+    )
 
 
 def check_wires(
