@@ -3,6 +3,8 @@
 What it offers is imported when it is first asked for, so that the package itself is there at once.
 """
 
+import sys
+
 _HOMES = {  # what is offered, and the module that it comes from; none for a package of blocks
     "AUTO": "loop",
     "Aim": "runs.aims",
@@ -129,3 +131,15 @@ def __getattr__(name: str) -> object:
 
 def __dir__() -> list[str]:
     return __all__
+
+
+def _show_in_notebooks() -> None:
+    """Where IPython runs, results are shown there as ``hydroservo.notebook`` has them."""
+    from importlib import import_module
+
+    shell = sys.modules["IPython"].get_ipython() if "IPython" in sys.modules else None
+    if shell is not None:
+        import_module(f"{__name__}.notebook.display").show_results_in(shell)
+
+
+_show_in_notebooks()

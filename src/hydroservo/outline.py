@@ -10,12 +10,12 @@ import numpy as np
 from hydroservo.block import Block, in_signal, is_block, signal_below, signal_of
 from hydroservo.field import Field, declared_fields
 from hydroservo.formatting import common_unit
+from hydroservo.html_tables import Strong, html_row
 
 __all__ = ["outline", "outline_table"]
 
 WIDTH = 110  # characters of a line
 DIGITS = 5  # a datasheet has no more
-LEFT = 'style="text-align: left; padding-right: 1em"'  # and not as notebooks have it
 HEADS = ("name", "value", "unit", "meaning")
 
 
@@ -157,8 +157,8 @@ def section(parts: list[Part]) -> str:
     rows = "".join([*rows_of(first), *(row for part in nested for row in headed(part, rows_of(part)))])
     if not rows:
         return f"<div>{summary}</div>"
-    heads = "".join(f"<th {LEFT}>{name}</th>" for name in HEADS)
-    return f"<details><summary>{summary}</summary><table><tr>{heads}</tr>{rows}</table></details>"
+    heads = html_row(HEADS, "th")
+    return f"<details><summary>{summary}</summary><table>{heads}{rows}</table></details>"
 
 
 def heading(part: Part) -> str:
@@ -168,15 +168,13 @@ def heading(part: Part) -> str:
 
 def headed(part: Part, rows: list[str]) -> list[str]:
     """The rows of a block, if it has any, below its path and type."""
-    return [f'<tr><th colspan="{len(HEADS)}" {LEFT}>{heading(part)}</th></tr>', *rows] if rows else []
+    title = f"{part.path} {type(part.block).__name__}".strip()
+    return [html_row([title], "th", len(HEADS)), *rows] if rows else []
 
 
 def rows_of(part: Part) -> list[str]:
     """A row for each number of a block."""
-    rows = []
-    for entry in entries_of(part):
-        name, value, unit, meaning = map(escape, (entry.name, entry.value, entry.unit, entry.meaning))
-        shown = value if entry.same else f"<b>{value}</b>"
-        cells = "".join(f"<td {LEFT}>{text}</td>" for text in (name, shown, unit, meaning))
-        rows.append(f"<tr>{cells}</tr>")
-    return rows
+    return [
+        html_row((entry.name, entry.value if entry.same else Strong(entry.value), entry.unit, entry.meaning))
+        for entry in entries_of(part)
+    ]

@@ -17,10 +17,11 @@ from hydroservo.figures.panels import Curve, Panel, beyond, enlarged, panel_limi
 from hydroservo.figures.ranges import axis_unit
 from hydroservo.figures.run import plot_run
 from hydroservo.figures.style import COLOURS, PALETTE, figure, save_figure, style
-from hydroservo.figures.trace import controller_name, length_shown, observer_path, trace_of
+from hydroservo.figures.trace import length_shown, observer_path, trace_of
 from hydroservo.loop import Loop
 from hydroservo.plants import Cylinder
 from hydroservo.references import Square
+from hydroservo.runs.titles import controller_name
 from hydroservo.supplies import IdealSupply, PumpSupply
 from hydroservo.testing.examples import example
 

@@ -57,6 +57,7 @@ def test_exports_are_what_a_module_defines(name: str) -> None:
             "__all__",
             "__getattr__",
             "__dir__",
+            "_show_in_notebooks",
             "TYPE_CHECKING",
         }
     elif not {bound for bound, source in names.items() if not source} - {"__all__"}:

@@ -8,6 +8,8 @@ from hydroservo.audits.auditor import Asked, asked
 from hydroservo.audits.chatter import Chatter, chatter
 from hydroservo.audits.facts import facts_of
 from hydroservo.errors import ParameterError
+from hydroservo.formatting import number, quantity
+from hydroservo.html_tables import Strong, html_remarks, html_table
 from hydroservo.loop import Loop
 from hydroservo.runs.arguments import checked_loop
 
@@ -35,11 +37,40 @@ class Audit:
         for one in self.asked:
             yield from one.assumptions or ()
 
+    def _repr_html_(self) -> str:
+        """What a notebook shows."""
+        verdicts = {True: "holds", False: Strong("fails"), None: Strong("cannot be told")}
+        rows = [
+            (
+                one.block,
+                each.meaning,
+                quantity(each.value, each.unit),
+                quantity(each.bound, each.unit),
+                number(each.margin),
+                verdicts[each.holds],
+            )
+            for one in self.asked
+            for each in one.assumptions or ()
+        ]
+        heads = ("block", "it supposes that", "value", "bound", "margin", "verdict")
+        remarks = [Strong("the run diverged")] if self.lost else []
+        return html_table(heads, rows) + html_remarks([*remarks, forecast(self)])
+
     @property
     def holds(self) -> bool | None:
         """Whether all assumptions hold that can be told; None if none can."""
         known = [one.holds for one in self.assumptions() if one.holds is not None]
         return all(known) if known else None
+
+
+def forecast(found: Audit) -> str:
+    """The chatter that is foretold, in a line."""
+    one = found.chatter
+    if one is None:
+        return f"no chatter can be foretold: {found.no_forecast}"
+    if not one.chatters:
+        return f"no chatter is foretold of {quantity(one.threshold, 'V')} or more"
+    return f"chatter is foretold: {quantity(one.amplitude, 'V')} at {number(one.frequency)} Hz"
 
 
 def audit(loop: Loop, *, time: float | None = None) -> Audit:

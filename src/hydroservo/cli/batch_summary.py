@@ -12,20 +12,12 @@ from hydroservo.field import Field
 from hydroservo.formatting import common_unit
 from hydroservo.runs.cautions import warnings_of
 from hydroservo.runs.results import metric_fields
+from hydroservo.runs.spreads import Spread, spreads_of
 
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["BatchSummary", "Spread", "batch_summary", "remarkable_run", "show_batch"]
-
-
-class Spread(NamedTuple):
-    """How a metric is spread over the runs that did not diverge, in SI units; nan where none has it."""
-
-    p05: float
-    median: float
-    p95: float
-    worst: float
+__all__ = ["BatchSummary", "batch_summary", "remarkable_run", "show_batch"]
 
 
 class BatchSummary(NamedTuple):
@@ -52,8 +44,6 @@ def batch_summary(
     scenario: str, seed: int, table: "xr.Dataset", varied: Mapping[str, tuple[float, float]]
 ) -> BatchSummary:
     """The summary of a batch, from its table."""
-    kept, fields = ~table["diverged"].values, metric_fields(table)
-    numbers = {name: field for name, field in fields.items() if table[name].dtype != bool}
     return BatchSummary(
         scenario=scenario,
         hash=table.attrs["hash"],
@@ -61,20 +51,11 @@ def batch_summary(
         seed=seed,
         runs=table.sizes["run"],
         varied=varied,
-        metrics={name: spread_of(field, table[name].values[kept]) for name, field in numbers.items()},
+        metrics=spreads_of(table),
         diverged=int(table["diverged"].sum()),
         stroke_left=int(table["stroke_left"].sum()) if "stroke_left" in table else 0,
         warnings=warnings_of(table),
     )
-
-
-def spread_of(field: Field, values: np.ndarray) -> Spread:
-    finite = values[np.isfinite(values)]
-    if not finite.size:
-        return Spread(*[float("nan")] * 4)
-    worst = finite.min() if field.least_is_worst else finite.max()
-    p05, median, p95 = map(float, np.quantile(finite, (0.05, 0.5, 0.95)))
-    return Spread(p05, median, p95, float(worst))
 
 
 def remarkable_run(table: "xr.Dataset", metric: str) -> tuple[int, str]:

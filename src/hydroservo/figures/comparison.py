@@ -8,10 +8,11 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from hydroservo.figures.style import COLOURS, GREY, PALETTE, style
-from hydroservo.figures.trace import controller_name, trace_of
+from hydroservo.figures.trace import trace_of
 from hydroservo.figures.tracking import TracedRun, tracking_figure
 from hydroservo.runs.arguments import check_one_signal
 from hydroservo.runs.conditions import differences
+from hydroservo.runs.titles import controller_name
 
 __all__ = ["plot_comparison"]
 

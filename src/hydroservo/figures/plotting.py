@@ -64,7 +64,7 @@ def plot(
 
 def names_of(runs: "Sequence[xr.Dataset]") -> list[str]:
     """What each run's controller is called, numbered where it comes again."""
-    from hydroservo.figures.trace import controller_title
+    from hydroservo.runs.titles import controller_title
 
     types = [controller_title(run) for run in runs]
     again, met = Counter(types), Counter[str]()

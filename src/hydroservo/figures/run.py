@@ -6,8 +6,9 @@ from matplotlib.figure import Figure
 
 from hydroservo.figures.panels import Curve, Panel, draw_panel
 from hydroservo.figures.style import COLOURS, GREY, PALETTE, style
-from hydroservo.figures.trace import Trace, controller_name, controller_title, trace_of
+from hydroservo.figures.trace import Trace, trace_of
 from hydroservo.figures.tracking import TracedRun, add_legend, calm_on_top, tracking_figure, truth, whole
+from hydroservo.runs.titles import controller_name, controller_title
 
 __all__ = ["plot_run"]
 

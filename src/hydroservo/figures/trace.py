@@ -12,7 +12,7 @@ from hydroservo.errors import HydroservoError
 from hydroservo.runs.results import scenario_of
 from hydroservo.runs.unrecorded import Unrecorded, unrecorded_command
 
-__all__ = ["Samples", "Trace", "controller_name", "controller_title", "trace_of"]
+__all__ = ["Samples", "Trace", "trace_of"]
 
 Samples = NDArray[np.float64]
 CONTROLLED = "controlled.value"
@@ -76,25 +76,6 @@ def pressures(dataset: xr.Dataset) -> dict[str, Samples]:
         found["supply"] = dataset["supply.pressure"].values
     elif given is not None:
         found["supply"] = np.full(dataset["time"].size, float(given))
-    return found
-
-
-def controller_name(dataset: xr.Dataset) -> str:
-    """The type of a run's law, whatever wraps it: what its colour follows."""
-    return controller_types(dataset)[-1]
-
-
-def controller_title(dataset: xr.Dataset) -> str:
-    """What plots call the controller of a run, such as "TSMC in ValveInversion"."""
-    return " in ".join(reversed(controller_types(dataset)))
-
-
-def controller_types(dataset: xr.Dataset) -> list[str]:
-    """The types of a run's wrappers, outermost first, and of the law inside them."""
-    table = scenario_of(dataset)["controller"]
-    found = [str(table["type"])]
-    while isinstance(table := table.get("controller"), dict):
-        found.append(str(table["type"]))
     return found
 
 

@@ -33,6 +33,7 @@ from hydroservo.scenario.sampling import Variation, parameters_of, variations
 from hydroservo.scenario.tables import Entry
 from hydroservo.validation import number, whole_number
 from hydroservo.work.cores import checked_count
+from hydroservo.work.notebook_bar import shows_progress
 
 __all__ = ["identified", "identify"]
 
@@ -41,6 +42,7 @@ HORIZON = Field("s", "time in which a prediction forgets", above=0)
 END = 0.005  # of a range, within which a value lies at its end
 
 
+@shows_progress
 def identify(
     source: str | Path,
     logs: Given | Sequence[Given],

@@ -1,13 +1,14 @@
 """What an identification found."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.formatting import MINUS, quantity
+from hydroservo.formatting import MINUS, column, number, quantity
+from hydroservo.html_tables import Strong, html_heading, html_remarks, html_table
 from hydroservo.identification.fitted import Fitted
 from hydroservo.identification.on_base import on_base
 from hydroservo.identification.segments import Understood
@@ -129,3 +130,29 @@ class Identified(NamedTuple):
 
     def __repr__(self) -> str:
         return "\n".join([*(f"{path} = {one!r}" for path, one in self.parameters.items()), *self.remarks])
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows."""
+        heads = ("parameter", "value", "95 % interval", "the logs", "meaning")
+        found = [parameter_row(path, one) for path, one in self.parameters.items()]
+        logs = [row for fit in self.logs for row in signal_rows(fit)]
+        return (
+            html_heading(self.scenario, "with what its logs tell")
+            + html_table(heads, found)
+            + html_table(("log", "signal", "left, rms", "held out", "explained"), logs)
+            + html_remarks(self.remarks)
+        )
+
+
+def parameter_row(path: str, one: Estimate) -> tuple[str, ...]:
+    """A number that was found, with its interval, in one unit."""
+    unit, (low, value, high) = column([one.low, one.value, one.high], one.unit)
+    told = "tell it" if one.identifiable else Strong("do not tell it")
+    return path, Strong(f"{value} {unit}".strip()), f"{low} to {high}", told, one.meaning
+
+
+def signal_rows(fit: LogFit) -> Iterator[tuple[str, ...]]:
+    """How each signal of a log is met."""
+    for name, one in fit.signals.items():
+        left, apart = (quantity(rms, one.unit) for rms in (one.rms, one.held_out))
+        yield fit.understood.log.name, name, left, apart, f"{number(100.0 * one.explained)} %"

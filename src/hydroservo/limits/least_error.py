@@ -5,6 +5,8 @@ import os
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from hydroservo.block import replace
+from hydroservo.formatting import measured, number
+from hydroservo.html_tables import Strong, html_table
 from hydroservo.limits.beginning import of_run
 from hydroservo.limits.command import command_limits
 from hydroservo.limits.search import (
@@ -17,6 +19,7 @@ from hydroservo.limits.search import (
 from hydroservo.loop import AUTO, Loop
 from hydroservo.runs.arguments import checked_loop
 from hydroservo.runs.run import Progress
+from hydroservo.work.notebook_bar import shows_progress
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -39,6 +42,15 @@ class Limits(NamedTuple):
     causal: Any
     clairvoyant: Any
 
+    def _repr_html_(self) -> str:
+        """What a notebook shows."""
+        times = {name: f"{number(one)} times" for name, one in self.multiples().items()}
+        rows = [
+            (name, Strong(measured(data, "rms_error")), times.get(name, ""))
+            for name, data in self._asdict().items()
+        ]
+        return html_table(("command of", "rms error", "the law leaves"), rows)
+
     def multiples(self) -> dict[str, float]:
         """How many times the rms error of each limit the law leaves; inf over a limit of 0."""
         errors = {name: float(data["rms_error"]) for name, data in self._asdict().items()}
@@ -46,6 +58,7 @@ class Limits(NamedTuple):
         return {name: law / error if error > 0.0 else math.inf for name, error in errors.items()}
 
 
+@shows_progress
 def limit(loop: Loop, *, progress: Progress | None = None) -> Limits:
     """The least rms error that any controller could leave, at a loop's sample rate and within its limits.
 

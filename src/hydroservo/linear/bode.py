@@ -33,6 +33,7 @@ from hydroservo.runs.arguments import checked_loop
 from hydroservo.runs.cautions import with_warning
 from hydroservo.runs.provenance import provenance
 from hydroservo.validation import number, whole_number
+from hydroservo.work.notebook_bar import shows_progress
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -63,6 +64,7 @@ MEANINGS = {
 }
 
 
+@shows_progress
 def bode(
     loop: Loop,
     *,

@@ -9,9 +9,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from hydroservo.errors import ParameterError
 from hydroservo.field import Field
+from hydroservo.formatting import NONE, number, quantity
+from hydroservo.html_tables import html_heading, html_remarks, html_table
 from hydroservo.linear.system import System, response
 from hydroservo.nearest import one_of
-from hydroservo.validation import number
+from hydroservo.validation import number as checked_number
 
 __all__ = ["Linearization", "Quantity", "Uncertain"]
 
@@ -53,6 +55,29 @@ class Linearization(NamedTuple):
     D: Annotated[Matrix, Field("", "shape (outputs, inputs)")]
     period: Annotated[float, Field("s", "of the samples; 0 in continuous time")]
     inexact: Annotated[tuple[Uncertain, ...], Field("", "derivatives that are from differences")] = ()
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows: poles, and the signals that the matrices are of."""
+        about = f"sampled every {quantity(self.period, 's')}" if self.period else "in continuous time"
+        each = zip(self.poles.tolist(), self.frequencies.tolist(), self.damping.tolist(), strict=True)
+        poles = [
+            (complex_number(pole), number(w / (2.0 * math.pi)), NONE if math.isnan(zeta) else number(zeta))
+            for pole, w, zeta in each
+            if pole.imag >= 0.0
+        ]
+        signals = {"states x": self.states, "inputs u": self.inputs, "outputs y": self.outputs}
+        rows = [
+            (f"{len(each)} {name}", ", ".join(f"{one.name} [{one.unit}]" for one in each))
+            for name, each in signals.items()
+        ]
+        doubtful = [f"not exact: {one.of} by {one.by}, to {number(one.error)}" for one in self.inexact]
+        heads = (f"poles {'z' if self.period else 's [1/s]'}", "natural frequency [Hz]", "damping")
+        return (
+            html_heading(f"linear model of the {self.unit}", about)
+            + html_table(heads, poles)
+            + html_table(("signals", ""), rows)
+            + html_remarks(doubtful)
+        )
 
     @property
     def poles(self) -> NDArray[np.complex128]:
@@ -108,6 +133,11 @@ class Linearization(NamedTuple):
         return System(self.A, self.B, self.C, self.D, self.period)
 
 
+def complex_number(value: complex) -> str:
+    """A pole as it is read, with its conjugate."""
+    return f"{number(value.real)} ± {number(value.imag)} j" if value.imag else number(value.real)
+
+
 def rates_of(poles: NDArray[np.complex128], period: float) -> NDArray[np.complex128]:
     """The poles as s [1/s]."""
     if not period:
@@ -141,7 +171,7 @@ def checked_frequencies(frequencies: ArrayLike, period: float) -> Matrix:
     except (TypeError, ValueError):
         raise ParameterError("frequencies", frequencies, "must be numbers [rad/s]") from None
     for one in w.ravel().tolist():
-        number(one, "frequencies", Field("rad/s", "", at_least=0), float)
+        checked_number(one, "frequencies", Field("rad/s", "", at_least=0), float)
         if one > highest * (1.0 + 1e-9):
             allowed = f"must be at most {highest:.6g} [rad/s], Nyquist's frequency"
             raise ParameterError("frequencies", one, allowed)

@@ -7,9 +7,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydroservo.errors import ParameterError
-from hydroservo.field import Field
+from hydroservo.field import Field, declared_fields
+from hydroservo.formatting import NONE
+from hydroservo.html_tables import Strong, html_heading, html_table
 from hydroservo.linear.open_loop import OpenLoop, opened
 from hydroservo.linear.operating_point import OperatingPoint, operating_point
+from hydroservo.linear.reading import READ, read_as
 from hydroservo.linear.response import crossings, grid, largest
 from hydroservo.loop import Loop
 from hydroservo.runs.arguments import checked_loop
@@ -47,6 +50,18 @@ class Margins(NamedTuple):
     error: Annotated[
         float, Field("", "largest change of S where slopes are taken otherwise, a share of it above 1")
     ]
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows."""
+        if not self.stable:
+            return html_heading("unstable")
+        fields = declared_fields(Margins)
+        rows = [
+            (label, Strong(read_as(getattr(self, name), unit, NONE)), fields[name].meaning)
+            for name, (label, unit) in READ.items()
+            if name in fields
+        ]
+        return html_table(("margin", "value", "meaning"), rows)
 
 
 def margins(loop: Loop, *, command: float | None = None) -> Margins:

@@ -38,6 +38,7 @@ from hydroservo.runs.run import (
 from hydroservo.runs.step_sizes import hardest, judged_by_rate, warning
 from hydroservo.validation import checked
 from hydroservo.work.cores import checked_count
+from hydroservo.work.notebook_bar import shows_progress
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -75,6 +76,7 @@ class Job(NamedTuple):
 
 
 @warns
+@shows_progress
 def simulate_batch(
     loop: Loop,
     parameters: Mapping[str, ArrayLike],

@@ -31,6 +31,7 @@ from hydroservo.runs.step_sizes import check_substeps, checked_steps, machine_pa
 from hydroservo.runs.unrecorded import record_caution
 from hydroservo.validation import checked
 from hydroservo.wiring import believed, wired, with_signal
+from hydroservo.work.notebook_bar import shows_progress
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -94,6 +95,7 @@ class Trace:
 
 
 @warns
+@shows_progress
 def simulate(
     loop: Loop,
     *,

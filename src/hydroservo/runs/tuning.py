@@ -9,6 +9,8 @@ from numpy.typing import NDArray
 
 from hydroservo.block import Block, value_at
 from hydroservo.errors import HydroservoError, ParameterError
+from hydroservo.formatting import column, quantity
+from hydroservo.html_tables import Strong, html_remarks, html_table
 from hydroservo.loop import Loop
 from hydroservo.metrics import declared_metrics, monitors_of
 from hydroservo.runs.aims import ACTIVITY, Aim, check_ranges, checked_aim, checked_whole
@@ -49,6 +51,7 @@ class Tuned(NamedTuple):
         edges: the paths whose best value lies within a hundredth of an end of its range.
         tables: the runs of each loop with the best values, one for each seed, as simulate_batch returns them.
         names: of the loops.
+        metric: what was made small.
     """
 
     parameters: Mapping[str, float]
@@ -59,6 +62,7 @@ class Tuned(NamedTuple):
     edges: Sequence[str]
     tables: Sequence[Any]  # datasets of xarray, which is heavy to import
     names: Sequence[str]
+    metric: str
 
     def __repr__(self) -> str:
         lines = [f"{path} = {value:g}" for path, value in self.parameters.items()]
@@ -66,6 +70,26 @@ class Tuned(NamedTuple):
         lines += [f"{name}: {before:.3g} -> {after:.3g}" for name, before, after in metrics]
         edges = f"; at an end of its range: {', '.join(self.edges)}" if self.edges else ""
         return "\n".join([*lines, f"{self.runs} closed loops were simulated{edges}"])
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows."""
+        about = {path: self.tables[0][path].attrs for path in self.parameters}
+        values = [
+            (path, Strong(quantity(value, about[path]["units"])), about[path]["long_name"])
+            for path, value in self.parameters.items()
+        ]
+        unit = self.tables[0][self.metric].attrs["units"]
+        label, each = column([*self.before, *self.after], unit)
+        count = len(self.before)
+        metrics = zip(self.names, each[:count], map(Strong, each[count:]), strict=True)
+        heads = ("loop", f"{self.metric} before [{label}]", "after")
+        edges = [Strong(f"at an end of its range: {path}") for path in self.edges]
+        runs = f"{self.runs:,} closed loops were simulated"
+        return (
+            html_table(("parameter", "best", "meaning"), values)
+            + html_table(heads, metrics)
+            + html_remarks([*edges, runs])
+        )
 
 
 def searched(
@@ -137,6 +161,7 @@ def searched(
         edges=[path for path, unit in zip(ranges, point, strict=True) if not 0.01 < unit < 0.99],
         tables=tables,
         names=[f"loop {i}" for i in range(1, len(aim.loops) + 1)],
+        metric=aim.metric,
     )
 
 

@@ -22,6 +22,7 @@ from hydroservo.scenario.overrides import nested
 from hydroservo.scenario.ranges import Relative, as_entries
 from hydroservo.scenario.search import Search, checked_part, searched_range
 from hydroservo.scenario.tables import Entry
+from hydroservo.work.notebook_bar import shows_progress
 
 __all__ = ["Task", "as_toml", "given", "task_of", "tune"]
 
@@ -48,6 +49,7 @@ class Task(NamedTuple):
     seed: int
 
 
+@shows_progress
 def tune(
     aim: Aim | str | Path | Sequence[str | Path],
     ranges: Mapping[str, str | tuple[float, float]] | None = None,
@@ -121,7 +123,7 @@ def tune(
         task = task_of(sources(aim), asked, parts | length, changes, plugins or ())
     found = searched(task.aim, task.ranges, task.candidates, task.seed, threads, progress)
     for line in dict.fromkeys(line for table in found.tables for line in warnings_of(table)):
-        warnings.warn(line, HydroservoWarning, stacklevel=2)
+        warnings.warn(line, HydroservoWarning, stacklevel=3)  # past the decorator
     return found._replace(names=task.names or found.names)
 
 

@@ -6,6 +6,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from hydroservo.block import Block
+from hydroservo.formatting import NONE, quantity
+from hydroservo.html_tables import Strong, html_heading, html_table
 from hydroservo.metrics import judged_by
 from hydroservo.runs.fitting import signals_used
 from hydroservo.studies.asked import Law, Study
@@ -20,6 +22,7 @@ from hydroservo.studies.scenario_files import remove_dropped, seen_from, write_s
 from hydroservo.studies.sentences import sentence
 from hydroservo.studies.verdicts import Verdicts, judged
 from hydroservo.work.doing import do
+from hydroservo.work.notebook_bar import shows_progress
 from hydroservo.work.store import Store, manifest_in
 
 __all__ = ["MANIFEST", "Studied", "study"]
@@ -51,7 +54,19 @@ class Studied(NamedTuple):
         lines = [f"{cell}: {sentence(one.best)}" for cell, one in self.verdicts.cells.items()]
         return "\n".join([str(self.manifest["title"]), *lines])
 
+    def _repr_html_(self) -> str:
+        """What a notebook shows: who wins each cell, with which error."""
+        rows = []
+        for cell, one in self.verdicts.cells.items():
+            best = one.standings.get(one.best.law)
+            error = quantity(best.error, self.manifest["unit"]) if best else NONE
+            rows.append((cell, Strong(one.best.law or "none"), error, sentence(one.best)))
+        about = f"{len(self.manifest['laws'])} laws, {len(self.table):,} rows in {self.folder}"
+        heads = ("cell", "best", str(self.manifest["metric"]), "verdict")
+        return html_heading(str(self.manifest["title"]), about) + html_table(heads, rows)
 
+
+@shows_progress
 def study(
     source: str | Path,
     out: str | Path,

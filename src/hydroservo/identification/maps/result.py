@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from hydroservo.formatting import MINUS, quantity
+from hydroservo.html_tables import Strong, html_heading, html_remarks, html_table
 from hydroservo.identification.on_base import on_base
 
 if TYPE_CHECKING:
@@ -113,6 +114,18 @@ class StaticMap(NamedTuple):
 
     def __repr__(self) -> str:
         return "\n".join([*(f"{name} = {one!r}" for name, one in self.numbers.items()), *self.remarks])
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows."""
+        rows = []
+        for name, one in self.numbers.items():
+            value, low, high = (quantity(end, one.unit) for end in one[:3])
+            rows.append((name, Strong(value), f"{low} to {high}", one.meaning))
+        return (
+            html_heading(self.kind, f"from {', '.join(self.logs)}")
+            + html_table(("number", "value", "95 % interval", "meaning"), rows)
+            + html_remarks(self.remarks)
+        )
 
 
 def kept(value: float) -> Interval:
