@@ -42,7 +42,7 @@ _HOMES = {  # what is offered, and the module that it comes from; none for a pac
     "oils": "",
     "ops": "",
     "plants": "",
-    "plot": "figures.plotting",
+    "plot": "plotting",
     "pulls": "",
     "references": "",
     "relative": "scenario.ranges",
@@ -94,7 +94,6 @@ if TYPE_CHECKING:  # the same once more, for those who read types; a test compar
     from hydroservo.export.products import export_c as export_c
     from hydroservo.export.products import export_fmu as export_fmu
     from hydroservo.field import Field as Field
-    from hydroservo.figures.plotting import plot as plot
     from hydroservo.identification.identified import identify as identify
     from hydroservo.identification.maps import map_logs as map_logs
     from hydroservo.limits import limit as limit
@@ -103,6 +102,7 @@ if TYPE_CHECKING:  # the same once more, for those who read types; a test compar
     from hydroservo.loop import AUTO as AUTO
     from hydroservo.loop import Loop as Loop
     from hydroservo.loop import Simulation as Simulation
+    from hydroservo.plotting import plot as plot
     from hydroservo.runs.aims import Aim as Aim
     from hydroservo.runs.batch import simulate_batch as simulate_batch
     from hydroservo.runs.conditions import differences as differences

@@ -1,9 +1,16 @@
 """One function for the picture of whatever a simulation returned."""
 
+import math
+
 import numpy as np
 import pytest
+import xarray as xr
 
 import hydroservo as hs
+from hydroservo.figures.style import PALETTE
+from hydroservo.limits import Limits
+from hydroservo.linear.linearization import Linearization, Quantity
+from hydroservo.runs.tuning import Tuned
 from hydroservo.testing.examples import example
 
 SHORT = hs.Simulation(duration=0.01)
@@ -43,3 +50,38 @@ def test_a_table_shows_a_metric_against_what_varied():
 
 def test_a_notebook_shows_it(run):
     assert hs.plot(run)._repr_png_().startswith(b"\x89PNG")
+
+
+def marks(figure):
+    """Where the crosses of a figure are."""
+    lines = [line for line in figure.axes[0].get_lines() if line.get_marker() == "x"]
+    return np.sort_complex(np.concatenate([line.get_xdata() + 1j * line.get_ydata() for line in lines]))
+
+
+@pytest.mark.parametrize("unit", ["machine", "loop"])
+def test_a_linear_model_is_its_poles(unit):
+    model = hs.linearize(hs.load_scenario("rig/1khz-pi-sine"), unit, command=0.1)
+    np.testing.assert_allclose(marks(hs.plot(model)), np.sort_complex(model.poles))
+
+
+def test_poles_that_are_not_stable_stand_out():
+    quantity = (Quantity("x", "m"),)
+    ones = np.ones((1, 1))
+    model = Linearization("machine", quantity, quantity, quantity, 3.0 * ones, ones, ones, 0.0 * ones, 0.0)
+    marked = [line for line in hs.plot(model).axes[0].get_lines() if line.get_marker() == "x"]
+    assert [line.get_color() for line in marked if len(line.get_xdata())] == [PALETTE[1]]
+
+
+def test_a_search_is_its_metric_before_and_after():
+    runs = xr.Dataset({"rms_error": ("run", [1e-3], {"units": "m/s"})})
+    found = Tuned({}, [math.inf, 2e-3], [3e-3, 1e-3], 1e-3, 64, [], [runs], ["$a", "b"], "rms_error")
+    axis = hs.plot(found).axes[0]
+    dots = [line for line in axis.get_lines() if len(line.get_xdata()) == 1]
+    assert [line.get_marker() for line in dots] == [">", "o", "o", "o"]
+    assert dots[0].get_xdata() == axis.get_xlim()[1]  # it diverged
+    assert [float(line.get_xdata()[0]) for line in dots[1:]] == pytest.approx([3.0, 2.0, 1.0])
+    assert axis.get_xlabel() == "rms error [mm/s]"
+
+
+def test_limits_are_drawn_beside_the_law(run):
+    assert {"law", "causal", "clairvoyant"} <= set(labels(hs.plot(Limits(run, run, run))))

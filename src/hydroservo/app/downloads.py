@@ -50,7 +50,7 @@ def exported(source: Source, kind: str, report: Report) -> File:
 
 def of_run(source: Source, kind: str, place: Path, report: Report) -> File:
     """The trajectory, or a picture of it."""
-    from hydroservo.figures.plotting import plot
+    from hydroservo.plotting import plot
     from hydroservo.runs.results import save
 
     file = place / f"run.{kind}"

@@ -19,7 +19,7 @@ from hydroservo.studies.report.property_tables import kind_of
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["Picture", "pictures"]
+__all__ = ["Picture", "pictures", "the_map"]
 
 
 class Picture(NamedTuple):
@@ -69,6 +69,7 @@ def pictures(found: Findings) -> list[Picture]:
 
 
 def the_map(found: Findings) -> "Figure":
+    """Who wins in which cell."""
     laws = found.manifest["laws"]
     winners = []
     for name, cell in found.verdicts.cells.items():
