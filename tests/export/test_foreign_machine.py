@@ -46,6 +46,7 @@ def test_a_law_around_its_exported_machine_gives_the_bits_of_its_run(version: Fm
     assert float(abs(own["plant.velocity"]).max()) > 1e-3
 
 
+@pytest.mark.slow
 def test_a_law_with_a_model_believes_in_the_nominal_plant() -> None:
     nominal = assembled(TSMC, SHORT).nominal.plant
     numbers = {f"plant.nominal.{name}": value for name, value in nominal._asdict().items()}

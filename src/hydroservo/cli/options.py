@@ -76,7 +76,8 @@ Plugins = Annotated[
         metavar="FILE",
         default_factory=list,
         show_default=False,
-        help="Run this Python file, whose blocks a scenario may then name as a type. May be given again.",
+        help="Run this Python file, whose blocks a scenario may then name as a type, or allow this FMU. "
+        "May be given again.",
     ),
 ]
 Folder = Annotated[
