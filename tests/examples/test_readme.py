@@ -67,6 +67,13 @@ def test_the_first_table_is_what_its_script_makes() -> None:
     assert f"{axis['BEGIN']}{axis['table'](run)}{axis['END']}" in README
 
 
+def test_who_wins_is_what_its_script_makes(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(str(ROOT / "scripts"))
+    who_wins = run_path(str(ROOT / "scripts" / "who_wins.py"))
+    data = who_wins["read"](ROOT / "docs" / "_static" / "velocity.csv")
+    assert f"<!-- velocity: begin -->\n{who_wins['overview'](data)}<!-- velocity: end -->" in README
+
+
 def taste() -> list[str]:
     (block,) = re.findall(r"^<!-- ci: taste -->\n```sh\n(.*?)\n```$", README, re.MULTILINE | re.DOTALL)
     return str(block).splitlines()
