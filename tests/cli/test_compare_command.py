@@ -40,7 +40,10 @@ def test_compare_marks_nothing_under_unequal_conditions(tmp_path):
     assert found["comparable"] is False
     assert found["differences"] == {"plant.mass": [6.0, 7.0]}
     written = json.loads((out / "metrics.json").read_text())
-    assert written.pop("files").keys() == {"comparison.png", "comparison.svg", "metrics.csv"}
+    assert written.pop("files").keys() == {
+        *("comparison.png", "comparison.svg", "metrics.csv", "report.html"),
+        *("tables/metrics.csv", "tables/metrics.tex"),
+    }
     assert written == found
 
 
@@ -59,7 +62,9 @@ def test_compare_writes_metrics_and_a_plot(tmp_path):
     names = ("paper/sine-pi", "paper/sine-backstepping")
     succeeded("compare", *names, *SHORT, "--out", tmp_path)
     files = {path.name for path in tmp_path.iterdir()}
-    assert files == {"metrics.csv", "metrics.json", "comparison.png", "comparison.svg"}
+    assert files == {
+        *("metrics.csv", "metrics.json", "comparison.png", "comparison.svg", "report.html", "tables")
+    }
     assert pd.read_csv(tmp_path / "metrics.csv")["scenario"].tolist() == list(names)
     said = json.loads((tmp_path / "metrics.json").read_text())
     assert [run["scenario"] for run in said["runs"]] == list(names)

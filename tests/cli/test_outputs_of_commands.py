@@ -140,7 +140,7 @@ def test_json_comes_before_the_failure(tmp_path, monkeypatch, temporary):
 @pytest.mark.parametrize("words", [RUN, COMPARE])
 def test_a_folder_is_written_as_a_whole_or_kept_elsewhere_as_a_whole(tmp_path, monkeypatch, temporary, words):
     succeeded(*words, "--out", tmp_path)
-    before = {path: path.read_bytes() for path in tmp_path.iterdir()}
+    before = {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()}
     save = style.Figure.savefig
 
     def savefig(figure, path, **options):
@@ -152,10 +152,11 @@ def test_a_folder_is_written_as_a_whole_or_kept_elsewhere_as_a_whole(tmp_path, m
     result = hydroservo_(*words, "--set", "plant.mass=5", "--out", tmp_path)
     assert result.exit_code == 2
     assert "rms_error" in result.stdout
-    assert {path: path.read_bytes() for path in tmp_path.iterdir()} == before
+    assert {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()} == before
     (kept,) = temporary.iterdir()
     assert result.stderr.endswith(f".svg: {FULL}; kept in {kept} instead\n")
-    assert {path.name for path in kept.iterdir()} == {path.name for path in before}
+    names = {path.relative_to(kept) for path in kept.rglob("*") if path.is_file()}
+    assert names == {path.relative_to(tmp_path) for path in before}
     assert foreign_files(kept) == []
 
 
@@ -260,12 +261,15 @@ def whole(path):
     text = path.read_text(encoding="utf-8")
     if path.name == "trajectory.csv":
         return text.count("\n") == 22 and text.endswith("\n")  # a header, and a row for each millisecond
-    return text.endswith({".svg": "</svg>\n", ".json": "}\n", ".csv": "\n"}[path.suffix])
+    if path.suffix == ".html":
+        return text.endswith("</html>")
+    return text.endswith({".svg": "</svg>\n", ".json": "}\n", ".csv": "\n", ".tex": "\n"}[path.suffix])
 
 
 def strangers(out):
     """Which files are named as another run's; all are whole, and the rest is of the run in metrics.json."""
-    visible = [path for path in out.iterdir() if not path.name.startswith(".")]
+    files = [path for path in out.rglob("*") if path.is_file()]
+    visible = [path for path in files if not path.relative_to(out).parts[0].startswith(".")]
     assert [path for path in visible if not whole(path)] == []
     if not (out / "metrics.json").exists():  # the first run was killed
         return [path.name for path in visible]

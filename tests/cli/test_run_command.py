@@ -61,15 +61,18 @@ def test_compiled_and_interpreted_runs_say_the_same():
 def test_out_gets_trajectory_metrics_and_plot(tmp_path, form):
     out = tmp_path / "a" / "b"
     text = succeeded("run", "paper/sine-pi", *QUICK, "--out", out, "--format", form)
-    names = {f"trajectory{form.ending}", "metrics.csv", "metrics.json", "run.png", "run.svg"}
-    assert {path.name for path in out.iterdir()} == names
-    assert all(name in text.splitlines()[-1] for name in names)
+    names = {f"trajectory{form.ending}", "metrics.csv", "metrics.json", "run.png", "run.svg", "report.html"}
+    assert {path.name for path in out.iterdir()} == {*names, "tables"}
+    assert all(name in text.splitlines()[-1] for name in (*names, "tables/"))
 
 
 def test_files_of_a_run_agree_with_its_json(tmp_path):
     said = json.loads(succeeded("run", "paper/sine-pi", *QUICK, "--out", tmp_path, "--json"))
     written = json.loads((tmp_path / "metrics.json").read_text())
-    assert written.pop("files").keys() == {"metrics.csv", "run.png", "run.svg", "trajectory.csv"}
+    assert written.pop("files").keys() == {
+        *("metrics.csv", "report.html", "run.png", "run.svg", "trajectory.csv"),
+        *("tables/metrics.csv", "tables/metrics.tex"),
+    }
     assert written == said
     (row,) = pd.read_csv(tmp_path / "metrics.csv", dtype={"hash": str}).to_dict("records")
     assert [row[name] for name in ("scenario", "hash", "version", "seed")] == list(said.values())[:4]

@@ -21,7 +21,19 @@ from hydroservo.cli.identify import identify
 from hydroservo.cli.limit import limit
 from hydroservo.cli.linearize import linearize
 from hydroservo.cli.map import map_logs
-from hydroservo.cli.options import Changes, Folder, Json, Plugins, Scenario, Several, Strict, Verbose, loaded
+from hydroservo.cli.options import (
+    Changes,
+    FigureFormat,
+    FigureSize,
+    Folder,
+    Json,
+    Plugins,
+    Scenario,
+    Several,
+    Strict,
+    Verbose,
+    loaded,
+)
 from hydroservo.cli.page import page
 from hydroservo.cli.remarks import say_remarks
 from hydroservo.cli.study import study
@@ -72,6 +84,7 @@ def about(
 
 @app.command()
 def run(
+    context: typer.Context,
     scenario: Scenario,
     changes: Changes,
     plugins: Plugins,
@@ -79,6 +92,8 @@ def run(
     form: Annotated[
         Format, typer.Option("--format", help="Format of the trajectory that goes into --out.")
     ] = Format.CSV,
+    figure_size: FigureSize = None,
+    figure_format: FigureFormat = None,
     json: Json = False,
     interpreted: Annotated[
         bool, typer.Option("--interpreted", help="Run in plain Python, thousands of times slower, to debug.")
@@ -88,14 +103,16 @@ def run(
 ) -> None:
     """Simulate one scenario and print its metrics.
 
-    With --out it also writes the trajectory in SI units (trajectory.csv, or as --format says), the metrics
-    (metrics.csv, metrics.json) and a plot (run.png, run.svg). Other files in the folder are left alone.
+    With --out it also writes a report (report.html, its tables as CSV and LaTeX in tables), the trajectory
+    in SI units (trajectory.csv, or as --format says), the metrics (metrics.csv, metrics.json) and a plot
+    (run.png, run.svg). Other files in the folder are left alone.
 
     Examples:
 
     - `hydroservo run paper/sine-pi`
     - `hydroservo run paper/square-tsmc --set load.amplitude=150N --out results --format mat`
     - `hydroservo run my.toml --plugin my_controller.py --set simulation.duration='2 s' --json`
+    - `hydroservo run paper/sine-tsmc --out results --figure-size one-column --figure-format pdf`
     """
     from hydroservo.cli.files import run_files, write_run
     from hydroservo.cli.kernels import log_kernels
@@ -103,12 +120,14 @@ def run(
     from hydroservo.cli.summary import for_table, run_summary
     from hydroservo.cli.tables import show_run
     from hydroservo.cli.writing import write_or_keep
+    from hydroservo.reports.journal import journal_of
     from hydroservo.runs.results import as_json, metric_fields
     from hydroservo.runs.run import simulate
 
     loop, ending = loaded(scenario, changes, plugins), form.ending
+    journal = journal_of(figure_format, figure_size, out)
     if out:
-        announce(run_files(out, ending), [loop])
+        announce(run_files(out, ending, journal), [loop])
     with log_kernels(verbose), progress_bar(scenario) as report:
         dataset = simulate(
             loop,
@@ -119,22 +138,35 @@ def run(
         )
         summary = run_summary(scenario, dataset)
         report(1.0, "writing files")
-        left = write_or_keep(out, lambda place: write_run(place, summary, dataset, ending))
+        shown = for_table(summary, loop)
+
+        def write(place: Path) -> list[Path]:
+            from hydroservo.cli.reporting import again
+            from hydroservo.cli.run_reports import run_report
+
+            return write_run(
+                place, summary, dataset, ending, run_report(again(context), shown, dataset), journal
+            )
+
+        left = write_or_keep(out, write)
     say_remarks(scenario, dataset)
     if json:
         typer.echo(as_json(summary._asdict()))
     else:
-        show_run(for_table(summary, loop), metric_fields(dataset))
+        show_run(shown, metric_fields(dataset))
         list_files(left.files)
     left.check()
 
 
 @app.command()
 def compare(
+    context: typer.Context,
     scenarios: Several,
     changes: Changes,
     plugins: Plugins,
     out: Folder = None,
+    figure_size: FigureSize = None,
+    figure_format: FigureFormat = None,
     json: Json = False,
     strict: Strict = False,
     verbose: Verbose = False,
@@ -142,21 +174,22 @@ def compare(
     """Simulate several scenarios and print their metrics side by side.
 
     The best of each metric is marked where the scenarios differ in nothing but their controllers; else it
-    says in what else they differ. Each --set applies to all of them. With --out it also writes the metrics in
-    SI units (metrics.csv, metrics.json) and a plot of what is controlled, error and command on common axes
-    (comparison.png, comparison.svg).
+    says in what else they differ. Each --set applies to all of them. With --out it also writes a report
+    (report.html, its tables as CSV and LaTeX in tables), the metrics in SI units (metrics.csv, metrics.json)
+    and a plot of what is controlled, error and command on common axes (comparison.png, comparison.svg).
 
     Examples:
 
     - `hydroservo compare paper/sine-pi paper/sine-backstepping paper/sine-tsmc`
     - `hydroservo compare paper/square-pi paper/square-tsmc --set load.amplitude=150N --out results`
     """
-    from hydroservo.cli.files import comparison_files, write_comparison
+    from hydroservo.cli.files import Compared, comparison_files, write_comparison
     from hydroservo.cli.kernels import log_kernels
     from hydroservo.cli.progress import progress_bar
     from hydroservo.cli.summary import for_table, run_summary
     from hydroservo.cli.tables import show_comparison
     from hydroservo.cli.writing import write_or_keep
+    from hydroservo.reports.journal import journal_of
     from hydroservo.runs.arguments import check_one_signal
     from hydroservo.runs.conditions import differences, winners
     from hydroservo.runs.results import as_json, metric_fields
@@ -164,8 +197,9 @@ def compare(
 
     loops = [loaded(scenario, changes, plugins) for scenario in scenarios]
     check_one_signal("scenarios", [loop.controls.declared().meaning for loop in loops])
+    journal = journal_of(figure_format, figure_size, out)
     if out:
-        announce(comparison_files(out), loops)
+        announce(comparison_files(out, journal), loops)
     datasets = []
     with log_kernels(verbose), progress_bar(scenarios[0]) as report:
         for i, (scenario, loop) in enumerate(zip(scenarios, loops, strict=True)):
@@ -180,15 +214,24 @@ def compare(
             "differences": unequal,
         }
         report(1.0, "writing files")
-        left = write_or_keep(out, lambda place: write_comparison(place, said, summaries, datasets, labels))
+        shown = [for_table(*pair) for pair in zip(summaries, loops, strict=True)]
+        best, lines = winners(datasets), unequal_lines(unequal, loops)
+
+        def write(place: Path) -> list[Path]:
+            from hydroservo.cli.reporting import again
+            from hydroservo.cli.run_reports import comparison_report
+
+            report = comparison_report(again(context), shown, datasets, labels, best, lines)
+            return write_comparison(place, Compared(summaries, datasets, said), report, journal)
+
+        left = write_or_keep(out, write)
     for scenario, dataset in zip(scenarios, datasets, strict=True):
         say_remarks(scenario, dataset)
     if json:
         typer.echo(as_json(said))
     else:
         fields = {name: field for one in datasets for name, field in metric_fields(one).items()}
-        shown = [for_table(*pair) for pair in zip(summaries, loops, strict=True)]
-        show_comparison(shown, labels, fields, winners(datasets), unequal_lines(unequal, loops))
+        show_comparison(shown, labels, fields, best, lines)
         list_files(left.files)
     left.check()
 
@@ -333,4 +376,10 @@ def short_names(scenarios: Sequence[str]) -> list[str]:
 
 def list_files(files: Sequence[Path]) -> None:
     if files:
-        typer.echo(f"written to {files[0].parent}: {', '.join(file.name for file in files)}")
+        typer.echo(f"written to {files[0].parent}: {', '.join(names_below(files[0].parent, files))}")
+
+
+def names_below(folder: Path, files: Sequence[Path]) -> list[str]:
+    """Files by their names in a folder, with the folders between; those of tables and figures as folders."""
+    below = (file.relative_to(folder) for file in files)
+    return list(dict.fromkeys(one.name if one.parent == Path() else f"{one.parts[0]}/" for one in below))

@@ -1,61 +1,69 @@
-"""The files that a command leaves in its folder."""
+"""The files that runs leave in their folder."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from hydroservo.cli.summary import RunSummary
 from hydroservo.outputs import staged, write_text
+from hydroservo.reports.folder import Files, write_report
+from hydroservo.reports.journal import Journal
+from hydroservo.reports.report import Report
 from hydroservo.runs.results import METRICS, metric_fields, metrics_csv, save, write_metrics
 
 if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
-__all__ = ["comparison_files", "run_files", "write_comparison", "write_run"]
+__all__ = ["Compared", "comparison_files", "run_files", "write_comparison", "write_run"]
 
 
-def run_files(folder: Path, ending: str) -> list[Path]:
+def run_files(folder: Path, ending: str, journal: Journal) -> list[Path]:
     """What :func:`write_run` writes."""
-    return [folder / name for name in (f"trajectory{ending}", "metrics.csv", METRICS, "run.png", "run.svg")]
+    report = Files(["run"], ["metrics"], journal).names()
+    return [folder / name for name in (f"trajectory{ending}", "metrics.csv", METRICS, *report)]
 
 
-def write_run(folder: Path, summary: RunSummary, dataset: "xr.Dataset", ending: str) -> list[Path]:
-    """The trajectory, the metrics and the plot of a run, together; returns what was written."""
-    from hydroservo.figures.run import plot_run
-    from hydroservo.figures.style import save_figure
-
+def write_run(
+    folder: Path, summary: RunSummary, dataset: "xr.Dataset", ending: str, report: Report, journal: Journal
+) -> list[Path]:
+    """The trajectory, the metrics and the report of a run, together; returns what was written."""
     with staged(folder, last=METRICS) as stage:
         save(dataset, stage / f"trajectory{ending}")
         write_text(stage / "metrics.csv", metrics_csv(table([summary]), metric_fields(dataset)))
-        save_figure(plot_run(dataset), stage / "run", summary.hash)
+        write_report(stage, report, journal)
         write_metrics(stage, summary._asdict())
-    return run_files(folder, ending)
+    return run_files(folder, ending, journal)
 
 
-def comparison_files(folder: Path) -> list[Path]:
+def comparison_files(folder: Path, journal: Journal) -> list[Path]:
     """What :func:`write_comparison` writes."""
-    return [folder / name for name in ("metrics.csv", METRICS, "comparison.png", "comparison.svg")]
+    report = Files(["comparison"], ["metrics"], journal).names()
+    return [folder / name for name in ("metrics.csv", METRICS, *report)]
 
 
-def write_comparison(
-    folder: Path,
-    said: Mapping[str, Any],
-    summaries: Sequence[RunSummary],
-    datasets: Sequence["xr.Dataset"],
-    labels: Sequence[str],
-) -> list[Path]:
-    """The metrics of several runs, how they compare and their plot, together; returns what was written."""
-    from hydroservo.figures.comparison import plot_comparison
-    from hydroservo.figures.style import save_figure
+class Compared(NamedTuple):
+    """Several runs, and how they compare.
 
-    fields = {name: field for dataset in datasets for name, field in metric_fields(dataset).items()}
-    origin = " ".join(summary.hash for summary in summaries)
+    Attributes:
+        summaries: of each.
+        datasets: of each.
+        said: all of it in SI units, for JSON.
+    """
+
+    summaries: Sequence[RunSummary]
+    datasets: Sequence["xr.Dataset"]
+    said: Mapping[str, Any]
+
+
+def write_comparison(folder: Path, compared: Compared, report: Report, journal: Journal) -> list[Path]:
+    """The metrics of several runs, how they compare and their report, together; returns what was written."""
+    fields = {name: field for data in compared.datasets for name, field in metric_fields(data).items()}
     with staged(folder, last=METRICS) as stage:
-        write_text(stage / "metrics.csv", metrics_csv(table(summaries), fields))
-        save_figure(plot_comparison(datasets, labels), stage / "comparison", origin)
-        write_metrics(stage, said)
-    return comparison_files(folder)
+        write_text(stage / "metrics.csv", metrics_csv(table(compared.summaries), fields))
+        write_report(stage, report, journal)
+        write_metrics(stage, compared.said)
+    return comparison_files(folder, journal)
 
 
 def table(summaries: Sequence[RunSummary]) -> "pd.DataFrame":

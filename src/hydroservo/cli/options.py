@@ -11,6 +11,7 @@ import typer
 from hydroservo.cli.completion import scenarios_like
 from hydroservo.cli.remarks import say_warning
 from hydroservo.errors import HydroservoError, HydroservoWarning
+from hydroservo.reports.journal import FIGURE_FORMATS, Size
 
 if TYPE_CHECKING:
     from hydroservo.loop import Loop
@@ -20,6 +21,8 @@ __all__ = [
     "VARY",
     "Changes",
     "CommandAt",
+    "FigureFormat",
+    "FigureSize",
     "Folder",
     "Force",
     "Json",
@@ -83,6 +86,24 @@ Plugins = Annotated[
 Folder = Annotated[
     Path | None,
     typer.Option("--out", metavar="DIR", file_okay=False, help="Write the results to this folder."),
+]
+FigureSize = Annotated[
+    Size | None,
+    typer.Option(
+        "--figure-size",
+        help="Write each picture as a figure for a journal too, into the folder figures of --out, as wide as "
+        "one column of two or as both.",
+    ),
+]
+FigureFormat = Annotated[
+    str | None,
+    typer.Option(
+        "--figure-format",
+        metavar="F,F,...",
+        show_default="svg,pdf",
+        help=f"Formats of these figures: {', '.join(FIGURE_FORMATS)}; without a size they are as wide as the "
+        "report's. For pgf there must be a LaTeX.",
+    ),
 ]
 Threads = Annotated[
     int | None,

@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 
 __all__ = [
     "NO_NUMBER",
+    "comparison_table",
+    "run_table",
     "show",
     "show_answers",
     "show_comparison",
@@ -33,6 +35,8 @@ __all__ = [
     "show_titles",
     "show_toml",
     "show_verdicts",
+    "verdict",
+    "verdicts_of",
 ]
 
 NO_NUMBER = "-"
@@ -48,6 +52,11 @@ def show(*things: "RenderableType") -> None:
 
 def show_run(summary: RunSummary, fields: Mapping[str, Field]) -> None:
     """The metrics of one run, declared by their fields, and its verdict."""
+    show(run_table(summary, fields), verdict(summary))
+
+
+def run_table(summary: RunSummary, fields: Mapping[str, Field]) -> Table:
+    """The metrics of one run, declared by their fields."""
     heading = f"{escape(summary.scenario)}   (hash {summary.hash}, seed {summary.seed})"
     table = Table(title=heading, title_justify="left")
     table.add_column("metric", no_wrap=True)
@@ -57,7 +66,7 @@ def show_run(summary: RunSummary, fields: Mapping[str, Field]) -> None:
     for name, field in had([summary], fields).items():
         unit, (text,) = row([summary], name, field)
         table.add_row(name, text, unit, field.meaning)
-    show(table, verdict(summary))
+    return table
 
 
 def show_comparison(
@@ -68,6 +77,17 @@ def show_comparison(
     unequal: Sequence[str],
 ) -> None:
     """The metrics of several runs side by side, the best of each row marked, and in what else they differ."""
+    table = comparison_table(summaries, labels, fields, winners)
+    show(table, *map(escape, unequal), *verdicts_of(summaries, labels))
+
+
+def comparison_table(
+    summaries: Sequence[RunSummary],
+    labels: Sequence[str],
+    fields: Mapping[str, Field],
+    winners: Mapping[str, set[int]],
+) -> Table:
+    """The metrics of several runs side by side, the best of each row marked."""
     table = Table(caption_justify="left")
     table.add_column("metric", no_wrap=True)
     table.add_column("unit", no_wrap=True)
@@ -80,12 +100,16 @@ def show_comparison(
         table.add_row(name, unit, *marked)
         if best:
             table.caption = "* best of the runs that did not diverge"
-    notes = [
+    return table
+
+
+def verdicts_of(summaries: Sequence[RunSummary], labels: Sequence[str]) -> list[str]:
+    """A line for each run that diverged or left the stroke."""
+    return [
         f"{escape(label)}: {verdict(summary)}"
         for label, summary in zip(labels, summaries, strict=True)
         if summary.metrics["diverged"] or summary.metrics.get("stroke_left")
     ]
-    show(table, *map(escape, unequal), *notes)
 
 
 def had(summaries: Sequence[RunSummary], fields: Mapping[str, Field]) -> dict[str, Field]:

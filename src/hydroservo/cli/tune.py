@@ -1,7 +1,6 @@
 """The command that searches gains."""
 
 import math
-import shlex
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -23,14 +22,13 @@ from hydroservo.cli.options import (
     varied,
 )
 from hydroservo.cli.remarks import say_remarks
+from hydroservo.cli.typed import command_typed
 
 if TYPE_CHECKING:
     from hydroservo.cli.progress import Report
     from hydroservo.runs.tuning import Progress
 
 __all__ = ["tune"]
-
-NO_MATTER = ("out", "threads", "json", "verbose")  # options that change nothing of what is found
 
 
 def tune(
@@ -224,20 +222,3 @@ def progress_with_best(report: "Report", unit: str, candidates: int) -> "Progres
         report(fraction, f"{round(fraction * candidates):,} of {candidates:,} candidates, best {text}")
 
     return progress
-
-
-def command_typed(context: typer.Context) -> list[str]:
-    """The command that finds the same values again: its start, then each option, quoted for a shell."""
-    parts = [["hydroservo", "tune"]]
-    for parameter in context.command.params:
-        name = str(parameter.name)
-        source = context.get_parameter_source(name)
-        if name in NO_MATTER or source is None or source.name != "COMMANDLINE":
-            continue
-        value = context.params[name]
-        values = [str(one) for one in (value if isinstance(value, list) else [value])]
-        if parameter.param_type_name == "argument":
-            parts[0] += values
-        else:
-            parts += [[parameter.opts[0], one] for one in values]
-    return [shlex.join(part) for part in parts]

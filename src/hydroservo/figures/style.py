@@ -1,6 +1,7 @@
 """One look for every figure of the project, and one way to save it."""
 
 import io
+import shutil
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -9,10 +10,12 @@ from typing import Any
 import matplotlib as mpl
 from cycler import cycler
 from matplotlib.figure import Figure
+from matplotlib.legend import Legend
+from matplotlib.text import Text
 
 from hydroservo.outputs import atomic_path
 
-__all__ = ["COLOURS", "GREY", "PALETTE", "figure", "save_figure", "save_picture", "style"]
+__all__ = ["COLOURS", "GREY", "PALETTE", "figure", "fit_width", "save_figure", "save_picture", "style"]
 
 # Source: Okabe and Ito, Color Universal Design, 2008; told apart with any common colour vision.
 PALETTE = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
@@ -31,6 +34,9 @@ METADATA: Mapping[str, tuple[str, str]] = {  # what would differ each time, and 
     ".svg": ("Date", "Identifier"),
     ".pdf": ("CreationDate", "Keywords"),
 }
+TEX = ("xelatex", "lualatex", "pdflatex")  # which measure the text of a PGF
+SMALLER = 0.82  # text in a figure narrower than the page: 7 of 8.5 points
+TICKS = 8  # points, of numbers at axes
 
 RC: Any = {
     "font.family": "sans-serif",
@@ -38,8 +44,8 @@ RC: Any = {
     "font.size": 8.5,
     "axes.labelsize": 8.5,
     "axes.titlesize": 9,
-    "xtick.labelsize": 8,
-    "ytick.labelsize": 8,
+    "xtick.labelsize": TICKS,
+    "ytick.labelsize": TICKS,
     "legend.fontsize": 8,
     "axes.linewidth": 0.6,
     "axes.grid": True,
@@ -87,6 +93,37 @@ def figure(height: float, width: float = WIDTH) -> Figure:
     return Picture(figsize=(width, height), layout="constrained")
 
 
+def fit_width(fig: Figure, width: float) -> None:
+    """Make a figure as wide as a journal wants it; its height stays, and text gets smaller in a narrow one.
+
+    Call it inside :func:`style`.
+
+    Args:
+        fig: drawn by :func:`figure`, so that its layout follows.
+        width: in inch.
+    """
+    if width < WIDTH <= fig.get_figwidth():
+        fig.draw_without_rendering()  # ticks are there only then
+        for text in fig.findobj(Text):
+            if isinstance(text, Text):
+                text.set_fontsize(SMALLER * float(text.get_fontsize()))
+        for axis in fig.axes:
+            axis.tick_params(labelsize=SMALLER * TICKS)
+    fig.set_figwidth(width)
+    for axis in fig.axes:
+        if legend := axis.get_legend():
+            fit_legend(fig, legend)
+
+
+def fit_legend(fig: Figure, legend: Legend) -> None:
+    """Give a legend that sticks out of its figure fewer columns."""
+    fig.draw_without_rendering()
+    for columns in range(len(legend.get_texts()), 0, -1):
+        if (box := legend.get_window_extent()).x0 >= 0.0 and box.x1 <= fig.bbox.x1:
+            return
+        legend.set_ncols(columns)
+
+
 def save_figure(fig: Figure, stem: Path, origin: str) -> list[Path]:
     """Write ``stem.png`` and ``stem.svg``; the same figure always gives the same bytes.
 
@@ -104,17 +141,23 @@ def save_figure(fig: Figure, stem: Path, origin: str) -> list[Path]:
 def save_picture(fig: Figure, path: Path, origin: str) -> Path:
     """Write a figure in the format that the file's ending names; the same figure always gives the same bytes.
 
-    The metadata of the file hold its origin: as the identifier of a PNG or SVG, as a keyword of a PDF.
+    The metadata of the file hold its origin: as the identifier of a PNG or SVG, as a keyword of a PDF. A PGF,
+    which LaTeX draws, has none.
 
     Args:
         fig: the figure.
-        path: ends in .png, .svg or .pdf.
+        path: ends in .png, .svg or .pdf; or in .pgf, where there is a LaTeX to measure its text.
         origin: the hashes of the runs that it shows.
 
     Raises:
         HydroservoError: the file cannot be written.
     """
-    varies, holds = METADATA[path.suffix.lower()]
     with style(), atomic_path(path) as temporary:
-        fig.savefig(temporary, metadata={varies: None, holds: f"hydroservo {origin}"})
+        if path.suffix.lower() == ".pgf":
+            system = next(filter(shutil.which, TEX), TEX[0])
+            with mpl.rc_context({"pgf.texsystem": system, "pgf.rcfonts": False}):
+                fig.savefig(temporary)
+        else:
+            varies, holds = METADATA[path.suffix.lower()]
+            fig.savefig(temporary, metadata={varies: None, holds: f"hydroservo {origin}"})
     return path

@@ -1,11 +1,12 @@
 """The report as one page of HTML that refers to no other file."""
 
-import base64
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hydroservo._version import __version__
+from hydroservo.reports.picture import address
+from hydroservo.reports.templating import environment
 from hydroservo.studies.report import tables
 from hydroservo.studies.report.commands import Repeat
 from hydroservo.studies.report.findings import Findings
@@ -57,18 +58,5 @@ def page(
 
 
 def template() -> "jinja2.Template":
-    import jinja2
-
-    environment = jinja2.Environment(
-        loader=jinja2.PackageLoader("hydroservo.studies.report"),
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    return environment.get_template("report.html.j2")
-
-
-def address(path: Path) -> str:
-    """A picture as an address that holds the picture itself."""
-    return "data:image/svg+xml;base64," + base64.b64encode(path.read_bytes()).decode()
+    templates = environment("hydroservo.studies.report")
+    return templates.get_template("report.html.j2")

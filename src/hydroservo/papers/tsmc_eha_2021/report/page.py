@@ -1,6 +1,5 @@
 """The report as one page of HTML that refers to no other file."""
 
-import base64
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +15,8 @@ from hydroservo.papers.tsmc_eha_2021.report.names import Trajectories, condition
 from hydroservo.papers.tsmc_eha_2021.report.typeset import symbols
 from hydroservo.papers.tsmc_eha_2021.report.verdict_map import BINS, FILLS
 from hydroservo.papers.tsmc_eha_2021.study import Study
+from hydroservo.reports.picture import address
+from hydroservo.reports.templating import environment
 
 if TYPE_CHECKING:
     import jinja2
@@ -45,8 +46,8 @@ def page(study: Study, out: Path, fingerprint: str) -> str:
         summary=tables.summary(study),
         reproduced=", ".join(condition_name(conditions.REPRODUCED)),
         literal=", ".join(condition_name(conditions.LITERAL)),
-        overview=picture(out / "overview.svg"),
-        map=picture(out / "verdicts.svg"),
+        overview=address(out / "overview.svg"),
+        map=address(out / "verdicts.svg"),
         verdicts=tables.verdict_rows(study),
         figures=figures(data, out),
         metrics=tables.metric_rows(data),
@@ -64,17 +65,9 @@ def page(study: Study, out: Path, fingerprint: str) -> str:
 
 
 def template() -> "jinja2.Template":
-    import jinja2
-
-    environment = jinja2.Environment(
-        loader=jinja2.PackageLoader("hydroservo.papers.tsmc_eha_2021.report"),
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    environment.filters["symbols"] = symbols
-    return environment.get_template("report.html.j2")
+    templates = environment("hydroservo.papers.tsmc_eha_2021.report")
+    templates.filters["symbols"] = symbols
+    return templates.get_template("report.html.j2")
 
 
 def figures(trajectories: Trajectories, out: Path) -> list[dict[str, Any]]:
@@ -83,12 +76,7 @@ def figures(trajectories: Trajectories, out: Path) -> list[dict[str, Any]]:
             "number": one.number,
             "caption": one.caption,
             "seen": one.seen(trajectories),
-            "picture": picture(out / f"fig{one.number:02d}.svg"),
+            "picture": address(out / f"fig{one.number:02d}.svg"),
         }
         for one in FIGURES
     ]
-
-
-def picture(path: Path) -> str:
-    """A picture as an address that holds the picture itself."""
-    return "data:image/svg+xml;base64," + base64.b64encode(path.read_bytes()).decode()

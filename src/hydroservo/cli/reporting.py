@@ -1,0 +1,54 @@
+"""What a command shows on the terminal, as the tables and sentences of its report."""
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
+from rich.table import Table as TerminalTable
+from rich.text import Text
+
+from hydroservo.cli.typed import command_typed
+from hydroservo.reports.table import Column, Table
+
+if TYPE_CHECKING:
+    import typer
+    from rich.console import RenderableType
+
+__all__ = ["again", "sentences", "table_of"]
+
+MARK = " *"  # behind what is best, on a terminal
+
+
+def again(context: "typer.Context") -> str:
+    """The command that makes a report again."""
+    first, *options = command_typed(context)
+    return " \\\n    ".join([f"{first} --out DIR", *options])
+
+
+def sentences(lines: "Iterable[RenderableType]") -> list[str]:
+    """Lines of a terminal without their colours."""
+    return [plain(line) for line in lines]
+
+
+def table_of(name: str, shown: TerminalTable, title: str = "") -> Table:
+    """A terminal's table without its colours; what is marked there as best is marked.
+
+    Args:
+        name: of its files.
+        shown: the table.
+        title: in place of its own.
+    """
+    columns = [Column(plain(one.header), one.justify == "right") for one in shown.columns]
+    texts = list(zip(*([plain(cell) for cell in one.cells] for one in shown.columns), strict=True))
+    marked = frozenset(
+        (i, j) for i, row in enumerate(texts) for j, text in enumerate(row) if text.endswith(MARK)
+    )
+    rows = [[text.removesuffix(MARK) for text in row] for row in texts]
+    note = plain(shown.caption or "")
+    if marked:
+        note = note.replace("* best", "Bold: the best")
+    return Table(name, columns, rows, title or plain(shown.title or ""), note, marked)
+
+
+def plain(shown: "RenderableType") -> str:
+    """The text of what a terminal shows."""
+    return (Text.from_markup(shown) if isinstance(shown, str) else Text(str(shown))).plain.strip()

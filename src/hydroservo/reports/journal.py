@@ -1,0 +1,105 @@
+"""Figures as a journal of two columns takes them."""
+
+import shutil
+from collections.abc import Sequence
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+from hydroservo.errors import ParameterError
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+__all__ = ["FIGURE_FORMATS", "NO_JOURNAL", "Journal", "Size", "journal_of"]
+
+FIGURE_FORMATS = ("svg", "pdf", "pgf", "png")
+USUAL = ("svg", "pdf")
+
+
+class Size(StrEnum):
+    """How wide a figure is.
+
+    Source: IEEE Author Center, Resolution and Size: one column is 3.5 inch wide, two are 7.16 inch.
+    """
+
+    ONE_COLUMN = "one-column"
+    TWO_COLUMN = "two-column"
+
+    @property
+    def width(self) -> float:
+        """In inch."""
+        return 3.5 if self is Size.ONE_COLUMN else 7.16
+
+
+class Journal(NamedTuple):
+    """What figures a journal is to have.
+
+    Attributes:
+        formats: endings of their files; none are written if empty.
+        size: how wide they are; as the report's if None.
+    """
+
+    formats: Sequence[str] = ()
+    size: Size | None = None
+
+    def save(self, figure: "Figure", stem: Path, origin: str) -> None:
+        """Write a figure in each format; the figure keeps the size that it then has.
+
+        Args:
+            figure: it.
+            stem: the path without its ending.
+            origin: the hashes of the runs that it shows.
+
+        Raises:
+            HydroservoError: a file cannot be written.
+        """
+        from hydroservo.figures.style import fit_width, save_picture, style
+
+        if self.formats and self.size:
+            with style():
+                fit_width(figure, self.size.width)
+        for form in self.formats:
+            save_picture(figure, stem.with_name(f"{stem.name}.{form}"), origin)
+
+
+NO_JOURNAL = Journal()
+
+
+def journal_of(formats: str | None, size: Size | None, folder: Path | None) -> Journal:
+    """What is asked for: nothing, or figures of a size in some formats, SVG and PDF if none is named.
+
+    Args:
+        formats: names with commas between them.
+        size: how wide figures are.
+        folder: where the report goes; None if there is none.
+
+    Raises:
+        ParameterError: figures are asked for and no report, a format is unknown, or is PGF where no LaTeX can
+            measure its text.
+    """
+    if folder is None and (formats is not None or size):
+        name, value = ("--figure-size", size) if size else ("--figure-format", formats)
+        raise ParameterError(name, value, "is of figures in a folder; add --out DIR")
+    if formats is None:
+        return Journal(USUAL, size) if size else NO_JOURNAL
+    names = tuple(dict.fromkeys(name.strip() for name in formats.split(",")))
+    if not set(names) <= set(FIGURE_FORMATS):
+        allowed = f"must be of {', '.join(FIGURE_FORMATS)}, with commas between them"
+        raise ParameterError("--figure-format", formats, allowed)
+    if "pgf" in names:
+        check_latex(formats)
+    return Journal(names, size)
+
+
+def check_latex(formats: str) -> None:
+    """Refuse PGF where there is no LaTeX.
+
+    Raises:
+        ParameterError: there is none.
+    """
+    from hydroservo.figures.style import TEX
+
+    if not any(map(shutil.which, TEX)):
+        needed = f"needs one of {', '.join(TEX)} for pgf, to measure text; none is installed"
+        raise ParameterError("--figure-format", formats, needed)

@@ -1,0 +1,122 @@
+"""The reports that commands leave: the page, its tables, and figures for a journal."""
+
+import html
+import re
+import shlex
+from html.parser import HTMLParser
+
+import pandas as pd
+import pytest
+
+from tests.support.commands.runner import QUICK, SHORT, failed, succeeded
+
+RUN = ("run", "paper/sine-pi", *QUICK)
+POINT = 1.0 / 72.0  # inch
+
+
+class Links(HTMLParser):
+    """All that a page refers to, and the tags that it left open."""
+
+    def __init__(self):
+        super().__init__()
+        self.found, self.open = [], []
+
+    def handle_starttag(self, tag, attrs):
+        self.found += [value for name, value in attrs if name in ("href", "src")]
+        if tag not in ("meta", "img", "br"):
+            self.open.append(tag)
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+
+def page(folder):
+    return (folder / "report.html").read_text(encoding="utf-8")
+
+
+def text_of(folder):
+    plain = re.sub(r"<style>.*?</style>|<[^>]*>", " ", page(folder), flags=re.DOTALL)
+    return html.unescape(plain)
+
+
+def contents(folder):
+    return {path.relative_to(folder): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
+def test_a_page_refers_to_nothing_outside_it(tmp_path):
+    succeeded(*RUN, "--out", tmp_path)
+    links = Links()
+    links.feed(page(tmp_path))
+    assert links.open == []
+    assert all(one.startswith(("#", "data:image/svg+xml;base64,")) for one in links.found)
+    assert "http" not in re.sub(r"base64,[^\"]*", "", page(tmp_path))
+
+
+def test_the_command_of_a_page_makes_the_same_folder_again(tmp_path):
+    succeeded(*RUN, "--set", "load.amplitude=150N", "--out", tmp_path / "first")
+    (command,) = re.findall(r"<pre><code>(hydroservo run.*?)</code>", page(tmp_path / "first"), re.DOTALL)
+    program, *words = shlex.split(html.unescape(command))
+    assert program == "hydroservo"
+    again = [str(tmp_path / "again") if word == "DIR" else word for word in words if word.strip()]
+    succeeded(*again)
+    assert contents(tmp_path / "again") == contents(tmp_path / "first")
+
+
+def test_tables_have_what_the_terminal_shows(tmp_path):
+    said = succeeded("compare", "paper/sine-pi", "paper/sine-backstepping", *SHORT, "--out", tmp_path)
+    table = pd.read_csv(tmp_path / "tables" / "metrics.csv", dtype=str, keep_default_na=False)
+    shown = {
+        cells[1]: cells[2:]
+        for line in said.splitlines()
+        if len(cells := [cell.strip() for cell in line.split("│")]) > 4
+    }
+    best = 0
+    for name, *cells in table.itertuples(index=False, name=None):
+        assert [cell.removesuffix(" *") for cell in shown[name][: len(cells)]] == cells
+        best += sum(cell.endswith(" *") for cell in shown[name])
+    assert best > 0
+    assert page(tmp_path).count('<td class="n"><b>') == best
+    assert (tmp_path / "tables" / "metrics.tex").read_text().count(r"\textbf{") == best
+
+
+def test_a_page_says_what_is_wrong(tmp_path):
+    words = ("paper/sine-pi", "rig/1khz-pi-sine")
+    succeeded("compare", *words, *SHORT, "--out", tmp_path)
+    assert "No run is marked best, for they differ in more than the controller" in text_of(tmp_path)
+
+
+def test_names_in_a_page_are_text_and_no_tags(tmp_path):
+    file = tmp_path / "a&b<i>[bold].toml"
+    file.write_text('base = "paper/sine-pi"\n')
+    succeeded("run", file, *QUICK, "--out", tmp_path / "out")
+    assert f"Run of {file}" in text_of(tmp_path / "out")
+    assert "<i>" not in page(tmp_path / "out")
+
+
+@pytest.mark.parametrize(("size", "inch"), [("one-column", 3.5), ("two-column", 7.16)])
+def test_figures_are_as_wide_as_a_journal_wants_them(tmp_path, size, inch):
+    succeeded(*RUN, "--out", tmp_path, "--figure-size", size)
+    (width,) = re.findall(r'<svg [^>]*width="([0-9.]+)pt"', (tmp_path / "figures" / "run.svg").read_text())
+    assert float(width) * POINT == pytest.approx(inch, abs=1e-4)
+    (box,) = re.findall(rb"/MediaBox \[ 0 0 ([0-9.]+) ", (tmp_path / "figures" / "run.pdf").read_bytes())
+    assert float(box) * POINT == pytest.approx(inch, abs=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("options", "problem"),
+    [
+        (("--figure-format", "pdf,tiff"), "must be of svg, pdf, pgf, png, with commas between them"),
+        (("--figure-format", ""), "must be of svg, pdf, pgf, png, with commas between them"),
+        (("--figure-format", "pgf"), "needs one of xelatex, lualatex, pdflatex for pgf, to measure text;"),
+    ],
+)
+def test_formats_that_cannot_be_are_refused_before_the_run(tmp_path, monkeypatch, options, problem):
+    monkeypatch.setattr("shutil.which", lambda _name: None)
+    said = failed(*RUN, "--out", tmp_path, *options)
+    assert problem in said
+    assert said.count("\n") == 1
+    assert not list(tmp_path.iterdir())
+
+
+def test_figures_without_a_folder_are_refused():
+    assert "is of figures in a folder; add --out DIR" in failed(*RUN, "--figure-size", "one-column")
