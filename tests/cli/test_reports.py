@@ -8,6 +8,9 @@ from html.parser import HTMLParser
 import pandas as pd
 import pytest
 
+from hydroservo import load_scenario, simulate
+from hydroservo.figures.comparison import plot_comparison
+from hydroservo.figures.style import fit_width, style
 from tests.support.commands.runner import QUICK, SHORT, failed, succeeded
 
 RUN = ("run", "paper/sine-pi", *QUICK)
@@ -100,6 +103,18 @@ def test_figures_are_as_wide_as_a_journal_wants_them(tmp_path, size, inch):
     assert float(width) * POINT == pytest.approx(inch, abs=1e-4)
     (box,) = re.findall(rb"/MediaBox \[ 0 0 ([0-9.]+) ", (tmp_path / "figures" / "run.pdf").read_bytes())
     assert float(box) * POINT == pytest.approx(inch, abs=1e-4)
+
+
+def test_no_legend_sticks_out_of_a_narrow_figure():
+    runs = [simulate(load_scenario(name, {"simulation.duration": 0.02})) for name in ("paper/sine-pi",) * 3]
+    drawn = plot_comparison(runs, [f"a name of some length {i}" for i in range(3)])
+    with style():
+        fit_width(drawn, 3.5)
+        drawn.draw_without_rendering()
+    box = drawn.axes[0].get_legend().get_window_extent()
+    assert box.x0 >= 0.0
+    assert box.x1 <= drawn.bbox.x1
+    assert drawn.axes[0].get_window_extent().width > 0.7 * drawn.bbox.width
 
 
 @pytest.mark.parametrize(

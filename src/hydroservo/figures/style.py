@@ -9,6 +9,7 @@ from typing import Any
 
 import matplotlib as mpl
 from cycler import cycler
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.legend import Legend
 from matplotlib.text import Text
@@ -36,6 +37,7 @@ METADATA: Mapping[str, tuple[str, str]] = {  # what would differ each time, and 
 }
 TEX = ("xelatex", "lualatex", "pdflatex")  # which measure the text of a PGF
 SMALLER = 0.82  # text in a figure narrower than the page: 7 of 8.5 points
+ROOM = 0.9  # of a figure, for its legend
 TICKS = 8  # points, of numbers at axes
 
 RC: Any = {
@@ -112,16 +114,23 @@ def fit_width(fig: Figure, width: float) -> None:
     fig.set_figwidth(width)
     for axis in fig.axes:
         if legend := axis.get_legend():
-            fit_legend(fig, legend)
+            fit_legend(fig, axis, legend)
 
 
-def fit_legend(fig: Figure, legend: Legend) -> None:
-    """Give a legend that sticks out of its figure fewer columns."""
-    fig.draw_without_rendering()
-    for columns in range(len(legend.get_texts()), 0, -1):
-        if (box := legend.get_window_extent()).x0 >= 0.0 and box.x1 <= fig.bbox.x1:
-            return
-        legend.set_ncols(columns)
+def fit_legend(fig: Figure, axis: Axes, legend: Legend) -> None:
+    """Put a legend that is wider than its figure above its panel, in fewer columns."""
+    room = ROOM * fig.bbox.width
+    width, texts = legend.get_window_extent().width, legend.get_texts()
+    if width > room:
+        axis.legend(
+            [one for one in legend.legend_handles if one],
+            [text.get_text() for text in texts],
+            loc="lower right",
+            bbox_to_anchor=(1.0, 1.0),
+            ncols=max(int(len(texts) * room / width), 1),
+            borderpad=0.1,
+            fontsize=texts[0].get_fontsize(),
+        )
 
 
 def save_figure(fig: Figure, stem: Path, origin: str) -> list[Path]:
