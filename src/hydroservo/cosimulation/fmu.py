@@ -184,7 +184,7 @@ def library_in(names: list[str], version: int, identifier: str, fmpy: Any) -> st
 
 def variable(one: Any, description: Any) -> Variable:
     """A variable as FMPy describes it."""
-    unit = one.unit or getattr(one.declaredType, "unit", None) or ""
+    unit = one.unit or (one.declaredType.unit if one.declaredType is not None else "") or ""
     base = next((known.baseUnit for known in description.unitDefinitions if known.name == unit), None)
     in_base_units, factor = base_units(base)
     return Variable(

@@ -38,7 +38,7 @@ class Instance:
 
     def __init__(self, foreign: Foreign, role: str, start: Mapping[str, float]) -> None:
         self.foreign, self.role, self.said = foreign, role, ""
-        self.time = 0.0
+        self.time, self.fatal = 0.0, False
         self.named = foreign.fmu.variables
         self.given = dict(foreign.parameters)
         self.slave: Any = None
@@ -53,8 +53,9 @@ class Instance:
             self.close()
             raise
         except Exception as error:  # FMPy raises plain ones
+            problem = self.refused("cannot start", error)
             self.close()
-            raise self.refused("cannot start", error) from None
+            raise problem from None
 
     def __enter__(self) -> "Instance":
         return self
@@ -63,10 +64,10 @@ class Instance:
         self.close()
 
     def close(self) -> None:
-        """Free the instance; the library goes with its last one."""
+        """Free the instance, but one that is lost for good, of which FMI allows no call any more."""
         slave, self.slave = self.slave, None
         running.discard(self.foreign.fmu.digest)
-        if slave is not None and slave.component is not None:
+        if slave is not None and slave.component is not None and not self.fatal:
             slave.freeInstance()
 
     def loaded(self) -> None:
@@ -250,8 +251,12 @@ class Instance:
 
     def refused(self, what: str, error: Exception) -> LoopError:
         """An error of a call, with the FMU's last message."""
-        function, status = getattr(error, "function", None), int(getattr(error, "status", -1))
-        cause = f"{function} returns {STATUS.get(status, status)}" if function else str(error)
+        from fmpy.fmi1 import FMICallException
+
+        cause = str(error)
+        if isinstance(error, FMICallException):
+            cause = f"{error.function} returns {STATUS.get(error.status, error.status)}"
+            self.fatal = STATUS.get(error.status) == "fatal"
         said = f", and says: {self.said}" if self.said else ""
         when = f" at t = {self.time:.9g} s" if what == "stopped" else ""
         return self.error(f"{what}{when}: {cause}{said}")
