@@ -1,5 +1,7 @@
 """Plain Python as LLVM's text: compiled, it gives what Python gives, and says what it cannot have."""
 
+import ast
+import linecache
 import math
 import re
 from collections.abc import Callable
@@ -14,6 +16,7 @@ from hypothesis import strategies as st
 from hydroservo import ops
 from hydroservo.engine.compiling import Compiled, compiled
 from hydroservo.engine.flat import written
+from hydroservo.engine.lower.source import found_definition
 from hydroservo.engine.native import CompileError, RunError
 
 
@@ -287,6 +290,16 @@ def test_what_it_cannot_have_is_said_with_its_place(function: Callable[..., Any]
     first = function.__code__.co_firstlineno
     assert file == __file__
     assert first < line <= first + 4
+
+
+def test_a_cell_of_a_notebook_is_compiled_statement_by_statement() -> None:
+    """IPython does so, and Python then calls what the cell imports in other words."""
+    text = "from hydroservo import ops\n\ndef least(x, y):\n    return ops.where(x < y, x, y)\n"
+    file, names = "<a cell>", {}
+    linecache.cache[file] = (len(text), None, text.splitlines(keepends=True), file)
+    for one in ast.parse(text).body:
+        exec(compile(ast.Module([one], []), file, "exec"), names)
+    assert found_definition(names["least"], names["least"].__code__).arguments.args[1].arg == "y"
 
 
 def test_a_text_that_is_not_what_was_loaded_is_refused() -> None:

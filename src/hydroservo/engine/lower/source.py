@@ -4,6 +4,7 @@ import ast
 import linecache
 from collections.abc import Iterator
 from functools import cache
+from itertools import chain
 from types import CodeType, FunctionType
 from typing import Any, NamedTuple
 
@@ -22,7 +23,7 @@ class Definition(NamedTuple):
     local: frozenset[str]  # names that are its own
 
 
-NOTHING: tuple[Any, CodeType | None] = (None, None)
+NOTHING: tuple[Any, list[CodeType]] = (None, [])
 KNOWN: dict[CodeType, Definition] = {}
 
 
@@ -40,10 +41,10 @@ def definition_of(function: FunctionType) -> Definition:
 
 def found_definition(function: FunctionType, code: CodeType) -> Definition:
     file = code.co_filename
-    for _ in range(2):
-        found = functions_in(file, "".join(linecache.getlines(file, function.__globals__)))
+    for in_cell in (False, True):
+        found = functions_in(file, "".join(linecache.getlines(file, function.__globals__)), in_cell)
         node, loaded = found.get((code.co_firstlineno, code.co_name), NOTHING)
-        if loaded is not None and content(loaded) == content(code):
+        if content(code) in map(content, loaded):
             body = [ast.Return(node.body, lineno=node.lineno)] if isinstance(node, ast.Lambda) else node.body
             return Definition(node.args, body, frozenset(code.co_varnames + code.co_cellvars))
         linecache.checkcache(file)
@@ -51,13 +52,24 @@ def found_definition(function: FunctionType, code: CodeType) -> Definition:
 
 
 @cache
-def functions_in(file: str, text: str) -> dict[Place, tuple[Any, CodeType]]:
-    """The functions in a text, each as a tree and as Python compiles it."""
+def functions_in(file: str, text: str, in_cell: bool) -> dict[Place, tuple[Any, list[CodeType]]]:
+    """The functions in a text, each as a tree and as Python may have compiled it.
+
+    Args:
+        file: where the text is.
+        text: the text.
+        in_cell: as a notebook's cell too, of which each statement is compiled alone; then what another
+            statement imports is called in other words.
+    """
     try:
         tree = ast.parse(text)
-        codes = dict(codes_in(compile(tree, file, "exec", dont_inherit=True)))
+        alone = [ast.Module([one], []) for one in tree.body if in_cell]
+        modules = [compile(one, file, "exec", dont_inherit=True) for one in (tree, *alone)]
     except SyntaxError:
         return {}
+    codes: dict[Place, list[CodeType]] = {}
+    for place, code in chain.from_iterable(map(codes_in, modules)):
+        codes.setdefault(place, []).append(code)
     nodes = (node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef | ast.Lambda))
     placed = ((place_of(node), node) for node in nodes)
     return {place: (node, codes[place]) for place, node in placed if place in codes}
