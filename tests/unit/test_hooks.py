@@ -27,7 +27,7 @@ OF_OTHERS = {  # of Python and of libraries
         "O_CLOEXEC",
         "O_BINARY",
     ),
-    *("lineno", "obj", "co_exceptiontable", "py_func", "PTXSource", "possibilities"),
+    *("lineno", "obj", "co_exceptiontable", "py_func", "PTXSource", "possibilities", "kernel"),
 }
 COMPUTED = {  # where an attribute that may be missing is looked for under a name that is computed
     "engine/recipe.py",  # what a function's code names
