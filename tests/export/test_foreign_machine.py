@@ -2,7 +2,6 @@
 
 from functools import cache
 from pathlib import Path
-from tempfile import mkdtemp
 from typing import Any
 
 import numpy as np
@@ -16,6 +15,7 @@ from hydroservo.export.unit import Part
 from hydroservo.loop import Loop
 from hydroservo.scenario import load_scenario
 from hydroservo.scenario.load import assembled
+from tests.support.export.foreign import folder
 
 PI, TSMC = "rig/1khz-pi-sine", "rig/1khz-tsmc-sine"
 SHORT = {"simulation.duration": "0.2 s"}
@@ -24,7 +24,8 @@ SHORT = {"simulation.duration": "0.2 s"}
 @cache
 def machine(name: str, version: FmiVersion) -> Path:
     unit = exported_unit(load_scenario(name, SHORT), Part.MACHINE, prefix="unit", title=name)
-    return write_fmu(unit, Path(mkdtemp(prefix="machine_")) / "machine.fmu", stop_time=1.0, version=version)
+    place = Path(folder(f"{name} {version}").name)
+    return write_fmu(unit, place / "machine.fmu", stop_time=1.0, version=version)
 
 
 def around(name: str, version: FmiVersion, **more: Any) -> Loop:

@@ -3,14 +3,14 @@
 from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
-from tempfile import mkdtemp
+from tempfile import TemporaryDirectory
 from typing import Any
 
 from hydroservo.loop import Loop
 from hydroservo.scenario import load_scenario
 from tools.reference_fmus import reference_fmu
 
-__all__ = ["DAMPING", "SPRING", "STIFFNESS", "built", "foreign_load", "with_changes"]
+__all__ = ["DAMPING", "SPRING", "STIFFNESS", "built", "folder", "foreign_load", "with_changes"]
 
 STIFFNESS, DAMPING = 20e3, 400.0
 SPRING = {  # a StateSpace without states: F = D (x, v)
@@ -32,7 +32,13 @@ OPEN_LOOP = {
 @cache
 def built(model: str) -> Path:
     """A Reference FMU, built once for all tests of a process."""
-    return reference_fmu(model, Path(mkdtemp(prefix="reference_fmu_")))
+    return reference_fmu(model, Path(folder(model).name))
+
+
+@cache
+def folder(_name: str) -> "TemporaryDirectory[str]":
+    """A folder for each name, which goes when the process ends."""
+    return TemporaryDirectory()
 
 
 def with_changes(load: Mapping[str, Any], **more: Any) -> Loop:
