@@ -37,6 +37,8 @@ COVERED = {
     "pump_axis.toml",
     "recorded.toml",
     "recorded_demand.csv",
+    "spring_fmu.py",  # by the tests of FMUs as loads
+    "spring_fmu.toml",  # by the documentation's page on FMUs
     "train_velocity.py",  # by the documentation's page on reinforcement learning
 }
 

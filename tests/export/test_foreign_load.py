@@ -1,7 +1,8 @@
-"""FMUs that others wrote as the load of a loop: Reference FMUs of FMI 2.0 and 3.0."""
+"""FMUs as the load of a loop: one with arrays, and those of another tool in FMI 2.0 and 3.0."""
 
 import pickle
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,8 +15,16 @@ from hydroservo.errors import LoopError
 from hydroservo.loop import Loop
 from hydroservo.runs.provenance import scenario_hash
 from hydroservo.scenario import load_scenario
-from tests.support.export.foreign import DAMPING, SPRING, STIFFNESS, built, foreign_load, with_changes
+from tests.support.export.foreign import (
+    DAMPING,
+    SPRING,
+    STIFFNESS,
+    by_python_fmu,
+    foreign_load,
+    with_changes,
+)
 
+EXAMPLES = Path(__file__).parents[2] / "examples"
 VELOCITY = "plant.velocity"
 
 
@@ -50,12 +59,36 @@ def test_an_fmu_is_given_the_motion_at_each_sample_and_answers_there() -> None:
     assert abs(data["load.force"]).max() > 10.0
 
 
-def test_units_are_converted() -> None:
-    """A Reference FMU of FMI 2.0 that returns what it is given: 1 N for each mm/s, and 1 N for each kN."""
-    signals = {"velocity": "Float64_continuous_input [mm/s]", "force": "Float64_continuous_output [kN]"}
-    load = {"type": "FMU", "file": str(built("Feedthrough")), "signals": signals}
+def test_the_fmu_of_another_tool_gives_the_same_run() -> None:
+    file = by_python_fmu("pythonfmu3", EXAMPLES / "spring_fmu.py", "Spring")
+    table = {"type": "FMU", "file": str(file), "parameters": {"stiffness": STIFFNESS, "damping": DAMPING}}
+    data, ours = simulate(with_changes(table, plugins=[file])), simulate(foreign_load())
+    for name in ("load.force", VELOCITY):
+        np.testing.assert_array_equal(data[name], ours[name])
+
+
+THROUGH = """
+from pythonfmu import Fmi2Causality, Fmi2Slave, Real
+
+class Through(Fmi2Slave):
+    def __init__(self, **options):
+        super().__init__(**options)
+        self.u = self.y = 0.0
+        self.register_variable(Real("u", causality=Fmi2Causality.input))
+        self.register_variable(Real("y", causality=Fmi2Causality.output, getter=lambda: self.u))
+
+    def do_step(self, current_time, step_size):
+        return True
+"""
+
+
+def test_units_are_converted(tmp_path: Path) -> None:
+    """An FMU of FMI 2.0 that returns what it is given: 1 kN for each mm/s."""
+    (tmp_path / "through.py").write_text(THROUGH)
+    file = by_python_fmu("pythonfmu", tmp_path / "through.py", "Through")
+    load = {"type": "FMU", "file": str(file), "signals": {"velocity": "u [mm/s]", "force": "y [kN]"}}
     changes = {"simulation.duration": "50 ms", "load": load}
-    data = simulate(load_scenario("rig/1khz-pi-sine", changes, plugins=[built("Feedthrough")]))
+    data = simulate(load_scenario("rig/1khz-pi-sine", changes, plugins=[file]))
     np.testing.assert_allclose(data["load.force"], 1e6 * data[VELOCITY], rtol=1e-14)
     assert abs(data["load.force"]).max() > 1.0
 

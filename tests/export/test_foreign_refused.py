@@ -19,12 +19,12 @@ from hydroservo.linear import linearize
 from hydroservo.loop import Loop
 from hydroservo.runs.stepping import SteppedRuns
 from hydroservo.scenario import fmus, load_plugin, load_scenario
-from tests.support.export.foreign import SPRING, built, foreign_load
+from tests.support.export.foreign import SPRING, foreign_load, state_space
 
 
 def changed(path: Path, description: Callable[[str], str], place: str | None = None) -> Path:
     """A copy of the FMU StateSpace with another description, or its binaries elsewhere."""
-    with zipfile.ZipFile(built("StateSpace")) as old, zipfile.ZipFile(path, "w") as new:
+    with zipfile.ZipFile(state_space()) as old, zipfile.ZipFile(path, "w") as new:
         for name in old.namelist():
             content = old.read(name)
             if name == "modelDescription.xml":
@@ -74,7 +74,7 @@ def test_a_file_that_is_no_fmu_is_said_in_a_line(tmp_path: Path) -> None:
 
 
 def test_a_scenario_alone_runs_no_native_code(monkeypatch: pytest.MonkeyPatch) -> None:
-    file = built("StateSpace")
+    file = state_space()
     monkeypatch.setattr(fmus, "allowed", set())
     changes = {"load": {"type": "FMU", "file": str(file), **SPRING}}
     with pytest.raises(ScenarioError, match=r"which no scenario runs by itself; allow it: --plugin"):
@@ -102,7 +102,7 @@ def spring(**changes: Any) -> dict[str, Any]:
         (spring(parameters={"m": 2.5}), "must be of the FMU's type UInt64"),
         (
             spring(parameters={"m": 9}),
-            "fmi3SetUInt64 returns error, and says: Variable m must",
+            "fmi3SetUInt64 returns error, and says: m, n and r are 5 at most",
         ),
         (spring(parameters={"y": [1.0]}), "is no parameter of the FMU that can be set"),
         (spring(parameters={"u": [1.0, 2.0]}), "is given by a signal"),

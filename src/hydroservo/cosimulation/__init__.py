@@ -8,7 +8,6 @@ from hydroservo.cosimulation.machine import (
     MACHINE_INPUTS,
     MACHINE_OUTPUTS,
     ForeignMachine,
-    ForeignMachineState,
     NoSupply,
     ThroughFmu,
 )
@@ -22,7 +21,6 @@ __all__ = [
     "Foreign",
     "ForeignLoad",
     "ForeignMachine",
-    "ForeignMachineState",
     "NoSupply",
     "Parameter",
     "ThroughFmu",

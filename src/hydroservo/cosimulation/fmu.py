@@ -60,7 +60,7 @@ class Fmu(NamedTuple):
         model: the model's name.
         identifier: of the model in names of files.
         token: by which an instance is known to belong to the description.
-        library: the shared library for this machine, by its path in the archive.
+        binary: the shared library for this machine, by its path in the archive.
         alone: whether a process can have but one instance.
         internal_step: the step that it takes inside [s]; nan where it does not say.
         variables: by name.
@@ -72,7 +72,7 @@ class Fmu(NamedTuple):
     model: str
     identifier: str
     token: str
-    library: str
+    binary: str
     alone: bool
     internal_step: float
     variables: dict[str, Variable]
@@ -123,7 +123,7 @@ def described(path: Path, digest: str) -> Fmu:
         model=description.modelName,
         identifier=own.modelIdentifier,
         token=description.guid,
-        library=library_in(names, version, own.modelIdentifier, fmpy),
+        binary=binary_in(names, version, own.modelIdentifier, fmpy),
         alone=bool(own.canBeInstantiatedOnlyOncePerProcess),
         internal_step=own.fixedInternalStepSize or math.nan,
         variables={one.name: variable(one, description) for one in description.modelVariables},
@@ -166,7 +166,7 @@ def package() -> Any:
     return fmpy
 
 
-def library_in(names: list[str], version: int, identifier: str, fmpy: Any) -> str:
+def binary_in(names: list[str], version: int, identifier: str, fmpy: Any) -> str:
     """The shared library for this machine, in an archive.
 
     Raises:
@@ -174,9 +174,9 @@ def library_in(names: list[str], version: int, identifier: str, fmpy: Any) -> st
     """
     folders = [fmpy.platform_tuple] if version == 3 else [fmpy.platform_tuple, fmpy.platform]
     for folder in folders:
-        library = f"binaries/{folder}/{identifier}{fmpy.sharedLibraryExtension}"
-        if library in names:
-            return library
+        binary = f"binaries/{folder}/{identifier}{fmpy.sharedLibraryExtension}"
+        if binary in names:
+            return binary
     there = sorted({name.split("/")[1] for name in names if name.startswith("binaries/") and name[9:]})
     found = f"those in it are for {', '.join(there)}" if there else "there is none in it"
     raise HydroservoError(f"has no binary for this machine, {folders[-1]}; {found}")

@@ -82,7 +82,7 @@ class Instance:
                 unzipDirectory=str(folder),
                 modelIdentifier=fmu.identifier,
                 instanceName=f"hydroservo_{self.role}",
-                libraryPath=str(folder / fmu.library),
+                libraryPath=str(folder / fmu.binary),
             )
         finally:
             os.chdir(before)

@@ -3,7 +3,7 @@
 import math
 from typing import Annotated, Any, NamedTuple
 
-from hydroservo.block import Block, Field
+from hydroservo.block import Block, declared_fields
 from hydroservo.cosimulation.load import STEP
 from hydroservo.errors import ParameterError
 from hydroservo.field import OPEN
@@ -14,32 +14,13 @@ __all__ = [
     "MACHINE_INPUTS",
     "MACHINE_OUTPUTS",
     "ForeignMachine",
-    "ForeignMachineState",
     "NoNominal",
     "NoSupply",
     "ThroughFmu",
 ]
 
 MACHINE_INPUTS = {"command": "V", "external_force": "N"}
-MACHINE_OUTPUTS = {
-    "velocity": "m/s",
-    "load_force": "N",
-    "position": "m",
-    "pressure_a": "Pa",
-    "pressure_b": "Pa",
-    "force": "N",
-}
-
-
-class ForeignMachineState(NamedTuple):
-    """What an FMU answered last; nan of what it does not answer."""
-
-    velocity: Annotated[float, Field("m/s", "piston velocity")]
-    load_force: Annotated[float, Field("N", "force of both chambers on the piston")]
-    position: Annotated[float, Field("m", "piston position from the stroke's lower end")]
-    pressure_a: Annotated[float, Field("Pa", "pressure in chamber A")]
-    pressure_b: Annotated[float, Field("Pa", "pressure in chamber B")]
-    force: Annotated[float, Field("N", "force of the rod on what resists it, without inertia")]
+MACHINE_OUTPUTS = {name: field.unit for name, field in declared_fields(MachineOutputs).items()}
 
 
 class NoNominal(NamedTuple):
@@ -54,6 +35,8 @@ class ForeignMachine(NamedTuple):
     and it stands in the place of valve, drive and supply too. ``nominal`` is the cylinder that laws take it
     for, with the scenario's valve and supply. Between communications the command is held, as it is at a rig.
 
+    Its state is what it answered last; nan of what it does not answer.
+
     Source: FMI 2.0.5 and 3.0.2, co-simulation.
     Fails to say what oil and power the machine draws: metrics of these are nan.
     """
@@ -65,21 +48,21 @@ class ForeignMachine(NamedTuple):
     def stroke(self) -> float:
         return getattr(self.nominal, "stroke", math.inf)
 
-    def init(self) -> ForeignMachineState:
+    def init(self) -> MachineOutputs:
         known = {wire.signal for wire in self.foreign.outputs}  # type: ignore[attr-defined]
-        return ForeignMachineState(*(0.0 if name in known else math.nan for name in MACHINE_OUTPUTS))
+        return MachineOutputs(*(0.0 if name in known else math.nan for name in MACHINE_OUTPUTS))
 
-    def flows(self, s: ForeignMachineState, ports: Block) -> PortFlows:
+    def flows(self, s: MachineOutputs, ports: Block) -> PortFlows:
         return PortFlows(math.nan, math.nan, math.nan, math.nan)
 
-    def deriv(self, s: ForeignMachineState, flows: PortFlows, force: float) -> ForeignMachineState:
-        return ForeignMachineState(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    def deriv(self, s: MachineOutputs, flows: PortFlows, force: float) -> MachineOutputs:
+        return MachineOutputs(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
-    def load_force(self, s: ForeignMachineState) -> float:
+    def load_force(self, s: MachineOutputs) -> float:
         return s.load_force
 
-    def outputs(self, s: ForeignMachineState, line: Pressures, force: float) -> MachineOutputs:
-        return MachineOutputs(s.velocity, s.load_force, s.position, s.pressure_a, s.pressure_b, s.force)
+    def outputs(self, s: MachineOutputs, line: Pressures, force: float) -> MachineOutputs:
+        return s
 
     def simplified(self) -> Any:
         """What laws take it for.

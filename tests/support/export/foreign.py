@@ -1,17 +1,33 @@
 """Loops whose load or machine is an FMU."""
 
-from collections.abc import Mapping
+import re
+import subprocess
+import sys
+import zipfile
+from collections.abc import Mapping, Sequence
 from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
+import fmpy
+
+from hydroservo.export.c.compiler import compiled
 from hydroservo.loop import Loop
 from hydroservo.scenario import load_scenario
-from tools.reference_fmus import reference_fmu
 
-__all__ = ["DAMPING", "SPRING", "STIFFNESS", "built", "folder", "foreign_load", "with_changes"]
+__all__ = [
+    "DAMPING",
+    "SPRING",
+    "STIFFNESS",
+    "by_python_fmu",
+    "folder",
+    "foreign_load",
+    "state_space",
+    "with_changes",
+]
 
+DRIVERS = Path(__file__).parent / "drivers"
 STIFFNESS, DAMPING = 20e3, 400.0
 SPRING = {  # a StateSpace without states: F = D (x, v)
     "signals": {"position": "u[1]", "velocity": "u[2]", "force": "y[1]"},
@@ -30,9 +46,40 @@ OPEN_LOOP = {
 
 
 @cache
-def built(model: str) -> Path:
-    """A Reference FMU, built once for all tests of a process."""
-    return reference_fmu(model, Path(folder(model).name))
+def state_space() -> Path:
+    """An FMU of FMI 3.0 whose inputs, outputs and parameters are arrays, and sizes of these."""
+    place, code = Path(folder("StateSpace").name), Path(fmpy.__file__).parent / "c-code"
+    library = f"StateSpace{fmpy.sharedLibraryExtension}"
+    source = DRIVERS / "state_space.c"
+    every = set(re.findall(r"^FMI3_Export \w+ +(\w+);", (code / "fmi3Functions.h").read_text(), re.MULTILINE))
+    there = set(re.findall(r"\bfmi3\w+(?=\()", source.read_text()))
+    absent = [f"int {name}(void) {{ return 3; }}" for name in sorted(every - there)]  # fmi3Error
+    (place / "absent.c").write_text("\n".join(absent))
+    words = ["-std=c99", "-shared", "-fPIC", f"-I{code}", str(source), str(place / "absent.c")]
+    compiled(place, words, library)
+    with zipfile.ZipFile(place / "StateSpace.fmu", "w") as archive:
+        archive.write(DRIVERS / "state_space.xml", "modelDescription.xml")
+        archive.write(place / library, f"binaries/{fmpy.platform_tuple}/{library}")
+    return place / "StateSpace.fmu"
+
+
+@cache
+def by_python_fmu(package: str, script: Path, model: str) -> Path:
+    """What another tool makes an FMU of: the binary of PythonFMU, around a class."""
+    place = Path(folder(f"{package} {model}").name)
+    words = [
+        sys.executable,
+        "-m",
+        package,
+        "build",
+        "-f",
+        str(script),
+        "-d",
+        str(place),
+        "--no-external-tool",
+    ]
+    subprocess.run(words, check=True, capture_output=True)
+    return place / f"{model}.fmu"
 
 
 @cache
@@ -41,11 +88,12 @@ def folder(_name: str) -> "TemporaryDirectory[str]":
     return TemporaryDirectory()
 
 
-def with_changes(load: Mapping[str, Any], **more: Any) -> Loop:
+def with_changes(load: Mapping[str, Any], *, plugins: Sequence[Path] = (), **more: Any) -> Loop:
     """A single-rod axis in open loop with a load."""
-    return load_scenario("axis/position", OPEN_LOOP | {"load": load} | more, plugins=[built("StateSpace")])
+    allowed = [state_space(), *plugins]
+    return load_scenario("axis/position", OPEN_LOOP | {"load": load} | more, plugins=allowed)
 
 
 def foreign_load(load: Mapping[str, Any] = SPRING, **more: Any) -> Loop:
     """A single-rod axis whose load is a spring and a damper in the FMU StateSpace."""
-    return with_changes({"type": "FMU", "file": str(built("StateSpace")), **load}, **more)
+    return with_changes({"type": "FMU", "file": str(state_space()), **load}, **more)
