@@ -101,7 +101,7 @@ def value_at(block: Block, path: str) -> Any:
         ParameterError: no such path; the message lists the names that exist there, and the nearest path.
     """
     if not isinstance(path, str):
-        raise ParameterError("path", path, "must be a text such as 'plant.mass'")
+        raise ParameterError("path", path, "must be a string such as 'plant.mass'")
     value = block
     for name in path.split("."):
         if not is_block(value) or name not in value._fields:

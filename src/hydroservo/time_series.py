@@ -151,7 +151,9 @@ def column(name: str, samples: ArrayLike) -> NDArray[np.float64]:
     try:
         values = np.array(samples, dtype=np.float64)
     except (TypeError, ValueError):
-        raise ParameterError(name, type(samples).__name__, "must be a row of numbers") from None
+        raise ParameterError(
+            name, type(samples).__name__, "must be a one-dimensional array of numbers"
+        ) from None
     if values.ndim != 1:
         raise ParameterError(name, f"shape {values.shape}", "must have one dimension")
     wrong = np.flatnonzero(~np.isfinite(values))

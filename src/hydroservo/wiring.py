@@ -55,14 +55,14 @@ def check_valve(loop: Loop) -> None:
 
 
 def check_chambers(loop: Loop) -> None:
-    """Refuse a drive that goes by the pressures of two chambers on a plant that has none.
+    """Refuse a drive that works from the pressures of two chambers on a plant that has none.
 
     Raises:
         ParameterError: it does.
     """
     if not (has_chambers(loop.plant) or takes_load_pressure(loop.drive)):
         plant = type(loop.plant).__name__
-        problem = f"goes by the pressures of two chambers, and the plant {plant} has none; take a Cylinder"
+        problem = f"works from the pressures of two chambers, and the plant {plant} has none; use a Cylinder"
         raise ParameterError("drive", type(loop.drive).__name__, problem)
 
 
@@ -93,7 +93,9 @@ def check_simple(loop: Block) -> None:
     """
     why = "for the controller's model of it; else give the controller a model"
     if is_valveless(loop.drive):
-        problem = "has no design model, for no valve meters; give the controller a model, or take another law"
+        problem = (
+            "has no design model: no valve meters the flow; give the controller a model, or use another law"
+        )
         raise ParameterError("drive", type(loop.drive).__name__, problem)
     orifice, gain = (getattr(loop.valve, name, None) for name in ("orifice", "gain"))
     if not (hasattr(orifice, "simplified") and isinstance(gain, float)):

@@ -39,20 +39,20 @@ def test_a_table(found):
         assert text in shown
     assert "does not say what it supposes" in shown
     assert "supposes nothing here" in shown
-    assert "Chatter is foretold, by the law: 270 mV at 500 Hz, with demand and load as at 1 s." in shown
+    assert "Chatter is predicted, by the law: 270 mV at 500 Hz, with demand and load as at 1 s." in shown
 
 
 def test_no_chatter_but_after_a_jolt(found):
     found(RESTS)
     shown = " ".join(succeeded("audit", "rig/1khz-pi-sine").split())
-    assert "No chatter is foretold of 10.0 mV or more" in shown
+    assert "No chatter is predicted of 10.0 mV or more" in shown
     assert "A jolt could leave a swing of 9.00 V." in shown
 
 
 def test_no_forecast_and_a_run_that_was_lost(found):
     found(None, "plant = 'Cylinder': has no steady state", lost=True)
     shown = succeeded("audit", "rig/1khz-pi-sine")
-    assert "No chatter can be foretold: plant = 'Cylinder': has no steady state." in shown
+    assert "No chatter can be predicted: plant = 'Cylinder': has no steady state." in shown
     assert "The run diverged" in shown
 
 

@@ -204,7 +204,7 @@ def test_the_worst_of_a_metric_that_no_run_has():
         (("--seeds", "--metric", "diverged"), "--metric = 'diverged': must be one of"),
         (
             ("--seeds", "--out", "runs.xlsx"),
-            "runs.xlsx: the ending '.xlsx' names no format; use one of .csv, ",
+            "runs.xlsx: the ending '.xlsx' is not a known format; use one of .csv, ",
         ),
         (("--seeds", "--out", "runs"), "runs: the ending '' names no format"),
         (("--seeds", "--set", "plant.mass=-1"), "plant.mass: -1 must be"),

@@ -228,7 +228,7 @@ def test_the_model_of_a_law_varies_by_its_datasheet(file):
             "--vary: plant.bor: must be one of plant.bore, plant.rod, plant.line_volume_a, ",
         ),
         (["valve.corner_freq=1..2"], "; did you mean valve.corner_frequency?"),
-        (["plnt.bore=1..2"], "is no number that can vary; did you mean plant.bore?"),
+        (["plnt.bore=1..2"], "is not a number that can vary; did you mean plant.bore?"),
         (
             ["plant.bore=0..63mm"],
             "--vary: plant.bore: '0..63mm' reaches 0; it must be a finite number above 0 [m]",
@@ -270,7 +270,7 @@ def test_a_contradiction_names_its_run(file):
         (
             {"plant.bor": [1.0]},
             ScenarioError,
-            "plant.bor: is no number that a constructor takes; did you mean plant.bore",
+            "plant.bor: is not a number that a constructor takes; did you mean plant.bore",
         ),
         ({"plant.bore": [0.06], "plant.rod": [0.04, 0.05]}, ParameterError, "must be arrays of one length"),
         ({"plant.bore": [[0.06]]}, ParameterError, r"must be an array of shape \(runs,\)"),
@@ -287,7 +287,10 @@ def test_what_makes_another_block_or_changes_nothing_is_refused(file, plugin):
     message = failed(
         "batch", file, *args, "--plugin", plugin, "--runs", "9", "--vary", "reference.stride=0.5..2 m"
     )
-    assert "reference: is another block than in the scenario, not one with other numbers, in run " in message
+    assert (
+        "reference: is a different block from the scenario's, not the same one with other numbers, in run "
+        in message
+    )
     message = failed(
         "batch", file, *args, "--plugin", plugin, "--runs", "9", "--vary", "reference.idle=1..2 s"
     )

@@ -93,11 +93,11 @@ def test_a_part_that_was_cut_off_is_done_again_with_a_line(tmp_path):
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        (("--runs", "601"), "is of a batch with runs 600, and not 601"),
-        (("--seed", "1"), "is of a batch with seed 0, and not 1"),
-        (("--vary", "load.offset=0..1N"), "is of a batch with vary "),
-        (("--set", "plant.mass=7kg"), "is of a batch with another scenario"),
-        (("--strict",), "is of a batch with strict False, and not True"),
+        (("--runs", "601"), "belongs to a batch with runs 600, and not 601"),
+        (("--seed", "1"), "belongs to a batch with seed 0, and not 1"),
+        (("--vary", "load.offset=0..1N"), "belongs to a batch with vary "),
+        (("--set", "plant.mass=7kg"), "belongs to a batch with another scenario"),
+        (("--strict",), "belongs to a batch with strict False, and not True"),
     ],
 )
 def test_a_folder_of_another_batch_is_refused_and_left(tmp_path, change, said):
@@ -134,10 +134,10 @@ def test_an_attempt_that_left_no_part_does_not_bind_the_folder(tmp_path):
         (("--scheduler", "tcp://127.0.0.1:1"), "--workers and --scheduler compute the parts of a folder"),
         (
             ("--out", "runs/", "--workers", "2", "--scheduler", "tcp://127.0.0.1:1"),
-            "--workers are of this machine, and --scheduler has its own: give one",
+            "--workers run on this machine, and --scheduler has its own: give one of the two",
         ),
         (("--out", "a/", "--out", "b/"), "--out: a/ and b/ are both folders; give one, and files"),
-        (("--out", "runs"), "runs: the ending '' names no format; use one of .csv, "),
+        (("--out", "runs"), "runs: the ending '' is not a known format; use one of .csv, "),
         (("--out", "runs/", "--runs", str(10**10)), "--runs = 10000000000: must be a whole number from 1 to"),
     ],
 )

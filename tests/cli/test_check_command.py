@@ -91,7 +91,7 @@ def test_one_cause_is_one_row(mine):
     result = hydroservo_("check", "mine.py")
     assert (
         result.stderr
-        == "hydroservo: mine.py: 1 of 7 answers are wrong; 4 more can be asked once that is mended\n"
+        == "hydroservo: mine.py: 1 of 7 answers are wrong; 4 more can be checked once that is fixed\n"
     )
 
 
@@ -116,11 +116,11 @@ def test_a_block_without_a_role_is_asked_for_it(mine):
         ("x = 1\n", "defines no block: a class with NamedTuple as its base"),
         (
             LAW[: LAW.index("@role")],
-            "has no block: no class says a role, as by @role(Controller), or has the methods of one",
+            "has no block: no class declares a role, as with @role(Controller), or has the methods of one",
         ),
         (
             LAW.replace("@role(Controller)\n", "").replace("class Law(NamedTuple)", "class Law"),
-            "has no block: no class says a role, as by @role(Controller), or has the methods of one; "
+            "has no block: no class declares a role, as with @role(Controller), or has the methods of one; "
             "not NamedTuples, as blocks are: Law",
         ),
         ("x = 1\ndef f(:\n", "line 2: SyntaxError: invalid syntax"),

@@ -104,7 +104,7 @@ def test_a_scenario_with_a_metric_of_ones_own_needs_its_plugin(tmp_path):
     (tmp_path / "my.toml").write_text(text)
     export = ("export", "c", tmp_path / "my.toml", "--out", tmp_path / "c")
     said = failed(*export)
-    assert "my.toml: metrics.narrow.type: 'Tolerance' is no type here; " in said
+    assert "my.toml: metrics.narrow.type: 'Tolerance' is not a type here; " in said
     assert "; a class of your own needs its file: --plugin FILE" in said
     succeeded(*export, "--plugin", Path(__file__).parents[2] / "examples" / "my_metric.py")
 
@@ -203,7 +203,7 @@ def test_an_fmu_with_a_clock(compiler, tmp_path):
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ((), "clocked = True: FMI 2.0 has no clocks; take FMI 3.0"),
+        ((), "clocked = True: FMI 2.0 has no clocks; use FMI 3.0"),
         (("--fmi", 3, "--unit", "demand"), "clocked = True: only a controller can have a clock"),
     ],
 )
@@ -246,7 +246,7 @@ def test_binaries_for_other_platforms(other, tmp_path, what):
     ("platform", "problem"),
     [
         ("vax", "invalid value for '--platform': 'vax' is not one of 'x86_64-linux', 'aarch64-linux', "),
-        ("aarch64-windows", "a binary for aarch64-windows can be built on such a machine alone"),
+        ("aarch64-windows", "a binary for aarch64-windows can only be built on such a machine"),
         (
             "x86_64-windows",
             "the C compiler x86_64-w64-mingw32-gcc is not found; for x86_64-windows, on Debian",

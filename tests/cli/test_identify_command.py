@@ -117,7 +117,7 @@ def test_what_cannot_be_sought_is_one_line(log, arguments, said):
 @pytest.mark.parametrize(
     ("limit", "said"),
     [
-        ("speed=1..2", "speed: is no signal"),
+        ("speed=1..2", "speed: is not a signal"),
         ("position=80..20mm", "is more than"),
         ("position=1..2bar", "does not convert to m"),
     ],
@@ -133,7 +133,7 @@ def test_what_was_found_is_not_lost_where_no_command_can_be_proposed(log, tmp_pa
     words = ("--propose", tmp_path / "next.csv", "--limit", "position=0..1um", "--out", out)
     result = hydroservo_("identify", SCENARIO, log, *MASS, *SETTINGS, *words)
     assert result.exit_code != 0
-    assert "no command that was tried keeps the limits" in result.stderr
+    assert "no command tried stays within the limits" in result.stderr
     assert "plant.mass" in result.stdout
     assert (out / "scenario.toml").exists()
 

@@ -37,7 +37,7 @@ def test_limit_json_is_one_object(tmp_path):
 @pytest.mark.parametrize(
     ("changes", "said"),
     [
-        ("simulation.integrator.type=Tsit5", "chooses its steps; a limit needs equal ones, as RK4 takes"),
+        ("simulation.integrator.type=Tsit5", "chooses its steps; a limit needs equal ones, such as RK4's"),
         ("simulation.period=1 us", "has 3000000 samples, and a search takes up to 200000 with this machine"),
         ("simulation.period=7 us", "must divide the duration"),
         ("reference.typ=Square", "reference.typ"),

@@ -148,7 +148,7 @@ def test_a_metric_that_is_0_can_be_shown():
 
 def test_a_metric_that_is_0_with_all_candidates_is_one_line():
     calm = ("--vary", f"{GAIN}=1..2", "--metric", "overshoot")
-    line = "metric = 'overshoot': is 0 with each of 64 candidates, which tells nothing; take another"
+    line = "metric = 'overshoot': is 0 with each of 64 candidates, which says nothing; use another"
     assert line in failed("tune", NAMES[0], *SHORT, *calm, *FEW)  # a sine has no jump
 
 

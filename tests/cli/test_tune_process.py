@@ -32,8 +32,8 @@ from tests.support.commands.tuning import FEW, GAIN, NAMES, QUICK, RUNAWAY, SHOR
         ((*VARIED, "--weights", "heavy"), "--weights = 'heavy': must be a number above 0"),
         ((*VARIED, "--scales", "1,one"), "--scales = '1,one': must be different numbers"),
         ((*VARIED, "--scales", "1,1"), "--scales = '1,1': must be different numbers"),
-        ((*VARIED, "--effort", "nan"), "effort = nan: must be a finite number from 0 on"),
-        ((*VARIED, "--effort", "-1"), "effort = -1.0: must be a finite number from 0 on"),
+        ((*VARIED, "--effort", "nan"), "effort = nan: must be a finite number, at least 0"),
+        ((*VARIED, "--effort", "-1"), "effort = -1.0: must be a finite number, at least 0"),
         ((*VARIED, "--weights", "nan"), "--weights = 'nan': must be a number above 0"),
         ((*VARIED, "--vary", f"{GAIN}=1..2"), f"--vary: {GAIN}: is given twice"),
         (("--vary", f"{GAIN}=2..1"), f"--vary: {GAIN}: '2' is more than '1', its upper end"),
@@ -44,7 +44,7 @@ from tests.support.commands.tuning import FEW, GAIN, NAMES, QUICK, RUNAWAY, SHOR
         (("--vary", "simulation.seed=1..2"), "--vary: simulation.seed: "),
         (
             ("paper/sine-tsmc", "--vary", f"{GAIN}=1..2"),
-            f"--vary: {GAIN}: is no number of paper/sine-tsmc",
+            f"--vary: {GAIN}: is not a number of paper/sine-tsmc",
         ),
         (
             (*RUNAWAY, "--vary", f"{WINDUP}=1e11..1e12"),

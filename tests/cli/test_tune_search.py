@@ -109,7 +109,7 @@ def test_a_number_that_another_scenario_does_not_have_is_named_with_its_file(tmp
         'base = "my.toml"\ncontroller = { type = "Backstepping", velocity_gain = 2000, force_gain = 1000 }\n'
     )
     message = failed("tune", "my.toml")
-    assert f"my.toml: tune.vary.{GAIN}: is no number of square.toml" in message
+    assert f"my.toml: tune.vary.{GAIN}: is not a number of square.toml" in message
 
 
 @pytest.mark.usefixtures("search")

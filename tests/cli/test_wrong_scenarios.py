@@ -49,7 +49,7 @@ WRONG_TEXT = {
     "nominal": (PI + "[nominal.plant]\nmass = 6\n", "nominal: unknown key"),
     "misspelt type": (
         on_base('[controller]\ntype = "TMSC"\n'),
-        "controller.type: 'TMSC' is no type here; did you mean TSMC?",
+        "controller.type: 'TMSC' is not a type here; did you mean TSMC?",
     ),
     "misspelt type, nearest": (on_base('[controller]\ntype = "tsmc"\n'), "did you mean TSMC?"),
     "type of another role": (
@@ -84,9 +84,9 @@ WRONG_TEXT = {
     "boolean for a number": (PI + "[plant]\nmass = true\n", "plant.mass: True must be a finite number"),
     "plant as printed": (
         PI + "[plant]\nas_printed = true\n",
-        "plant.as_printed: True is no switch any more; see PrintedTSMC, PrintedBackstepping and ",
+        "plant.as_printed: True is no longer a switch; see PrintedTSMC, PrintedBackstepping and ",
     ),
-    "law as printed": (TSMC + "as_printed = 1\n", "controller.as_printed: 1 is no switch any more"),
+    "law as printed": (TSMC + "as_printed = 1\n", "controller.as_printed: 1 is no longer a switch"),
     "date": (PI + "[plant]\nmass = 2026-01-01\n", "plant.mass: datetime.date(2026, 1, 1) must be"),
     "array": (PI + "[plant]\nmass = [6]\n", "plant.mass: [6] must be"),
     "table for a number": (PI + "[plant.mass]\n", "plant.mass: {} must be"),
@@ -243,7 +243,10 @@ def test_a_file_that_may_not_be_read(tmp_path: Path) -> None:
         ({"plant": 3}, "overridden: plant: 3 must be a table: give plant.type or the keys in it"),
         ({"controller.saturation": "none"}, "controller.saturation: 'none' must be a table"),
         ({"plant.mass.value": 3}, "plant.mass: {'value': 3} must be"),
-        ({"controller.type": "TSM"}, "controller.type: 'TSM' is no type here; did you mean TSMC?; a class"),
+        (
+            {"controller.type": "TSM"},
+            "controller.type: 'TSM' is not a type here; did you mean TSMC?; a class",
+        ),
         ({"plant.mass": 3, "plant.mass.x": 1}, "overrides: plant.mass.x: mass is given a value too"),
         ({"plant.mass.x": 1, "plant.mass": 3}, "overrides: plant.mass: 3 is given where other overrides"),
         ({"": 1}, "overrides: '': must be a dotted path"),

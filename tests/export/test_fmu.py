@@ -205,7 +205,7 @@ def test_what_cannot_be_an_fmu_is_said_in_a_line(
 
 @pytest.mark.parametrize(
     ("wrong", "said"),
-    [("false", "false fails: exit status 1"), ("true", "true makes no file"), ("'", "CC = ': No closing")],
+    [("false", "false fails: exit status 1"), ("true", "true writes no file"), ("'", "CC = ': No closing")],
 )
 def test_a_compiler_that_does_not_work_is_said_in_a_line(
     wrong: str, said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -222,7 +222,7 @@ def test_a_missing_compiler_is_said_in_a_line(tmp_path: Path, monkeypatch: pytes
         write_fmu(toy(), tmp_path / "one.fmu", stop_time=1.0)
     monkeypatch.delenv("CC")
     monkeypatch.setenv("PATH", str(tmp_path))
-    with pytest.raises(HydroservoError, match="no C compiler is found; install gcc or clang, or set CC"):
+    with pytest.raises(HydroservoError, match="no C compiler was found; install gcc or clang, or set CC"):
         write_fmu(toy(), tmp_path / "one.fmu", stop_time=1.0)
 
 

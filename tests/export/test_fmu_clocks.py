@@ -89,7 +89,7 @@ def test_its_own_page_says_how_it_ticks(clocked_pi: Path, tmp_path: Path) -> Non
 @pytest.mark.parametrize(
     ("unit", "version", "said"),
     [
-        (toy(), FmiVersion.FMI2, "clocked = True: FMI 2.0 has no clocks; take FMI 3.0"),
+        (toy(), FmiVersion.FMI2, "clocked = True: FMI 2.0 has no clocks; use FMI 3.0"),
         (
             mass(),
             FmiVersion.FMI3,

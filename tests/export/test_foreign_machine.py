@@ -92,7 +92,7 @@ def test_parameters_of_the_fmu_are_set() -> None:
         ),
         ({"plant.parameters.plant.mass": "7 mm"}, ScenarioError, "does not convert to kg"),
         ({"plant.parameters.plant.mas": 7}, ScenarioError, "did you mean plant.mass"),
-        ({"plant.signals.command": "u"}, ScenarioError, "'u' is no variable of the FMU"),
+        ({"plant.signals.command": "u"}, ScenarioError, "'u' is not a variable of the FMU"),
     ],
 )
 def test_what_does_not_go_together_is_said_in_a_line(

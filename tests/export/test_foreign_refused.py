@@ -65,7 +65,7 @@ def test_a_file_that_is_no_fmu_is_said_in_a_line(tmp_path: Path) -> None:
     with zipfile.ZipFile(other, "w") as archive:
         archive.writestr("a.txt", "a")
     for path, said in (
-        (text, "it is no zip archive"),
+        (text, "it is not a zip archive"),
         (other, "there is no modelDescription.xml in it"),
         (tmp_path / "none.fmu", "cannot be read: no such file"),
     ):
@@ -93,7 +93,7 @@ def spring(**changes: Any) -> dict[str, Any]:
         ({"file": 3}, "load.file: 3 must be a string"),
         ({"amplitude": 3}, "load.amplitude: unknown key .* one of file, signals, parameters, step"),
         (spring(signals={"torque": "y"}), "load.signals.torque: unknown key"),
-        (spring(signals={"force": "yy"}), "'yy' is no variable of the FMU"),
+        (spring(signals={"force": "yy"}), "'yy' is not a variable of the FMU"),
         (spring(signals={"force": "u[1]"}), "must be an output of real numbers, and is input"),
         (spring(signals={"force": "y[1] [kg]"}), "is in kg and does not convert to N"),
         (spring(signals={"force": "y[3]"}), r"has no y\[3\]: there are 1 numbers in y"),
@@ -104,7 +104,7 @@ def spring(**changes: Any) -> dict[str, Any]:
             spring(parameters={"m": 9}),
             "fmi3SetUInt64 returns error, and says: m, n and r are 5 at most",
         ),
-        (spring(parameters={"y": [1.0]}), "is no parameter of the FMU that can be set"),
+        (spring(parameters={"y": [1.0]}), "is not a parameter of the FMU that can be set"),
         (spring(parameters={"u": [1.0, 2.0]}), "is given by a signal"),
         (
             {"parameters": {"m": 2}},

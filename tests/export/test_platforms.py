@@ -110,8 +110,8 @@ def elsewhere(monkeypatch: pytest.MonkeyPatch, folder: Path) -> None:
             "the C compiler x86_64-w64-mingw32-gcc is not found; "
             "for x86_64-windows, on Debian: apt-get install gcc-mingw-w64-x86-64",
         ),
-        ("aarch64-darwin", "a binary for aarch64-darwin can be built on such a machine alone"),
-        ("x86-linux", "a binary for x86-linux can be built on such a machine alone"),
+        ("aarch64-darwin", "a binary for aarch64-darwin can only be built on such a machine"),
+        ("x86-linux", "a binary for x86-linux can only be built on such a machine"),
     ],
 )
 def test_what_is_missing_is_said_in_a_line(

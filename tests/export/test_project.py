@@ -157,7 +157,7 @@ def test_single_precision_states_its_deviation(
     ("compiler", "why"),
     [
         ("false", "the C compiler false fails: exit status 1"),
-        ("true", "the C compiler true makes no file"),
+        ("true", "the C compiler true writes no file"),
     ],
 )
 def test_a_compiler_that_does_not_work_measures_nothing_and_the_readme_says_why(

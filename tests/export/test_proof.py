@@ -74,7 +74,7 @@ def test_c_that_is_not_what_python_is_is_not_written(tmp_path: Path, old: str, n
     unit = unit_of(loop)
     source, count = re.subn(old, new, unit.source)
     assert count == 1
-    with pytest.raises(LoopError, match=rf"^nothing is written: the C is not what Python is: .*{said}"):
+    with pytest.raises(LoopError, match=rf"^nothing is written: the C differs from Python: .*{said}"):
         proven(loop, unit._replace(source=source))
 
 
@@ -167,7 +167,7 @@ def test_without_a_compiler_it_says_so(tmp_path: Path, monkeypatch: pytest.Monke
     loop = law(tmp_path, NEVER)
     proof = proven_vectors(loop, Part.CONTROLLER, unit_of(loop))[1]
     said = proof_line(proof, "law")
-    assert said.startswith("not checked: no C compiler is found; install gcc or clang, or set CC")
+    assert said.startswith("not checked: no C compiler was found; install gcc or clang, or set CC")
 
 
 def test_branches_are_counted_beside_clang(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -180,7 +180,7 @@ def test_branches_are_counted_beside_clang(tmp_path: Path, monkeypatch: pytest.M
     found = shutil.which
     monkeypatch.setattr("shutil.which", lambda name: None if name == "gcc" else found(name))
     said = proof_line(proven_vectors(loop, Part.CONTROLLER, unit_of(loop))[1], "law")
-    assert said.endswith("; gcov does not read what clang counts; gcc beside it would do")
+    assert said.endswith("; gcov cannot read what clang counts; install gcc beside it")
 
 
 def test_without_gcov_it_says_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

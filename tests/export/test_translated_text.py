@@ -58,7 +58,7 @@ def test_a_decorator_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
 
     changed(loop, monkeypatch, twice)
     with pytest.raises(
-        TranslationError, match="made by a decorator or inside of another function, and uses plain"
+        TranslationError, match="made by a decorator or inside another function, and uses plain"
     ):
         exported_unit(loop, Part.CONTROLLER, **NAMED)
 
@@ -70,7 +70,7 @@ def test_what_is_no_function_is_refused(
     loop = law(tmp_path, "return LawState(self.early(1.0, 2.0), 0.0)")
     cls = type(loop.controller)
     monkeypatch.setattr(cls, "early", wrap(vars(cls)["early"]))  # type: ignore[operator]
-    assert "early of Law is no method of its own" in refusal(loop, tmp_path)
+    assert "early of Law is not a method of its own" in refusal(loop, tmp_path)
 
 
 def test_code_that_is_not_that_of_the_text_is_refused(
@@ -80,7 +80,7 @@ def test_code_that_is_not_that_of_the_text_is_refused(
     plain = type(loop.controller).step
     code = plain.__code__.replace(co_consts=tuple(2.0 if x == 1.0 else x for x in plain.__code__.co_consts))
     changed(loop, monkeypatch, FunctionType(code, plain.__globals__, "step"))
-    assert "the text of its file is not what runs" in refusal(loop, tmp_path)
+    assert "the text of its file is not the code that runs" in refusal(loop, tmp_path)
 
 
 def test_of_a_file_that_changed_meanwhile_what_was_loaded_is_translated(tmp_path: Path) -> None:

@@ -212,11 +212,16 @@ REFUSED = [
     ),
     ("return LawState(y.velocity + (2**53 + 1), 0.0)", 0, "no float holds", "float"),
     ("n = 1\nif y.velocity > 0.0:\n    n = 1 << 60\nreturn LawState(1.0 * n, 0.0)", 2, "2^53", "float"),
-    ("return LawState(self.half, 0.0)", 0, "half of Law is no method of its own (property)", "plain method"),
+    (
+        "return LawState(self.half, 0.0)",
+        0,
+        "half of Law is not a method of its own (property)",
+        "plain method",
+    ),
     (
         "return LawState(1.0 * (y.velocity > 0.0), 0.0)",
         0,
-        "a truth value is no number",
+        "a truth value is not a number",
         "ops.where(condition",
     ),
     ("return LawState(float('nan'), 0.0)", 0, "'nan'", "use math.nan"),
@@ -255,7 +260,7 @@ def test_a_law_whose_own_methods_are_no_plain_ones_is_refused(
 ) -> None:
     text = TEXT.replace(f"    def {method}(", f"    @{decorator}\n    def {method}(") + "        return s\n"
     message = refused_text(text, tmp_path)
-    assert f"law.py: {method} of Law is no method of its own (" in message
+    assert f"law.py: {method} of Law is not a method of its own (" in message
     assert "plain method of the class" in message
 
 
@@ -284,7 +289,7 @@ def test_a_method_may_take_arguments_by_position_alone(tmp_path: Path) -> None:
 
 def test_a_law_that_inherits_its_methods_is_refused(tmp_path: Path) -> None:
     text = TEXT.replace("class Law(", "class Base(") + "        return s\n\n\nclass Law(Base):\n    pass\n"
-    assert "init of Law is no method of its own (inherited)" in refused_text(text, tmp_path)
+    assert "init of Law is not a method of its own (inherited)" in refused_text(text, tmp_path)
 
 
 def refused_text(text: str, folder: Path) -> str:
@@ -299,7 +304,7 @@ def refused_text(text: str, folder: Path) -> str:
     [
         ("1", "a whole number for TimeSeries.value, which takes floats; write 1.0 and not 1"),
         ("s", "a number is needed here"),
-        ("y.velocity > 0.0", "a truth value is no number in C"),
+        ("y.velocity > 0.0", "a truth value is not a number in C"),
     ],
 )
 def test_what_is_no_float_for_a_block_that_takes_floats_is_refused_with_the_laws_line(

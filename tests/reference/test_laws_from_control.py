@@ -163,7 +163,7 @@ def ss(states: int, inputs: list[str] | int, outputs: int = 1, h: float = 1e-3) 
         (1.0, "must be a control.StateSpace or a control.TransferFunction"),
         (ss(1, 1, h=2e-3), "must be sampled as the loop is, every 0.001 s"),
         (control.tf([1.0], [1.0, 1.0]), "must be sampled as the loop is"),
-        (ss(9, 1), "must have at most 8; control.balred makes them fewer"),
+        (ss(9, 1), "must have at most 8; use control.balred"),
         (ss(1, 1, 2), "must have one output, the command"),
         (ss(1, ["velocty", "position"]), "did you mean velocity?"),
         (

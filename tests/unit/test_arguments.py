@@ -98,9 +98,9 @@ def test_one_run_is_no_list_of_runs(run: Any) -> None:
             lambda loop: hs.simulate(loop, record="plant.velocity"),
             "record = 'plant.velocity': must be a list",
         ),
-        (lambda loop: hs.simulate(loop, record=[3]), "record = 3: must be a text such as"),
+        (lambda loop: hs.simulate(loop, record=[3]), "record = 3: must be a string such as"),
         (lambda loop: hs.replace(loop, None), "changes = None: must map paths to values"),
-        (lambda loop: hs.replace(loop, {3: 1.0}), "path = 3: must be a text such as"),
+        (lambda loop: hs.replace(loop, {3: 1.0}), "path = 3: must be a string such as"),
         (lambda _: hs.replace("plant", {}), "block = 'plant': must be a block"),
         (
             lambda loop: hs.simulate(hs.replace(loop, {"metrics": {"effort": hs.monitors.Energy()}})),
@@ -108,7 +108,7 @@ def test_one_run_is_no_list_of_runs(run: Any) -> None:
             "simulate, simulate_batch and Aim take monitors as metrics",
         ),
         (lambda loop: hs.simulate_batch(loop, ["plant.mass"]), "parameters = ['plant.mass']: must map"),
-        (lambda loop: hs.simulate_batch(loop, {3: [1.0]}), "parameters = 3: must be a text such as"),
+        (lambda loop: hs.simulate_batch(loop, {3: [1.0]}), "parameters = 3: must be a string such as"),
         (
             lambda loop: hs.simulate_batch(loop, {"plant.mass": "6 kg"}),
             "plant.mass = '6 kg': must be an array",
@@ -127,7 +127,7 @@ def test_one_run_is_no_list_of_runs(run: Any) -> None:
         (lambda loop: hs.draws(loop, "a", 3), "ranges = 'a': must map paths to ranges"),
         (lambda loop: hs.run_of(loop, loop, 0), "table = a Loop: must be what simulate_batch returned"),
         (lambda loop: hs.export_c(loop, 3), "folder = 3: must be a path"),
-        (lambda loop: hs.export_c(loop, "folder", name=[]), "name = []: must be a text"),
+        (lambda loop: hs.export_c(loop, "folder", name=[]), "name = []: must be a string"),
         (lambda loop: hs.export_c(loop, "folder", prefix=3), "prefix = 3: must be letters"),
         (
             lambda loop: hs.export_fmu(loop, "a.fmu", platforms="x86_64-linux"),

@@ -108,5 +108,5 @@ def test_what_cannot_be_stabilised_is_refused() -> None:
     )
     with pytest.raises(ValueError, match="a Riccati equation has no solution"):
         robust_controller(hidden)
-    with pytest.raises(ValueError, match="out of the reach of floating-point numbers"):
+    with pytest.raises(ValueError, match="beyond the range of floating-point numbers"):
         robust_controller(hidden._replace(b=np.array([[np.inf], [1.0]])))

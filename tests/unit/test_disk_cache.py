@@ -285,7 +285,7 @@ def test_links_and_pipes_are_not_read(own: Path) -> None:
     os.mkfifo(own / "2.kernel", 0o600)
     with pytest.raises(OSError, match="symbolic links"):
         disk_cache.read("1")
-    refused("2", "is no file")
+    refused("2", "is not a file")
 
 
 @posix

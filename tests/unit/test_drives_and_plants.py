@@ -26,7 +26,7 @@ SENSING = [example(cls) for cls in (Counterbalance, LoadSensing, PressureCompens
 def test_a_drive_that_goes_by_chambers_is_refused_where_there_are_none(drive: Block) -> None:
     loop = example(Loop, drive=drive)
     assert isinstance(loop.plant, LoadPressurePlant)
-    said = f"drive = '{type(drive).__name__}': goes by the pressures of two chambers, and the plant LoadP"
+    said = f"drive = '{type(drive).__name__}': works from the pressures of two chambers, and the plant LoadP"
     with pytest.raises(ParameterError, match=said):
         wired(loop)
     wired(loop._replace(plant=example(Cylinder)))

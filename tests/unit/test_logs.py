@@ -94,7 +94,7 @@ def test_wrong_logs_are_refused_in_one_line(write, lines, said):
 
 def test_arrays_must_be_signals():
     time = np.arange(20.0)
-    with pytest.raises(ParameterError, match="is no signal"):
+    with pytest.raises(ParameterError, match="is not a signal"):
         checked_log({"time": time, "command": time, "speed": time}, "log")
     with pytest.raises(ParameterError, match="must increase"):
         checked_log({"time": -time, "command": time, "velocity": time}, "log")
@@ -161,7 +161,7 @@ def test_uneven_instants_are_moved_onto_a_grid():
 def test_what_never_changes_is_left_out_or_refused():
     found = understood(signals(position=np.full(400, 0.1)))
     assert "position" not in found.segments[0].measured
-    assert "position never changes: it tells nothing and is left out" in found.remarks
+    assert "position never changes: it says nothing and is left out" in found.remarks
     with pytest.raises(ScenarioError, match="velocity: never changes"):
         understood(signals(velocity=np.zeros(400)))
 

@@ -273,11 +273,11 @@ REFUSED = {
     lists: "a list, a dict or a text needs memory",
     texts: "a list, a dict or a text needs memory",
     unknown: "compiled code has no sorted((x, 1.0))",
-    fields: "c is no field and no method of Pair",
+    fields: "c is neither a field nor a method of Pair",
     lacking: "Pair lacks a",
     unlike: "y is a Pair or None under one name",
     endless: "endless is a function of a module",
-    caught: "compiled code has no 'try:'",
+    caught: "compiled code does not support 'try:'",
     unbound: "y may have no value here",
 }
 

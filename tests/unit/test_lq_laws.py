@@ -257,7 +257,7 @@ def test_weights_out_of_reach_are_refused_in_one_line(law: Block) -> None:
     message = str(caught.value)
     assert message.startswith(f"{type(law).__name__}.effort = 1e+300: with ")
     assert message.endswith(
-        "no gain is found: they, or the model, are out of the reach of floating-point numbers"
+        "no gain is found: they, or the model, are beyond the range of floating-point numbers"
     )
     assert f"sample period of {PERIOD:g} s" in message
     assert message.isprintable()

@@ -117,7 +117,7 @@ def test_a_law_that_needs_the_load_force_is_refused_without_it(
         run(example(Loop, SHORT, sensors=BLIND, controller=law))
     assert str(error.value) == (
         f"{type(law).__name__} needs load_force (x2 = A_p p_L), which RigSensors does not measure; "
-        "add sensors.pressure_b.type = PressureTransducer, or take a law that does without"
+        "add sensors.pressure_b.type = PressureTransducer, or use a law that does not need it"
     )
 
 

@@ -91,7 +91,7 @@ class Read(Helped):
             Helped(),
             "twice is a function of a module, which compiled code cannot call: make it a method of the block",
         ),
-        (Read(), "gain is no field and no method of Read"),
+        (Read(), "gain is neither a field nor a method of Read"),
     ],
 )
 def test_what_compiled_code_cannot_reach_is_said_in_plain_words(law: Block, says: str) -> None:
@@ -174,7 +174,7 @@ def test_a_controller_of_the_users_own_runs() -> None:
         (user_with(lambda _: START, UserState(0)), "state controller.u must be a float (1.0, not 1)"),
         (
             user_with(lambda _: UserState(None), START),
-            "step returns UserState(u=None), whose u is no number (",
+            "step returns UserState(u=None), whose u is not a number (",
         ),
         (user_with(lambda _: OtherState(1.0), START), "it must return a UserState, as init does: a step ret"),
         (

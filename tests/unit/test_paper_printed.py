@@ -78,5 +78,5 @@ def test_the_printed_bound_is_too_short() -> None:
 def test_a_switch_that_was_off_warns_and_means_what_it_meant(tmp_path: Path) -> None:
     path = tmp_path / "old.toml"
     path.write_text(on_base("[plant]\nas_printed = false\n"), encoding="utf-8")
-    with pytest.warns(HydroservoWarning, match=r"plant\.as_printed = false is no key any more; leave it out"):
+    with pytest.warns(HydroservoWarning, match=r"plant\.as_printed = false is no longer a key; leave it out"):
         assert_same_block(load_scenario(path), example(Loop, controller=example(PI)))

@@ -88,11 +88,11 @@ def test_the_same_seed_proposes_the_same(found, proposed):
 
 
 def test_limits_that_are_none_are_refused(found):
-    with pytest.raises(ParameterError, match="is no signal"):
+    with pytest.raises(ParameterError, match="is not a signal"):
         propose(found, limits={"speed": (0.0, 1.0)})
     with pytest.raises(ParameterError, match="lower end first"):
         propose(found, limits={"position": (0.06, 0.02)})
-    with pytest.raises(HydroservoError, match="no command that was tried keeps the limits"):
+    with pytest.raises(HydroservoError, match="no command tried stays within the limits"):
         propose(found, limits={"position": (0.0, 0.001)})
 
 

@@ -142,7 +142,7 @@ def test_valve_and_drive_must_go_together() -> None:
 def test_a_law_that_believes_in_the_machine_is_refused_in_a_line() -> None:
     wired(LOOP._replace(controller=example(PI)))
     with pytest.raises(
-        ParameterError, match=r"drive = 'PumpDrive': has no design model, for no valve meters"
+        ParameterError, match=r"drive = 'PumpDrive': has no design model: no valve meters the flow"
     ):
         wired(LOOP._replace(controller=example(TSMC)))
 

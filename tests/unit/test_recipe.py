@@ -222,7 +222,7 @@ def test_methods_that_change_places_are_seen(monkeypatch: pytest.MonkeyPatch) ->
     [
         ("import numpy as np", "np.linspace(0.0, 1.0)", "uses np.linspace, an object of type"),
         ("G = [2.0]", "G[0]", "uses G, an object of type list"),
-        ("class C:\n    pass", "C", "uses C, the class C, which is no NamedTuple"),
+        ("class C:\n    pass", "C", "uses C, the class C, which is not a NamedTuple"),
     ],
 )
 def test_the_reason_names_function_file_and_global(

@@ -285,7 +285,7 @@ def test_an_export_holds_the_numbers_that_were_found(scenario: Path) -> None:
 def test_ranges_of_a_start_that_is_open(scenario: Path) -> None:
     loop, path = load_scenario(scenario), "plant.start_pressure_a"
     assert draws(loop, {path: "30..40 bar"}, 1).ranges == {path: (30e5, 40e5)}
-    with pytest.raises(ScenarioError, match='is "auto" in the scenario, of which there is no percentage'):
+    with pytest.raises(ScenarioError, match='is "auto" in the scenario, so no percentage of it can be taken'):
         draws(loop, {path: "-10%..10%"}, 1)
 
 

@@ -71,7 +71,7 @@ def test_what_says_its_role_by_hand_must_say_one() -> None:
 
     Odd.role = "Controller"  # type: ignore[attr-defined]
     with pytest.raises(
-        ValueError, match=r"says that its role is 'Controller', which hydroservo.roles has not"
+        ValueError, match=r"says that its role is 'Controller', which hydroservo.roles does not have"
     ):
         said_roles(Odd)
 
@@ -170,9 +170,9 @@ def test_what_a_block_may_have_besides_stands_in_its_role() -> None:
         ),
         (
             *("@role(Controller)", "@role(Load)\n@role(Controller)"),
-            *(6, "Mine says its role twice; several stand in one @role(..., ...)"),
+            *(6, "Mine declares its role twice; put several in one @role(..., ...)"),
         ),
-        ("(NamedTuple):", ":", 6, "Mine is no NamedTuple; write class Mine(NamedTuple):"),
+        ("(NamedTuple):", ":", 6, "Mine is not a NamedTuple; write class Mine(NamedTuple):"),
     ],
 )
 def test_a_role_that_is_said_wrong_is_one_line(
@@ -189,7 +189,7 @@ def test_a_type_that_nothing_has_may_be_a_users_own(tmp_path: Path) -> None:
     changes = {"controller.type": "Mine"}
     with pytest.raises(
         ScenarioError,
-        match=r"'Mine' is no type here; a class of your own needs its file: --plugin FILE, in Python .* PI, ",
+        match=r"'Mine' is not a type here; a class of your own needs its file: --plugin FILE, .* PI, ",
     ):
         load_scenario("paper/sine-pi", changes)
     with pytest.raises(ScenarioError, match=r"did you mean PI\?; a class of your own needs its file"):
@@ -198,6 +198,6 @@ def test_a_type_that_nothing_has_may_be_a_users_own(tmp_path: Path) -> None:
     text = path.read_text(encoding="utf-8").replace("@role(Controller)\nclass Mine(NamedTuple)", "class Mine")
     path.write_text(f"{text}\n\nclass Other(NamedTuple):\n    x: float = 1.0\n", encoding="utf-8")
     with pytest.raises(
-        ScenarioError, match=r"; the plugin's class Mine is no NamedTuple; write class Mine\(Na"
+        ScenarioError, match=r"; the plugin's class Mine is not a NamedTuple; write class Mine\(Na"
     ):
         load_scenario("paper/sine-pi", changes, [path])

@@ -109,7 +109,7 @@ def test_a_run_starts_where_that_of_the_batch_does() -> None:
         ({MASS: (2, 1, 3)}, {}, ScenarioError, r"ranges: plant.mass: \(2, 1, 3\) must be a range"),
         ({MASS: 3.0}, {}, ScenarioError, "ranges: plant.mass: 3.0 must be a range"),
         ({MASS: (1, float("nan"))}, {}, ScenarioError, "must be a finite number above 0"),
-        ({MASS: (2, 2)}, {}, ScenarioError, "is no range: both its ends are 2"),
+        ({MASS: (2, 2)}, {}, ScenarioError, "is not a range: both ends are 2"),
         ({MASS: (8, 4)}, {}, ScenarioError, "8 is more than 4, its upper end"),
         ({MASS: relative(0.1, -0.1)}, {}, ScenarioError, "0.1 is more than -0.1, its upper end"),
         ({"load.offset": relative(-1, 1)}, {}, ScenarioError, "is 0 in the scenario, of which there is no"),

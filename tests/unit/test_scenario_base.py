@@ -319,14 +319,14 @@ def test_too_long_a_row_is_refused(files) -> None:
     [
         (
             '"nowhere.toml"',
-            "own.toml: base: 'nowhere.toml' is no built-in name, and there is no such file in ",
+            "own.toml: base: 'nowhere.toml' is not a built-in name, and there is no such file in ",
         ),
         ('"rig/1kh"', "; did you mean rig/1khz?"),
         ("3", "own.toml: base: 3 must be a string: the name of a built-in scenario, or the path of a file"),
         ('["a", "b"]', "base: ['a', 'b'] must be a string"),
         ('"."', "is a directory, not a file"),
         ('""', "is a directory, not a file"),
-        ('"a\\u0000b"', "own.toml: base: 'a\\x00b' is no built-in name, and there is no such file in "),
+        ('"a\\u0000b"', "own.toml: base: 'a\\x00b' is not a built-in name, and there is no such file in "),
         (f'"{"a" * 5000}"', "cannot be read: "),
     ],
 )
@@ -346,14 +346,19 @@ def test_a_base_that_is_none_is_refused(files, base: str, problem: str) -> None:
         ("plant = 3", "", "own", "plant: 3 must be a table: [plant]"),
         ("", "plant = 3", "base", "plant: 3 must be a table: [plant]"),
         ("plant.mass = 8", "plant = 3", "base", "plant: 3 must be a table: [plant]"),
-        ('valve.type = "Valve"', "", "own", "valve.type: 'Valve' is no type here"),
+        ('valve.type = "Valve"', "", "own", "valve.type: 'Valve' is not a type here"),
         (
             'sensors.type = "IdealSensors"',
             'sensors = {type = "Sensors", area_a = 1}',
             "own",
             "",
         ),
-        ('valve.type = "StaticValve"', 'valve.type = "Valve"', "base", "valve.type: 'Valve' is no type here"),
+        (
+            'valve.type = "StaticValve"',
+            'valve.type = "Valve"',
+            "base",
+            "valve.type: 'Valve' is not a type here",
+        ),
         ("title = 3", "", "own", "title: 3 must be a string"),
         ("", 'uncertainty.plant.mass = "x"', "base", "uncertainty.plant.mass: 'x' is not a quantity"),
         ('plant.start_position = "1 m"', "", "own", "plant: "),

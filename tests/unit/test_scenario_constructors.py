@@ -135,9 +135,9 @@ def test_another_type_keeps_only_the_keys_that_it_has_too(tmp_path: Path) -> Non
             "valve: orifice.rated_opening = 0.001: must be at most max_opening, 0.0009 [m]",
         ),
         ({"valve.type": "SecondOrderValve.from_responses"}, "; did you mean SecondOrderValve.from_response?"),
-        ({"valve.type": "SecondOrderValve.init"}, "'SecondOrderValve.init' is no type here"),
-        ({"valve.type": "SecondOrderValve._make"}, "'SecondOrderValve._make' is no type here"),
-        ({"valve.type": "SecondOrderValve."}, "'SecondOrderValve.' is no type here"),
+        ({"valve.type": "SecondOrderValve.init"}, "'SecondOrderValve.init' is not a type here"),
+        ({"valve.type": "SecondOrderValve._make"}, "'SecondOrderValve._make' is not a type here"),
+        ({"valve.type": "SecondOrderValve."}, "'SecondOrderValve.' is not a type here"),
         (
             {"controller.type": "SecondOrderValve.from_response"},
             "cannot be a Controller: it says that its role is Valve",

@@ -231,7 +231,11 @@ def test_a_monitor_of_one_s_own(write) -> None:
         ("metrics.energy = true", "metrics.energy", "must be a table: [metrics.energy]"),
         ("[metrics.mine]", "metrics.mine", "a type is needed; it must be one of "),
         ("[metrics.mine]\nlimit = 3", "metrics.mine", "a type is needed; it must be one of "),
-        ('metrics.mine.type = "Enery"', "metrics.mine.type", "'Enery' is no type here; did you mean Energy?"),
+        (
+            'metrics.mine.type = "Enery"',
+            "metrics.mine.type",
+            "'Enery' is not a type here; did you mean Energy?",
+        ),
         ('metrics.mine.type = "Enery"', "metrics.mine.type", "did you mean Energy?"),
         (
             'metrics.mine.type = "PI"',
@@ -268,7 +272,7 @@ def test_what_is_wrong_is_one_line(write, text: str, key: str, problem: str) -> 
 def test_what_a_base_has_wrong_is_of_that_file(write) -> None:
     base = write(LOOP + '[metrics.mine]\ntype = "Enery"', "base.toml")
     assert refused(write('base = "base.toml"')).startswith(
-        f"{base}: metrics.mine.type: 'Enery' is no type here; did you mean Energy?"
+        f"{base}: metrics.mine.type: 'Enery' is not a type here; did you mean Energy?"
     )
 
 
@@ -289,7 +293,7 @@ def test_a_monitor_that_does_not_fit_the_loop_is_named(loaded) -> None:
     ("old", "new", "says"),
     [
         ("return TopSpeedState(ops", "return (ops", "a step must return a state of init's type"),
-        ("return TopSpeedState(0.0)", "return TopSpeedState(0)", "with floats alone"),
+        ("return TopSpeedState(0.0)", "return TopSpeedState(0)", "with floats only"),
         ("m.top > self.limit)", "'much')", "values must be a NamedTuple of floats and flags"),
         ("s.plant.velocity", "s.plant.speed", "'speed'"),
     ],

@@ -58,7 +58,7 @@ def test_a_plugin_s_controller_is_loaded_and_runs(tmp_path: Path) -> None:
             'plant.mass = 7\ncontroller = {type = "Mine", gain = "20 V s/m"}\nsimulation.duration = "10 ms"'
         )
     )
-    with pytest.raises(ScenarioError, match=r"'Mine' is no type here; .*Backstepping, .*PI"):
+    with pytest.raises(ScenarioError, match=r"'Mine' is not a type here; .*Backstepping, .*PI"):
         load_scenario(scenario)  # no code is run by a scenario
     loop = load_scenario(scenario, plugins=[plugin])
     assert type(loop.controller).__name__ == "Mine"

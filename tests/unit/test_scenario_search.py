@@ -181,8 +181,8 @@ def test_weights_of_a_base_wait_for_the_scenarios_that_they_are_of(write) -> Non
         ("tune.candidates = true", "tune.candidates: True must be a whole number"),
         ("tune.seeds = 10001", "tune.seeds: 10001 must be a whole number from 1 to 10000"),
         ("tune.seed = -1", "tune.seed: -1 must be a whole number from 0 to "),
-        ("tune.effort = -0.1", "tune.effort: -0.1 must be a finite number from 0 on"),
-        ("tune.effort = nan", "tune.effort: nan must be a finite number from 0 on"),
+        ("tune.effort = -0.1", "tune.effort: -0.1 must be a finite number, at least 0"),
+        ("tune.effort = nan", "tune.effort: nan must be a finite number, at least 0"),
         ('tune.metric = "rms"', "tune.metric: 'rms' must be one of rms_error, "),
         ("tune.metric = 1", "tune.metric: 1 must be the name of a metric"),
         ("tune.weights = 1", "tune.weights: 1 must be a number above 0 for each scenario"),
@@ -198,11 +198,11 @@ def test_weights_of_a_base_wait_for_the_scenarios_that_they_are_of(write) -> Non
         ("tune.scenarios = [1]", "tune.scenarios: 1 must be a string"),
         (
             'tune.scenarios = ["rig/1khz-pi-sin"]',
-            "'rig/1khz-pi-sin' is no built-in name, and there is no such",
+            "'rig/1khz-pi-sin' is not a built-in name, and there is no such",
         ),
         ('tune.scenarios = ["rig/1khz-pi-sin"]', "did you mean rig/1khz-pi-sine?"),
         ("tune.vary = 3", "tune.vary: 3 must be a table: [tune.vary]"),
-        ('tune.vary.controller = "1..2"', "tune.vary.controller: is no number that can vary"),
+        ('tune.vary.controller = "1..2"', "tune.vary.controller: is not a number that can vary"),
         ('tune.vary.controller.gain = "1..2"', "tune.vary.controller.gain: must be one of controller."),
         ('tune.vary.plant.mass = "1..2"', "tune.vary.plant.mass: must be in the controller or sensors"),
         (
@@ -221,7 +221,7 @@ def test_weights_of_a_base_wait_for_the_scenarios_that_they_are_of(write) -> Non
         ),
         (
             'tune.vary.controller.anti_windup = "-1%..1%"',
-            "is 0 in the scenario, of which there is no percentage",
+            "is 0 in the scenario, so no percentage of it can be taken",
         ),
     ],
 )

@@ -48,7 +48,7 @@ def test_what_is_said_takes_the_place_of_parts_of_the_table() -> None:
         ({"metric": "rms"}, "metric = 'rms': must be one of rms_error, "),
         ({"metric": 1}, "metric = 1: must be the name of a metric"),
         ({"seeds": 0}, "seeds = 0: must be a whole number from 1 to 10000"),
-        ({"effort": -1}, "effort = -1: must be a finite number from 0 on"),
+        ({"effort": -1}, "effort = -1: must be a finite number, at least 0"),
         ({"candidates": 1.5}, "candidates = 1.5: must be a whole number from 1 to 10000000"),
         ({"seed": "1"}, "seed = '1': must be a whole number from 0 to 9223372036854775807"),
         ({"ranges": {GAIN: "2..1"}}, f"ranges: {GAIN}: '2' is more than '1', its upper end"),
@@ -57,7 +57,7 @@ def test_what_is_said_takes_the_place_of_parts_of_the_table() -> None:
         ({"changes": {"tune.seeds": 0}}, f"{RIG}, overridden: tune.seeds: 0 must be a whole number"),
         ({"aim": "rig/1khz-pi-squar"}, "did you mean rig/1khz-pi-square?"),
         ({"aim": "paper/sine-pi"}, "ranges = '{}': must name a number, or the scenario have [tune.vary]"),
-        ({"aim": []}, "aim = []: must be an Aim, as Aim([loop]) is, or scenarios by name or path"),
+        ({"aim": []}, "aim = []: must be an Aim, such as Aim([loop]), or scenarios by name or path"),
         ({"aim": hs.load_scenario("paper/sine-pi")}, "aim = a Loop: must be an Aim, as Aim([loop]) is"),
     ],
 )
@@ -71,7 +71,7 @@ def test_what_is_wrong_is_one_line(arguments: dict[str, Any], problem: str) -> N
 @pytest.mark.parametrize(
     ("arguments", "problem"),
     [
-        ({"metric": "max_error"}, "metric = 'max_error': is for scenarios by name; an Aim says it by itself"),
+        ({"metric": "max_error"}, "metric = 'max_error': is for scenarios by name; an Aim has its own"),
         ({"effort": 0.0}, "effort = 0.0: is for scenarios by name"),
         ({"changes": {}}, "changes = {}: is for scenarios by name"),
         ({"ranges": {GAIN: "1..2"}}, f"{GAIN} = '1..2': must be two numbers in SI units for an Aim"),

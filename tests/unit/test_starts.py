@@ -59,7 +59,7 @@ def test_given_states_that_change_nothing() -> None:
     ("path", "problem"),
     [
         ("plant.speed", "no 'speed' there; the names are velocity, load_force, position"),
-        ("plant", "is no number of the state"),
+        ("plant", "is not a number of the state"),
     ],
 )
 def test_a_state_that_there_is_not(path: str, problem: str) -> None:

@@ -69,7 +69,7 @@ def test_a_scenario_with_what_was_found_is_that_machine(tmp_path):
     ("kind", "log", "said"),
     [
         ("valve-flow", swept(rate=0.2, delay=0.15), "the sweep is too fast"),
-        ("valve-flow", swept(rate=0.005), "a sweep one way alone"),
+        ("valve-flow", swept(rate=0.005), "a sweep one way only"),
         ("valve-flow", swept(amplitude=0.3), "shows no negative flow"),
         (
             "valve-flow",
@@ -102,7 +102,7 @@ def test_a_log_of_the_wrong_kind_is_one_line(kind, log, said):
         (("flow", swept(), None), "kind"),
         (("decay", decaying(), None), "needs one"),
         (("decay", [], scenario("decay")), "must be at least one"),
-        (("friction", decaying() | {"speed": TIME}, None), "is no signal"),
+        (("friction", decaying() | {"speed": TIME}, None), "is not a signal"),
     ],
 )
 def test_what_is_no_argument_is_refused(arguments, said):

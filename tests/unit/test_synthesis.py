@@ -237,5 +237,5 @@ def test_an_absurd_model_is_refused_in_one_line() -> None:
 def test_what_is_said_of_one_number_alone() -> None:
     assert str(NONE) == (
         "Halved.size = 2.0: with a sample period of 0.001 s no gain is found: "
-        "it is out of the reach of floating-point numbers"
+        "it is beyond the range of floating-point numbers"
     )

@@ -116,7 +116,7 @@ FIELD = 'Annotated[float, Field("V s/m", "gain k", above=0)]'
 WRONG = {
     "no role": Wrong(
         *(ROLE, LAW, {"@role(Controller)\n": "", "def step": "def stop"}),
-        *("class Law", "says no role, and has not the methods of any"),
+        *("class Law", "declares no role, and does not have the methods of any"),
     ),
     "an unclear role": Wrong(
         *(ROLE, LAW, {"@role(Controller)\n": ""}),
@@ -308,7 +308,7 @@ def test_a_monitor_is_asked_all_but_for_c(tmp_path: Path) -> None:
     found = list(answers(block_class(tmp_path, METRIC)))
     assert [one.question for one in found] == [question.name for question in QUESTIONS]
     assert all(one.ok for one in found), found
-    assert {one.remark for one in found} == {"", "not tried: a metric is no part of what is exported"}
+    assert {one.remark for one in found} == {"", "not tried: a metric is not part of what is exported"}
 
 
 def test_a_law_that_believes_in_its_machine_is_asked_with_a_model() -> None:
@@ -371,7 +371,7 @@ class Both(NamedTuple):
 def test_a_block_of_two_roles_is_asked_in_both() -> None:
     found = list(answers(Both))
     assert [one.role for one in found] == ["Load"] * len(QUESTIONS) + ["Reference"] * 7  # returns
-    assert next(one.remark for one in found if not one.ok).endswith("whose value is no float")
+    assert next(one.remark for one in found if not one.ok).endswith("whose value is not a float")
     with pytest.raises(ContractError, match=r"has the methods of Load, Reference; ask in one of them"):
         case_of(Both)
 

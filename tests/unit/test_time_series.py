@@ -23,8 +23,8 @@ from hydroservo.time_series import TimeSeries
         ([0.0, 1.0], [-math.inf, 2.0], "value[0] = -inf: must be a finite number"),
         ([[0.0, 1.0]], [1.0, 2.0], "time = 'shape (1, 2)': must have one dimension"),
         (0.0, 1.0, "time = 'shape ()': must have one dimension"),
-        ([0.0, "late"], [1.0, 2.0], "time = 'list': must be a row of numbers"),
-        ([0.0, [1.0, 2.0]], [1.0, 2.0], "time = 'list': must be a row of numbers"),
+        ([0.0, "late"], [1.0, 2.0], "time = 'list': must be a one-dimensional array of numbers"),
+        ([0.0, [1.0, 2.0]], [1.0, 2.0], "time = 'list': must be a one-dimensional array of numbers"),
         ([0.0, 1e-300], [0.0, 1e300], "value = 1e+300: overflows in the slopes between samples"),
     ],
 )

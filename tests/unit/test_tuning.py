@@ -347,7 +347,7 @@ def test_a_metric_that_a_loop_does_not_have_is_refused() -> None:
             {"simulation.period": (1e-3, 2e-3)},
             "outside simulation, hold and metrics, or the seed",
         ),
-        (Aim([SINE], effort=True), WIDE, "effort = True: must be a finite number from 0 on"),
+        (Aim([SINE], effort=True), WIDE, "effort = True: must be a finite number, at least 0"),
         (Aim([SINE], metric=[1]), WIDE, r"metric = \[1\]: must be the name of a metric"),
         (Aim([SINE], [1.0]), {GAIN: (2.0, 1.0)}, r"proportional_gain = \(2.0, 1.0\): must be a"),
         (Aim([SINE], [1.0]), {GAIN: (1.0, 1.0)}, "must be a range of allowed values, low before high"),
@@ -399,7 +399,7 @@ def test_effort_makes_the_command_calmer_and_is_not_in_the_metric() -> None:
 
 @pytest.mark.parametrize("effort", [-0.1, math.inf, math.nan])
 def test_an_effort_that_is_none_is_refused(effort: float) -> None:
-    with pytest.raises(ParameterError, match=r"effort.*must be a finite number from 0 on"):
+    with pytest.raises(ParameterError, match=r"effort.*must be a finite number, at least 0"):
         tune(Aim([SINE], [1.0], effort=effort), WIDE)
 
 

@@ -60,7 +60,7 @@ def test_an_address_is_of_the_content_and_of_all_digits():
         ({"a": math.inf}, "a = inf"),
         ({"a": np.int64(1)}, "a = np.int64(1)"),
         ({"a": {1, 2}}, "a = {1, 2}"),
-        ({"a": {1: 2}}, "a = 1: must be a text"),
+        ({"a": {1: 2}}, "a = 1: must be a string"),
     ],
 )
 def test_what_has_no_canonical_text_has_no_address(what, path):

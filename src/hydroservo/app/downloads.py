@@ -45,7 +45,7 @@ def exported(source: Source, kind: str, report: Report) -> File:
             return c_project(source, Path(place), report)
         if kind == "fmu":
             return fmu(source, Path(place), report)
-    raise HydroservoError(f"{short(kind)} is no export; there are {', '.join(KINDS)}")
+    raise HydroservoError(f"{short(kind)} is not an export; there are {', '.join(KINDS)}")
 
 
 def of_run(source: Source, kind: str, place: Path, report: Report) -> File:

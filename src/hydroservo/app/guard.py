@@ -104,16 +104,16 @@ class Guard:
         """
         host = headers.get("host", "")
         if not self.door.takes(host):
-            raise Refusal(HTTPStatus.MISDIRECTED_REQUEST, "another host is meant")
+            raise Refusal(HTTPStatus.MISDIRECTED_REQUEST, "the request is for another host")
         origin = headers.get("origin")
         reads = scope["method"] in READS
         if origin is None and not reads:
-            raise Refusal(HTTPStatus.FORBIDDEN, "the request says no origin")
+            raise Refusal(HTTPStatus.FORBIDDEN, "the request names no origin")
         if origin is not None and origin != f"http://{host}":
-            raise Refusal(HTTPStatus.FORBIDDEN, "another site asks")
+            raise Refusal(HTTPStatus.FORBIDDEN, "the request comes from another site")
         opened = scope["path"] == "/" and headers.get("sec-fetch-mode") == "navigate"
         if headers.get("sec-fetch-site", "none") not in ("same-origin", "none") and not opened:
-            raise Refusal(HTTPStatus.FORBIDDEN, "another site asks")
+            raise Refusal(HTTPStatus.FORBIDDEN, "the request comes from another site")
 
     def known(self, headers: dict[str, str]) -> bool:
         """Whether a request brings the token."""
@@ -180,7 +180,7 @@ class Limited:
 
     @property
     def problem(self) -> str:
-        return f"at most {self.most >> 20} MiB are taken"
+        return f"at most {self.most >> 20} MiB are accepted"
 
 
 def with_headers(send: Send) -> Send:

@@ -33,7 +33,7 @@ def log_file(home: Home, key: str) -> Path:
     found = [home.folder / f"{key}{ending}" for ending in LOGS if key.isalnum()]
     file = next((one for one in found if one.exists()), None)
     if file is None:
-        raise HydroservoError("the log is not here any more; drag it in again")
+        raise HydroservoError("the log is no longer here; drag it in again")
     return file
 
 

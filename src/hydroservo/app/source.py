@@ -74,7 +74,7 @@ def source_of(request: Mapping[str, Any], home: Home) -> Source:
         return Source(file, changes, home.plugins, text)
     if isinstance(name, str) and name != home.given:
         if name not in builtin_texts():
-            raise ScenarioError(PAGE, "", f"{short(name)} is no built-in scenario")
+            raise ScenarioError(PAGE, "", f"{short(name)} is not a built-in scenario")
         return Source(name, changes, home.plugins)
     return Source(home.given, changes, home.plugins)
 
@@ -89,7 +89,7 @@ def checked_changes(changes: object) -> Mapping[str, object]:
         raise ScenarioError(OVERRIDES, "", f"must be at most {MOST_CHANGES} values by path")
     for path, value in changes.items():
         if not isinstance(value, str | int | float):
-            raise ScenarioError(OVERRIDES, str(path), "must be a text, a number, true or false")
+            raise ScenarioError(OVERRIDES, str(path), "must be a string, a number, true or false")
         if str(path).rpartition(".")[2] == "file":
             raise ScenarioError(OVERRIDES, str(path), ONLY_GIVEN)
     return changes

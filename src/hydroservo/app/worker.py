@@ -93,7 +93,7 @@ class Worker:
             message: Message = self.pipe.recv()
         except (EOFError, OSError):
             self.end()
-            problem = "the computation's process ended; change something, and it starts anew"
+            problem = "the computation's process ended; change something to start it again"
             return Message("error", {"path": "", "problem": problem})
         return message
 

@@ -67,10 +67,10 @@ def forecast(found: Audit) -> str:
     """The chatter that is foretold, in a line."""
     one = found.chatter
     if one is None:
-        return f"no chatter can be foretold: {found.no_forecast}"
+        return f"no chatter can be predicted: {found.no_forecast}"
     if not one.chatters:
-        return f"no chatter is foretold of {quantity(one.threshold, 'V')} or more"
-    return f"chatter is foretold: {quantity(one.amplitude, 'V')} at {number(one.frequency)} Hz"
+        return f"no chatter is predicted of {quantity(one.threshold, 'V')} or more"
+    return f"chatter is predicted: {quantity(one.amplitude, 'V')} at {number(one.frequency)} Hz"
 
 
 def audit(loop: Loop, *, time: float | None = None) -> Audit:

@@ -16,7 +16,7 @@ def audit(scenario: Scenario, changes: Changes, plugins: Plugins, json: Json = F
     """Ask what a scenario's law supposes of its loop, and foretell its chatter.
 
     Each assumption has a margin, the factor by which it holds: bounds on disturbances, the sample rate, the
-    valve's lag, noise, limits. Those marked "run" are measured on one run. Chatter is foretold by harmonic
+    valve's lag, noise, limits. Those marked "run" are measured on one run. Chatter is predicted by harmonic
     balance, from no run.
 
     Examples:

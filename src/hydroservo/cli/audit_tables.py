@@ -60,12 +60,12 @@ def margin(factor: float) -> str:
 def foretold(chatter: "Chatter | None", reason: str) -> str:
     """The forecast in a sentence or two."""
     if chatter is None:
-        return f"[yellow]No chatter can be foretold[/]: {escape(reason)}."
+        return f"[yellow]No chatter can be predicted[/]: {escape(reason)}."
     if chatter.chatters:
         size, pace = quantity(chatter.amplitude, "V"), f"{chatter.frequency:.4g} Hz"
-        text = f"[bold red]Chatter is foretold[/], by {chatter.cause}: {size} at {pace}"
+        text = f"[bold red]Chatter is predicted[/], by {chatter.cause}: {size} at {pace}"
     else:
-        text = f"[green]No chatter is foretold[/] of {quantity(chatter.threshold, 'V')} or more"
+        text = f"[green]No chatter is predicted[/] of {quantity(chatter.threshold, 'V')} or more"
     text += f", with demand and load as at {chatter.time:.4g} s."
     if chatter.after_a_jolt:
         text += f" A jolt could leave a swing of {quantity(chatter.after_a_jolt, 'V')}."

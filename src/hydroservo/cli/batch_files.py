@@ -48,8 +48,8 @@ def checked_endings(files: Sequence[Path]) -> None:
     for file in files:
         if file.suffix.lower() not in ENDINGS:
             raise HydroservoError(
-                f"{file}: the ending {file.suffix!r} names no format; use one of {', '.join(ENDINGS)}, or a "
-                "folder, with a / at its end"
+                f"{file}: the ending {file.suffix!r} is not a known format; use one of "
+                f"{', '.join(ENDINGS)}, or a folder, with a / at its end"
             )
 
 

@@ -66,7 +66,7 @@ def summary(found: "Sequence[Answer]", causes: int) -> str:
     left = len(blocks) * len(QUESTIONS) - len(found)
     text = f"{wrong} of {len(found)} answers are wrong"
     text += f", for {causes} cause{'s' if causes > 1 else ''}" if causes < wrong else ""
-    return text + (f"; {left} more can be asked once that is mended" if left else "")
+    return text + (f"; {left} more can be checked once that is fixed" if left else "")
 
 
 @contextmanager
@@ -97,7 +97,9 @@ def blocks_in(file: Path) -> Sequence[type]:
     found = [cls for cls in load_plugin(file) if roles_of(cls)]
     if not found:
         others = ", ".join(sorted(plugin_other_classes()))
-        problem = "has no block: no class says a role, as by @role(Controller), or has the methods of one"
+        problem = (
+            "has no block: no class declares a role, as with @role(Controller), or has the methods of one"
+        )
         problem += f"; not NamedTuples, as blocks are: {others}" if others else ""
         raise ScenarioError(str(file), "", problem)
     return found

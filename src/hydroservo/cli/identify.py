@@ -215,11 +215,11 @@ def limits_in(texts: Sequence[str], propose: Path | None) -> dict[str, tuple[flo
     from hydroservo.scenario.ranges import both_ends
 
     if texts and propose is None:
-        raise ParameterError(LIMIT, texts[0], "is of a proposed command; add --propose FILE.csv")
+        raise ParameterError(LIMIT, texts[0], "applies to a proposed command; add --propose FILE.csv")
     found = {}
     for name, entry in ranges_in(texts, LIMIT).items():
         if name not in (COMMAND, *OUTPUTS):
-            raise ScenarioError(LIMIT, name, f"is no signal; it {one_of(name, (COMMAND, *OUTPUTS))}")
+            raise ScenarioError(LIMIT, name, f"is not a signal; it {one_of(name, (COMMAND, *OUTPUTS))}")
         found[name] = both_ends(entry, SIGNALS[name], 0.0)
     return found
 

@@ -202,7 +202,9 @@ def check_one_place(workers: int | None, scheduler: str | None) -> None:
         HydroservoError: both are asked for.
     """
     if workers is not None and scheduler is not None:
-        raise HydroservoError("--workers are of this machine, and --scheduler has its own: give one")
+        raise HydroservoError(
+            "--workers run on this machine, and --scheduler has its own: give one of the two"
+        )
 
 
 def ranges_in(texts: Sequence[str], option: str = VARY) -> "dict[str, Entry]":

@@ -117,7 +117,7 @@ class InternalModel(NamedTuple):
 
         Raises:
             ParameterError: the frequency is not below half that of sampling; there are no gains, or they are
-                out of the reach of floating-point numbers.
+                beyond the range of floating-point numbers.
         """
         if not self.frequency < 0.5 / period:
             allowed = f"must be below half the sampling frequency, {0.5 / period:g} [Hz]"

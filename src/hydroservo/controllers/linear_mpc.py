@@ -182,7 +182,7 @@ class LinearMPC(NamedTuple):
         """The law with its gains and its plan for a model and a sample period [s].
 
         Raises:
-            ParameterError: there are none, they are out of the reach of floating-point numbers, or the
+            ParameterError: there are none, they are beyond the range of floating-point numbers, or the
                 horizon is too short for the limits.
         """
         ahead, limit = MOVES * self.hold * period, self.saturation.limit

@@ -97,7 +97,7 @@ class LQI(NamedTuple):
         """The law with its gains for a model and a sample period [s].
 
         Raises:
-            ParameterError: there are none, or they are out of the reach of floating-point numbers.
+            ParameterError: there are none, or they are beyond the range of floating-point numbers.
         """
         k1, k2, k3, k4 = feedback(self, RULING, model, period, integrator(self.integral_rate, period))
         return self._replace(gain_1=k1, gain_2=k2, gain_3=k3, gain_4=k4)

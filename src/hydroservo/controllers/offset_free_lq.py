@@ -94,7 +94,7 @@ class OffsetFreeLQ(NamedTuple):
         """The law with its gains for a model and a sample period [s].
 
         Raises:
-            ParameterError: there are none, or they are out of the reach of floating-point numbers.
+            ParameterError: there are none, or they are beyond the range of floating-point numbers.
         """
         k1, k2, k3 = feedback(self, RULING, model, period)
         return self._replace(gain_1=k1, gain_2=k2, gain_3=k3)

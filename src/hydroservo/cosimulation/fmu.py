@@ -141,7 +141,7 @@ def opened(path: Path, fmpy: Any) -> tuple[list[str], Any]:
             names = archive.namelist()
             text = archive.read(DESCRIPTION) if DESCRIPTION in names else b""
     except (OSError, zipfile.BadZipFile):
-        raise HydroservoError("is no FMU: it is no zip archive") from None
+        raise HydroservoError("is no FMU: it is not a zip archive") from None
     if not text:
         raise HydroservoError(f"is no FMU: there is no {DESCRIPTION} in it")
     with tempfile.TemporaryDirectory() as folder:

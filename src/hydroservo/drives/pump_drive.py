@@ -110,7 +110,7 @@ class PumpDrive(NamedTuple):
             raise ParameterError("volumetric_efficiency", volumetric_efficiency, "must be at most 1")
         torque = displacement * rated_pressure + viscous * rated_speed
         if not torque <= max_torque:
-            allowed = f"must be at least {torque:.4g} [N m], which the rated speed and pressure take"
+            allowed = f"must be at least {torque:.4g} [N m], as the rated speed and pressure need"
             raise ParameterError("max_torque", max_torque, allowed)
         lost = (1.0 - volumetric_efficiency) * displacement * rated_speed / rated_pressure
         if not case_leakage <= lost:

@@ -67,7 +67,7 @@ class Folder(NamedTuple):
         """All of a file.
 
         Raises:
-            CacheError: it is no file of this user's, or others have a right that is forbidden to them.
+            CacheError: it is not a file of this user's, or others have a right that is forbidden to them.
             OSError: it cannot be read.
         """
         with os.fdopen(
@@ -76,7 +76,7 @@ class Folder(NamedTuple):
             found = os.fstat(opened.fileno())
             refuse_foreign(found, self.place / file, forbidden)
             if not stat.S_ISREG(found.st_mode):
-                raise CacheError(f"{self.place / file} is no file")
+                raise CacheError(f"{self.place / file} is not a file")
             with contextlib.suppress(OSError):  # a file system that is only read
                 os.utime(opened.fileno() if os.utime in os.supports_fd else self.name(file))
             return opened.read()
@@ -123,7 +123,7 @@ def directory() -> Path:
         return Path(own).absolute()
     place = user_cache_path("hydroservo") / "kernels"
     if not place.is_absolute():
-        raise CacheError("this user has no home directory; HYDROSERVO_CACHE_DIR may name a place")
+        raise CacheError("this user has no home directory; set HYDROSERVO_CACHE_DIR")
     return place
 
 

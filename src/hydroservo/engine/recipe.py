@@ -208,7 +208,7 @@ class Content:
             yield f"{value.__module__}.{value.__qualname__}"
             return
         if not is_foreign(owner(value)) and not hasattr(value, "_fields"):
-            raise UnknownContentError(f"the class {value.__qualname__}, which is no NamedTuple")
+            raise UnknownContentError(f"the class {value.__qualname__}, which is not a NamedTuple")
         yield from self.once(value, self.of_class)
 
     def of_class(self, value: type) -> Iterator[str]:

@@ -149,7 +149,9 @@ def translated(loop: Loop, part: Part, prefix: str) -> Translation:
     try:
         return translation_of(Program(WRITTEN, prefix), block_of(loop, part), part, loop.controls.declared())
     except RecursionError:
-        raise LoopError(f"{part}: an expression nests too deep to be translated; name parts of it") from None
+        raise LoopError(
+            f"{part}: an expression nests too deeply to be translated; give names to parts of it"
+        ) from None
 
 
 def translation_of(program: Program, block: Block, part: Part, controlled: Field) -> Translation:

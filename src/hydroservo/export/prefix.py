@@ -38,9 +38,7 @@ def checked_prefix(prefix: str) -> str:
         ParameterError: it is no C identifier, is reserved, or a file would have the name of another.
     """
     if not isinstance(prefix, str) or not usable(prefix):
-        wanted = (
-            "must be letters, digits and underscores, a letter first, and no name that C or FMI has taken"
-        )
+        wanted = "must be letters, digits and underscores, first a letter, and not a name that C or FMI uses"
         raise ParameterError("prefix", prefix, wanted)
     return prefix
 

@@ -216,7 +216,7 @@ def translated(
 ) -> Unit:
     """A part of a loop in C, with a title such as "TSMC of scenario paper/sine-tsmc"."""
     if not isinstance(name, str):
-        raise ParameterError("name", name, "must be a text: the name of a scenario")
+        raise ParameterError("name", name, "must be a string: the name of a scenario")
     law = named(loop.controller, "controller")
     what = law if part is Part.CONTROLLER else part.value.capitalize()
     return exported_unit(

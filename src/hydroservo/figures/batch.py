@@ -97,7 +97,7 @@ def measured(table: xr.Dataset, metric: str) -> Measured:
         ParameterError: there is no such metric.
     """
     if metric not in table:
-        raise ParameterError("metric", metric, "is no metric of these runs")
+        raise ParameterError("metric", metric, "is not a metric of these runs")
     kept = ~table["diverged"].values & np.isfinite(table[metric].values)
     values, about = table[metric].values[kept], table[metric].attrs
     unit, factor = scale(about["units"], values)

@@ -54,7 +54,11 @@ def numbers(values: NDArray[Any], name: str, header: str) -> NDArray[np.float64]
     except (TypeError, ValueError):
         raise ScenarioError(name, f"column {header}", "must be numbers") from None
     if found.ndim != 1:
-        raise ScenarioError(name, f"column {header}", f"has shape {found.shape}; it must be a row of numbers")
+        raise ScenarioError(
+            name,
+            f"column {header}",
+            f"has shape {found.shape}; it must be a one-dimensional array of numbers",
+        )
     return found
 
 

@@ -36,7 +36,7 @@ def bounds_of(loop: Loop, given: Bounds) -> dict[str, tuple[float, float]]:
     allowed = (COMMAND, *OUTPUTS)
     for name, (low, high) in given.items():
         if name not in allowed:
-            raise ParameterError("limits", name, f"is no signal; they are {', '.join(allowed)}")
+            raise ParameterError("limits", name, f"is not a signal; they are {', '.join(allowed)}")
         if not low < high:
             raise ParameterError("limits", f"{name}: {low:g}..{high:g}", "must have its lower end first")
     own: dict[str, tuple[float, float]] = {}

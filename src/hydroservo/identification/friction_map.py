@@ -66,7 +66,7 @@ def friction_map(
     other = np.zeros((v.size, 0)) if besides is None else np.asarray(besides, dtype=np.float64)
     if v.ndim != 1 or f.shape != v.shape or other.ndim != 2 or len(other) != v.size:
         shapes = f"shapes {v.shape}, {f.shape} and {other.shape}"
-        raise ParameterError("force", shapes, "must be as many samples as the velocity")
+        raise ParameterError("force", shapes, "must have as many samples as the velocity")
     if knots.ndim != 1 or not knots.size or not (np.diff([0.0, *knots]) > 0.0).all():
         raise ParameterError("speeds", knots.tolist(), "must be more than 0 and increase")
     moving = np.abs(v) > 0.5 * knots[0]

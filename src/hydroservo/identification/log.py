@@ -126,7 +126,7 @@ def checked_log(given: Mapping[str, Any], name: str, needed: Sequence[str] = (TI
     rows = {str(key): np.asarray(one, dtype=np.float64) for key, one in given.items()}
     for key, row in rows.items():
         if key not in SIGNALS:
-            raise ParameterError(name, key, f"is no signal; they are {', '.join(SIGNALS)}")
+            raise ParameterError(name, key, f"is not a signal; they are {', '.join(SIGNALS)}")
         if row.ndim != 1 or row.size != rows.get(TIME, row).size:
             raise ParameterError(name, key, f"has shape {row.shape}; each must be as long as time")
     if not set(needed) <= rows.keys() or not rows.keys() & set(OUTPUTS):

@@ -148,7 +148,7 @@ def linear(problem: Problem, one: Experiment, number: int, x: Matrix, horizon: f
     traced(kernel, started, samples, period, run.keep)
     own = np.std(run.states, axis=0)
     if not np.isfinite(own).all():
-        raise HydroservoError("the machine is lost in a run with these parameters; try other ranges")
+        raise HydroservoError("a run with these parameters diverges; try other ranges")
     paths = (*(path for path, spread in zip(states, own, strict=True) if spread > 0.0), PUSH)
     if len(paths) >= LANES:
         raise HydroservoError(f"{len(paths)} states are too many for an observer; simulate instead")
@@ -158,7 +158,7 @@ def linear(problem: Problem, one: Experiment, number: int, x: Matrix, horizon: f
     seen = (shown[1:, :, 1 : 1 + len(paths)] - shown[1:, :, :1]).mean(axis=0) / NUDGE
     transition = run.slopes / (samples - 1) / (NUDGE * spreads[:, np.newaxis])
     if not (np.isfinite(seen).all() and np.isfinite(transition).all()):
-        raise HydroservoError("the machine is lost beside this run; simulate instead")
+        raise HydroservoError("the observer diverges on this run; simulate instead")
     push = np.abs(transition[:-1, -1]).max() * horizon / period
     force = 1.0 / push if push > 0.0 else 1.0
     transition[:, -1] *= force

@@ -161,7 +161,7 @@ def propose(
     kept_ones = [one for one in trials if one is not None]
     if not kept_ones:
         ends = ", ".join(f"{name} in {low:g}..{high:g}" for name, (low, high) in bounds.items())
-        raise HydroservoError(f"no command that was tried keeps the limits: {ends}")
+        raise HydroservoError(f"no command tried stays within the limits: {ends}")
     asked = asked_of(found, kept_ones)
     best = min(kept_ones, key=lambda one: openness(one.covariance, asked))
     names = list(found.parameters)

@@ -126,7 +126,7 @@ def refined(
     low, high = problem.bounds
     pull = np.sqrt([WEIGHT * one.prior for one in problem.unknowns])
     if not np.isfinite(at(x).residuals).all():
-        raise HydroservoError("the machine is lost in a run with these parameters; try other ranges")
+        raise HydroservoError("a run with these parameters diverges; try other ranges")
     found = least_squares(
         lambda point: np.concatenate([at(point).residuals, pull * (point - problem.usual)]),
         np.clip(x, low, high),
@@ -166,7 +166,7 @@ def starts(problem: Problem, weights: Weights, seed: int) -> list[Vector]:
     points[1:, :count] = others
     points = np.array([point for point in points if is_possible(problem, point)])
     if not points.size:
-        raise HydroservoError("no parameters in their ranges allow a machine; try other ranges")
+        raise HydroservoError("no parameters within their ranges make a valid machine; try other ranges")
     cost = np.zeros(len(points))
     for number, one in enumerate(problem.experiments):
         shown = runs_at(problem, points, number)
@@ -175,9 +175,7 @@ def starts(problem: Problem, weights: Weights, seed: int) -> list[Vector]:
         cost += [left(one.segment.measured, signals(shown, run), scaled, shift) for run in range(len(points))]
         points[:, place] = shift
     if not np.isfinite(cost).any():
-        raise HydroservoError(
-            "the machine is lost in a run with each of the parameters tried; try other ranges"
-        )
+        raise HydroservoError("a run diverges with each of the parameters tried; try other ranges")
     order = [0, *(1 + np.argsort(cost[1:]))][:STARTS]
     return [points[i] for i in order if np.isfinite(cost[i])]
 

@@ -109,10 +109,12 @@ def changing(log: Log, remarks: list[str]) -> Iterator[tuple[str, Samples]]:
     constant = [name for name, values in known.items() if not values.size or not np.ptp(values)]
     if not set(log.signals) & set(OUTPUTS) - set(constant):
         names = ", ".join(name for name in constant if name in OUTPUTS)
-        raise ScenarioError(log.name, names, "never changes, and nothing else is measured: it tells nothing")
+        raise ScenarioError(
+            log.name, names, "never changes, and nothing else is measured: it says nothing about the machine"
+        )
     for name, values in log.signals.items():
         if name in constant:
-            left = "nothing excites the machine" if name in DRIVING else "it tells nothing and is left out"
+            left = "nothing excites the machine" if name in DRIVING else "it says nothing and is left out"
             remarks.append(f"{name} never changes: {left}")
         if name not in constant or name in DRIVING:
             yield name, values

@@ -109,7 +109,9 @@ def check(written: Assembly, before: Assembly, values: Mapping[str, float]) -> N
     old = dict(leaves(Machine(*(getattr(before.loop, name) for name in Machine._fields))))
     for path, value in values.items():
         if path in told and abs(told[path] - value) > CLOSE * abs(value):
-            raise HydroservoError(f"{path}: a scenario cannot say {value:g} here; it would be {told[path]:g}")
+            raise HydroservoError(
+                f"{path}: a scenario cannot give {value:g} here; it would be {told[path]:g}"
+            )
     if not before.arguments.keys() & values.keys():
         for path in told.keys() - values.keys():
             if isinstance(told[path], float) and abs(told[path] - old[path]) > CLOSE * abs(old[path]):

@@ -81,7 +81,7 @@ def to_law(system: Any, loop: Loop, *, limit: float = 10.0) -> StateSpace:
         names, b, d = ["reference_value", "controlled"], np.hstack([b, -b]), np.hstack([d, -d])
     wrong = [name for name in names if name not in known]
     if wrong:
-        raise ParameterError("system", wrong[0], f"is no input of a law; it {one_of(wrong[0], known)}")
+        raise ParameterError("system", wrong[0], f"is not an input of a law; it {one_of(wrong[0], known)}")
     measured = [i for i, name in enumerate(names) if name in signals]
     if len(measured) > len(PLACES):
         asked = ", ".join(names[i] for i in measured)
@@ -135,12 +135,12 @@ def checked_system(system: Any, period: float) -> Any:
     if not isinstance(system, control.StateSpace):
         raise ParameterError("system", system, "must be a control.StateSpace or a control.TransferFunction")
     if system.dt is None or system.dt is True or not abs(system.dt - period) <= SAME * period:
-        problem = f"must be sampled as the loop is, every {period:g} s; control.sample_system makes it so"
+        problem = f"must be sampled as the loop is, every {period:g} s; use control.sample_system"
         raise ParameterError("system", f"dt = {system.dt}", problem)
     if system.noutputs != 1:
         raise ParameterError("system", f"{system.noutputs} outputs", "must have one output, the command")
     if system.nstates > STATES:
-        problem = f"must have at most {STATES}; control.balred makes them fewer"
+        problem = f"must have at most {STATES}; use control.balred"
         raise ParameterError("system", f"{system.nstates} states", problem)
     if not all(np.isfinite(one).all() for one in (system.A, system.B, system.C, system.D)):
         raise ParameterError("system", "A, B, C, D", "must be finite numbers")

@@ -87,7 +87,7 @@ def optimum(one: Interval, limits: CommandLimits, known: Matrix, guess: Course, 
     found = solver(x0=flat(guess), p=known.ravel(order="F"), lbx=low, ubx=high, lbg=-most, ubg=most)
     z, said = np.array(found["x"]).ravel(), solver.stats()
     if not np.isfinite(z).all():
-        raise HydroservoError(f"the search for the limit was lost: {said['return_status']}")
+        raise HydroservoError(f"the search for the limit failed: {said['return_status']}")
     body = z[: (n + 1) * samples].reshape(samples, n + 1)
     states = np.column_stack([body[:, :n].T, z[(n + 1) * samples :]])
     course = Course(states, np.clip(body[:, n], -bound, bound))

@@ -135,11 +135,13 @@ def prepared(loop: Loop) -> Loop:
         ParameterError: there is no limit of such a loop.
     """
     if isinstance(loop.controls, Command):
-        raise ParameterError("controls", "Command", "is no signal of the machine: an open loop has no limit")
+        raise ParameterError(
+            "controls", "Command", "is not a signal of the machine: an open loop has no limit"
+        )
     refuse_foreign(loop, "find its limit")
     integrator = loop.simulation.integrator
     if not hasattr(integrator, "substep"):
-        problem = "chooses its steps; a limit needs equal ones, as RK4 takes"
+        problem = "chooses its steps; a limit needs equal ones, such as RK4's"
         raise ParameterError("simulation.integrator", type(integrator).__name__, problem)
     recorded: Loop = replace(loop, {"simulation.record_period": loop.simulation.period})
     return ready(recorded)

@@ -53,7 +53,7 @@ HIGHEST = 0.9  # of Nyquist's frequency
 LEAST, MOST = 20, 10**6  # samples in a period of all tones
 QUIET = 0.01  # [V] rms, by which tones move the command
 PUSH = 1.0  # [N] of each tone, for a law that does not feel the load
-KINKED = "the loop has no slope here, and the linear model is of mean slopes: go by what was measured"
+KINKED = "the loop has no slope here, and the linear model is of mean slopes: rely on what was measured"
 MEANINGS = {
     "machine": "what is controlled by the command, the loop opened",
     "open": "loop opened at its command, L",

@@ -90,7 +90,7 @@ class KalmanObserver(NamedTuple):
         """The filter with its steady-state gains for a model and a sample period [s].
 
         Raises:
-            ParameterError: there is no steady state, or it is out of the reach of floating-point numbers.
+            ParameterError: there is no steady state, or it is beyond the range of floating-point numbers.
         """
         sizes = (self.velocity_noise, self.load_force_noise)
         gain = steady_gain(self, with_disturbances(model), (0, 1), sizes, period)

@@ -103,7 +103,7 @@ class PositionKalmanObserver(NamedTuple):
         """The filter with its steady-state gains for a model and a sample period [s].
 
         Raises:
-            ParameterError: there is no steady state, or it is out of the reach of floating-point numbers.
+            ParameterError: there is no steady state, or it is beyond the range of floating-point numbers.
         """
         rates = np.zeros((5, 5))
         rates[0, 1] = 1.0

@@ -291,7 +291,7 @@ class Cylinder(NamedTuple):
         """
         bulk_modulus = self.oil.bulk_modulus(0.5 * (self.start_pressure_a + self.start_pressure_b))
         if not ops.isfinite(bulk_modulus):
-            raise ParameterError("start_pressure_a", "auto", "is to be found first, by at_rest(line, force)")
+            raise ParameterError("start_pressure_a", "auto", "must be found first, with at_rest(line, force)")
         area = 0.5 * (self.area_a + self.area_b)
         spring_a = self.area_a**2 / self.volume_a(self.start_position)
         spring_b = self.area_b**2 / self.volume_b(self.start_position)

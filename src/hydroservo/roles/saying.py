@@ -30,9 +30,9 @@ def role(*roles: Any) -> Callable[[BlockClass], BlockClass]:
 
     def say(cls: BlockClass) -> BlockClass:
         if not hasattr(cls, "_fields"):
-            raise LoopError(f"{cls.__name__} is no NamedTuple; write class {cls.__name__}(NamedTuple):")
+            raise LoopError(f"{cls.__name__} is not a NamedTuple; write class {cls.__name__}(NamedTuple):")
         if "role" in vars(cls) and "role" not in cls._fields:
-            raise LoopError(f"{cls.__name__} says its role twice; several stand in one @role(..., ...)")
+            raise LoopError(f"{cls.__name__} declares its role twice; put several in one @role(..., ...)")
         cls.role = roles[0] if len(roles) == 1 else roles  # type: ignore[attr-defined]
         return cls
 

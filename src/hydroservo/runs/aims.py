@@ -115,7 +115,7 @@ def checked_effort(value: object) -> float:
     """
     found = finite_numbers([value])
     if not found or found[0] < 0.0:
-        raise ParameterError("effort", value, "must be a finite number from 0 on")
+        raise ParameterError("effort", value, "must be a finite number, at least 0")
     return found[0]
 
 

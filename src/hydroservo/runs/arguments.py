@@ -98,7 +98,7 @@ def checked_path(name: str, value: object) -> Path:
         ParameterError: it is none.
     """
     if not isinstance(value, str | os.PathLike):
-        raise ParameterError(name, value, "must be a path: a text or a pathlib.Path")
+        raise ParameterError(name, value, "must be a path: a string or a pathlib.Path")
     return Path(value)
 
 

@@ -86,12 +86,12 @@ def fitting_state(loop: Loop) -> Block:
             file = plant.foreign.name
             raise LoopError(
                 f"{law} needs {error}, which the FMU {file} does not answer; "
-                f"name its variable in plant.signals.{error.name}, or take a law that does without"
+                f"name its variable in plant.signals.{error.name}, or use a law that does not need it"
             ) from None
         given_by = sensors_for(loop.sensors, error.name)
         raise LoopError(
             f"{law} needs {error}, which {named(loop.sensors, 'sensors')} does not measure; "
-            f"add {given_by}, or take a law that does without"
+            f"add {given_by}, or use a law that does not need it"
         ) from None
     except Exception as error:  # whatever a block stumbles over
         raise LoopError(f"{at_fault(loop, error)}: {error} ({place_of(error)})") from None
@@ -140,9 +140,7 @@ def check_monitors(loop: Loop, state: Block) -> None:
                 f"the metric {name} ({type(one).__name__}) does not fit this loop: {problem}"
             ) from None
         if type(after) is not type(before) or not all(isinstance(value, float) for value in values(after)):
-            raise LoopError(
-                f"the metric {name}: a step must return a state of init's type, with floats alone"
-            )
+            raise LoopError(f"the metric {name}: a step must return a state of init's type, with floats only")
         if not is_block(metrics) or not all(isinstance(value, float | bool) for value in metrics):
             raise LoopError(f"the metric {name}: values must be a NamedTuple of floats and flags")
 

@@ -61,7 +61,9 @@ def save(dataset: "xr.Dataset", path: Path | str) -> Path:
     form = FORMATS.get(path.suffix.lower())
     if form is None:
         endings = ", ".join(FORMATS)
-        raise HydroservoError(f"{path}: the ending {path.suffix!r} names no format; use one of {endings}")
+        raise HydroservoError(
+            f"{path}: the ending {path.suffix!r} is not a known format; use one of {endings}"
+        )
     with atomic_path(path) as temporary:
         form.write(dataset, temporary)
     return path

@@ -103,7 +103,7 @@ class CheckedReturns:
 def missing(result: Any) -> str:
     """Which number of a record is none."""
     empty = [path for path, value in leaves(result) if not a_number(value)] if is_block(result) else []
-    return f", whose {empty[0]} is no number" if empty else ""
+    return f", whose {empty[0]} is not a number" if empty else ""
 
 
 def a_number(value: Any) -> bool:

@@ -70,7 +70,7 @@ def check_given(loop: Loop) -> None:
             raise ParameterError(f"start.given.{path}", value, error.allowed) from None
         if is_block(there):
             raise ParameterError(
-                f"start.given.{path}", value, "is no number of the state but a group of them"
+                f"start.given.{path}", value, "is not a number of the state but a group of them"
             )
 
 

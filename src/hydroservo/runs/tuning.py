@@ -116,8 +116,8 @@ def searched(
 
     Raises:
         ParameterError: an unknown path, a metric that a loop does not have, a range that is none or leaves
-            the parameter's own, a number out of its range, no candidate allows a controller, or the metric is
-            0 with all of them.
+            the parameter's own, a number out of its range, no candidate makes a valid controller, or the
+            metric is 0 with all of them.
         HydroservoError: with every candidate some run diverged.
 
     Source: Storn, Price, Journal of Global Optimization 11, 1997, doi:10.1023/A:1008202821328.
@@ -145,7 +145,7 @@ def searched(
 
     point = minimum(generation, len(ranges), generations, seed)
     if worst == 0.0:
-        problem = f"is 0 with each of {done * CANDIDATES:,} candidates, which tells nothing; take another"
+        problem = f"is 0 with each of {done * CANDIDATES:,} candidates, which says nothing; use another"
         raise ParameterError("metric", aim.metric, problem)
     parameters = space.rounded(point)
     tables, after = at_points(aim, [parameters] * len(aim.loops), threads)

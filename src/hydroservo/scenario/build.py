@@ -191,8 +191,8 @@ def check_as_printed(entry: Entry) -> None:
     """
     if entry.value is not False:
         types = "PrintedTSMC, PrintedBackstepping and printed_leakage"
-        raise entry.error(f"is no switch any more; see {types} in hydroservo.papers.tsmc_eha_2021.printed")
-    warnings.warn(f"{entry.key} = false is no key any more; leave it out", HydroservoWarning, stacklevel=2)
+        raise entry.error(f"is no longer a switch; see {types} in hydroservo.papers.tsmc_eha_2021.printed")
+    warnings.warn(f"{entry.key} = false is no longer a key; leave it out", HydroservoWarning, stacklevel=2)
 
 
 def maker_of(hint: Any, default: Block | None, table: Table) -> Maker:

@@ -67,7 +67,7 @@ def named_source(entry: Entry) -> str | Path:
     if not exists(path):
         folder = short(str(entry.origin.folder.absolute()))
         near = nearest(entry.value, builtin_texts())
-        raise entry.error(f"is no built-in name, and there is no such file in {folder}{near}")
+        raise entry.error(f"is not a built-in name, and there is no such file in {folder}{near}")
     return path
 
 

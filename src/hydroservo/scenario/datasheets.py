@@ -71,7 +71,7 @@ def columns_of(assembly: Assembly, values: Mapping[str, ArrayLike], first: int =
 def checked_values(assembly: Assembly, path: str, values: ArrayLike, first: int) -> NDArray[np.float64]:
     """One value of an argument for each run."""
     if path not in assembly.arguments:
-        problem = f"is no number that a constructor takes{nearest(path, assembly.arguments)}"
+        problem = f"is not a number that a constructor takes{nearest(path, assembly.arguments)}"
         raise ScenarioError("values", path, problem)
     found = vector(path, values)
     for run, value in enumerate(found.tolist(), first):
@@ -108,8 +108,9 @@ def block_columns(assembly: Assembly, name: str, values: Columns, first: int) ->
             problem = f"{error.problem}, in run {first + run}"
             raise ScenarioError(error.file, error.key, problem) from None
         if not alike(block, usual):
+            where = f"in run {first + run}"
             problem = (
-                f"is another block than in the scenario, not one with other numbers, in run {first + run}"
+                f"is a different block from the scenario's, not the same one with other numbers, {where}"
             )
             raise ScenarioError("values", name, problem)
         for path, value in leaves(block):

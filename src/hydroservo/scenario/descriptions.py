@@ -64,7 +64,9 @@ def descriptions(name: str) -> list[Description]:
     if not named:
         types = types_by_role()
         known = [*types, *(name for names in types.values() for name in names)]
-        raise ParameterError("name", name, f"is no type, role or table of a scenario{nearest(name, known)}")
+        raise ParameterError(
+            "name", name, f"is not a type, role or table of a scenario{nearest(name, known)}"
+        )
     return [
         Description(name, [role.__name__ for role in roles_of(cls)], plain(maker), keys_of(maker))
         for cls, maker in named

@@ -28,7 +28,9 @@ def said_roles(cls: type) -> tuple[type, ...]:
     for one in several:
         if one not in ROLES:
             name = getattr(one, "__name__", repr(one))
-            raise ValueError(f"{cls.__name__} says that its role is {name}, which hydroservo.roles has not")
+            raise ValueError(
+                f"{cls.__name__} says that its role is {name}, which hydroservo.roles does not have"
+            )
     return several
 
 

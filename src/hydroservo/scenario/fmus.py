@@ -184,7 +184,7 @@ def named_wire(fmu: Fmu, entry: Entry, signal: str, unit: str, kinds: Sequence[s
     if name not in fmu.variables and element is not None and element[1] in fmu.variables:
         name, place = element[1], int(element[2]) - 1
     if name not in fmu.variables:
-        raise entry.error(f"is no variable of the FMU{nearest(name, fmu.variables)}")
+        raise entry.error(f"is not a variable of the FMU{nearest(name, fmu.variables)}")
     variable = fmu.variables[name]
     if variable.causality not in kinds or not variable.is_real:
         wanted = "an input" if kinds == ("input",) else "an output"
@@ -220,7 +220,7 @@ def parameters(fmu: Fmu, table: Table, wired: set[str]) -> Iterator[tuple[str, P
     settable = [one.name for one in fmu.variables.values() if one.settable and one.causality in SETTABLE]
     for name, entry in table.entries():
         if name not in settable or name in wired:
-            why = "is given by a signal" if name in wired else "is no parameter of the FMU that can be set"
+            why = "is given by a signal" if name in wired else "is not a parameter of the FMU that can be set"
             raise entry.error(f"{why}{'' if name in wired else nearest(name, settable)}")
         yield name, tuple(one_value(fmu.variables[name], value, entry) for value in flattened(entry.value))
 

@@ -54,7 +54,7 @@ def nested(changes: Mapping[str, object]) -> dict[str, Any]:
         for parent in parents:
             table = table.setdefault(parent, {})
             if not isinstance(table, dict):
-                raise ScenarioError(OVERRIDES, path, f"{parent} is given a value too and is no table")
+                raise ScenarioError(OVERRIDES, path, f"{parent} is also given a value, so it is not a table")
         if isinstance(table.get(name), dict):
             raise ScenarioError(
                 OVERRIDES, path, f"{short(value)} is given where other overrides have a table"

@@ -235,5 +235,5 @@ def opened(folder: Path, content: Mapping[str, Any]) -> Store:
         if found.get(name) != wanted[name]:
             theirs, ours = short(found.get(name)), short(wanted[name])
             other = f"another {name}" if theirs == ours else f"{name} {theirs}, and not {ours}"
-            raise HydroservoError(f"{folder / MANIFEST}: is of a batch with {other}; give another --out")
+            raise HydroservoError(f"{folder / MANIFEST}: belongs to a batch with {other}; give another --out")
     return Store(folder, MANIFEST, content)

@@ -67,7 +67,7 @@ def check_path(path: str, entry: Entry, loop: Loop, arguments: Collection[str]) 
     known = [known for known in dict.fromkeys((*arguments, *given)) if varies(known)]
     parent = path.rpartition(".")[0]
     beside = [name for name in known if parent and name.rpartition(".")[0] == parent]
-    problem = one_of(path, beside) if beside else f"is no number that can vary{nearest(path, known)}"
+    problem = one_of(path, beside) if beside else f"is not a number that can vary{nearest(path, known)}"
     if path == SEED:
         problem = "is varied by --seeds"
     raise ScenarioError(entry.origin.name, entry.key, problem)
@@ -99,7 +99,7 @@ def both_ends(entry: Entry, field: Field, nominal: float) -> tuple[float, float]
             raise entry.error(f"reaches {one:g}; it must be {allowed(field)}")
     low, high = sorted(ends)
     if low == high:
-        raise entry.error(f"is no range: both its ends are {low:g}")
+        raise entry.error(f"is not a range: both ends are {low:g}")
     return low, high
 
 
@@ -149,7 +149,7 @@ def relative_ends(low: float, high: float, field: Field, nominal: float) -> tupl
     """
     if nominal in (0.0, field.auto):
         present = "0" if nominal == 0.0 else '"auto"'
-        raise ValueError(f"is {present} in the scenario, of which there is no percentage")
+        raise ValueError(f"is {present} in the scenario, so no percentage of it can be taken")
     return nominal * (1.0 + low), nominal * (1.0 + high)
 
 

@@ -146,7 +146,7 @@ def samples(
     for line, text_t, text_x in filled(rows, t, x, decimals):
         if line == 2 and is_unit(text_t) and is_unit(text_x):
             better = f"{name_and_unit(t.header)[0]} [{text_t.strip(BRACKETS)}]"
-            raise ScenarioError(decimals.name, "line 2", f'holds units; they belong into line 1: "{better}"')
+            raise ScenarioError(decimals.name, "line 2", f'holds units; they belong in line 1: "{better}"')
         instant = decimals.number(text_t, line, t.header)
         if instants and instant <= instants[-1]:
             problem = f"{short(text_t)} is not after the instant in the row before"

@@ -88,10 +88,10 @@ def no_type(wanted: str, names: Sequence[str]) -> str:
     if not wanted:
         return one_of(wanted, names)
     if wanted in plugin_other_classes():
-        mend = f"; the plugin's class {wanted} is no NamedTuple; write class {wanted}(NamedTuple):"
+        mend = f"; the plugin's class {wanted} is not a NamedTuple; write class {wanted}(NamedTuple):"
     else:
         mend = f"{nearest(wanted, names)}; {OWN}"
-    return f"is no type here{mend}; it must be one of {', '.join(names)}"
+    return f"is not a type here{mend}; it must be one of {', '.join(names)}"
 
 
 def names_in_role(role: type) -> list[str]:

@@ -141,7 +141,9 @@ def sources(value: object) -> Sequence[str | Path]:
     every = value if isinstance(value, list | tuple) else [value]
     found = [one for one in every if isinstance(one, str | Path)]
     if not found or len(found) < len(every):
-        raise ParameterError("aim", value, "must be an Aim, as Aim([loop]) is, or scenarios by name or path")
+        raise ParameterError(
+            "aim", value, "must be an Aim, such as Aim([loop]), or scenarios by name or path"
+        )
     return found
 
 
@@ -160,7 +162,7 @@ def task_of_aim(
         ParameterError: there is such a one, or a range is no two numbers in SI units.
     """
     for name, value in others.items():
-        raise ParameterError(name, value, "is for scenarios by name; an Aim says it by itself")
+        raise ParameterError(name, value, "is for scenarios by name; an Aim has its own")
     for path, ends in ranges.items():
         if isinstance(ends, str | Relative):
             raise ParameterError(path, ends, "must be two numbers in SI units for an Aim")
@@ -224,7 +226,9 @@ def search_of(scenarios: Sequence[str | Path], first: Assembly, parts: Mapping[s
             raise ScenarioError(str(scenarios[0]), "tune.scenarios", not_among(scenarios[0], search))
     count = len(together)
     if "weights" not in parts and len(weights) not in (0, count):
-        problem = f"are of {len(weights)} scenarios; name them in tune.scenarios, or write tune.weights = [1]"
+        problem = (
+            f"are for {len(weights)} scenarios; name them in tune.scenarios, or write tune.weights = [1]"
+        )
         raise ScenarioError(str(scenarios[0]), "tune.weights", problem)
     said = {name: checked_part(name, value, count, [first.loop]) for name, value in parts.items()}
     return search._replace(**{"scenarios": together, "weights": weights or (1.0,) * count} | said)
@@ -276,7 +280,7 @@ def ranges_of(
     for path, one in wanted.items():
         for name, assembly in assemblies.items():
             if path not in dict(leaves(assembly.loop)) or path in assembly.arguments:
-                raise ScenarioError(one.entry.origin.name, one.entry.key, f"is no number of {name}")
+                raise ScenarioError(one.entry.origin.name, one.entry.key, f"is not a number of {name}")
     return {path: (one.low, one.high) for path, one in wanted.items()}
 
 

@@ -87,7 +87,7 @@ def varied(study: Study, levels: Sequence[Level], kind: Kind) -> dict[str, Entry
     found |= kind.vary
     for path, entry in found.items():
         if path.startswith(LAW):
-            problem = "is of a law; conditions are of the machine, its load, demand and sensors"
+            problem = "belongs to a law; conditions concern the machine, its load, demand and sensors"
             raise ScenarioError(entry.origin.name, entry.key, problem)
     return found
 

@@ -42,7 +42,7 @@ def contender(study: Study, law: Law, levels: Sequence[Level]) -> Contender:
     """A law as a study has it, on the machine of the cell at some levels of the axes.
 
     Raises:
-        ScenarioError: it does not fit there, or has nothing that could be searched.
+        ScenarioError: it does not fit there, or has nothing to search.
     """
     own = assembled(law.scenario, {}, study.plugins)
     place = observer_place(study, law, own.loop.controller) if law.observer else ""
@@ -59,7 +59,7 @@ def contender(study: Study, law: Law, levels: Sequence[Level]) -> Contender:
     ranges = own_ranges(study, law, own, place) | observer_ranges(study, law, one, place)
     searched = {path: ends for path, ends in ranges.items() if path not in known}
     if not searched:
-        raise ScenarioError(study.origin.name, f"laws.{law.name}", "has nothing that could be searched")
+        raise ScenarioError(study.origin.name, f"laws.{law.name}", "has nothing to search")
     check_numbers(study, law, one, searched)
     slow = assembled(study.base, {**study.changes, **controller}, study.plugins).loop
     return Contender(found, as_far(searched, slow, one.loop), changes)

@@ -115,7 +115,7 @@ def named(top: Table, section: str) -> Iterator[str]:
     table = top.table(section)
     for name in table.names():
         if not name or set(name) - set(NAME):
-            problem = "must be a name of small letters, digits and hyphens, for files are named by it"
+            problem = "must be a name of lower-case letters, digits and hyphens, as files are named after it"
             raise ScenarioError(table.origin.name, table.key(name), problem)
         yield name
 
@@ -190,7 +190,7 @@ def changed(law: Law, table: Table) -> Law:
     changes = changes_in(table, "set")
     for path in changes:
         if not path.startswith("controller."):
-            problem = f"sets {path}, which is not of the law; it must begin with controller"
+            problem = f"sets {path}, which does not belong to the law; it must begin with controller"
             raise table.error(problem)
     return law._replace(
         changes={**law.changes, **changes},

@@ -148,7 +148,7 @@ def searched(task: Task, space: Space) -> list[Best]:
     search = {"de": minimum, "cma": evolved}[task.optimiser]
     search(generation, len(space.ranges), generations, task.seed)
     if math.isinf(best):
-        raise HydroservoError(f"{task.law} in {task.cell}: no candidate allows a controller")
+        raise HydroservoError(f"{task.law} in {task.cell}: no candidate makes a valid controller")
     return kept
 
 
@@ -226,7 +226,7 @@ def simulated(task: Task, group: Group, points: Points, split: str) -> Judged:
     runs = quietly(simulate_batch)(group.loop, columns, metrics=monitors, threads=1, strict=True)
     error = np.where(runs["diverged"].values, np.inf, runs[task.metric].values)
     if np.isnan(error).any():
-        raise ParameterError("metric", task.metric, "is nan in runs that were not lost; take another")
+        raise ParameterError("metric", task.metric, "is nan in runs that were not lost; use another")
     simulation = group.loop.simulation
     share = 100.0 / (command_range(group.loop) * simulation.duration)
     activity = runs[ACTIVITY].values * share

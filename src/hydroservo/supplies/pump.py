@@ -118,7 +118,7 @@ class PumpSupply(NamedTuple):
             raise ParameterError("volumetric_efficiency", volumetric_efficiency, "must be in (0, 1]")
         torque = displacement * rated_pressure + viscous * rated_speed
         if not torque <= max_torque:
-            allowed = f"must be at least {torque:.4g} [N m], which the rated speed and pressure take"
+            allowed = f"must be at least {torque:.4g} [N m], as the rated speed and pressure need"
             raise ParameterError("max_torque", max_torque, allowed)
         return cls(
             displacement=displacement,

@@ -65,7 +65,7 @@ def robust_controller(plant: StateSpace, factor: float = 1.1) -> RobustControlle
         factor: gamma over the least there is, above 1.
 
     Raises:
-        ValueError: there is no controller, or it is out of the reach of floating-point numbers.
+        ValueError: there is no controller, or it is beyond the range of floating-point numbers.
     """
     from scipy.linalg import solve_continuous_are
 
@@ -84,7 +84,7 @@ def robust_controller(plant: StateSpace, factor: float = 1.1) -> RobustControlle
             raise ValueError("a Riccati equation has no solution in floating-point numbers") from None
         k = rescaled(StateSpace(a + b @ felt - heard @ (c + d @ felt), heard, b.T @ x, d.T), sizes, rate)
     if not all(np.isfinite(part).all() for part in k):
-        raise ValueError("it is out of the reach of floating-point numbers")
+        raise ValueError("it is beyond the range of floating-point numbers")
     return RobustController(k, gamma, least)
 
 
@@ -97,7 +97,7 @@ def balanced(plant: StateSpace) -> tuple[StateSpace, Matrix, float]:
         ValueError: its numbers are not finite.
     """
     if not all(np.isfinite(part).all() for part in plant):
-        raise ValueError("it is out of the reach of floating-point numbers")
+        raise ValueError("it is beyond the range of floating-point numbers")
     from scipy.linalg import matrix_balance
 
     (states, inputs), outputs = plant.b.shape, len(plant.c)

@@ -27,7 +27,7 @@ def computed(design: Callable[[], Sequence[Matrix]], refusal: ParameterError) ->
         refusal: of :func:`no_gain`, for where there are none.
 
     Raises:
-        ParameterError: there are none, or they are out of the reach of floating-point numbers.
+        ParameterError: there are none, or they are beyond the range of floating-point numbers.
     """
     try:
         with np.errstate(all="ignore"):
@@ -55,5 +55,5 @@ def no_gain(block: Block, names: Sequence[str], period: float, cause: str) -> Pa
         f"{type(block).__name__}.{first}",
         getattr(block, first),
         f"with {beside}a sample period of {period:g} s no gain is found: "
-        f"{cause} out of the reach of floating-point numbers",
+        f"{cause} beyond the range of floating-point numbers",
     )

@@ -35,7 +35,7 @@ def steady_gain(
         Shape (n, 2), in nine digits.
 
     Raises:
-        ParameterError: there is no steady state, or it is out of the reach of floating-point numbers.
+        ParameterError: there is no steady state, or it is beyond the range of floating-point numbers.
 
     Source: Franklin, Powell, Workman, Digital Control of Dynamic Systems, 1998, sec. 9.4.
     Fails where noise is not white, or a measurement has none.

@@ -28,7 +28,7 @@ def sampled_plant(
         integral: k_i [V/m].
 
     Raises:
-        ValueError: it is out of the reach of floating-point numbers.
+        ValueError: it is beyond the range of floating-point numbers.
     """
     with np.errstate(all="ignore"):
         plant = at_rest(model, time_constant)
@@ -53,7 +53,7 @@ def to_bilinear(sampled: StateSpace) -> StateSpace:
     try:
         half = np.linalg.inv(a + np.eye(len(a)))
     except np.linalg.LinAlgError:
-        raise ValueError("it is out of the reach of floating-point numbers") from None
+        raise ValueError("it is beyond the range of floating-point numbers") from None
     root = np.sqrt(2.0)
     return StateSpace(half @ (a - np.eye(len(a))), root * half @ b, root * c @ half, d - c @ half @ b)
 
@@ -68,6 +68,6 @@ def from_bilinear(law: StateSpace) -> StateSpace:
     try:
         half = np.linalg.inv(np.eye(len(a)) - a)
     except np.linalg.LinAlgError:
-        raise ValueError("it is out of the reach of floating-point numbers") from None
+        raise ValueError("it is beyond the range of floating-point numbers") from None
     root = np.sqrt(2.0)
     return StateSpace(half @ (a + np.eye(len(a))), root * half @ b, root * c @ half, d + c @ half @ b)

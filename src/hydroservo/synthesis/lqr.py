@@ -64,7 +64,7 @@ def feedback(
         [V per the unit of each] in nine digits, x1 to x3 first; that of x3 is 0 where the valve has no lag.
 
     Raises:
-        ParameterError: there are none, or they are out of the reach of floating-point numbers.
+        ParameterError: there are none, or they are beyond the range of floating-point numbers.
     """
 
     def design() -> list[Matrix]:

@@ -88,7 +88,7 @@ def planned(
         same units, shapes (m, 3) and (m, m); all in nine digits.
 
     Raises:
-        ParameterError: there are none, or they are out of the reach of floating-point numbers.
+        ParameterError: there are none, or they are beyond the range of floating-point numbers.
     """
 
     def design() -> list[Matrix]:

@@ -56,7 +56,7 @@ def sections(law: StateSpace) -> tuple[float, tuple[Section, ...]]:
         law: sampled, stable, and answering its input at once: D not 0.
 
     Raises:
-        ValueError: the law is not that, or it is out of the reach of floating-point numbers.
+        ValueError: the law is not that, or it is beyond the range of floating-point numbers.
     """
     a, b, c, d = law
     try:
@@ -66,9 +66,9 @@ def sections(law: StateSpace) -> tuple[float, tuple[Section, ...]]:
             pairs = zip_longest(factors(zeros), factors(poles), fillvalue=(0.0, 0.0))
             table = np.array([(*top, *low) for top, low in pairs])
     except np.linalg.LinAlgError:
-        raise ValueError("it is out of the reach of floating-point numbers") from None
+        raise ValueError("it is beyond the range of floating-point numbers") from None
     if not (np.isfinite(gain) and np.isfinite(table).all()):
-        raise ValueError("it is out of the reach of floating-point numbers")
+        raise ValueError("it is beyond the range of floating-point numbers")
     if np.abs(poles).max() >= 1.0:
         raise ValueError("it is unstable")
     return nine_digits(gain), tuple(Section(*map(cleared, row)) for row in table.tolist())

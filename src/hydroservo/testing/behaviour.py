@@ -60,7 +60,7 @@ def unlike(result: Any, wanted: Any) -> str:
             return f"returns {result!r}: must be a {wanted.__name__}"
         whole = [path for path, value in leaves(result) if type(value) is not float]
         if whole:
-            return f"returns {result!r}, whose {whole[0]} is no float"
+            return f"returns {result!r}, whose {whole[0]} is not a float"
     return ""
 
 

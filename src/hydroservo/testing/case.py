@@ -101,9 +101,9 @@ def only_role(cls: type) -> type:
         raise ContractError(str(error), line_of(cls)) from None
     names = [role.__name__ for role in roles]
     if not roles:
-        raise ContractError("says no role, and has not the methods of any", line_of(cls))
+        raise ContractError("declares no role, and does not have the methods of any", line_of(cls))
     if len(roles) > 1:
-        way = "ask in one of them" if said_roles(cls) else "say which it is, by @role(...) above the class"
+        way = "ask in one of them" if said_roles(cls) else "say which it is with @role(...) above the class"
         raise ContractError(f"has the methods of {', '.join(names)}; {way}", line_of(cls))
     return roles[0]
 

@@ -25,10 +25,10 @@ def check_translated(case: Case) -> str:
         What was not tried, and why; "" if all was.
     """
     if case.role is Monitor:
-        return "not tried: a metric is no part of what is exported"
+        return "not tried: a metric is not part of what is exported"
     loop = loop_with(case.block, case.role)
     if loop is None:
-        return f"not tried: no block of hydroservo takes {a_role(case.role)} of one's own"
+        return f"not tried: no block of hydroservo takes {a_role(case.role)} of your own"
     if "velocity" in missing_signals(loop.sensors):
         return "not tried: the controller beside it needs the velocity"
     if case.role is Controller:

@@ -132,7 +132,7 @@ def check_scheduler(address: str) -> None:
         raise HydroservoError(f"no Dask scheduler answers at {address} within {PATIENCE} s") from None
     except Exception as error:  # of the network, of the address, of what answers there and is none of Dask's
         known = isinstance(error, (OSError, ValueError))
-        reason = clipped(str(error).partition("\n")[0], 200) if known else "what answers is none of Dask's"
+        reason = clipped(str(error).partition("\n")[0], 200) if known else "what answers is not Dask's"
         raise HydroservoError(f"no Dask scheduler answers at {address or repr('')}: {reason}") from None
     if kind != "Scheduler":
         raise HydroservoError(f"no Dask scheduler answers at {address}, but a {kind}")

@@ -21,5 +21,5 @@ def checked_count(count: int | None, name: str) -> int:
     if count is None:
         return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     if isinstance(count, bool) or not isinstance(count, Integral) or count < 1:
-        raise ParameterError(name, count, "must be a whole number from 1 on, or None for all cores")
+        raise ParameterError(name, count, "must be a whole number, at least 1, or None for all cores")
     return int(count)

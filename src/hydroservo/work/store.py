@@ -159,7 +159,7 @@ class Store:
         except FileNotFoundError:
             raise HydroservoError(f"{file}: is not there") from None
         except (OSError, pa.ArrowException) as error:
-            problem = f"is damaged ({error}); remove it, and the same command does it again"
+            problem = f"is damaged ({error}); remove it, and the same command makes it again"
             raise HydroservoError(f"{file}: {problem}") from None
 
 

@@ -52,7 +52,9 @@ def plain(value: Any, path: str) -> Any:
     if isinstance(value, Mapping):
         for key in value:
             if not isinstance(key, str):
-                raise ParameterError(path or "what", key, "must be a text, as all keys of what is addressed")
+                raise ParameterError(
+                    path or "what", key, "must be a string, like all keys of what is addressed"
+                )
         return {key: plain(one, f"{path}.{key}" if path else key) for key, one in value.items()}
     if isinstance(value, (list, tuple)):
         return [plain(one, f"{path}[{i}]") for i, one in enumerate(value)]
@@ -60,4 +62,6 @@ def plain(value: Any, path: str) -> Any:
         return value
     if isinstance(value, float) and math.isfinite(value):
         return float(value)
-    raise ParameterError(path, value, "must be a text, a finite number, True, False, None, or groups of them")
+    raise ParameterError(
+        path, value, "must be a string, a finite number, True, False, None, or groups of them"
+    )

@@ -98,7 +98,10 @@ def refused(tmp_path: Path, text: str) -> str:
             SMALL + 'set.simulation.substeps = "auto"',
             "simulation.substeps: must be a number, the same for all",
         ),
-        (SMALL.replace("laws/pi-sine", "laws/pj-sine"), "is no built-in name, and there is no such file in"),
+        (
+            SMALL.replace("laws/pi-sine", "laws/pj-sine"),
+            "is not a built-in name, and there is no such file in",
+        ),
         (SMALL.replace('"-30%..+30%"', '"0 %"'), "must be a range"),
         (
             SMALL.replace("-30%..+30%", "-40%..+30%") + "conditions.stress = [1, 3]",

@@ -135,7 +135,7 @@ def test_a_search_in_which_nothing_is_possible_is_refused(
     task: Task, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(searching, "cost", lambda _, points: np.full(points[GAIN].size, np.inf))
-    with pytest.raises(HydroservoError, match="pi in low: no candidate allows a controller"):
+    with pytest.raises(HydroservoError, match="pi in low: no candidate makes a valid controller"):
         found_by(task)
 
 

@@ -30,7 +30,7 @@ def call(frame: Frame, node: ast.Call) -> Any:
     frame.line = node.lineno
     called = frame.value(node.func)
     if not is_known(called):
-        raise LoweringError(f"compiled code has no {ast.unparse(node)}")
+        raise LoweringError(f"compiled code does not support {ast.unparse(node)}")
     given = spread(frame, node.args)
     named = {str(one.arg): frame.value(one.value) for one in node.keywords if one.arg}
     if len(named) < len(node.keywords):
@@ -41,7 +41,9 @@ def call(frame: Frame, node: ast.Call) -> Any:
     try:
         found = replaced(frame, called, given, named)
     except TypeError:
-        raise LoweringError(f"compiled code has no {ast.unparse(node)} with such arguments") from None
+        raise LoweringError(
+            f"compiled code does not support {ast.unparse(node)} with such arguments"
+        ) from None
     if isinstance(found, FunctionType):
         return inlined(frame.writer, found, given, named, frame.stack)
     return found
@@ -109,7 +111,7 @@ def parts(value: Any) -> tuple[Any, ...]:
         LoweringError: it is none.
     """
     if not isinstance(value, Record):
-        raise LoweringError(f"{said(value)} is no tuple")
+        raise LoweringError(f"{said(value)} is not a tuple")
     return value.parts
 
 

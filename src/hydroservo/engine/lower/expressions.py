@@ -14,7 +14,7 @@ from hydroservo.engine.lower.writer import Block, DeadEndError, said
 
 __all__ = ["lowers", "spread"]
 
-NO_MEMORY = "a list, a dict or a text needs memory, of which compiled code has none"
+NO_MEMORY = "a list, a dict or a string needs memory, which compiled code does not have"
 
 
 def lowers(kind: type[ast.expr]) -> Callable[[Callable[[Frame, Any], Any]], Callable[[Frame, Any], Any]]:
@@ -64,7 +64,7 @@ def part_of(owner: Record, name: str) -> Any:
         return owner.parts[fields.index(name)]
     method = vars(owner.cls).get(name)
     if not isinstance(method, FunctionType):
-        raise LoweringError(f"{name} is no field and no method of {owner.cls.__name__}")
+        raise LoweringError(f"{name} is neither a field nor a method of {owner.cls.__name__}")
     return Bound(method, owner)
 
 
@@ -112,7 +112,7 @@ def subscript(frame: Frame, node: ast.Subscript) -> Any:
         ]
         if isinstance(owner, Record) and not any(isinstance(bound, Scalar) for bound in bounds):
             return Record(tuple, owner.parts[slice(*bounds)])
-        raise LoweringError(f"compiled code takes no slice of {said(owner)}")
+        raise LoweringError(f"compiled code cannot slice {said(owner)}")
     return item(frame.writer, owner, frame.value(node.slice))
 
 
@@ -160,7 +160,7 @@ def single(frame: Frame, op: ast.cmpop, a: Any, b: Any) -> Any:
         return (a == b) is isinstance(op, ast.Eq)
     if isinstance(op, ast.In | ast.NotIn):
         if not isinstance(b, Record):
-            raise LoweringError(f"compiled code does not search {said(b)}")
+            raise LoweringError(f"compiled code cannot search {said(b)}")
         found: Any = False
         for part in b.parts:
             found = numbers.binary(

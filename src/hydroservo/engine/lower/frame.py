@@ -58,7 +58,7 @@ class Frame:
         lower = EXPRESSIONS.get(type(node))
         if lower is None:
             self.line = node.lineno
-            raise LoweringError(f"compiled code has no {ast.unparse(node)}")
+            raise LoweringError(f"compiled code does not support {ast.unparse(node)}")
         return lower(self, node)
 
     def run(self, body: Sequence[ast.stmt]) -> None:
@@ -69,7 +69,9 @@ class Frame:
             self.line = statement.lineno
             lower = STATEMENTS.get(type(statement))
             if lower is None:
-                raise LoweringError(f"compiled code has no '{ast.unparse(statement).partition(chr(10))[0]}'")
+                raise LoweringError(
+                    f"compiled code does not support '{ast.unparse(statement).partition(chr(10))[0]}'"
+                )
             try:
                 lower(self, statement)
             except DeadEndError:
@@ -137,7 +139,7 @@ class Frame:
 def checked(name: str, value: Any) -> Any:
     """A value that compiled code may have."""
     if isinstance(value, list | dict | set):
-        raise LoweringError(f"{name} is a {type(value).__name__}, which compiled code has not")
+        raise LoweringError(f"{name} is a {type(value).__name__}, which compiled code does not support")
     return value
 
 
@@ -165,7 +167,7 @@ def inlined(
         LoweringError: it cannot be.
     """
     if len(stack) >= DEEPEST:
-        raise LoweringError(f"{function.__name__} calls itself, or too many others inside each other")
+        raise LoweringError(f"{function.__name__} calls itself, or nests too many calls")
     frame = Frame(writer, function, stack)
     frame.env = arguments(function, frame.definition.arguments, given, named)
     stack.append(frame)
@@ -201,5 +203,5 @@ def arguments(
     )
     for name in (*names, *keywords):
         if name not in env and name not in spare:
-            raise LoweringError(f"{function.__name__} lacks its argument {name}")
+            raise LoweringError(f"{function.__name__} is missing its argument {name}")
     return {name: lifted(value) for name, value in spare.items()} | env

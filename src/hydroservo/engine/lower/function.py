@@ -121,7 +121,7 @@ def gathered(value: Any, numbers: list[Any]) -> Any:
     if value is None:
         return type(None)
     if isinstance(value, Composite) or not is_number(value):
-        raise LoweringError(f"compiled code returns no {said(value)}")
+        raise LoweringError(f"compiled code cannot return {said(value)}")
     numbers.append(value)
     return {DOUBLE: float, INTEGER: int, BOOL: bool}[kind_of(value)]
 
@@ -135,7 +135,7 @@ def module(name: str, asked: str, strict: bool, write: Callable[[Writer, list[Fr
     except DeadEndError:
         pass
     except (LoweringError, RecursionError) as error:
-        problem = error if isinstance(error, LoweringError) else "calls inside each other are too deep"
+        problem = error if isinstance(error, LoweringError) else "its calls nest too deeply"
         raise CompileError(f"{problem}; {WAY_OUT}", [frame.place for frame in reversed(stack)]) from None
     if w.raised is not None:
         w.raised.lines.append("ret i32 1")

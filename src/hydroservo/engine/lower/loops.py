@@ -138,7 +138,7 @@ def for_(frame: Frame, node: ast.For) -> None:
     elif isinstance(over, Array):
         count(frame, node, Range(0, over.lengths[0], 1), lambda i: item(frame.writer, over, i))
     else:
-        raise LoweringError(f"compiled code has no loop over {said(over)}")
+        raise LoweringError(f"compiled code cannot loop over {said(over)}")
 
 
 def unroll(frame: Frame, node: ast.For, parts: Sequence[Any]) -> None:

@@ -52,7 +52,7 @@ def item(w: Writer, owner: Any, index: Any) -> Any:
         return loaded(w, DOUBLE, owner.parts[0].text, place)
     if isinstance(owner, Record):
         return part_at(w, owner, index)
-    raise LoweringError(f"compiled code takes no index of {said(owner)}")
+    raise LoweringError(f"compiled code cannot index {said(owner)}")
 
 
 def put(w: Writer, owner: Any, index: Any, value: Any) -> None:
@@ -65,7 +65,7 @@ def put(w: Writer, owner: Any, index: Any, value: Any) -> None:
         stored(w, owner.element, owner.text, whole_index(w, index), value)
         return
     if not isinstance(owner, Array):
-        raise LoweringError(f"compiled code changes nothing in {said(owner)}")
+        raise LoweringError(f"compiled code cannot change {said(owner)}")
     place, rest = inside(w, owner, index)
     if rest:
         raise LoweringError("compiled code writes one number of an array at a time")
@@ -79,7 +79,7 @@ def whole_index(w: Writer, index: Any) -> Any:
         LoweringError: it is none.
     """
     if isinstance(index, Record | Array | Pointer) or index is None or kind_of(index) == DOUBLE:
-        raise LoweringError(f"{said(index)} is no index")
+        raise LoweringError(f"{said(index)} is not an index")
     return w.converted(index, INTEGER)
 
 

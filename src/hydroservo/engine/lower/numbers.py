@@ -84,7 +84,7 @@ def binary(w: Writer, op: type, a: Any, b: Any) -> Any:
     if op is ast.Div or (DOUBLE in kinds and op not in BITS):
         return float_result(w, op, w.converted(a, DOUBLE), w.converted(b, DOUBLE))
     if DOUBLE in kinds:
-        raise LoweringError("compiled code takes no bits of a float")
+        raise LoweringError("compiled code cannot take the bits of a float")
     return whole_result(w, op, w.converted(a, INTEGER), w.converted(b, INTEGER))
 
 
@@ -106,7 +106,7 @@ def float_result(w: Writer, op: type, a: Any, b: Any) -> Any:
         return remainder(w, a, b)
     if op is ast.FloorDiv:
         return quotient(w, a, b)
-    raise LoweringError("compiled code shifts no float")
+    raise LoweringError("compiled code cannot shift a float")
 
 
 def whole_result(w: Writer, op: type, a: Any, b: Any) -> Any:
@@ -114,7 +114,7 @@ def whole_result(w: Writer, op: type, a: Any, b: Any) -> Any:
     if op in WHOLES or op in BITS:
         return w.emit(INTEGER, f"{(WHOLES.get(op) or BITS[op])} i64 {x}, {y}")
     if op not in (ast.FloorDiv, ast.Mod):
-        raise LoweringError(f"compiled code has no operator {op.__name__}")
+        raise LoweringError(f"compiled code does not support the operator {op.__name__}")
     zero = w.emit(BOOL, f"icmp eq i64 {y}, 0")
     divisor = w.emit(INTEGER, f"select i1 {zero.text}, i64 1, i64 {y}").text if isinstance(b, Scalar) else y
     ratio = w.emit(INTEGER, f"sdiv i64 {x}, {divisor}")
@@ -209,7 +209,7 @@ def truth(w: Writer, value: Any) -> Any:
         return value if value.kind == BOOL else compared(w, ast.NotEq, value, 0)
     if is_number(value) or isinstance(value, str | None):
         return bool(value)
-    raise LoweringError(f"compiled code takes {said(value)} for neither true nor false")
+    raise LoweringError(f"compiled code cannot take {said(value)} as true or false")
 
 
 def inverted(w: Writer, value: Any) -> Any:

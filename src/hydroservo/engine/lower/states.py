@@ -20,7 +20,7 @@ def shape_of(value: Any) -> Shape:
         LoweringError: it is none.
     """
     if not isinstance(value, Record) or not hasattr(value.cls, "_fields"):
-        raise LoweringError(f"{said(value)} is no state")
+        raise LoweringError(f"{said(value)} is not a state")
     parts = zip(value.cls._fields, value.parts, strict=True)
     return Shape(
         value.cls, {name: shape_of(part) if isinstance(part, Record) else None for name, part in parts}

@@ -42,7 +42,7 @@ def compiled(folder: Path, words: Sequence[str], made: str, command: Sequence[st
         said = lines[0] if lines else f"exit status {done.returncode}"
         raise CompilerError(f"the C compiler {call[0]} fails: {said}")
     if not (folder / made).exists():
-        raise CompilerError(f"the C compiler {call[0]} makes no file")
+        raise CompilerError(f"the C compiler {call[0]} writes no file")
     return folder / made
 
 
@@ -62,7 +62,7 @@ def compiler() -> list[str]:
         raise HydroservoError(f"CC names the C compiler {chosen[0]}, which is not found")
     found = chosen or [name for name in COMPILERS if shutil.which(name)][:1]
     if not found:
-        raise CompilerError("no C compiler is found; install gcc or clang, or set CC")
+        raise CompilerError("no C compiler was found; install gcc or clang, or set CC")
     return found
 
 
@@ -77,7 +77,7 @@ def counting_compiler() -> list[str]:
     if "clang" not in ran(Path(), [*own, "--version"]).stdout:
         return own
     if shutil.which("gcc") is None:
-        raise CompilerError("gcov does not read what clang counts; gcc beside it would do")
+        raise CompilerError("gcov cannot read what clang counts; install gcc beside it")
     return ["gcc"]
 
 

@@ -78,7 +78,7 @@ class Coverage:
         try:
             (file,) = (one for one in json.loads(done.stdout)["files"] if one["file"] == f"{p}.c")
         except (ValueError, KeyError):
-            raise CompilerError("gcov does not read what the C compiler counts") from None
+            raise CompilerError("gcov cannot read what the C compiler counts") from None
         return {
             Branch(line["line_number"], way, line["function_name"]): branch["count"] > 0
             for line in file["lines"]

@@ -36,5 +36,5 @@ def formatted(text: str) -> str:
     try:
         done = subprocess.run(command, input=text.encode(), capture_output=True, check=True)  # noqa: S603
     except (OSError, subprocess.CalledProcessError) as error:
-        raise LoopError(f"clang-format, which lays out exported C, does not run here: {error}") from None
+        raise LoopError(f"clang-format, which formats exported C, does not run here: {error}") from None
     return done.stdout.decode()

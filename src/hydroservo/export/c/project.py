@@ -119,7 +119,7 @@ def check_ours(path: Path) -> None:
                 return
     except OSError as error:
         raise HydroservoError(f"{path}: cannot be read: {error.strerror}") from None
-    raise HydroservoError(f"{path}: not written by hydroservo, and not replaced; take another folder")
+    raise HydroservoError(f"{path}: not written by hydroservo, and not replaced; choose another folder")
 
 
 def c_project(unit: Unit, vectors: Vectors, proof: Proof | None = None) -> dict[str, str]:

@@ -121,7 +121,7 @@ def replay(unit: Unit, vectors: Vectors, folder: Path) -> tuple[str, str]:
     try:
         empty = compiled(folder, ["try-compiler.c"], "try-compiler")
         if ran(folder, [str(empty)]).returncode != 0:
-            raise CompilerError("what the C compiler makes does not run here")
+            raise CompilerError("what the C compiler builds does not run here")
     except CompilerError as error:
         return "", str(error)
     try:
@@ -134,7 +134,7 @@ def replay(unit: Unit, vectors: Vectors, folder: Path) -> tuple[str, str]:
     if done.returncode != 0:
         lines = [" ".join(line.split()) for line in done.stdout.splitlines()]
         said = "; ".join(lines or [f"the replay ended with {done.returncode}"])
-        raise LoopError(f"nothing is written: the C is not what Python is: {said}; {whose_fault()}")
+        raise LoopError(f"nothing is written: the C differs from Python: {said}; {whose_fault()}")
     return Path(compiler()[0]).name, ""
 
 

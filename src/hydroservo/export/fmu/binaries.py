@@ -27,7 +27,7 @@ def compiler_for(platform: Platform) -> list[str]:
         return compiler()
     toolchain = TOOLCHAINS[platform]
     if not toolchain.cross:
-        raise CompilerError(f"a binary for {platform} can be built on such a machine alone")
+        raise CompilerError(f"a binary for {platform} can only be built on such a machine")
     if shutil.which(toolchain.cross) is None:
         raise CompilerError(f"the C compiler {toolchain.cross} is not found; {advice(platform)}")
     return [toolchain.cross]

@@ -102,6 +102,6 @@ def check_clock(version: FmiVersion, part: Part) -> None:
         ParameterError: its version of FMI has none, or its part does not wait for inputs.
     """
     if version is FmiVersion.FMI2:
-        raise ParameterError("clocked", True, "FMI 2.0 has no clocks; take FMI 3.0")
+        raise ParameterError("clocked", True, "FMI 2.0 has no clocks; use FMI 3.0")
     if part is not Part.CONTROLLER:
         raise ParameterError("clocked", True, f"only a controller can have a clock, and this is of {part}")

@@ -109,5 +109,5 @@ def connections(units: Mapping[Part, Unit]) -> Iterator[Connection]:
             if one.kind is not Kind.INPUT or one.name.startswith(OPEN):
                 continue
             if one.name not in outputs:
-                raise HydroservoError(f"the input {one.name} of the {part} is no output of another unit")
+                raise HydroservoError(f"the input {one.name} of the {part} is not an output of another unit")
             yield Connection(outputs[one.name], part, one.name)

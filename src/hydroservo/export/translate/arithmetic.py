@@ -179,7 +179,7 @@ class Arithmetic:
             self.scope.limit(value, LARGEST_REAL, node)
             return Conversion(REAL, value)
         if isinstance(value, Known) or (isinstance(value, Expression) and value.type == BOOL):
-            raise self.error("a truth value is no number in C", node, "use ops.where(condition, 1.0, 0.0)")
+            raise self.error("a truth value is not a number in C", node, "use ops.where(condition, 1.0, 0.0)")
         raise self.error("a number is needed here", node, "take one number of it")
 
     def runtime(self, value: Value, node: ast.AST) -> Expression:

@@ -29,7 +29,7 @@ def definition(origin: FunctionType) -> ast.FunctionDef:
     code = origin.__code__
     if code.co_freevars:
         names = ", ".join(code.co_freevars)
-        raise DoubtError(f"it is made by a decorator or inside of another function, and uses {names} of that")
+        raise DoubtError(f"it is made by a decorator or inside another function, and uses {names} of that")
     if changed := {"__wrapped__", "__signature__"} & vars(origin).keys():
         raise DoubtError(f"a decorator gave it {min(changed)}, which hides what runs")
     return syntax_tree(code)
@@ -46,10 +46,14 @@ def syntax_tree(code: CodeType) -> ast.FunctionDef:
         lines, _ = inspect.findsource(code)
         found = definitions("".join(lines))
     except (OSError, SyntaxError, ValueError):
-        raise DoubtError("its text is not there") from None
+        raise DoubtError("its source is not available") from None
     made = found.get(code)
     if made is None:
-        what = "it is a lambda" if code.co_name == "<lambda>" else "the text of its file is not what runs"
+        what = (
+            "it is a lambda"
+            if code.co_name == "<lambda>"
+            else "the text of its file is not the code that runs"
+        )
         raise DoubtError(what)
     return made
 
@@ -98,7 +102,7 @@ def own_method(cls: type, name: str) -> FunctionType:
     if not hasattr(cls, name):
         raise DoubtError(f"{cls.__name__} has no method {name}")
     what = "inherited" if found is None or name in INHERITED else type(found).__name__
-    raise DoubtError(f"{name} of {cls.__name__} is no method of its own ({what})")
+    raise DoubtError(f"{name} of {cls.__name__} is not a method of its own ({what})")
 
 
 def changed_class(cls: type) -> str:

@@ -75,7 +75,7 @@ def decay(logs: Sequence[Understood], piston: Piston) -> Found:
     name = logs[0].log.name
     told = told_of(stretches, piston)
     if told is None:
-        raise ScenarioError(name, "", "its pressures tell no leakage: they are too much alike")
+        raise ScenarioError(name, "", "its pressures show no leakage: they are too similar")
     numbers = numbers_of(told, piston, stretches)
     check_decays(told, numbers, stretches, name)
     values, remarks = values_of(told, numbers, piston)

@@ -98,7 +98,7 @@ def check_signals(log: Understood, piston: Piston | None) -> None:
         demand(log, (name, "load_force"), "a friction map")
     if piston is None:
         raise ScenarioError(
-            log.log.name, "", "has pressures and no load_force: --scenario says the piston's areas"
+            log.log.name, "", "has pressures and no load_force: give --scenario for the piston's areas"
         )
 
 

@@ -95,7 +95,9 @@ def bridged(values: Samples, log: int) -> Samples:
     places, there = np.arange(values.size), np.isfinite(values)
     if not there.any():
         raise ScenarioError(
-            f"log {log + 1}", "", "a signal lacks through a whole stretch between two gaps: cut that out"
+            f"log {log + 1}",
+            "",
+            "a signal is missing throughout a stretch between two gaps: cut that stretch out",
         )
     found: Samples = np.interp(places, places[there], values[there])
     return found

@@ -71,7 +71,7 @@ def span_of(sweeps: Sequence[Pass], name: str) -> float:
     """
     ways = {one.rising for one in sweeps}
     if ways != {True, False}:
-        missing = "no slow sweep" if not ways else "a sweep one way alone"
+        missing = "no slow sweep" if not ways else "a sweep one way only"
         problem = f"has {missing}: the command must rise and fall over the same range"
         raise ScenarioError(name, "command", problem)
     every = np.concatenate([one.command for one in sweeps])
