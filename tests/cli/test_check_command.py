@@ -107,7 +107,7 @@ def test_a_block_without_a_role_is_asked_for_it(mine):
     mine.write_text(LAW.replace("@role(Controller)\n", ""), encoding="utf-8")
     result = hydroservo_("check", "mine.py")
     assert result.exit_code == 2
-    assert "say which it is, by @role(...)" in " ".join(result.stdout.replace("│", " ").split())
+    assert "say which it is with @role(...)" in " ".join(result.stdout.replace("│", " ").split())
 
 
 @pytest.mark.parametrize(

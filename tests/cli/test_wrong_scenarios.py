@@ -247,7 +247,7 @@ def test_a_file_that_may_not_be_read(tmp_path: Path) -> None:
             {"controller.type": "TSM"},
             "controller.type: 'TSM' is not a type here; did you mean TSMC?; a class",
         ),
-        ({"plant.mass": 3, "plant.mass.x": 1}, "overrides: plant.mass.x: mass is given a value too"),
+        ({"plant.mass": 3, "plant.mass.x": 1}, "overrides: plant.mass.x: mass is also given a value"),
         ({"plant.mass.x": 1, "plant.mass": 3}, "overrides: plant.mass: 3 is given where other overrides"),
         ({"": 1}, "overrides: '': must be a dotted path"),
         ({"plant..mass": 1}, "must be a dotted path"),

@@ -62,7 +62,7 @@ def test_a_prefix_that_names_cannot_begin_with(prefix: str, loop: Loop) -> None:
 
 @pytest.mark.parametrize("file", ["model.c", *FMU_SOURCES])
 def test_no_source_of_an_fmu_has_the_name_of_another(file: str) -> None:
-    with pytest.raises(ParameterError, match="no name that C or FMI has taken"):
+    with pytest.raises(ParameterError, match="not a name that C or FMI uses"):
         checked_prefix(Path(file).stem)
 
 

@@ -270,9 +270,9 @@ def unbound(x: float) -> Any:
 
 
 REFUSED = {
-    lists: "a list, a dict or a text needs memory",
-    texts: "a list, a dict or a text needs memory",
-    unknown: "compiled code has no sorted((x, 1.0))",
+    lists: "a list, a dict or a string needs memory",
+    texts: "a list, a dict or a string needs memory",
+    unknown: "compiled code does not support sorted((x, 1.0))",
     fields: "c is neither a field nor a method of Pair",
     lacking: "Pair lacks a",
     unlike: "y is a Pair or None under one name",

@@ -139,7 +139,7 @@ def test_a_load_that_nothing_holds_is_one_line() -> None:
 
 
 def test_a_design_model_needs_the_start() -> None:
-    with pytest.raises(ParameterError, match=r"start_pressure_a = 'auto': is to be found first"):
+    with pytest.raises(ParameterError, match=r"start_pressure_a = 'auto': must be found first"):
         cylinder(oil=AeratedOil()).simplified()
     mean = 81e5
     plant = cylinder(oil=AeratedOil()).at_rest(LINE, 5000.0)

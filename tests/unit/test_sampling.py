@@ -112,7 +112,7 @@ def test_a_run_starts_where_that_of_the_batch_does() -> None:
         ({MASS: (2, 2)}, {}, ScenarioError, "is not a range: both ends are 2"),
         ({MASS: (8, 4)}, {}, ScenarioError, "8 is more than 4, its upper end"),
         ({MASS: relative(0.1, -0.1)}, {}, ScenarioError, "0.1 is more than -0.1, its upper end"),
-        ({"load.offset": relative(-1, 1)}, {}, ScenarioError, "is 0 in the scenario, of which there is no"),
+        ({"load.offset": relative(-1, 1)}, {}, ScenarioError, "is 0 in the scenario, so no percentage"),
         ({MASS: (1, 2)}, {"runs": 0}, ParameterError, "runs = 0: must be a whole number from 1"),
         ({MASS: (1, 2)}, {"runs": 2.5}, ParameterError, "runs = 2.5: must be a whole number from 1"),
         ({MASS: (1, 2)}, {"seed": -1}, ParameterError, "seed = -1: must be a whole number from 0"),

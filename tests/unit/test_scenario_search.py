@@ -162,7 +162,7 @@ def test_weights_of_a_base_wait_for_the_scenarios_that_they_are_of(write) -> Non
     with pytest.raises(ScenarioError) as error:
         task_of([own], {}, {}, {}, ())
     advice = "name them in tune.scenarios, or write tune.weights = [1]"
-    assert str(error.value) == f"{own}: tune.weights: are of 2 scenarios; {advice}"
+    assert str(error.value) == f"{own}: tune.weights: are for 2 scenarios; {advice}"
     assert task_of([own], {}, {"weights": [3], "scales": [0]}, {}, ()).aim.weights == [3.0]
     assert task_of([own], {}, {"scales": [0]}, {"tune.weights": [3]}, ()).aim.weights == [3.0]
 

@@ -58,7 +58,7 @@ def test_what_is_said_takes_the_place_of_parts_of_the_table() -> None:
         ({"aim": "rig/1khz-pi-squar"}, "did you mean rig/1khz-pi-square?"),
         ({"aim": "paper/sine-pi"}, "ranges = '{}': must name a number, or the scenario have [tune.vary]"),
         ({"aim": []}, "aim = []: must be an Aim, such as Aim([loop]), or scenarios by name or path"),
-        ({"aim": hs.load_scenario("paper/sine-pi")}, "aim = a Loop: must be an Aim, as Aim([loop]) is"),
+        ({"aim": hs.load_scenario("paper/sine-pi")}, "aim = a Loop: must be an Aim, such as Aim([loop])"),
     ],
 )
 def test_what_is_wrong_is_one_line(arguments: dict[str, Any], problem: str) -> None:

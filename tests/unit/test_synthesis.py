@@ -229,7 +229,7 @@ def test_rates_beyond_numbers_are_refused(size: float) -> None:
 
 def test_an_absurd_model_is_refused_in_one_line() -> None:
     heavy = MODEL._replace(plant=MODEL.plant._replace(mass=1e300, bulk_modulus=1e-300))
-    with pytest.raises(ParameterError, match=r"^LQI\.effort = .*they, or the model, are out of") as caught:
+    with pytest.raises(ParameterError, match=r"^LQI\.effort = .*they, or the model, are beyond") as caught:
         example(LQI).designed(heavy, 1e-3)
     assert str(caught.value).isprintable()
 

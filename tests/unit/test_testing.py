@@ -386,7 +386,7 @@ def test_bits_in_c_are_compared_where_there_is_a_compiler(monkeypatch: pytest.Mo
     assert answer(PI, IN_C) == Answer("PI", "Controller", IN_C, ok=True)
     monkeypatch.setattr(compiler, "COMPILERS", ())
     monkeypatch.delenv("CC", raising=False)
-    assert answer(PI, IN_C).remark.startswith("bits not compared: no C compiler is found")
+    assert answer(PI, IN_C).remark.startswith("bits not compared: no C compiler was found")
 
 
 def test_there_is_a_loop_for_a_block_of_each_role() -> None:

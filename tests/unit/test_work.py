@@ -325,7 +325,7 @@ def test_processes_have_one_thread_each_for_linear_algebra(tmp_path, monkeypatch
 
 @pytest.mark.parametrize("workers", [0, -1, 1.5, True])
 def test_a_wrong_number_of_workers_is_refused(tmp_path, workers):
-    with pytest.raises(ParameterError, match=r"workers = .*: must be a whole number from 1 on"):
+    with pytest.raises(ParameterError, match=r"workers = .*: must be a whole number, at least 1"):
         do(units(1), opened(tmp_path), workers=workers)
 
 

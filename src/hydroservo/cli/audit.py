@@ -13,11 +13,11 @@ __all__ = ["audit"]
 
 
 def audit(scenario: Scenario, changes: Changes, plugins: Plugins, json: Json = False) -> None:
-    """Ask what a scenario's law supposes of its loop, and foretell its chatter.
+    """Check what a scenario's law assumes of its loop, and predict its chatter.
 
     Each assumption has a margin, the factor by which it holds: bounds on disturbances, the sample rate, the
     valve's lag, noise, limits. Those marked "run" are measured on one run. Chatter is predicted by harmonic
-    balance, from no run.
+    balance, without a run.
 
     Examples:
 

@@ -65,7 +65,7 @@ def batch(
         bool, typer.Option("--seeds", help="Give each run random numbers of its own, as for sensor noise.")
     ] = False,
     seed: Annotated[
-        int, typer.Option("--seed", metavar="S", help="Seed of what --vary draws, a whole number from 0 on.")
+        int, typer.Option("--seed", metavar="S", help="Seed of what --vary draws, a whole number >= 0.")
     ] = 0,
     metric: Annotated[
         str, typer.Option("--metric", metavar="NAME", help="The metric of a picture, and of the worst run.")
@@ -78,7 +78,7 @@ def batch(
             metavar="N",
             min=1,
             show_default="threads alone",
-            help="Compute the parts of a folder in so many processes, of one thread each unless told.",
+            help="Compute the parts of a folder in this many processes, one thread each by default.",
         ),
     ] = None,
     scheduler: Annotated[
@@ -87,11 +87,11 @@ def batch(
             "--scheduler",
             metavar="ADDRESS",
             show_default="this machine",
-            help="Have the workers of a Dask scheduler compute the parts of a folder, as tcp://head:8786.",
+            help="Have the workers of a Dask scheduler compute the parts of a folder: tcp://head:8786.",
         ),
     ] = None,
     cuda: Annotated[
-        bool, typer.Option("--cuda", help="Compute on a CUDA device, one thread there a run.")
+        bool, typer.Option("--cuda", help="Compute on a CUDA device, one thread per run.")
     ] = False,
     strict: Strict = False,
     json: Json = False,

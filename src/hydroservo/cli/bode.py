@@ -49,7 +49,7 @@ def bode(
             metavar="FILE",
             default_factory=list,
             show_default=False,
-            help="Show what a recorded log tells beside it: a table with the command or the demand "
+            help="Show what a recorded log says beside it: a table with the command or the demand "
             "(`reference`) and what is controlled, as of `identify`. May be given again.",
         ),
     ],
@@ -74,19 +74,17 @@ def bode(
     ] = None,
     amplitude: Annotated[
         str,
-        typer.Option(
-            "--amplitude", metavar="VOLT", help="By how much the excitation moves the command, rms."
-        ),
+        typer.Option("--amplitude", metavar="VOLT", help="How far the excitation moves the command, rms."),
     ] = "10mV",
     excitation: Annotated[
-        Excitation, typer.Option("--excitation", help="Many tones at once, or one that rises.")
+        Excitation, typer.Option("--excitation", help="Many tones at once, or one of rising frequency.")
     ] = Excitation.MULTISINE,
-    periods: Annotated[int, typer.Option("--periods", help="Periods of the excitation that are heard.")] = 2,
+    periods: Annotated[int, typer.Option("--periods", help="Periods of the excitation to measure.")] = 2,
     realisations: Annotated[
         int, typer.Option("--realisations", help="Experiments, each with random phases of its own.")
     ] = 4,
     linear: Annotated[
-        bool, typer.Option("--linear", help="The linear model alone, nothing measured.")
+        bool, typer.Option("--linear", help="Only the linear model, nothing measured.")
     ] = False,
     out: Annotated[
         Path | None,
@@ -94,7 +92,7 @@ def bode(
     ] = None,
     json: Json = False,
 ) -> None:
-    """Show a scenario in frequency: its loop open and closed, and how it gives way to its load.
+    """Show a scenario in frequency: its loop open and closed, and its compliance to the load.
 
     Each response comes twice: from the linear model about a point, and measured on the simulation with many
     tones at once or a chirp, noise, resolution and all, with its coherence. With it come the margins, the

@@ -20,16 +20,14 @@ __all__ = ["check"]
 
 NOTES = "HYPOTHESIS_STORAGE_DIRECTORY"  # in the environment: where hypothesis keeps what it saw of files
 
-File = Annotated[
-    Path, typer.Argument(metavar="FILE", help="A Python file, which is executed as --plugin executes it.")
-]
+File = Annotated[Path, typer.Argument(metavar="FILE", help="A Python file, executed as --plugin would.")]
 
 
 def check(file: File, json: Json = False) -> None:
-    """Ask of each block in a Python file what a block must be.
+    """Check that each block in a Python file is what a block must be.
 
     That it has all that belongs to its role, declares its numbers, stays finite, gives the same bits in
-    plain Python, compiled, and in C as an export writes it, and more. The answers have the line of
+    plain Python, compiled, and in C as an export writes it, and more. The answers give the line of
     what is wrong, and the exit status is 2 if anything is.
 
     Examples:

@@ -39,7 +39,7 @@ Prefix = Annotated[
         "--prefix",
         metavar="NAME",
         show_default="the scenario's name",
-        help="What names begin with: a C identifier.",
+        help="Prefix of all names: a C identifier.",
     ),
 ]
 OutFolder = Annotated[
@@ -85,7 +85,7 @@ def c(
     part: PartOption = Part.CONTROLLER,
     prefix: Prefix = None,
     precision: Annotated[
-        Precision, typer.Option("--precision", help="Of all numbers in the C; single for a controller alone.")
+        Precision, typer.Option("--precision", help="Of all numbers in the C; single for controllers only.")
     ] = Precision.DOUBLE,
     inline: Annotated[
         bool,
@@ -146,7 +146,7 @@ def fmu(
     version: Version = FmiVersion.FMI2,
     clocked: Annotated[
         bool,
-        typer.Option("--clocked", help="Samples are the ticks of a clock; of a controller, in FMI 3.0."),
+        typer.Option("--clocked", help="Samples are the ticks of a clock; for a controller, in FMI 3.0."),
     ] = False,
     *,
     platforms: Platforms,

@@ -79,7 +79,7 @@ def identify(
         typer.Option(
             HORIZON,
             metavar="TIME",
-            help="In which a prediction forgets the samples before.",
+            help="Time in which a prediction forgets the samples before.",
             show_default="50ms",
         ),
     ] = None,
@@ -102,7 +102,7 @@ def identify(
     ] = None,
     seed: Annotated[
         int,
-        typer.Option("--seed", metavar="S", help="Seed of the search's starts, a whole number from 0 on."),
+        typer.Option("--seed", metavar="S", help="Seed of the search's starts, a whole number >= 0."),
     ] = 0,
     out: Folder = None,
     threads: Threads = None,

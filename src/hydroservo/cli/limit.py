@@ -28,7 +28,7 @@ def limit(
     out: Folder = None,
     json: Json = False,
 ) -> None:
-    """Say how near a scenario's law comes to the best that any command could do.
+    """Show how close a scenario's law comes to the best that any command could do.
 
     The commands with the least rms error are found by optimal control of the same machine, at the same
     sample rate and within the limits of the command, and played back: where all is known in advance

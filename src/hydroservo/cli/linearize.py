@@ -27,7 +27,7 @@ def linearize(
     scenario: Scenario,
     changes: Changes,
     plugins: Plugins,
-    unit: Annotated[Unit, typer.Option("--unit", help="What is linearised.")] = Unit.MACHINE,
+    unit: Annotated[Unit, typer.Option("--unit", help="What to linearise.")] = Unit.MACHINE,
     command: CommandAt = None,
     force: Force = None,
     at: Annotated[

@@ -102,7 +102,7 @@ FigureFormat = Annotated[
         metavar="F,F,...",
         show_default="svg,pdf",
         help=f"Formats of these figures: {', '.join(FIGURE_FORMATS)}; without a size they are as wide as the "
-        "report's. For pgf there must be a LaTeX.",
+        "report's. pgf needs a LaTeX installation.",
     ),
 ]
 Threads = Annotated[

@@ -18,7 +18,7 @@ def page(
     ] = "axis/position",
     port: Annotated[
         int | None,
-        typer.Option("--port", metavar="PORT", help="Port of the page; 0 is any that is free. Usually 8642."),
+        typer.Option("--port", metavar="PORT", help="Port of the page; 0 for any free one. Default: 8642."),
     ] = None,
     host: Annotated[
         str,

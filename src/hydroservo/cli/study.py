@@ -62,7 +62,7 @@ def study(
     The folder has the table of all runs as Parquet (parts), margins and prices on the target (properties),
     what they say (verdicts.json, report.html), a scenario for each law in each cell, and the limits of its
     conditions where the study asks for them, which needs CasADi. Stopped at any instant, the same command
-    goes on; with another file or --set it does only what is new.
+    carries on; with another file or --set it does only what is new.
 
     Built in are `small`, which takes about a minute on two idle cores, and `velocity`, which takes hours.
 

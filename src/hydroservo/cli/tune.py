@@ -46,9 +46,7 @@ def tune(
     ],
     metric: Annotated[
         str | None,
-        typer.Option(
-            "--metric", metavar="NAME", show_default="rms_error", help="The metric that is to be small."
-        ),
+        typer.Option("--metric", metavar="NAME", show_default="rms_error", help="The metric to minimise."),
     ] = None,
     weights: Annotated[
         str | None,
@@ -100,7 +98,7 @@ def tune(
     seed: Annotated[
         int | None,
         typer.Option(
-            "--seed", metavar="S", show_default="0", help="Seed of the search, a whole number from 0 on."
+            "--seed", metavar="S", show_default="0", help="Seed of the search, a whole number >= 0."
         ),
     ] = None,
     out: Annotated[
@@ -116,14 +114,14 @@ def tune(
     json: Json = False,
     verbose: Verbose = False,
 ) -> None:
-    """Search the numbers of one or more scenarios that make a metric smallest.
+    """Search for the numbers of one or more scenarios that minimise a metric.
 
     Several scenarios are tuned together, for one set of values that serves all: what is made small is the
     geometric mean of their metrics. A run that diverges is worse than any that does not. The same seed finds
     the same values again; another one may find better ones.
 
-    What no option says is as the table `[tune]` of the first scenario says. Several scenarios on the command
-    line stand in place of those, and of their weights, in `[tune]`.
+    What no option sets is taken from the table `[tune]` of the first scenario. Several scenarios on the
+    command line replace those in `[tune]`, and their weights.
 
     Examples:
 

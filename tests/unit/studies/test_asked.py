@@ -53,12 +53,12 @@ def refused(tmp_path: Path, text: str) -> str:
         ),
         (
             SMALL + 'laws."P I".scenario = "laws/pi-sine"',
-            "laws.P I: must be a name of small letters, digits and hyphens",
+            "laws.P I: must be a name of lower-case letters, digits and hyphens",
         ),
         (SMALL + "axes.rate.label = 'x'", "axes.rate: needs levels"),
         (
             SMALL + 'conditions.vary."controller.proportional_gain" = "1..2"',
-            "conditions.vary.controller.proportional_gain: is of a law; conditions are of the machine",
+            "conditions.vary.controller.proportional_gain: belongs to a law; conditions concern the machine",
         ),
         (SMALL + 'conditions.vary."plant.maas" = "1..2"', "conditions.vary.plant.maas: must be one of"),
         (SMALL + 'known."KalmanObserver.velocity_noise" = "sensors.noise"', "must be a number of the loop"),
@@ -71,7 +71,10 @@ def refused(tmp_path: Path, text: str) -> str:
             "is for a field 'noise' of KalmanObserver, which must be one of",
         ),
         (SMALL.replace("rig/noisy-1khz", "laws/pi-sine"), "base: 'laws/pi-sine' has a [controller]; it must"),
-        (SMALL + "laws.lq.set.plant.mass = 7.0", "laws.lq: sets plant.mass, which is not of the law"),
+        (
+            SMALL + "laws.lq.set.plant.mass = 7.0",
+            "laws.lq: sets plant.mass, which does not belong to the law",
+        ),
         (SMALL + "laws.pi.unwrapped = true", "laws.pi.unwrapped: is for a law in a wrapper"),
         (SMALL + "axes.a.levels.b.value = nan", "axes.a.levels.b.value: nan must be a number from"),
         (SMALL + 'axes.a.levels.b.value = "1"', "axes.a.levels.b.value: '1' must be a number from"),
