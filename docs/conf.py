@@ -30,7 +30,7 @@ extensions = [
     "sphinx.ext.mathjax",
     "sphinx.ext.napoleon",
 ]
-exclude_patterns = ["_build"]
+exclude_patterns = ["_build", "_ext", "conf.py"]
 nitpicky = True
 nitpick_ignore_regex = [
     # Names of other libraries, whose inventories a build without a network cannot read.
@@ -52,6 +52,7 @@ add_module_names = False
 myst_enable_extensions = ["amsmath", "attrs_block", "colon_fence", "deflist", "dollarmath", "substitution"]
 myst_heading_anchors = 3
 myst_dmath_double_inline = True
+nb_custom_formats = {".py": ["jupytext.reads", {"fmt": "py:percent"}]}  # the gallery: scripts, and pages
 nb_execution_mode = "force"
 nb_execution_raise_on_error = True
 nb_execution_in_temp = True

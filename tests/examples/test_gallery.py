@@ -1,0 +1,59 @@
+"""The gallery of the documentation: each notebook is a script that leaves a picture."""
+
+import importlib.util
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import matplotlib as mpl
+import matplotlib.pyplot as plt
+import pytest
+
+GALLERY = Path(__file__).parents[2] / "docs" / "gallery"
+INDEX = (GALLERY / "index.md").read_text(encoding="utf-8")
+SCRIPTS = sorted(path.stem for path in GALLERY.glob("*.py"))
+LONG = {"from_a_log", "reinforcement", "to_the_cortex_m"}
+
+
+def slow_if_long(name: str) -> object:
+    return pytest.param(name, marks=pytest.mark.slow) if name in LONG else name
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    mpl.use("Agg")
+    yield tmp_path
+    plt.close("all")
+
+
+@pytest.mark.filterwarnings("default")  # a script may warn, as a notebook does
+@pytest.mark.parametrize("name", [slow_if_long(name) for name in SCRIPTS if name != "laws_in_a_study"])
+def test_a_script_leaves_its_picture(name: str, folder: Path) -> None:
+    spec = importlib.util.spec_from_file_location(name, GALLERY / f"{name}.py")
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module
+    try:
+        spec.loader.exec_module(module)
+    finally:
+        del sys.modules[name]
+    assert (folder / f"{name}.png").read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.slow  # processes of its own
+def test_the_study_is_a_program(folder: Path) -> None:
+    line = [sys.executable, GALLERY / "laws_in_a_study.py"]
+    done = subprocess.run(line, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert (folder / "laws_in_a_study.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_the_index_shows_each_with_its_picture() -> None:
+    shown = re.findall(r"pictures/(\w+)\.png\n:target: (\w+)\.html\n:alt: (.+)\n\n\{doc\}`(\w+)`", INDEX)
+    assert len(SCRIPTS) == 10
+    assert sorted(name for name, *_ in shown) == SCRIPTS
+    for name, target, title, linked in shown:
+        assert name == target == linked
+        assert (GALLERY / f"{name}.py").read_text(encoding="utf-8").splitlines()[1] == f"# # {title}"
+        assert (GALLERY / "pictures" / f"{name}.png").is_file()
