@@ -36,7 +36,10 @@ nitpick_ignore_regex = [
     # Names of other libraries, whose inventories a build without a network cannot read.
     ("py:.*", r"(xr|xarray|pd|pandas|np|numpy|matplotlib|collections|pathlib|typing)\..*"),
     ("py:.*", r".*Annotated\[.*"),
-    ("py:.*", r"(Path|Callable|Sequence|Mapping|Iterator|NDArray|ArrayLike|Figure|Any|Block|optional)"),
+    (
+        "py:.*",
+        r"(Path|Callable|Sequence|Mapping|Iterator|NDArray|ArrayLike|Figure|Any|Block|Runs|Records|optional)",
+    ),
     (
         "py:.*",
         r"hydroservo\.(roles\.(saying\.)?BlockClass|linear\.(system\.System|operating_point\.OperatingPoint)|identification\.(segments\.Understood|fitted\.Fitted)|studies\.multiples\..*|scenario\.(ranges\.Relative|sampling\.Variation)|runs\.step_sizes\.(Signals|Recorded))",
