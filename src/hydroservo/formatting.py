@@ -29,7 +29,9 @@ COMMON = {  # the units of datasheets, whatever the size of a number
     "m^2": ("cm²", 1e4),
     "m^3": ("cm³", 1e6),
     "m^3/s": ("L/min", 6e4),
+    "m^3/(s V)": ("L/(min V)", 6e4),
     "Pa": ("bar", 1e-5),
+    "Pa/V": ("bar/V", 1e-5),
 }
 SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 

@@ -27,6 +27,7 @@ SMOOTH: list[tuple[str, dict[str, Any], dict[str, Any]]] = [
         (f"laws/{law}-sine", MIDDLE, {"amplitude": 0.01})
         for law in ("backstepping", "linear", "super-twisting")
     ),
+    ("laws/pi-square", MIDDLE, {"amplitude": 0.01}),
     ("cases/drift", {}, {"amplitude": 5e-3}),
     ("cases/encoder", MIDDLE, {"amplitude": 5e-3}),
     ("cases/limits", MIDDLE, {"amplitude": 0.01}),
@@ -39,6 +40,8 @@ WITHOUT = {  # built-in machines that have none, and what is said of their point
     "cases/soft-axis": "is unstable here",  # at rest
     "cases/stick-slip": "closes no loop here",
     "laws/adaptive-robust-sine": "has no operating point",  # its law switches at rest
+    "laws/rise-sine": "has no operating point",
+    "rig/10khz-tsmc-square": "has no operating point",
 }
 KINKED = ("axis/position", "axis/position-adrc", "axis/position-lq", "axis/force", "cases/dead-band")
 

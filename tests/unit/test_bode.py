@@ -93,6 +93,28 @@ def test_the_bandwidth_is_where_the_closed_loop_falls(found: xr.Dataset) -> None
     assert late == pytest.approx(-0.5 * math.pi, abs=2e-3)
 
 
+def test_the_bandwidth_is_that_of_the_loop_whatever_the_picture_shows(found: xr.Dataset) -> None:
+    narrow = bode(rig(), band=(20.0, 30.0), measure=False)
+    assert narrow["frequency"].values[[0, -1]].tolist() == [20.0, 30.0]
+    for name in ("bandwidth", "bandwidth_90"):
+        assert float(narrow[name]) == pytest.approx(float(found[name]), rel=1e-12)
+
+
+def test_substeps_that_are_chosen_once_give_what_each_run_would_choose() -> None:
+    chosen = bode(rig(**{"simulation.substeps": "auto"}), realisations=2)
+    fine = bode(rig(**{"simulation.substeps": 40}), realisations=2)
+    for name in MEASURED:
+        apart = chosen[f"{name}_measured"].values / fine[f"{name}_measured"].values
+        assert np.abs(apart - 1.0).max() < 1e-3, name
+
+
+def test_the_picture_of_an_unstable_loop_says_so_in_place_of_margins() -> None:
+    fig = plot_bode(bode(rig(controller=PI(30.0, 600.0)), measure=False))
+    said = [text.get_text() for axis in fig.axes for text in axis.texts]
+    assert "unstable for small motions" in said
+    assert not any("margin" in one for one in said)
+
+
 def test_the_held_machine_gives_way_as_its_leakage_does() -> None:
     """dv/dF = 1/(b + A^2/C_tl) for slow motions of a closed valve: the leak is all that lets the oil go."""
     loop = rig()

@@ -152,10 +152,7 @@ def mark(data: xr.Dataset, axes: Sequence[Axes], name: str) -> None:
     if name == "open":
         level(axes[0], 0.0)
         level(axes[1], -180.0)
-        said = [f"gain margin {number(20.0 * math.log10(float(data['gain_margin'])))} dB"]
-        said += [f"phase margin {number(math.degrees(float(data['phase_margin'])))}°"]
-        said += [f"disk margin {number(float(data['disk_margin']))}"]
-        write(axes[0], said)
+        write(axes[0], margins_of(data) if data["stable"] else ["unstable for small motions"])
         for w in data["gain_crossovers"].values[-1:]:
             upright(axes[:2], w / (2.0 * math.pi))
     if name == "closed":
@@ -169,6 +166,15 @@ def mark(data: xr.Dataset, axes: Sequence[Axes], name: str) -> None:
         write(axes[0], said)
 
 
+def margins_of(data: xr.Dataset) -> list[str]:
+    """The margins, a line each."""
+    return [
+        f"gain margin {number(20.0 * math.log10(float(data['gain_margin'])))} dB",
+        f"phase margin {number(math.degrees(float(data['phase_margin'])))}°",
+        f"disk margin {number(float(data['disk_margin']))}",
+    ]
+
+
 def level(axis: Axes, value: float) -> None:
     axis.axhline(value, color=GREY, linewidth=0.7, dashes=(4, 3), zorder=1)
 
@@ -179,7 +185,9 @@ def upright(axes: Sequence[Axes], frequency: float) -> None:
 
 
 def write(axis: Axes, lines: list[str]) -> None:
-    axis.text(0.04, 0.04, "\n".join(lines), transform=axis.transAxes, fontsize=6.5, color=GREY, va="bottom")
+    clear = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.0}
+    said = "\n".join(lines)
+    axis.text(0.04, 0.04, said, transform=axis.transAxes, fontsize=6.5, color=GREY, va="bottom", bbox=clear)
 
 
 def sized(response: Response, scale: float, unit: bool) -> Values:

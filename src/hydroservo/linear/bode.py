@@ -41,7 +41,6 @@ if TYPE_CHECKING:
 __all__ = ["bode", "bode_over"]
 
 Vector = NDArray[np.float64]
-Response = NDArray[np.complex128]
 Progress = Callable[[float], None]
 
 POINTS = 400  # of a linear curve, evenly by the logarithm
@@ -126,9 +125,8 @@ def bode(
     if not measure:
         return data
     if not view.judged.margins.stable:
-        raise ParameterError(
-            "controller", type(loop.controller).__name__, "is unstable here: nothing settles"
-        )
+        problem = "is unstable here: nothing settles that could be measured; --linear shows its linear model"
+        raise ParameterError("controller", type(loop.controller).__name__, problem)
     plan = planned(view.low, view.high, loop.simulation.period, periods, realisations)
     plan = plan._replace(excitation=excitation)
     report = progress or (lambda _: None)
@@ -154,12 +152,22 @@ class View(NamedTuple):
 
     @property
     def grid(self) -> Vector:
+        """Frequencies of the picture's curves [Hz]."""
+        return self.dense(self.low, self.high)
+
+    @property
+    def usual(self) -> Vector:
+        """Frequencies from far below the crossover up to Nyquist's [Hz], whatever the picture shows."""
+        low, _ = checked_band(None, self.judged.margins, self.point)
+        return self.dense(low, HIGHEST * 0.5 / self.point.loop.simulation.period)
+
+    def dense(self, low: float, high: float) -> Vector:
         """Frequencies of a curve [Hz], dense where the loop resonates."""
         rates = rates_of(self.judged.loop)
         width = np.maximum(np.abs(rates.real), SHARPEST * np.abs(rates.imag))  # else a peak without damping
         sharp = (np.abs(rates.imag)[:, np.newaxis] + width[:, np.newaxis] * AROUND).ravel()
-        every = np.concatenate([np.geomspace(self.low, self.high, POINTS), sharp / (2.0 * math.pi)])
-        return np.unique(every[(every >= self.low) & (every <= self.high)])
+        every = np.concatenate([np.geomspace(low, high, POINTS), sharp / (2.0 * math.pi)])
+        return np.unique(every[(every >= low) & (every <= high)])
 
 
 def viewed(loop: Loop, command: float | None, force: float | None, band: tuple[float, float] | None) -> View:
@@ -187,7 +195,7 @@ def linear_of(view: View, grid: Vector) -> "xr.Dataset":
         coords={"frequency": ("frequency", grid, {"units": "Hz", "long_name": "frequency"})},
         attrs=provenance(point.loop) | {"command": point.command, "force": point.force},
     )
-    data = data.assign(scalars(view.judged.margins, grid, linear.curves["closed"]))
+    data = data.assign(scalars(view))
     return with_warning(data, [] if view.judged.linear else [KINKED])
 
 
@@ -305,8 +313,9 @@ def described(name: str, point: OperatingPoint) -> dict[str, str]:
     return {"units": unit, "long_name": MEANINGS[name].format(moved=moved)}
 
 
-def scalars(found: Margins, grid: Vector, closed: Response) -> dict[str, Any]:
+def scalars(view: View) -> dict[str, Any]:
     """Margins and bandwidths as variables of a Dataset."""
+    found = view.judged.margins
     fields = declared_fields(Margins)
     said: dict[str, Any] = {
         name: ((), value, {"units": fields[name].unit, "long_name": fields[name].meaning})
@@ -316,11 +325,13 @@ def scalars(found: Margins, grid: Vector, closed: Response) -> dict[str, Any]:
     for name in ("gain_crossovers", "phase_crossovers"):
         about = {"units": fields[name].unit, "long_name": fields[name].meaning}
         said[name] = (name.removesuffix("s"), np.array(getattr(found, name)), about)
-    return said | bandwidths(grid, closed)
+    return said | bandwidths(view)
 
 
-def bandwidths(grid: Vector, closed: Response) -> dict[str, Any]:
+def bandwidths(view: View) -> dict[str, Any]:
     """Where the closed loop falls 3 dB below its slow motions, and where it lags 90 degrees [Hz]."""
+    grid = view.usual
+    closed = responses(view.point, view.parts, 2.0 * math.pi * grid).curves["closed"]
     size, phase = np.abs(closed), np.unwrap(np.angle(closed))
     fallen = first_below(grid, size / size[0] - math.sqrt(0.5))
     late = first_below(grid, phase + 0.5 * math.pi)

@@ -16,6 +16,7 @@ from hydroservo.loop import Loop
 from hydroservo.monitors import PistonTravel
 from hydroservo.runs.cautions import quietly
 from hydroservo.runs.run import simulate
+from hydroservo.runs.step_sizes import with_substeps
 from hydroservo.starts import AsBuilt
 
 if TYPE_CHECKING:
@@ -102,16 +103,27 @@ def measured(
     make = EXCITATIONS[plan.excitation]
     runs = []
     for phases in drawn_phases(plan):
-        given = {
-            name: make(plan, loop.simulation.period, amplitude if name == excited else 0.0, phases)
-            for name in EXCITED
+        given = {name: silence() for name in EXCITED} | {
+            excited: make(plan, loop.simulation.period, amplitude, phases)
         }
         data = quietly(simulate)(prepared(loop, point, given, plan), record=paths, metrics=[PistonTravel()])
+        loop = stepping_as(loop, data)
         if data["diverged"] or data["stroke_left"]:
             what = "diverged" if data["diverged"] else "left its stroke"
             raise ParameterError("amplitude", amplitude, f"cannot be measured with: the loop {what}")
         runs.append([steady(data, path, point) for path in paths])
     return heard(np.array(runs), paths, plan)
+
+
+def stepping_as(loop: Loop, data: "xr.Dataset") -> Loop:
+    """A loop with the substeps that a run of it chose: another draw of phases moves its machine as fast."""
+    chosen = data.attrs.get("substeps")
+    return loop if chosen is None else with_substeps(loop, int(chosen))
+
+
+def silence() -> Tones:
+    """Nothing, at no cost: a load is asked many times in each sample."""
+    return Tones(0.0, np.empty(0), np.empty(0))
 
 
 def tones_of(plan: Experiment, sample_period: float, amplitude: float, phases: Vector) -> Tones:
