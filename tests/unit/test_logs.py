@@ -80,7 +80,7 @@ def test_mdf_gives_what_was_written(tmp_path):
             "line 22, column command [V]: 'x' must be a finite",
         ),
         ([HEADER, *ROWS[:20], ROWS[5], *ROWS[20:]], "line 22, column time [s]: '0.005' is not after"),
-        ([HEADER, *ROWS[:9]], "has 9 samples, too few"),
+        ([HEADER, *ROWS[:9]], "too few samples to tell anything, 9"),
         (["0,1,2,3", *ROWS], "line 1: must name the columns"),
         ([HEADER + ",command [V]", *(row + ",1" for row in ROWS)], "column 'command' appears more than once"),
     ],

@@ -49,6 +49,36 @@ def test_the_time_constant_is_that_of_the_closed_form():
     assert found.numbers["time_constant"].value == pytest.approx(1.0 / rate, rel=1e-3)
 
 
+def test_a_load_pressure_decays_by_its_leakage_in_closed_form():
+    """F = F_0 exp(-4 beta C_tl t/V_t) with the piston held: Merritt, Hydraulic Control Systems, 1967, ch. 6."""
+    plant = hs.load_scenario("rig/1khz-pi-sine").plant
+    leak = 1e-3 * plant.leakage  # slow beside the samples
+    rate = 4.0 * plant.bulk_modulus * leak / plant.total_volume
+    log = {"time": TIME, "load_force": 800.0 * np.exp(-rate * TIME)}
+    found = hs.map_logs("decay", log, "rig/1khz-pi-sine")
+    assert found.numbers["internal_leakage"].value == pytest.approx(leak, rel=1e-3)
+    assert found.numbers["time_constant"].value == pytest.approx(1.0 / rate, rel=1e-3)
+    assert found.tables["plant"]["leakage"] == found.numbers["internal_leakage"].value
+    assert "external_leakage" not in found.numbers
+    product = plant.bulk_modulus * leak  # of which the scenario's leakage gives the bulk modulus
+    assert found.numbers["bulk_modulus"].value == pytest.approx(product / plant.leakage, rel=1e-3)
+
+
+def test_a_load_that_moves_a_locked_piston_tells_both_numbers_of_a_load_pressure():
+    """V_t/(4 beta) dF/dt = -A^2 v - C_tl F, solved by hand: F' = -r F - P cos(w t) of x = X sin(w t)."""
+    plant = hs.load_scenario("rig/1khz-pi-sine").plant
+    modulus, leak, w, reach = 1.3e9, 1e-3 * plant.leakage, 2.0, 2e-5
+    rate = 4.0 * modulus * leak / plant.total_volume
+    push = 4.0 * modulus * plant.piston_area**2 / plant.total_volume * reach * w
+    forced = -push * (rate * np.cos(w * TIME) + w * np.sin(w * TIME)) / (rate**2 + w**2)
+    force = forced + (800.0 - forced[0]) * np.exp(-rate * TIME)
+    log = {"time": TIME, "load_force": force, "position": 0.04 + reach * np.sin(w * TIME)}
+    found = hs.map_logs("decay", log, "rig/1khz-pi-sine")
+    assert found.numbers["bulk_modulus"].value == pytest.approx(modulus, rel=1e-3)
+    assert found.numbers["internal_leakage"].value == pytest.approx(leak, rel=1e-3)
+    assert found.tables["plant"]["bulk_modulus"] == found.numbers["bulk_modulus"].value
+
+
 def test_a_valve_in_closed_form_is_met_and_its_delay_is_hysteresis():
     found = hs.map_logs("valve-flow", swept(), scenario("machine"))
     area = hs.load_scenario(scenario("machine")).plant.area_a

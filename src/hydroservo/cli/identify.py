@@ -146,7 +146,7 @@ def identify(
         try_outputs(identify_files(out, len(logs)))
     if propose:
         try_outputs([propose])
-    shared = {} if against is None else ranges_known(against, asked, plugins)
+    shared, changed = others_own(against, asked, overrides, plugins) if against else ({}, {})
     with log_kernels(verbose), progress_bar(scenario) as report:
         found = identified(
             scenario, logs, asked, overrides, plugins, seed, memory, count, partial(said_of, report, scenario)
@@ -154,12 +154,12 @@ def identify(
         more, failure = Further(), None
         try:  # whatever goes wrong here must not cost what was found
             if against is not None:
-                told = partial(said_of, report, against)
-                other = identified(against, logs, shared, {}, plugins, seed, memory, count, told)
+                say = partial(said_of, report, against)
+                other = identified(against, logs, shared, changed, plugins, seed, memory, count, say)
                 more = more._replace(other=other, comparison=compare(found, other))
             if propose:
-                told = partial(said_of, report, "the command to propose")
-                proposal = proposed(found, limits=bounds, seed=seed, progress=told)
+                say = partial(said_of, report, "the command to propose")
+                proposal = proposed(found, limits=bounds, seed=seed, progress=say)
                 write_text(propose, proposal.csv())
                 more = more._replace(proposal=proposal)
         except HydroservoError as error:
@@ -224,14 +224,22 @@ def limits_in(texts: Sequence[str], propose: Path | None) -> dict[str, tuple[flo
     return found
 
 
-def ranges_known(scenario: str, asked: "Mapping[str, Entry]", plugins: Sequence[Path]) -> "dict[str, Entry]":
-    """Those of some ranges whose numbers another scenario has."""
+def others_own(
+    scenario: str, asked: "Mapping[str, Entry]", overrides: Mapping[str, object], plugins: Sequence[Path]
+) -> "tuple[dict[str, Entry], dict[str, object]]":
+    """Those of some ranges, and of some changes, whose numbers another scenario has.
+
+    Raises:
+        ScenarioError: one of these changes is none to it.
+    """
     from hydroservo.block import leaves
     from hydroservo.scenario.load import assembled
 
     other = assembled(scenario, {}, plugins)
     known = {*other.arguments, *(path for path, _ in leaves(other.loop))}
-    return {path: entry for path, entry in asked.items() if path in known}
+    changed = {path: value for path, value in overrides.items() if path in known}
+    assembled(scenario, changed, plugins)
+    return {path: entry for path, entry in asked.items() if path in known}, changed
 
 
 def identify_files(folder: Path, logs: int) -> list[Path]:

@@ -26,7 +26,7 @@ def plot_log(fit: LogFit) -> Figure:
         fit: the log.
     """
     log = fit.understood.log
-    names = [name for name in SIGNALS if name in fit.data]
+    names = [name for name in SIGNALS if name in fit.data.data_vars]
     with style():
         fig, axes = panels(names)
         for axis, name in zip(axes, names, strict=True):
@@ -60,7 +60,6 @@ def plot_fit(fit: LogFit) -> Figure:
             simulated = broken(fit.data, name + SUFFIX, factor)
             upper.plot(*simulated, color=PALETTE[1], label="simulated", rasterized=dense)
             upper.set_ylabel(f"{name.replace('_', ' ')}\n[{unit}]")
-            upper.legend(loc="upper right", ncols=2)
             unit, factor = axis_unit(one.unit, largest([measured - shown], 0.01))
             left = fit.data.assign(left=fit.data[name] - fit.data[name + SUFFIX])
             lower.plot(*broken(left, "left", factor), color=PALETTE[0], linewidth=0.6, rasterized=dense)
@@ -68,6 +67,7 @@ def plot_fit(fit: LogFit) -> Figure:
             lower.set_ylim(-1.3 * limit, 1.3 * limit)
             lower.set_ylabel(f"left over\n[{unit}]")
         finish(axes, fit.understood.log.name)
+        fig.legend(*axes[0].get_legend_handles_labels(), loc="outside upper right", ncols=2)
     return fig
 
 

@@ -22,7 +22,7 @@ from hydroservo.identification.result import Estimate, Identified
 from hydroservo.identification.search import Report, Solution, best_fit
 from hydroservo.identification.segments import Segment, Understood, understood
 from hydroservo.identification.steps import substeps_for
-from hydroservo.identification.trust import told
+from hydroservo.identification.trust import identifiable
 from hydroservo.identification.uncertainty import NORMAL, Uncertainty, uncertainty
 from hydroservo.identification.written import tables_or_remark
 from hydroservo.runs.arguments import checked_mapping
@@ -130,11 +130,7 @@ def identified(
     varied = sought(assembly, {**assembly.log_ranges, **ranges})
     taken = [understood(one, i) for i, one in enumerate(read(logs, assembly))]
     problem = problem_of(assembly, varied, taken, threads)
-    report(0.05)
-    simulated = 0.75 if horizon is None else 0.35
-    best = best_fit(problem, seed, lambda part: report(0.05 + simulated * part))
-    if horizon is not None:
-        problem, best = best_prediction(problem, best, horizon, lambda part: report(0.4 + 0.4 * part))
+    problem, best = solved(problem, seed, horizon, report)
     sure = uncertainty(problem, misfit(problem, best.x, best.weights), seed)
     parameters = estimates(assembly, problem, best, sure)
     report(0.9)
@@ -158,6 +154,16 @@ def identified(
     )
 
 
+def solved(problem: Problem, seed: int, horizon: float | None, report: Report) -> tuple[Problem, Solution]:
+    """The numbers with which least is left of a simulation, or of predictions with their observer."""
+    report(0.05)
+    share = 0.75 if horizon is None else 0.35
+    best = best_fit(problem, seed, lambda part: report(0.05 + share * part))
+    if horizon is None:
+        return problem, best
+    return best_prediction(problem, best, horizon, lambda part: report(0.4 + 0.4 * part))
+
+
 def sought(assembly: Assembly, ranges: Mapping[str, Entry]) -> list[Variation]:
     """What is sought.
 
@@ -166,7 +172,10 @@ def sought(assembly: Assembly, ranges: Mapping[str, Entry]) -> list[Variation]:
         ScenarioError: one is no number of the machine, or has no range.
     """
     if not ranges:
-        raise ParameterError("ranges", "{}", "must name a number of the machine that is sought")
+        problem = (
+            "must name a number of the machine that is sought (--vary), or the scenario have [identify.vary]"
+        )
+        raise ParameterError("ranges", "{}", problem)
     for path, entry in ranges.items():
         head = path.partition(".")[0]
         if head in ("controller", "reference", "sensors", "hold", "simulation"):
@@ -234,7 +243,7 @@ def estimates(assembly: Assembly, problem: Problem, best: Solution, sure: Uncert
     low, value, high = (
         problem.space.values((best.x + sign * half)[np.newaxis, :count]) for sign in (-1.0, 0.0, 1.0)
     )
-    known = told(problem, best.x, best.weights, sure)
+    known = identifiable(problem, best.x, best.weights, sure)
     wider = sure.resampled / sure.deviations
     found = {}
     for i, path in enumerate(problem.space.ranges):

@@ -144,6 +144,6 @@ def checked(log: Log) -> Log:
         ScenarioError: it is not.
     """
     if log.time.size < FEWEST:
-        problem = f"has {log.time.size} samples, too few to tell anything; at least {FEWEST} are needed"
+        problem = f"too few samples to tell anything, {log.time.size}; at least {FEWEST} are needed"
         raise ScenarioError(log.name, "", problem)
     return log

@@ -9,12 +9,9 @@ from hydroservo.identification.search import KNEE
 from hydroservo.identification.shift import shifted
 from hydroservo.identification.uncertainty import NORMAL, Uncertainty
 
-__all__ = ["losses", "told"]
+__all__ = ["identifiable", "losses"]
 
-SURE, UNSURE = (
-    0.005,
-    0.1,
-)  # of a range: deviations of a direction that is told for sure, and of one that is not
+SURE, UNSURE = 0.005, 0.1  # of a range: deviations of a direction that is told for sure, and of one not
 BENT = (0.25, 4.0)  # times what it should be that a loss may be at the end of an interval
 SHARE = 0.1  # of a variance that may come from directions that are not told
 WIDEST = 0.5  # of its range, that an interval may be wide
@@ -22,7 +19,7 @@ WIDEST = 0.5  # of its range, that an interval may be wide
 Matrix = NDArray[np.float64]
 
 
-def told(problem: Problem, x: Matrix, weights: Weights, sure: Uncertainty) -> NDArray[np.bool_]:
+def identifiable(problem: Problem, x: Matrix, weights: Weights, sure: Uncertainty) -> NDArray[np.bool_]:
     """Which of the parameters the logs tell, shape (parameters,).
 
     One is told if its 95 % interval is at most half of its range, and hardly any of its variance comes from

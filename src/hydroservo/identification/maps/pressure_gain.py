@@ -17,6 +17,7 @@ from hydroservo.identification.maps.sweeps import (
     Pass,
     check_slow,
     hysteresis_of,
+    mean_rate,
     passes,
     span_of,
     swept_curve,
@@ -82,7 +83,7 @@ def pressure_gain(logs: Sequence[Understood], loop: Loop | None, piston: Piston 
     numbers = {
         "pressure_gain": Interval.around(line.values[0], line.half(slope), "Pa/V", "pressure gain at null"),
         "null_offset": Interval.around(*null, "V", "command at which the load pressure is 0"),
-        "hysteresis": hysteresis_of(width, sweeps, loop),
+        "hysteresis": hysteresis_of(width, mean_rate(sweeps, lambda p: np.abs(p) < SHARE * most), loop),
     }
     reach = SHARE * most / line.values[0]
     ends = null[0] + reach * np.array([-1.0, 1.0])

@@ -1,6 +1,6 @@
 """Slow sweeps of a command, up and down, and what answered."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from itertools import pairwise
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydroservo.audits.facts import LoopFacts
+from hydroservo.block import replace
 from hydroservo.errors import ScenarioError
 from hydroservo.formatting import MINUS, quantity
 from hydroservo.identification.maps.reading import runs_of
@@ -18,7 +19,7 @@ from hydroservo.loop import Loop
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["DENSE", "Pass", "check_slow", "hysteresis_of", "passes", "span_of", "swept_curve"]
+__all__ = ["DENSE", "Pass", "check_slow", "hysteresis_of", "mean_rate", "passes", "span_of", "swept_curve"]
 
 DENSE = 50_000  # samples of a stretch that count
 BINS = 60  # over the span of the command
@@ -34,13 +35,13 @@ class Pass(NamedTuple):
 
     Attributes:
         rising: whether it rises.
-        rate: the mean size of its rate [V/s].
+        rate: the size of the command's rate [V/s], shape (n,).
         command: [V], shape (n,).
         answer: what was measured, shape (n,).
     """
 
     rising: bool
-    rate: float
+    rate: Samples
     command: Samples
     answer: Samples
 
@@ -60,7 +61,7 @@ def passes(period: float, command: Samples, answer: Samples) -> Iterator[Pass]:
             there = np.isfinite(answer[part])
             u, y = command[part][there], answer[part][there]
             if u.size >= FEWEST and np.ptp(u) > LEAST * np.ptp(command):
-                yield Pass(rising, float(np.abs(change[part]).mean() / period), u, y)
+                yield Pass(rising, np.abs(change[part][there]) / period, u, y)
 
 
 def span_of(sweeps: Sequence[Pass], name: str) -> float:
@@ -123,22 +124,35 @@ def at_middle(inside: Sequence[tuple[Samples, Samples]], middle: float) -> tuple
 
 
 def lag_of(loop: Loop | None) -> float:
-    """The time by which a scenario's valve is behind its command [s]; 0 where none is known."""
+    """The time by which a scenario's valve is behind its command [s]; 0 where none is known.
+
+    A command that is held from sample to sample comes half a period late on the mean, and by its delay. A
+    sweep goes one way, so that the play of a hysteresis adds none.
+    """
     if loop is None:
         return 0.0
-    lag = LoopFacts(loop, loop, None, None).valve_lag
+    if hasattr(loop.valve, "hysteresis"):
+        loop = replace(loop, {"valve.hysteresis": 0.0})
+    facts = LoopFacts(loop, loop, None, None)
+    lag = facts.valve_lag + facts.delay + 0.5 * float(loop.simulation.period)
     return lag if np.isfinite(lag) else 0.0
 
 
-def hysteresis_of(apart: tuple[float, float], sweeps: Sequence[Pass], loop: Loop | None) -> Interval:
+def mean_rate(sweeps: Sequence[Pass], on: Callable[[Samples], NDArray[np.bool_]] | None = None) -> float:
+    """The mean size of the command's rate [V/s], over all samples or those whose answer counts."""
+    every = [one.rate if on is None else one.rate[on(one.answer)] for one in sweeps]
+    return float(np.concatenate(every).mean())
+
+
+def hysteresis_of(apart: tuple[float, float], rate: float, loop: Loop | None) -> Interval:
     """The hysteresis: by how much the curves of both directions lie apart, less what the valve's lag makes.
 
     Args:
         apart: the width and half its interval [V].
-        sweeps: the passes.
+        rate: the mean size of the command's rate where that was measured [V/s].
         loop: of the scenario.
     """
-    lag = 2.0 * lag_of(loop) * float(np.mean([one.rate for one in sweeps]))
+    lag = 2.0 * lag_of(loop) * rate
     return Interval.around(apart[0] - lag, apart[1], "V", "full width of the hysteresis")
 
 
@@ -158,9 +172,10 @@ def check_slow(
         ScenarioError: it was too fast.
     """
     span = span_of(sweeps, name)
-    rate, lag = float(np.mean([one.rate for one in sweeps])), lag_of(loop)
+    rate, lag = mean_rate(sweeps), lag_of(loop)
     shown = quantity(apart, "V").replace(MINUS, "-")
-    by_lag = f"; the valve's lag of {quantity(lag, 's')} makes {quantity(2.0 * lag * rate, 'V')} of it"
+    made = quantity(2.0 * lag * rate, "V")
+    by_lag = f"; the lag of valve and sampling, {quantity(lag, 's')}, makes {made} of it"
     said = by_lag if lag else ""
     if abs(apart) > widest * span:
         problem = (

@@ -15,6 +15,7 @@ from hydroservo.identification.maps.sweeps import (
     Pass,
     check_slow,
     hysteresis_of,
+    mean_rate,
     passes,
     span_of,
     swept_curve,
@@ -37,10 +38,17 @@ Samples = NDArray[np.float64]
 
 
 class Side(NamedTuple):
-    """The line of one direction of flow, ``Q = k u + b``, with a ``b`` for each direction of the command."""
+    """The line of one direction of flow, ``Q = k u + b``, with a ``b`` for each direction of the command.
+
+    Attributes:
+        line: the regression.
+        largest: flow [m^3/s].
+        rate: mean size of the command's rate on the line [V/s].
+    """
 
     line: Regression
     largest: float
+    rate: float
 
     def edge(self) -> tuple[float, float]:
         """Where flow begins, in the mean of both directions of the command, and half its interval [V]."""
@@ -89,7 +97,8 @@ def valve_flow(logs: Sequence[Understood], loop: Loop, piston: Piston) -> Found:
     width = (0.5 * (apart[0][0] + apart[1][0]), 0.5 * float(np.hypot(apart[0][1], apart[1][1])))
     remarks = list(check_slow(width[0], WIDEST, sweeps, loop, name))
     remarks += said_of(sides, normalised)
-    numbers = numbers_of(sides) | {"hysteresis": hysteresis_of(width, sweeps, loop)}
+    rate = float(np.mean([side.rate for side in sides.values()]))
+    numbers = numbers_of(sides) | {"hysteresis": hysteresis_of(width, rate, loop)}
     curve = swept_curve(sweeps, "flow", "m^3/s", "flow at port A without load")
     values, left = values_of(numbers, loop, line)
     return Found(curve, numbers, [*lines_of(sides)], values, [*remarks, *left])
@@ -152,9 +161,13 @@ def side_of(sweeps: Sequence[Pass], sign: float, name: str) -> Side:
     largest = float(np.quantile(flows, 0.995))
     every = float(np.quantile(np.abs(flows), 0.995))
     parts = []
+
+    def on_line(flow: Samples) -> NDArray[np.bool_]:
+        share = sign * flow / largest if largest > 0.0 else np.zeros(flow.size)
+        return np.asarray((share > LINEAR[0]) & (share < LINEAR[1]))
+
     for one in sweeps:
-        share = sign * one.answer / largest if largest > 0.0 else np.zeros(one.answer.size)
-        on = (share > LINEAR[0]) & (share < LINEAR[1])
+        on = on_line(one.answer)
         ways = np.array([one.rising, not one.rising], dtype=np.float64)
         columns = [one.command[on], *np.outer(ways, np.ones(on.sum()))]
         parts.append((np.stack(columns, axis=1), one.answer[on]))
@@ -163,7 +176,7 @@ def side_of(sweeps: Sequence[Pass], sign: float, name: str) -> Side:
         way = "positive" if sign > 0.0 else "negative"
         problem = f"shows no {way} flow that follows the command: sweep farther, slower, or both ways"
         raise ScenarioError(name, "command", problem)
-    return Side(found, largest)
+    return Side(found, largest, mean_rate(sweeps, on_line))
 
 
 def numbers_of(sides: Mapping[float, Side]) -> dict[str, Interval]:

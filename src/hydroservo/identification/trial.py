@@ -1,0 +1,194 @@
+"""Commands that are tried for the next log: how large each may be, and what a log of it would tell."""
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydroservo.block import leaves
+from hydroservo.identification.bounds import Bounds, kept, room
+from hydroservo.identification.candidates import Candidate, rolled
+from hydroservo.identification.experiment import Experiment, experiment, predicted
+from hydroservo.identification.fitted import Fitted
+from hydroservo.identification.misfit import misfit
+from hydroservo.identification.one_step import predicting
+from hydroservo.identification.problem import Problem, is_possible, unknowns_of
+from hydroservo.identification.result import Identified
+from hydroservo.identification.segments import Segment
+from hydroservo.identification.signals import COMMAND, OUTPUTS
+
+__all__ = ["Held", "Trial", "drawn", "held_still", "openness", "trial_of"]
+
+DRAWS = 24  # machines that the logs allow, with which a command must keep its bounds
+SIZES = 10  # that a candidate may have, tried in turn
+FIRST = 0.005  # of what a command may be, to see how far it moves the machine
+SECANTS = 4
+SMALLER = (0.1, 0.75)  # times, between which the next is
+
+Matrix = NDArray[np.float64]
+
+
+class Held(NamedTuple):
+    """A command under which a machine does not drift, and how far a larger one would move it.
+
+    Attributes:
+        command: [V].
+        slope: of the drift over the whole command, by it [m/V]; 0 if nothing moves.
+    """
+
+    command: float
+    slope: float
+
+    def corrected(self, mean: float, moved: float, bounds: Bounds) -> float:
+        """The mean command without a drift, inside the limits of a command."""
+        low, high = bounds[COMMAND]
+        if self.slope == 0.0 or not np.isfinite(moved):
+            return mean
+        return min(max(mean - moved / self.slope, low), high)
+
+
+class Trial(NamedTuple):
+    """A command and what it would tell.
+
+    Attributes:
+        name: of its kind.
+        command: at each sample [V].
+        shown: of the machine found, shape (samples, signals).
+        covariance: of the parameters with a log of it too, in units of the search.
+    """
+
+    name: str
+    command: Matrix
+    shown: Matrix
+    covariance: Matrix
+
+
+def openness(covariance: Matrix, own: Sequence[int]) -> float:
+    """The sum of the logarithms of some parameters' variances."""
+    return float(np.log(np.diag(covariance)[list(own)]).sum())
+
+
+def drawn(fit: Fitted, seed: int) -> Matrix:
+    """The unknowns found, then others that the logs allow, shape (machines, unknowns)."""
+    rng = np.random.default_rng([seed, 1])
+    count = len(fit.problem.space.ranges)
+    points = np.repeat(fit.best.x[np.newaxis], 1 + DRAWS, axis=0)
+    own = fit.sure.covariance[:count, :count]
+    moved = rng.multivariate_normal(fit.best.x[:count], own, DRAWS, method="eigh")
+    points[1:, :count] = np.clip(moved, 0.0, 1.0)
+    return np.array([point for point in points if is_possible(fit.problem, point)])
+
+
+def trial_of(
+    found: Identified, candidate: Candidate, like: Segment, bounds: Bounds, machines: Matrix, held: Held
+) -> Trial | None:
+    """A candidate as large as the bounds allow, and what it would tell; None if no size keeps them.
+
+    It lies about the command under which the machine found ends where it began, so that it does not drift.
+    """
+    low, high = bounds[COMMAND]
+    values = rolled(candidate, room_below(found.fitted, bounds)).values
+    size, mean = 1.0, held.command
+    for _ in range(SIZES):
+        command = np.clip(mean + min(high - mean, mean - low) * size * values, low, high)
+        shown = shown_under(found.fitted, command, like.period, machines)
+        if kept(shown, bounds):
+            nominal = shown[:, :, 0]
+            return Trial(candidate.name, command, nominal, covariance_with(found, command, nominal, like))
+        mean = held.corrected(mean, drift(shown), bounds)
+        size *= min(max(SMALLER[1] * room(shown, bounds), SMALLER[0]), SMALLER[1])
+    return None
+
+
+def held_still(fit: Fitted, samples: int, period: float, bounds: Bounds, machines: Matrix) -> Held:
+    """The command under which the machine found does not drift, by secants."""
+    low, high = bounds[COMMAND]
+    command, slope = 0.5 * (low + high), 0.0
+    nudged, moved = command + FIRST * (high - low), 0.0
+    before = drift(shown_under(fit, np.full(samples, command), period, machines[:1]))
+    for _ in range(SECANTS):
+        moved = drift(shown_under(fit, np.full(samples, nudged), period, machines[:1]))
+        if nudged == command or not np.isfinite(moved) or moved == before:
+            break
+        slope = (moved - before) / (nudged - command)
+        command, before = nudged, moved
+        nudged = min(max(command - moved / slope, low), high)
+    return Held(command, slope)
+
+
+def shown_under(fit: Fitted, command: Matrix, period: float, machines: Matrix) -> Matrix:
+    """What machines would show under a command, shape (samples, signals, machines)."""
+    problem = fit.problem
+    columns = problem.columns(problem.space.values(machines[:, : len(problem.space.ranges)]))
+    one = played(fit, Segment(0, 0.0, period, {COMMAND: command}, {}))
+    return predicted(one, columns, problem.threads)
+
+
+def drift(shown: Matrix) -> float:
+    """How far the first machine's piston ends from where it began [m]."""
+    row = shown[:, list(OUTPUTS).index("position"), 0]
+    return float(row[-1] - row[0])
+
+
+def room_below(fit: Fitted, bounds: Bounds) -> float:
+    """The share of the way that lies below where the scenario's piston starts; a half if it has no ends."""
+    start = dict(leaves(fit.assembly.loop.plant)).get("start_position")
+    if "position" not in bounds or not isinstance(start, float):
+        return 0.5
+    low, high = bounds["position"]
+    return (start - low) / (high - low)
+
+
+def played(fit: Fitted, segment: Segment) -> Experiment:
+    """An experiment with a command that was never played, from where the scenario starts."""
+    like = fit.problem.experiments[0]
+    substeps = like.loop.simulation.substeps
+    paths = [path for path in like.varied if path in dict(fit.problem.columns(middle(fit.problem)))]
+    return experiment(fit.assembly.loop, segment, paths, substeps)
+
+
+def middle(problem: Problem) -> Mapping[str, Matrix]:
+    """Parameters in the middle of their ranges."""
+    return problem.space.values(np.full((1, len(problem.space.ranges)), 0.5))
+
+
+def covariance_with(found: Identified, command: Matrix, shown: Matrix, like: Segment) -> Matrix:
+    """The covariance of the parameters with a log of a command too, in units of the search.
+
+    The log's own delay, start and offsets are unknown in it.
+    """
+    fit, names = found.fitted, list(OUTPUTS)
+    count = len(fit.problem.space.ranges)
+    measured = {name: shown[:, names.index(name)] for name in like.measured}
+    segment = Segment(0, 0.0, like.period, {COMMAND: command}, measured)
+    playing = played(fit, segment)
+    spread = {
+        (0, name): max(float(np.std(row)), 1e-300 + fit.problem.spread[like.log, name] * 1e-6)
+        for name, row in measured.items()
+    }
+    unknowns = unknowns_of(fit.problem.space, [playing], spread)
+    others = (0.5 * (one.low + one.high) if one.kind == "start" else 0.0 for one in unknowns[count:])
+    x = np.array([*fit.best.x[:count], *others])
+    weights = {(0, name): fit.best.weights[like.log, name] for name in measured}
+    problem = fit.problem._replace(experiments=[playing], unknowns=unknowns, spread=spread, usual=x)
+    if found.horizon is not None:
+        problem = predicting(problem, x, found.horizon, weights)
+    slopes = misfit(problem, x, weights).slopes
+    information: Matrix = slopes.T @ slopes / inflation(found)
+    information[count:, count:] += np.diag([one.prior for one in unknowns[count:]])
+    information[:count, :count] += np.linalg.inv(fit.sure.covariance[:count, :count])
+    found_with: Matrix = np.asarray(np.linalg.inv(information), dtype=np.float64)
+    return found_with[:count, :count]
+
+
+def inflation(found: Identified) -> float:
+    """How many times as large variances are as white residuals would leave them, on the mean; at least 1.
+
+    A log to come is taken to hold as few independent samples.
+    """
+    sure, problem = found.fitted.sure, found.fitted.problem
+    white = np.diag(np.linalg.inv(sure.information + np.diag([one.prior for one in problem.unknowns])))
+    ratios = np.diag(sure.covariance) / white
+    sharp = [ratios[i] for i, one in enumerate(found.parameters.values()) if one.identifiable]
+    return max(float(np.exp(np.mean(np.log(sharp)))), 1.0) if sharp else 1.0
