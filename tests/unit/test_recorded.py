@@ -118,8 +118,8 @@ def log(path: Path, samples: int = 2000, period: float = 1e-3, **changes: object
     [
         ({"samples": 300}, "has 300 samples without a gap, too few for a frequency response; 544 are needed"),
         ({"command [V]": 0.5}, "neither command nor reference changes: nothing excites the machine"),
-        ({"velocity [m/s]": 0.5}, "nothing that is measured ever changes"),
-        ({"velocity [m/s]": np.nan}, "nothing that is measured ever changes"),
+        ({"velocity [m/s]": 0.5}, "never changes, and nothing else is measured"),
+        ({"velocity [m/s]": np.nan}, "never changes, and nothing else is measured"),
         ({"reference [bar]": 0.0}, "does not convert to m/s, as reference must"),
     ],
 )

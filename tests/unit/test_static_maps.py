@@ -50,7 +50,7 @@ def test_the_time_constant_is_that_of_the_closed_form():
 
 
 def test_a_load_pressure_decays_by_its_leakage_in_closed_form():
-    """F = F_0 exp(-4 beta C_tl t/V_t) with the piston held: Merritt, Hydraulic Control Systems, 1967, ch. 6."""
+    """F = F_0 exp(-4 beta C_tl t/V_t), piston held: Merritt, Hydraulic Control Systems, 1967, ch. 6."""
     plant = hs.load_scenario("rig/1khz-pi-sine").plant
     leak = 1e-3 * plant.leakage  # slow beside the samples
     rate = 4.0 * plant.bulk_modulus * leak / plant.total_volume
