@@ -146,7 +146,7 @@ def identify(
         try_outputs(identify_files(out, len(logs)))
     if propose:
         try_outputs([propose])
-    shared, changed = others_own(against, asked, overrides, plugins) if against else ({}, {})
+    shared, changed = others_own(against, asked, overrides, plugins) if against is not None else ({}, {})
     with log_kernels(verbose), progress_bar(scenario) as report:
         found = identified(
             scenario, logs, asked, overrides, plugins, seed, memory, count, partial(said_of, report, scenario)

@@ -122,8 +122,8 @@ def parameters_table(found: Identified) -> Table:
         unit, factor = common_unit([one.value], one.unit)
         numbers = (f"{factor * number:.4g}" for number in (one.value, one.low, one.high))
         said = "[green]tell it[/]" if one.identifiable else "[bold yellow]do not tell it[/]"
-        if one.at_end:  # which the range says, and not the logs
-            said = "[bold yellow]would take it out of its range[/]"
+        if one.at_end:
+            said += ", [bold yellow]at an end of its range[/]"
         shown.add_row(escape(path), *numbers, unit, said)
     shown.caption = "from and to: 95 % interval"
     return shown
