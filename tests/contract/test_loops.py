@@ -45,7 +45,7 @@ def runs(loop: Loop) -> bool:
 @pytest.mark.filterwarnings("ignore::hydroservo.HydroservoWarning")  # of drawn loops something is always said
 @pytest.mark.slow
 @settings(max_examples=12, phases=[Phase.explicit, Phase.reuse, Phase.generate])  # each compiles a loop
-@given(loop=wired(Loop, ORDINARY), simulation=SIMULATIONS)
+@given(loop=st.deferred(lambda: wired(Loop, ORDINARY)), simulation=SIMULATIONS)
 def test_compiled_equals_interpreted(loop: Loop, simulation: Simulation) -> None:
     loop = replace(loop, {"simulation": simulation})
     if isinstance(loop.hold, DelayedHold):
