@@ -21,9 +21,6 @@ from sphinx.application import Sphinx
 from sphinx.util.typing import ExtensionMetadata
 from traitlets.config import Config
 
-LOCAL = Config({"ConnectionFileMixin": {"transport": "ipc"}})  # no network between page and kernel
-
-
 def executed(nb: Any, cwd: str, timeout: int, allow_errors: bool, **_: Any) -> ExecutionResult:
     """Execute a notebook in place, as the function of jupyter-cache that this replaces."""
     began = time.monotonic()
@@ -48,7 +45,9 @@ def execute(path: Path, error: Path, cwd: str, timeout: int, allow_errors: bool)
     """Execute the notebook of a path in place; a cell's failure is left in a file."""
     logging.disable(logging.INFO)  # Sphinx shows what a logger says, and nbclient's says each notebook
     nb = nbformat.read(path, nbformat.NO_CONVERT)
-    client = nbclient.NotebookClient(nb, timeout=timeout, allow_errors=allow_errors, config=LOCAL)
+    # No network between page and kernel; an absolute path, for they stand in two folders.
+    sockets = Config({"ConnectionFileMixin": {"transport": "ipc", "ip": str(path.with_name("kernel"))}})
+    client = nbclient.NotebookClient(nb, timeout=timeout, allow_errors=allow_errors, config=sockets)
     try:
         client.execute(cwd=cwd)
     except CellExecutionError as failure:
