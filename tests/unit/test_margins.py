@@ -60,6 +60,16 @@ def test_a_loop_of_first_order_has_closed_forms(gain: float, period: float) -> N
     assert found.sensitivity_peak == pytest.approx(max(1.0, 1.0 / (1.0 - 0.5 * gain * period)), rel=1e-6)
 
 
+def test_an_undamped_pole_is_no_phase_crossover() -> None:
+    """At L = k (z - cos a)/(z^2 - 2 z cos a + 1) and z = e^(j a) the phase jumps, and |L| is infinite."""
+    for angle in np.linspace(0.01, 1.0, 30):
+        turn = np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
+        found = margins_of(Opened(turn, np.array([0.01, 0.0]), -np.array([1.0, 0.0]), 1e-3))
+        assert found.stable
+        assert found.gain_reduction_margin == 0.0
+        assert min(abs(w - angle / 1e-3) for w in found.phase_crossovers) > 1.0
+
+
 def test_the_disk_of_a_loop_of_first_order() -> None:
     """S - T = (1 - L)/(1 + L) is largest at Nyquist's frequency, where L = -k h/2."""
     found = margins_of(integrator(900.0, 1e-3))

@@ -1,5 +1,6 @@
 """A loop opened at the command, for small motions: from what is given to the machine to what a law asks."""
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -31,11 +32,17 @@ class OpenLoop(NamedTuple):
     period: float
 
     def transfer(self, frequencies: Vector) -> NDArray[np.complex128]:
-        """L = -C (z 1 - A)^-1 B, so that the closed loop has 1 + L, at some frequencies [rad/s]."""
+        """L = -C (z 1 - A)^-1 B, so that the closed loop has 1 + L, at some frequencies [rad/s].
+
+        Infinite where z is a pole.
+        """
         z = np.exp(1j * np.asarray(frequencies) * self.period)
+        left = z[:, np.newaxis, np.newaxis] * np.eye(len(self.a)) - self.a
         right = np.broadcast_to(self.b.astype(complex)[:, np.newaxis], (len(z), len(self.b), 1))
-        x = np.linalg.solve(z[:, np.newaxis, np.newaxis] * np.eye(len(self.a)) - self.a, right)
-        return np.asarray(-(x[..., 0] @ self.c), dtype=complex)
+        regular = np.linalg.det(left) != 0.0
+        found = np.full(len(z), complex(math.inf))
+        found[regular] = -(np.linalg.solve(left[regular], right[regular])[..., 0] @ self.c)
+        return found
 
     def closed(self) -> Matrix:
         """A + B C, of the closed loop."""
