@@ -9,8 +9,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from hydroservo import load_scenario, scenarios
 from hydroservo.scenario.quantities import si_value, unit_factor
-from hydroservo.scenario.units import check_si
+from hydroservo.scenario.units import asked_of_pint, check_si, usual_units
+from hydroservo.scenario.units import units as pint_units
 
 QUANTITIES = [
     ("40 bar", "Pa", 40e5),
@@ -94,7 +96,7 @@ def test_quantity(text: str, unit: str, value: float) -> None:
 
 @pytest.mark.parametrize(("text", "unit", "problem"), WRONG)
 def test_wrong_quantity(text: str, unit: str, problem: str) -> None:
-    si_value("1 m", "m")  # pint is there
+    pint_units()  # its registry takes a while to make
     start = time.perf_counter()
     with pytest.raises(ValueError, match=re.escape(problem)):
         si_value(text, unit)
@@ -198,3 +200,15 @@ def test_what_to_write_for_a_unit_that_is_not_coherent(unit: str, instead: str) 
 def test_units_for_which_there_is_no_simple_one(unit: str) -> None:
     with pytest.raises(ValueError, match=r"is not SI: declare it in units without|has "):
         check_si(unit)
+
+
+def test_usual_units_are_what_pint_says_of_them() -> None:
+    assert usual_units() == {name: asked_of_pint(name) for name in usual_units()}
+
+
+def test_built_in_scenarios_need_no_other_units() -> None:
+    """So that none of them waits for pint."""
+    asked_of_pint.cache_clear()
+    for name in scenarios():
+        load_scenario(name)
+    assert not asked_of_pint.cache_info().misses

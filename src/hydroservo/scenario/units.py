@@ -1,9 +1,11 @@
 """Units as text: a strict grammar here, the meaning of each name from pint."""
 
+import json
 import re
 from collections.abc import Iterator
 from fractions import Fraction
 from functools import cache, lru_cache
+from importlib.resources import files
 from typing import Any
 
 from hydroservo.errors import short
@@ -28,6 +30,7 @@ SUPERSCRIPTS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")
 # Coherent units that stand in for others: of one name each, and of several.
 NAMED = ("m", "kg", "s", "A", "K", "rad", "N", "Pa", "J", "W", "C", "V", "ohm", "F")
 COMPOUND = ("", "m^2", "m^3", "m/s", "rad/s", "m^3/s", "m^3/(s Pa)")
+USUAL = "unit_names.json"
 PINT_NAMES = {
     "%": "percent",
     "rev": "revolution",
@@ -86,8 +89,27 @@ def product(text: str) -> Iterator[tuple[str, Fraction]]:
         yield factor["name"], Fraction(exponent)
 
 
-@lru_cache(maxsize=1024)
 def base_units(name: str) -> tuple[Fraction, Dimension]:
+    """One unit name as a factor times base units.
+
+    Raises:
+        ValueError: there is no such unit, or it is not proportional to base units.
+    """
+    return usual_units().get(name) or asked_of_pint(name)
+
+
+@cache
+def usual_units() -> dict[str, tuple[Fraction, Dimension]]:
+    """What pint says of the names that scenarios usually have; ``scripts/unit_names`` asked it."""
+    names = json.loads(files("hydroservo.scenario").joinpath(USUAL).read_text("utf-8"))
+    return {
+        name: (Fraction(factor), {base: Fraction(power) for base, power in bases.items()})
+        for name, (factor, bases) in names.items()
+    }
+
+
+@lru_cache(maxsize=1024)
+def asked_of_pint(name: str) -> tuple[Fraction, Dimension]:
     """What pint knows of one unit name.
 
     Raises:
@@ -159,7 +181,7 @@ def is_unit(name: str) -> bool:
 
 @cache
 def units() -> Any:
-    """pint's registry, which takes a tenth of a second to make; fractions keep conversion exact."""
+    """pint's registry, which takes a fifth of a second to make; fractions keep conversion exact."""
     import pint
 
     return pint.UnitRegistry(non_int_type=Fraction)
