@@ -19,7 +19,7 @@ from hydroservo.cli import progress as progress_module
 from hydroservo.cli.batch_summary import batch_summary, remarkable_run, show_batch
 from hydroservo.metrics import declared_metrics, usual
 from hydroservo.runs.provenance import scenario_hash
-from hydroservo.runs.run import judged
+from hydroservo.runs.trace import judged
 from hydroservo.scenario import load_scenario, parse_override
 from tests.support.commands.processes import heavy_libraries_of, leaves_nothing, needs_posix, on_terminal
 from tests.support.commands.runner import failed, hydroservo_, succeeded

@@ -8,8 +8,9 @@ import numpy as np
 from hydroservo.loop import AUTO, Loop
 from hydroservo.metrics import monitors_of, values_of
 from hydroservo.runs.fitting import compilation, first_state
-from hydroservo.runs.run import Mode, Trace, dataset, lost, paths_of, plan_of, ready, run
+from hydroservo.runs.run import Mode, lost, paths_of, plan_of, ready, run
 from hydroservo.runs.step_sizes import with_substeps
+from hydroservo.runs.trace import Trace, dataset
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -34,4 +35,4 @@ def sketched_run(loop: Loop, substeps: int, progress: Callable[[float], None]) -
     with compilation(loop):
         states, loss = run(loop, state, plan, out, Mode(compiled=True, strict=False), progress)
     values = values_of(watching, states, lost(loss))
-    return dataset(Trace(loop, plan, out, values, {"diverged_by": loss.path}), wanted)
+    return dataset(Trace(loop, plan, wanted, out, values, {"diverged_by": loss.path}))

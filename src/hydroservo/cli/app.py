@@ -121,39 +121,36 @@ def run(
     from hydroservo.cli.tables import show_run
     from hydroservo.cli.writing import write_or_keep
     from hydroservo.reports.journal import journal_of
-    from hydroservo.runs.results import as_json, metric_fields
-    from hydroservo.runs.run import simulate
+    from hydroservo.runs.results import as_json
+    from hydroservo.runs.run import Mode, traced
+    from hydroservo.runs.trace import dataset
 
     loop, ending = loaded(scenario, changes, plugins), form.ending
     journal = journal_of(figure_format, figure_size, out)
     if out:
         announce(run_files(out, ending, journal), [loop])
     with log_kernels(verbose), progress_bar(scenario) as report:
-        dataset = simulate(
-            loop,
-            record=None if out else NOTHING,
-            compiled=not interpreted,
-            strict=strict,
-            progress=lambda fraction: report(fraction, scenario),
+        mode = Mode(compiled=not interpreted, strict=strict)
+        trace = traced(
+            loop, None if out else NOTHING, mode, progress=lambda fraction: report(fraction, scenario)
         )
-        summary = run_summary(scenario, dataset)
+        summary = run_summary(scenario, trace)
         report(1.0, "writing files")
-        shown = for_table(summary, loop)
 
         def write(place: Path) -> list[Path]:
             from hydroservo.cli.reporting import again
             from hydroservo.cli.run_reports import run_report
 
-            return write_run(
-                place, summary, dataset, ending, run_report(again(context), shown, dataset), journal
-            )
+            data = dataset(trace)
+            shown = run_report(again(context), for_table(summary, loop), data)
+            return write_run(place, summary, data, ending, shown, journal)
 
         left = write_or_keep(out, write)
-    say_remarks(scenario, dataset)
+    say_remarks(scenario, trace)
     if json:
         typer.echo(as_json(summary._asdict()))
     else:
-        show_run(shown, metric_fields(dataset))
+        show_run(for_table(summary, loop), trace.fields)
         list_files(left.files)
     left.check()
 

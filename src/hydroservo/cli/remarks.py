@@ -1,27 +1,22 @@
 """What commands say of runs beside their results."""
 
-from typing import TYPE_CHECKING
-
 import typer
 
-from hydroservo.runs.cautions import warnings_of
-
-if TYPE_CHECKING:
-    import xarray as xr
+from hydroservo.runs.cautions import Said, warnings_of
 
 __all__ = ["say_remarks", "say_warning"]
 
 
-def say_remarks(scenario: str, dataset: "xr.Dataset") -> None:
+def say_remarks(scenario: str, run: Said) -> None:
     """What there is to say of a run's integration steps, and its warnings, on stderr."""
-    about = dataset.attrs
+    about = run.attrs
     if "substeps" in about:
         typer.echo(
             f"{scenario}: {about['substeps']} substeps a sample; twice as many differ by "
             f"{about['step_error']:.1e} of the machine's largest values",
             err=True,
         )
-    for line in warnings_of(dataset):
+    for line in warnings_of(run):
         say_warning(scenario, line)
 
 

@@ -10,6 +10,7 @@ from hydroservo.hooks import at_rest
 from hydroservo.monitors.step_response import StepResponse, StepResponseValues
 from hydroservo.runs.cautions import warnings_of
 from hydroservo.runs.results import metrics_of
+from hydroservo.runs.trace import Trace
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -34,11 +35,11 @@ class RunSummary(NamedTuple):
     metrics: Mapping[str, float | bool]
 
 
-def run_summary(scenario: str, dataset: "xr.Dataset") -> RunSummary:
-    """The summary of a run, from what ``simulate`` returned."""
-    about = dataset.attrs
+def run_summary(scenario: str, run: "Trace | xr.Dataset") -> RunSummary:
+    """The summary of a run."""
+    about, metrics = (run.about, run.metrics) if isinstance(run, Trace) else (run.attrs, metrics_of(run))
     name = (scenario, about["hash"], about["version"], int(about["seed"]))
-    return RunSummary(*name, about["diverged_by"], warnings_of(dataset), metrics_of(dataset))
+    return RunSummary(*name, about["diverged_by"], warnings_of(run), metrics)
 
 
 Summary = TypeVar("Summary", RunSummary, "BatchSummary")

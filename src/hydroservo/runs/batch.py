@@ -25,8 +25,6 @@ from hydroservo.runs.provenance import provenance
 from hydroservo.runs.record_coverage import check_records
 from hydroservo.runs.run import (
     Progress,
-    described,
-    judged,
     lost,
     plan_of,
     ready,
@@ -36,6 +34,7 @@ from hydroservo.runs.run import (
     with_metrics,
 )
 from hydroservo.runs.step_sizes import hardest, judged_by_rate, warning
+from hydroservo.runs.trace import described, judged
 from hydroservo.validation import checked
 from hydroservo.work.cores import checked_count
 from hydroservo.work.notebook_bar import shows_progress

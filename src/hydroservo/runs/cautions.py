@@ -2,9 +2,9 @@
 
 import inspect
 import warnings
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from functools import wraps
-from typing import TYPE_CHECKING, ParamSpec
+from typing import TYPE_CHECKING, Any, ParamSpec, Protocol, Self, TypeVar
 
 import numpy as np
 
@@ -17,6 +17,18 @@ if TYPE_CHECKING:
 __all__ = ["pressure_caution", "quietly", "warnings_of", "warns", "with_warning"]
 
 Arguments = ParamSpec("Arguments")
+
+
+class Said(Protocol):
+    """A result with attributes; a Dataset is such, and a Trace."""
+
+    @property
+    def attrs(self) -> Mapping[Any, Any]: ...
+
+    def assign_attrs(self, **attrs: Any) -> Self: ...
+
+
+Result = TypeVar("Result", bound=Said)
 
 
 def warns(function: "Callable[Arguments, xr.Dataset]") -> "Callable[Arguments, xr.Dataset]":
@@ -38,24 +50,24 @@ def quietly(function: "Callable[Arguments, xr.Dataset]") -> "Callable[Arguments,
     return inner
 
 
-def with_warning(data: "xr.Dataset", lines: Iterable[str]) -> "xr.Dataset":
+def with_warning(data: Result, lines: Iterable[str]) -> Result:
     """A result whose ``warning`` has these lines too, each once and empty ones left out."""
     said = warnings_of(data)
     every = list(dict.fromkeys(filter(None, [*said, *lines])))
     return data if every == said else data.assign_attrs(warning="\n".join(every))
 
 
-def warnings_of(data: "xr.Dataset") -> list[str]:
+def warnings_of(data: Said) -> list[str]:
     """The lines of a result's ``warning``."""
     return str(data.attrs.get("warning", "")).splitlines()
 
 
-def pressure_caution(data: "xr.Dataset") -> str:
+def pressure_caution(data: Mapping[Any, Any]) -> str:
     """That a chamber's pressure fell below absolute zero, in a run or in some of many; else empty."""
     if "pressure_min" not in data:
         return ""
-    lost = np.isfinite(data["diverged_at"].values)  # what overflows passes every pressure
-    lowest = np.where(lost, np.nan, data["pressure_min"].values)
+    lost = np.isfinite(data["diverged_at"])  # what overflows passes every pressure
+    lowest = np.where(lost, np.nan, data["pressure_min"])
     below = np.atleast_1d(lowest < -ATMOSPHERE)
     if not below.any():
         return ""

@@ -2,9 +2,8 @@
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
 from functools import partial
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -15,7 +14,7 @@ from hydroservo.field import Field
 from hydroservo.group import group
 from hydroservo.hooks import designed, resting
 from hydroservo.loop import Loop
-from hydroservo.metrics import Divergence, declared_metrics, monitors_of, signals_of, values_of
+from hydroservo.metrics import Divergence, monitors_of, signals_of, values_of
 from hydroservo.monitors.group import Usual
 from hydroservo.monitors.group import named as named_monitors
 from hydroservo.runs.arguments import as_list, checked_loop
@@ -24,10 +23,10 @@ from hydroservo.runs.divergence import NOTHING, Loss, first_loss, reach_of, watc
 from hydroservo.runs.first_force import with_first_force
 from hydroservo.runs.fitting import compilation, first_state
 from hydroservo.runs.loop_cautions import loop_cautions
-from hydroservo.runs.provenance import provenance
 from hydroservo.runs.record_coverage import check_records
 from hydroservo.runs.steady import started
 from hydroservo.runs.step_sizes import check_substeps, checked_steps, machine_paths, with_exact_delay
+from hydroservo.runs.trace import Plan, Trace, dataset
 from hydroservo.runs.unrecorded import record_caution
 from hydroservo.validation import checked
 from hydroservo.wiring import believed, wired, with_signal
@@ -38,7 +37,7 @@ if TYPE_CHECKING:
 
     from hydroservo.engine.kernel import CompiledRun, InterpretedRun, Study, Wanted
 
-__all__ = ["Progress", "simulate", "trace_size"]
+__all__ = ["Mode", "Progress", "simulate", "trace_size", "traced"]
 
 Progress = Callable[[float], None]  # called with the fraction done, from 0 to 1
 
@@ -53,45 +52,6 @@ class Mode(NamedTuple):
 
     compiled: bool
     strict: bool
-
-
-class Plan(NamedTuple):
-    """A run laid out: how many samples, which of them are recorded, and what of each."""
-
-    samples: int
-    stride: int
-    rows: int
-    paths: tuple[str, ...]
-    fields: tuple[Field, ...]
-
-
-@dataclass(frozen=True)
-class Trace:
-    """What a run left behind, of which its Dataset is made once its steps are judged.
-
-    Attributes:
-        loop: what was run.
-        plan: what of it was recorded.
-        out: that, shape (rows, paths).
-        values: of its metrics.
-        attrs: what is to be said of it besides.
-    """
-
-    loop: Loop
-    plan: Plan
-    out: np.ndarray
-    values: Sequence[float | bool]
-    attrs: dict[str, Any]
-
-    def __getitem__(self, path: str) -> np.ndarray:
-        """The instants of the samples, at "time" [s], or what was recorded at a path."""
-        if path == "time":
-            return np.arange(self.plan.rows) * self.plan.stride * self.loop.simulation.period
-        column: np.ndarray = self.out[:, self.plan.paths.index(path)]
-        return column
-
-    def assign_attrs(self, **attrs: Any) -> "Trace":
-        return replace(self, attrs=self.attrs | attrs)
 
 
 @warns
@@ -135,7 +95,17 @@ def simulate(
             sees nothing, an unknown path in ``record``.
         LoopError: a block that does not fit the loop, or a trace too large to hold.
     """
-    loop = ready(with_metrics(checked_loop(loop), metrics))
+    mode = Mode(compiled, strict)
+    return dataset(traced(with_metrics(checked_loop(loop), metrics), record, mode, progress))
+
+
+def traced(loop: Loop, record: Sequence[str] | None, mode: Mode, progress: Progress | None) -> Trace:
+    """What :func:`simulate` makes a Dataset of, with its warning; nothing says it aloud.
+
+    Raises:
+        HydroservoError: as :func:`simulate`.
+    """
+    loop = ready(loop)
     recorded = check_records(loop)
     state, watching = first_state(loop), monitors_of(loop)
     wanted = paths_of(loop, state) if record is None else tuple(as_list("record", record, "paths"))
@@ -144,14 +114,13 @@ def simulate(
     def one(loop: Loop) -> Trace:
         out = np.full((plan.rows, len(plan.paths)), np.nan)
         with compilation(loop):
-            states, loss = run(loop, state, plan, out, Mode(compiled, strict), progress)
+            states, loss = run(loop, state, plan, out, mode, progress)
         values = values_of(watching, states, lost(loss))
-        return Trace(loop, plan, out, values, {"diverged_by": loss.path})
+        return Trace(loop, plan, wanted, out, values, {"diverged_by": loss.path})
 
-    data = dataset(checked_steps(loop, one), wanted)
-    period = loop.simulation.period
-    asked = loop_cautions(loop)
-    return with_warning(data, [*recorded, *asked, pressure_caution(data), record_caution(data, period)])
+    trace = checked_steps(loop, one)
+    said = [*recorded, *loop_cautions(loop), pressure_caution(trace)]
+    return with_warning(trace, [*said, record_caution(trace, loop.simulation.period)])
 
 
 def with_metrics(loop: Loop, metrics: "Mapping[str, Block] | Sequence[Block] | None") -> Loop:
@@ -324,35 +293,3 @@ def recordable(loop: Loop, state: Block, signals: Mapping[str, Field], path: str
     if not isinstance(value, float):
         raise ParameterError("record", path, "not a number but a group; name one number in it")
     return state_field_at(loop, state, path)
-
-
-def dataset(trace: Trace, wanted: Sequence[str]) -> "xr.Dataset":
-    """What a run left as a Dataset, with the trajectories at these paths alone."""
-    import xarray as xr
-
-    loop, plan = trace.loop, trace.plan
-    fields = dict(zip(plan.paths, plan.fields, strict=True))
-    signals = {path: ("time", trace[path], described(fields[path])) for path in wanted}
-    metrics = declared_metrics(monitors_of(loop), loop.controls)
-    pairs = zip(metrics.items(), trace.values, strict=True)
-    scalars = {name: ((), value, judged(field)) for (name, field), value in pairs}
-    return xr.Dataset(
-        signals | scalars,
-        coords={"time": ("time", trace["time"], {"units": "s", "long_name": "time"})},
-        attrs=provenance(loop) | trace.attrs,
-    )
-
-
-def described(field: Field) -> dict[str, str]:
-    """A declaration as the attributes of a variable."""
-    return {"units": field.unit, "long_name": field.meaning}
-
-
-def judged(field: Field) -> dict[str, str]:
-    """The declaration of a metric as the attributes of a variable."""
-    about = {**described(field), "kind": "metric"}
-    if field.smaller_is_better:
-        about["better"] = "smaller"
-    if field.least_is_worst:
-        about["worst"] = "least"
-    return about

@@ -1,13 +1,11 @@
 """What a run's command does between the samples that were recorded."""
 
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Mapping
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from hydroservo.formatting import quantity
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 __all__ = ["Unrecorded", "record_caution", "unrecorded_command"]
 
@@ -26,7 +24,7 @@ class Unrecorded(NamedTuple):
     peak: float = 0.0  # largest |u|, where it is higher than all that was recorded
 
 
-def unrecorded_command(data: "xr.Dataset", period: float) -> Unrecorded:
+def unrecorded_command(data: Mapping[Any, Any], period: float) -> Unrecorded:
     """What the command does between recorded samples that these do not let one guess.
 
     Recorded samples hide how it alternates where neighbours among them differ, on average, by less than half
@@ -34,7 +32,7 @@ def unrecorded_command(data: "xr.Dataset", period: float) -> Unrecorded:
     much in both; a smooth command by more in the record.
 
     Args:
-        data: what ``simulate`` returned; nothing is said of one without the command or its metrics.
+        data: a run, as a Dataset or a Trace; nothing is said of one without the command or its metrics.
         period: of the samples [s].
 
     Fails where the command alternates in a small part of the run alone.
@@ -42,7 +40,7 @@ def unrecorded_command(data: "xr.Dataset", period: float) -> Unrecorded:
     if any(name not in data for name in NEEDED):
         return Unrecorded()
     variation, rms, largest = (float(data[name]) for name in NEEDED[1:])
-    command = data[COMMAND].values
+    command = np.asarray(data[COMMAND])
     command = command[np.isfinite(command)]
     if command.size < 2 or not np.isfinite([variation, rms, largest]).all():
         return Unrecorded()
@@ -57,11 +55,11 @@ def unrecorded_command(data: "xr.Dataset", period: float) -> Unrecorded:
     return Unrecorded(change * hidden, recorded * hidden, largest * higher)
 
 
-def record_caution(data: "xr.Dataset", period: float) -> str:
+def record_caution(data: Mapping[Any, Any], period: float) -> str:
     """That recorded samples hide how the command alternates, and what to do; else empty.
 
     Args:
-        data: what ``simulate`` returned.
+        data: a run, as a Dataset or a Trace.
         period: of the samples [s].
     """
     found = unrecorded_command(data, period)
