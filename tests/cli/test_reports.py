@@ -4,6 +4,7 @@ import html
 import json
 import re
 import shlex
+import subprocess
 
 import pandas as pd
 import pytest
@@ -11,7 +12,9 @@ import pytest
 from hydroservo import load_scenario, simulate
 from hydroservo.figures.comparison import plot_comparison
 from hydroservo.figures.style import fit_width, style
+from hydroservo.figures.tex import label
 from tests.support.commands.runner import QUICK, SHORT, failed, succeeded
+from tests.support.needs import needs
 from tests.support.reports import check_report, page, text_of
 
 RUN = ("run", "paper/sine-pi", *QUICK)
@@ -116,3 +119,44 @@ def test_formats_that_cannot_be_are_refused_before_the_run(tmp_path, monkeypatch
 
 def test_figures_without_a_folder_are_refused():
     assert "is of figures in a folder; add --out DIR" in failed(*RUN, "--figure-size", "one-column")
+
+
+def test_three_panels_side_by_side_are_as_wide_as_two_columns(tmp_path):
+    succeeded(*BODE, "--out", f"{tmp_path}/", "--figure-size", "one-column", "--figure-format", "svg")
+    (width,) = re.findall(r'<svg [^>]*width="([0-9.]+)pt"', (tmp_path / "figures" / "bode.svg").read_text())
+    assert float(width) * POINT == pytest.approx(7.16, abs=1e-4)
+
+
+PAPER = r"""
+\documentclass[twocolumn]{article}
+\usepackage{booktabs}
+\usepackage{pgf}
+\begin{document}
+\input{figures/margins.pgf}
+\input{tables/assumptions.tex}
+\end{document}
+"""
+
+
+def test_figures_and_tables_are_set_by_a_latex_that_has_only_pgf_and_booktabs(tmp_path):
+    needs("pdflatex")
+    words = ("--figure-format", "pgf", "--figure-size", "one-column", "--out", tmp_path)
+    succeeded("audit", "paper/sine-tsmc", *SHORT, *words)
+    (tmp_path / "paper.tex").write_text(PAPER)
+    command = ["pdflatex", "-interaction=nonstopmode", "-halt-on-error", "paper.tex"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout[-2000:]
+    assert "mu\\_1" in (tmp_path / "figures" / "margins.pgf").read_text()
+
+
+@pytest.mark.parametrize(
+    ("text", "tex"),
+    [
+        ("plant_mass & co #1", r"plant\_mass \& co \#1"),
+        (r"mass $m_\mathrm{eq}$ [kg]", r"mass $m_\mathrm{eq}$ {[}kg]"),
+        (r"$\mathdefault{10^{-1}}$", "${10^{-1}}$"),
+        (r"5 \$ of 10⁵", r"5 \$ of 10\ensuremath{^5}"),
+    ],
+)
+def test_labels_keep_their_maths_and_nothing_else_that_latex_would_read(text, tex):
+    assert label(text) == tex

@@ -43,6 +43,6 @@ def plot_margins(assumptions: Sequence[Assumption]) -> Figure:
         axis.set_xscale("log")
         axis.set_xlim(low, high)
         axis.grid(axis="y", visible=False)
-        axis.set_xlabel("margin: below 1 the assumption fails")
+        axis.set_xlabel("margin")
         axis.xaxis.set_major_formatter(lambda value, _: number(value, 1) if math.isfinite(value) else "")
     return fig
