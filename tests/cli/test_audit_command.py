@@ -9,6 +9,7 @@ from hydroservo.assumptions import above
 from hydroservo.audits import Asked, Audit, Chatter
 from tests.support import plugins
 from tests.support.commands.runner import failed, succeeded
+from tests.support.reports import check_report, text_of
 
 HELD = above("Lemma 2, D_1", "D_1 is above the largest d_L1", 30.0, 16.7, "m/s^2", measured=True)
 SHORT = above("Lemma 2, D_2", "D_2 is above the largest d_L2", 100.0, 1e4, "N/s", measured=True)
@@ -56,9 +57,11 @@ def test_no_forecast_and_a_run_that_was_lost(found):
     assert "The run diverged" in shown
 
 
-def test_json(found):
+def test_json(found, tmp_path):
     found(RESTS)
-    said = json.loads(succeeded("audit", "rig/1khz-pi-sine", "--json"))
+    said = json.loads(succeeded("audit", "rig/1khz-pi-sine", "--json", "--out", tmp_path))
+    check_report(tmp_path, said)
+    assert "1 of 3 assumptions hold; 1 cannot be told." in text_of(tmp_path)
     assert (said["scenario"], said["holds"], said["diverged"]) == ("rig/1khz-pi-sine", False, False)
     assert [one["holds"] for one in said["assumptions"]] == [True, False, None]
     assert said["assumptions"][0]["margin"] == pytest.approx(30.0 / 16.7)

@@ -1,5 +1,6 @@
 """A static map from a log, and what is refused in one line."""
 
+import hashlib
 import json
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 from hydroservo.scenario import load_scenario
 from tests.support.commands.runner import failed, hydroservo_, succeeded
 from tests.support.map_logs import scenario
+from tests.support.reports import check_report, text_of
 
 
 @pytest.fixture
@@ -42,13 +44,8 @@ def test_map_writes_what_it_found(log, tmp_path):
     said = json.loads(result.stdout)
     leak = said["numbers"]["internal_leakage"]
     assert leak["low"] <= leak["value"] <= leak["high"]
-    assert {file.name for file in out.iterdir()} == {
-        "scenario.toml",
-        "map.csv",
-        "map.png",
-        "map.svg",
-        "metrics.json",
-    }
+    check_report(out, said)
+    assert hashlib.sha256(log.read_bytes()).hexdigest() in text_of(out)
     assert load_scenario(out / "scenario.toml").plant.internal_leakage == leak["value"]
     curve = pd.read_csv(out / "map.csv")
     assert len(curve["pressure_a [Pa]"]) == len(said["curve"]["pressure_a"]["values"])

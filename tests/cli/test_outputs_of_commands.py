@@ -35,6 +35,7 @@ COMMANDS = [
     (BATCH, "runs.csv", "", "hydroservo.runs.batch.simulate_batch"),
     (TUNE, "gains.toml", "", "hydroservo.runs.tuning.searched"),
     (("limit", "paper/sine-pi"), "DIR", "causal.csv", "hydroservo.limits.limit"),
+    (("audit", "paper/sine-pi"), "DIR", "margins.svg", "hydroservo.audits.audit"),
     (("study", "small"), "DIR", "study.json", "hydroservo.studies.running.do"),
     (("study", "small"), "DIR", "report.html", "hydroservo.studies.running.do"),
     (("paper",), "DIR", "trajectories/sine-pi.parquet", "hydroservo.papers.tsmc_eha_2021.study.run_study"),

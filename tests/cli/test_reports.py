@@ -1,9 +1,10 @@
 """The reports that commands leave: the page, its tables, and figures for a journal."""
 
 import html
+import json
 import re
 import shlex
-from html.parser import HTMLParser
+import subprocess
 
 import pandas as pd
 import pytest
@@ -11,56 +12,39 @@ import pytest
 from hydroservo import load_scenario, simulate
 from hydroservo.figures.comparison import plot_comparison
 from hydroservo.figures.style import fit_width, style
+from hydroservo.figures.tex import label
 from tests.support.commands.runner import QUICK, SHORT, failed, succeeded
+from tests.support.needs import needs
+from tests.support.reports import check_report, page, text_of
 
 RUN = ("run", "paper/sine-pi", *QUICK)
+COMPARE = ("compare", "paper/sine-pi", "paper/sine-backstepping", *SHORT)
+LINEARIZE = ("linearize", "axis/force")
+BODE = ("bode", "rig/1khz-pi-sine", "--linear")
+BATCH = ("batch", "paper/sine-pi", *SHORT, "--runs", "20", "--vary", "plant.mass=4..8kg")
+TUNE = (
+    *("tune", "paper/sine-pi", *SHORT, "--candidates", "64"),
+    *("--vary", "controller.proportional_gain=1..10"),
+)
 POINT = 1.0 / 72.0  # inch
-
-
-class Links(HTMLParser):
-    """All that a page refers to, and the tags that it left open."""
-
-    def __init__(self):
-        super().__init__()
-        self.found, self.open = [], []
-
-    def handle_starttag(self, tag, attrs):
-        self.found += [value for name, value in attrs if name in ("href", "src")]
-        if tag not in ("meta", "img", "br"):
-            self.open.append(tag)
-
-    def handle_endtag(self, tag):
-        assert self.open.pop() == tag
-
-
-def page(folder):
-    return (folder / "report.html").read_text(encoding="utf-8")
-
-
-def text_of(folder):
-    plain = re.sub(r"<style>.*?</style>|<[^>]*>", " ", page(folder), flags=re.DOTALL)
-    return html.unescape(plain)
 
 
 def contents(folder):
     return {path.relative_to(folder): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
 
 
-def test_a_page_refers_to_nothing_outside_it(tmp_path):
-    succeeded(*RUN, "--out", tmp_path)
-    links = Links()
-    links.feed(page(tmp_path))
-    assert links.open == []
-    assert all(one.startswith(("#", "data:image/svg+xml;base64,")) for one in links.found)
-    assert "http" not in re.sub(r"base64,[^\"]*", "", page(tmp_path))
+@pytest.mark.parametrize("words", [RUN, COMPARE, BODE, TUNE])
+def test_a_folder_has_a_page_that_needs_no_other_and_all_that_json_says(tmp_path, words):
+    check_report(tmp_path, json.loads(succeeded(*words, "--json", "--out", tmp_path)))
 
 
-def test_the_command_of_a_page_makes_the_same_folder_again(tmp_path):
-    succeeded(*RUN, "--set", "load.amplitude=150N", "--out", tmp_path / "first")
-    (command,) = re.findall(r"<pre><code>(hydroservo run.*?)</code>", page(tmp_path / "first"), re.DOTALL)
+@pytest.mark.parametrize("words", [(*RUN, "--set", "load.amplitude=150N"), LINEARIZE, BATCH])
+def test_the_command_of_a_page_makes_the_same_folder_again(tmp_path, words):
+    succeeded(*words, "--out", f"{tmp_path}/first/")
+    (command,) = re.findall(r"<pre><code>(hydroservo .*?)</code>", page(tmp_path / "first"), re.DOTALL)
     program, *words = shlex.split(html.unescape(command))
     assert program == "hydroservo"
-    again = [str(tmp_path / "again") if word == "DIR" else word for word in words if word.strip()]
+    again = [word.replace("DIR", f"{tmp_path}/again") for word in words if word.strip()]
     succeeded(*again)
     assert contents(tmp_path / "again") == contents(tmp_path / "first")
 
@@ -135,3 +119,44 @@ def test_formats_that_cannot_be_are_refused_before_the_run(tmp_path, monkeypatch
 
 def test_figures_without_a_folder_are_refused():
     assert "is of figures in a folder; add --out DIR" in failed(*RUN, "--figure-size", "one-column")
+
+
+def test_three_panels_side_by_side_are_as_wide_as_two_columns(tmp_path):
+    succeeded(*BODE, "--out", f"{tmp_path}/", "--figure-size", "one-column", "--figure-format", "svg")
+    (width,) = re.findall(r'<svg [^>]*width="([0-9.]+)pt"', (tmp_path / "figures" / "bode.svg").read_text())
+    assert float(width) * POINT == pytest.approx(7.16, abs=1e-4)
+
+
+PAPER = r"""
+\documentclass[twocolumn]{article}
+\usepackage{booktabs}
+\usepackage{pgf}
+\begin{document}
+\input{figures/margins.pgf}
+\input{tables/assumptions.tex}
+\end{document}
+"""
+
+
+def test_figures_and_tables_are_set_by_a_latex_that_has_only_pgf_and_booktabs(tmp_path):
+    needs("pdflatex")
+    words = ("--figure-format", "pgf", "--figure-size", "one-column", "--out", tmp_path)
+    succeeded("audit", "paper/sine-tsmc", *SHORT, *words)
+    (tmp_path / "paper.tex").write_text(PAPER)
+    command = ["pdflatex", "-interaction=nonstopmode", "-halt-on-error", "paper.tex"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout[-2000:]
+    assert "mu\\_1" in (tmp_path / "figures" / "margins.pgf").read_text()
+
+
+@pytest.mark.parametrize(
+    ("text", "tex"),
+    [
+        ("plant_mass & co #1", r"plant\_mass \& co \#1"),
+        (r"mass $m_\mathrm{eq}$ [kg]", r"mass $m_\mathrm{eq}$ {[}kg]"),
+        (r"$\mathdefault{10^{-1}}$", "${10^{-1}}$"),
+        (r"5 \$ of 10⁵", r"5 \$ of 10\ensuremath{^5}"),
+    ],
+)
+def test_labels_keep_their_maths_and_nothing_else_that_latex_would_read(text, tex):
+    assert label(text) == tex

@@ -114,12 +114,13 @@ def run(
     - `hydroservo run my.toml --plugin my_controller.py --set simulation.duration='2 s' --json`
     - `hydroservo run paper/sine-tsmc --out results --figure-size one-column --figure-format pdf`
     """
-    from hydroservo.cli.files import run_files, write_run
+    from hydroservo.cli.files import list_files, result_files, write_results
     from hydroservo.cli.kernels import log_kernels
     from hydroservo.cli.progress import progress_bar
     from hydroservo.cli.summary import for_table, run_summary
     from hydroservo.cli.tables import show_run
     from hydroservo.cli.writing import write_or_keep
+    from hydroservo.reports.folder import Files
     from hydroservo.reports.journal import journal_of
     from hydroservo.runs.results import as_json
     from hydroservo.runs.run import Mode, traced
@@ -128,7 +129,8 @@ def run(
     loop, ending = loaded(scenario, changes, plugins), form.ending
     journal = journal_of(figure_format, figure_size, out)
     if out:
-        announce(run_files(out, ending, journal), [loop])
+        report_files = Files(["run"], ["metrics"], journal)
+        announce(result_files(out, (f"trajectory{ending}", "metrics.csv"), report_files), [loop])
     with log_kernels(verbose), progress_bar(scenario) as report:
         mode = Mode(compiled=not interpreted, strict=strict)
         trace = traced(
@@ -139,11 +141,11 @@ def run(
 
         def write(place: Path) -> list[Path]:
             from hydroservo.cli.reporting import again
-            from hydroservo.cli.run_reports import run_report
+            from hydroservo.cli.reports.run import own_of_run, run_report
 
             data = dataset(trace)
-            shown = run_report(again(context), for_table(summary, loop), data)
-            return write_run(place, summary, data, ending, shown, journal)
+            page = run_report(again(context), for_table(summary, loop), data)
+            return write_results(place, own_of_run(summary, data, ending), page, summary._asdict(), journal)
 
         left = write_or_keep(out, write)
     say_remarks(scenario, trace)
@@ -180,12 +182,13 @@ def compare(
     - `hydroservo compare paper/sine-pi paper/sine-backstepping paper/sine-tsmc`
     - `hydroservo compare paper/square-pi paper/square-tsmc --set load.amplitude=150N --out results`
     """
-    from hydroservo.cli.files import Compared, comparison_files, write_comparison
+    from hydroservo.cli.files import list_files, result_files, write_results
     from hydroservo.cli.kernels import log_kernels
     from hydroservo.cli.progress import progress_bar
     from hydroservo.cli.summary import for_table, run_summary
     from hydroservo.cli.tables import show_comparison
     from hydroservo.cli.writing import write_or_keep
+    from hydroservo.reports.folder import Files
     from hydroservo.reports.journal import journal_of
     from hydroservo.runs.arguments import check_one_signal
     from hydroservo.runs.conditions import differences, winners
@@ -196,7 +199,8 @@ def compare(
     check_one_signal("scenarios", [loop.controls.declared().meaning for loop in loops])
     journal = journal_of(figure_format, figure_size, out)
     if out:
-        announce(comparison_files(out, journal), loops)
+        report_files = Files(["comparison"], ["metrics"], journal)
+        announce(result_files(out, ("metrics.csv",), report_files), loops)
     datasets = []
     with log_kernels(verbose), progress_bar(scenarios[0]) as report:
         for i, (scenario, loop) in enumerate(zip(scenarios, loops, strict=True)):
@@ -216,10 +220,10 @@ def compare(
 
         def write(place: Path) -> list[Path]:
             from hydroservo.cli.reporting import again
-            from hydroservo.cli.run_reports import comparison_report
+            from hydroservo.cli.reports.run import comparison_report, own_of_comparison
 
-            report = comparison_report(again(context), shown, datasets, labels, best, lines)
-            return write_comparison(place, Compared(summaries, datasets, said), report, journal)
+            page = comparison_report(again(context), shown, datasets, labels, best, lines)
+            return write_results(place, own_of_comparison(summaries, datasets), page, said, journal)
 
         left = write_or_keep(out, write)
     for scenario, dataset in zip(scenarios, datasets, strict=True):
@@ -369,14 +373,3 @@ def short_names(scenarios: Sequence[str]) -> list[str]:
     """Names for tables and legends: a file's without folder and ending, if that leaves all distinct."""
     names = [Path(name).stem if name.endswith(".toml") else name for name in scenarios]
     return names if len(set(names)) == len(names) else list(scenarios)
-
-
-def list_files(files: Sequence[Path]) -> None:
-    if files:
-        typer.echo(f"written to {files[0].parent}: {', '.join(names_below(files[0].parent, files))}")
-
-
-def names_below(folder: Path, files: Sequence[Path]) -> list[str]:
-    """Files by their names in a folder, with the folders between; those of tables and figures as folders."""
-    below = (file.relative_to(folder) for file in files)
-    return list(dict.fromkeys(one.name if one.parent == Path() else f"{one.parts[0]}/" for one in below))

@@ -1,10 +1,20 @@
 """The command that asks whether a loop is what its law supposes."""
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import typer
 
-from hydroservo.cli.options import Changes, Json, Plugins, Scenario, loaded
+from hydroservo.cli.options import (
+    Changes,
+    FigureFormat,
+    FigureSize,
+    Folder,
+    Json,
+    Plugins,
+    Scenario,
+    loaded,
+)
 
 if TYPE_CHECKING:
     from hydroservo.audits import Asked, Audit
@@ -12,31 +22,60 @@ if TYPE_CHECKING:
 __all__ = ["audit"]
 
 
-def audit(scenario: Scenario, changes: Changes, plugins: Plugins, json: Json = False) -> None:
+def audit(
+    context: typer.Context,
+    scenario: Scenario,
+    changes: Changes,
+    plugins: Plugins,
+    out: Folder = None,
+    figure_size: FigureSize = None,
+    figure_format: FigureFormat = None,
+    json: Json = False,
+) -> None:
     """Check what a scenario's law assumes of its loop, and predict its chatter.
 
     Each assumption has a margin, the factor by which it holds: bounds on disturbances, the sample rate, the
     valve's lag, noise, limits. Those marked "run" are measured on one run. Chatter is predicted by harmonic
-    balance, without a run.
+    balance, without a run. With --out it also writes a report (report.html, its tables as CSV and LaTeX in
+    tables), a picture of the margins (margins.png, margins.svg) and the numbers (metrics.json).
 
     Examples:
 
     - `hydroservo audit paper/sine-tsmc`
-    - `hydroservo audit rig/1khz-tsmc-sine --set valve.time_constant=4ms --json`
+    - `hydroservo audit rig/1khz-tsmc-sine --set valve.time_constant=4ms --out audit`
     """
     from hydroservo.audits import audit as audited
+    from hydroservo.cli.files import list_files, result_files, write_results
     from hydroservo.cli.progress import progress_bar
+    from hydroservo.cli.writing import try_outputs, write_or_keep
+    from hydroservo.reports.folder import Files
+    from hydroservo.reports.journal import journal_of
     from hydroservo.runs.results import as_json
 
     loop = loaded(scenario, changes, plugins)
+    journal = journal_of(figure_format, figure_size, out)
+    if out:
+        try_outputs(result_files(out, (), Files(["margins"], ["assumptions"], journal)))
     with progress_bar(scenario):
         found = audited(loop)
+        said = as_object(scenario, found)
+
+        def write(place: Path) -> list[Path]:
+            from hydroservo.cli.reporting import again
+            from hydroservo.cli.reports.audit import audit_report
+
+            page = audit_report(again(context), scenario, loop, found)
+            return write_results(place, {}, page, said, journal)
+
+        left = write_or_keep(out, write)
     if json:
-        typer.echo(as_json(as_object(scenario, found)))
+        typer.echo(as_json(said))
     else:
         from hydroservo.cli.audit_tables import show_audit
 
         show_audit(scenario, found)
+        list_files(left.files)
+    left.check()
 
 
 def as_object(scenario: str, found: "Audit") -> dict[str, Any]:

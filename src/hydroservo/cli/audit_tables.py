@@ -13,13 +13,24 @@ if TYPE_CHECKING:
     from hydroservo.assumptions import Assumption
     from hydroservo.audits import Audit, Chatter
 
-__all__ = ["show_audit"]
+__all__ = ["assumptions_table", "lines_of", "show_audit"]
 
 VERDICTS = {True: "[green]holds[/]", False: "[bold red]fails[/]", None: "[yellow]cannot be told[/]"}
 
 
 def show_audit(scenario: str, found: "Audit") -> None:
     """The assumptions of a law, each with its margin, and the chatter that is foretold."""
+    show(assumptions_table(scenario, found), *lines_of(found))
+
+
+def lines_of(found: "Audit") -> list[str]:
+    """The chatter that is foretold, and that the run was lost, if it was."""
+    lost = "[bold red]The run diverged[/], and what is measured on it cannot be told."
+    return [foretold(found.chatter, found.no_forecast), *([lost] if found.lost else [])]
+
+
+def assumptions_table(scenario: str, found: "Audit") -> Table:
+    """The assumptions of a law, each with its margin."""
     table = Table(title=escape(scenario), title_justify="left")
     table.add_column("block", no_wrap=True)
     table.add_column("it supposes that")
@@ -35,9 +46,7 @@ def show_audit(scenario: str, found: "Audit") -> None:
         for i, assumption in enumerate(one.assumptions or ()):
             table.add_row("" if i else one.block, *cells(assumption))
         table.add_section()
-    show(table, foretold(found.chatter, found.no_forecast))
-    if found.lost:
-        show("[bold red]The run diverged[/], and what is measured on it cannot be told.")
+    return table
 
 
 def cells(one: "Assumption") -> tuple[str, ...]:

@@ -1,14 +1,17 @@
 """The command that runs one scenario many times."""
 
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from hydroservo.cli.options import (
     Changes,
+    FigureFormat,
+    FigureSize,
     Json,
     Plugins,
     Scenario,
@@ -26,8 +29,11 @@ from hydroservo.runs.results import FORMATS
 if TYPE_CHECKING:
     import xarray as xr
 
+    from hydroservo.cli.batch_summary import BatchSummary
     from hydroservo.cli.progress import Report
     from hydroservo.loop import Loop
+    from hydroservo.reports.journal import Journal
+    from hydroservo.reports.report import Report as Page
     from hydroservo.scenario.parts import Sampled, Workers
 
 __all__ = ["batch"]
@@ -36,6 +42,7 @@ LARGE_TABLE = 2**28  # bytes; a larger table is announced before the run
 
 
 def batch(
+    context: typer.Context,
     scenario: Scenario,
     changes: Changes,
     plugins: Plugins,
@@ -58,9 +65,12 @@ def batch(
             show_default=False,
             help=f"Write the parameters and metrics of each run ({', '.join(FORMATS)}), or a picture of "
             "them (.png, .svg, .pdf). May be given again. Into a folder, such as runs/, any number of runs "
-            "go part by part (Parquet), and the same command goes on where it was stopped.",
+            "go part by part (Parquet), and the same command goes on where it was stopped; a report goes "
+            "there too.",
         ),
     ],
+    figure_size: FigureSize = None,
+    figure_format: FigureFormat = None,
     seeds: Annotated[
         bool, typer.Option("--seeds", help="Give each run random numbers of its own, as for sensor noise.")
     ] = False,
@@ -101,7 +111,8 @@ def batch(
 
     Run i has the same parameters whatever the number of runs. The table of --out has them by path, so that
     each run can be replayed alone, with its trajectory: --set gives the machine what was drawn as its truth,
-    as `truth.plant.mass=6.5kg`.
+    as `truth.plant.mass=6.5kg`. A folder gets a report besides (report.html, its tables as CSV and LaTeX in
+    tables), a picture of the metric (spread.png, spread.svg) and how the metrics are spread (metrics.json).
 
     Examples:
 
@@ -113,56 +124,106 @@ def batch(
       --scheduler tcp://head:8786`
     """
     from hydroservo.cli.batch_files import destinations, write_batch
-    from hydroservo.cli.batch_summary import batch_summary, remarkable_run, show_batch
+    from hydroservo.cli.batch_summary import batch_summary, show_batch
     from hydroservo.cli.kernels import log_kernels
     from hydroservo.cli.progress import progress_bar
     from hydroservo.cli.summary import for_table
+    from hydroservo.cli.writing import both, write_or_keep
     from hydroservo.errors import HydroservoError
+    from hydroservo.reports.journal import journal_of
     from hydroservo.runs.results import as_json
     from hydroservo.scenario import parse_override
     from hydroservo.scenario.load import assembled
-    from hydroservo.scenario.parts import Sampled, Workers
+    from hydroservo.scenario.parts import Sampled
     from hydroservo.scenario.sampling import variations
 
     if not (ranges or seeds):
         raise HydroservoError("nothing varies: give --vary PATH=LOW..HIGH, or --seeds, or both")
     files, folder = destinations(out)
+    journal = journal_of(figure_format, figure_size, folder)
     check_sizes(runs, seed, folder)
-    if folder is None and (workers or scheduler):
-        raise HydroservoError("--workers and --scheduler compute the parts of a folder: give --out DIR/")
-    check_one_place(workers, scheduler)
+    check_workers(workers, scheduler, folder)
     assembly = assembled(scenario, dict(map(parse_override, changes)), plugins)
     check_metric(metric, assembly.loop)
     sampled = Sampled(assembly, variations(assembly, ranges_in(ranges)), seed, seeds, strict, cuda)
-    columns = columns_of(sampled)
-    announce(files, folder, runs, columns)
+    announce(files, folder, runs, columns_of(sampled), journal)
     with log_kernels(verbose), progress_bar("preparing") as report:
         start = time.monotonic()
         if folder is None:
             table, computed = in_memory(sampled, runs, threads, report), runs
         else:
-            own = threads if workers is None and scheduler is None else threads or 1
-            table, computed = in_folder(sampled, runs, folder, Workers(workers or 1, scheduler, own), report)
+            who = workers_of(workers, scheduler, threads)
+            table, computed = in_folder(sampled, runs, folder, who, report)
         seconds = time.monotonic() - start
         report(1.0, "writing files")
-        left = write_batch(files, table, [one.path for one in sampled.varied], metric)
-    summary = batch_summary(scenario, seed, table, sampled.ranges(runs))
+        varying = [one.path for one in sampled.varied]
+        left = write_batch(files, table, varying, metric)
+        summary = batch_summary(scenario, seed, table, sampled.ranges(runs))
+        other_demands = any(path.startswith("reference.") for path in varying)
+        shown = summary if other_demands else for_table(summary, assembly.loop)
+        alone = run_alone(sampled, table, metric, (scenario, changes, plugins))
+        page = partial(page_of, context, shown, table, (metric, varying), alone)
+        write = partial(write_page, page, summary.as_tables(), journal)
+        left = both(left, write_or_keep(folder, write)._replace(files=()))
     say_remarks(scenario, table)
     if json:
         typer.echo(as_json(summary.as_tables()))
         left.check()
         return
-    meant = not any(one.path.startswith("reference.") for one in sampled.varied)
-    show_batch(for_table(summary, assembly.loop) if meant else summary, table, seconds, computed)
-    run, reason = remarkable_run(table, metric)
-    steps = {"simulation.substeps": table.attrs["substeps"]} if "substeps" in table.attrs else {}
-    words = ["hydroservo", "run", scenario, *(["--strict"] if strict else [])]
-    drawn = sampled.drawn(run, 1).changes(0)
-    typer.echo(f"run {run} {reason}; alone: {replay(words, changes, plugins, steps | drawn)}")
-    places = [*map(str, left.files), *([f"{folder}/"] if folder else [])]
+    show_batch(shown, table, seconds, computed)
+    typer.echo(alone)
+    say_places([*map(str, left.files), *([f"{folder}/"] if folder else [])])
+    left.check()
+
+
+def say_places(places: Sequence[str]) -> None:
+    """Where the table, pictures and parts of a batch are."""
     if places:
         typer.echo(f"written: {', '.join(places)}")
-    left.check()
+
+
+def page_of(
+    context: typer.Context,
+    shown: "BatchSummary",
+    table: "xr.Dataset",
+    pictured: tuple[str, list[str]],
+    alone: str,
+) -> "Page":
+    """The report, of the summary that is shown, the table of all runs, and what is pictured of it."""
+    from hydroservo.cli.reporting import again
+    from hydroservo.cli.reports.batch import batch_report
+
+    return batch_report(again(context, "DIR/"), shown, table, pictured, alone)
+
+
+def write_page(
+    page: "Callable[[], Page]", said: Mapping[str, Any], journal: "Journal", place: Path
+) -> list[Path]:
+    """Write the report and the numbers into the folder of a batch; returns what was written."""
+    from hydroservo.cli.files import write_results
+
+    return write_results(place, {}, page(), said, journal)
+
+
+def run_alone(
+    sampled: "Sampled", table: "xr.Dataset", metric: str, given: tuple[str, list[str], list[Path]]
+) -> str:
+    """Which run one would look at first, and the command that runs it alone.
+
+    Args:
+        sampled: the batch.
+        table: of all runs.
+        metric: whose worst run that is.
+        given: scenario, changes and plug-ins.
+    """
+    from hydroservo.cli.batch_summary import remarkable_run
+
+    scenario, changes, plugins = given
+    run, reason = remarkable_run(table, metric)
+    steps = {"simulation.substeps": table.attrs["substeps"]} if "substeps" in table.attrs else {}
+    words = ["hydroservo", "run", scenario, *(["--strict"] if sampled.strict else [])]
+    drawn = sampled.drawn(run, 1).changes(0)
+    return f"run {run} {reason}; alone: {replay(words, changes, plugins, steps | drawn)}"
 
 
 def in_memory(sampled: "Sampled", runs: int, threads: int | None, report: "Report") -> "xr.Dataset":
@@ -200,6 +261,27 @@ def in_folder(
     except KeyboardInterrupt:
         heard(f"; what is done is in {folder}, and the same command goes on from there")
         raise
+
+
+def check_workers(workers: int | None, scheduler: str | None, folder: Path | None) -> None:
+    """Refuse workers where there is no folder, and those of two places.
+
+    Raises:
+        HydroservoError: they are asked for.
+    """
+    from hydroservo.errors import HydroservoError
+
+    if folder is None and (workers or scheduler):
+        raise HydroservoError("--workers and --scheduler compute the parts of a folder: give --out DIR/")
+    check_one_place(workers, scheduler)
+
+
+def workers_of(workers: int | None, scheduler: str | None, threads: int | None) -> "Workers":
+    """Who computes the parts of a folder: all threads of this process, unless there are others."""
+    from hydroservo.scenario.parts import Workers
+
+    own = threads if workers is None and scheduler is None else threads or 1
+    return Workers(workers or 1, scheduler, own)
 
 
 def check_sizes(runs: int, seed: int, folder: Path | None) -> None:
@@ -240,12 +322,15 @@ def check_metric(metric: str, loop: "Loop") -> None:
         raise ParameterError("--metric", metric, one_of(metric, numbers))
 
 
-def announce(files: Sequence[Path], folder: Path | None, runs: int, columns: int) -> None:
+def announce(files: Sequence[Path], folder: Path | None, runs: int, columns: int, journal: "Journal") -> None:
     """Before the runs: try the files, and say how much memory a large table will take."""
+    from hydroservo.cli.files import result_files
     from hydroservo.cli.writing import try_outputs
+    from hydroservo.reports.folder import Files
     from hydroservo.scenario.parts import MANIFEST
 
     size = 8 * runs * columns
-    try_outputs([*files, *([folder / MANIFEST] if folder else [])], size)
+    report = Files(["spread"], ["varied", "metrics"], journal)
+    try_outputs([*files, *(result_files(folder, [MANIFEST], report) if folder else [])], size)
     if size > LARGE_TABLE and (files or folder is None):
         typer.echo(f"the table of all runs will take {size / 2**20:.0f} MiB of memory", err=True)

@@ -1,10 +1,10 @@
 """The files that the table of a batch goes into."""
 
-import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from hydroservo.cli.files import is_folder
 from hydroservo.cli.writing import Written
 from hydroservo.errors import HydroservoError
 from hydroservo.outputs import OutputError, keep_elsewhere, staged
@@ -25,18 +25,12 @@ def destinations(out: Sequence[str]) -> tuple[list[Path], Path | None]:
     Raises:
         HydroservoError: an ending names no format, or there are two folders.
     """
-    folders = [one for one in out if is_folder(one)]
+    folders = [one for one in out if is_folder(one, ENDINGS)]
     files = [Path(one) for one in out if one not in folders]
     checked_endings(files)
     if len(folders) > 1:
         raise HydroservoError(f"--out: {folders[0]} and {folders[1]} are both folders; give one, and files")
     return files, Path(folders[0]) if folders else None
-
-
-def is_folder(text: str) -> bool:
-    """Whether a folder is meant: there is one, or the text ends in a slash."""
-    path = Path(text)
-    return text.endswith(("/", os.sep)) or (path.suffix.lower() not in ENDINGS and path.is_dir())
 
 
 def checked_endings(files: Sequence[Path]) -> None:

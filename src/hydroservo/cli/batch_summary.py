@@ -17,7 +17,15 @@ from hydroservo.runs.spreads import Spread, spreads_of
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["BatchSummary", "batch_summary", "remarkable_run", "show_batch"]
+__all__ = [
+    "BatchSummary",
+    "batch_summary",
+    "ranges_table",
+    "remarkable_run",
+    "show_batch",
+    "spreads_table",
+    "verdicts",
+]
 
 
 class BatchSummary(NamedTuple):
@@ -74,7 +82,7 @@ def remarkable_run(table: "xr.Dataset", metric: str) -> tuple[int, str]:
 def show_batch(summary: BatchSummary, table: "xr.Dataset", seconds: float, computed: int) -> None:
     """What varied, how the metrics are spread, how many runs failed, and how fast they were computed."""
     fields = metric_fields(table)
-    show(ranges(summary, table), spreads(summary, fields), *verdicts(summary, fields))
+    show(ranges_table(summary, table), spreads_table(summary, fields), *verdicts(summary, fields))
     if computed:
         there = f"; {summary.runs - computed:,} were there before" if computed < summary.runs else ""
         speed = f"{rate(computed / seconds)} runs per second, compilation included"
@@ -88,7 +96,8 @@ def rate(value: float) -> str:
     return f"{value:,.0f}" if value >= 99.5 else f"{value:.3g}"
 
 
-def ranges(summary: BatchSummary, table: "xr.Dataset") -> Table:
+def ranges_table(summary: BatchSummary, table: "xr.Dataset") -> Table:
+    """Between which ends what varied was drawn."""
     runs = "1 run" if summary.runs == 1 else f"{summary.runs:,} runs"
     heading = f"{escape(summary.scenario)}   (hash {summary.hash}, {runs}, drawn with seed {summary.seed})"
     shown = Table(title=heading, title_justify="left")
@@ -104,7 +113,8 @@ def ranges(summary: BatchSummary, table: "xr.Dataset") -> Table:
     return shown
 
 
-def spreads(summary: BatchSummary, fields: Mapping[str, Field]) -> Table:
+def spreads_table(summary: BatchSummary, fields: Mapping[str, Field]) -> Table:
+    """How the metrics are spread over the runs."""
     note = "of the runs that did not diverge" if summary.diverged else None
     shown = Table(caption=note, caption_justify="left")
     shown.add_column("metric", no_wrap=True)

@@ -10,6 +10,8 @@ from hydroservo.cli.options import (
     VARY,
     Changes,
     CommandAt,
+    FigureFormat,
+    FigureSize,
     Force,
     Json,
     Plugins,
@@ -23,8 +25,9 @@ from hydroservo.cli.remarks import say_remarks
 
 if TYPE_CHECKING:
     import xarray as xr
+    from rich.table import Table
 
-__all__ = ["bode"]
+__all__ = ["bode", "lines_of", "margins_table", "points_of"]
 
 RESPONSES = ("machine", "open", "closed", "sensitivity", "compliance", "open_compliance")
 ENDINGS = (".png", ".svg", ".pdf")
@@ -39,6 +42,7 @@ class Excitation(StrEnum):
 
 
 def bode(
+    context: typer.Context,
     scenario: Scenario,
     changes: Changes,
     plugins: Plugins,
@@ -87,28 +91,40 @@ def bode(
         bool, typer.Option("--linear", help="Only the linear model, nothing measured.")
     ] = False,
     out: Annotated[
-        Path | None,
-        typer.Option("--out", metavar="FILE", dir_okay=False, help="Draw it: a .png, .svg or .pdf."),
+        str | None,
+        typer.Option(
+            "--out",
+            metavar="FILE|DIR/",
+            help="Draw it: a .png, .svg or .pdf. Into a folder, such as bode/, goes a report too.",
+        ),
     ] = None,
+    figure_size: FigureSize = None,
+    figure_format: FigureFormat = None,
     json: Json = False,
 ) -> None:
     """Show a scenario in frequency: its loop open and closed, and its compliance to the load.
 
     Each response comes twice: from the linear model about a point, and measured on the simulation with many
     tones at once or a chirp, noise, resolution and all, with its coherence. With it come the margins, the
-    sensitivity peak and the bandwidth. A log shows what the real machine does.
+    sensitivity peak and the bandwidth. A log shows what the real machine does. A folder as --out gets a
+    report (report.html, its tables as CSV and LaTeX in tables), the picture (bode.png, bode.svg) and all
+    curves (metrics.json).
 
     Examples:
 
     - `hydroservo bode rig/1khz-pi-sine --out bode.png`
     - `hydroservo bode axis/force --command 0.1V --amplitude 50mV --band 0.5..100Hz --json`
     - `hydroservo bode rig/1khz-pi-sine --vary plant.mass=4..12kg --out masses.pdf`
-    - `hydroservo bode rig/1khz-pi-sine --log bench.csv --log warm.csv --out bench.pdf`
+    - `hydroservo bode rig/1khz-pi-sine --log bench.csv --log warm.csv --out bench/`
     """
+    from hydroservo.cli.files import list_files, result_files, write_results
     from hydroservo.cli.progress import progress_bar
-    from hydroservo.cli.writing import try_outputs
+    from hydroservo.cli.tables import show
+    from hydroservo.cli.writing import try_outputs, write_or_keep
     from hydroservo.identification.recorded import with_logs
     from hydroservo.linear.bode import bode as bode_of
+    from hydroservo.reports.folder import Files
+    from hydroservo.reports.journal import journal_of
     from hydroservo.runs.results import as_json
 
     volts = quantity_of("--amplitude", amplitude, "V")
@@ -118,9 +134,12 @@ def bode(
         "band": band_in(band),
     }
     loop = loaded(scenario, changes, plugins)
-    if out:
-        check_ending(out)
-        try_outputs([out])
+    file, folder = destination(out)
+    journal = journal_of(figure_format, figure_size, folder)
+    if file:
+        try_outputs([file])
+    if folder:
+        try_outputs(result_files(folder, (), Files(["bode"], ["margins"], journal)))
     with progress_bar(scenario) as report:
         if not vary:
             asked: dict[str, Any] = {"amplitude": volts, "periods": periods, "realisations": realisations}
@@ -136,27 +155,43 @@ def bode(
             data = varied(one_range(vary), scenario, changes, plugins, point)
         if logs:
             data = with_logs(data, loop, logs, columns_in(scenario, changes, plugins))
-        if out:
-            draw(data, out)
+        said = as_object(scenario, data)
+        if file:
+            draw(data, file)
+
+        def write(place: Path) -> list[Path]:
+            from hydroservo.cli.reporting import again
+            from hydroservo.cli.reports.bode import bode_report
+
+            page = bode_report(again(context, "DIR/"), scenario, data, logs)
+            return write_results(place, {}, page, said, journal)
+
+        left = write_or_keep(folder, write)
     say_remarks(scenario, data)
     if json:
-        typer.echo(as_json(as_object(scenario, data)))
+        typer.echo(as_json(said))
     else:
-        show_bode(scenario, data)
-        if out:
-            typer.echo(f"written: {out}")
+        show(margins_table(scenario, data), *lines_of(data))
+        if file:
+            typer.echo(f"written: {file}")
+        list_files(left.files)
+    left.check()
 
 
-def check_ending(out: Path) -> None:
-    """Refuse a file that no picture can be.
+def destination(out: str | None) -> tuple[Path | None, Path | None]:
+    """The picture that ``--out`` names, or the folder.
 
     Raises:
         ParameterError: its ending names no format.
     """
+    from hydroservo.cli.files import file_or_folder
     from hydroservo.errors import ParameterError
 
-    if out.suffix.lower() not in ENDINGS:
-        raise ParameterError("--out", str(out), f"must end in one of {', '.join(ENDINGS)}")
+    file, folder = file_or_folder(out)
+    if file and file.suffix.lower() not in ENDINGS:
+        allowed = f"must end in one of {', '.join(ENDINGS)}, or in a / for a folder"
+        raise ParameterError("--out", str(file), allowed)
+    return file, folder
 
 
 def one_range(vary: list[str]) -> str:
@@ -288,35 +323,40 @@ def curve(frequencies: "xr.DataArray", response: "xr.DataArray") -> dict[str, An
     }
 
 
-def show_bode(scenario: str, data: "xr.Dataset") -> None:
-    """A table on the terminal: margins and bandwidths, a column for each point."""
+def points_of(data: "xr.Dataset") -> "list[xr.Dataset]":
+    """What is known about each point."""
+    return [data.isel(point=i) for i in range(data.sizes["point"])] if "point" in data.dims else [data]
+
+
+def margins_table(scenario: str, data: "xr.Dataset") -> "Table":
+    """Margins and bandwidths, a column for each point."""
     from rich.markup import escape
     from rich.table import Table
 
-    from hydroservo.cli.tables import NO_NUMBER, show
+    from hydroservo.cli.tables import NO_NUMBER
     from hydroservo.formatting import quantity
     from hydroservo.linear.reading import READ, read_as
 
-    points = [data.isel(point=i) for i in range(data.sizes["point"])] if "point" in data.dims else [data]
+    points = points_of(data)
     table = Table(title=escape(scenario), title_justify="left")
-    table.add_column(escape(data["point"].attrs["long_name"]) if "point" in data.dims else "")
+    table.add_column(escape(data["point"].attrs["long_name"]) if "point" in data.dims else "quantity")
     for one in points:
-        heading = ""
+        heading = "value"
         if "point" in data.dims:
             heading = quantity(float(one["point"]), one["point"].attrs["units"])
         table.add_column(heading, justify="right", no_wrap=True)
     for name, (text, unit) in READ.items():
         table.add_row(text, *(read_as(float(one[name]), unit, NO_NUMBER) for one in points))
-    show(table, *said_of(points))
+    return table
 
 
-def said_of(points: "list[xr.Dataset]") -> list[str]:
+def lines_of(data: "xr.Dataset") -> list[str]:
     """What a reader should know of the responses."""
     from rich.markup import escape
 
     from hydroservo.formatting import number
 
-    lines = []
+    lines, points = [], points_of(data)
     if not all(bool(one["stable"]) for one in points):
         lines.append("[bold red]Unstable[/] for small motions: no margin is one.")
     for one in points:

@@ -1,74 +1,84 @@
-"""The files that runs leave in their folder."""
+"""The folder that a command leaves: its own files, its report, and its numbers with digests of them all."""
 
-from collections.abc import Mapping, Sequence
+import os
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
-from hydroservo.cli.summary import RunSummary
-from hydroservo.outputs import staged, write_text
-from hydroservo.reports.folder import Files, write_report
-from hydroservo.reports.journal import Journal
-from hydroservo.reports.report import Report
-from hydroservo.runs.results import METRICS, metric_fields, metrics_csv, save, write_metrics
+import typer
+
+from hydroservo.runs.results import METRICS
 
 if TYPE_CHECKING:
-    import pandas as pd
-    import xarray as xr
+    from hydroservo.reports.folder import Files
+    from hydroservo.reports.journal import Journal
+    from hydroservo.reports.report import Report
 
-__all__ = ["Compared", "comparison_files", "run_files", "write_comparison", "write_run"]
+__all__ = ["Own", "file_or_folder", "is_folder", "list_files", "result_files", "write_results"]
 
-
-def run_files(folder: Path, ending: str, journal: Journal) -> list[Path]:
-    """What :func:`write_run` writes."""
-    report = Files(["run"], ["metrics"], journal).names()
-    return [folder / name for name in (f"trajectory{ending}", "metrics.csv", METRICS, *report)]
+Own = Mapping[str, Callable[[Path], object]]  # files besides the report, by name, and what writes each
 
 
-def write_run(
-    folder: Path, summary: RunSummary, dataset: "xr.Dataset", ending: str, report: Report, journal: Journal
-) -> list[Path]:
-    """The trajectory, the metrics and the report of a run, together; returns what was written."""
-    with staged(folder, last=METRICS) as stage:
-        save(dataset, stage / f"trajectory{ending}")
-        write_text(stage / "metrics.csv", metrics_csv(table([summary]), metric_fields(dataset)))
-        write_report(stage, report, journal)
-        write_metrics(stage, summary._asdict())
-    return run_files(folder, ending, journal)
+def is_folder(text: str, endings: Sequence[str] = ()) -> bool:
+    """Whether ``--out`` means a folder where it may mean a file: there is one, or it ends in a slash.
 
-
-def comparison_files(folder: Path, journal: Journal) -> list[Path]:
-    """What :func:`write_comparison` writes."""
-    report = Files(["comparison"], ["metrics"], journal).names()
-    return [folder / name for name in ("metrics.csv", METRICS, *report)]
-
-
-class Compared(NamedTuple):
-    """Several runs, and how they compare.
-
-    Attributes:
-        summaries: of each.
-        datasets: of each.
-        said: all of it in SI units, for JSON.
+    Args:
+        text: as it was typed.
+        endings: of what is a file all the same.
     """
-
-    summaries: Sequence[RunSummary]
-    datasets: Sequence["xr.Dataset"]
-    said: Mapping[str, Any]
+    path = Path(text)
+    return text.endswith(("/", os.sep)) or (path.suffix.lower() not in endings and path.is_dir())
 
 
-def write_comparison(folder: Path, compared: Compared, report: Report, journal: Journal) -> list[Path]:
-    """The metrics of several runs, how they compare and their report, together; returns what was written."""
-    fields = {name: field for data in compared.datasets for name, field in metric_fields(data).items()}
+def file_or_folder(text: str | None) -> tuple[Path | None, Path | None]:
+    """The file that ``--out`` names, or else the folder; nothing where it was not given."""
+    if text is None:
+        return None, None
+    return (None, Path(text)) if is_folder(text) else (Path(text), None)
+
+
+def result_files(folder: Path, own: Iterable[str], report: "Files") -> list[Path]:
+    """What :func:`write_results` writes."""
+    return [folder / name for name in (*own, METRICS, *report.names())]
+
+
+def write_results(
+    folder: Path, own: Own, report: "Report", said: Mapping[str, Any], journal: "Journal"
+) -> list[Path]:
+    """Write what a command found into a folder, together.
+
+    Args:
+        folder: missing ones are made.
+        own: the files besides the report.
+        report: its pictures, its tables and its page.
+        said: all numbers, as ``--json`` prints them, for ``metrics.json``.
+        journal: what figures a journal is to have.
+
+    Returns:
+        What was written.
+
+    Raises:
+        HydroservoError: a file cannot be written.
+    """
+    from hydroservo.outputs import staged
+    from hydroservo.reports.folder import write_report
+    from hydroservo.runs.results import write_metrics
+
     with staged(folder, last=METRICS) as stage:
-        write_text(stage / "metrics.csv", metrics_csv(table(compared.summaries), fields))
-        write_report(stage, report, journal)
-        write_metrics(stage, compared.said)
-    return comparison_files(folder, journal)
+        for name, write in own.items():
+            write(stage / name)
+        files = write_report(stage, report, journal)
+        write_metrics(stage, said)
+    return result_files(folder, own, files)
 
 
-def table(summaries: Sequence[RunSummary]) -> "pd.DataFrame":
-    """A row for each run: what identifies it, then its metrics."""
-    import pandas as pd
+def list_files(files: Sequence[Path]) -> None:
+    """Say on the terminal which files a folder got; those of tables and figures as folders."""
+    if files:
+        typer.echo(f"written to {files[0].parent}: {', '.join(names_below(files[0].parent, files))}")
 
-    rows = [{**one._asdict(), **one.metrics} for one in summaries]
-    return pd.DataFrame(rows).drop(columns=["metrics", "warnings"])
+
+def names_below(folder: Path, files: Sequence[Path]) -> list[str]:
+    """Files by their names in a folder, with the folders between; those of tables and figures as folders."""
+    below = (file.relative_to(folder) for file in files)
+    return list(dict.fromkeys(one.name if one.parent == Path() else f"{one.parts[0]}/" for one in below))

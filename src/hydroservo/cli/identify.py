@@ -4,12 +4,14 @@ from collections.abc import Callable, Mapping, Sequence
 from enum import StrEnum
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from hydroservo.cli.options import (
     Changes,
+    FigureFormat,
+    FigureSize,
     Folder,
     Json,
     Plugins,
@@ -25,11 +27,12 @@ from hydroservo.cli.remarks import say_warning
 if TYPE_CHECKING:
     from hydroservo.cli.identify_tables import Further
     from hydroservo.identification import Identified
+    from hydroservo.reports.folder import Files
+    from hydroservo.reports.journal import Journal
     from hydroservo.scenario.tables import Entry
 
 __all__ = ["identify"]
 
-FOUND = "scenario.toml"
 FORM, HORIZON, LIMIT = "--form", "--horizon", "--limit"
 
 
@@ -41,6 +44,7 @@ class Form(StrEnum):
 
 
 def identify(
+    context: typer.Context,
     scenario: Scenario,
     logs: Annotated[
         list[Path],
@@ -105,6 +109,8 @@ def identify(
         typer.Option("--seed", metavar="S", help="Seed of the search's starts, a whole number >= 0."),
     ] = 0,
     out: Folder = None,
+    figure_size: FigureSize = None,
+    figure_format: FigureFormat = None,
     threads: Threads = None,
     json: Json = False,
     verbose: Verbose = False,
@@ -114,9 +120,9 @@ def identify(
     A log is a table whose header names signals and their units, such as `time [s],command [V],velocity
     [mm/s],load_force [N]`; other headers are mapped by the scenario's table `[identify.columns]`. The
     recorded command takes the place of the law. What is sought can stand in the scenario too, in
-    `[identify.vary]`. With --out it writes a scenario with what was found
-    (scenario.toml), all numbers (metrics.json), and of each log how it was understood (log-1.png, log-1.svg)
-    and met (fit-1.png, fit-1.svg).
+    `[identify.vary]`. With --out it writes a report (report.html, its tables as CSV and LaTeX in tables), a
+    scenario with what was found (scenario.toml), all numbers (metrics.json), and of each log how it was
+    understood (log-1.png, log-1.svg) and met (fit-1.png, fit-1.svg).
 
     Examples:
 
@@ -126,15 +132,18 @@ def identify(
     - `hydroservo identify my.toml bench.csv --vary plant.mass=-50%..+100% --propose next.csv --limit
       position=20..80mm`
     """
-    from hydroservo.cli.identify_tables import Further, as_tables, show_identified
+    from hydroservo.cli.files import list_files, result_files
+    from hydroservo.cli.identify_tables import Further, as_tables, tables_of
     from hydroservo.cli.kernels import log_kernels
     from hydroservo.cli.progress import progress_bar
+    from hydroservo.cli.tables import show
     from hydroservo.cli.writing import try_outputs, write_or_keep
     from hydroservo.errors import HydroservoError
     from hydroservo.identification import compare
     from hydroservo.identification import propose as proposed
     from hydroservo.identification.identified import identified
     from hydroservo.outputs import write_text
+    from hydroservo.reports.journal import journal_of
     from hydroservo.runs.results import as_json
     from hydroservo.scenario import parse_override
     from hydroservo.work.cores import checked_count
@@ -142,10 +151,10 @@ def identify(
     overrides, asked = dict(map(parse_override, changes)), ranges_in(ranges)
     bounds, memory = limits_in(limits, propose), horizon_of(form, horizon)
     count = checked_count(threads, "--threads")
-    if out:
-        try_outputs(identify_files(out, len(logs)))
-    if propose:
-        try_outputs([propose])
+    journal = journal_of(figure_format, figure_size, out)
+    files = files_of(len(logs), against is not None, propose is not None, journal)
+    own = result_files(out, ["scenario.toml"], files) if out else []
+    try_outputs([*own, *([propose] if propose else [])])
     shared, changed = others_own(against, asked, overrides, plugins) if against is not None else ({}, {})
     with log_kernels(verbose), progress_bar(scenario) as report:
         found = identified(
@@ -164,20 +173,42 @@ def identify(
                 more = more._replace(proposal=proposal)
         except HydroservoError as error:
             failure = error
-        left = write_or_keep(out, lambda place: write_identified(place, found, more))
-    for line in found.remarks:
-        say_warning(scenario, line)
-    for line in more.other.remarks if more.other else ():
-        say_warning(str(against), line)
+        left = write_or_keep(out, partial(write_identified, context, found, more, logs, journal))
+    for one in (found, more.other):
+        say_remarks_of(one)
     if json:
         typer.echo(as_json(as_tables(found, more)))
     else:
-        show_identified(found, more)
-        if left.files:
-            typer.echo(f"written to {left.files[0].parent}: {', '.join(file.name for file in left.files)}")
+        show(*tables_of(found, more).values())
+        list_files(left.files)
     left.check()
     if failure is not None:
         raise failure
+
+
+def write_identified(
+    context: typer.Context,
+    found: "Identified",
+    more: "Further",
+    logs: Sequence[Path],
+    journal: "Journal",
+    place: Path,
+) -> list[Path]:
+    """Write what was found into a folder; returns what was written."""
+    from hydroservo.cli.files import write_results
+    from hydroservo.cli.identify_tables import as_tables
+    from hydroservo.cli.reporting import again
+    from hydroservo.cli.reports.identify import identify_report, own_of_identified
+
+    page = identify_report(again(context), found, more, logs)
+    return write_results(place, own_of_identified(found, place), page, as_tables(found, more), journal)
+
+
+def say_remarks_of(found: "Identified | None") -> None:
+    """What a user should know of an identification, on stderr."""
+    if found:
+        for line in found.remarks:
+            say_warning(found.scenario, line)
 
 
 def said_of(report: Callable[[float, str], None], name: str, fraction: float) -> None:
@@ -242,31 +273,22 @@ def others_own(
     return {path: entry for path, entry in asked.items() if path in known}, changed
 
 
-def identify_files(folder: Path, logs: int) -> list[Path]:
-    """What :func:`write_identified` writes."""
-    from hydroservo.runs.results import METRICS
+def files_of(logs: int, compared: bool, proposed: bool, journal: "Journal") -> "Files":
+    """What the report of an identification will have.
 
-    pictures = [
-        f"{what}-{i}.{form}" for i in range(1, logs + 1) for what in ("log", "fit") for form in ("png", "svg")
+    Args:
+        logs: how many.
+        compared: whether with another scenario.
+        proposed: whether there is a proposal for the next log.
+        journal: what figures a journal is to have.
+    """
+    from hydroservo.reports.folder import Files
+
+    each = range(1, logs + 1)
+    asked = {"comparison": compared, "proposal": proposed}
+    tables = [
+        "parameters",
+        *(f"signals-{i}" for i in each),
+        *(name for name, there in asked.items() if there),
     ]
-    return [folder / name for name in (FOUND, *pictures, METRICS)]
-
-
-def write_identified(folder: Path, found: "Identified", more: "Further") -> list[Path]:
-    """The scenario, the pictures and the numbers of an identification; returns what was written."""
-    from hydroservo.cli.identify_tables import as_tables
-    from hydroservo.figures.identified import plot_fit, plot_log
-    from hydroservo.figures.style import save_figure
-    from hydroservo.outputs import staged, write_text
-    from hydroservo.runs.provenance import scenario_hash
-    from hydroservo.runs.results import METRICS, write_metrics
-
-    origin = scenario_hash(found.loop)
-    with staged(folder, last=METRICS) as stage:
-        write_text(stage / FOUND, found.toml(folder))
-        for i, fit in enumerate(found.logs, 1):
-            save_figure(plot_log(fit), stage / f"log-{i}", origin)
-            save_figure(plot_fit(fit), stage / f"fit-{i}", origin)
-        content: dict[str, Any] = as_tables(found, more)
-        write_metrics(stage, content)
-    return identify_files(folder, len(found.logs))
+    return Files([f"{what}-{i}" for i in each for what in ("log", "fit")], tables, journal)

@@ -6,12 +6,11 @@ from rich.markup import escape
 from rich.table import Table
 
 from hydroservo._version import __version__
-from hydroservo.cli.tables import show
 from hydroservo.formatting import common_unit
 from hydroservo.identification import Comparison, Identified, LogFit, Proposal
 from hydroservo.runs.provenance import scenario_hash
 
-__all__ = ["Further", "as_tables", "show_identified"]
+__all__ = ["Further", "as_tables", "tables_of"]
 
 
 class Further(NamedTuple):
@@ -71,13 +70,15 @@ def log_tables(fit: LogFit) -> dict[str, Any]:
     }
 
 
-def show_identified(found: Identified, more: Further) -> None:
-    """The numbers with their intervals, how each signal is met, and what else was asked."""
-    show(parameters_table(found), *(signals_table(fit) for fit in found.logs))
+def tables_of(found: Identified, more: Further) -> dict[str, Table]:
+    """The numbers with their intervals, how each signal is met, and what else was asked, by name."""
+    tables = {"parameters": parameters_table(found)}
+    tables |= {f"signals-{i}": signals_table(fit) for i, fit in enumerate(found.logs, 1)}
     if more.comparison:
-        show(comparison_table(found, more.comparison))
+        tables["comparison"] = comparison_table(found, more.comparison)
     if more.proposal:
-        show(proposal_table(more.proposal))
+        tables["proposal"] = proposal_table(more.proposal)
+    return tables
 
 
 def comparison_table(found: Identified, comparison: Comparison) -> Table:

@@ -5,15 +5,25 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from hydroservo.cli.options import Changes, Folder, Json, Plugins, Scenario, loaded
+from hydroservo.cli.options import (
+    Changes,
+    FigureFormat,
+    FigureSize,
+    Folder,
+    Json,
+    Plugins,
+    Scenario,
+    loaded,
+)
 from hydroservo.cli.remarks import say_remarks
 
 if TYPE_CHECKING:
+    from rich.table import Table
+
     from hydroservo.limits import Limits
 
-__all__ = ["limit"]
+__all__ = ["limit", "limits_table"]
 
-FILES = ("limit.png", "limit.svg", "law.csv", "causal.csv", "clairvoyant.csv")
 MEANINGS = {
     "law": "the scenario's law",
     "causal": "the best command, jumps unknown until they come",
@@ -22,10 +32,13 @@ MEANINGS = {
 
 
 def limit(
+    context: typer.Context,
     scenario: Scenario,
     changes: Changes,
     plugins: Plugins,
     out: Folder = None,
+    figure_size: FigureSize = None,
+    figure_format: FigureFormat = None,
     json: Json = False,
 ) -> None:
     """Show how close a scenario's law comes to the best that any command could do.
@@ -33,34 +46,50 @@ def limit(
     The commands with the least rms error are found by optimal control of the same machine, at the same
     sample rate and within the limits of the command, and played back: where all is known in advance
     (clairvoyant), and where jumps of demand and load are known only once they are there (causal). That takes
-    from seconds to minutes. With --out it also writes a picture of the three runs (limit.png, limit.svg) and
-    the trajectory of each (law.csv, causal.csv, clairvoyant.csv).
+    from seconds to minutes. With --out it also writes a report (report.html, its tables as CSV and LaTeX in
+    tables), a picture of the three runs (limit.png, limit.svg), the trajectory of each (law.csv, causal.csv,
+    clairvoyant.csv) and the numbers (metrics.json).
 
     Examples:
 
     - `hydroservo limit rig/1khz-tsmc-square`
     - `hydroservo limit rig/1khz-pi-square --set valve.time_constant='5 ms' --out limit`
     """
+    from hydroservo.cli.files import list_files, result_files, write_results
     from hydroservo.cli.progress import progress_bar
+    from hydroservo.cli.tables import show
     from hydroservo.cli.writing import try_outputs, write_or_keep
     from hydroservo.limits import limit as limit_of
+    from hydroservo.reports.folder import Files
+    from hydroservo.reports.journal import journal_of
     from hydroservo.runs.results import as_json
     from hydroservo.runs.run import trace_size
 
     loop = loaded(scenario, changes, plugins)
+    journal = journal_of(figure_format, figure_size, out)
     if out:
-        try_outputs(limit_files(out), len(MEANINGS) * trace_size(loop))
+        own = [f"{name}.csv" for name in MEANINGS]
+        report_files = Files(["limit"], ["limits"], journal)
+        try_outputs(result_files(out, own, report_files), len(MEANINGS) * trace_size(loop))
     with progress_bar(scenario) as report:
         found = limit_of(loop, progress=lambda fraction: report(fraction, scenario))
-        left = write_or_keep(out, lambda place: write_limits(place, found))
+        said = said_of(scenario, found)
+
+        def write(place: Path) -> list[Path]:
+            from hydroservo.cli.reporting import again
+            from hydroservo.cli.reports.limit import limit_report, own_of_limits
+
+            page = limit_report(again(context), scenario, found)
+            return write_results(place, own_of_limits(found), page, said, journal)
+
+        left = write_or_keep(out, write)
     for data in found:
         say_remarks(scenario, data)
     if json:
-        typer.echo(as_json(said_of(scenario, found)))
+        typer.echo(as_json(said))
     else:
-        show_limits(scenario, found)
-        if left.files:
-            typer.echo(f"written to {left.files[0].parent}: {', '.join(file.name for file in left.files)}")
+        show(limits_table(scenario, found))
+        list_files(left.files)
     left.check()
 
 
@@ -80,12 +109,11 @@ def said_of(scenario: str, found: "Limits") -> dict[str, Any]:
     }
 
 
-def show_limits(scenario: str, found: "Limits") -> None:
-    """A table on the terminal: what each run leaves, and how many times that the law leaves."""
+def limits_table(scenario: str, found: "Limits") -> "Table":
+    """What each run leaves, and how many times that the law leaves."""
     from rich.markup import escape
     from rich.table import Table
 
-    from hydroservo.cli.tables import show
     from hydroservo.formatting import measured, number
 
     table = Table(title=escape(scenario), title_justify="left")
@@ -98,24 +126,4 @@ def show_limits(scenario: str, found: "Limits") -> None:
         times = multiples.get(name)
         shown = "" if times is None else f"{number(times)} times this"
         table.add_row(name, measured(data, "rms_error"), shown, MEANINGS[name])
-    show(table)
-
-
-def limit_files(folder: Path) -> list[Path]:
-    """What :func:`write_limits` writes."""
-    return [folder / name for name in FILES]
-
-
-def write_limits(folder: Path, found: "Limits") -> list[Path]:
-    """The picture of the runs, and the trajectory of each; returns what was written."""
-    from hydroservo.figures.comparison import plot_comparison
-    from hydroservo.figures.style import save_figure
-    from hydroservo.outputs import staged
-    from hydroservo.runs.results import save
-
-    with staged(folder) as stage:
-        picture = plot_comparison([*found], [*found._fields])
-        save_figure(picture, stage / "limit", found.law.attrs["hash"])
-        for name, data in found._asdict().items():
-            save(data, stage / f"{name}.csv")
-    return limit_files(folder)
+    return table

@@ -2,17 +2,32 @@
 
 import math
 from enum import StrEnum
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from hydroservo.cli.options import Changes, CommandAt, Force, Json, Plugins, Scenario, loaded, quantity_of
+from hydroservo.cli.options import (
+    Changes,
+    CommandAt,
+    FigureFormat,
+    FigureSize,
+    Folder,
+    Force,
+    Json,
+    Plugins,
+    Scenario,
+    loaded,
+    quantity_of,
+)
 
 if TYPE_CHECKING:
+    from rich.table import Table
+
     from hydroservo.linear import Linearization
     from hydroservo.linear.textbook import Textbook
 
-__all__ = ["linearize"]
+__all__ = ["gains_table", "linearize", "lines_of", "poles_table"]
 
 
 class Unit(StrEnum):
@@ -24,6 +39,7 @@ class Unit(StrEnum):
 
 
 def linearize(
+    context: typer.Context,
     scenario: Scenario,
     changes: Changes,
     plugins: Plugins,
@@ -42,6 +58,9 @@ def linearize(
             "--sampled", help="The machine from sample to sample, behind the loop's hold and delay."
         ),
     ] = False,
+    out: Folder = None,
+    figure_size: FigureSize = None,
+    figure_format: FigureFormat = None,
     json: Json = False,
 ) -> None:
     """Linearise a scenario's machine, its controller or the whole loop, about a point.
@@ -49,19 +68,28 @@ def linearize(
     The point is where the machine has settled under a command and a load, or an instant of the run. It prints
     poles, natural frequencies and damping, beside what a textbook's formulas say of the oil's spring; with
     --json the matrices too. Slopes are exact; where a kink leaves none it says so, and how much they may be
-    off.
+    off. With --out it also writes a report (report.html, its tables as CSV and LaTeX in tables), a picture of
+    the poles (poles.png, poles.svg) and the matrices (metrics.json).
 
     Examples:
 
     - `hydroservo linearize axis/force`
     - `hydroservo linearize rig/1khz-pi-sine --unit loop --command 0.1V --load 200N --json`
-    - `hydroservo linearize rig/1khz-tsmc-sine --set plant.bulk_modulus=9000bar --at 0.25s`
+    - `hydroservo linearize rig/1khz-tsmc-sine --set plant.bulk_modulus=9000bar --at 0.25s --out model`
     """
+    from hydroservo.cli.files import list_files, result_files, write_results
+    from hydroservo.cli.tables import show
+    from hydroservo.cli.writing import try_outputs, write_or_keep
     from hydroservo.linear.linearize import linearized, point_of
     from hydroservo.linear.textbook import textbook
+    from hydroservo.reports.folder import Files
+    from hydroservo.reports.journal import journal_of
     from hydroservo.runs.results import as_json
 
     loop = loaded(scenario, changes, plugins)
+    journal = journal_of(figure_format, figure_size, out)
+    if out:
+        try_outputs(result_files(out, (), Files(["poles"], ["poles", "gains"], journal)))
     point = point_of(
         loop,
         unit.value,
@@ -70,10 +98,23 @@ def linearize(
         quantity_of("--at", at, "s"),
     )
     found = linearized(point, unit.value, sampled=sampled)
+    said = as_object(scenario, found)
+    book = textbook(point) if unit is Unit.MACHINE else None
+
+    def write(place: Path) -> list[Path]:
+        from hydroservo.cli.reporting import again
+        from hydroservo.cli.reports.linearize import linearization_report
+
+        page = linearization_report(again(context), scenario, loop, found, book)
+        return write_results(place, {}, page, said, journal)
+
+    left = write_or_keep(out, write)
     if json:
-        typer.echo(as_json(as_object(scenario, found)))
+        typer.echo(as_json(said))
     else:
-        show_linearization(scenario, found, textbook(point) if unit is Unit.MACHINE else None)
+        show(poles_table(scenario, found), gains_table(found), *lines_of(found, book))
+        list_files(left.files)
+    left.check()
 
 
 def as_object(scenario: str, found: "Linearization") -> dict[str, Any]:
@@ -95,12 +136,11 @@ def as_object(scenario: str, found: "Linearization") -> dict[str, Any]:
     }
 
 
-def show_linearization(scenario: str, found: "Linearization", book: "Textbook | None") -> None:
-    """Tables on the terminal: poles, and steady gains."""
+def poles_table(scenario: str, found: "Linearization") -> "Table":
+    """The poles; of a pair one."""
     from rich.markup import escape
     from rich.table import Table
 
-    from hydroservo.cli.tables import show
     from hydroservo.formatting import number
 
     plane = f"z, {1e3 * found.period:.4g} ms apart" if found.period else "s [1/s]"
@@ -110,6 +150,16 @@ def show_linearization(scenario: str, found: "Linearization", book: "Textbook | 
     for pole, frequency, damping in zip(found.poles, found.frequencies, found.damping, strict=True):
         if pole.imag >= 0.0:
             poles.add_row(as_text(pole), number(frequency / (2.0 * math.pi), 5), number(damping, 4))
+    return poles
+
+
+def gains_table(found: "Linearization") -> "Table":
+    """The steady gain of each output by each input."""
+    from rich.markup import escape
+    from rich.table import Table
+
+    from hydroservo.formatting import number
+
     gains = Table(title="steady gain", title_justify="left")
     gains.add_column("of", no_wrap=True)
     for one in found.inputs:
@@ -117,10 +167,10 @@ def show_linearization(scenario: str, found: "Linearization", book: "Textbook | 
     for out in found.outputs:
         shown = [number(found.steady_gain(out.name, one.name), 4) for one in found.inputs]
         gains.add_row(escape(f"{out.name} [{out.unit}]"), *shown)
-    show(poles, gains, *said_of(found, book))
+    return gains
 
 
-def said_of(found: "Linearization", book: "Textbook | None") -> list[str]:
+def lines_of(found: "Linearization", book: "Textbook | None") -> list[str]:
     """What the textbook says, and what is not exact."""
     from rich.markup import escape
 

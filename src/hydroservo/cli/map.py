@@ -1,24 +1,19 @@
 """The command that measures a static map of a machine from logs of it."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated
 
 import typer
 
 from hydroservo.cli.completion import scenarios_like
-from hydroservo.cli.options import Changes, Folder, Json, Plugins
+from hydroservo.cli.options import Changes, FigureFormat, FigureSize, Folder, Json, Plugins, loaded
 from hydroservo.cli.remarks import say_warning
-
-if TYPE_CHECKING:
-    from hydroservo.identification.maps import StaticMap
 
 __all__ = ["map_logs"]
 
-FOUND = "scenario.toml"
-CURVE = "map.csv"
-
 
 def map_logs(
+    context: typer.Context,
     kind: Annotated[
         str, typer.Argument(metavar="KIND", help="`valve-flow`, `pressure-gain`, `friction` or `decay`.")
     ],
@@ -38,6 +33,8 @@ def map_logs(
         ),
     ] = None,
     out: Folder = None,
+    figure_size: FigureSize = None,
+    figure_format: FigureFormat = None,
     json: Json = False,
 ) -> None:
     """Measure a static map of a machine from logs of it, with 95 % intervals.
@@ -45,64 +42,46 @@ def map_logs(
     KIND is one of: valve-flow, the flow gain, dead band and hysteresis of a valve from slow sweeps of the
     command; pressure-gain, from slow sweeps with blocked ports; friction against velocity from moves at
     constant speed; decay, leakage and bulk modulus from pressures in blocked ports. Headers of logs are those
-    that `identify` reads. With --out it writes the curve (map.csv), the numbers (metrics.json), a picture
-    (map.png, map.svg) and, with --scenario, a scenario with what was found (scenario.toml).
+    that `identify` reads. With --out it writes a report (report.html, its tables as CSV and LaTeX in tables),
+    the curve (map.csv), the numbers (metrics.json), a picture (map.png, map.svg) and, with --scenario, a
+    scenario with what was found (scenario.toml).
 
     Examples:
 
     - `hydroservo map friction bench.csv --scenario my.toml --out friction`
     """
-    from hydroservo.cli.map_tables import as_tables, show_map
+    from hydroservo.cli.files import list_files, result_files, write_results
+    from hydroservo.cli.map_tables import as_tables, numbers_table
+    from hydroservo.cli.tables import show
     from hydroservo.cli.writing import try_outputs, write_or_keep
     from hydroservo.identification.maps import map_logs as map_of
+    from hydroservo.reports.folder import Files
+    from hydroservo.reports.journal import journal_of
     from hydroservo.runs.results import as_json
     from hydroservo.scenario import parse_override
 
     overrides = dict(map(parse_override, changes))
+    journal = journal_of(figure_format, figure_size, out)
     if out:
-        try_outputs(map_files(out, scenario is not None))
+        own = ["map.csv", *(["scenario.toml"] if scenario is not None else [])]
+        try_outputs(result_files(out, own, Files(["map"], ["numbers"], journal)))
     found = map_of(kind, logs, scenario, changes=overrides, plugins=plugins)
-    left = write_or_keep(out, lambda place: write_map(place, found))
+    said = as_tables(found)
+
+    def write(place: Path) -> list[Path]:
+        from hydroservo.cli.reporting import again
+        from hydroservo.cli.reports.map import map_report, own_of_map
+
+        loop = None if scenario is None else loaded(scenario, changes, plugins)
+        page = map_report(again(context), found, loop, logs)
+        return write_results(place, own_of_map(found, place), page, said, journal)
+
+    left = write_or_keep(out, write)
     for line in found.remarks:
         say_warning(", ".join(found.logs), line)
     if json:
-        typer.echo(as_json(as_tables(found)))
+        typer.echo(as_json(said))
     else:
-        show_map(found)
-        if left.files:
-            typer.echo(f"written to {left.files[0].parent}: {', '.join(file.name for file in left.files)}")
+        show(numbers_table(found))
+        list_files(left.files)
     left.check()
-
-
-def map_files(folder: Path, on_scenario: bool) -> list[Path]:
-    """What :func:`write_map` writes.
-
-    Args:
-        folder: where to.
-        on_scenario: whether a scenario was given.
-    """
-    from hydroservo.runs.results import METRICS
-
-    written = [FOUND] if on_scenario else []
-    return [folder / name for name in (*written, CURVE, "map.png", "map.svg", METRICS)]
-
-
-def write_map(folder: Path, found: "StaticMap") -> list[Path]:
-    """The scenario, the curve, the picture and the numbers of a map; returns what was written."""
-    from hydroservo.cli.map_tables import as_tables
-    from hydroservo.field import Field
-    from hydroservo.figures.static_map import plot_static_map
-    from hydroservo.figures.style import save_figure
-    from hydroservo.outputs import staged, write_text
-    from hydroservo.runs.results import METRICS, metrics_csv, write_metrics
-
-    every = found.curve.data_vars.items()
-    fields = {str(name): Field(row.attrs["units"], row.attrs["long_name"]) for name, row in every}
-    with staged(folder, last=METRICS) as stage:
-        if found.scenario:
-            write_text(stage / FOUND, found.toml(folder))
-        write_text(stage / CURVE, metrics_csv(found.curve.to_dataframe(), fields))
-        save_figure(plot_static_map(found), stage / "map", f"map {found.kind}")
-        content: dict[str, Any] = as_tables(found)
-        write_metrics(stage, content)
-    return map_files(folder, bool(found.scenario))

@@ -6,11 +6,10 @@ from rich.markup import escape
 from rich.table import Table
 
 from hydroservo._version import __version__
-from hydroservo.cli.tables import show
 from hydroservo.formatting import common_unit
 from hydroservo.identification.maps import StaticMap
 
-__all__ = ["as_tables", "show_map"]
+__all__ = ["as_tables", "numbers_table"]
 
 
 def as_tables(found: StaticMap) -> dict[str, Any]:
@@ -34,7 +33,7 @@ def as_tables(found: StaticMap) -> dict[str, Any]:
     }
 
 
-def show_map(found: StaticMap) -> None:
+def numbers_table(found: StaticMap) -> Table:
     """The numbers with their intervals."""
     title = f"{found.kind}: {', '.join(found.logs)}"
     shown = Table(title=escape(title), title_justify="left")
@@ -47,4 +46,4 @@ def show_map(found: StaticMap) -> None:
         numbers = (f"{factor * number:.4g}" for number in (one.value, one.low, one.high))
         shown.add_row(name, *numbers, unit, one.meaning)
     shown.caption = "from and to: 95 % interval"
-    show(shown)
+    return shown

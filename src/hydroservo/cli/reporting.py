@@ -18,10 +18,15 @@ __all__ = ["again", "sentences", "table_of"]
 MARK = " *"  # behind what is best, on a terminal
 
 
-def again(context: "typer.Context") -> str:
-    """The command that makes a report again."""
+def again(context: "typer.Context", folder: str = "DIR") -> str:
+    """The command that makes a report again.
+
+    Args:
+        context: of the command.
+        folder: what it calls its folder; with a slash where it takes files too.
+    """
     first, *options = command_typed(context)
-    return " \\\n    ".join([f"{first} --out DIR", *options])
+    return " \\\n    ".join([f"{first} --out {folder}", *options])
 
 
 def sentences(lines: "Iterable[RenderableType]") -> list[str]:

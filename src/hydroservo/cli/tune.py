@@ -4,13 +4,15 @@ import math
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from hydroservo.cli.options import (
     VARY,
     Changes,
+    FigureFormat,
+    FigureSize,
     Json,
     Plugins,
     Several,
@@ -26,7 +28,10 @@ from hydroservo.cli.typed import command_typed
 
 if TYPE_CHECKING:
     from hydroservo.cli.progress import Report
-    from hydroservo.runs.tuning import Progress
+    from hydroservo.reports.journal import Journal
+    from hydroservo.reports.report import Report as Page
+    from hydroservo.runs.tuning import Progress, Tuned
+    from hydroservo.scenario.tuning import Task
 
 __all__ = ["tune"]
 
@@ -102,14 +107,16 @@ def tune(
         ),
     ] = None,
     out: Annotated[
-        Path | None,
+        str | None,
         typer.Option(
             "--out",
-            metavar="FILE",
-            dir_okay=False,
-            help="Write the values found as TOML tables to paste into a scenario.",
+            metavar="FILE|DIR/",
+            help="Write the values found as TOML tables to paste into a scenario. Into a folder, such as "
+            "found/, goes a report too.",
         ),
     ] = None,
+    figure_size: FigureSize = None,
+    figure_format: FigureFormat = None,
     threads: Threads = None,
     json: Json = False,
     verbose: Verbose = False,
@@ -123,9 +130,13 @@ def tune(
     What no option sets is taken from the table `[tune]` of the first scenario. Several scenarios on the
     command line replace those in `[tune]`, and their weights.
 
+    A folder as --out gets a report (report.html, its tables as CSV and LaTeX in tables), the values as TOML
+    (gains.toml), a picture of the metric before and after (tuned.png, tuned.svg) and the numbers
+    (metrics.json).
+
     Examples:
 
-    - `hydroservo tune rig/1khz-pi-sine`
+    - `hydroservo tune rig/1khz-pi-sine --out found/`
     - `hydroservo tune rig/1khz-pi-sine --vary controller.proportional_gain=0.3..30 --vary
       controller.integral_gain=10..5000`
     - `hydroservo tune rig/1khz-pi-sine rig/1khz-pi-square --weights 1,8 --vary
@@ -134,11 +145,15 @@ def tune(
     - `hydroservo tune rig/noisy-1khz-pi-sine --seeds 20 --metric max_error --vary
       controller.proportional_gain=-50%..+100%`
     """
+    from hydroservo.cli.files import file_or_folder, list_files, result_files
     from hydroservo.cli.kernels import log_kernels
     from hydroservo.cli.progress import progress_bar
-    from hydroservo.cli.tune_tables import as_tables, show_tuned
+    from hydroservo.cli.tables import show
+    from hydroservo.cli.tune_tables import as_tables, lines_of, metrics_table, values_table
     from hydroservo.cli.writing import try_outputs, write_or_keep
     from hydroservo.outputs import write_text
+    from hydroservo.reports.folder import Files
+    from hydroservo.reports.journal import journal_of
     from hydroservo.runs.aims import metric_field
     from hydroservo.runs.results import as_json
     from hydroservo.runs.tuning import searched
@@ -151,8 +166,12 @@ def tune(
     overrides = dict(map(parse_override, changes))
     with named_as_options(plain | lists):
         task = task_of(scenarios, ranges_in(ranges), parts, overrides, plugins, load=loaded_aloud)
-    if out:
-        try_outputs([out])
+    file, folder = file_or_folder(out)
+    journal = journal_of(figure_format, figure_size, folder)
+    if file:
+        try_outputs([file])
+    if folder:
+        try_outputs(result_files(folder, ["gains.toml"], Files(["tuned"], ["gains", "metrics"], journal)))
     with log_kernels(verbose), progress_bar("preparing") as report:
         progress = progress_with_best(
             report, metric_field(task.aim.loops, task.aim.metric).unit, task.candidates
@@ -161,20 +180,47 @@ def tune(
     for scenario, table in zip(task.names, found.tables, strict=True):
         say_remarks(scenario, table)
     command = command_typed(context)
-    name = out.name if out else ""
     text = as_toml(found.parameters, " \\\n    ".join(command))
-    left = write_or_keep(out and out.parent, lambda place: [write_text(place / name, text)])
-    if json:
-        typer.echo(as_json(as_tables(command, task, found)))
-        left.check()
-        return
-    show_tuned(task, found)
+    said = as_tables(command, task, found)
     one = " and the first seed" if task.aim.seeds > 1 else ""
     words = ["hydroservo", "run" if len(task.scenarios) == 1 else "compare", *task.scenarios]
-    typer.echo(f"with these values{one}: {replay(words, changes, plugins, found.parameters)}")
-    if left.files:
-        typer.echo(f"written: {out}")
+    replayed = f"with these values{one}: {replay(words, changes, plugins, found.parameters)}"
+
+    def write(place: Path) -> list[Path]:
+        if file:
+            return [write_text(place / file.name, text)]
+        return write_page(place, page_of(context, task, found, replayed), text, said, journal)
+
+    left = write_or_keep(file.parent if file else folder, write)
+    if json:
+        typer.echo(as_json(said))
+        left.check()
+        return
+    show(values_table(task, found), metrics_table(task, found), *lines_of(task, found))
+    typer.echo(replayed)
+    if folder:
+        list_files(left.files)
+    elif left.files:
+        typer.echo(f"written: {file}")
     left.check()
+
+
+def page_of(context: typer.Context, task: "Task", found: "Tuned", replayed: str) -> "Page":
+    """The report."""
+    from hydroservo.cli.reporting import again
+    from hydroservo.cli.reports.tune import tune_report
+
+    return tune_report(again(context, "DIR/"), task, found, replayed)
+
+
+def write_page(
+    place: Path, page: "Page", text: str, said: Mapping[str, Any], journal: "Journal"
+) -> list[Path]:
+    """Write the values, the report and the numbers into a folder; returns what was written."""
+    from hydroservo.cli.files import write_results
+    from hydroservo.outputs import write_text
+
+    return write_results(place, {"gains.toml": lambda path: write_text(path, text)}, page, said, journal)
 
 
 def separated_numbers(text: str) -> list[float]:

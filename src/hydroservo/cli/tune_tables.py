@@ -9,13 +9,13 @@ from rich.table import Table
 
 from hydroservo._version import __version__
 from hydroservo.block import field_at
-from hydroservo.cli.tables import as_text, show
+from hydroservo.cli.tables import as_text
 from hydroservo.formatting import common_unit
 from hydroservo.runs.aims import geometric_mean
 from hydroservo.runs.tuning import Tuned
 from hydroservo.scenario.tuning import Task
 
-__all__ = ["as_tables", "show_tuned"]
+__all__ = ["as_tables", "lines_of", "metrics_table", "values_table"]
 
 
 def as_tables(command: Sequence[str], task: Task, found: Tuned) -> dict[str, Any]:
@@ -36,19 +36,20 @@ def as_tables(command: Sequence[str], task: Task, found: Tuned) -> dict[str, Any
     }
 
 
-def show_tuned(task: Task, found: Tuned) -> None:
-    """The values found with their ranges, and the metric of each scenario before and after."""
-    show(values_table(task, found), metrics_table(task, found))
-    show(f"{found.runs:,} closed loops were simulated.")
+def lines_of(task: Task, found: Tuned) -> list[str]:
+    """How much was simulated, and what there is to say of the values found."""
+    lines = [f"{found.runs:,} closed loops were simulated."]
     weights = task.aim.weights
     if geometric_mean(weights, found.after) > geometric_mean(weights, found.before) and not task.aim.effort:
-        show("[bold yellow]NO BETTER[/] than what the scenario has; give the search more candidates")
+        lines.append("[bold yellow]NO BETTER[/] than what the scenario has; give the search more candidates")
     if found.edges:
         paths = ", ".join(map(escape, found.edges))
-        show(f"[bold yellow]AT THE EDGE[/] of its range, so a wider one may hold better: {paths}")
+        lines.append(f"[bold yellow]AT THE EDGE[/] of its range, so a wider one may hold better: {paths}")
+    return lines
 
 
 def values_table(task: Task, found: Tuned) -> Table:
+    """The values found, with their ranges."""
     shown = Table()
     shown.add_column("parameter", overflow="fold")
     for name in ("best", "from", "to"):
@@ -61,6 +62,7 @@ def values_table(task: Task, found: Tuned) -> Table:
 
 
 def metrics_table(task: Task, found: Tuned) -> Table:
+    """The metric of each scenario before and after."""
     aim = task.aim
     unit, factor = common_unit(found.after, found.tables[0][aim.metric].attrs["units"])
     means = f", mean over {aim.seeds} seeds" if aim.seeds > 1 else ""

@@ -9,7 +9,7 @@ import typer
 
 from hydroservo.outputs import OutputError, check_outputs, existing_folder, written_or_kept
 
-__all__ = ["Written", "try_outputs", "write_or_keep"]
+__all__ = ["Written", "both", "try_outputs", "write_or_keep"]
 
 MIB = 2**20  # bytes
 
@@ -29,6 +29,14 @@ class Written(NamedTuple):
         """Fail if something could not be written; to be called once all else is said."""
         if self.failure is not None:
             raise self.failure
+
+
+def both(first: Written, second: Written) -> Written:
+    """What became of two lots of files; of two failures, a defect goes before what could not be written."""
+    failures = [one for one in (first.failure, second.failure) if one is not None]
+    defects = [one for one in failures if not isinstance(one, OutputError)]
+    lost = OutputError("; ".join(map(str, failures))) if failures else None
+    return Written([*first.files, *second.files], defects[0] if defects else lost)
 
 
 def try_outputs(files: Sequence[Path], size: int = 0) -> None:

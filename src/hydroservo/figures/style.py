@@ -14,9 +14,21 @@ from matplotlib.figure import Figure
 from matplotlib.legend import Legend
 from matplotlib.text import Text
 
+from hydroservo.figures.tex import drawn_by_latex
 from hydroservo.outputs import atomic_path
 
-__all__ = ["COLOURS", "GREY", "PALETTE", "figure", "fit_width", "save_figure", "save_picture", "style"]
+__all__ = [
+    "COLOURS",
+    "GREY",
+    "PALETTE",
+    "WIDTH",
+    "axes_across",
+    "figure",
+    "fit_width",
+    "save_figure",
+    "save_picture",
+    "style",
+]
 
 # Source: Okabe and Ito, Color Universal Design, 2008; told apart with any common colour vision.
 PALETTE = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
@@ -95,6 +107,16 @@ def figure(height: float, width: float = WIDTH) -> Figure:
     return Picture(figsize=(width, height), layout="constrained")
 
 
+def axes_across(fig: Figure) -> int:
+    """How many panels side by side have a labelled axis each, and so need room."""
+    across = {
+        place.colspan.start
+        for axis in fig.axes
+        if axis.get_ylabel() and (place := axis.get_subplotspec()) is not None
+    }
+    return len(across)
+
+
 def fit_width(fig: Figure, width: float) -> None:
     """Make a figure as wide as a journal wants it; its height stays, and text gets smaller in a narrow one.
 
@@ -164,7 +186,7 @@ def save_picture(fig: Figure, path: Path, origin: str) -> Path:
     with style(), atomic_path(path) as temporary:
         if path.suffix.lower() == ".pgf":
             system = next(filter(shutil.which, TEX), TEX[0])
-            with mpl.rc_context({"pgf.texsystem": system, "pgf.rcfonts": False}):
+            with mpl.rc_context({"pgf.texsystem": system, "pgf.rcfonts": False}), drawn_by_latex(fig):
                 fig.savefig(temporary)
         else:
             varies, holds = METADATA[path.suffix.lower()]

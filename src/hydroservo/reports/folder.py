@@ -9,7 +9,7 @@ from hydroservo.outputs import write_text
 from hydroservo.reports.journal import NO_JOURNAL, Journal
 from hydroservo.reports.latex import latex_text
 from hydroservo.reports.picture import address
-from hydroservo.reports.report import Report
+from hydroservo.reports.report import Picture, Report
 from hydroservo.reports.table import Table, csv_text
 from hydroservo.reports.templating import environment
 
@@ -61,16 +61,37 @@ def write_report(stage: Path, report: Report, journal: Journal = NO_JOURNAL) -> 
     """
     from hydroservo.figures.style import save_figure
 
-    origin = " ".join(one.hash for one in report.origins)
+    origin = " ".join(one.hash for one in report.origins) or report.title
     for one in report.pictures:
         save_figure(one.figure, stage / one.name, origin)
-    shown = [(one, address(stage / f"{one.name}.svg")) for one in report.pictures]
+    shown = [Shown(one, address(stage / f"{one.name}.svg"), share(one)) for one in report.pictures]
     for one in report.pictures:
         journal.save(one.figure, stage / FIGURES / one.name, origin)
     write_tables(stage, report.tables)
     template = environment("hydroservo.reports").get_template("report.html.j2")
     write_text(stage / REPORT, template.render(report=report, pictures=shown, version=__version__))
     return Files([one.name for one in report.pictures], [one.name for one in report.tables], journal)
+
+
+class Shown(NamedTuple):
+    """A picture on the page.
+
+    Attributes:
+        picture: it.
+        source: its address, which holds it.
+        share: of the widest picture's width.
+    """
+
+    picture: Picture
+    source: str
+    share: float
+
+
+def share(picture: Picture) -> float:
+    """How wide a picture is beside one as wide as the text, so that its letters are as large."""
+    from hydroservo.figures.style import WIDTH
+
+    return min(float(picture.figure.get_figwidth()) / WIDTH, 1.0)
 
 
 def write_tables(stage: Path, tables: Sequence[Table]) -> None:

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 __all__ = ["FIGURE_FORMATS", "NO_JOURNAL", "Journal", "Size", "journal_of"]
 
 FIGURE_FORMATS = ("svg", "pdf", "pgf", "png")
+ACROSS = 2  # panels in one column, side by side
 USUAL = ("svg", "pdf")
 
 
@@ -37,7 +38,8 @@ class Journal(NamedTuple):
 
     Attributes:
         formats: endings of their files; none are written if empty.
-        size: how wide they are; as the report's if None.
+        size: how wide they are; as the report's if None. One with three panels side by side is as wide as
+            two columns all the same.
     """
 
     formats: Sequence[str] = ()
@@ -54,11 +56,12 @@ class Journal(NamedTuple):
         Raises:
             HydroservoError: a file cannot be written.
         """
-        from hydroservo.figures.style import fit_width, save_picture, style
+        from hydroservo.figures.style import axes_across, fit_width, save_picture, style
 
         if self.formats and self.size:
+            size = self.size if axes_across(figure) <= ACROSS else Size.TWO_COLUMN
             with style():
-                fit_width(figure, self.size.width)
+                fit_width(figure, size.width)
         for form in self.formats:
             save_picture(figure, stem.with_name(f"{stem.name}.{form}"), origin)
 

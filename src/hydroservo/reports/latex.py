@@ -2,36 +2,11 @@
 
 import re
 
+from hydroservo.figures.tex import escaped
 from hydroservo.reports.table import Table
 
-__all__ = ["latex_text"]
+__all__ = ["in_one_line", "latex_text"]
 
-SPECIAL = {
-    "\\": r"\textbackslash{}",
-    "^": r"\textasciicircum{}",
-    "~": r"\textasciitilde{}",
-    "<": r"\textless{}",
-    ">": r"\textgreater{}",
-    "|": r"\textbar{}",
-    '"': r"\textquotedbl{}",
-    **{sign: rf"\{sign}" for sign in "&%$#_{}"},
-    "-": "{-}",  # two of them are no dash
-    "[": "{[}",  # no option of the row's end before it
-    "*": "{*}",  # nor its star
-    "\N{MINUS SIGN}": r"\ensuremath{-}",
-    "\N{EN DASH}": "--",
-    "\N{NO-BREAK SPACE}": "~",
-    "\N{MULTIPLICATION SIGN}": r"\ensuremath{\times}",
-    "\N{MIDDLE DOT}": r"\ensuremath{\cdot}",
-    "\N{PLUS-MINUS SIGN}": r"\ensuremath{\pm}",
-    "\N{INFINITY}": r"\ensuremath{\infty}",
-    "\N{LESS-THAN OR EQUAL TO}": r"\ensuremath{\le}",
-    "\N{GREATER-THAN OR EQUAL TO}": r"\ensuremath{\ge}",
-    "\N{DEGREE SIGN}": r"\ensuremath{^\circ}",
-    "\N{MICRO SIGN}": r"\ensuremath{\mu}",
-    **{sign: rf"\ensuremath{{^{digit}}}" for sign, digit in zip("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-", strict=True)},
-}
-EACH = re.compile("|".join(map(re.escape, SPECIAL)))
 LINES = re.compile(r"\s*\n\s*")
 
 
@@ -45,7 +20,7 @@ def latex_text(table: Table) -> str:
         table: its title and note become comments.
     """
     texts = [
-        [marked(escaped(text), (i, j) in table.marked) for j, text in enumerate(row)]
+        [marked(in_one_line(text), (i, j) in table.marked) for j, text in enumerate(row)]
         for i, row in enumerate(table.rows)
     ]
     about = [LINES.sub(" ", text) for text in (table.title, table.note) if text]
@@ -54,7 +29,7 @@ def latex_text(table: Table) -> str:
         "% needs \\usepackage{booktabs}",
         rf"\begin{{tabular}}{{{''.join('r' if column.number else 'l' for column in table.columns)}}}",
         r"\toprule",
-        line([escaped(column.heading) for column in table.columns]),
+        line([in_one_line(column.heading) for column in table.columns]),
         r"\midrule",
         *map(line, texts),
         r"\bottomrule",
@@ -71,6 +46,6 @@ def marked(text: str, stands_out: bool) -> str:
     return rf"\textbf{{{text}}}" if stands_out else text
 
 
-def escaped(text: str) -> str:
+def in_one_line(text: str) -> str:
     """Text that LaTeX sets as it stands, in one line."""
-    return EACH.sub(lambda sign: SPECIAL[sign[0]], LINES.sub(" ", text.strip()))
+    return escaped(LINES.sub(" ", text.strip()))

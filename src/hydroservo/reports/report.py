@@ -1,6 +1,8 @@
 """What a report says, whatever command it is of."""
 
-from collections.abc import Mapping, Sequence
+import hashlib
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from hydroservo.reports.table import Table
@@ -11,7 +13,7 @@ if TYPE_CHECKING:
 
     from hydroservo.loop import Loop
 
-__all__ = ["Origin", "Picture", "Report", "origin_of", "origin_of_loop"]
+__all__ = ["Log", "Origin", "Picture", "Report", "logs_of", "origin_of", "origin_of_loop"]
 
 
 class Picture(NamedTuple):
@@ -64,6 +66,26 @@ def origin_of_loop(name: str, loop: "Loop") -> Origin:
     return origin_of(name, provenance(loop))
 
 
+class Log(NamedTuple):
+    """A log that a report is of.
+
+    Attributes:
+        name: of its file.
+        digest: SHA-256 of the file.
+    """
+
+    name: str
+    digest: str
+
+
+def logs_of(files: Iterable[Path]) -> list[Log]:
+    """The logs in files; one that can be read only once, such as a pipe, has no digest any more."""
+    return [
+        Log(str(file), hashlib.sha256(file.read_bytes()).hexdigest() if file.is_file() else "")
+        for file in files
+    ]
+
+
 class Report(NamedTuple):
     """All of a report.
 
@@ -75,6 +97,7 @@ class Report(NamedTuple):
         tables: they.
         command: makes it again.
         origins: the scenarios.
+        logs: of a machine, where it is of some.
     """
 
     title: str
@@ -84,3 +107,4 @@ class Report(NamedTuple):
     tables: Sequence[Table]
     command: str
     origins: Sequence[Origin]
+    logs: Sequence[Log] = ()

@@ -1,20 +1,42 @@
-"""What the report of a run says, and of several that are compared."""
+"""What a run and a comparison leave in their folder: their own files, and what the report says."""
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 from typing import TYPE_CHECKING
 
+from hydroservo.cli.files import Own
 from hydroservo.cli.reporting import sentences, table_of
 from hydroservo.cli.summary import RunSummary
 from hydroservo.cli.tables import comparison_table, run_table, verdict, verdicts_of
 from hydroservo.figures.comparison import plot_comparison
 from hydroservo.figures.run import plot_run
+from hydroservo.outputs import write_text
 from hydroservo.reports.report import Picture, Report, origin_of
-from hydroservo.runs.results import metric_fields
+from hydroservo.runs.results import metric_fields, metrics_csv, save
 
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["comparison_report", "run_report"]
+__all__ = ["comparison_report", "own_of_comparison", "own_of_run", "run_report"]
+
+
+def own_of_run(summary: RunSummary, dataset: "xr.Dataset", ending: str) -> Own:
+    """The trajectory of a run, and its metrics as a table."""
+    return {f"trajectory{ending}": partial(save, dataset), **own_of_comparison([summary], [dataset])}
+
+
+def own_of_comparison(summaries: Sequence[RunSummary], datasets: "Sequence[xr.Dataset]") -> Own:
+    """The metrics of several runs as a table."""
+    return {"metrics.csv": lambda path: write_text(path, metrics_table(summaries, datasets))}
+
+
+def metrics_table(summaries: Sequence[RunSummary], datasets: "Sequence[xr.Dataset]") -> str:
+    """A row for each run in SI units: what identifies it, then its metrics."""
+    import pandas as pd
+
+    fields = {name: field for data in datasets for name, field in metric_fields(data).items()}
+    rows = pd.DataFrame([{**one._asdict(), **one.metrics} for one in summaries])
+    return metrics_csv(rows.drop(columns=["metrics", "warnings"]), fields)
 
 
 def run_report(command: str, summary: RunSummary, dataset: "xr.Dataset") -> Report:

@@ -1,0 +1,1 @@
+"""What each command leaves in its folder: its own files, and what its report says."""

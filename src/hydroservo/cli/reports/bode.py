@@ -1,0 +1,57 @@
+"""What the report of frequency responses says."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from hydroservo.cli.bode import lines_of, margins_table, points_of
+from hydroservo.cli.reporting import sentences, table_of
+from hydroservo.figures.bode import plot_bode
+from hydroservo.formatting import NONE, quantity
+from hydroservo.linear.reading import READ, read_as
+from hydroservo.reports.report import Picture, Report, logs_of, origin_of
+from hydroservo.runs.cautions import warnings_of
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["bode_report"]
+
+
+def bode_report(command: str, scenario: str, data: "xr.Dataset", logs: Sequence[Path]) -> Report:
+    """The report of frequency responses.
+
+    Args:
+        command: makes it again.
+        scenario: as the user named it.
+        data: what ``bode`` returned, of one point or several.
+        logs: what was recorded, if anything.
+    """
+    caption = (
+        "Magnitude, phase and coherence. Lines: the linear model. Dots, where there are any: measured, pale "
+        "where the coherence is below 0.95."
+    )
+    return Report(
+        f"{scenario} in frequency",
+        [*in_short(data), *sentences(lines_of(data))],
+        warnings_of(data),
+        [Picture("bode", caption, plot_bode(data))],
+        [table_of("margins", margins_table(scenario, data), "Margins and bandwidths.")],
+        command,
+        [origin_of(scenario, data.attrs)],
+        logs_of(logs),
+    )
+
+
+def in_short(data: "xr.Dataset") -> list[str]:
+    """The margins of one point, unless it is unstable, or what varied over several; in a sentence."""
+    points = points_of(data)
+    if len(points) > 1:
+        name, unit = data["point"].attrs["long_name"], data["point"].attrs["units"]
+        low, high = (quantity(float(data["point"][end]), unit) for end in (0, -1))
+        return [f"{name} at {len(points)} values from {low} to {high}."]
+    if not bool(points[0]["stable"]):
+        return []
+    names = ("gain_margin", "phase_margin", "bandwidth")
+    gain, phase, band = (read_as(float(points[0][name]), READ[name][1], NONE) for name in names)
+    return [f"Gain margin {gain}, phase margin {phase}, bandwidth {band}."]

@@ -1,0 +1,84 @@
+"""What an identification leaves in its folder: a scenario with what was found, and what the report says."""
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from hydroservo.cli.files import Own
+from hydroservo.cli.identify_tables import Further, tables_of
+from hydroservo.cli.reporting import table_of
+from hydroservo.figures.identified import plot_fit, plot_log
+from hydroservo.formatting import quantity
+from hydroservo.identification import Identified
+from hydroservo.outputs import write_text
+from hydroservo.reports.report import Picture, Report, logs_of, origin_of_loop
+
+__all__ = ["identify_report", "own_of_identified"]
+
+TITLES = {
+    "parameters": "What was sought, and whether the logs tell it.",
+    "comparison": "Both scenarios on what was held out.",
+    "proposal": "What a log of the proposed command would tell.",
+}
+
+
+def own_of_identified(found: Identified, folder: Path) -> Own:
+    """A scenario with what was found.
+
+    Args:
+        found: what ``identify`` returned.
+        folder: where the scenario will stand.
+    """
+    return {"scenario.toml": lambda path: write_text(path, found.toml(folder))}
+
+
+def identify_report(command: str, found: Identified, more: Further, logs: Sequence[Path]) -> Report:
+    """The report of an identification.
+
+    Args:
+        command: makes it again.
+        found: what ``identify`` returned.
+        more: what was asked besides.
+        logs: the files of its logs.
+    """
+    tables = [
+        table_of(
+            name, shown, TITLES.get(name) or f"How log {name.removeprefix('signals-')} is met: {shown.title}."
+        )
+        for name, shown in tables_of(found, more).items()
+    ]
+    return Report(
+        f"Identification of {found.scenario}",
+        in_short(found),
+        found.remarks,
+        [*pictures(found)],
+        tables,
+        command,
+        [origin_of_loop(f"{found.scenario}, with what was found", found.loop)],
+        logs_of(logs),
+    )
+
+
+def pictures(found: Identified) -> Iterator[Picture]:
+    """Each log as it was understood and as it is met."""
+    for i, fit in enumerate(found.logs, 1):
+        name = fit.understood.log.name
+        yield Picture(f"log-{i}", f"How {name} was understood.", plot_log(fit))
+        yield Picture(
+            f"fit-{i}", f"How {name} is met: measured, and simulated with what was found.", plot_fit(fit)
+        )
+
+
+def in_short(found: Identified) -> list[str]:
+    """The numbers that the logs tell, and those that they do not, in a sentence each."""
+    told = {path: one for path, one in found.parameters.items() if one.identifiable}
+    lines = []
+    if told:
+        shown = [
+            f"{path} is {quantity(one.value, one.unit)} "
+            f"({quantity(one.low, one.unit)} to {quantity(one.high, one.unit)})"
+            for path, one in told.items()
+        ]
+        lines.append(f"{'; '.join(shown)}, with 95 % intervals.")
+    if left := [path for path in found.parameters if path not in told]:
+        lines.append(f"The logs do not tell {', '.join(left)}.")
+    return lines
