@@ -1,6 +1,6 @@
 """What a command shows on the terminal, as the tables and sentences of its report."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
 from rich.table import Table as TerminalTable
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     import typer
     from rich.console import RenderableType
 
-__all__ = ["again", "sentences", "table_of"]
+__all__ = ["again", "in_one_block", "sentences", "table_of"]
 
 MARK = " *"  # behind what is best, on a terminal
 
@@ -34,6 +34,11 @@ def sentences(lines: "Iterable[RenderableType]") -> list[str]:
     return [plain(line) for line in lines]
 
 
+def in_one_block(lines: Sequence[str]) -> list[str]:
+    """Remarks one below the other, as one remark; none where there are no lines."""
+    return ["\n".join(lines)] if lines else []
+
+
 def table_of(name: str, shown: TerminalTable, title: str = "") -> Table:
     """A terminal's table without its colours; what is marked there as best is marked.
 
@@ -49,6 +54,7 @@ def table_of(name: str, shown: TerminalTable, title: str = "") -> Table:
     )
     rows = [[text.removesuffix(MARK) for text in row] for row in texts]
     note = plain(shown.caption or "")
+    note = note[:1].upper() + note[1:]
     if marked:
         note = note.replace("* best", "Bold: the best")
     return Table(name, columns, rows, title or plain(shown.title or ""), note, marked)

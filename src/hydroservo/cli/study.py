@@ -6,12 +6,13 @@ from typing import Annotated
 import typer
 
 from hydroservo.cli.completion import studies_like
-from hydroservo.cli.options import Json, Plugins, check_one_place
+from hydroservo.cli.options import FigureFormat, Json, Plugins, check_one_place
 
 __all__ = ["study"]
 
 
 def study(
+    context: typer.Context,
     file: Annotated[
         str,
         typer.Argument(
@@ -55,14 +56,15 @@ def study(
             help="Let the workers of this Dask scheduler do it, such as `tcp://head:8786`.",
         ),
     ] = None,
+    figure_format: FigureFormat = None,
     json: Json = False,
 ) -> None:
     """Search and judge laws alike, under conditions drawn alike, and print who wins where.
 
     The folder has the table of all runs as Parquet (parts), margins and prices on the target (properties),
-    what they say (verdicts.json, report.html), a scenario for each law in each cell, and the limits of its
-    conditions where the study asks for them, which needs CasADi. Stopped at any instant, the same command
-    carries on; with another file or --set it does only what is new.
+    what they say (verdicts.json, report.html, its tables as CSV and LaTeX in tables), a scenario for each law
+    in each cell, and the limits of its conditions where the study asks for them, which needs CasADi. Stopped
+    at any instant, the same command carries on; with another file or --set it does only what is new.
 
     Built in are `small`, which takes about a minute on two idle cores, and `velocity`, which takes hours.
 
@@ -74,8 +76,10 @@ def study(
     from hydroservo.cli.interrupts import heard
     from hydroservo.cli.progress import progress_bar
     from hydroservo.cli.remarks import say_warning
+    from hydroservo.cli.reporting import again
     from hydroservo.cli.study_tables import show_study
     from hydroservo.cli.writing import try_outputs
+    from hydroservo.reports.journal import journal_of
     from hydroservo.runs.results import as_json
     from hydroservo.scenario import parse_override
     from hydroservo.studies.report.folder import report_files, write_report
@@ -83,6 +87,7 @@ def study(
     from hydroservo.studies.running import study as run
 
     check_one_place(workers, scheduler)
+    journal = journal_of(figure_format, None, out)
     try_outputs([out / MANIFEST, *report_files(out)])
     with progress_bar("reading the study") as report:
         try:
@@ -100,7 +105,14 @@ def study(
             heard(f"; what is done is in {out}, and the same command goes on from there")
             raise
         report(1.0, "drawing")
-        page = write_report(found.table, found.manifest, found.verdicts, found.folder)
+        page = write_report(
+            found.table,
+            found.manifest,
+            found.verdicts,
+            found.folder,
+            journal=journal,
+            command=again(context),
+        )
     if json:
         typer.echo(as_json({"title": found.manifest["title"], **found.verdicts.as_dict()}))
     else:

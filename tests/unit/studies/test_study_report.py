@@ -6,10 +6,12 @@ import re
 import shlex
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from hydroservo import HydroservoError
 from hydroservo.formatting import number
+from hydroservo.runs.results import foreign_files
 from hydroservo.studies.ablation import Ratio
 from hydroservo.studies.choice import chosen, of_choice
 from hydroservo.studies.columns import judged_columns
@@ -78,10 +80,20 @@ def test_the_folder_holds_the_page_and_each_picture(folder, study):
     assert names == ["map", "regret", "pairs", "factorial", "parts", "front", "curves", "limit"]
     files = [f"pictures/{name}.{ending}" for name in names for ending in ("png", "svg")]
     written = contents(folder)
+    tables = ["laws", *(f"cell-{cell}" for cell in CELLS)]
+    files += [f"tables/{name}.{ending}" for name in tables for ending in ("csv", "tex")]
     assert sorted(name for name in written if "conditions" not in name) == sorted(
-        ["report.html", "verdicts.json", *files]
+        ["report.html", "verdicts.json", "metrics.json", *files]
     )
+    assert foreign_files(folder) == []
     assert json.loads(written["verdicts.json"])["cells"].keys() == set(CELLS)
+
+
+def test_tables_have_what_the_page_shows(folder, page):
+    shown = text_of(page)
+    for file in (folder / "tables").glob("*.csv"):
+        for row in pd.read_csv(file, dtype=str, keep_default_na=False).itertuples(index=False, name=None):
+            assert " ".join(row) in shown
 
 
 def test_the_page_needs_no_other_file(page):
@@ -134,7 +146,7 @@ def test_the_lead_counts_wins_ties_and_what_nobody_masters(study):
 def test_an_interval_that_no_verdict_is_by_says_so(study, page):
     """A tie's may leave out 1, for only chances are corrected."""
     assert page.count(f"over best, {100.0 * RULES.confidence:g} % alone</th>") == len(CELLS)
-    assert page.count("Holm's chance</th>") == len(CELLS)
+    assert html.unescape(page).count("Holm's chance</th>") == len(CELLS)
 
 
 def test_the_page_says_each_sentence_and_each_number(study, page):

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from hydroservo.cli.files import Own
 from hydroservo.cli.identify_tables import Further, tables_of
-from hydroservo.cli.reporting import table_of
+from hydroservo.cli.reporting import in_one_block, table_of
 from hydroservo.figures.identified import plot_fit, plot_log
 from hydroservo.formatting import quantity
 from hydroservo.identification import Identified
@@ -49,7 +49,7 @@ def identify_report(command: str, found: Identified, more: Further, logs: Sequen
     return Report(
         f"Identification of {found.scenario}",
         in_short(found),
-        found.remarks,
+        in_one_block(found.remarks),
         [*pictures(found)],
         tables,
         command,

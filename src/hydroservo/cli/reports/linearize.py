@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from hydroservo.cli.linearize import gains_table, lines_of, poles_table
-from hydroservo.cli.reporting import sentences, table_of
+from hydroservo.cli.reporting import in_one_block, sentences, table_of
 from hydroservo.figures.poles import plot_poles
 from hydroservo.formatting import number
 from hydroservo.linear import Linearization
@@ -32,7 +32,7 @@ def linearization_report(
     return Report(
         f"Linear model of the {found.unit} of {scenario}",
         [least_damped(found), *sentences(lines_of(found._replace(inexact=()), book))],
-        ["\n".join(sentences(lines_of(found, None)))] if found.inexact else [],
+        in_one_block(sentences(lines_of(found, None))),
         [
             Picture(
                 "poles",

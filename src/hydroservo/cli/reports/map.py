@@ -5,7 +5,7 @@ from pathlib import Path
 
 from hydroservo.cli.files import Own
 from hydroservo.cli.map_tables import numbers_table
-from hydroservo.cli.reporting import table_of
+from hydroservo.cli.reporting import in_one_block, table_of
 from hydroservo.field import Field
 from hydroservo.figures.static_map import plot_static_map
 from hydroservo.formatting import quantity
@@ -52,7 +52,7 @@ def map_report(command: str, found: StaticMap, loop: Loop | None, logs: Sequence
     return Report(
         f"Map: {found.kind.replace('-', ' ')}",
         [f"{'; '.join(shown)}."] if shown else [],
-        found.remarks,
+        in_one_block(found.remarks),
         [Picture("map", caption, plot_static_map(found))],
         [table_of("numbers", numbers_table(found), "What the map gives.")],
         command,

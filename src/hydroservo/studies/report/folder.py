@@ -6,13 +6,18 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from hydroservo._version import __version__
 from hydroservo.figures.style import save_figure
 from hydroservo.outputs import staged, write_text
-from hydroservo.runs.results import as_json
+from hydroservo.reports.folder import FIGURES, write_tables
+from hydroservo.reports.journal import NO_JOURNAL, Journal
+from hydroservo.runs.results import METRICS, as_json, write_metrics
 from hydroservo.studies.report.commands import conditions_in, repeats
+from hydroservo.studies.report.exported import exported
 from hydroservo.studies.report.findings import findings
 from hydroservo.studies.report.page import page
 from hydroservo.studies.report.pictures import pictures
+from hydroservo.studies.report.tables import cell_tables
 from hydroservo.studies.verdicts import Verdicts
 
 if TYPE_CHECKING:
@@ -36,11 +41,14 @@ def write_report(
     reference: str = "",
     cell: str = "",
     progress: Progress | None = None,
+    journal: Journal = NO_JOURNAL,
+    command: str = "",
 ) -> Path:
     """Write a study's pictures and its report into its folder.
 
-    The folder then holds ``report.html``, ``verdicts.json`` and each picture as PNG and SVG in ``pictures``.
-    They take their places together, and equal studies give equal bytes.
+    The folder then holds ``report.html``, ``verdicts.json``, each picture as PNG and SVG in ``pictures``,
+    each table as CSV and LaTeX in ``tables``, for a journal each picture in ``figures``, and ``metrics.json``
+    with the SHA-256 of all these. They take their places together, and equal studies give equal bytes.
 
     Args:
         table: the study's: a row a run.
@@ -50,6 +58,8 @@ def write_report(
         reference: the law that others are held against over all cells; if empty the manifest's, or the first.
         cell: the one whose front and curves are shown; if empty the first in which any law stays.
         progress: called after each picture.
+        journal: what figures a journal is to have.
+        command: makes the study again.
 
     Returns:
         The path of ``report.html``.
@@ -63,19 +73,25 @@ def write_report(
     fingerprint = digest({"manifest": asked, "verdicts": verdicts.as_dict()})
     drawn = pictures(found)
     again = repeats(table, conditions_in(folder), manifest.get("plugins", ()))
-    with staged(folder, last=REPORT) as stage:
+    cells = cell_tables(found, again)
+    with staged(folder, last=METRICS) as stage:
         for done, one in enumerate(drawn, start=1):
-            save_figure(one.draw(found), stage / PICTURES / one.name, fingerprint)
+            figure = one.draw(found)
+            save_figure(figure, stage / PICTURES / one.name, fingerprint)
+            journal.save(figure, stage / FIGURES / one.name, fingerprint)
             if progress:
                 progress(done, len(drawn))
         write_text(stage / VERDICTS, as_json(verdicts.as_dict()) + "\n")
-        write_text(stage / REPORT, page(found, drawn, stage / PICTURES, fingerprint, again))
+        write_tables(stage, [*exported(found, cells)])
+        write_text(stage / REPORT, page(found, drawn, stage / PICTURES, fingerprint, cells, command))
+        about = {"title": manifest["title"], "fingerprint": fingerprint, "version": __version__}
+        write_metrics(stage, about)
     return folder / REPORT
 
 
 def report_files(folder: Path) -> list[Path]:
-    """What :func:`write_report` writes beside the pictures."""
-    return [folder / name for name in (VERDICTS, REPORT)]
+    """What :func:`write_report` writes beside pictures and tables."""
+    return [folder / name for name in (VERDICTS, REPORT, METRICS)]
 
 
 def digest(content: Mapping[str, Any]) -> str:

@@ -1,18 +1,20 @@
 """The report as one page of HTML that refers to no other file."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hydroservo._version import __version__
 from hydroservo.reports.picture import address
+from hydroservo.reports.table import Column
 from hydroservo.reports.templating import environment
 from hydroservo.studies.report import tables
-from hydroservo.studies.report.commands import Repeat
+from hydroservo.studies.report.exported import CELL, LAWS, LIMITS, PROPERTIES, headed
 from hydroservo.studies.report.findings import Findings
 from hydroservo.studies.report.pictures import Picture
-from hydroservo.studies.report.property_tables import property_rows
+from hydroservo.studies.report.property_tables import KINDS, property_rows
 from hydroservo.studies.report.sentences import lead, sentences
+from hydroservo.studies.report.tables import CellTable
 
 if TYPE_CHECKING:
     import jinja2
@@ -25,7 +27,8 @@ def page(
     drawn: Sequence[Picture],
     folder: Path,
     fingerprint: str,
-    again: Mapping[tuple[str, str], Repeat],
+    cells: Sequence[CellTable],
+    command: str,
 ) -> str:
     """The report's HTML.
 
@@ -34,9 +37,11 @@ def page(
         drawn: the pictures that it has.
         folder: holds them as SVG.
         fingerprint: names the results.
-        again: by cell and law, a number and the command that repeats it.
+        cells: the tables of its cells.
+        command: makes the study again; empty where it is not known.
     """
     standings = [one for cell in found.verdicts.cells.values() for one in cell.standings.values()]
+    confidence = f"{100.0 * found.verdicts.rules.confidence:g} %"
     return template().render(
         manifest=found.manifest,
         reference=found.reference,
@@ -47,14 +52,25 @@ def page(
         sentences=sentences(found),
         pictures=[(one, address(folder / f"{one.name}.svg")) for one in drawn],
         laws=tables.law_rows(found),
-        cells=tables.cell_tables(found, again),
+        law_columns=headed(LAWS, confidence=confidence),
+        cells=cells,
+        cell_columns={one.name: columns_of(one, confidence) for one in cells},
+        property_columns=PROPERTIES,
+        kinds=KINDS,
+        command=command,
         properties=property_rows(found),
         rules=tables.rule_rows(found),
         metric=found.metric,
         axes=found.grid.axes,
-        confidence=f"{100.0 * found.verdicts.rules.confidence:g} %",
+        confidence=confidence,
         runs=sum(one.searches * one.conditions for one in standings),
     )
+
+
+def columns_of(cell: CellTable, confidence: str) -> dict[str, Column]:
+    """The columns of a cell, with those of limits where they were sought."""
+    columns = {**CELL, **LIMITS} if cell.rows[0]["limit"] else CELL
+    return headed(columns, confidence=confidence, unit=cell.unit)
 
 
 def template() -> "jinja2.Template":

@@ -7,9 +7,11 @@ from hydroservo.studies.law_margins import LawMargins
 from hydroservo.studies.on_target import OnTarget
 from hydroservo.studies.report.findings import Findings
 
-__all__ = ["kind_of", "operations", "property_rows", "taken"]
+__all__ = ["KINDS", "kind_of", "operations", "property_rows", "taken"]
 
 Row = dict[str, str]
+
+KINDS = {"rough": "not linear", "unstable": "unstable"}  # of loops without margins, in words
 
 
 def property_rows(found: Findings) -> dict[str, dict[str, Row]]:
