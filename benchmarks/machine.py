@@ -43,7 +43,7 @@ def gcc() -> str:
     command = shutil.which("gcc")
     if command is None:
         return "none"
-    done = subprocess.run([command, "-dumpfullversion"], capture_output=True, text=True, check=True)  # noqa: S603
+    done = subprocess.run([command, "-dumpfullversion"], capture_output=True, text=True, check=True)
     return done.stdout.strip()
 
 

@@ -98,7 +98,7 @@ def in_process(part: str) -> Section:
     """What :func:`measured` finds in a process whose kernels are its own."""
     with tempfile.TemporaryDirectory() as cache:
         command = [sys.executable, "-m", "benchmarks.profile", part, cache]
-        done = subprocess.run(command, capture_output=True, text=True, check=True)  # noqa: S603 - this file
+        done = subprocess.run(command, capture_output=True, text=True, check=True)
     result: Section = json.loads(done.stdout)
     return result
 
@@ -175,7 +175,7 @@ def limits(rounds: int) -> dict[str, float]:
     with tempfile.TemporaryDirectory() as folder:
         target = Path(folder) / "limits.so"
         flags = [*isa.gcc_flags(), f"-DLANES={isa.lanes()}", "-O3", "-shared", "-fPIC"]
-        subprocess.run(["gcc", *flags, "-o", target, source], check=True)  # noqa: S603, S607 - ours, gcc of the path
+        subprocess.run(["gcc", *flags, "-o", target, source], check=True)  # noqa: S607 - ours, gcc of the path
         library = ctypes.CDLL(str(target))
     found = {}
     for name in ("multiply_add", "divide", "root"):

@@ -27,7 +27,7 @@ def command(cache: str) -> float:
     """Seconds of ``hydroservo run paper/sine-tsmc --json`` with this folder as its cache."""
     program = Path(sys.executable).with_name("hydroservo")
     began = perf_counter()
-    subprocess.run(  # noqa: S603
+    subprocess.run(
         [program, *ARGUMENTS],
         env=os.environ | {"HYDROSERVO_CACHE_DIR": cache},
         stdout=subprocess.DEVNULL,

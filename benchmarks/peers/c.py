@@ -115,7 +115,7 @@ def built(name: str, flags: Sequence[str], libraries: Sequence[str]) -> ctypes.C
     with tempfile.TemporaryDirectory() as folder:
         target = f"{folder}/loop.so"
         command = ["gcc", "-O3", *gcc_flags(), "-fopenmp", "-shared", "-fPIC", *flags]
-        subprocess.run([*command, SOURCES / name, "-o", target, *libraries], check=True)  # noqa: S603
+        subprocess.run([*command, SOURCES / name, "-o", target, *libraries], check=True)
         return ctypes.CDLL(target)
 
 

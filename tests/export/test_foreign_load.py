@@ -118,7 +118,7 @@ def test_runs_do_not_know_of_each_other() -> None:
 
 def test_a_loop_can_be_pickled_and_its_hash_tells_its_fmu() -> None:
     loop = foreign_load()
-    again = pickle.loads(pickle.dumps(loop))  # noqa: S301
+    again = pickle.loads(pickle.dumps(loop))
     assert again == loop
     assert type(again.load) is type(loop.load)
     other = foreign_load({**SPRING, "parameters": {**SPRING["parameters"], "D": [STIFFNESS, 0.0]}})

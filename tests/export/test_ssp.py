@@ -52,7 +52,7 @@ def test_it_names_each_input_and_where_it_comes_from(system: Path) -> None:
 
 def test_each_connector_has_the_unit_of_its_variable(system: Path, tmp_path: Path) -> None:
     folders = unpacked(system, tmp_path)
-    root = ElementTree.parse(tmp_path / "SystemStructure.ssd").getroot()  # noqa: S314 - our own
+    root = ElementTree.parse(tmp_path / "SystemStructure.ssd").getroot()
     units = {one.name: one for one in read_ssd(str(system)).units}
     assert (units["m/s"].m, units["m/s"].s, units["N"].kg) == (1, -1, 1)
     for component in root.iter(f"{{{SSD}}}Component"):

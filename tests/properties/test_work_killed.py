@@ -46,13 +46,13 @@ def alive(processes):
 def killed(process, workers):
     """Kill a driver, or more often one of its workers if it has some yet; whom, or None."""
     found = alive(workers())
-    if random.random() < 0.3:  # noqa: S311
+    if random.random() < 0.3:
         process.kill()
         process.wait()
         return "driver"
     if not found:
         return None
-    random.choice(found).kill()  # noqa: S311
+    random.choice(found).kill()
     return "worker"
 
 
@@ -61,7 +61,7 @@ def disturbed(folder, most, workers, *scheduler, kills):
     while True:
         process = driver(folder, 2, *scheduler)
         while process.poll() is None and kills.total() < most:
-            time.sleep(random.uniform(0.0, 0.9))  # noqa: S311
+            time.sleep(random.uniform(0.0, 0.9))
             if process.poll() is None:
                 with contextlib.suppress(psutil.NoSuchProcess):
                     kills.update(filter(None, [killed(process, lambda p=process: workers(p))]))

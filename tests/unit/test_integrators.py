@@ -273,7 +273,7 @@ def test_errors_are_relative_to_size_and_to_what_a_rate_adds() -> None:
 @pytest.mark.parametrize("cls", [getattr(integrators, name) for name in integrators.__all__])
 def test_an_integrator_is_a_block(cls: type) -> None:
     block = cls()
-    assert pickle.loads(pickle.dumps(block)) == block  # noqa: S301
+    assert pickle.loads(pickle.dumps(block)) == block
     assert declared_fields(cls).keys() == set(cls._fields)  # type: ignore[attr-defined]
     assert all(field.source and field.meaning for field in declared_fields(cls).values())
     assert "Source:" in (cls.__doc__ or "")

@@ -83,7 +83,7 @@ def test_what_differs_is_said_of_a_loop():
 
 def test_a_notebook_shows_every_number_with_its_meaning():
     loop = load_scenario("rig/excavator-link")
-    page = ElementTree.fromstring(f"<div>{loop._repr_html_()}</div>")  # noqa: S314
+    page = ElementTree.fromstring(f"<div>{loop._repr_html_()}</div>")
     empty = {"controls", "drive", "metrics", "start"}  # without numbers: the usual ones
     assert len(page.findall("details")) == len(set(Loop._fields) - empty)
     rows = [["".join(cell.itertext()) for cell in row.findall("td")] for row in page.iter("tr")]

@@ -192,11 +192,11 @@ def test_the_scenario_of_a_run_is_its_loop_as_tables(dataset):
 def test_metrics_csv_has_a_row_for_each_run_and_units_in_its_headers(dataset):
     runs = [{"scenario": name, **metrics_of(dataset), "max_error": math.inf} for name in ("a,b", "c")]
     text = metrics_csv(pd.DataFrame(runs), metric_fields(dataset))
-    table = pd.read_csv(io.StringIO(text), index_col="scenario")
+    table = pd.read_csv(io.StringIO(text), index_col="scenario", dtype=str)
     assert list(table.index) == ["a,b", "c"]
-    assert table.loc["c", "rms_error [m/s]"] == float(dataset["rms_error"])
-    assert table.loc["c", "max_error [m/s]"] == math.inf
-    assert table["diverged"].tolist() == [0, 0]
+    assert float(table.loc["c", "rms_error [m/s]"]) == float(dataset["rms_error"])
+    assert float(table.loc["c", "max_error [m/s]"]) == math.inf
+    assert table["diverged"].tolist() == ["0", "0"]
     assert [column.split(" [")[0] for column in table.columns] == list(METRIC_FIELDS)
 
 

@@ -16,7 +16,7 @@ from hydroservo import HydroservoError, LoopError, ParameterError, ScenarioError
     ],
 )
 def test_pickled(error: HydroservoError) -> None:
-    copy = pickle.loads(pickle.dumps(error))  # noqa: S301
+    copy = pickle.loads(pickle.dumps(error))
     assert type(copy) is type(error)
     assert str(copy) == str(error)
     assert vars(copy) == vars(error)

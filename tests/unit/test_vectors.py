@@ -63,5 +63,5 @@ def test_the_text_of_a_method_can_be_read() -> None:
 
 
 def test_a_vector_is_pickled() -> None:
-    copy = pickle.loads(pickle.dumps(Three(1.0, 2.0, 3.0)))  # noqa: S301
+    copy = pickle.loads(pickle.dumps(Three(1.0, 2.0, 3.0)))
     assert copy == Three(1.0, 2.0, 3.0)

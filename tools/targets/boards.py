@@ -69,7 +69,7 @@ def ran(board: Board, built: Path, options: Sequence[str] = ()) -> subprocess.Co
     """
     semihosting = ["-semihosting-config", "enable=on,target=native"]
     command = ["qemu-system-arm", "-machine", board.machine, "-nographic", *semihosting, *options]
-    return subprocess.run(  # noqa: S603
+    return subprocess.run(
         [*command, "-kernel", built],
         stdin=subprocess.DEVNULL,
         capture_output=True,

@@ -36,7 +36,7 @@ def output(command: Sequence[str | Path]) -> str:
         ToolError: its exit status is not 0.
         subprocess.TimeoutExpired: it does not end.
     """
-    done = subprocess.run(command, capture_output=True, text=True, timeout=LONGEST, check=False)  # noqa: S603
+    done = subprocess.run(command, capture_output=True, text=True, timeout=LONGEST, check=False)
     if done.returncode != 0:
         called = " ".join(str(word) for word in command)
         raise ToolError(f"{called}\nended with {done.returncode}\n{done.stdout}{done.stderr}")

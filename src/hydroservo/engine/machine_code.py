@@ -6,12 +6,13 @@ nothing and touches no Python object, so that its object file can be kept and lo
 
 import re
 from collections.abc import Callable, Iterator, Sequence
+from importlib.metadata import requires, version
 
 from llvmlite import binding
 
 from hydroservo.engine.lower.function import DOUBLES, FLOAT, INTEGERS, kernel_text
 from hydroservo.engine.lower.values import INTEGER
-from hydroservo.engine.native import MachineCode, prepare
+from hydroservo.engine.native import CompileError, MachineCode, prepare
 from hydroservo.engine.recipe import features
 
 __all__ = [
@@ -23,6 +24,7 @@ __all__ = [
     "machine_code",
     "object_code",
     "optimise",
+    "parsed",
     "widest",
 ]
 
@@ -46,7 +48,7 @@ def object_code(name: str, text: str) -> MachineCode:
     """The machine code of a function in the text of a module."""
     prepare()
     machine, wide = processor(), "+avx512f" in features()
-    module = binding.parse_assembly(interleaved(widest(text) if wide else text, WIDE if wide else NARROW))
+    module = parsed(interleaved(widest(text) if wide else text, WIDE if wide else NARROW))
     module.triple, module.data_layout = binding.get_process_triple(), str(machine.target_data)
     optimise(module, machine)
     portable = PROVIDED.issuperset(foreign(module))
@@ -59,6 +61,22 @@ def processor() -> binding.TargetMachine:
         cpu=binding.get_host_cpu_name(), features=features(), opt=3, codemodel="jitdefault", jit=True
     )
     return made
+
+
+def parsed(text: str) -> binding.ModuleRef:
+    """The module that a text describes.
+
+    Raises:
+        CompileError: LLVM refuses it, as one that is not of the declared versions may.
+    """
+    try:
+        return binding.parse_assembly(text)
+    except RuntimeError as error:
+        tried = next(one for one in requires("hydroservo") or () if one.startswith("llvmlite"))
+        found, reason = version("llvmlite"), " ".join(str(error).split())
+        raise CompileError(
+            f"llvmlite {found} refuses hydroservo's text ({reason}); hydroservo is tried with {tried}"
+        ) from None
 
 
 def optimise(module: binding.ModuleRef, machine: binding.TargetMachine) -> None:

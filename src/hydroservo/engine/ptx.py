@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator, Sequence
 from llvmlite import binding
 
 from hydroservo.engine.lower.function import kernel_text, types_of
-from hydroservo.engine.machine_code import interleaved, optimise
+from hydroservo.engine.machine_code import interleaved, optimise, parsed
 from hydroservo.engine.native import CompileError, MachineCode
 
 __all__ = ["NAME", "RAISED", "ptx"]
@@ -36,7 +36,7 @@ def ptx(function: Callable[..., int], arguments: Sequence[str], strict: bool) ->
     """
     text = kernel_text(INNER, function, arguments, strict) + entry(arguments)
     machine = device_machine()
-    module = binding.parse_assembly(interleaved(text, 1))
+    module = parsed(interleaved(text, 1))
     module.triple, module.data_layout = TRIPLE, str(machine.target_data)
     module.get_function(INNER).linkage = "internal"
     optimise(module, machine)

@@ -36,7 +36,7 @@ class Case(NamedTuple):
 
 def case(number: int) -> Case:
     """The case of a number, the same everywhere."""
-    draw = random.Random(f"hydroservo {number}")  # noqa: S311 - it shall be repeatable
+    draw = random.Random(f"hydroservo {number}")
     kind = draw.choices(list(KINDS), [COSTLY.get(name, 1.0) for name in KINDS])[0]
     words, files = KINDS[kind](draw)
     return Case(kind, words, {"taken/file": b"", **files})

@@ -96,7 +96,7 @@ def ran(
     """
     name = Path(command[0]).name
     try:
-        return subprocess.run(  # noqa: S603
+        return subprocess.run(  # noqa: S603 - the compiler that the user names, and no shell
             command, cwd=folder, capture_output=True, text=True, timeout=patience, check=False
         )
     except OSError as error:
