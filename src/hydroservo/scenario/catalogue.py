@@ -13,7 +13,15 @@ from hydroservo.nearest import nearest
 from hydroservo.scenario.files import exists, read_text
 from hydroservo.scenario.tables import Entry, Origin
 
-__all__ = ["builtin_texts", "is_builtin", "located", "named_source", "same_place", "scenario_source", "scenarios"]
+__all__ = [
+    "builtin_texts",
+    "is_builtin",
+    "located",
+    "named_source",
+    "same_place",
+    "scenario_source",
+    "scenarios",
+]
 
 LARGEST = 1 << 20  # bytes; a scenario is a few thousand
 

@@ -58,5 +58,5 @@ def layers_of(source: str | Path) -> list[Layer]:
 
 @cache
 def builtin_tables(name: str) -> Mapping[str, Any]:
-    """The tables of a built-in scenario, parsed once: many loads build on the same few, and none writes in them."""
+    """The tables of a built-in scenario, parsed once: many build on the same few, and none writes in them."""
     return parsed(builtin_texts()[name], name)
