@@ -75,10 +75,11 @@ def test_another_loop_from_its_text_is_seen(tmp_path: Path, monkeypatch: pytest.
 
 COUNT = """
 from tools.promises.inputs import count_inputs
-print(sum(row["attempts"] for row in count_inputs(400, 7, lambda _: None) if not row["broken"]))
+print(sum(row["attempts"] for row in count_inputs(300, 7, lambda _: None) if not row["broken"]))
 """
 
 
+@pytest.mark.slow  # it loads all that ships first
 def test_a_short_count_finds_nothing() -> None:
     done = subprocess.run([sys.executable, "-c", COUNT], cwd=ROOT, text=True, capture_output=True, check=True)
-    assert done.stdout.split() == ["400"]
+    assert done.stdout.split() == ["300"]

@@ -4,6 +4,7 @@ from hydroservo.block import Block, is_block
 from hydroservo.errors import ParameterError, one_line
 from hydroservo.loop import Loop
 from hydroservo.runs.demands import command_caution, demand_caution, late_caution
+from hydroservo.runs.mismatches import mismatch_cautions
 from hydroservo.runs.sizes import size_cautions
 
 __all__ = ["loop_cautions", "own_cautions"]
@@ -12,7 +13,7 @@ __all__ = ["loop_cautions", "own_cautions"]
 def loop_cautions(loop: Loop) -> list[str]:
     """What a user should know of a loop before it runs: lines, empty ones among them."""
     asked = [demand_caution(loop), late_caution(loop), command_caution(loop)]
-    return [*asked, *own_cautions(loop), *size_cautions(loop)]
+    return [*asked, *own_cautions(loop), *size_cautions(loop), *mismatch_cautions(loop)]
 
 
 def own_cautions(block: Block, path: str = "") -> list[str]:
