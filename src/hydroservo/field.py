@@ -46,6 +46,12 @@ class Field:
     smaller_is_better: bool = False
     least_is_worst: bool = False
 
+    def __post_init__(self) -> None:
+        if not (isinstance(self.unit, str) and isinstance(self.meaning, str)):
+            raise TypeError(
+                f"the unit and the meaning of a Field are text, not {self.unit!r}, {self.meaning!r}"
+            )
+
     def of(self, signal: "Field") -> "Field":
         """The declaration in a loop that controls a signal.
 

@@ -8,6 +8,7 @@ import pytest
 
 from hydroservo import Loop, ParameterError, ScenarioError, Simulation, replace
 from hydroservo.block import Block, Field
+from hydroservo.controllers import DeadBandCompensation, DeadBandJump
 from hydroservo.mechanics import LuGre, OneLinkArm, Stribeck
 from hydroservo.oils import ConstantOil
 from hydroservo.plants import Cylinder, LoadPressurePlant
@@ -65,6 +66,24 @@ CONTRADICTIONS = [
         "orifice.lap = 0.006: must be below max_opening, 0.005 [m]",
     ),
     (
+        example(StaticValve, orifice=example(FourEdges, extra_lap_pa=6e-3, extra_lap_pb=5e-3)),
+        "orifice.extra_lap_pa = 0.006: leaves no way from the supply: with the lap, it or extra_lap_pb must "
+        "be below 0.005 [m]",
+    ),
+    (
+        example(StaticValve, orifice=example(FourEdges, lap=1e-3, extra_lap_at=4e-3, extra_lap_bt=4e-3)),
+        "orifice.extra_lap_at = 0.004: leaves no way to the tank: with the lap, it or extra_lap_bt must be "
+        "below 0.005 [m]",
+    ),
+    (
+        example(DeadBandJump, extend_overlap=10.0),
+        "extend_overlap = 10.0: must be below saturation.limit, 10 [V]",
+    ),
+    (
+        example(DeadBandCompensation, retract_overlap=12.0),
+        "retract_overlap = 12.0: must be below saturation.limit, 10 [V]",
+    ),
+    (
         example(SecondOrderValve, hysteresis=0.01),
         "hysteresis = 0.01: must be below twice max_opening, 0.01 [m]",
     ),
@@ -85,6 +104,7 @@ def test_the_limits_themselves_are_allowed() -> None:
         example(Stribeck, 60.0, 60.0),
         example(OneLinkArm, arm_inertia=0.18),
         example(StaticValve, orifice=example(FourEdges, lap=-6e-3)),
+        example(StaticValve, orifice=example(FourEdges, extra_lap_pa=6e-3)),
     ):
         consistent(block)
 

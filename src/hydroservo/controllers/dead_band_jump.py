@@ -6,6 +6,7 @@ from typing import Annotated, NamedTuple
 from hydroservo import ops
 from hydroservo.assumptions import Assumption, Facts, below
 from hydroservo.block import Block, Field
+from hydroservo.controllers.overlaps import check_overlaps
 from hydroservo.controllers.saturation import Saturation
 from hydroservo.roles import Controller, role
 from hydroservo.signals import Demand, Measurement
@@ -41,6 +42,9 @@ class DeadBandJump(NamedTuple):
     retract_overlap: Annotated[float, Field("V", "command that passes it, D_retract", at_least=0)]
     threshold: Annotated[float, Field("V", "command of the law at which it jumps", at_least=0)]
     saturation: Saturation = Saturation()
+
+    def check(self) -> None:
+        check_overlaps(self.extend_overlap, self.retract_overlap, self.saturation.limit)
 
     def assumptions(self, facts: Facts) -> Sequence[Assumption]:
         largest = max(self.extend_overlap, self.retract_overlap)

@@ -1,5 +1,8 @@
 """Logs in formats that hold numbers as they are: Parquet, MATLAB, NetCDF and MDF."""
 
+import io
+import subprocess
+import sys
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -13,6 +16,7 @@ from hydroservo.identification.text_tables import Choose, Samples
 
 __all__ = ["BINARY", "read_binary_table"]
 
+MAT_PROCESS = Path(__file__).with_name("mat_process.py")
 Found = Mapping[str, NDArray[Any]]  # by header, such as "velocity [m/s]"
 
 
@@ -59,6 +63,11 @@ def numbers(values: NDArray[Any], name: str, header: str) -> NDArray[np.float64]
             f"column {header}",
             f"has shape {found.shape}; it must be a one-dimensional array of numbers",
         )
+    infinite = np.flatnonzero(np.isinf(found))
+    if infinite.size:
+        raise ScenarioError(
+            name, f"row {infinite[0] + 1}, column {header}", "must be finite, or nan where missing"
+        )
     return found
 
 
@@ -76,12 +85,14 @@ def parquet(path: Path) -> Found:
 
 
 def matlab(path: Path) -> Found:
-    from scipy.io import loadmat
-
-    table = loadmat(path, squeeze_me=True, simplify_cells=True)
-    units = table.get("units", {}) if isinstance(table.get("units"), dict) else {}
-    rows = {name: one for name, one in table.items() if isinstance(one, np.ndarray) and one.ndim == 1}
-    return {headed(name, units.get(name)): one for name, one in rows.items()}
+    command = [sys.executable, "-P", str(MAT_PROCESS), str(path)]
+    done = subprocess.run(command, capture_output=True, check=False)  # noqa: S603 - our own program
+    if done.returncode:
+        said = done.stderr.decode("utf-8", "replace").strip().rpartition("\n")[2]
+        raise ValueError(said if done.returncode > 0 else "it is damaged")
+    with np.load(io.BytesIO(done.stdout)) as archive:
+        names = archive["names"].tolist()
+        return {headed(name, unit): archive[f"arr_{i}"] for i, (name, unit) in enumerate(names)}
 
 
 def netcdf(path: Path) -> Found:

@@ -93,7 +93,11 @@ def read_log(
         return columns
 
     found, headers = read(file, choose)
-    in_si = {one.signal: found[one.signal] * one.factor for one in columns}
+    with np.errstate(over="ignore"):
+        in_si = {one.signal: found[one.signal] * one.factor for one in columns}
+    for one in columns:
+        if np.isinf(in_si[one.signal]).any():
+            raise ScenarioError(name, f"column {one.header}", "has numbers too large for SI units")
     used = {one.place for one in columns}
     unused = [header for i, header in enumerate(headers) if i not in used and header.strip()]
     return checked(Log(name, in_si.pop(TIME), in_si, unused))

@@ -178,7 +178,7 @@ def fmu_draft(role: Any, default: Block | None, table: Table, context: Context) 
     for name in table.names():
         if name not in (*keys, "type"):
             raise table.entry(name).unknown(name, keys)
-    maker = fmu_class(role, table)
+    maker: Maker = fmu_class(role, table)
     members = {name: member(maker, name, value, table, context) for name, value in defaults(maker).items()}
     return Draft(maker, members, table)
 

@@ -6,13 +6,22 @@ from functools import cache
 from importlib.resources import files
 from importlib.resources.abc import Traversable
 from pathlib import Path
+from typing import TypeGuard
 
 from hydroservo.errors import ParameterError, ScenarioError, one_line, short
 from hydroservo.nearest import nearest
 from hydroservo.scenario.files import exists, read_text
 from hydroservo.scenario.tables import Entry, Origin
 
-__all__ = ["builtin_texts", "located", "named_source", "same_place", "scenario_source", "scenarios"]
+__all__ = [
+    "builtin_texts",
+    "is_builtin",
+    "located",
+    "named_source",
+    "same_place",
+    "scenario_source",
+    "scenarios",
+]
 
 LARGEST = 1 << 20  # bytes; a scenario is a few thousand
 
@@ -44,7 +53,7 @@ def located(source: str | Path) -> tuple[Origin, str]:
     """
     if not isinstance(source, str | Path):
         raise ParameterError("source", source, "must be the name of a scenario, or the path of a file")
-    if isinstance(source, str) and source in builtin_texts():
+    if is_builtin(source):
         return Origin(source, Path()), builtin_texts()[source]
     path, name = Path(source), one_line(str(source))
     if not exists(path):
@@ -73,12 +82,17 @@ def named_source(entry: Entry) -> str | Path:
 
 def same_place(source: str | Path) -> str | Path:
     """Equal for sources that are the same scenario, however its path is written."""
-    if isinstance(source, str) and source in builtin_texts():
+    if is_builtin(source):
         return source
     try:
         return Path(source).resolve()
     except (OSError, RuntimeError, ValueError):  # a circle of links, a null character
         return Path(source)
+
+
+def is_builtin(source: object) -> TypeGuard[str]:
+    """Whether a source is the name of a built-in scenario."""
+    return isinstance(source, str) and source in builtin_texts()
 
 
 @cache

@@ -2,6 +2,7 @@
 
 import inspect
 from collections.abc import Mapping
+from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -80,6 +81,7 @@ def keys_of(maker: Maker) -> list[Key]:
     ]
 
 
+@cache
 def defaults(maker: Maker) -> Mapping[str, Any]:
     """The default of each argument, in order; None where there is none."""
     names = [*inspect.signature(maker).parameters]

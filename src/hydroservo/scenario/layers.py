@@ -1,10 +1,12 @@
 """Scenarios that build on others: ``base = "rig/1khz"`` at the top of a file."""
 
 from collections.abc import Mapping
+from functools import cache
 from pathlib import Path
+from typing import Any
 
 from hydroservo.errors import ScenarioError
-from hydroservo.scenario.catalogue import located, named_source, same_place
+from hydroservo.scenario.catalogue import builtin_texts, is_builtin, located, named_source, same_place
 from hydroservo.scenario.overrides import OVERRIDES, nested
 from hydroservo.scenario.tables import Entry, Layer, Origin, Table, parsed
 
@@ -39,7 +41,7 @@ def layers_of(source: str | Path) -> list[Layer]:
     places: list[str | Path] = []
     while True:
         origin, text = located(source)
-        tables = parsed(text, origin.name)
+        tables = builtin_tables(source) if is_builtin(source) else parsed(text, origin.name)
         found.append(Layer(origin, {name: value for name, value in tables.items() if name != BASE}))
         if BASE not in tables:
             return found
@@ -52,3 +54,9 @@ def layers_of(source: str | Path) -> list[Layer]:
             raise entry.error(f"makes a circle: {', '.join(names)}")
         if len(found) == MOST:
             raise entry.error(f"is one base too many: no more than {MOST} files may build on each other")
+
+
+@cache
+def builtin_tables(name: str) -> Mapping[str, Any]:
+    """The tables of a built-in scenario, parsed once: many build on the same few, and none writes in them."""
+    return parsed(builtin_texts()[name], name)

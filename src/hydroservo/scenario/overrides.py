@@ -55,6 +55,8 @@ def nested(changes: Mapping[str, object]) -> dict[str, Any]:
             table = table.setdefault(parent, {})
             if not isinstance(table, dict):
                 raise ScenarioError(OVERRIDES, path, f"{parent} is also given a value, so it is not a table")
+        if value == {} and isinstance(table.get(name), dict):
+            continue
         if isinstance(table.get(name), dict):
             raise ScenarioError(
                 OVERRIDES, path, f"{short(value)} is given where other overrides have a table"
@@ -70,7 +72,7 @@ def flat(changes: Mapping[str, object], prefix: str) -> Iterator[tuple[str, obje
             raise ScenarioError(OVERRIDES, short(path), "must be a dotted path such as plant.mass")
         if path.count(".") >= DEEPEST:
             raise ScenarioError(OVERRIDES, short(path), f"must have at most {DEEPEST} parts")
-        if isinstance(value, Mapping):
+        if isinstance(value, Mapping) and value:
             yield from flat(value, f"{path}.")
         else:
             yield path, value

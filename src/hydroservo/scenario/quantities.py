@@ -16,6 +16,7 @@ QUANTITY = re.compile(rf"({RATIO}|{DECIMAL})\s*(.*)", re.DOTALL)
 EXAMPLES = {"m": "30 mm", "m/s": "30 mm/s", "m^2": "4.91 cm^2", "Pa": "40 bar", "s": "10 us", "": "5/7"}
 
 
+@lru_cache(maxsize=4096)
 def si_value(text: str, unit: str) -> float:
     """The number in an SI unit that a text such as "40 bar" says, correctly rounded.
 

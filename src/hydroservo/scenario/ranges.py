@@ -6,7 +6,7 @@ from numbers import Real
 from pathlib import Path
 from typing import NamedTuple
 
-from hydroservo.block import field_at, leaves
+from hydroservo.block import Block, field_at, is_block, leaves
 from hydroservo.errors import ScenarioError, short
 from hydroservo.field import Field
 from hydroservo.loop import Loop
@@ -60,9 +60,9 @@ def check_path(path: str, entry: Entry, loop: Loop, arguments: Collection[str]) 
     Raises:
         ScenarioError: there is none at the path, or it is common to all runs.
     """
-    numbers = [path for path, value in leaves(loop) if isinstance(value, float)]
-    if path in (*arguments, *numbers) and varies(path):
+    if (path in arguments or is_float(loop, path)) and varies(path):
         return
+    numbers = [path for path, value in leaves(loop) if isinstance(value, float)]
     given = (number for number in numbers if not field_at(loop, number).derived)
     known = [known for known in dict.fromkeys((*arguments, *given)) if varies(known)]
     parent = path.rpartition(".")[0]
@@ -71,6 +71,16 @@ def check_path(path: str, entry: Entry, loop: Loop, arguments: Collection[str]) 
     if path == SEED:
         problem = "is varied by --seeds"
     raise ScenarioError(entry.origin.name, entry.key, problem)
+
+
+def is_float(block: Block, path: str) -> bool:
+    """Whether a block has a float at a dotted path."""
+    value = block
+    for name in path.split("."):
+        if not is_block(value) or name not in value._fields:
+            return False
+        value = getattr(value, name)
+    return isinstance(value, float)
 
 
 def varies(path: str) -> bool:

@@ -181,4 +181,5 @@ def is_unit(text: str) -> bool:
 
 def scaled(values: NDArray[np.float64], factor: Fraction) -> NDArray[np.float64]:
     """Values in SI units; division by a whole number is correctly rounded where its inverse is not."""
-    return values * float(factor) if factor >= 1 else values / float(1 / factor)
+    with np.errstate(over="ignore"):  # what is too large is refused as not finite
+        return values * float(factor) if factor >= 1 else values / float(1 / factor)

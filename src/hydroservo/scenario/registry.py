@@ -71,7 +71,7 @@ def maker_in_role(role: type, entry: Entry) -> Maker:
         ScenarioError: there is none, or more than one.
     """
     wanted = entry.value if isinstance(entry.value, str) else ""
-    named = [cls for cls in known_classes() if wanted in makers(cls)]
+    named = [*shipped_makers().get(wanted, ()), *(cls for cls in plugin_classes() if wanted in makers(cls))]
     fitting = [cls for cls in named if misfit(cls, role) is None]
     if len(fitting) > 1:
         places = " and ".join(cls.__module__ for cls in fitting)
@@ -108,6 +108,16 @@ def makers_in_role(role: type) -> dict[str, Maker]:
 
 def known_classes() -> tuple[type, ...]:
     return (*shipped_classes(), *plugin_classes())
+
+
+@cache
+def shipped_makers() -> dict[str, list[type]]:
+    """The shipped classes that a name makes blocks of."""
+    found: dict[str, list[type]] = {}
+    for cls in shipped_classes():
+        for name in makers(cls):
+            found.setdefault(name, []).append(cls)
+    return found
 
 
 @cache

@@ -25,6 +25,7 @@ __all__ = ["FourEdges"]
 
 ROOT_2 = math.sqrt(2.0)
 FINEST, FINEST_SHARE = 1e-24, 1e-15  # [Pa or m], and of the value, to which roots are found
+MOST_STEPS = 10_000  # to a root; halving all the way from the largest number takes some thousand
 
 AreaGradient = Annotated[float, Field("m", "area gradient w of port A's edges", above=0)]
 Lap = Annotated[float, Field("m", "overlap of each edge, underlap if negative", "critical lap")]
@@ -215,7 +216,7 @@ def clearance_that_leaks(
         least, most = (rated.flow * (one + wanted) for one in (least, most))
         allowed = f"must be from {least:.3g} to {most:.3g} [m^3/s] with this lap and rated flow"
         raise ParameterError("null_leakage", null_leakage, allowed)
-    return float(brentq(beyond, 0.0, widest, xtol=FINEST, rtol=FINEST_SHARE))
+    return float(brentq(beyond, 0.0, widest, xtol=FINEST, rtol=FINEST_SHARE, maxiter=MOST_STEPS))
 
 
 def leaking_share(edges: FourEdges, rated: RatedPoint, supply_pressure: float) -> float:
@@ -235,4 +236,4 @@ def blocked_pressure(flow: Callable[[float], float], supply_pressure: float) -> 
 
     if flow(0.5 * supply_pressure) == 0.0:  # as through edges that are shut
         return 0.5 * supply_pressure
-    return float(brentq(flow, 0.0, supply_pressure, xtol=FINEST, rtol=FINEST_SHARE))
+    return float(brentq(flow, 0.0, supply_pressure, xtol=FINEST, rtol=FINEST_SHARE, maxiter=MOST_STEPS))

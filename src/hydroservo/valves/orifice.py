@@ -14,6 +14,10 @@ from hydroservo.sources import DATASHEET
 __all__ = ["Orifice", "check_opens"]
 
 ROOT_2 = math.sqrt(2.0)
+WAYS = {
+    "from the supply": ("extra_lap_pa", "extra_lap_pb"),
+    "to the tank": ("extra_lap_at", "extra_lap_bt"),
+}
 
 DischargeCoefficient = Annotated[float, Field("", "discharge coefficient C_d", "of sharp edges", above=0)]
 Density = Annotated[float, Field("kg/m^3", "oil density rho", "of mineral oil", above=0)]
@@ -94,7 +98,7 @@ class Orifice(NamedTuple):
 
 
 def check_opens(edges: MeteringEdges, max_opening: float) -> None:
-    """Refuse metering edges that overlap by more than their spool travels.
+    """Refuse metering edges that overlap by more than their spool travels, all or both of one way.
 
     Args:
         edges: what the spool opens.
@@ -106,3 +110,8 @@ def check_opens(edges: MeteringEdges, max_opening: float) -> None:
     lap = getattr(edges, "lap", 0.0)
     if not lap < max_opening:
         raise ParameterError("orifice.lap", lap, f"must be below max_opening, {max_opening:g} [m]")
+    for way, (first, second) in WAYS.items():
+        least = min(getattr(edges, name, 0.0) for name in (first, second))
+        if not lap + least < max_opening:
+            allowed = f"leaves no way {way}: with the lap, it or {second} must be below {max_opening:g} [m]"
+            raise ParameterError(f"orifice.{first}", getattr(edges, first), allowed)

@@ -1,0 +1,21 @@
+"""What a law adds for a valve's overlap, and what is left of its command."""
+
+from hydroservo.errors import ParameterError
+
+__all__ = ["check_overlaps"]
+
+
+def check_overlaps(extend_overlap: float, retract_overlap: float, limit: float) -> None:
+    """Refuse an overlap for which the largest command is added as a whole.
+
+    Args:
+        extend_overlap: command that passes it one way [V].
+        retract_overlap: command that passes it the other way [V].
+        limit: the largest command [V].
+
+    Raises:
+        ParameterError: nothing is left for the law.
+    """
+    for name, overlap in (("extend_overlap", extend_overlap), ("retract_overlap", retract_overlap)):
+        if not overlap < limit:
+            raise ParameterError(name, overlap, f"must be below saturation.limit, {limit:g} [V]")

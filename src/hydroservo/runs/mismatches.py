@@ -1,0 +1,102 @@
+"""Numbers of different blocks of a loop that are allowed one by one and do not go together."""
+
+import math
+from collections.abc import Iterator
+
+from hydroservo.block import Block, field_at, is_block, leaves
+from hydroservo.formatting import quantity
+from hydroservo.hooks import is_valveless
+from hydroservo.loop import Loop
+
+__all__ = ["mismatch_cautions"]
+
+COARSEST = 0.1  # of a stroke, up to which a count measures it
+DIGITAL = ("reference.", "controller.", "sensors.")
+ROUNDED = 1.0 + 1e-9
+
+
+def mismatch_cautions(loop: Loop) -> list[str]:
+    """What of a loop's numbers cannot be meant together: lines, none where nothing is wrong.
+
+    Args:
+        loop: the loop, wired.
+
+    Fails to know blocks of other fields than those that ship have.
+    """
+    asked = (late_load(loop), shut(loop), *beyond_the_rate(loop), *short_ranges(loop), *coarse(loop))
+    return [line for line in (*asked, *high_starts(loop)) if line]
+
+
+def late_load(loop: Loop) -> str:
+    """That a load begins at the run's end or after it."""
+    begins, ends = getattr(loop.load, "time", 0.0), loop.simulation.duration
+    if begins * ROUNDED < ends:
+        return ""
+    return f"the load does not come: load.time is {begins:g} s, and the run ends at {ends:g} s"
+
+
+def shut(loop: Loop) -> str:
+    """That the largest command does not move the spool past the lap of its edges."""
+    law = loop.controller
+    while not hasattr(law, "saturation") and hasattr(law, "controller"):
+        law = law.controller
+    limit = getattr(getattr(law, "saturation", None), "limit", math.inf)
+    lap = getattr(getattr(loop.valve, "orifice", None), "lap", 0.0)
+    moved = getattr(loop.valve, "gain", math.inf) * limit
+    if lap <= 0.0 or not moved <= lap:
+        return ""
+    most, here = quantity(moved, "m"), quantity(lap, "m")
+    return f"the valve stays shut: the largest command moves the spool by {most}, and its lap is {here}"
+
+
+def beyond_the_rate(loop: Loop) -> Iterator[str]:
+    """Which frequencies are beyond half the sample rate."""
+    most = 0.5 / loop.simulation.period
+    for path, value in leaves(loop):
+        if not path.startswith(DIGITAL) or "frequency" not in path.rpartition(".")[2]:
+            continue
+        hertz = value / (2.0 * math.pi) if field_at(loop, path).unit == "rad/s" else value
+        if most * ROUNDED < hertz < math.inf:
+            yield f"{path} is {quantity(hertz, 'Hz')}, beyond half the sample rate, {quantity(most, 'Hz')}"
+
+
+def short_ranges(loop: Loop) -> Iterator[str]:
+    """Which transducers do not reach the supply's pressure."""
+    if is_valveless(loop.drive):
+        return
+    highest = loop.supply.pressures(loop.supply.init()).supply
+    for path, block in blocks(loop.sensors, "sensors"):
+        reach = getattr(block, "range_high", math.inf)
+        if reach < highest:
+            ends, comes = quantity(reach, "Pa"), quantity(highest, "Pa")
+            yield f"{path}.range_high is {ends}, and the supply has {comes}: beyond the range nothing is read"
+
+
+def coarse(loop: Loop) -> Iterator[str]:
+    """Which counts of a position are a good part of the stroke."""
+    stroke = getattr(loop.plant, "stroke", math.inf)
+    for path, block in blocks(loop.sensors, "sensors"):
+        count = getattr(block, "resolution", 0.0)
+        if count > COARSEST * stroke:
+            sizes = quantity(count, "m"), quantity(stroke, "m")
+            yield f"{path}.resolution is {sizes[0]}, and the stroke {sizes[1]}: a few counts tell no position"
+
+
+def high_starts(loop: Loop) -> Iterator[str]:
+    """Which chambers start above the supply's pressure."""
+    if is_valveless(loop.drive):
+        return
+    highest = loop.supply.pressures(loop.supply.init()).supply
+    for name in ("start_pressure_a", "start_pressure_b"):
+        starts = getattr(loop.plant, name, 0.0)
+        if highest < starts < math.inf:
+            here, most = quantity(starts, "Pa"), quantity(highest, "Pa")
+            yield f"plant.{name} is {here}, above the {most} of the supply"
+
+
+def blocks(block: Block, path: str) -> Iterator[tuple[str, Block]]:
+    """A block and those in it, by their paths."""
+    yield path, block
+    for name, value in block._asdict().items():
+        if is_block(value):
+            yield from blocks(value, f"{path}.{name}")
