@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
+    from hydroservo.audits import Audit
     from hydroservo.identification import Identified, LogFit
     from hydroservo.identification.maps import StaticMap
     from hydroservo.limits import Limits
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
     from hydroservo.runs.tuning import Tuned
     from hydroservo.studies.running import Studied
 
-    Records = Identified | LogFit | StaticMap | Limits | Linearization | Tuned | Studied
+    Records = Audit | Identified | LogFit | StaticMap | Limits | Linearization | Tuned | Studied
     Runs = xr.Dataset | Sequence[xr.Dataset] | Mapping[str, xr.Dataset]
 
 __all__ = ["plot"]
@@ -35,13 +36,13 @@ def plot(results: "Runs | Records", metric: str = "rms_error") -> "Figure":
     metric against each number that varied; frequency responses are shown by
     :func:`~hydroservo.figures.bode.plot_bode`, a linear model by its poles, a search by the metric before and
     after, an identification by how its first log is met, a map by its curve and its scatter, limits by the
-    best commands beside the law's, and a study by its map of who wins where. Notebooks show the picture;
-    ``savefig`` writes it.
+    best commands beside the law's, an audit by its margins, and a study by its map of who wins where.
+    Notebooks show the picture; ``savefig`` writes it.
 
     Args:
         results: what ``simulate`` returned; a list of these, or several by the names that the legend is to
             have; what ``simulate_batch``, ``bode``, ``linearize``, ``tune``, ``identify``, ``map_logs``,
-            ``limit`` or ``study`` returned; or one of the logs of an identification.
+            ``limit``, ``audit`` or ``study`` returned; or one of the logs of an identification.
         metric: of a table, the one to show.
 
     Raises:
@@ -63,7 +64,7 @@ def plot(results: "Runs | Records", metric: str = "rms_error") -> "Figure":
     if not is_result(results):
         wanted = (
             "must be what simulate or simulate_batch returned, several of simulate in a list or by name, or "
-            "what bode, linearize, tune, identify, map_logs, limit or study returned"
+            "what bode, linearize, tune, identify, map_logs, limit, audit or study returned"
         )
         raise ParameterError("results", results, wanted)
     if "frequency" in results.dims:
@@ -79,8 +80,10 @@ def plot(results: "Runs | Records", metric: str = "rms_error") -> "Figure":
 
 def picture_of_record(results: "Runs | Records") -> "Figure | None":
     """The picture of what is no Dataset but a record of its own; None of anything else."""
+    from hydroservo.audits import Audit
     from hydroservo.figures.comparison import plot_comparison
     from hydroservo.figures.identified import plot_fit
+    from hydroservo.figures.margins import plot_margins
     from hydroservo.figures.poles import plot_poles
     from hydroservo.figures.static_map import plot_static_map
     from hydroservo.figures.tuned import plot_tuned
@@ -94,6 +97,7 @@ def picture_of_record(results: "Runs | Records") -> "Figure | None":
     from hydroservo.studies.running import Studied
 
     pictures: dict[type, Callable[[Any], Figure]] = {
+        Audit: lambda found: plot_margins([one for one in found.assumptions() if one.holds is not None]),
         Identified: lambda found: plot_fit(found.logs[0]),
         Limits: lambda found: plot_comparison([*found], [*found._fields]),
         Linearization: plot_poles,

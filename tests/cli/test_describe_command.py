@@ -36,6 +36,12 @@ def test_a_type_with_its_keys():
     }
 
 
+def test_the_table_that_has_no_types():
+    text = succeeded("describe", "simulation")
+    assert "integration steps per sample period" in text
+    assert "StepResponse" in succeeded("describe", "metrics")
+
+
 def test_types_of_one_name_are_both_shown():
     text = succeeded("describe", "Sine")
     assert "Sine: Load" in text

@@ -7,6 +7,8 @@ import pytest
 import xarray as xr
 
 import hydroservo as hs
+from hydroservo.assumptions import above
+from hydroservo.audits import Asked, Audit
 from hydroservo.figures.style import PALETTE
 from hydroservo.limits import Limits
 from hydroservo.linear.linearization import Linearization, Quantity
@@ -81,6 +83,17 @@ def test_a_search_is_its_metric_before_and_after():
     assert dots[0].get_xdata() == axis.get_xlim()[1]  # it diverged
     assert [float(line.get_xdata()[0]) for line in dots[1:]] == pytest.approx([3.0, 2.0, 1.0])
     assert axis.get_xlabel() == "rms error [mm/s]"
+
+
+def test_an_audit_is_drawn_by_its_margins():
+    held = above("D_1", "D_1 is above the largest d_L1", 30.0, 15.0, "m/s^2")
+    failed = above("D_2", "D_2 is above the largest d_L2", 10.0, 1e6, "N/s")
+    untold = above("rest", "it cannot be told", math.nan, math.nan)
+    found = Audit((Asked("controller", "TSMC", (held, failed, untold)),), False, None, "no steady state")
+    (axis,) = hs.plot(found).axes
+    dots = [line for line in axis.get_lines() if line.get_marker() in "o<>"]
+    assert [(line.get_marker(), line.get_xdata()[0]) for line in dots] == [("o", 2.0), ("<", 1e-3)]
+    assert [text.get_text() for text in axis.get_yticklabels()] == [held.meaning, failed.meaning]
 
 
 def test_limits_are_drawn_beside_the_law(run):

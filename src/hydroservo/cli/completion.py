@@ -27,7 +27,7 @@ def types_like(incomplete: str) -> list[str]:
 
     roles = types_by_role()
     types = {name for names in roles.values() for name in names}
-    return sorted(beginning({*roles, *types}, incomplete))
+    return sorted(beginning({"simulation", *roles, *types}, incomplete))
 
 
 def beginning(names: Iterable[str], incomplete: str) -> list[str]:

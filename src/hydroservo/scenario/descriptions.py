@@ -6,8 +6,9 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 from hydroservo.errors import ParameterError
-from hydroservo.loop import Loop
+from hydroservo.loop import Loop, Simulation
 from hydroservo.nearest import nearest
+from hydroservo.roles import Monitor
 from hydroservo.scenario.declared import hints
 from hydroservo.scenario.fits import ROLES, roles_of
 from hydroservo.scenario.keys import Key, keys_of
@@ -15,6 +16,7 @@ from hydroservo.scenario.registry import Maker, known_classes, makers, makers_in
 
 __all__ = ["Description", "descriptions", "role_named", "summary", "types_by_role"]
 
+SETTINGS = "simulation"  # the table without types
 ROLE_IN_TEXT = re.compile(r":\w+:`~?(?:[\w.]*\.)?([^`]*)`")
 
 
@@ -48,7 +50,7 @@ def types_by_role() -> dict[str, list[str]]:
 
 def role_named(name: str) -> Mapping[str, Maker]:
     """The types of a role, or of a table of a scenario, by their names; none where it is neither."""
-    role = hints(Loop).get(name.lower())
+    role = Monitor if name.lower() == "metrics" else hints(Loop).get(name.lower())
     if role not in ROLES:
         role = next((one for one in ROLES if one.__name__.lower() == name.lower()), None)
     return {} if role is None else makers_in_role(role)
@@ -61,9 +63,11 @@ def descriptions(name: str) -> list[Description]:
         ParameterError: there is none of that name.
     """
     named = [(cls, maker) for cls in known_classes() if (maker := makers(cls).get(name)) is not None]
+    if not named and name.lower() == SETTINGS:
+        return [Description(SETTINGS, ["table"], plain(Simulation), keys_of(Simulation))]
     if not named:
         types = types_by_role()
-        known = [*types, *(name for names in types.values() for name in names)]
+        known = [SETTINGS, *types, *(name for names in types.values() for name in names)]
         raise ParameterError(
             "name", name, f"is not a type, role or table of a scenario{nearest(name, known)}"
         )
