@@ -180,7 +180,7 @@ def test_other_files_in_the_folder_are_left_alone(own: Path, monkeypatch: pytest
 
 
 def test_a_cache_that_can_only_be_read_serves(own: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def refused(*_: object) -> None:
+    def refused(*_: object, **__: object) -> None:
         raise PermissionError
 
     disk_cache.write("0", "f", b"code")

@@ -1,6 +1,8 @@
-"""That the counting of promises sees what is broken, and a short count of kills."""
+"""That the counting of promises sees what is broken, and a short count of each."""
 
 import json
+import os
+import random
 import subprocess
 import sys
 from pathlib import Path
@@ -8,10 +10,17 @@ from pathlib import Path
 import pytest
 
 from tests.support.commands.processes import needs_posix
+from tests.support.needs import needs
 from tools.promises.commands import COMMANDS
+from tools.promises.faults import ERRORS, drawn
 from tools.promises.forked import Ended
 from tools.promises.kills import KILLED, Trial, judged
+from tools.promises.left import files_in
 from tools.promises.record import keep
+from tools.promises.soak import Sample, row_of
+from tools.promises.traced import Fault
+from tools.promises.trials import Place, broken
+from tools.promises.trials import Trial as Tried
 
 ROOT = Path(__file__).parents[2]
 DIED, WELL = Ended(KILLED, "", "", 1.0), Ended(0, "", "", 1.0)
@@ -41,10 +50,87 @@ def test_what_a_killed_command_may_not_leave_is_seen(after, result, told, says):
 
 def test_a_part_of_the_record_leaves_the_others(tmp_path):
     found = tmp_path / "promises.json"
-    for name, broken in (("a", 0), ("b", 1)):
-        keep(name, "scripts/promises", 3, [{"attempts": 2, "broken": broken}] * 2, found)
+    for name, number in (("a", 0), ("b", 1)):
+        keep(name, "scripts/promises", 3, [{"attempts": 2, "broken": number}] * 2, found)
     parts = json.loads(found.read_text())
     assert [(one["attempts"], one["broken"], one["seed"]) for one in parts.values()] == [(4, 0, 3), (4, 2, 3)]
+
+
+Draw = random.Random
+FAILED, LINE = ["write(3, ...)"], "hydroservo: out: cannot be written\n"
+
+
+@pytest.fixture
+def tried(tmp_path):
+    place = Place(*(tmp_path / name for name in ("out", "temporary", "cache")))
+    for folder in place:
+        folder.mkdir()
+    (place.out / "a.csv").write_text("old")
+    return Tried(COMMANDS["tune"], place, [{**files_in(place.out), "a.csv": "new"}], Draw(0))
+
+
+@pytest.mark.parametrize(
+    ("status", "err", "writes", "says"),
+    [
+        (2, LINE, {}, []),
+        (2, f"hydroservo: warning: it is slow\n{LINE}", {}, []),
+        (2, "", {}, ["it ended with 2 and said ''"]),
+        (2, LINE * 2, {}, [f"it ended with 2 and said {LINE * 2!r}"]),
+        (0, "", {}, ["it ended well and left other files than it should"]),
+        (1, "Traceback", {}, ["it ended with 1: Traceback"]),
+        (2, LINE, {"out/a.csv": "half"}, ["a.csv is neither the old nor the new file"]),
+        (2, LINE, {"out/.hydroservo-writing-01234567": "half"}, ["it left hidden files"]),
+        (2, LINE, {"temporary/half": "half"}, ["it left something else in the temporary folder"]),
+    ],
+)
+def test_what_a_command_may_not_do_where_something_fails_is_seen(tried, status, err, writes, says):
+    before = files_in(tried.place.out)
+    for name, text in writes.items():
+        (tried.place.out.parent / name).write_text(text)
+    assert broken(tried, 0, before, Ended(status, "", err, 1.0), FAILED) == says
+
+
+def test_a_line_that_cannot_be_written_is_not_missed_and_what_cannot_be_removed_may_stay(tried):
+    before, silent = files_in(tried.place.out), Ended(2, "", "", 1.0)
+    assert broken(tried, 0, before, silent, ["7 write(2<pipe:[1]>, ...)"]) == []
+    (tried.place.out / ".hydroservo-writing-01234567").write_text("half")
+    assert broken(tried, 0, before, Ended(2, "", LINE, 1.0), ["7 unlink(...)"]) == []
+
+
+def test_files_that_are_kept_elsewhere_are_whole(tried, tmp_path):
+    before, kept = files_in(tried.place.out), tmp_path / "hydroservo 1"
+    kept.mkdir()
+    (kept / "a.csv").write_text("half")
+    said = Ended(2, "", f"hydroservo: out: cannot be written; kept in {kept} instead\n", 1.0)
+    assert broken(tried, 0, before, said, FAILED) == [f"what it kept in {kept} is not whole"]
+
+
+def test_each_call_fails_once_before_one_fails_again():
+    errors = len(ERRORS["write"])
+    faults = drawn({"write": {1, 3}, "mmap": set(), "open": {2}}, 4 * errors, Draw(0))
+    assert sum(fault.kind == "open" for fault in faults) == 2 * errors
+    writes = {fault for fault in faults if fault.kind == "write"}
+    assert writes == {Fault("write", n, error) for n in (1, 3) for error in ERRORS["write"]}
+
+
+def samples(memory, files=lambda _: 5):
+    draw = Draw(0)
+    return [Sample(10.0 * i, memory(i) + draw.gauss(0.0, 2.0), files(i)) for i in range(60)]
+
+
+@pytest.mark.parametrize(
+    ("memory", "files", "found"),
+    [
+        (lambda _: 400.0, lambda _: 5, 0),
+        (lambda i: 400.0 + 10.0 * min(i, 12), lambda _: 5, 0),
+        (lambda i: 400.0 + 0.5 * i, lambda _: 5, 1),
+        (lambda _: 400.0, lambda i: 5 + i // 10, 1),
+        (lambda i: 400.0 + 0.5 * i, lambda i: 5 + i // 10, 2),
+    ],
+)
+def test_what_grows_after_the_warm_up_is_seen(memory, files, found):
+    assert row_of("one", samples(memory, files), 600, 0)["broken"] == found
+    assert row_of("one", samples(memory, files), 600, 3)["broken"] == found + 3
 
 
 HALVES = """
@@ -77,3 +163,55 @@ def test_a_short_count_finds_half_files_if_there_are_any(how, kills, broken):
     words = [sys.executable, "-c", HALVES, how, str(kills)]
     done = subprocess.run(words, cwd=ROOT, text=True, capture_output=True, check=True)
     assert (int(done.stdout) > 0) == broken
+
+
+COUNTS = """
+import json
+from tools.promises import cache, faults, places, soak
+from tools.promises.commands import COMMANDS
+
+said = {}
+ONE = {"tune": COMMANDS["tune"]}
+if %(strace)r:
+    faults.COMMANDS, faults.MORE = ONE, {}
+    said["faults"] = faults.count_faults(6, 0)
+if %(mount)r:
+    places.COMMANDS = ONE
+    said["places"] = places.count_places(5, 0)
+cache.DAMAGES, cache.ELSEWHERE = {"bits flipped": cache.flipped}, {}
+said["cache"] = cache.count_cache(20, 0)
+checked = cache.disk_cache.checked
+cache.disk_cache.checked = lambda folder, digest: folder.read(f"{digest}.kernel")[32:]
+cache.commands = lambda *_, **__: []
+said["cache without signatures"] = cache.count_cache(20, 0)
+cache.disk_cache.checked = checked
+tune, form = soak.commands()[3], lambda page: [lambda *_: page.asked("form")]
+soak.commands, soak.requests = lambda: [tune], form
+said["soak"] = soak.count_soak(6, 0, lambda _: None)
+print(json.dumps(said))
+"""
+
+
+def may_mount(folder):
+    """Whether this user may mount a disk."""
+    if os.getuid() != 0 or subprocess.run(["mount", "-t", "tmpfs", "test", folder], check=False).returncode:
+        return False
+    subprocess.run(["umount", folder], check=True)
+    return True
+
+
+@needs_posix
+@pytest.mark.slow  # as above
+def test_a_short_count_of_each_finds_nothing_broken(tmp_path):
+    needs("strace")
+    code = COUNTS % {"strace": sys.platform == "linux", "mount": may_mount(tmp_path)}
+    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, text=True, capture_output=True, check=True)
+    said = json.loads(done.stdout.splitlines()[-1])
+    lenient = said.pop("cache without signatures")
+    assert sum(row["broken"] for row in lenient) > 0
+    for row in said.pop("soak"):  # which has no time to grow warm
+        assert row["attempts"] > 0
+        assert row["failed"] == 0
+    for name, rows in said.items():
+        assert sum(row["attempts"] for row in rows) > 0, name
+        assert sum(row["broken"] for row in rows) == 0, done.stdout

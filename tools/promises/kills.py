@@ -5,7 +5,6 @@ to some milliseconds after one of its calls that make, open for writing, rename 
 among all of them.
 """
 
-import hashlib
 import os
 import random
 import shutil
@@ -16,9 +15,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from hydroservo.outputs import PREFIX
 from tools.promises.commands import COMMANDS, Command
 from tools.promises.forked import Ended, Started, start, warm_up
+from tools.promises.left import Files, damage, files_in
 
 __all__ = ["count_kills"]
 
@@ -27,7 +26,6 @@ AFTER = 3e-3  # s, at most, between a call and the kill
 EVERY = 10  # kills of a command, after which it runs to its end
 KILLED = -9
 
-Files = dict[str, str]  # digests by path
 Draw = random.Random
 
 
@@ -175,29 +173,10 @@ def judged(
     trial: Trial, variant: int, before: Files, after: Files, result: Ended, told: list[str]
 ) -> list[str]:
     """What is wrong with what a command left; hidden files of one that was killed are not."""
-    wanted, last = trial.wanted[variant], trial.command.last
-    old, new = ({name: one for name, one in files.items() if PREFIX not in name} for files in (before, after))
-    faults = [
-        f"{name} is neither the old nor the new file"
-        for name, one in new.items()
-        if one not in (old.get(name), wanted.get(name))
-    ]
-    faults += [f"{name} is gone" for name in old.keys() - new.keys()]
-    faults += [f"{name} was reported done and is not there" for name in set(told) - new.keys()]
-    renewed = last and old.get(last) != new.get(last)
-    if renewed and not wanted.items() <= new.items():
-        faults.append(f"{last} came before another file")
-    if result.status == 0 and after != wanted:
+    faults = damage(before, after, trial.wanted[variant], trial.command.last)
+    faults += [f"{name} was reported done and is not there" for name in set(told) - after.keys()]
+    if result.status == 0 and after != trial.wanted[variant]:
         faults.append("it ended well and left other files than it should")
     if result.status not in (0, KILLED) or "Traceback" in result.err:
         faults.append(f"it ended with {result.status}: {result.err[-300:]}")
     return faults
-
-
-def files_in(folder: Path) -> Files:
-    """The digest of each file in a folder and below it."""
-    found = {}
-    for path in sorted(folder.rglob("*")) if folder.exists() else ():
-        if path.is_file():
-            found[path.relative_to(folder).as_posix()] = hashlib.sha256(path.read_bytes()).hexdigest()
-    return found

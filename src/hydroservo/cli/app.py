@@ -11,6 +11,7 @@ from hydroservo._version import __version__
 from hydroservo.cli.audit import audit
 from hydroservo.cli.batch import batch
 from hydroservo.cli.bode import bode
+from hydroservo.cli.cache import cache
 from hydroservo.cli.check import check
 from hydroservo.cli.completion import scenarios_like, studies_like
 from hydroservo.cli.describe import describe, schema
@@ -250,6 +251,7 @@ app.command()(audit)
 app.command()(describe)
 app.command()(schema)
 app.command("app")(page)
+app.command()(cache)
 
 
 @app.command()

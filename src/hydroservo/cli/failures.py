@@ -3,6 +3,7 @@
 import shlex
 import sys
 import warnings
+from importlib.machinery import EXTENSION_SUFFIXES
 from traceback import walk_tb
 from typing import Any, NoReturn
 
@@ -49,6 +50,11 @@ class Commands(TyperGroup):
         except MemoryError as error:  # numpy's says how much was asked for, Python's own nothing
             why = f": {one_line(str(error))}" if str(error) else ""
             say_error(f"there is too little memory{why}; record less often, or run fewer at once")
+            raise typer.Exit(USER_ERROR) from error
+        except ImportError as error:
+            if not str(error.path).endswith(tuple(EXTENSION_SUFFIXES)):
+                raise
+            say_error(f"a library cannot be loaded: {one_line(str(error))}")
             raise typer.Exit(USER_ERROR) from error
         return result
 

@@ -24,7 +24,7 @@ from typing import NamedTuple
 
 from platformdirs import user_cache_path
 
-__all__ = ["CacheError", "directory", "read", "write"]
+__all__ = ["ENDING", "KEY", "NEW", "CacheError", "checked", "directory", "opened", "read", "write"]
 
 LARGEST = 2**28  # bytes kept; the files used longest ago go first
 ENDING = ".kernel"
@@ -77,9 +77,13 @@ class Folder(NamedTuple):
             refuse_foreign(found, self.place / file, forbidden)
             if not stat.S_ISREG(found.st_mode):
                 raise CacheError(f"{self.place / file} is not a file")
-            with contextlib.suppress(OSError):  # a file system that is only read
-                os.utime(opened.fileno() if os.utime in os.supports_fd else self.name(file))
             return opened.read()
+
+    def touch(self, file: str) -> None:
+        """Remember that a file was used now."""
+        follow = os.utime not in os.supports_follow_symlinks
+        with contextlib.suppress(OSError):  # a file system that is only read
+            os.utime(self.name(file), dir_fd=self.descriptor, follow_symlinks=follow)
 
     def write(self, file: str, content: bytes) -> None:
         """A file with this content in the place of one that is there; others see all of it or nothing.
@@ -137,13 +141,25 @@ def read(digest: str) -> tuple[str, bytes] | None:
     try:
         with opened() as folder:
             clear(folder)
-            data, key = folder.read(file_of(digest)), folder.read(KEY, OTHERS_READ)
+            content = checked(folder, digest)
+            folder.touch(file_of(digest))
     except FileNotFoundError:
         return None
-    if not hmac.compare_digest(data[:CHECK], signature(key, digest, data[CHECK:])):
-        raise CacheError(f"{directory() / file_of(digest)} is damaged, or was not made here")
-    name, _, code = data[CHECK:].partition(b"\0")
+    name, _, code = content.partition(b"\0")
     return name.decode(), code
+
+
+def checked(folder: Folder, digest: str) -> bytes:
+    """What a file holds behind its signature.
+
+    Raises:
+        CacheError: it cannot be trusted.
+        OSError: it cannot be read.
+    """
+    data, key = folder.read(file_of(digest)), folder.read(KEY, OTHERS_READ)
+    if not hmac.compare_digest(data[:CHECK], signature(key, digest, data[CHECK:])):
+        raise CacheError(f"{folder.place / file_of(digest)} is damaged, or was not made here")
+    return data[CHECK:]
 
 
 def write(digest: str, name: str, code: bytes) -> None:
@@ -181,12 +197,12 @@ def make(place: Path) -> None:
 
 
 @contextmanager
-def opened() -> Iterator[Folder]:
-    """The folder, checked."""
+def opened(forbidden: int = OTHERS_WRITE) -> Iterator[Folder]:
+    """The folder, checked: it is this user's, and others have no right that is forbidden to them."""
     place = directory()
     descriptor = os.open(place, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC) if POSIX else None
     try:
-        refuse_foreign(place.stat() if descriptor is None else os.fstat(descriptor), place, OTHERS_WRITE)
+        refuse_foreign(place.stat() if descriptor is None else os.fstat(descriptor), place, forbidden)
         yield Folder(place, descriptor)
     finally:
         if descriptor is not None:
