@@ -31,7 +31,7 @@ def test_how_long_it_took_is_all_that_may_differ() -> None:
 
 def test_a_seed_determines_the_surroundings() -> None:
     first, second, tuning = (
-        drawn(CASES[name], ["python"], ["C"], Random(4))  # noqa: S311 - to be drawn again
+        drawn(CASES[name], ["python"], ["C"], Random(4))
         for name in ("batch, strict", "batch, strict", "tune")
     )
     assert first == second

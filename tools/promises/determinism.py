@@ -138,7 +138,7 @@ def made_locales(folder: Path) -> list[str]:
     maker, found = shutil.which("localedef"), ["C", "C.UTF-8"]
     for name in LOCALES if maker else ():
         command = [str(maker), "-i", name, "-f", "UTF-8", str(folder / f"{name}.UTF-8")]
-        if subprocess.run(command, capture_output=True, check=False).returncode == 0:  # noqa: S603
+        if subprocess.run(command, capture_output=True, check=False).returncode == 0:
             found.append(f"{name}.UTF-8")
     return found
 
@@ -174,7 +174,7 @@ def outcome(case: Case, where: Surroundings, top: Path) -> dict[str, str]:
         shutil.copy(EXAMPLES / LOG, folder)
         command = [where.python, "-c", PROGRAM, *case.words, *where.options]
         environment = {**os.environ, "PYTHONHASHSEED": "0", **where.environment}
-        done = subprocess.run(  # noqa: S603 - our own program
+        done = subprocess.run(
             command, cwd=folder, env=environment, capture_output=True, timeout=PATIENCE, check=False
         )
         if done.returncode:

@@ -150,7 +150,7 @@ def no_home(trial: Trial) -> Iterator[tuple[Prepare, bool]]:
 
 
 def by_root(*words: str) -> None:
-    subprocess.run(words, check=True)  # noqa: S603
+    subprocess.run(words, check=True)
 
 
 def as_nobody() -> None:

@@ -39,7 +39,7 @@ class Page(NamedTuple):
 def served(scenario: str) -> Iterator[Page]:
     """The page of a scenario on a free port, until the end."""
     words = [*HYDROSERVO, "app", scenario, "--no-browser", "--port", "0"]
-    with subprocess.Popen(words, stdout=subprocess.PIPE, text=True) as process:  # noqa: S603
+    with subprocess.Popen(words, stdout=subprocess.PIPE, text=True) as process:
         try:
             yield Page(process.stdout.readline().strip() if process.stdout else "", process.pid)
         finally:

@@ -70,7 +70,7 @@ def traced(command: list[str], folder: Path, prepare: Callable[[], Any], fault: 
     os.read(waiting, 1)
     log = folder / "calls.txt"
     words = listener(begun.pid, log, fault)
-    with subprocess.Popen(words, stderr=subprocess.PIPE, text=True) as listens:  # noqa: S603
+    with subprocess.Popen(words, stderr=subprocess.PIPE, text=True) as listens:
         said = listens.stderr.readline() if listens.stderr else ""
         if "attached" not in said:
             begun.kill()
