@@ -87,6 +87,15 @@ def test_a_wrong_log_is_one_line(log, tmp_path, columns, said):
     assert said in failed("identify", SCENARIO, damaged(log, tmp_path, **columns), *MASS)
 
 
+def test_a_position_outside_of_the_stroke_is_one_line(log, tmp_path):
+    table = pd.read_csv(log)
+    table["position [m]"] = 40.0 + table.index / len(table)  # mm, said to be m
+    table.to_csv(tmp_path / "log.csv", index=False)
+    said = failed("identify", SCENARIO, tmp_path / "log.csv", *MASS)
+    assert "position: lies between 40000 mm and" in said
+    assert "are its unit and its zero those of the machine?" in said
+
+
 def test_a_log_shorter_than_a_period_is_one_line(log, tmp_path):
     short = tmp_path / "short.csv"
     pd.read_csv(log).head(20).to_csv(short, index=False)
@@ -164,6 +173,7 @@ def test_predictions_a_proposal_and_a_comparison_are_said(log, tmp_path):
     said = json.loads(result.stdout)
     assert set(said["parameters"]) == {"plant.bulk_modulus", "plant.mass", "valve.time_constant"}
     assert said["horizon"] == 0.05
+    assert "intervals know nothing of the bias that noise leaves" in result.stderr
     assert said["comparison"]["numbers"] == 1
     assert said["comparison"]["smaller"] == str(smaller)
     assert set(said["proposal"]["promises"]) == set(said["parameters"])

@@ -4,15 +4,20 @@ import pytest
 import hydroservo as hs
 from hydroservo.block import value_at
 from hydroservo.errors import ParameterError, ScenarioError
+from hydroservo.identification.conclusions import of_log
 from hydroservo.identification.experiment import experiment, predicted
+from hydroservo.identification.identified import problem_of, sought
 from hydroservo.identification.lag import lag
 from hydroservo.identification.log import checked_log
 from hydroservo.identification.long_run import long_run_covariance
 from hydroservo.identification.segments import understood
 from hydroservo.identification.shift import shifted, slope_of_shift
 from hydroservo.identification.signals import OUTPUTS
+from hydroservo.identification.uncertainty import in_groups
 from hydroservo.identification.whiteness import whiteness
 from hydroservo.runs.provenance import scenario_hash
+from hydroservo.scenario.load import assembled
+from hydroservo.scenario.ranges import as_entries
 from tests.support.synthetic_logs import (
     LATE,
     NOISE,
@@ -77,6 +82,13 @@ def test_delay_outliers_and_noise_are_found(found):
     assert any("later than of the model" in line for line in found.remarks)
 
 
+def test_a_signal_of_something_else_is_said(found):
+    (fit,) = found.logs
+    wrong = fit.signals["velocity"]._replace(explained=0.2, whiteness=0.0, correlation=0.9)
+    (line,) = [line for line in of_log(fit._replace(signals={"velocity": wrong})) if "explains" in line]
+    assert "explains 20 % of the variance; are unit, sign and column right?" in line
+
+
 def test_the_scenario_written_is_the_machine_found(found, tmp_path):
     path = tmp_path / "scenario.toml"
     path.write_text(found.toml(tmp_path), encoding="utf-8")
@@ -124,6 +136,26 @@ def test_the_covariance_of_a_sum_knows_autocorrelation(rho):
         rows[k] = rho * rows[k - 1] + noise[k]
     found = long_run_covariance([rows[:15_000, np.newaxis], rows[15_000:, np.newaxis]])
     assert found[0, 0] / rows.size == pytest.approx(1.0 / (1.0 - rho) ** 2, rel=0.1)
+
+
+def test_a_signal_measured_more_rarely_has_the_same_part_in_a_sum():
+    rng = np.random.default_rng(3)
+    rows = np.zeros((20_000, 1))
+    for k in range(2, len(rows), 2):
+        rows[k] = 0.8 * rows[k - 2] + rng.normal()
+    dense = long_run_covariance([rows[::2]])
+    np.testing.assert_array_equal(long_run_covariance([in_groups(rows, 2)]), dense)
+    assert long_run_covariance([rows])[0, 0] < 0.5 * dense[0, 0]  # zeros between hide what hangs together
+
+
+def test_arguments_of_constructors_are_sought_from_the_scenarios_own_values():
+    assembly = assembled("axis/position")
+    varied = sought(assembly, as_entries({"valve.orifice.rated_flow": "-50%..+100%"}))
+    time = 1e-3 * np.arange(50)
+    log = understood(checked_log({"time": time, "command": np.sin(time), "position": 0.1 + time}, "log"))
+    problem = problem_of(assembly, varied, [log], 1)
+    own = problem.columns(problem.space.values(problem.usual[np.newaxis, :1]))
+    assert own["valve.orifice.area_gradient"] == pytest.approx(assembly.loop.valve.orifice.area_gradient)
 
 
 def test_whiteness_tells_noise_from_what_is_left_of_a_signal():

@@ -68,6 +68,32 @@ def test_mdf_gives_what_was_written(tmp_path):
     np.testing.assert_array_equal(log.signals["velocity"], np.cos(time))
 
 
+def test_signals_of_an_mdf_file_stay_at_their_own_instants(tmp_path):
+    asammdf = pytest.importorskip("asammdf")
+    time = 0.001 * np.arange(50)
+    with asammdf.MDF(version="4.10") as file:
+        file.append([asammdf.Signal(np.sin(time), time, name="command", unit="V")])
+        file.append([asammdf.Signal(np.cos(time[::2]), time[::2], name="velocity", unit="m/s")])
+        path = file.save(tmp_path / "log.mf4")
+    found = understood(read_log(path, {}))
+    velocity = found.segments[0].measured["velocity"]
+    np.testing.assert_array_equal(velocity[::2], np.cos(time[::2]))
+    assert np.isnan(velocity[1::2]).all()
+    assert "velocity: 25 samples are missing, and count for nothing" in found.remarks
+
+
+def test_a_file_without_lines_is_refused_without_one(tmp_path):
+    from scipy.io import savemat
+
+    path = tmp_path / "log.mat"
+    savemat(path, {name: np.arange(20.0) for name in ("time", "command", "velocity")})
+    with pytest.raises(ScenarioError) as caught:
+        read_log(path, {})
+    assert "log.mat: column 'time' has no unit; write \"time [s]\"" in str(caught.value)
+    units = {"time": "time [s]", "command": "command [V]", "velocity": "velocity [mm/s]"}
+    assert read_log(path, units).signals["velocity"][1] == pytest.approx(1e-3)
+
+
 @pytest.mark.parametrize(
     ("lines", "said"),
     [
@@ -156,6 +182,28 @@ def test_uneven_instants_are_moved_onto_a_grid():
     (segment,) = found.segments
     np.testing.assert_allclose(segment.measured["velocity"], np.cos(40.0 * segment.time), atol=1e-3)
     assert any("instants are uneven" in line for line in found.remarks)
+
+
+def test_samples_that_lack_among_uneven_instants_stay_missing():
+    log = signals()
+    time = log.time + 4e-5 * np.random.default_rng(1).uniform(-1.0, 1.0, 400)
+    velocity = np.cos(40.0 * time)
+    velocity[100:103] = np.nan
+    found = understood(checked_log({"time": time, "command": time, "velocity": velocity}, "log"))
+    assert np.flatnonzero(np.isnan(found.segments[0].measured["velocity"])).tolist() == [100, 101, 102]
+
+
+def test_signals_at_instants_of_their_own_are_kept():
+    whole = np.sort(np.concatenate([0.001 * np.arange(200), 0.001 * np.arange(200) + 3e-4]))
+    own = np.arange(400) % 2 == 0
+    rows = {"command": np.where(own, np.sin(40.0 * whole), np.nan)}
+    rows["velocity"] = np.where(own, np.nan, np.cos(40.0 * whole))
+    (segment,) = understood(checked_log({"time": whole, **rows}, "log")).segments
+    there = np.isfinite(segment.measured["velocity"])
+    assert there.sum() > 200  # as many as were measured
+    np.testing.assert_allclose(
+        segment.measured["velocity"][there], np.cos(40.0 * segment.time[there]), atol=1e-3
+    )
 
 
 def test_what_never_changes_is_left_out_or_refused():

@@ -104,12 +104,13 @@ def netcdf(path: Path) -> Found:
 
 
 def mdf(path: Path) -> Found:
+    """Where signals were sampled at instants of their own, each is nan at those of the others."""
     try:
         from asammdf import MDF
     except ImportError:
         raise HydroservoError("an MDF file needs asammdf: pip install 'hydroservo[mdf]'") from None
     with MDF(path) as file:
-        frame = file.to_dataframe(time_from_zero=False)
+        frame = file.to_dataframe(time_from_zero=False, use_interpolation=False)
         units = {name: file.get(name).unit for name in frame.columns}
     columns = {headed(name, units[name]): frame[name].to_numpy() for name in frame.columns}
     return {"time [s]": frame.index.to_numpy(), **columns}

@@ -35,6 +35,7 @@ def chosen_columns(
     name: str,
     needed: Sequence[str] = (TIME, COMMAND),
     signals: Mapping[str, Field] = SIGNALS,
+    place: str = "line 1",
 ) -> list[Column]:
     """The columns of a log that hold signals, time first.
 
@@ -45,56 +46,65 @@ def chosen_columns(
         name: of the log.
         needed: signals without which the log is none.
         signals: that are sought, with their units.
+        place: in the log, where the headers stand.
 
     Raises:
         ScenarioError: a column is missing, appears twice or has the unit of something else; or there is
             not what is needed, or nothing measured.
     """
     cells = [(header.strip(), *name_and_unit(header.strip())) for header in headers]
-    found = [column_of(signal, field, cells, mapping.get(signal), name) for signal, field in signals.items()]
+    found = [
+        column_of(signal, field, cells, mapping.get(signal), (name, place))
+        for signal, field in signals.items()
+    ]
     columns = [one for one in found if one is not None]
     known = {one.signal for one in columns}
     for signal in needed:
         if signal not in known:
-            raise missing(signal, cells, name)
+            raise missing(signal, cells, (name, place))
     if not known & set(OUTPUTS):
         problem = f"has no column of anything measured; one must be {', '.join(OUTPUTS)}"
-        raise ScenarioError(name, "line 1", f"{problem}, or [identify.columns] say which is")
+        raise ScenarioError(name, place, f"{problem}, or [identify.columns] say which is")
     return columns
 
 
 def column_of(
-    signal: str, field: Field, cells: Sequence[tuple[str, str, str]], wanted: str | None, name: str
+    signal: str,
+    field: Field,
+    cells: Sequence[tuple[str, str, str]],
+    wanted: str | None,
+    where: tuple[str, str],
 ) -> Column | None:
     """The column of one signal; None if no column has its name and none is wanted."""
     own, unit = name_and_unit(wanted) if wanted is not None else (signal, "")
     places = [i for i, cell in enumerate(cells) if {own, wanted} & set(cell[:2])]
     if len(places) > 1:
-        raise ScenarioError(name, "line 1", f"column {short(own)} appears more than once")
+        raise ScenarioError(*where, f"column {short(own)} appears more than once")
     if not places:
         if wanted is None:
             return None
         problem = (
             f"column {short(own)} for {signal} is missing; it {one_of(own, [cell[1] for cell in cells])}"
         )
-        raise ScenarioError(name, "line 1", problem)
+        raise ScenarioError(*where, problem)
     header, _, given = cells[places[0]]
     unit = unit or given
     if not unit:
-        problem = f'has no unit; write "{header} [{field.unit}]", or the unit that it is in'
-        raise ScenarioError(name, "line 1", f"column {short(header)} {problem}")
+        own = f'"{header} [{field.unit}]"'
+        problem = (
+            f"has no unit; write {own}, or the unit that it is in, there or as [identify.columns] {signal}"
+        )
+        raise ScenarioError(*where, f"column {short(header)} {problem}")
     try:
         factor = float(unit_factor(unit, field.unit))
     except ValueError as error:
-        raise ScenarioError(name, "line 1", f"column {short(header)} {error}, as {signal} must") from None
+        raise ScenarioError(*where, f"column {short(header)} {error}, as {signal} must") from None
     return Column(signal, header, places[0], factor)
 
 
-def missing(signal: str, cells: Sequence[tuple[str, str, str]], name: str) -> ScenarioError:
+def missing(signal: str, cells: Sequence[tuple[str, str, str]], where: tuple[str, str]) -> ScenarioError:
     """That a log lacks a column that it must have."""
     unit = SIGNALS[signal].unit
     own = f'[identify.columns] {signal} = "COLUMN [{unit}]"'
     names = ", ".join(cell[1] for cell in cells)
-    return ScenarioError(
-        name, "line 1", f'column "{signal} [{unit}]" is missing among {names}; {own} names it'
-    )
+    return ScenarioError(*where, f'column "{signal} [{unit}]" is missing among {names}; {own} names it')

@@ -6,7 +6,7 @@ import numpy as np
 
 from hydroservo.formatting import MINUS, quantity
 from hydroservo.identification.problem import Problem
-from hydroservo.identification.result import Estimate, LogFit
+from hydroservo.identification.result import Estimate, LogFit, SignalFit
 from hydroservo.identification.uncertainty import Uncertainty
 
 __all__ = ["remarks_of"]
@@ -16,6 +16,11 @@ TOGETHER = 0.9  # correlation from which on two numbers are told together alone
 SURE = 3.0  # deviations, from which on an offset or a delay is one
 COLOURED = 1e-3  # probability that residuals are white, below which they are not
 HANGING = 0.1  # correlation of a residual with the next from which on that matters
+LITTLE = 0.5  # share of a signal's variance, below which the model is of something else
+PREDICTED = (
+    "numbers are of predictions: their intervals know nothing of the bias that noise leaves in these, the "
+    "more the shorter the horizon"
+)
 WORSE = 1.5  # times what is fitted, that what is held out may be missed by
 WIDER = 1.5  # times, that resampled intervals may be wider
 
@@ -28,7 +33,8 @@ def remarks_of(
 ) -> list[str]:
     """Of each log, of each parameter, and of how well all is met."""
     found = [f"{fit.understood.log.name}: {line}" for fit in fits for line in of_log(fit)]
-    return [*found, *of_parameters(problem, parameters, sure)]
+    predicted = any(one.observer is not None for one in problem.experiments)
+    return [*found, *([PREDICTED] if predicted else []), *of_parameters(problem, parameters, sure)]
 
 
 def of_log(fit: LogFit) -> Iterator[str]:
@@ -43,13 +49,24 @@ def of_log(fit: LogFit) -> Iterator[str]:
         if abs(offset) > SURE * unsure:
             yield f"{name} reads {plain(offset, one.unit)} more than its model; that is taken out"
         if one.whiteness < COLOURED and abs(one.correlation) > HANGING:
-            yield (
-                f"{name}: what is left of it is no white noise (correlation {one.correlation:.2f} from one "
-                "sample to the next): the model misses something"
-            )
+            yield f"{name}: {missed_of(one)}"
         if one.held_out > WORSE * one.held_in:
             missed, met = plain(one.held_out, one.unit), plain(one.held_in, one.unit)
             yield f"{name}: the last fifth, held out, is missed by {missed} rms, and what was fitted by {met}"
+
+
+def missed_of(one: SignalFit) -> str:
+    """What is said of a signal of which more than noise is left."""
+    if one.explained < LITTLE:
+        explained = f"{100.0 * one.explained:.0f} %" if one.explained > 0.0 else "none"
+        return (
+            f"the machine found does not do this: it explains {explained} of the variance; are unit, sign "
+            "and column right? Until then intervals mean little"
+        )
+    return (
+        f"what is left of it is no white noise (correlation {one.correlation:.2f} from one sample to the "
+        "next): the model misses something"
+    )
 
 
 def of_parameters(problem: Problem, parameters: Mapping[str, Estimate], sure: Uncertainty) -> Iterator[str]:

@@ -1,5 +1,6 @@
 """Parameters of a scenario's machine from logs."""
 
+import math
 from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
@@ -16,6 +17,7 @@ from hydroservo.identification.held_out import held_out
 from hydroservo.identification.log import Given, Log, log_mapping, read_logs
 from hydroservo.identification.misfit import misfit
 from hydroservo.identification.one_step import best_prediction
+from hydroservo.identification.plausible import check_positions
 from hydroservo.identification.problem import Problem, unknowns_of, usual_values
 from hydroservo.identification.quality import log_fits
 from hydroservo.identification.result import Estimate, Identified
@@ -39,6 +41,7 @@ __all__ = ["identified", "identify"]
 
 LARGEST_SEED = 2**53 - 1
 HORIZON = Field("s", "time in which a prediction forgets", above=0)
+STROKE = "plant.stroke"
 END = 0.005  # of a range, within which a value lies at its end
 
 
@@ -129,6 +132,7 @@ def identified(
     assembly = assembled(source, changes, plugins)
     varied = sought(assembly, {**assembly.log_ranges, **ranges})
     taken = [understood(one, i) for i, one in enumerate(read(logs, assembly))]
+    check_positions(taken, longest_stroke(assembly, varied))
     problem = problem_of(assembly, varied, taken, threads)
     problem, best = solved(problem, seed, horizon, report)
     sure = uncertainty(problem, misfit(problem, best.x, best.weights), seed)
@@ -203,14 +207,20 @@ def read(logs: Sequence[Given], assembly: Assembly) -> list[Log]:
     return every
 
 
+def longest_stroke(assembly: Assembly, varied: Sequence[Variation]) -> float:
+    """The stroke of the scenario's machine, or the longest that is sought [m]; inf without one."""
+    sought_ones = [one.high for one in varied if one.path == STROKE]
+    return max([float(getattr(assembly.loop.plant, "stroke", math.inf)), *sought_ones])
+
+
 def problem_of(
     assembly: Assembly, varied: Sequence[Variation], taken: Sequence[Understood], threads: int
 ) -> Problem:
     """What is fitted to what."""
     space = Space({one.path: (one.low, one.high) for one in varied})
-    columns = partial(parameters_of, assembly, varied)
     ends = np.array([[0.5] * len(varied), [0.25] * len(varied), [0.75] * len(varied)])
-    paths = tuple(columns(space.values(ends)))
+    paths = tuple(parameters_of(assembly, varied, space.values(ends)))
+    columns = partial(parameters_of, assembly, varied, always=paths)
     segments = [one for log in taken for one in log.segments]
     experiments = [
         experiment(assembly.loop, one, paths, substeps_for(assembly.loop, one)) for one in segments

@@ -85,11 +85,12 @@ def read_log(
     name = str(file)
     if not exists(file):
         raise ScenarioError(name, "", "there is no such file")
-    read = read_binary_table if file.suffix.lower() in BINARY else read_text_table
+    binary = file.suffix.lower() in BINARY
+    read, place = (read_binary_table, "") if binary else (read_text_table, "line 1")
     columns: list[Column] = []
 
     def choose(headers: Sequence[str]) -> Any:
-        columns[:] = chosen_columns(headers, mapping, name, needed, sought)
+        columns[:] = chosen_columns(headers, mapping, name, needed, sought, place)
         return columns
 
     found, headers = read(file, choose)

@@ -17,6 +17,7 @@ __all__ = ["LONGEST_BRIDGE", "Segment", "Understood", "understood"]
 
 JITTER = 0.02  # of a period, by which instants may lie beside an even grid
 MISSING = 1.5  # periods: a longer interval lacks samples
+NEAR = 0.9  # of a period, within which a sample must lie for one on the grid to follow from it
 DRIVING = (*INPUTS, REFERENCE)
 LONGEST_BRIDGE = 5  # samples that may lack in a row; beyond that, a new stretch begins
 
@@ -186,12 +187,17 @@ def joined(whole: Samples, places: Samples, values: Samples) -> Samples:
 def placed(whole: Samples, places: Samples, values: Samples, beside: bool) -> Samples:
     """What was measured at each sample; nan where nothing was."""
     if beside:
-        near = np.abs(
-            whole[:, np.newaxis]
-            - places[np.clip(np.searchsorted(places, whole), 1, places.size - 1)[:, np.newaxis] + [-1, 0]]
-        ).min(axis=1)
-        found = np.interp(whole, places, values)
-        return np.where(near <= 1.0, found, np.nan)
+        there = np.isfinite(values)
+        return interpolated(whole, places[there], values[there])
     found = np.full(whole.size, np.nan)
     found[places.astype(int)] = values
     return found
+
+
+def interpolated(whole: Samples, places: Samples, values: Samples) -> Samples:
+    """Samples moved onto a grid by linear interpolation; nan where none lies near."""
+    if places.size < 2:
+        return np.full(whole.size, np.nan)
+    after = np.clip(np.searchsorted(places, whole), 1, places.size - 1)
+    near = np.minimum(np.abs(whole - places[after - 1]), np.abs(whole - places[after]))
+    return np.where(near <= NEAR, np.interp(whole, places, values), np.nan)

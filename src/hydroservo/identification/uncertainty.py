@@ -74,7 +74,8 @@ def uncertainty(problem: Problem, found: Misfit, seed: int) -> Uncertainty:
     inverse = np.linalg.inv(information + prior)
     rows, unknowns = int(found.there.sum()), len(problem.unknowns)
     few = rows / max(rows - unknowns, 1)
-    influence = [one @ inverse for one in scores]
+    apart = spacing(problem)
+    influence = [in_groups(one, apart) @ inverse for one in scores]
     covariance = few * long_run_covariance(influence) + inverse @ prior @ inverse
     return Uncertainty(0.5 * (covariance + covariance.T), information, resampled(scores, bends, prior, seed))
 
@@ -103,6 +104,18 @@ def parts_of(problem: Problem, found: Misfit) -> tuple[list[Matrix], list[Matrix
         scores.append(own)
         bends.append(bend)
     return scores, bends
+
+
+def spacing(problem: Problem) -> int:
+    """How many samples lie from one measurement of the signal to its next that was measured most rarely."""
+    every = [values for one in problem.experiments for values in one.segment.measured.values()]
+    there = [np.flatnonzero(np.isfinite(values)) for values in every]
+    return max((int(np.median(np.diff(places))) for places in there if places.size > 1), default=1)
+
+
+def in_groups(rows: Matrix, size: int) -> Matrix:
+    """The sums of so many rows each, so that one measured more rarely has its part in all."""
+    return rows if size == 1 else np.add.reduceat(rows, np.arange(0, len(rows), size), axis=0)
 
 
 def resampled(scores: Sequence[Matrix], bends: Sequence[Matrix], prior: Matrix, seed: int) -> Matrix:

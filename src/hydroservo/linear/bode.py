@@ -281,7 +281,7 @@ def measured_curves(
         try:
             runs[name] = measured(loop, point, name, each, plan, [moved])
         except ParameterError as error:
-            problem = f"{error.allowed} while its {name} was excited"
+            problem = f"{error.allowed} while its {name} was excited; --linear shows its linear model"
             raise ParameterError("amplitude", amplitude, problem) from None
         report((i + 1) / len(EXCITED))
     driven, ruled, loaded = (runs[name] for name in EXCITED)

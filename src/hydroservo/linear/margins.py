@@ -128,7 +128,8 @@ def margins_at(point: OperatingPoint) -> Judged:
     errors = {path: max(change(here, one, places) for one in some) for path, some in others.items()}
     if not variants.loop.a.size:
         problem = (
-            "closes no loop here: small changes of the command do not come back, as in a valve's overlap"
+            "closes no loop here: small changes of the command do not come back, as in a valve's overlap or "
+            "where friction holds the piston; a command under which it moves is another point"
         )
         raise ParameterError("controller", type(point.loop.controller).__name__, problem)
     worst = max(errors.values(), key=lambda error: math.inf if math.isnan(error) else error)

@@ -109,10 +109,18 @@ def measured(
         data = quietly(simulate)(prepared(loop, point, given, plan), record=paths, metrics=[PistonTravel()])
         loop = stepping_as(loop, data)
         if data["diverged"] or data["stroke_left"]:
-            what = "diverged" if data["diverged"] else "left its stroke"
+            what = "diverged" if data["diverged"] else out_of_stroke(point)
             raise ParameterError("amplitude", amplitude, f"cannot be measured with: the loop {what}")
         runs.append([steady(data, path, point) for path in paths])
     return heard(np.array(runs), paths, plan)
+
+
+def out_of_stroke(point: OperatingPoint) -> str:
+    """How a loop came to leave its stroke."""
+    speed = abs(float(point.machine.plant.velocity))
+    return (
+        f"left its stroke, moving at {1e3 * speed:.3g} mm/s from its point on" if speed else "left its stroke"
+    )
 
 
 def stepping_as(loop: Loop, data: "xr.Dataset") -> Loop:

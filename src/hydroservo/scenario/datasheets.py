@@ -1,6 +1,6 @@
 """Many runs with other numbers of a datasheet: what constructors make of them, for each run."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -53,8 +53,13 @@ def datasheet_columns(
     return columns_of(assembled(source, changes, plugins), values)
 
 
-def columns_of(assembly: Assembly, values: Mapping[str, ArrayLike], first: int = 0) -> Columns:
-    """As :func:`datasheet_columns`, of a scenario that is loaded already, for the runs from a number on."""
+def columns_of(
+    assembly: Assembly, values: Mapping[str, ArrayLike], first: int = 0, always: Collection[str] = ()
+) -> Columns:
+    """As :func:`datasheet_columns`, of a scenario that is loaded already, for the runs from a number on.
+
+    Those of the paths ``always`` are there even if they are the loop's own in all runs.
+    """
     given = {path: checked_values(assembly, path, one, first) for path, one in values.items()}
     sizes = {path: one.size for path, one in given.items()}
     if len(set(sizes.values())) > 1:
@@ -64,7 +69,7 @@ def columns_of(assembly: Assembly, values: Mapping[str, ArrayLike], first: int =
         start = f"{name}."
         own = {path.removeprefix(start): one for path, one in given.items() if path.startswith(start)}
         if own:
-            found |= block_columns(assembly, name, own, first)
+            found |= block_columns(assembly, name, own, first, always)
     return found
 
 
@@ -82,7 +87,9 @@ def checked_values(assembly: Assembly, path: str, values: ArrayLike, first: int)
     return found
 
 
-def block_columns(assembly: Assembly, name: str, values: Columns, first: int) -> Columns:
+def block_columns(
+    assembly: Assembly, name: str, values: Columns, first: int, always: Collection[str]
+) -> Columns:
     """The numbers of one block of the loop that differ between runs, by path in the loop.
 
     Args:
@@ -90,6 +97,7 @@ def block_columns(assembly: Assembly, name: str, values: Columns, first: int) ->
         name: which block of the loop.
         values: what constructors take in each run, by path in the block.
         first: the number of the first of these runs, for the message.
+        always: paths in the loop of numbers that are there even if they do not differ.
     """
     draft = assembly.drafts[name]
     if name in Machine._fields:
@@ -117,7 +125,11 @@ def block_columns(assembly: Assembly, name: str, values: Columns, first: int) ->
             if path in found:
                 found[path][run] = value
     own = dict(leaves(usual))
-    return {f"{name}.{path}": row for path, row in found.items() if (row != own[path]).any()}
+    return {
+        f"{name}.{path}": row
+        for path, row in found.items()
+        if f"{name}.{path}" in always or (row != own[path]).any()
+    }
 
 
 def made(assembly: Assembly, name: str, draft: Draft) -> Block:

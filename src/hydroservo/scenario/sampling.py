@@ -1,6 +1,6 @@
 """The runs of a batch: what is drawn for each of them, and one of them alone."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from hashlib import sha256
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -258,9 +258,15 @@ def drawn(one: Variation, u: Numbers) -> tuple[Numbers, Numbers | None]:
 
 
 def parameters_of(
-    assembly: Assembly, varied: Sequence[Variation], values: Columns, first: int = 0
+    assembly: Assembly,
+    varied: Sequence[Variation],
+    values: Columns,
+    first: int = 0,
+    always: Collection[str] = (),
 ) -> Columns:
     """The numbers of the loop that follow from those drawn: these, or what constructors make of them.
+
+    Of the latter only those that are not the loop's own in all runs, and those of the paths ``always``.
 
     Raises:
         ScenarioError: what constructors take changes nothing, does not go together, or makes what is drawn.
@@ -269,7 +275,7 @@ def parameters_of(
     own = {path: column for path, column in values.items() if path not in taken}
     if not taken:
         return own
-    origin, made = varied[0].entry.origin.name, columns_of(assembly, taken, first)
+    origin, made = varied[0].entry.origin.name, columns_of(assembly, taken, first, always)
     if not made:
         problem = "changes nothing: no number of the loop follows from it here"
         raise ScenarioError(origin, ", ".join(taken), problem)
