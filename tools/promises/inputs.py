@@ -24,7 +24,7 @@ from tools.promises.given import KINDS, Given, again, stock
 
 __all__ = ["CORPUS", "count_inputs", "inputs_of", "judged"]
 
-CORPUS = Path(__file__).parents[2] / "tests" / "corpus" / "inputs"
+CORPUS = Path(__file__).parents[2] / "tests" / "support" / "inputs"
 PACKAGE = Path(hydroservo.__file__).parent
 CHUNK = 20_000  # inputs of a process, which draws from what ships and from what it found itself
 WATCHED = 24  # one of so many inputs is watched

@@ -14,10 +14,6 @@ from hydroservo.sources import DATASHEET
 __all__ = ["Orifice", "check_opens"]
 
 ROOT_2 = math.sqrt(2.0)
-WAYS = {
-    "from the supply": ("extra_lap_pa", "extra_lap_pb"),
-    "to the tank": ("extra_lap_at", "extra_lap_bt"),
-}
 
 DischargeCoefficient = Annotated[float, Field("", "discharge coefficient C_d", "of sharp edges", above=0)]
 Density = Annotated[float, Field("kg/m^3", "oil density rho", "of mineral oil", above=0)]
@@ -110,8 +106,15 @@ def check_opens(edges: MeteringEdges, max_opening: float) -> None:
     lap = getattr(edges, "lap", 0.0)
     if not lap < max_opening:
         raise ParameterError("orifice.lap", lap, f"must be below max_opening, {max_opening:g} [m]")
-    for way, (first, second) in WAYS.items():
-        least = min(getattr(edges, name, 0.0) for name in (first, second))
-        if not lap + least < max_opening:
-            allowed = f"leaves no way {way}: with the lap, it or {second} must be below {max_opening:g} [m]"
-            raise ParameterError(f"orifice.{first}", getattr(edges, first), allowed)
+    pa, pb = (getattr(edges, name, 0.0) for name in ("extra_lap_pa", "extra_lap_pb"))
+    at, bt = (getattr(edges, name, 0.0) for name in ("extra_lap_at", "extra_lap_bt"))
+    if not lap + min(pa, pb) < max_opening:
+        raise shut("from the supply", "extra_lap_pa", pa, "extra_lap_pb", max_opening)
+    if not lap + min(at, bt) < max_opening:
+        raise shut("to the tank", "extra_lap_at", at, "extra_lap_bt", max_opening)
+
+
+def shut(way: str, name: str, extra: float, other: str, max_opening: float) -> ParameterError:
+    """That both edges of one way stay shut."""
+    allowed = f"leaves no way {way}: with the lap, it or {other} must be below {max_opening:g} [m]"
+    return ParameterError(f"orifice.{name}", extra, allowed)
