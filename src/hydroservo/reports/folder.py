@@ -16,7 +16,8 @@ from hydroservo.reports.templating import environment
 __all__ = ["FIGURES", "REPORT", "Files", "write_report", "write_tables"]
 
 REPORT = "report.html"
-TABLES, FIGURES = "tables", "figures"
+TABLES = "tables"
+FIGURES = "figures"
 
 
 class Files(NamedTuple):
