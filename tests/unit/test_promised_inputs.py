@@ -13,11 +13,12 @@ from hydroservo.errors import HydroservoError
 from hydroservo.scenario import load_scenario
 from tools.promises import inputs
 from tools.promises.given import Given, load
-from tools.promises.inputs import CORPUS, judged
+from tools.promises.inputs import judged
 from tools.promises.logs import read
 from tools.promises.results import run_plugin
 
 ROOT = Path(__file__).parents[2]
+CORPUS = ROOT / "tests" / "support" / "inputs"
 USES: dict[str, Callable[[Path], Any]] = {".toml": load_scenario, ".py": run_plugin}
 
 

@@ -70,8 +70,8 @@ class Stock(NamedTuple):
                 del kept[first]
 
 
-def stock(more: Path) -> Stock:
-    """A stock of what ships, and of the scenarios in a folder."""
+def stock() -> Stock:
+    """A stock of what ships."""
     names = list(scenarios())
     made: dict[str, Assembly] = {name: assembled(name) for name in names}
     texts = [scenario_source(name) for name in names]
@@ -79,10 +79,7 @@ def stock(more: Path) -> Stock:
     tables += [canonical(one.loop) for one in made.values()]
     numbers = {name: list(numbers_of(one.drafts)) for name, one in made.items()}
     keys = sorted({path for one in numbers.values() for path, _, _ in one})
-    found = Stock(names, texts, tables, numbers, keys)
-    for path in sorted(more.glob("*.toml")):
-        found.keep(path.read_text("utf-8", "replace"))
-    return found
+    return Stock(names, texts, tables, numbers, keys)
 
 
 def load(folder: Path) -> Any:

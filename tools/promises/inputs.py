@@ -22,9 +22,8 @@ from hydroservo.errors import HydroservoError, HydroservoWarning
 from hydroservo.group import group
 from tools.promises.given import KINDS, Given, again, stock
 
-__all__ = ["CORPUS", "count_inputs", "inputs_of", "judged"]
+__all__ = ["count_inputs", "inputs_of", "judged"]
 
-CORPUS = Path(__file__).parents[2] / "tests" / "support" / "inputs"
 PACKAGE = Path(hydroservo.__file__).parent
 CHUNK = 20_000  # inputs of a process, which draws from what ships and from what it found itself
 WATCHED = 24  # one of so many inputs is watched
@@ -108,7 +107,7 @@ def work(seed: int, first: int, number: int, folder: Path, pipe: Any) -> None:
 
 def inputs_of(seed: int, first: int, number: int, folder: Path) -> Iterator[tuple[str, Given, Verdict, bool]]:
     """Inputs by their kind, what came of each, and whether it is kept."""
-    draw, from_ = Draw(f"{seed} {first}"), stock(CORPUS)
+    draw, from_ = Draw(f"{seed} {first}"), stock()
     lines = Lines()
     makes, shares = zip(*KINDS.values(), strict=True)
     with warnings.catch_warnings():

@@ -30,8 +30,8 @@ def left(
     measured: Mapping[str, Samples], shown: Mapping[str, Samples], weights: Mapping[str, float], shift: int
 ) -> float:
     """The weighted squares of the differences at a lag, a signal's mean difference left out; inf if lost."""
-    every = (weights[name] ** 2 * variance(one, shown[name], shift) for name, one in measured.items())
-    total = sum(every)
+    every = [weights[name] ** 2 * variance(one, shown[name], shift) for name, one in measured.items()]
+    total = float(np.sum(every))
     return total if np.isfinite(total) else np.inf
 
 

@@ -1,5 +1,6 @@
 """Whether residuals are noise, or hold what the model misses."""
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -21,8 +22,8 @@ def autocorrelation(parts: Sequence[Samples], lag: int) -> float:
         lag: in samples.
     """
     mean = float(np.mean(np.concatenate(parts)))
-    after = sum(float(((part[lag:] - mean) * (part[:-lag] - mean)).sum()) for part in parts)
-    squares = sum(float(((part - mean) ** 2).sum()) for part in parts)
+    after = math.fsum(float(((part[lag:] - mean) * (part[:-lag] - mean)).sum()) for part in parts)
+    squares = math.fsum(float(((part - mean) ** 2).sum()) for part in parts)
     return after / squares if squares > 0.0 else 0.0
 
 
@@ -41,5 +42,5 @@ def whiteness(parts: Sequence[Samples]) -> float:
     size = sum(part.size for part in cut)
     if not size:
         return 1.0
-    total = sum(autocorrelation(cut, lag) ** 2 / (size - lag) for lag in range(1, LAGS + 1))
+    total = math.fsum(autocorrelation(cut, lag) ** 2 / (size - lag) for lag in range(1, LAGS + 1))
     return float(chi2.sf(size * (size + 2.0) * total, LAGS))

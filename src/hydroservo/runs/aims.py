@@ -163,4 +163,4 @@ def check_ranges(loops: Sequence[Loop], ranges: Mapping[str, tuple[float, float]
 def geometric_mean(weights: Sequence[float], metrics: Sequence[float]) -> float:
     """The weighted geometric mean of the loops' metrics; inf where a run was lost."""
     pairs = zip(weights, metrics, strict=True)
-    return float(math.prod(metric ** (weight / sum(weights)) for weight, metric in pairs))
+    return float(math.prod(metric ** (weight / math.fsum(weights)) for weight, metric in pairs))

@@ -302,7 +302,7 @@ def costs(aim: Aim, metrics: Sequence[Any]) -> Any:
     """What is made small: the logarithm of the loops' geometric mean, and a penalty where a run was lost."""
     bounded = [np.clip(metric, 1.0 / LOST, LOST) for metric in metrics]
     total = sum(weight * np.log(one) for weight, one in zip(aim.weights, bounded, strict=True))
-    return total / sum(aim.weights) + np.where(np.max(metrics, axis=0) < SAFE, 0.0, PENALTY)
+    return total / math.fsum(aim.weights) + np.where(np.max(metrics, axis=0) < SAFE, 0.0, PENALTY)
 
 
 def mean_of(cost: float) -> float:

@@ -1,5 +1,6 @@
 """How far two laws are apart on the same conditions, and how sure that is."""
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -102,11 +103,11 @@ def mean_of(values: Numbers) -> Part:
 
 def total(found: list[Part], shared: float) -> tuple[float, float]:
     """The variance that parts come to, and its degrees of freedom."""
-    conditions, searches = found[0].variance, sum(one.variance for one in found[1:])
+    conditions, searches = found[0].variance, math.fsum(one.variance for one in found[1:])
     variance = max(conditions + searches - shared, conditions, searches)
     if not 0.0 < variance < np.inf:
         return variance, 0.0
-    return variance, variance**2 / sum(one.variance**2 / one.freedom for one in found)
+    return variance, variance**2 / math.fsum(one.variance**2 / one.freedom for one in found)
 
 
 def interval(value: float, found: tuple[list[Part], float], confidence: float) -> Difference:

@@ -1,5 +1,6 @@
 """Colours of families and marks of observers, the same in all pictures of a study."""
 
+import math
 from collections.abc import Iterable, Mapping
 from itertools import cycle
 
@@ -42,5 +43,5 @@ def paler(colour: str, share: float) -> str:
 
 def ink_on(colour: str) -> str:
     """The colour of writing that is readable on another."""
-    light = sum(weight * part for weight, part in zip(LUMINANCE, to_rgb(colour), strict=True))
+    light = math.fsum(weight * part for weight, part in zip(LUMINANCE, to_rgb(colour), strict=True))
     return "#ffffff" if light < DARK else INK

@@ -57,7 +57,7 @@ def spread_out(wanted: Sequence[float], gap: float, low: float, high: float) -> 
         while len(groups) > 1 and bottom(groups[-1], gap) < top(groups[-2], gap) + gap * (1.0 - 1e-9):
             members = groups[-2][0] + groups[-1][0]
             half = 0.5 * gap * (len(members) - 1)
-            middle = sum(wanted[one] for one in members) / len(members)
+            middle = math.fsum(wanted[one] for one in members) / len(members)
             groups[-2:] = [(members, min(max(middle, low + half), high - half))]
     places = [0.0] * len(wanted)
     for group in groups:

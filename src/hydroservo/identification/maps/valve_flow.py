@@ -232,7 +232,7 @@ def values_of(
     gains = [numbers["flow_gain_plus"], numbers["flow_gain_minus"]]
     widths = [one.high - one.low for one in gains]
     half = 0.25 * float(np.hypot(widths[0], widths[1]))
-    mean = 0.5 * sum(one.value for one in gains)
+    mean = 0.5 * (gains[0].value + gains[1].value)
     unit = orifice._replace(area_gradient=1.0)
     opening = 0.5 * valve.max_opening
     per_opening = slope_of(unit, opening, line.supply - line.tank)
