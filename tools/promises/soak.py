@@ -32,6 +32,7 @@ SHOWN = 60  # points of a curve, at most
 MIB = 2**20
 VARIANTS = 100
 PAGE = "rig/1khz-pi-sine"
+SAID = io.StringIO()  # one for all: click keeps each stream that it has written to
 SHORT = {"simulation.duration": "0.1 s"}
 
 Draw = random.Random
@@ -100,13 +101,14 @@ def called(words: Sequence[str]) -> None:
     """
     from hydroservo.cli.app import app
 
-    said = io.StringIO()
-    with redirect_stdout(said), redirect_stderr(said):
+    SAID.seek(0)
+    SAID.truncate()
+    with redirect_stdout(SAID), redirect_stderr(SAID):
         try:
             app(list(words), prog_name="hydroservo")
         except SystemExit as end:
             if end.code:
-                raise RuntimeError(f"{' '.join(words)}: {said.getvalue()[-300:]}") from None
+                raise RuntimeError(f"{' '.join(words)}: {SAID.getvalue()[-300:]}") from None
 
 
 def requests(page: Page) -> list[Work]:
