@@ -76,6 +76,7 @@ def tried(tmp_path):
     [
         (2, LINE, {}, []),
         (2, f"hydroservo: warning: it is slow\n{LINE}", {}, []),
+        (2, f"hydroservo: 56 % done: part 3\n{LINE}", {}, []),
         (2, "", {}, ["it ended with 2 and said ''"]),
         (2, LINE * 2, {}, [f"it ended with 2 and said {LINE * 2!r}"]),
         (0, "", {}, ["it ended well and left other files than it should"]),
