@@ -43,6 +43,12 @@ class LoopError(HydroservoError):
     """Blocks that do not fit together, or a block that does not behave as one."""
 
 
+def system_problem(error: OSError) -> str:
+    """What the system would not do, and with which file."""
+    parts = (error.filename, error.strerror or str(error))
+    return one_line(": ".join(str(part) for part in parts if part))
+
+
 def short(value: object) -> str:
     """A value as it may stand in a one-line message."""
     try:

@@ -2,6 +2,7 @@
 
 import json
 import re
+from importlib.machinery import EXTENSION_SUFFIXES
 
 import pytest
 
@@ -128,6 +129,14 @@ def test_too_little_memory_is_one_line(tmp_path, monkeypatch, said, why):
     monkeypatch.setattr(results.FORMATS[".csv"], "write", half_written(MemoryError(said)))
     message = failed("run", "paper/sine-pi", *QUICK, "--out", tmp_path)
     assert f"there is too little memory{why}; record less often" in message
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_library_that_the_system_does_not_load_is_one_line(tmp_path, monkeypatch):
+    error = ImportError("x: failed to map segment", path=f"/lib/x{EXTENSION_SUFFIXES[-1]}")
+    monkeypatch.setattr(results.FORMATS[".csv"], "write", half_written(error))
+    message = failed("run", "paper/sine-pi", *QUICK, "--out", tmp_path)
+    assert message == "hydroservo: a library cannot be loaded: x: failed to map segment\n"
     assert list(tmp_path.iterdir()) == []
 
 

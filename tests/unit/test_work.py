@@ -276,6 +276,14 @@ def test_a_unit_that_fails_does_not_keep_others_from_being_done(tmp_path, worker
     assert store.done() == {made[0].key, made[2].key, made[3].key}
 
 
+def test_what_the_system_refuses_a_unit_is_one_line(tmp_path):
+    def unread(_):
+        raise OSError(28, "No space left on device", "module.py")
+
+    with pytest.raises(UnitsError, match=r"such as unit 3: module.py: No space left on device"):
+        do([unit(3, unread)], opened(tmp_path), workers=1)
+
+
 @pytest.mark.parametrize("workers", [1, 2])
 def test_a_defect_is_raised_with_its_traceback_and_what_was_done_is_kept(tmp_path, workers):
     made, store = units(2, seconds=0.0), opened(tmp_path)

@@ -97,8 +97,8 @@ def faults_of(trial: Trial, number: int) -> Iterator[tuple[Fault, Counter[str], 
         if ended.status == 0 and trial.command.goes_on:
             shutil.rmtree(place.out)
         outcome = "one line" if ended.status else "did not matter"
-        hit = bool(failed)
-        yield fault, Counter({"attempts": hit, "broken": bool(problems), outcome: hit}), problems
+        hit = int(bool(failed))
+        yield fault, Counter({"attempts": hit, "broken": int(bool(problems)), outcome: hit}), problems
 
 
 def of_a_file(call: str) -> bool:

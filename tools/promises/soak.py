@@ -27,10 +27,12 @@ __all__ = ["count_soak", "growth"]
 
 WARM = 1 / 3  # of the rounds, in which caches fill
 NOISE = 0.01  # of the memory: a growth over all the time that is more counts as one
+FEWEST = 6  # rounds, whatever time they take
 SHOWN = 60  # points of a curve, at most
 MIB = 2**20
 VARIANTS = 100
 PAGE = "rig/1khz-pi-sine"
+SAID = io.StringIO()  # one for all: click keeps each stream that it has written to
 SHORT = {"simulation.duration": "0.1 s"}
 
 Draw = random.Random
@@ -46,14 +48,14 @@ class Sample(NamedTuple):
 
 
 def count_soak(count: int, seed: int, say: Callable[[str], None] = print) -> list[dict[str, Any]]:
-    """Work for ``count`` seconds; a row for the commands' process, and one for the page with its workers."""
+    """Work for ``count`` seconds or some rounds; a row for commands, one for a page with its workers."""
     warm_up()
     draw, begun = Draw(f"{seed}"), time.monotonic()
     done, failed = [0, 0], [0, 0]
     samples: tuple[list[Sample], list[Sample]] = ([], [])
     with tempfile.TemporaryDirectory(prefix="soak-") as folder, served(PAGE) as page:
         pieces = [*((0, work) for work in commands()), *((1, work) for work in requests(page))]
-        while (now := time.monotonic() - begun) < count:
+        while (now := time.monotonic() - begun) < count or len(samples[0]) < FEWEST:
             for which, work in draw.sample(pieces, len(pieces)):
                 done[which] += 1
                 try:
@@ -99,13 +101,14 @@ def called(words: Sequence[str]) -> None:
     """
     from hydroservo.cli.app import app
 
-    said = io.StringIO()
-    with redirect_stdout(said), redirect_stderr(said):
+    SAID.seek(0)
+    SAID.truncate()
+    with redirect_stdout(SAID), redirect_stderr(SAID):
         try:
             app(list(words), prog_name="hydroservo")
         except SystemExit as end:
             if end.code:
-                raise RuntimeError(f"{' '.join(words)}: {said.getvalue()[-300:]}") from None
+                raise RuntimeError(f"{' '.join(words)}: {SAID.getvalue()[-300:]}") from None
 
 
 def requests(page: Page) -> list[Work]:
@@ -146,14 +149,8 @@ def growth(samples: Sequence[Sample]) -> tuple[float, float]:
 
 
 def row_of(name: str, samples: Sequence[Sample], done: int, failed: int) -> dict[str, Any]:
-    """What is shown of a process.
-
-    Raises:
-        ValueError: there were too few rounds to tell.
-    """
+    """What is shown of a process."""
     warm = samples[int(WARM * len(samples)) :]
-    if len(warm) < 3:
-        raise ValueError(f"{len(samples)} rounds are too few; give more seconds")
     by, at_least = growth(warm)
     usual = median(one.memory for one in warm)
     grows, leaks = at_least > NOISE * usual, warm[-1].files > max(one.files for one in warm[: len(warm) // 2])

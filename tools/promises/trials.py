@@ -16,7 +16,7 @@ __all__ = ["Place", "Trial", "broken", "laid"]
 
 TO_STDERR = re.compile(r"\bwrite\(2<")
 KEPT = re.compile(r"kept in (.+) instead")
-WARNING = "hydroservo: warning: "
+ASIDE = re.compile(r"hydroservo: (warning: |\d+ % done)")
 SEVERAL = 0.5  # a command of a lesser share takes long, and has one variant
 
 
@@ -96,8 +96,8 @@ def broken(trial: Trial, variant: int, before: Files, ended: Ended, failed: list
 
 
 def is_one_line(ended: Ended) -> bool:
-    """Whether a command that failed said why in one line, and another nothing, but for warnings."""
-    said = [line for line in ended.err.splitlines() if not line.startswith(WARNING)]
+    """Whether a command that failed said why in one line; warnings and progress do not count."""
+    said = [line for line in ended.err.splitlines() if not ASIDE.match(line)]
     return len(said) == bool(ended.status) and all(line.startswith("hydroservo: ") for line in said)
 
 

@@ -11,7 +11,7 @@ import typer
 from typer.core import TyperGroup
 
 from hydroservo.cli.interrupts import INTERRUPTED, heard
-from hydroservo.errors import HydroservoError, HydroservoWarning, clipped, one_line
+from hydroservo.errors import HydroservoError, HydroservoWarning, clipped, one_line, system_problem
 
 __all__ = ["Commands", "Listing"]
 
@@ -45,7 +45,7 @@ class Commands(TyperGroup):
         except BrokenPipeError as error:
             raise typer.Exit(1) from error  # the reader, such as head, has all it wants
         except OSError as error:
-            say_error(described(error))
+            say_error(system_problem(error))
             raise typer.Exit(USER_ERROR) from error
         except MemoryError as error:  # numpy's says how much was asked for, Python's own nothing
             why = f": {one_line(str(error))}" if str(error) else ""
@@ -83,11 +83,6 @@ def running(error: BaseException) -> str:
 
 def say_error(message: str) -> None:
     typer.echo(f"hydroservo: {message}", err=True)
-
-
-def described(error: OSError) -> str:
-    parts = (error.filename, error.strerror or " ".join(str(error).split()))
-    return ": ".join(str(part) for part in parts if part)
 
 
 def misused(error: Any) -> str:

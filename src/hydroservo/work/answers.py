@@ -5,7 +5,7 @@ from traceback import format_exc
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 from hydroservo._version import __version__
-from hydroservo.errors import HydroservoError
+from hydroservo.errors import HydroservoError, system_problem
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -42,5 +42,7 @@ def answer_to(do: "Callable[[], pa.Table]", version: str) -> Answer:
         return do()
     except HydroservoError as error:
         return Failure(str(error))
+    except OSError as error:
+        return Failure(system_problem(error))
     except Exception:  # whatever it is, it goes back to whoever asked
         return Failure(format_exc(), defect=True)
