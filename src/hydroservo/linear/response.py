@@ -18,6 +18,7 @@ POINTS = 2000  # evenly by the logarithm
 LOWEST = 1e-6  # of the Nyquist frequency
 AROUND = np.concatenate([-np.geomspace(10.0, 1e-2, 12), [0.0], np.geomspace(1e-2, 10.0, 12)])  # half widths
 LEVEL = 1e-2  # by how much a response may change from the lowest frequency to 0
+POLE = 1e6  # of a response, from which on its sign changes at a pole and not at a crossing
 
 
 class Crossings(NamedTuple):
@@ -49,7 +50,10 @@ def rates_of(loop: OpenLoop) -> Response:
 
 
 def crossings(loop: OpenLoop, frequencies: Vector) -> Crossings:
-    """What the response crosses between these frequencies."""
+    """What the response crosses between these frequencies.
+
+    At a pole on the unit circle, as a law has at the frequency of its demand, the phase jumps: no crossing.
+    """
     response = loop.transfer(frequencies)
 
     def one(frequency: float) -> complex:
@@ -58,7 +62,7 @@ def crossings(loop: OpenLoop, frequencies: Vector) -> Crossings:
     gain = roots(lambda w: abs(one(w)) - 1.0, frequencies, np.abs(response) - 1.0)
     real = roots(lambda w: one(w).imag, frequencies, response.imag)
     ends = [0.0] if level(loop, response[0]) else []
-    phase = sorted(w for w in (*ends, *real, float(frequencies[-1])) if one(w).real < 0.0)
+    phase = sorted(w for w in (*ends, *real, float(frequencies[-1])) if -POLE < one(w).real < 0.0)
     return Crossings(tuple(gain), tuple(phase))
 
 
