@@ -263,6 +263,12 @@ def test_the_record_is_immutable_and_has_units() -> None:
     assert linear.margins is margins
 
 
+def test_a_pole_on_the_unit_circle_is_no_crossing() -> None:
+    found = margins(load_scenario("laws/internal-model-sine"))  # resonates at the 0.25 Hz of its demand
+    assert all(w > min(found.gain_crossovers) for w in found.phase_crossovers)
+    assert found.gain_reduction_margin == 0.0
+
+
 @pytest.mark.parametrize(
     ("loop", "command", "said"),
     [

@@ -106,6 +106,11 @@ def test_a_scenario_with_what_was_found_is_that_machine(tmp_path):
             {key: one for key, one in swept().items() if key != "velocity"} | {"force": TIME},
             "velocity",
         ),
+        (
+            "valve-flow",
+            swept() | {"position": 200.0 + np.sin(TIME)},
+            "the scenario's piston between 0 and 400",
+        ),
         ("pressure-gain", swept(), "the piston moves"),
         ("friction", swept(), 'no column "pressure_a [Pa]" or "load_force [N]" is there'),
         (

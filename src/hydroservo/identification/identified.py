@@ -1,6 +1,5 @@
 """Parameters of a scenario's machine from logs."""
 
-import math
 from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
@@ -17,7 +16,7 @@ from hydroservo.identification.held_out import held_out
 from hydroservo.identification.log import Given, Log, log_mapping, read_logs
 from hydroservo.identification.misfit import misfit
 from hydroservo.identification.one_step import best_prediction
-from hydroservo.identification.plausible import check_positions
+from hydroservo.identification.plausible import check_positions, stroke_of
 from hydroservo.identification.problem import Problem, unknowns_of, usual_values
 from hydroservo.identification.quality import log_fits
 from hydroservo.identification.result import Estimate, Identified
@@ -209,8 +208,8 @@ def read(logs: Sequence[Given], assembly: Assembly) -> list[Log]:
 
 def longest_stroke(assembly: Assembly, varied: Sequence[Variation]) -> float:
     """The stroke of the scenario's machine, or the longest that is sought [m]; inf without one."""
-    sought_ones = [one.high for one in varied if one.path == STROKE]
-    return max([float(getattr(assembly.loop.plant, "stroke", math.inf)), *sought_ones])
+    highest = [one.high for one in varied if one.path == STROKE]
+    return max([stroke_of(assembly.loop.plant), *highest])
 
 
 def problem_of(

@@ -5,13 +5,19 @@ from collections.abc import Iterable
 
 import numpy as np
 
+from hydroservo.block import Block
 from hydroservo.errors import ScenarioError
 from hydroservo.formatting import MINUS, quantity
 from hydroservo.identification.segments import Understood
 
-__all__ = ["check_positions"]
+__all__ = ["check_positions", "stroke_of"]
 
 BEYOND = 0.1  # of the stroke, by which a sensor's zero may lie beside the machine's
+
+
+def stroke_of(plant: Block) -> float:
+    """The stroke of a plant [m]; inf without one."""
+    return float(getattr(plant, "stroke", math.inf))
 
 
 def check_positions(logs: Iterable[Understood], stroke: float) -> None:

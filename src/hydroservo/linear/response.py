@@ -50,7 +50,10 @@ def rates_of(loop: OpenLoop) -> Response:
 
 
 def crossings(loop: OpenLoop, frequencies: Vector) -> Crossings:
-    """What the response crosses between these frequencies."""
+    """What the response crosses between these frequencies.
+
+    At a pole on the unit circle, as a law has at the frequency of its demand, the phase jumps: no crossing.
+    """
     response = loop.transfer(frequencies)
 
     def one(frequency: float) -> complex:

@@ -14,6 +14,7 @@ from hydroservo.identification.maps.pressure_gain import pressure_gain
 from hydroservo.identification.maps.reading import logs_of
 from hydroservo.identification.maps.result import Found, Interval, StaticMap
 from hydroservo.identification.maps.valve_flow import valve_flow
+from hydroservo.identification.plausible import check_positions, stroke_of
 from hydroservo.identification.result import Estimate
 from hydroservo.identification.segments import Understood
 from hydroservo.identification.signals import COMMAND
@@ -112,6 +113,7 @@ def measured(kind: Kind, logs: Sequence[Understood], assembly: Assembly | None, 
         return friction(logs, loop, piston)
     if loop is None or piston is None:
         raise ParameterError("scenario", "none", f"a {kind} map needs one, for areas, volumes and supply")
+    check_positions(logs, stroke_of(loop.plant))
     return valve_flow(logs, loop, piston) if kind == Kind.VALVE_FLOW else decay(logs, piston)
 
 
