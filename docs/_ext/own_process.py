@@ -21,6 +21,7 @@ from sphinx.application import Sphinx
 from sphinx.util.typing import ExtensionMetadata
 from traitlets.config import Config
 
+
 def executed(nb: Any, cwd: str, timeout: int, allow_errors: bool, **_: Any) -> ExecutionResult:
     """Execute a notebook in place, as the function of jupyter-cache that this replaces."""
     began = time.monotonic()
