@@ -169,11 +169,12 @@ def doubt(loop: Loop, data: Recorded, run: Run[Recorded]) -> str:
 
     Steps are suspect where the machine moves faster than the integrator is trusted to follow, where that says
     nothing, and where the load jumps inside one of them. A second run with steps half as long then decides,
-    unless the run is lost.
+    unless the run is lost, or the integrator chooses its steps and has no shortest one.
     """
-    fast, jump = warning(loop, data), first_jump_inside(loop)
+    fast, jump, integrator = warning(loop, data), first_jump_inside(loop), loop.simulation.integrator
     lost = not np.isfinite(np.asarray(data[COMMAND])).all()
-    if fast and lost:
+    halves = hasattr(integrator, "most_steps") or not hasattr(integrator, "attempt")
+    if fast and (lost or not halves):
         return fast
     if judged_by_rate(loop) and not fast and jump == math.inf:
         return ""
