@@ -168,6 +168,12 @@ HOOKS = (
         "the state after one more step that ``advance`` tries, and how far that is: p.gone seconds",
     ),
     Hook(
+        "most_steps",
+        Integrator,
+        None,
+        "steps of least length in a sample period; with twice as many a second run judges chosen steps",
+    ),
+    Hook(
         "found",
         Start,
         ("steady",),

@@ -22,4 +22,5 @@ def test_what_cannot_be_served_is_one_line():
         assert f"--port {port}" in failed("app", "--no-browser", "--port", port)
     assert "port = 70000" in failed("app", "--no-browser", "--port", "70000")
     assert "no built-in scenario" in failed("app", "nothing/there", "--no-browser")
-    assert "--host 192.0.2.1" in failed("app", "--no-browser", "--host", "192.0.2.1", "--port", "0")
+    assert "--host 192.0.2.1 --port 0:" in failed("app", "--no-browser", "--host", "192.0.2.1", "--port", "0")
+    assert "--host 192.0.2.1:" in failed("app", "--no-browser", "--host", "192.0.2.1")

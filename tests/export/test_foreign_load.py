@@ -134,7 +134,7 @@ def test_a_force_that_is_no_number_has_diverged() -> None:
 
 def test_an_fmu_that_can_have_one_instance_has_one() -> None:
     foreign = foreign_load().load.foreign  # type: ignore[attr-defined]
-    alone = foreign._replace(fmu=foreign.fmu._replace(alone=True))
+    alone = foreign._replace(fmu=foreign.fmu._replace(single=True))
     start = {"position": 0.0, "velocity": 0.0}
     for _ in range(2):
         with Instance(alone, "load", start), pytest.raises(LoopError, match="has one already"):

@@ -7,9 +7,13 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from hydroservo import load_scenario, simulate
 from hydroservo.engine import disk_cache
+from hydroservo.runs.run import ready
+from hydroservo.runs.step_sizes import machine_paths
 from tests.support.commands.processes import needs_posix
 from tests.support.needs import needs
 from tools.promises.cache import BY_ROOT, DAMAGES, Cache, loaded
@@ -19,10 +23,12 @@ from tools.promises.forked import Ended
 from tools.promises.kills import KILLED, Trial, judged
 from tools.promises.left import files_in
 from tools.promises.record import keep
+from tools.promises.reference import follow
 from tools.promises.soak import Sample, row_of
 from tools.promises.traced import Fault
 from tools.promises.trials import Place, broken
 from tools.promises.trials import Trial as Tried
+from tools.promises.verdicts import VERDICTS, Judged, apart, count_verdicts, outcome, tallied
 
 ROOT = Path(__file__).parents[2]
 DIED, WELL = Ended(KILLED, "", "", 1.0), Ended(0, "", "", 1.0)
@@ -157,6 +163,52 @@ one = commands.COMMANDS["tune"]
 kills.COMMANDS = {"tune": one._replace(prepare=broken) if sys.argv[1] == "halves" else one}
 print(kills.count_kills(int(sys.argv[2]), 0, lambda _: None)[0]["broken"])
 """
+
+
+@pytest.mark.parametrize(
+    ("said", "true", "found"),
+    [
+        (True, True, "rightly said"),
+        (False, False, "rightly not said"),
+        (True, False, "false"),
+        (False, True, "missed"),
+        (True, None, "no label"),
+        (None, True, "no label"),
+    ],
+)
+def test_a_verdict_and_its_label_are_held_against_each_other(said, true, found):
+    one = Judged(dict.fromkeys(VERDICTS, said), dict.fromkeys(VERDICTS, true))
+    assert outcome(one, "diverged") == found
+    tally = tallied([one], "diverged")
+    assert tally[found] == 1
+    assert tally["broken"] + tally["wrong and warned"] == (found in ("false", "missed"))
+
+
+@pytest.mark.slow  # it compiles several machines, by hand too
+def test_a_short_count_of_verdicts_finds_them_right():
+    rows = {row["verdict"]: row for row in count_verdicts(16, 0, lambda _: None)}
+    for name in ("diverged", "left the stroke", "below vacuum"):
+        assert rows[name]["broken"] == 0
+        assert rows[name]["rightly not said"] > 0
+    assert rows["left the stroke"]["rightly said"] > 0
+
+
+@pytest.mark.slow  # each compiles a machine by hand
+@pytest.mark.parametrize(
+    ("name", "changes"),
+    [
+        ("laws/lq-sine", {}),
+        ("axis/position", {"reference.time": "0.05 s"}),
+        ("axis/pump-controlled", {"reference.time": "0.05 s"}),
+        ("axis/crane", {"reference.time": "0.05 s"}),
+    ],
+)
+def test_machines_written_by_hand_move_as_the_blocks_do(name, changes):
+    loop = load_scenario(name, {"simulation.duration": "0.2 s", **changes})
+    *paths, _ = machine_paths(loop)
+    data = simulate(loop, record=paths)
+    states = np.stack([data[path].values for path in paths], axis=1)
+    assert apart(states, follow(ready(loop), 1e-10, np.inf).states) < 1e-6
 
 
 @needs_posix

@@ -41,6 +41,9 @@ LOOP = example(Loop, simulation=SHORT, controller=PI(0.3, 100.0))
 STIFF = replace(LOOP, {"plant.bulk_modulus": 7e10, "controller.proportional_gain": 0.03})
 SOFT = replace(LOOP, {"plant.bulk_modulus": 7e6, "plant.damping": 2000.0, "controller": PI(0.03, 1.0)})
 UNALIGNED = LOOP._replace(load=Square(100.0, 0.0837))
+STEPPED = LOOP._replace(
+    reference=example(SquareDemand), controller=PI(3.0, 600.0), valve=example(FirstOrderValve)
+)
 
 
 def with_substeps(loop: Loop, substeps: int) -> Loop:
@@ -113,7 +116,7 @@ def test_built_in_scenarios_are_trusted(name: str) -> None:
     assert warning(loop) == ""
 
 
-@pytest.mark.parametrize("loop", [LOOP, STIFF], ids=["ordinary oil", "stiff oil"])
+@pytest.mark.parametrize("loop", [STEPPED, STIFF], ids=["demand that jumps", "stiff oil"])
 def test_steps_that_are_too_coarse_say_so(loop: Loop) -> None:
     data = checked_steps(loop, simulate)
     said = data.attrs["warning"]
@@ -142,15 +145,33 @@ def test_tsit5_is_trusted_until_its_shortest_step_is_too_long() -> None:
 
 def test_a_false_alarm_is_not_raised_where_steps_are_within_tolerance() -> None:
     """On a demand that jumps, what is trusted is right to a part in a thousand, and what is not is not."""
-    square = LOOP._replace(
-        reference=example(SquareDemand), controller=PI(3.0, 600.0), valve=example(FirstOrderValve)
-    )
-    finest = simulate(with_substeps(square, 200))
-    errors = {n: difference(square, simulate(with_substeps(square, n)), finest) for n in (1, 3)}
-    assert warning(with_substeps(square, 1)) != ""
-    assert warning(with_substeps(square, 3)) == ""
+    finest = simulate(with_substeps(STEPPED, 200))
+    errors = {n: difference(STEPPED, simulate(with_substeps(STEPPED, n)), finest) for n in (1, 3)}
+    assert warning(with_substeps(STEPPED, 1)) != ""
+    assert warning(with_substeps(STEPPED, 3)) == ""
     assert errors[3] < 1e-3
     assert errors[1] > 1e-2
+
+
+def test_a_fast_motion_that_no_run_excites_raises_no_alarm() -> None:
+    finest = simulate(with_substeps(LOOP, 200))
+    data = checked_steps(LOOP, simulate)
+    assert warning(LOOP, data) != ""
+    assert "warning" not in data.attrs
+    assert difference(LOOP, data, finest) < 1e-3
+    few = replace(LOOP, {"simulation.integrator": Tsit5(1e-8, 1)})
+    assert warning(few) != ""
+    assert "warning" not in checked_steps(few, simulate).attrs
+
+
+@pytest.mark.parametrize(("period", "says"), [(0.0837, "first at 0.04185 s; Tsit5"), (0.084, "")])
+def test_a_load_that_jumps_inside_a_step_is_looked_at(period: float, says: str) -> None:
+    loop = with_substeps(LOOP._replace(load=Square(2000.0, period)), 10)
+    log: list[int] = []
+    assert says in checked_steps(loop, recorded(log)).attrs.get("warning", "")
+    assert log == ([10, 20] if says else [10])
+    adaptive = replace(loop, {"simulation.integrator": Tsit5()})
+    assert "warning" not in checked_steps(adaptive, simulate).attrs
 
 
 def test_differences_are_relative_to_each_states_largest_value() -> None:

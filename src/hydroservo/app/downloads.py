@@ -11,9 +11,9 @@ from hydroservo.app.source import Source
 from hydroservo.errors import HydroservoError, short
 from hydroservo.runs.run import simulate
 
-__all__ = ["KINDS", "File", "exported"]
+__all__ = ["KINDS", "File", "Report", "exported"]
 
-Report = Callable[[float, str], None]
+Report = Callable[[float, str], None]  # called with the fraction done, and what is being done
 FORMATS = {"csv": "text/csv", "parquet": "application/octet-stream", "mat": "application/octet-stream"}
 PICTURES = {"png": "image/png", "svg": "image/svg+xml"}
 KINDS = (*FORMATS, *PICTURES, "c", "fmu")
@@ -38,22 +38,23 @@ def exported(source: Source, kind: str, report: Report) -> File:
     Raises:
         HydroservoError: there is no such kind, or the loop cannot be exported.
     """
-    with tempfile.TemporaryDirectory() as place:
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
         if kind in FORMATS or kind in PICTURES:
-            return of_run(source, kind, Path(place), report)
+            return of_run(source, kind, folder, report)
         if kind == "c":
-            return c_project(source, Path(place), report)
+            return c_project(source, folder, report)
         if kind == "fmu":
-            return fmu(source, Path(place), report)
+            return fmu(source, folder, report)
     raise HydroservoError(f"{short(kind)} is not an export; there are {', '.join(KINDS)}")
 
 
-def of_run(source: Source, kind: str, place: Path, report: Report) -> File:
+def of_run(source: Source, kind: str, folder: Path, report: Report) -> File:
     """The trajectory, or a picture of it."""
     from hydroservo.plotting import plot
     from hydroservo.runs.results import save
 
-    file = place / f"run.{kind}"
+    file = folder / f"run.{kind}"
     run = simulate(source.assembled().loop, progress=lambda done: report(0.8 * done, "simulating"))
     report(0.8, "writing")
     if kind in PICTURES:
@@ -63,11 +64,11 @@ def of_run(source: Source, kind: str, place: Path, report: Report) -> File:
     return File(file.name, (FORMATS | PICTURES)[kind], file.read_bytes())
 
 
-def c_project(source: Source, place: Path, report: Report) -> File:
+def c_project(source: Source, folder: Path, report: Report) -> File:
     """The law as a folder of C, in an archive."""
     from hydroservo.export.products import export_c
 
-    export = export_c(source.assembled().loop, place, progress=report)
+    export = export_c(source.assembled().loop, folder, progress=report)
     out = io.BytesIO()
     with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
         for file in export.files:
@@ -75,10 +76,10 @@ def c_project(source: Source, place: Path, report: Report) -> File:
     return File("controller.zip", "application/zip", out.getvalue())
 
 
-def fmu(source: Source, place: Path, report: Report) -> File:
+def fmu(source: Source, folder: Path, report: Report) -> File:
     """The law as an FMU."""
     from hydroservo.export.products import export_fmu
 
-    file = place / "controller.fmu"
+    file = folder / "controller.fmu"
     export_fmu(source.assembled().loop, file, progress=report)
     return File(file.name, "application/octet-stream", file.read_bytes())

@@ -68,8 +68,7 @@ def types_of(role: type) -> list[str]:
 
 
 def blocks_of(path: str, draft: Draft, context: Context) -> Iterator[dict[str, Any]]:
-    said = {name: one.made() for name, one in draft.members.items() if name in SIGNALS and is_draft(one)}
-    signals = group(said)
+    signals = signals_of(draft)
     for name, one in draft.members.items():
         if isinstance(one, Draft):
             hint = hints(draft.maker).get(name)
@@ -77,15 +76,16 @@ def blocks_of(path: str, draft: Draft, context: Context) -> Iterator[dict[str, A
             yield block_of(f"{path}.{name}", one, hint, below)
 
 
-def is_draft(one: object) -> bool:
-    return isinstance(one, Draft)
+def signals_of(draft: Draft) -> Any:
+    """The signals that a block says it controls, as a group."""
+    members = draft.members.items()
+    return group({name: one.made() for name, one in members if name in SIGNALS and isinstance(one, Draft)})
 
 
 def numbers_of(path: str, draft: Draft, context: Context) -> Iterator[dict[str, Any]]:
     """The numbers of a block that may be given."""
     fields, kinds = declared_fields(draft.maker), hints(draft.maker)
-    said = {name: one.made() for name, one in draft.members.items() if name in SIGNALS and is_draft(one)}
-    inside = context.below(group(said), "")
+    inside = context.below(signals_of(draft), "")
     for name, value in draft.members.items():
         kind = kinds.get(name)
         if kind not in (float, int, bool):
@@ -94,7 +94,7 @@ def numbers_of(path: str, draft: Draft, context: Context) -> Iterator[dict[str, 
         if field.derived:
             continue
         given = draft.table.entry(name).value if draft.table.has(name) else None
-        unit, factor = readable_unit(field.unit, abs(value) if math.isfinite(value) else 0.0)
+        unit, factor = unit_of(value, field)
         yield {
             "path": f"{path}.{name}",
             "name": name,
@@ -120,5 +120,10 @@ def shown(value: float | int | bool, field: Field) -> str:
         return "auto"
     if isinstance(value, int):
         return str(value)
-    unit, factor = readable_unit(field.unit, abs(value) if math.isfinite(value) else 0.0)
+    unit, factor = unit_of(value, field)
     return f"{value * factor:.10g} {unit}".strip()
+
+
+def unit_of(value: float, field: Field) -> tuple[str, float]:
+    """The unit in which a number is read, and the factor from SI."""
+    return readable_unit(field.unit, abs(value) if math.isfinite(value) else 0.0)

@@ -13,6 +13,7 @@ from hydroservo.linear.parts import parts_of
 from hydroservo.linear.reading import READ, read_as
 from hydroservo.linear.responses import responses
 from hydroservo.loop import Loop
+from hydroservo.runs.cautions import warnings_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -73,7 +74,7 @@ def drawn_bode(loop: Loop) -> tuple[dict[str, Any], NDArray[np.float32]]:
         "points": int(data.sizes["frequency"]),
         "stable": bool(data["stable"]),
         "margins": margins_shown(data),
-        "warnings": [line for line in str(data.attrs.get("warning", "")).splitlines() if line],
+        "warnings": warnings_of(data),
     }
     return about, rows_of(data["frequency"].values, {name: data[name].values for name in CURVES})
 

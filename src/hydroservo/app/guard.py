@@ -85,7 +85,7 @@ class Guard:
             return
         if scope["type"] != "http":
             return  # there are no sockets here; the server then closes the connection
-        headers = named(scope)
+        headers = headers_of(scope)
         try:
             self.check(scope, headers)
             if self.door.token and not self.known(headers):
@@ -137,7 +137,7 @@ class Guard:
         await answer(send, HTTPStatus.SEE_OTHER, "", {"location": "/", "set-cookie": cookie})
 
 
-def named(scope: Scope) -> dict[str, str]:
+def headers_of(scope: Scope) -> dict[str, str]:
     """The headers of a request; one that comes twice counts as none."""
     found: dict[str, str] = {}
     for name, value in scope["headers"]:

@@ -4,7 +4,7 @@ import warnings
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
-from hydroservo.app.downloads import exported
+from hydroservo.app.downloads import Report, exported
 from hydroservo.app.form import form_of
 from hydroservo.app.logs import drawn_log, found_in_log, log_file
 from hydroservo.app.retyped import retyped
@@ -19,26 +19,25 @@ from hydroservo.runs.run import simulate
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["JOBS", "Answer", "Report"]
+__all__ = ["JOBS", "Answer"]
 
 MOST_SUBSTEPS = 10**6
 LOWEST, HIGHEST = 1e-9, 1e9  # Hz
 Request = Mapping[str, Any]
 Answer = tuple[dict[str, Any], bytes]
-Report = Callable[[float, str], None]
 
 
 def run(request: Request, home: Home, report: Report) -> Answer:
     """A run, and the form where it is asked for."""
     assembly = source_of(request, home).assembled()
-    form = {"form": form_of(assembly)} if request.get("form") else {}
+    fields = {"form": form_of(assembly)} if request.get("form") else {}
     report(0.0, "simulating")
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", HydroservoWarning)  # the answer has them
         data = whole_or_sketched(assembly.loop, request.get("substeps"), report)
     more = request.get("signals")
     drawn = drawn_run(assembly.loop, data, more if isinstance(more, list) else [])
-    return {**drawn.about, **form}, drawn.rows.tobytes()
+    return {**drawn.about, **fields}, drawn.rows.tobytes()
 
 
 def whole_or_sketched(loop: Loop, substeps: object, report: Report) -> "xr.Dataset":

@@ -1,13 +1,14 @@
 """A recorded log beside a run, and the machine's numbers from it."""
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from hydroservo.app.downloads import Report
 from hydroservo.app.source import Home, Source
 from hydroservo.app.trajectory import thinned
 from hydroservo.errors import HydroservoError, ScenarioError, short
@@ -66,9 +67,7 @@ def drawn_log(source: Source, file: Path) -> tuple[dict[str, Any], NDArray[np.fl
     return about, rows
 
 
-def found_in_log(
-    source: Source, file: Path, ranges: Mapping[str, str], report: Callable[[float, str], None]
-) -> dict[str, Any]:
+def found_in_log(source: Source, file: Path, ranges: Mapping[str, str], report: Report) -> dict[str, Any]:
     """Numbers of the machine from a log.
 
     Args:

@@ -112,26 +112,21 @@ def is_of(value: object, unit: str) -> bool:
 def examples(near: str, wanted: str) -> list[tuple[str, Mapping[str, object]]]:
     """The built-in scenarios that have a block of a type, those of a scenario's own folder first."""
     folder = near.partition("/")[0]
-    found = [(name, numbers[wanted]) for name, numbers in known().items() if wanted in numbers]
+    found = [(name, numbers[wanted]) for name, numbers in builtin_numbers().items() if wanted in numbers]
     return sorted(found, key=lambda one: not one[0].startswith(f"{folder}/"))
 
 
 @cache
-def known() -> dict[str, dict[str, Mapping[str, object]]]:
-    """What each built-in scenario says of its blocks, by their types."""
-    return {name: dict(said(assembled(name))) for name in scenarios()}
+def builtin_numbers() -> dict[str, dict[str, Mapping[str, object]]]:
+    """What each built-in scenario gives for its blocks, by their types."""
+    return {name: dict(numbers_in(*assembled(name).drafts.values())) for name in scenarios()}
 
 
-def said(assembly: Assembly) -> Iterator[tuple[str, Mapping[str, object]]]:
-    for draft in assembly.drafts.values():
-        yield from said_of(draft)
-
-
-def said_of(draft: Draft) -> Iterator[tuple[str, Mapping[str, object]]]:
-    for one in draft.members.values():
-        if isinstance(one, Draft):
-            yield from said_of(one)
-    maker: Any = draft.maker
-    entries = {key: entry.value for key, entry in draft.table.entries() if key != "type"}
-    if all(key.rpartition(".")[2] != "file" for key in entries):
-        yield maker.__qualname__, entries
+def numbers_in(*drafts: Draft) -> Iterator[tuple[str, Mapping[str, object]]]:
+    """What is given for some blocks and those in them, each with its type; inner ones come first."""
+    for draft in drafts:
+        yield from numbers_in(*(one for one in draft.members.values() if isinstance(one, Draft)))
+        maker: Any = draft.maker
+        entries = {key: entry.value for key, entry in draft.table.entries() if key != "type"}
+        if all(key.rpartition(".")[2] != "file" for key in entries):
+            yield maker.__qualname__, entries

@@ -82,7 +82,7 @@ def application(home: Home, door: Door, changes: list[str]) -> Guard:
         return StreamingResponse(frames(worker, name, asked), media_type="application/octet-stream")
 
     async def log(request: Request) -> Response:
-        return await kept(request, home.folder)
+        return await keep_log(request, home.folder)
 
     routes = [
         Route("/", page),
@@ -111,8 +111,8 @@ def frame(message: Message) -> bytes:
     return struct.pack("<II", len(text), len(message.content)) + text + message.content
 
 
-async def kept(request: Request, folder: Path) -> Response:
-    """A log from a page, under a name of the server's own; the oldest goes where there are many."""
+async def keep_log(request: Request, folder: Path) -> Response:
+    """Keep a log from a page, under a name of the server's own; the oldest goes where there are many."""
     ending = request.query_params.get("ending", "").lower()
     if ending not in LOGS:
         return JSONResponse({"problem": f"a log ends with one of {', '.join(LOGS)}"}, 415)

@@ -98,7 +98,8 @@ def opened(address: Address) -> socket.socket:
             return socket.create_server((host, one), family=family)
         except OSError as error:
             problem = error
-    raise HydroservoError(f"--host {host} --port {port}: {problem.strerror or problem}")
+    asked = f"--host {host}" + ("" if port is None else f" --port {port}")
+    raise HydroservoError(f"{asked}: {problem.strerror or problem}")
 
 
 def url(door: Door) -> str:

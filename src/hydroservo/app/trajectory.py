@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from hydroservo.formatting import common_unit, quantity, yes_or_no
 from hydroservo.hooks import has_chambers, is_valveless
 from hydroservo.loop import Loop
+from hydroservo.runs.cautions import warnings_of
 from hydroservo.runs.results import metric_fields, metrics_of
 
 if TYPE_CHECKING:
@@ -67,21 +68,21 @@ def drawn_run(loop: Loop, run: "xr.Dataset", more: Sequence[str]) -> Drawn:
     live = [panel(path, run, [path]) for path in LIVE if path in signals]
     lines = [line for one in (*panels, *live) for line in one["lines"]]
     time = run["time"].values
-    place = thinned(time, [line.pop("values") for line in lines])
+    rows = thinned(time, [line.pop("values") for line in lines])
     about = {
         "panels": panels,
         "live": live,
-        "points": int(place.shape[1]),
+        "points": int(rows.shape[1]),
         "signals": signals,
         "metrics": metrics_shown(run),
         "machine": machine_shown(loop),
-        "warnings": [line for line in str(run.attrs.get("warning", "")).splitlines() if line],
+        "warnings": warnings_of(run),
         "diverged": lost(run),
         "duration": loop.simulation.duration,
         "substeps": run.attrs.get("substeps", loop.simulation.substeps),
         "hash": run.attrs["hash"],
     }
-    return Drawn(about, place)
+    return Drawn(about, rows)
 
 
 def panel(title: str, run: "xr.Dataset", paths: Sequence[str]) -> dict[str, Any]:
@@ -132,9 +133,9 @@ def metrics_shown(run: "xr.Dataset") -> list[dict[str, Any]]:
             continue
         value = values[name]
         text = yes_or_no(value) if isinstance(value, bool) else quantity(value, field.unit)
-        least = field.smaller_is_better and math.isfinite(value)
+        compared = field.smaller_is_better and math.isfinite(value)
         found.append(
-            {"name": name, "meaning": field.meaning, "text": text, "value": value if least else None}
+            {"name": name, "meaning": field.meaning, "text": text, "value": value if compared else None}
         )
     return found
 

@@ -61,7 +61,7 @@ class Fmu(NamedTuple):
         identifier: of the model in names of files.
         token: by which an instance is known to belong to the description.
         binary: the shared library for this machine, by its path in the archive.
-        alone: whether a process can have but one instance.
+        single: whether a process can have but one instance.
         internal_step: the step that it takes inside [s]; nan where it does not say.
         variables: by name.
     """
@@ -73,7 +73,7 @@ class Fmu(NamedTuple):
     identifier: str
     token: str
     binary: str
-    alone: bool
+    single: bool
     internal_step: float
     variables: dict[str, Variable]
 
@@ -124,7 +124,7 @@ def described(path: Path, digest: str) -> Fmu:
         identifier=own.modelIdentifier,
         token=description.guid,
         binary=binary_in(names, version, own.modelIdentifier, fmpy),
-        alone=bool(own.canBeInstantiatedOnlyOncePerProcess),
+        single=bool(own.canBeInstantiatedOnlyOncePerProcess),
         internal_step=own.fixedInternalStepSize or math.nan,
         variables={one.name: variable(one, description) for one in description.modelVariables},
     )
@@ -145,10 +145,10 @@ def opened(path: Path, fmpy: Any) -> tuple[list[str], Any]:
     if not text:
         raise HydroservoError(f"is no FMU: there is no {DESCRIPTION} in it")
     with tempfile.TemporaryDirectory() as folder:
-        alone = Path(folder) / DESCRIPTION
-        alone.write_bytes(text)
+        file = Path(folder) / DESCRIPTION
+        file.write_bytes(text)
         try:
-            return names, fmpy.read_model_description(str(alone), validate=False)
+            return names, fmpy.read_model_description(str(file), validate=False)
         except Exception as error:  # whatever FMPy and lxml raise for a text that is not as it should be
             raise HydroservoError(f"has a {DESCRIPTION} that cannot be read: {error}") from None
 

@@ -15,13 +15,16 @@ from hydroservo.errors import LoopError
 __all__ = ["Instance"]
 
 LOADING = Lock()  # FMPy changes the process's folder while it loads a library
-FMI2_SETTERS = {"Real": "setReal", "Integer": "setInteger", "Enumeration": "setInteger"} | {
+FMI2_SETTERS = {
+    "Real": "setReal",
+    "Integer": "setInteger",
+    "Enumeration": "setInteger",
     "Boolean": "setBoolean",
     "String": "setString",
 }
 STATUS = dict(enumerate(("ok", "warning", "discard", "error", "fatal", "pending")))
 Answer = TypeVar("Answer")
-running: set[str] = set()  # digests of FMUs that can have one instance a process, and have
+running: set[str] = set()  # digests of the FMUs that have an instance in this process
 
 
 class Instance:
@@ -42,12 +45,12 @@ class Instance:
         self.named = foreign.fmu.variables
         self.given = dict(foreign.parameters)
         self.slave: Any = None
-        if foreign.fmu.alone and foreign.fmu.digest in running:
+        if foreign.fmu.single and foreign.fmu.digest in running:
             raise self.error("can have one instance in a process, and has one already")
         running.add(foreign.fmu.digest)
         try:
             with LOADING:
-                self.loaded()
+                self.load()
             self.initialize(start)
         except LoopError:
             self.close()
@@ -70,7 +73,7 @@ class Instance:
         if slave is not None and slave.component is not None and not self.fatal:
             slave.freeInstance()
 
-    def loaded(self) -> None:
+    def load(self) -> None:
         """Load the library, and make an instance that is not initialized yet."""
         from fmpy import calloc, fmi2, fmi3, free
 
@@ -88,27 +91,27 @@ class Instance:
             os.chdir(before)
         if fmu.version == 2:
             callbacks = fmi2.fmi2CallbackFunctions()
-            callbacks.logger = fmi2.fmi2CallbackLoggerTYPE(lambda *said: self.heard(said[-1]))
+            callbacks.logger = fmi2.fmi2CallbackLoggerTYPE(lambda *said: self.hear(said[-1]))
             callbacks.allocateMemory = fmi2.fmi2CallbackAllocateMemoryTYPE(calloc)
             callbacks.freeMemory = fmi2.fmi2CallbackFreeMemoryTYPE(free)
             self.slave.instantiate(callbacks=callbacks)
         else:
-            self.slave.instantiate(logMessage=lambda *said: self.heard(said[-1]))
+            self.slave.instantiate(logMessage=lambda *said: self.hear(said[-1]))
 
-    def heard(self, text: bytes | None) -> None:
-        """Keeps the last message."""
+    def hear(self, text: bytes | None) -> None:
+        """Keep the last message."""
         self.said = (text or b"").decode(errors="replace").strip()
 
     def initialize(self, start: Mapping[str, float]) -> None:
         """Parameters, then inputs, then the step mode."""
-        slave, three = self.slave, self.foreign.fmu.version == 3
+        slave = self.slave
         sizes = [name for name in self.given if self.named[name].causality == "structuralParameter"]
         if sizes:
             slave.enterConfigurationMode()
             self.set_parameters(sizes)
             slave.exitConfigurationMode()
         self.set_parameters(name for name in self.given if name not in sizes)
-        if not three:
+        if self.foreign.fmu.version == 2:
             slave.setupExperiment(startTime=0.0)
         slave.enterInitializationMode()
         self.arrays = {name: self.values(self.named[name]) for name in self.names(self.foreign.inputs)}
@@ -140,13 +143,13 @@ class Instance:
         whole = (one for one in self.named.values() if one.kind.startswith(("UInt", "Int")))
         by_reference = {one.reference: one for one in whole}
 
-        def one(size: int) -> int:
+        def length(size: int) -> int:
             if size >= 0:
                 return size
             name = by_reference[-1 - size].name
             return int(self.given[name][0]) if name in self.given else by_reference[-1 - size].start
 
-        return prod(map(one, variable.sizes))
+        return prod(map(length, variable.sizes))
 
     @staticmethod
     def names(wires: tuple[Wire, ...]) -> list[str]:
@@ -180,7 +183,7 @@ class Instance:
         Raises:
             LoopError: the FMU refuses.
         """
-        self.answered(partial(self.put, signals))
+        self.called(partial(self.put, signals))
 
     def outputs(self) -> dict[str, float]:
         """What the FMU answers, in SI units by signal.
@@ -188,10 +191,10 @@ class Instance:
         Raises:
             LoopError: the FMU refuses.
         """
-        return self.answered(self.read)
+        return self.called(self.read)
 
-    def answered(self, call: Callable[[], Answer]) -> Answer:
-        """What calls of the FMU return.
+    def called(self, call: Callable[[], Answer]) -> Answer:
+        """What a call of the FMU returns.
 
         Raises:
             LoopError: the FMU refuses.
@@ -241,10 +244,7 @@ class Instance:
             LoopError: the FMU does not take it, or ends the simulation.
         """
         self.time = time
-        try:
-            answer = self.slave.doStep(time, size)
-        except Exception as error:
-            raise self.refused("stopped", error) from None
+        answer = self.called(partial(self.slave.doStep, time, size))
         if answer is not None and (answer[1] or answer[2]):
             why = "asks to end the simulation" if answer[1] else "returns before the step's end"
             raise self.error(f"stopped at t = {self.time:.9g} s: it {why}")

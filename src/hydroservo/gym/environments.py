@@ -22,7 +22,7 @@ Numbers = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 Info = dict[str, Any]
 
-FIRST = np.zeros(1, dtype=np.int64)
+FIRST = np.zeros(1, dtype=np.int64)  # the number of the only run
 MOST = 1_000_000  # runs side by side
 METADATA: dict[str, Any] = {"render_modes": []}
 

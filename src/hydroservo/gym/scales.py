@@ -34,15 +34,14 @@ def scales_of(loop: Loop, paths: Sequence[str]) -> Scales:
         loop: the loop.
         paths: of what is seen, as :class:`~hydroservo.runs.stepping.SteppedRuns` has it.
     """
-    every = replace(loop, {"simulation.record_period": loop.simulation.period})
+    at_samples = replace(loop, {"simulation.record_period": loop.simulation.period})
     recorded = ["controller.u", "reference.value"]
-    data = quietly(simulate)(every, record=recorded, metrics=[], strict=True)
+    data = quietly(simulate)(at_samples, record=recorded, metrics=[], strict=True)
     commands, demand = (np.nan_to_num(data[path].to_numpy()) for path in recorded)
-    runs = SteppedRuns(
-        replace(loop, {"simulation.substeps": data.attrs.get("substeps", loop.simulation.substeps)}), {}, 1
-    )
-    none = np.zeros(1, dtype=np.int64)
-    runs.begin(none, sets=none, seeds=none + loop.simulation.seed)
+    substeps = data.attrs.get("substeps", loop.simulation.substeps)
+    runs = SteppedRuns(replace(loop, {"simulation.substeps": substeps}), {}, 1)
+    first = np.zeros(1, dtype=np.int64)
+    runs.begin(first, sets=first, seeds=np.array([loop.simulation.seed]))
     largest = np.zeros(len(paths))
     for command in commands[:-1]:
         largest = np.fmax(largest, [abs(runs[path].item()) for path in paths])

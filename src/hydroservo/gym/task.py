@@ -92,10 +92,10 @@ class Task:
     ) -> None:
         self.error_weight = float(number(error_weight, "error_weight", WEIGHT, float))
         self.effort_weight = float(number(effort_weight, "effort_weight", WEIGHT, float))
-        chosen = scenario_of(scenario, changes, signal)
-        loop, self.count = chosen.loop, count
+        assembly = scenario_of(scenario, changes, signal)
+        loop, self.count = assembly.loop, count
         self.limit = command_limits(loop).limit
-        self.runs = SteppedRuns(loop, drawn_sets(chosen, vary, draws), count, threads=threads)
+        self.runs = SteppedRuns(loop, drawn_sets(assembly, vary, draws), count, threads=threads)
         self.signals = signals_of(self.runs.loop)
         self.scales, self.error_scale = scales_of(loop, self.signals)
         self.stroke = float(getattr(self.runs.loop.plant, "stroke", np.inf))

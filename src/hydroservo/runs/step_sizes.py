@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from hydroservo import ops
 from hydroservo.block import Block, leaves, replace, value_at, values
 from hydroservo.errors import ParameterError
+from hydroservo.integrators.jumps import AFTER, BEFORE
 from hydroservo.loop import AUTO, Loop
 from hydroservo.states import filled
 
@@ -35,6 +36,7 @@ INSTANTS = 8  # of a run at which the machine is linearised, spread evenly
 NUDGE = 1e-6  # of a state's largest value, for its finite difference
 PEAK = 10.0  # times the median rate: what is faster than that at some instants is left to doubling
 TRUSTED = 1e-3  # largest relative difference to a run with steps half as long
+MOST_JUMPS = 1000  # of a load that are looked at
 MOST_PARTS = 100  # of a sample period, for a delayed command
 DOUBLINGS = 8  # of the first number of substeps
 STALLS = 2  # doublings in a row that did not halve the difference: nothing settles any more
@@ -121,10 +123,10 @@ def jacobian(loop: Loop, like: Block, t: float, x: Matrix, u: float, nudges: Mat
 
 
 def warning(loop: Loop, data: Signals | None = None) -> str:
-    """Why a run's steps are too coarse to be trusted, in one line; empty if they are not.
+    """That a machine moves too fast for its steps, in one line; empty if it does not.
 
-    They are if the machine somewhere moves faster than the integrator's ``trusted_rate``; one that has no
-    such rate never says so.
+    It does if it somewhere moves faster than the integrator's ``trusted_rate``; one that has no such rate
+    never says so.
 
     Args:
         loop: the loop, its substeps a number.
@@ -153,14 +155,40 @@ def checked_steps(loop: Loop, run: Run[Recorded]) -> Recorded:
 
     Returns:
         The run. Where substeps were chosen it has the attributes of :func:`settled`; where its steps are not
-        to be trusted, an attribute ``warning`` says why in one line: by the machine's fastest motion, or, for
-        an integrator to which that says nothing, by a second run with steps half as long.
+        to be trusted, an attribute ``warning`` says why in one line, as :func:`doubt` has it.
     """
     if loop.simulation.substeps == AUTO:
         return settled(loop, run)
     data = run(loop)
-    said = warning(loop, data) if judged_by_rate(loop) else unhalved(loop, data, run)
+    said = doubt(loop, data, run)
     return data.assign_attrs(warning=said) if said else data
+
+
+def doubt(loop: Loop, data: Recorded, run: Run[Recorded]) -> str:
+    """Why a run's steps are too coarse to be trusted, in one line; empty if they are not.
+
+    Steps are suspect where the machine moves faster than the integrator is trusted to follow, where that says
+    nothing, and where the load jumps inside one of them. A second run with steps half as long then decides,
+    unless the run is lost, or the integrator chooses its steps and has no shortest one.
+    """
+    fast, jump, integrator = warning(loop, data), first_jump_inside(loop), loop.simulation.integrator
+    lost = not np.isfinite(np.asarray(data[COMMAND])).all()
+    halves = hasattr(integrator, "most_steps") or not hasattr(integrator, "attempt")
+    if fast and (lost or not halves):
+        return fast
+    if judged_by_rate(loop) and not fast and jump == math.inf:
+        return ""
+    error = difference(loop, data, run(with_half_steps(loop)))
+    return "" if error <= TRUSTED else fast or unhalved(loop, error, jump)
+
+
+def with_half_steps(loop: Loop) -> Loop:
+    """The loop with steps half as long; the shortest ones, where the integrator chooses them."""
+    simulation = loop.simulation
+    if not hasattr(simulation.integrator, "most_steps"):
+        return with_substeps(loop, 2 * simulation.substeps)
+    changed: Loop = replace(loop, {"simulation.integrator.most_steps": 2 * simulation.integrator.most_steps})
+    return changed
 
 
 def judged_by_rate(loop: Loop) -> bool:
@@ -169,16 +197,37 @@ def judged_by_rate(loop: Loop) -> bool:
     return math.isfinite(simulation.integrator.trusted_rate(simulation.period, simulation.substeps))
 
 
-def unhalved(loop: Loop, data: Recorded, run: Run[Recorded]) -> str:
-    """Why a run's steps are too coarse to be trusted, from one with steps half as long; empty if not."""
+def first_jump_inside(loop: Loop) -> float:
+    """The first instant at which the load jumps and no step ends [s]; inf if there is none.
+
+    Of a load that jumps very often the first jumps alone are looked at.
+    """
+    simulation, load, jump = loop.simulation, loop.load, 0.0
+    if hasattr(simulation.integrator, "attempt"):  # which ends a step on each
+        return math.inf
+    step = simulation.period / simulation.substeps
+    for _ in range(MOST_JUMPS):
+        jump = load.next_jump(jump)
+        if jump >= simulation.duration:
+            break
+        steps = jump / step
+        jumps = load.force(BEFORE * jump) != load.force(AFTER * jump)  # and not its slope alone
+        if jumps and abs(steps - round(steps)) > 1e-9 * max(steps, 1.0):
+            return float(jump)
+    return math.inf
+
+
+def unhalved(loop: Loop, error: float, jump: float) -> str:
+    """That steps half as long change a run by an error; why, where the load jumps inside a step."""
     substeps = loop.simulation.substeps
-    error = difference(loop, data, run(with_substeps(loop, 2 * substeps)))
-    if error <= TRUSTED:
-        return ""
+    advice = (
+        'simulation.substeps = "auto" finds how many'
+        if jump == math.inf
+        else f"the load jumps inside a step, first at {jump:g} s; Tsit5 ends one there"
+    )
     return (
         f"the steps are too coarse to be trusted: {substeps} substep{'s' * (substeps != 1)} in a sample "
-        f"period and twice as many differ by {error:.1e} of the machine's largest values; "
-        'simulation.substeps = "auto" finds how many'
+        f"period and twice as many differ by {error:.1e} of the machine's largest values; {advice}"
     )
 
 

@@ -5,12 +5,13 @@ from collections.abc import Callable, Mapping, Sequence
 from types import FunctionType
 from typing import Any
 
-from hydroservo.engine.lower.expressions import lowers, spread
-from hydroservo.engine.lower.frame import Frame, inlined
+from hydroservo.engine.lower.expressions import spread
+from hydroservo.engine.lower.frame import Frame, inlined, lowers
 from hydroservo.engine.lower.instructions import INSTRUCTIONS
 from hydroservo.engine.lower.loops import Range
 from hydroservo.engine.lower.states import STATES
 from hydroservo.engine.lower.values import (
+    PYTHON_TYPES,
     Array,
     Bound,
     Composite,
@@ -128,7 +129,7 @@ def is_instance(value: Any, kinds: Any) -> bool:
     if isinstance(value, Composite | Bound):
         return False
     if isinstance(value, Scalar) and is_number(value):
-        return issubclass({"double": float, "i64": int, "i1": bool}[value.kind], wanted)
+        return issubclass(PYTHON_TYPES[value.kind], wanted)
     return isinstance(value, wanted)
 
 

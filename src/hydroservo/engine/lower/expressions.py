@@ -7,24 +7,14 @@ from types import FunctionType, ModuleType
 from typing import Any
 
 from hydroservo.engine.lower import numbers
-from hydroservo.engine.lower.frame import EXPRESSIONS, Frame, allowed
+from hydroservo.engine.lower.frame import Frame, allowed, lowers
 from hydroservo.engine.lower.memory import item
 from hydroservo.engine.lower.values import Array, Bound, LoweringError, Record, Scalar, lifted, same
 from hydroservo.engine.lower.writer import Block, DeadEndError, said
 
-__all__ = ["lowers", "spread"]
+__all__ = ["spread"]
 
 NO_MEMORY = "a list, a dict or a string needs memory, which compiled code does not have"
-
-
-def lowers(kind: type[ast.expr]) -> Callable[[Callable[[Frame, Any], Any]], Callable[[Frame, Any], Any]]:
-    """Names the function that lowers expressions of a kind."""
-
-    def registered(lower: Callable[[Frame, Any], Any]) -> Callable[[Frame, Any], Any]:
-        EXPRESSIONS[kind] = lower
-        return lower
-
-    return registered
 
 
 @lowers(ast.Constant)
@@ -225,4 +215,4 @@ for _kind in (
     ast.GeneratorExp,
     ast.JoinedStr,
 ):
-    EXPRESSIONS[_kind] = needs_memory
+    lowers(_kind)(needs_memory)

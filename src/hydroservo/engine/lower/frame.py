@@ -5,21 +5,33 @@ import builtins
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from types import FunctionType
-from typing import Any
+from typing import Any, TypeVar
 
 from hydroservo.engine.lower.source import Definition, definition_of
 from hydroservo.engine.lower.values import LoweringError, Record, lifted
 from hydroservo.engine.lower.writer import Block, DeadEndError, Writer
 
-__all__ = ["EXPRESSIONS", "STATEMENTS", "End", "Frame", "Loop", "Unlike", "inlined"]
+__all__ = ["End", "Frame", "Loop", "Unlike", "allowed", "inlined", "lowers"]
 
 End = tuple[Block, dict[str, Any]]  # a block that is not left yet, and what the names stand for there
+
+Lower = TypeVar("Lower", bound=Callable[["Frame", Any], Any])
 
 EXPRESSIONS: dict[type, Callable[["Frame", Any], Any]] = {}
 STATEMENTS: dict[type, Callable[["Frame", Any], None]] = {}
 OPEN = ("hydroservo.ops.", "hydroservo.states", "hydroservo.block", "hydroservo.engine.")
 DEEPEST = 60  # calls inside each other
 MISSING = object()
+
+
+def lowers(kind: type[ast.expr | ast.stmt]) -> Callable[[Lower], Lower]:
+    """Names the function that lowers expressions or statements of a kind."""
+
+    def registered(lower: Lower) -> Lower:
+        (EXPRESSIONS if issubclass(kind, ast.expr) else STATEMENTS)[kind] = lower
+        return lower
+
+    return registered
 
 
 class Unlike:

@@ -11,6 +11,7 @@ from hydroservo.engine.lower.values import (
     BOOL,
     DOUBLE,
     INTEGER,
+    PYTHON_TYPES,
     Array,
     Composite,
     LoweringError,
@@ -123,7 +124,7 @@ def gathered(value: Any, numbers: list[Any]) -> Any:
     if isinstance(value, Composite) or not is_number(value):
         raise LoweringError(f"compiled code cannot return {said(value)}")
     numbers.append(value)
-    return {DOUBLE: float, INTEGER: int, BOOL: bool}[kind_of(value)]
+    return PYTHON_TYPES[kind_of(value)]
 
 
 def module(name: str, asked: str, strict: bool, write: Callable[[Writer, list[Frame]], None]) -> str:
@@ -140,10 +141,10 @@ def module(name: str, asked: str, strict: bool, write: Callable[[Writer, list[Fr
     if w.raised is not None:
         w.raised.lines.append("ret i32 1")
     lines = [*w.declared.values(), "", f"define i32 @{name}({asked}) nounwind {{", w.body(), "}"]
-    return "\n".join([*lines, *loops(w.loops)]) + "\n"
+    return "\n".join([*lines, *loop_nodes(w.loops)]) + "\n"
 
 
-def loops(few: Sequence[bool]) -> list[str]:
+def loop_nodes(few: Sequence[bool]) -> list[str]:
     """A node for each loop: those with few turns are unrolled, the others ask for what node 0 says."""
     unrolled = len(few) + 1
     nodes = [f"!{i} = distinct !{{!{i}, !{unrolled if one else 0}}}" for i, one in enumerate(few, start=1)]

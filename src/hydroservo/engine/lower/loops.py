@@ -9,10 +9,10 @@ from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 from hydroservo.engine.lower import numbers
-from hydroservo.engine.lower.frame import End, Frame, Loop, Unlike
+from hydroservo.engine.lower.frame import End, Frame, Loop, Unlike, lowers
 from hydroservo.engine.lower.memory import item
 from hydroservo.engine.lower.source import assigned, read_after
-from hydroservo.engine.lower.statements import bind, lowers
+from hydroservo.engine.lower.statements import bind
 from hydroservo.engine.lower.values import (
     BOOL,
     DOUBLE,

@@ -5,6 +5,7 @@ from typing import Any
 
 from hydroservo.engine.lower import numbers
 from hydroservo.engine.lower.values import (
+    ADDRESS,
     BOOL,
     DOUBLE,
     INTEGER,
@@ -33,7 +34,7 @@ def stored(w: Writer, kind: str, address: str, index: Any, value: Any) -> None:
 
 
 def located(w: Writer, kind: str, address: str, index: Any) -> str:
-    return w.emit("ptr", f"getelementptr {kind}, ptr {address}, i64 {operand(index)}").text
+    return w.emit(ADDRESS, f"getelementptr {kind}, ptr {address}, i64 {operand(index)}").text
 
 
 def item(w: Writer, owner: Any, index: Any) -> Any:
@@ -47,7 +48,7 @@ def item(w: Writer, owner: Any, index: Any) -> Any:
     if isinstance(owner, Array):
         place, rest = inside(w, owner, index)
         if rest:
-            start = w.emit("ptr", f"getelementptr double, ptr {owner.parts[0].text}, i64 {operand(place)}")
+            start = w.emit(ADDRESS, f"getelementptr double, ptr {owner.parts[0].text}, i64 {operand(place)}")
             return Array([start, *rest])
         return loaded(w, DOUBLE, owner.parts[0].text, place)
     if isinstance(owner, Record):

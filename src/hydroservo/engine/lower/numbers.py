@@ -22,7 +22,7 @@ from hydroservo.engine.lower.values import (
 )
 from hydroservo.engine.lower.writer import Writer, said
 
-__all__ = ["absolute", "binary", "compared", "floating", "floored", "inverted", "negated", "truth", "whole"]
+__all__ = ["absolute", "binary", "compared", "floating", "inverted", "negated", "truth", "whole"]
 
 PYTHON: dict[type, Callable[[Any, Any], Any]] = {
     ast.Add: operator.add,
@@ -112,7 +112,7 @@ def float_result(w: Writer, op: type, a: Any, b: Any) -> Any:
 def whole_result(w: Writer, op: type, a: Any, b: Any) -> Any:
     x, y = operand(a), operand(b)
     if op in WHOLES or op in BITS:
-        return w.emit(INTEGER, f"{(WHOLES.get(op) or BITS[op])} i64 {x}, {y}")
+        return w.emit(INTEGER, f"{WHOLES.get(op) or BITS[op]} i64 {x}, {y}")
     if op not in (ast.FloorDiv, ast.Mod):
         raise LoweringError(f"compiled code does not support the operator {op.__name__}")
     zero = w.emit(BOOL, f"icmp eq i64 {y}, 0")
@@ -157,7 +157,7 @@ def quotient(w: Writer, a: Any, b: Any) -> Any:
 
 
 def differ(w: Writer, a: Any, b: Any) -> Any:
-    """Whether one of two is below 0."""
+    """Whether exactly one of two is below 0."""
     return binary(w, ast.BitXor, compared(w, ast.Lt, a, 0.0), compared(w, ast.Lt, b, 0.0))
 
 
@@ -252,8 +252,3 @@ def whole(w: Writer, value: Any) -> Any:
             else w.emit(INTEGER, f"fptosi double {operand(value)} to i64")
         )
     return w.converted(value, INTEGER)
-
-
-def floored(w: Writer, value: Any) -> Any:
-    """The largest whole number not above a float, as a float."""
-    return w.call("llvm.floor.f64", DOUBLE, [floating(w, value)])

@@ -1,26 +1,15 @@
 """Statements that give names a value, choose, or end a call."""
 
 import ast
-from collections.abc import Callable
 from typing import Any
 
 from hydroservo.engine.lower import numbers
-from hydroservo.engine.lower.frame import STATEMENTS, End, Frame
+from hydroservo.engine.lower.frame import End, Frame, lowers
 from hydroservo.engine.lower.memory import item, put
 from hydroservo.engine.lower.values import LoweringError, Record, Scalar
 from hydroservo.engine.lower.writer import said
 
-__all__ = ["bind", "lowers"]
-
-
-def lowers(kind: type[ast.stmt]) -> Callable[[Callable[[Frame, Any], None]], Callable[[Frame, Any], None]]:
-    """Names the function that lowers statements of a kind."""
-
-    def registered(lower: Callable[[Frame, Any], None]) -> Callable[[Frame, Any], None]:
-        STATEMENTS[kind] = lower
-        return lower
-
-    return registered
+__all__ = ["bind"]
 
 
 @lowers(ast.Pass)
@@ -56,12 +45,8 @@ def augmented(frame: Frame, node: ast.AugAssign) -> None:
     elif isinstance(node.target, ast.Subscript):
         owner, index = frame.value(node.target.value), frame.value(node.target.slice)
         old = item(frame.writer, owner, index)
-        put(
-            frame.writer,
-            owner,
-            index,
-            numbers.binary(frame.writer, type(node.op), old, frame.value(node.value)),
-        )
+        new = numbers.binary(frame.writer, type(node.op), old, frame.value(node.value))
+        put(frame.writer, owner, index, new)
     else:
         raise LoweringError("a block's fields keep their values")
 

@@ -15,6 +15,7 @@ __all__ = [
     "BOOL",
     "DOUBLE",
     "INTEGER",
+    "PYTHON_TYPES",
     "Array",
     "Bound",
     "Composite",
@@ -34,6 +35,7 @@ DOUBLE = "double"  # LLVM's names of types
 INTEGER = "i64"
 BOOL = "i1"
 ADDRESS = "ptr"
+PYTHON_TYPES: dict[str, type] = {DOUBLE: float, INTEGER: int, BOOL: bool}
 WORD = 2**64
 
 

@@ -4,6 +4,9 @@ from collections.abc import Sequence
 from typing import Any
 
 from hydroservo.engine.lower.values import (
+    BOOL,
+    DOUBLE,
+    INTEGER,
     Composite,
     LoweringError,
     Record,
@@ -150,8 +153,8 @@ class Writer:
         if own == kind:
             return value
         if not isinstance(value, Scalar):
-            return float(value) if kind == "double" else int(value)
-        instruction = "zext" if kind == "i64" else "uitofp" if own == "i1" else "sitofp"
+            return float(value) if kind == DOUBLE else int(value)
+        instruction = "zext" if kind == INTEGER else "uitofp" if own == BOOL else "sitofp"
         return self.emit(kind, f"{instruction} {own} {value.text} to {kind}")
 
     def selected(self, condition: Scalar, a: Any, b: Any) -> Any:
@@ -236,7 +239,7 @@ def common_kind(values: Sequence[Any]) -> str:
 def said(value: Any) -> str:
     """What a value is called in a message."""
     if is_number(value):
-        return {"double": "a float", "i64": "an int", "i1": "a bool"}[kind_of(value)]
+        return {DOUBLE: "a float", INTEGER: "an int", BOOL: "a bool"}[kind_of(value)]
     if isinstance(value, Record):
         return (
             f"a {value.cls.__name__} of {len(value.parts)}"
