@@ -39,7 +39,7 @@ def test_every_line_of_the_lock_is_a_comment_or_a_pin_with_hashes_from_no_named_
     assert "://" not in LOCK
 
 
-@pytest.mark.parametrize("asked", ASKED, ids=str)
+@pytest.mark.parametrize("asked", sorted(set(ASKED), key=str), ids=str)
 def test_what_is_asked_is_pinned_within_its_bounds(asked):
     pins = [pin for pin, *_ in ENTRIES if canonicalize_name(pin.name) == canonicalize_name(asked.name)]
     assert pins, f"{asked}: not in development.lock; {REMEDY}"
