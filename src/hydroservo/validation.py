@@ -80,7 +80,7 @@ def check_own(block: Block, path: str) -> None:
     except Exception as error:  # of a block that is a user's own
         kind = type(block).__name__
         problem = f"its method check fails: {type(error).__name__}: {error}"
-        raise ParameterError(path or kind, kind, problem) from None
+        raise ParameterError(path or kind, kind, problem) from error
 
 
 def in_range(block: Block, path: str = "", outer: Field | None = None) -> Block:

@@ -80,7 +80,7 @@ main()
 @needs_posix
 @pytest.mark.parametrize("module", ["hydroservo.cli.app", "typer", "numpy", "xarray", "pandas"])
 def test_ctrl_c_while_libraries_are_imported_is_one_line(module):
-    words = [sys.executable, "-c", INTERRUPTED_AT, module, "run", "paper/sine-pi"]
+    words = [sys.executable, "-c", INTERRUPTED_AT, module, "compare", "paper/sine-pi"]
     done = subprocess.run(words, text=True, capture_output=True, check=False)
     assert (done.returncode, done.stdout) == (130, "")
     assert done.stderr == "hydroservo: interrupted; nothing was left half-written\n"

@@ -14,7 +14,7 @@ ROOT = Path(__file__).parents[2]
 PAGES = sorted((ROOT / "docs").rglob("*.md"))
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```", re.MULTILINE | re.DOTALL)
 # The README's own lines have tests of their own, and so has the page; what takes minutes is run by .ci/run.
-ELSEWHERE = ("python3 -m venv", "pip install", "hydroservo paper", "hydroservo app")
+ELSEWHERE = ("python3 -m venv", "pip install", "pipx", "uvx", "hydroservo paper", "hydroservo app")
 
 
 def blocks(language: str) -> list[str]:

@@ -75,7 +75,9 @@ class Integrator(Protocol):
     its steps says what ``advance`` is by two others: ``begin(t, dt, substeps)`` is how far the period is
     integrated at its start, and ``attempt(system, t, x, u, dt, p)`` the state and how far it is after one
     more try, from such a ``p``. Its ``gone`` [s] grows where the try was accepted, until it is ``dt``.
-    Monitors hear each step of either kind, and one a sample period of a method that says neither.
+    Monitors hear each step of either kind, and one a sample period of a method that says neither. Where it
+    says too ``most_steps``, how many of its least length a period may take, a run with twice as many is what
+    its steps are held against.
     """
 
     def advance(self, system: Block, t: float, x: Block, u: Any, dt: float, substeps: int) -> Block: ...

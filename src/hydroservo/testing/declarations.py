@@ -146,6 +146,8 @@ def check_numbers(case: Case) -> None:
     try:
         checked(case.block)
     except ParameterError as error:
+        if error.__cause__ is not None:  # what stopped its own method check, with its line
+            raise error.__cause__ from None
         raise case.error(str(error), error.path.partition(".")[0]) from None
 
 
