@@ -16,6 +16,7 @@ __all__ = ["Place", "Trial", "broken", "laid"]
 
 TO_STDERR = re.compile(r"\bwrite\(2<")
 KEPT = re.compile(r"kept in (.+) instead")
+UNITS = re.compile(r"[\d,]+ of [\d,]+ units failed, such as ")
 ASIDE = re.compile(r"hydroservo: (warning: |\d+ % done)")
 SEVERAL = 0.5  # a command of a lesser share takes long, and has one variant
 
@@ -96,8 +97,13 @@ def broken(trial: Trial, variant: int, before: Files, ended: Ended, failed: list
 
 
 def is_one_line(ended: Ended) -> bool:
-    """Whether a command that failed said why in one line; warnings and progress do not count."""
+    """Whether a command that failed said why in one line.
+
+    Warnings and progress do not count, nor what is said of units of work before a line says how many failed.
+    """
     said = [line for line in ended.err.splitlines() if not ASIDE.match(line)]
+    if said and UNITS.search(said[-1]):
+        said = said[-1:]
     return len(said) == bool(ended.status) and all(line.startswith("hydroservo: ") for line in said)
 
 
