@@ -65,6 +65,7 @@ def test_a_part_of_the_record_leaves_the_others(tmp_path):
 
 
 Draw = random.Random
+UNIT = "runs 0 to 127: module.py: Too many open files"
 FAILED, LINE = ["write(3, ...)"], "hydroservo: out: cannot be written\n"
 
 
@@ -83,6 +84,7 @@ def tried(tmp_path):
         (2, LINE, {}, []),
         (2, f"hydroservo: warning: it is slow\n{LINE}", {}, []),
         (2, f"hydroservo: 56 % done: part 3\n{LINE}", {}, []),
+        (2, f"hydroservo: {UNIT}\nhydroservo: 1 of 5 units failed, such as {UNIT}\n", {}, []),
         (2, "", {}, ["it ended with 2 and said ''"]),
         (2, LINE * 2, {}, [f"it ended with 2 and said {LINE * 2!r}"]),
         (0, "", {}, ["it ended well and left other files than it should"]),

@@ -8,6 +8,7 @@ import tempfile
 from pathlib import Path
 from typing import NamedTuple
 
+from hydroservo.outputs import PREFIX
 from tools.promises.commands import Command
 from tools.promises.forked import Ended, start
 from tools.promises.left import Files, damage, files_in, hidden
@@ -15,8 +16,10 @@ from tools.promises.left import Files, damage, files_in, hidden
 __all__ = ["Place", "Trial", "broken", "laid"]
 
 TO_STDERR = re.compile(r"\bwrite\(2<")
+TO_REMOVE = re.compile(rf"unlink|rmdir|{re.escape(PREFIX)}.*O_DIRECTORY")
 KEPT = re.compile(r"kept in (.+) instead")
-ASIDE = re.compile(r"hydroservo: (warning: |\d+ % done)")
+UNITS = re.compile(r"[\d,]+ of [\d,]+ units failed, such as ")
+ASIDE = re.compile(r"hydroservo: (warning: |\d+ % done|.+ is damaged, and done again)")
 SEVERAL = 0.5  # a command of a lesser share takes long, and has one variant
 
 
@@ -78,7 +81,7 @@ def broken(trial: Trial, variant: int, before: Files, ended: Ended, failed: list
         failed: the calls that did, as strace says them; what could not be removed may stay.
     """
     place, wanted, after = trial.place, trial.wanted[variant], files_in(trial.place.out)
-    stays = any("unlink" in call or "rmdir" in call for call in failed)
+    stays = any(map(TO_REMOVE.search, failed))
     unheard = any(TO_STDERR.search(call) for call in failed)
     problems = damage(before, after, wanted, trial.command.last)
     if ended.status == 0 and {name: after[name] for name in after.keys() - hidden(after)} != wanted:
@@ -96,8 +99,14 @@ def broken(trial: Trial, variant: int, before: Files, ended: Ended, failed: list
 
 
 def is_one_line(ended: Ended) -> bool:
-    """Whether a command that failed said why in one line; warnings and progress do not count."""
+    """Whether a command that failed said why in one line.
+
+    Warnings, progress and parts that are done again do not count, nor what is said of units of work before a
+    line says how many failed.
+    """
     said = [line for line in ended.err.splitlines() if not ASIDE.match(line)]
+    if said and UNITS.search(said[-1]):
+        said = said[-1:]
     return len(said) == bool(ended.status) and all(line.startswith("hydroservo: ") for line in said)
 
 

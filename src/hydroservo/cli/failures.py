@@ -3,7 +3,6 @@
 import shlex
 import sys
 import warnings
-from importlib.machinery import EXTENSION_SUFFIXES
 from traceback import walk_tb
 from typing import Any, NoReturn
 
@@ -51,9 +50,7 @@ class Commands(TyperGroup):
             why = f": {one_line(str(error))}" if str(error) else ""
             say_error(f"there is too little memory{why}; record less often, or run fewer at once")
             raise typer.Exit(USER_ERROR) from error
-        except ImportError as error:
-            if not str(error.path).endswith(tuple(EXTENSION_SUFFIXES)):
-                raise
+        except ImportError as error:  # of a module that the system does not let load, or that is not there
             say_error(f"a library cannot be loaded: {one_line(str(error))}")
             raise typer.Exit(USER_ERROR) from error
         return result
