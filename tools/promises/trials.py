@@ -16,7 +16,7 @@ from tools.promises.left import Files, damage, files_in, hidden
 __all__ = ["Place", "Trial", "broken", "laid"]
 
 TO_STDERR = re.compile(r"\bwrite\(2<")
-TO_REMOVE = re.compile(rf"unlink|rmdir|{re.escape(PREFIX)}.*O_DIRECTORY")
+TO_REMOVE = re.compile(rf'unlink|rmdir|{re.escape(PREFIX)}\w+", O_RDONLY')
 KEPT = re.compile(r"kept in (.+) instead")
 UNITS = re.compile(r"[\d,]+ of [\d,]+ units failed, such as ")
 ASIDE = re.compile(r"hydroservo: (warning: |\d+ % done|.+ is damaged, and done again)")
