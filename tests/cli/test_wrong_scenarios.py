@@ -205,6 +205,11 @@ def test_wrong_bytes(tmp_path: Path, case: str) -> None:
     assert refused(path).startswith(f"{path}: {problem}")
 
 
+def test_a_file_of_a_name_like_it_is_offered(tmp_path: Path) -> None:
+    (tmp_path / "mine.toml").write_text("")
+    assert refused(tmp_path / "mine.tml").endswith("; did you mean mine.toml?")
+
+
 @pytest.mark.parametrize(
     ("source", "problem"),
     [

@@ -57,9 +57,17 @@ def located(source: str | Path) -> tuple[Origin, str]:
         return Origin(source, Path()), builtin_texts()[source]
     path, name = Path(source), one_line(str(source))
     if not exists(path):
-        near = nearest(name, scenarios())
+        near = nearest(name, scenarios()) or nearest(path.name, beside(path))
         raise ScenarioError(name, "", f"there is no such file, and no built-in scenario of that name{near}")
     return Origin(name, path.parent), read_text(path, LARGEST, name)
+
+
+def beside(path: Path) -> list[str]:
+    """The names of TOML files in the folder of a path; none where it cannot be listed."""
+    try:
+        return [one.name for one in path.parent.glob("*.toml")]
+    except (OSError, ValueError):
+        return []
 
 
 def named_source(entry: Entry) -> str | Path:
