@@ -179,7 +179,7 @@ def doubt(loop: Loop, data: Recorded, run: Run[Recorded]) -> str:
     if judged_by_rate(loop) and not fast and jump == math.inf:
         return ""
     error = difference(loop, data, run(with_half_steps(loop)))
-    return "" if error <= TRUSTED else fast or unhalved(loop, error, jump)
+    return "" if error <= TRUSTED else fast or changed_by_halving(loop, error, jump)
 
 
 def with_half_steps(loop: Loop) -> Loop:
@@ -217,7 +217,7 @@ def first_jump_inside(loop: Loop) -> float:
     return math.inf
 
 
-def unhalved(loop: Loop, error: float, jump: float) -> str:
+def changed_by_halving(loop: Loop, error: float, jump: float) -> str:
     """That steps half as long change a run by an error; why, where the load jumps inside a step."""
     substeps = loop.simulation.substeps
     advice = (
