@@ -49,6 +49,7 @@ def batch_report(
 
 
 def small(summary: BatchSummary) -> bool:
+    """Whether a batch is small enough for a picture."""
     return summary.runs <= PICTURED
 
 
