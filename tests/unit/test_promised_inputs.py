@@ -7,6 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from hydroservo.errors import HydroservoError
@@ -31,9 +32,10 @@ def test_what_was_found_is_mended(name: str, tmp_path: Path) -> None:
     assert found == (name.startswith("refused-"), "", "")
 
 
-def test_an_empty_table_in_place_of_a_number_is_refused() -> None:
-    with pytest.raises(HydroservoError, match=r"plant\.mass: \{\} must be a finite number"):
-        load_scenario("paper/sine-pi", {"plant.mass": {}})
+@pytest.mark.parametrize("value", [{}, [], np.array([1.0, 2.0])], ids=["table", "list", "array"])
+def test_what_is_no_number_in_place_of_one_is_refused(value: object) -> None:
+    with pytest.raises(HydroservoError, match=r"plant\.mass: .+ must be a finite number"):
+        load_scenario("paper/sine-pi", {"plant.mass": value})
 
 
 def raises(_folder: Path) -> None:

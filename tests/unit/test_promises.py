@@ -26,7 +26,7 @@ from tools.promises.record import keep
 from tools.promises.reference import follow
 from tools.promises.soak import Sample, row_of
 from tools.promises.traced import Fault
-from tools.promises.trials import Place, broken
+from tools.promises.trials import Folders, broken
 from tools.promises.trials import Trial as Tried
 from tools.promises.verdicts import VERDICTS, Judged, apart, count_verdicts, outcome, tallied
 
@@ -71,11 +71,11 @@ FAILED, LINE = ["write(3, ...)"], "hydroservo: out: cannot be written\n"
 
 @pytest.fixture
 def tried(tmp_path):
-    place = Place(*(tmp_path / name for name in ("out", "temporary", "cache")))
-    for folder in place:
+    folders = Folders(*(tmp_path / name for name in ("out", "temporary", "cache")))
+    for folder in folders:
         folder.mkdir()
-    (place.out / "a.csv").write_text("old")
-    return Tried(COMMANDS["tune"], place, [{**files_in(place.out), "a.csv": "new"}], Draw(0))
+    (folders.out / "a.csv").write_text("old")
+    return Tried(COMMANDS["tune"], folders, [{**files_in(folders.out), "a.csv": "new"}], Draw(0))
 
 
 @pytest.mark.parametrize(
@@ -95,22 +95,22 @@ def tried(tmp_path):
     ],
 )
 def test_what_a_command_may_not_do_where_something_fails_is_seen(tried, status, err, writes, says):
-    before = files_in(tried.place.out)
+    before = files_in(tried.folders.out)
     for name, text in writes.items():
-        (tried.place.out.parent / name).write_text(text)
+        (tried.folders.out.parent / name).write_text(text)
     assert broken(tried, 0, before, Ended(status, "", err, 1.0), FAILED) == says
 
 
 def test_a_line_that_cannot_be_written_is_not_missed_and_what_cannot_be_removed_may_stay(tried):
-    before, silent = files_in(tried.place.out), Ended(2, "", "", 1.0)
+    before, silent = files_in(tried.folders.out), Ended(2, "", "", 1.0)
     assert broken(tried, 0, before, silent, ["7 write(2<pipe:[1]>, ...)"]) == []
-    (tried.place.out / ".hydroservo-writing-01234567").write_text("half")
+    (tried.folders.out / ".hydroservo-writing-01234567").write_text("half")
     for call in ("unlink(...)", 'openat(5, "/out/.hydroservo-writing-01234567", O_RDONLY|O_CLOEXEC)'):
         assert broken(tried, 0, before, Ended(2, "", LINE, 1.0), [f"7 {call}"]) == []
 
 
 def test_files_that_are_kept_elsewhere_are_whole(tried, tmp_path):
-    before, kept = files_in(tried.place.out), tmp_path / "hydroservo 1"
+    before, kept = files_in(tried.folders.out), tmp_path / "hydroservo 1"
     kept.mkdir()
     (kept / "a.csv").write_text("half")
     said = Ended(2, "", f"hydroservo: out: cannot be written; kept in {kept} instead\n", 1.0)

@@ -365,3 +365,10 @@ def test_sensors_know_the_cylinders_areas_unless_told_otherwise() -> None:
     assert (sensors.area_a, sensors.area_b) == (1e-3, 12e-4)
     symmetric = load_scenario("paper/sine-pi", RIG | {"plant.piston_area": "6 cm^2"})
     assert (symmetric.sensors.area_a, symmetric.sensors.area_b) == (6e-4, 6e-4)
+
+
+def test_an_empty_table_among_overrides_is_left_as_it_was_given() -> None:
+    given: dict[str, object] = {}
+    loop = load_scenario("paper/sine-pi", {"plant": given, "plant.mass": 5.0})
+    assert loop.plant.mass == 5.0
+    assert given == {}

@@ -269,15 +269,15 @@ def arm(x, v, p):
 
 
 @njit
-def alone(x, v, net, _y, p):
-    """The rod's acceleration under a force, with the link alone."""
+def link_alone(x, v, net, _y, p):
+    """The rod's acceleration under a force with the link alone, and no body's."""
     mass, met = arm(x, v, p)
     return (net - met) / mass, 0.0
 
 
 @njit
-def swinging(x, v, net, y, p):
-    """The rod's acceleration and the body's, which hangs from the link's tip, from Lagrange's equations."""
+def link_and_body(x, v, net, y, p):
+    """The rod's acceleration and the body's, which hangs from the link's tip, by Lagrange's equations."""
     phi, rate = y[5], y[6]
     mass, met = arm(x, v, p)
     q, turn, bend = arm_angle(x, p)
@@ -332,11 +332,11 @@ RATES: dict[tuple[str, ...], Rates] = {
     **{("Cylinder", oil, *LUGRE_MASS, *ON_VALVE): axis(of) for oil, of in OILS.items()},
     **{("Cylinder", oil, *VISCOUS_MASS, *BY_PUMP): pump(of) for oil, of in OILS.items()},
     **{
-        ("Cylinder", oil, *ARM, "NothingCarried", *ON_PUMP): link(of, alone, False)
+        ("Cylinder", oil, *ARM, "NothingCarried", *ON_PUMP): link(of, link_alone, False)
         for oil, of in OILS.items()
     },
     **{
-        ("Cylinder", oil, *ARM, "SwingingLoad", *ON_PUMP): link(of, swinging, True)
+        ("Cylinder", oil, *ARM, "SwingingLoad", *ON_PUMP): link(of, link_and_body, True)
         for oil, of in OILS.items()
     },
 }

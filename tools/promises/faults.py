@@ -18,7 +18,7 @@ from tools.promises.commands import COMMANDS, Command
 from tools.promises.forked import start, warm_up
 from tools.promises.left import files_in
 from tools.promises.traced import CALLS, Fault, traced
-from tools.promises.trials import Trial, broken, laid
+from tools.promises.trials import Trial, broken, set_up
 
 __all__ = ["ERRORS", "count_faults", "drawn"]
 
@@ -66,7 +66,7 @@ def count_faults(count: int, seed: int, say: Say = print) -> list[dict[str, Any]
     tallies = {kind: Counter[str]() for kind in CALLS}
     with tempfile.TemporaryDirectory(prefix="faults-") as folder:
         for name, one in commands.items():
-            trial = laid(one, Path(folder) / name, Draw(f"{seed} {name}"))
+            trial = set_up(one, Path(folder) / name, Draw(f"{seed} {name}"))
             for fault, found, problems in faults_of(trial, round(count * one.share / shares)):
                 tallies[fault.kind].update(found)
                 for problem in problems:
@@ -79,23 +79,23 @@ def faults_of(trial: Trial, number: int) -> Iterator[tuple[Fault, Counter[str], 
 
     After some it is left alone, and must end well.
     """
-    place, folder = trial.place, trial.place.out.parent
+    folders, folder = trial.folders, trial.folders.out.parent
     numbers: dict[str, set[int]] = defaultdict(set)
     for (_, kind), made in traced(trial.words(0), folder, trial.prepare, None).calls.items():
         numbers[kind] |= {i + 1 for i, line in enumerate(made) if of_a_file(line)}
     for i, fault in enumerate(drawn(numbers, number, trial.draw), 1):
-        variant, before = trial.draw.randrange(len(trial.wanted)), files_in(place.out)
+        variant, before = trial.draw.randrange(len(trial.wanted)), files_in(folders.out)
         ended, _, failed = traced(trial.words(variant), folder, trial.prepare, fault)
         if not all(map(of_a_file, failed)):  # another number than before: Python itself may crash
-            shutil.rmtree(place.out, ignore_errors=True)
+            shutil.rmtree(folders.out, ignore_errors=True)
             continue
         problems = broken(trial, variant, before, ended, failed)
         if i % EVERY == 0:
-            before = files_in(place.out)
+            before = files_in(folders.out)
             after = start(trial.words(variant), folder, trial.prepare).ended()
             problems += [f"left alone then: {one}" for one in broken(trial, variant, before, after, [])]
         if ended.status == 0 and trial.command.goes_on:
-            shutil.rmtree(place.out)
+            shutil.rmtree(folders.out)
         outcome = "one line" if ended.status else "did not matter"
         hit = int(bool(failed))
         yield fault, Counter({"attempts": hit, "broken": int(bool(problems)), outcome: hit}), problems

@@ -185,7 +185,7 @@ def log(_from: Stock, draw: Draw) -> Given:
     return Given(what, {name: content}, lambda folder: read(folder / name))
 
 
-def known_log(_from: Stock, draw: Draw) -> Given:
+def refused_log(_from: Stock, draw: Draw) -> Given:
     name, content, what, said = wrong_log(draw)
     return Given(what, {name: content}, lambda folder: read(folder / name), said)
 
@@ -202,7 +202,7 @@ KINDS: dict[str, tuple[Callable[[Stock, Draw], Given], float]] = {
     "a wrong number": (wrong, 0.16),
     "a key twice": (twice, 0.02),
     "log": (log, 0.08),
-    "a wrong log": (known_log, 0.03),
+    "a wrong log": (refused_log, 0.03),
     "result of a plug-in": (plugin, 0.05),
 }
 """What is drawn, and how often."""

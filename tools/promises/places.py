@@ -1,7 +1,7 @@
 """Runs commands where there is no room, no right to write, or no home, and looks at what they say and leave.
 
-The disks are of the memory, of some pages, and mounted for the count: it needs root, who then has no more
-rights in the command than another user has.
+The disks are in memory, of some pages each, and mounted for the count, which needs root. Full or read-only,
+they stop root as they stop any user; another user's folder does not, so there the command runs as nobody.
 """
 
 import os
@@ -18,12 +18,13 @@ from typing import Any
 from tools.promises.commands import COMMANDS
 from tools.promises.forked import start, warm_up
 from tools.promises.left import files_in
-from tools.promises.trials import Trial, broken, laid
+from tools.promises.trials import Trial, broken, set_up
 
 __all__ = ["WHERE", "count_places"]
 
 NOBODY = 65534
 PAGE = 4096  # bytes
+ROOM = 4096  # pages of a disk that is not to be full
 WITHOUT_HOME = ("HOME", "XDG_CACHE_HOME", "HYDROSERVO_CACHE_DIR")
 COUNTED = ("attempts", "broken", "one line", "ended well")
 
@@ -47,7 +48,7 @@ def count_places(count: int, seed: int, say: Say = print) -> list[dict[str, Any]
     with tempfile.TemporaryDirectory(prefix="places-") as folder:
         Path(folder).chmod(0o755)
         for name, one in commands.items():
-            trial = laid(one, Path(folder) / name, Draw(f"{seed} {name}"))
+            trial = set_up(one, Path(folder) / name, Draw(f"{seed} {name}"))
             for i in range(-(-count // (len(commands) * len(WHERE)))):
                 for where, arranged in WHERE.items():
                     problems, status = tried(trial, arranged, i)
@@ -63,10 +64,10 @@ def count_places(count: int, seed: int, say: Say = print) -> list[dict[str, Any]
 def tried(trial: Trial, arranged: Any, i: int) -> tuple[list[str], int]:
     """How a command broke the promise in a place, and its exit status."""
     variant = i % len(trial.wanted)
-    shutil.rmtree(trial.place.out, ignore_errors=True)
+    shutil.rmtree(trial.folders.out, ignore_errors=True)
     with arranged(trial) as (prepare, may_fail):
-        before = files_in(trial.place.out)
-        said = trial.place.out.parent / "said"
+        before = files_in(trial.folders.out)
+        said = trial.folders.out.parent / "said"
 
         def prepared() -> None:
             trial.prepare()
@@ -82,13 +83,13 @@ def tried(trial: Trial, arranged: Any, i: int) -> tuple[list[str], int]:
 @contextmanager
 def disk(trial: Trial, pages: int) -> Iterator[None]:
     """The command's own folder as a disk of so many pages."""
-    trial.place.out.mkdir()
+    trial.folders.out.mkdir()
     options = f"size={pages * PAGE}"
-    by_root("mount", "-t", "tmpfs", "-o", options, "hydroservo", str(trial.place.out))
+    by_root("mount", "-t", "tmpfs", "-o", options, "hydroservo", str(trial.folders.out))
     try:
         yield
     finally:
-        by_root("umount", str(trial.place.out))
+        by_root("umount", str(trial.folders.out))
 
 
 @contextmanager
@@ -104,7 +105,7 @@ def full_altogether(trial: Trial) -> Iterator[tuple[Prepare, bool]]:
     with disk(trial, pages_of(trial)):
 
         def prepare() -> None:
-            os.environ["TMPDIR"] = str(trial.place.out)
+            os.environ["TMPDIR"] = str(trial.folders.out)
             tempfile.tempdir = None
 
         yield prepare, True
@@ -118,28 +119,28 @@ def pages_of(trial: Trial) -> int:
 @contextmanager
 def read_only(trial: Trial) -> Iterator[tuple[Prepare, bool]]:
     """A disk with the files of an earlier command that is only read."""
-    with disk(trial, 4096):
-        ended = start(trial.words(0), trial.place.out.parent / "said", trial.prepare).ended()
+    with disk(trial, ROOM):
+        ended = start(trial.words(0), trial.folders.out.parent / "said", trial.prepare).ended()
         if ended.status:
             raise RuntimeError(ended.err)
-        by_root("mount", "-o", "remount,ro", str(trial.place.out))
+        by_root("mount", "-o", "remount,ro", str(trial.folders.out))
         yield (lambda: None), True
 
 
 @contextmanager
 def no_right(trial: Trial) -> Iterator[tuple[Prepare, bool]]:
     """Another user's folder."""
-    trial.place.out.mkdir(mode=0o755)
-    trial.place.temporary.chmod(0o777)
+    trial.folders.out.mkdir(mode=0o755)
+    trial.folders.temporary.chmod(0o777)
     yield as_nobody, True
 
 
 @contextmanager
 def no_home(trial: Trial) -> Iterator[tuple[Prepare, bool]]:
     """A user who has no home, and may write into the folder."""
-    trial.place.out.mkdir(mode=0o755)
-    trial.place.temporary.chmod(0o777)
-    os.chown(trial.place.out, NOBODY, NOBODY)
+    trial.folders.out.mkdir(mode=0o755)
+    trial.folders.temporary.chmod(0o777)
+    os.chown(trial.folders.out, NOBODY, NOBODY)
 
     def prepare() -> None:
         as_nobody()

@@ -54,27 +54,27 @@ def follow(loop: Block, tolerance: float, reach: Vector, nudge: float = 0.0) -> 
     count = round(loop.simulation.duration / period)
     states, before = [(1.0 + nudge) * np.array(values(loop.machine(s)))], 0.0
     s = loop.with_machine(s, filled(loop.machine(s), iter(states[0].tolist())))
-    path = Path(loop, tolerance, states[0])
+    follower = Follower(loop, tolerance, states[0])
     for k in range(count + 1):
         try:
             with np.errstate(all="ignore"):
                 s = loop.sample(s, k * period, period)
         except (ArithmeticError, ValueError):  # of a law whose numbers went out of bounds
-            return path.ended(states, True)
+            return follower.ended(states, True)
         if not np.isfinite(np.array(values(s))[known]).all():
-            return path.ended(states, True)
+            return follower.ended(states, True)
         if k == count:
             break
-        y = path.across(states[-1], k * period, before, s.controller.u)
+        y = follower.across(states[-1], k * period, before, s.controller.u)
         if not (np.isfinite(y).all() and (np.abs(y) <= reach).all()):
-            return path.ended(states, True)
+            return follower.ended(states, True)
         states.append(y)
-        s, before = loop.with_machine(s, filled(path.like, iter(y.tolist()))), s.controller.u
-    return path.ended(states, False)
+        s, before = loop.with_machine(s, filled(follower.like, iter(y.tolist()))), s.controller.u
+    return follower.ended(states, False)
 
 
-class Path:
-    """A machine between samples, and the extremes that it met."""
+class Follower:
+    """Follows a machine from sample to sample, and keeps the extremes that it met."""
 
     def __init__(self, loop: Block, tolerance: float, start: Vector) -> None:
         self.like, self.load = loop.machine(loop.init()), loop.load

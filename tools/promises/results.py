@@ -14,21 +14,51 @@ from hydroservo.scenario import plugins as held
 __all__ = ["drawn_plugin", "run_plugin"]
 
 VALUES = (
-    *("None", "'text'", "float('nan')", "float('inf')", "[1.0]", "(1.0, 2.0)", "1j", "10**400", "object()"),
-    *(
-        "True",
-        "State(None)",
-        "State('text')",
-        "State(10**400)",
-        "State(1j)",
-        "State([0.0])",
-        "State(State(0.0))",
-    ),
-    *("State(0.0)", "State(1)", "State(float('nan'))", "State(0.0, 1.0)", "State()", "1 / 0", "self.nope"),
-    *("y", "r", "self", "State", "int('x')", "{}['x']", "lambda: 0.0", "State(y.velocity)", "State(y.nope)"),
-    *("(_ for _ in ())", "__import__('numpy').zeros(3)", "State(__import__('numpy').float32(1))"),
+    "None",
+    "'text'",
+    "float('nan')",
+    "float('inf')",
+    "[1.0]",
+    "(1.0, 2.0)",
+    "1j",
+    "10**400",
+    "object()",
+    "True",
+    "State(None)",
+    "State('text')",
+    "State(10**400)",
+    "State(1j)",
+    "State([0.0])",
+    "State(State(0.0))",
+    "State(0.0)",
+    "State(1)",
+    "State(float('nan'))",
+    "State(0.0, 1.0)",
+    "State()",
+    "1 / 0",
+    "self.nope",
+    "y",
+    "r",
+    "self",
+    "State",
+    "int('x')",
+    "{}['x']",
+    "lambda: 0.0",
+    "State(y.velocity)",
+    "State(y.nope)",
+    "(_ for _ in ())",
+    "__import__('numpy').zeros(3)",
+    "State(__import__('numpy').float32(1))",
 )
-GOOD = "State(self.gain * (r.value - y.velocity))"
+RIGHT = {
+    "unit": '"V"',
+    "kind": "float",
+    "default": "2.0",
+    "check": "return None",
+    "caution": "''",
+    "init": "return State(0.0)",
+    "step": "return State(self.gain * (r.value - y.velocity))",
+}
 LAW = '''from typing import Annotated, NamedTuple
 
 from hydroservo import Field, ParameterError
@@ -68,24 +98,17 @@ CHANGES = {**SHORT, "controller.type": "Law"}
 
 def drawn_plugin(draw: random.Random) -> str:
     """The text of a law of which a method, or more, gives something else."""
-    parts = {
-        **{"unit": '"V"', "kind": "float", "default": "2.0", "check": "return None", "caution": "''"},
-        **{"init": "return State(0.0)", "step": f"return {GOOD}"},
-    }
+    parts = dict(RIGHT)
     for name in draw.sample(list(parts), draw.choice((1, 1, 2))):
         value = draw.choice(VALUES)
         statement = draw.choice(
             (f"return {value}", f"raise ValueError({value!r})", "raise ParameterError('a', 1, 'b')")
         )
         values = {
-            **{
-                "unit": draw.choice(("'mV'", "'nope'", "1", "''")),
-                "kind": draw.choice(("int", "bool", "str", "list", "object", "'X'")),
-            },
-            **{
-                "default": value.replace("self", "0").replace("y", "0") if "State" not in value else "-1.0",
-                "caution": value,
-            },
+            "unit": draw.choice(("'mV'", "'nope'", "1", "''")),
+            "kind": draw.choice(("int", "bool", "str", "list", "object", "'X'")),
+            "default": value.replace("self", "0").replace("y", "0") if "State" not in value else "-1.0",
+            "caution": value,
         }
         parts[name] = values.get(name, statement)
     return LAW.format(**parts)

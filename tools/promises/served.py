@@ -27,8 +27,9 @@ class Page(NamedTuple):
         """
         headers = {"origin": self.url.rstrip("/"), "content-type": "application/json"}
         body = json.dumps(request).encode()
-        asked = urllib.request.Request(f"{self.url}api/job/{job}", body, headers)  # noqa: S310
-        with urllib.request.urlopen(asked, timeout=120.0) as answer:  # noqa: S310
+        url = f"{self.url}api/job/{job}"
+        asked = urllib.request.Request(url, body, headers)  # noqa: S310 - the page that was served here
+        with urllib.request.urlopen(asked, timeout=120.0) as answer:  # noqa: S310 - likewise
             content: bytes = answer.read()
         if b'"kind": "result"' not in content:
             raise RuntimeError(content[-300:].decode(errors="replace"))

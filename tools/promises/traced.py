@@ -52,6 +52,9 @@ def traced(command: list[str], folder: Path, prepare: Callable[[], Any], fault: 
         folder: for what it says.
         prepare: is called in its process first, before anything is counted.
         fault: what fails; None for nothing.
+
+    Raises:
+        RuntimeError: strace cannot trace.
     """
     begins, go = os.pipe()
     waiting, ready = os.pipe()

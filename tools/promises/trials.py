@@ -13,7 +13,7 @@ from tools.promises.commands import Command
 from tools.promises.forked import Ended, start
 from tools.promises.left import Files, damage, files_in, hidden
 
-__all__ = ["Place", "Trial", "broken", "laid"]
+__all__ = ["Folders", "Trial", "broken", "set_up"]
 
 TO_STDERR = re.compile(r"\bwrite\(2<")
 TO_REMOVE = re.compile(rf'unlink|rmdir|{re.escape(PREFIX)}\w+", O_RDONLY')
@@ -23,7 +23,7 @@ ASIDE = re.compile(r"hydroservo: (warning: |\d+ % done|.+ is damaged, and done a
 SEVERAL = 0.5  # a command of a lesser share takes long, and has one variant
 
 
-class Place(NamedTuple):
+class Folders(NamedTuple):
     """Folders of a command: its own, the temporary one, and that of kernels."""
 
     out: Path
@@ -35,38 +35,38 @@ class Trial(NamedTuple):
     """A command in its folders, what each variant leaves, and from what is drawn."""
 
     command: Command
-    place: Place
+    folders: Folders
     wanted: list[Files]
     draw: random.Random
 
     def words(self, variant: int) -> list[str]:
         """What a variant is called with."""
-        return self.command.words(self.place.out, variant)
+        return self.command.words(self.folders.out, variant)
 
     def prepare(self) -> None:
         """What its process does first."""
-        temporary, cache = str(self.place.temporary), str(self.place.cache)
+        temporary, cache = str(self.folders.temporary), str(self.folders.cache)
         os.environ |= {"TMPDIR": temporary, "HYDROSERVO_CACHE_DIR": cache}
         tempfile.tempdir = None
         self.command.prepare()
 
 
-def laid(command: Command, folder: Path, draw: random.Random) -> Trial:
+def set_up(command: Command, folder: Path, draw: random.Random) -> Trial:
     """Folders for a command that has run there in each variant.
 
     Raises:
         RuntimeError: it fails.
     """
-    place = Place(folder / "out", folder / "temporary", folder / "cache")
-    place.temporary.mkdir(parents=True)
+    folders = Folders(folder / "out", folder / "temporary", folder / "cache")
+    folders.temporary.mkdir(parents=True)
     command.warm()
-    trial = Trial(command, place, [], draw)
+    trial = Trial(command, folders, [], draw)
     for variant in range(1 if command.goes_on or command.share < SEVERAL else 2):
-        shutil.rmtree(place.out, ignore_errors=True)
+        shutil.rmtree(folders.out, ignore_errors=True)
         ended = start(trial.words(variant), folder, trial.prepare).ended()
         if ended.status:
             raise RuntimeError(ended.err)
-        trial.wanted.append(files_in(place.out))
+        trial.wanted.append(files_in(folders.out))
     return trial
 
 
@@ -80,7 +80,7 @@ def broken(trial: Trial, variant: int, before: Files, ended: Ended, failed: list
         ended: how it ended.
         failed: the calls that did, as strace says them; what could not be removed may stay.
     """
-    place, wanted, after = trial.place, trial.wanted[variant], files_in(trial.place.out)
+    folders, wanted, after = trial.folders, trial.wanted[variant], files_in(trial.folders.out)
     stays = any(map(TO_REMOVE.search, failed))
     unheard = any(TO_STDERR.search(call) for call in failed)
     problems = damage(before, after, wanted, trial.command.last)
@@ -93,7 +93,7 @@ def broken(trial: Trial, variant: int, before: Files, ended: Ended, failed: list
     elif not unheard and not is_one_line(ended):
         problems.append(f"it ended with {ended.status} and said {ended.err!r}")
     problems += [f"what it kept in {folder} is not whole" for folder in kept_half(ended, wanted)]
-    if remove_all(place.temporary) and not stays:
+    if remove_all(folders.temporary) and not stays:
         problems.append("it left something else in the temporary folder")
     return problems
 

@@ -115,7 +115,9 @@ def outcome(one: Judged, name: str) -> str:
     said, true = one.said[name], one.true[name]
     if said is None or true is None:
         return "no label"
-    return ("false" if said else "missed") if said != true else "rightly said" if said else "rightly not said"
+    if said == true:
+        return "rightly said" if said else "rightly not said"
+    return "false" if said else "missed"
 
 
 def tallied(judged: list[Judged], name: str) -> dict[str, int]:

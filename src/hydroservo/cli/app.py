@@ -142,11 +142,11 @@ def run(
 
         def write(place: Path) -> list[Path]:
             from hydroservo.cli.reporting import again
-            from hydroservo.cli.reports.run import own_of_run, run_report
+            from hydroservo.cli.reports.run import run_files, run_report
 
             data = dataset(trace)
             page = run_report(again(context), for_table(summary, loop), data)
-            return write_results(place, own_of_run(summary, data, ending), page, summary._asdict(), journal)
+            return write_results(place, run_files(summary, data, ending), page, summary._asdict(), journal)
 
         left = write_or_keep(out, write)
     say_remarks(scenario, trace)
@@ -221,10 +221,10 @@ def compare(
 
         def write(place: Path) -> list[Path]:
             from hydroservo.cli.reporting import again
-            from hydroservo.cli.reports.run import comparison_report, own_of_comparison
+            from hydroservo.cli.reports.run import comparison_files, comparison_report
 
             page = comparison_report(again(context), shown, datasets, labels, best, lines)
-            return write_results(place, own_of_comparison(summaries, datasets), page, said, journal)
+            return write_results(place, comparison_files(summaries, datasets), page, said, journal)
 
         left = write_or_keep(out, write)
     for scenario, dataset in zip(scenarios, datasets, strict=True):

@@ -39,7 +39,7 @@ def cache(
         said = {**found._asdict(), "place": str(found.place), "trusted": not found.problem}
         typer.echo(as_json({**said, "removed": removed}))
     elif clear:
-        typer.echo(f"{found.place}: {removed} kernels removed")
+        typer.echo(f"{found.place}: {removed} kernel{'s' * (removed != 1)} removed")
     else:
         typer.echo("\n".join(lines_of(found)))
 

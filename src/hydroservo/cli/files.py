@@ -14,9 +14,9 @@ if TYPE_CHECKING:
     from hydroservo.reports.journal import Journal
     from hydroservo.reports.report import Report
 
-__all__ = ["Own", "file_or_folder", "is_folder", "list_files", "result_files", "write_results"]
+__all__ = ["OwnFiles", "file_or_folder", "is_folder", "list_files", "result_files", "write_results"]
 
-Own = Mapping[str, Callable[[Path], object]]  # files besides the report, by name, and what writes each
+OwnFiles = Mapping[str, Callable[[Path], object]]  # files besides the report, by name, and what writes each
 
 
 def is_folder(text: str, endings: Sequence[str] = ()) -> bool:
@@ -43,7 +43,7 @@ def result_files(folder: Path, own: Iterable[str], report: "Files") -> list[Path
 
 
 def write_results(
-    folder: Path, own: Own, report: "Report", said: Mapping[str, Any], journal: "Journal"
+    folder: Path, own: OwnFiles, report: "Report", said: Mapping[str, Any], journal: "Journal"
 ) -> list[Path]:
     """Write what a command found into a folder, together.
 

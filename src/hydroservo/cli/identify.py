@@ -157,17 +157,16 @@ def identify(
     try_outputs([*own, *([propose] if propose else [])])
     shared, changed = others_own(against, asked, overrides, plugins) if against is not None else ({}, {})
     with log_kernels(verbose), progress_bar(scenario) as report:
-        found = identified(
-            scenario, logs, asked, overrides, plugins, seed, memory, count, partial(said_of, report, scenario)
-        )
+        say = partial(say_progress, report, scenario)
+        found = identified(scenario, logs, asked, overrides, plugins, seed, memory, count, say)
         more, failure = Further(), None
         try:  # whatever goes wrong here must not cost what was found
             if against is not None:
-                say = partial(said_of, report, against)
+                say = partial(say_progress, report, against)
                 other = identified(against, logs, shared, changed, plugins, seed, memory, count, say)
                 more = more._replace(other=other, comparison=compare(found, other))
             if propose:
-                say = partial(said_of, report, "the command to propose")
+                say = partial(say_progress, report, "the command to propose")
                 proposal = proposed(found, limits=bounds, seed=seed, progress=say)
                 write_text(propose, proposal.csv())
                 more = more._replace(proposal=proposal)
@@ -198,10 +197,10 @@ def write_identified(
     from hydroservo.cli.files import write_results
     from hydroservo.cli.identify_tables import as_tables
     from hydroservo.cli.reporting import again
-    from hydroservo.cli.reports.identify import identify_report, own_of_identified
+    from hydroservo.cli.reports.identify import identified_files, identify_report
 
     page = identify_report(again(context), found, more, logs)
-    return write_results(place, own_of_identified(found, place), page, as_tables(found, more), journal)
+    return write_results(place, identified_files(found, place), page, as_tables(found, more), journal)
 
 
 def say_remarks_of(found: "Identified | None") -> None:
@@ -211,7 +210,7 @@ def say_remarks_of(found: "Identified | None") -> None:
             say_warning(found.scenario, line)
 
 
-def said_of(report: Callable[[float, str], None], name: str, fraction: float) -> None:
+def say_progress(report: Callable[[float, str], None], name: str, fraction: float) -> None:
     """Report how much of something is done."""
     report(fraction, name)
 

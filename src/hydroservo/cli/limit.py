@@ -73,14 +73,14 @@ def limit(
         try_outputs(result_files(out, own, report_files), len(MEANINGS) * trace_size(loop))
     with progress_bar(scenario) as report:
         found = limit_of(loop, progress=lambda fraction: report(fraction, scenario))
-        said = said_of(scenario, found)
+        said = as_object(scenario, found)
 
         def write(place: Path) -> list[Path]:
             from hydroservo.cli.reporting import again
-            from hydroservo.cli.reports.limit import limit_report, own_of_limits
+            from hydroservo.cli.reports.limit import limit_report, limits_files
 
             page = limit_report(again(context), scenario, found)
-            return write_results(place, own_of_limits(found), page, said, journal)
+            return write_results(place, limits_files(found), page, said, journal)
 
         left = write_or_keep(out, write)
     for data in found:
@@ -93,7 +93,7 @@ def limit(
     left.check()
 
 
-def said_of(scenario: str, found: "Limits") -> dict[str, Any]:
+def as_object(scenario: str, found: "Limits") -> dict[str, Any]:
     """What there is to say of limits, for JSON."""
     runs = found._asdict()
     own = {

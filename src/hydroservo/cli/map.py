@@ -70,11 +70,11 @@ def map_logs(
 
     def write(place: Path) -> list[Path]:
         from hydroservo.cli.reporting import again
-        from hydroservo.cli.reports.map import map_report, own_of_map
+        from hydroservo.cli.reports.map import map_files, map_report
 
         loop = None if scenario is None else loaded(scenario, changes, plugins)
         page = map_report(again(context), found, loop, logs)
-        return write_results(place, own_of_map(found, place), page, said, journal)
+        return write_results(place, map_files(found, place), page, said, journal)
 
     left = write_or_keep(out, write)
     for line in found.remarks:

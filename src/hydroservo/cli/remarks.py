@@ -2,12 +2,12 @@
 
 import typer
 
-from hydroservo.runs.cautions import Said, warnings_of
+from hydroservo.runs.cautions import WithAttributes, warnings_of
 
 __all__ = ["say_remarks", "say_warning"]
 
 
-def say_remarks(scenario: str, run: Said) -> None:
+def say_remarks(scenario: str, run: WithAttributes) -> None:
     """What there is to say of a run's integration steps, and its warnings, on stderr."""
     about = run.attrs
     if "substeps" in about:

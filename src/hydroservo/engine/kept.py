@@ -35,7 +35,8 @@ def kept() -> Kept:
     """What is kept; each file is asked what it is asked before it is loaded.
 
     Raises:
-        OSError: this user has no home, or the folder cannot be read.
+        CacheError: this user has no home.
+        OSError: the folder cannot be read.
     """
     place = directory()
     if not place.exists():
@@ -58,7 +59,7 @@ def clear() -> int:
     """Remove all kernels and the key that they are signed with, and the folder if nothing else is in it.
 
     Returns:
-        how many kernels there were.
+        How many kernels there were.
 
     Raises:
         CacheError: it is another user's folder, or this user has no home.

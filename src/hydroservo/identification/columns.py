@@ -90,10 +90,8 @@ def column_of(
     header, _, given = cells[places[0]]
     unit = unit or given
     if not unit:
-        own = f'"{header} [{field.unit}]"'
-        problem = (
-            f"has no unit; write {own}, or the unit that it is in, there or as [identify.columns] {signal}"
-        )
+        example = f'"{header} [{field.unit}]", or the unit that it is in'
+        problem = f"has no unit; write {example}, there or as [identify.columns] {signal}"
         raise ScenarioError(*where, f"column {short(header)} {problem}")
     try:
         factor = float(unit_factor(unit, field.unit))

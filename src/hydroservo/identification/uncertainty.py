@@ -107,14 +107,14 @@ def parts_of(problem: Problem, found: Misfit) -> tuple[list[Matrix], list[Matrix
 
 
 def spacing(problem: Problem) -> int:
-    """How many samples lie from one measurement of the signal to its next that was measured most rarely."""
+    """Of the signal that was measured most rarely, how many samples lie from one measurement to the next."""
     every = [values for one in problem.experiments for values in one.segment.measured.values()]
     there = [np.flatnonzero(np.isfinite(values)) for values in every]
     return max((int(np.median(np.diff(places))) for places in there if places.size > 1), default=1)
 
 
 def in_groups(rows: Matrix, size: int) -> Matrix:
-    """The sums of so many rows each, so that one measured more rarely has its part in all."""
+    """The sums of ``size`` rows each, so that a signal that was measured more rarely is in each of them."""
     return rows if size == 1 else np.add.reduceat(rows, np.arange(0, len(rows), size), axis=0)
 
 

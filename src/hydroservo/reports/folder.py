@@ -78,8 +78,8 @@ class Shown(NamedTuple):
     """A picture on the page.
 
     Attributes:
-        picture: it.
-        source: its address, which holds it.
+        picture: what is shown.
+        source: its content, as an address that needs no file.
         share: of the widest picture's width.
     """
 

@@ -14,13 +14,13 @@ from hydroservo.errors import HydroservoWarning
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["pressure_caution", "quietly", "warnings_of", "warns", "with_warning"]
+__all__ = ["WithAttributes", "pressure_caution", "quietly", "warnings_of", "warns", "with_warning"]
 
 Arguments = ParamSpec("Arguments")
 
 
-class Said(Protocol):
-    """A result with attributes; a Dataset is such, and a Trace."""
+class WithAttributes(Protocol):
+    """A result with attributes: a Dataset, or a Trace."""
 
     @property
     def attrs(self) -> Mapping[Any, Any]: ...
@@ -28,7 +28,7 @@ class Said(Protocol):
     def assign_attrs(self, **attrs: Any) -> Self: ...
 
 
-Result = TypeVar("Result", bound=Said)
+Result = TypeVar("Result", bound=WithAttributes)
 
 
 def warns(function: "Callable[Arguments, xr.Dataset]") -> "Callable[Arguments, xr.Dataset]":
@@ -57,7 +57,7 @@ def with_warning(data: Result, lines: Iterable[str]) -> Result:
     return data if every == said else data.assign_attrs(warning="\n".join(every))
 
 
-def warnings_of(data: Said) -> list[str]:
+def warnings_of(data: WithAttributes) -> list[str]:
     """The lines of a result's ``warning``."""
     return str(data.attrs.get("warning", "")).splitlines()
 

@@ -12,7 +12,7 @@ __all__ = ["mismatch_cautions"]
 
 COARSEST = 0.1  # of a stroke, up to which a count measures it
 DIGITAL = ("reference.", "controller.", "sensors.")
-ROUNDED = 1.0 + 1e-9
+ROUNDED = 1.0 + 1e-9  # by which an instant or a rate at its limit may be off
 
 
 def mismatch_cautions(loop: Loop) -> list[str]:
@@ -21,7 +21,7 @@ def mismatch_cautions(loop: Loop) -> list[str]:
     Args:
         loop: the loop, wired.
 
-    Fails to know blocks of other fields than those that ship have.
+    Fails to see what it looks for in a user's block that calls it otherwise than those that ship.
     """
     asked = (late_load(loop), shut(loop), *beyond_the_rate(loop), *short_ranges(loop), *coarse(loop))
     return [line for line in (*asked, *high_starts(loop)) if line]
@@ -73,7 +73,7 @@ def short_ranges(loop: Loop) -> Iterator[str]:
 
 
 def coarse(loop: Loop) -> Iterator[str]:
-    """Which counts of a position are a good part of the stroke."""
+    """Which resolutions of a position sensor are too coarse for the stroke."""
     stroke = getattr(loop.plant, "stroke", math.inf)
     for path, block in blocks(loop.sensors, "sensors"):
         count = getattr(block, "resolution", 0.0)

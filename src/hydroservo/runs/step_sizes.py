@@ -168,8 +168,9 @@ def doubt(loop: Loop, data: Recorded, run: Run[Recorded]) -> str:
     """Why a run's steps are too coarse to be trusted, in one line; empty if they are not.
 
     Steps are suspect where the machine moves faster than the integrator is trusted to follow, where that says
-    nothing, and where the load jumps inside one of them. A second run with steps half as long then decides,
-    unless the run is lost, or the integrator chooses its steps and has no shortest one.
+    nothing, and where the load jumps inside one of them. A second run with steps half as long then decides. A
+    machine that moves too fast needs none where the run is lost, or where the integrator chooses its steps
+    and has no shortest one.
     """
     fast, jump, integrator = warning(loop, data), first_jump_inside(loop), loop.simulation.integrator
     lost = not np.isfinite(np.asarray(data[COMMAND])).all()
@@ -179,7 +180,7 @@ def doubt(loop: Loop, data: Recorded, run: Run[Recorded]) -> str:
     if judged_by_rate(loop) and not fast and jump == math.inf:
         return ""
     error = difference(loop, data, run(with_half_steps(loop)))
-    return "" if error <= TRUSTED else fast or unhalved(loop, error, jump)
+    return "" if error <= TRUSTED else fast or changed_by_halving(loop, error, jump)
 
 
 def with_half_steps(loop: Loop) -> Loop:
@@ -217,7 +218,7 @@ def first_jump_inside(loop: Loop) -> float:
     return math.inf
 
 
-def unhalved(loop: Loop, error: float, jump: float) -> str:
+def changed_by_halving(loop: Loop, error: float, jump: float) -> str:
     """That steps half as long change a run by an error; why, where the load jumps inside a step."""
     substeps = loop.simulation.substeps
     advice = (

@@ -250,7 +250,8 @@ def number_from(entry: Entry, field: Field, kind: Any) -> float | int | bool:
     """
     if kind not in (bool, int, float):
         raise entry.error("cannot be a block's parameter: that is a float, an int or a bool")
-    value = field.auto if entry.value == "auto" and field.auto is not None else entry.value
+    automatic = isinstance(entry.value, str) and entry.value == "auto" and field.auto is not None
+    value = field.auto if automatic else entry.value
     if isinstance(value, int) and abs(value) >= LARGEST_INTEGER:
         raise entry.error(must_be(field, kind))
     if kind is float and isinstance(value, str):

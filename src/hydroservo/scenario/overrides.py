@@ -55,17 +55,18 @@ def nested(changes: Mapping[str, object]) -> dict[str, Any]:
             table = table.setdefault(parent, {})
             if not isinstance(table, dict):
                 raise ScenarioError(OVERRIDES, path, f"{parent} is also given a value, so it is not a table")
-        if value == {} and isinstance(table.get(name), dict):
-            continue
-        if isinstance(table.get(name), dict):
+        there, empty = isinstance(table.get(name), dict), isinstance(value, Mapping)
+        if there and not empty:
             raise ScenarioError(
                 OVERRIDES, path, f"{short(value)} is given where other overrides have a table"
             )
-        table[name] = value
+        if not there:
+            table[name] = {} if empty else value
     return tables
 
 
 def flat(changes: Mapping[str, object], prefix: str) -> Iterator[tuple[str, object]]:
+    """Dotted paths and what is given at each: values, and tables only if they are empty."""
     for name, value in changes.items():
         path = f"{prefix}{name}"
         if not isinstance(name, str) or not PATH.fullmatch(name):

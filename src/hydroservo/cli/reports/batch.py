@@ -18,7 +18,7 @@ PICTURED = 10**7  # runs; the columns of more take up memory that a batch in par
 
 
 def batch_report(
-    command: str, summary: BatchSummary, table: "xr.Dataset", shown: tuple[str, Sequence[str]], alone: str
+    command: str, summary: BatchSummary, table: "xr.Dataset", pictured: tuple[str, Sequence[str]], alone: str
 ) -> Report:
     """The report of a batch.
 
@@ -26,11 +26,11 @@ def batch_report(
         command: makes it again.
         summary: what of it is shown.
         table: of all runs.
-        shown: the metric of the picture, and the paths of what varied.
+        pictured: the metric of the picture, and the paths of what varied.
         alone: which run one would look at first, and the command that runs it alone.
     """
     fields = metric_fields(table)
-    metric, varying = shown
+    metric, varying = pictured
     drawn = [Picture("spread", caption(metric), plot_batch(table, varying, metric))] if small(summary) else []
     left_out = [] if drawn else ["A picture of so many runs is drawn by --out FILE.png alone."]
     spread = "How the metrics are spread over the runs."
@@ -49,6 +49,7 @@ def batch_report(
 
 
 def small(summary: BatchSummary) -> bool:
+    """Whether a batch is small enough for a picture."""
     return summary.runs <= PICTURED
 
 

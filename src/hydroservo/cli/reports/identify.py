@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from hydroservo.cli.files import Own
+from hydroservo.cli.files import OwnFiles
 from hydroservo.cli.identify_tables import Further, tables_of
 from hydroservo.cli.reporting import in_one_block, table_of
 from hydroservo.figures.identified import plot_fit, plot_log
@@ -12,7 +12,7 @@ from hydroservo.identification import Identified
 from hydroservo.outputs import write_text
 from hydroservo.reports.report import Picture, Report, logs_of, origin_of_loop
 
-__all__ = ["identify_report", "own_of_identified"]
+__all__ = ["identified_files", "identify_report"]
 
 TITLES = {
     "parameters": "What was sought, and whether the logs tell it.",
@@ -21,7 +21,7 @@ TITLES = {
 }
 
 
-def own_of_identified(found: Identified, folder: Path) -> Own:
+def identified_files(found: Identified, folder: Path) -> OwnFiles:
     """A scenario with what was found.
 
     Args:

@@ -2,7 +2,7 @@
 
 from functools import partial
 
-from hydroservo.cli.files import Own
+from hydroservo.cli.files import OwnFiles
 from hydroservo.cli.limit import limits_table
 from hydroservo.cli.reporting import table_of
 from hydroservo.figures.comparison import plot_comparison
@@ -12,10 +12,10 @@ from hydroservo.reports.report import Picture, Report, origin_of
 from hydroservo.runs.cautions import warnings_of
 from hydroservo.runs.results import save
 
-__all__ = ["limit_report", "own_of_limits"]
+__all__ = ["limit_report", "limits_files"]
 
 
-def own_of_limits(found: Limits) -> Own:
+def limits_files(found: Limits) -> OwnFiles:
     """The trajectory of each run."""
     return {f"{name}.csv": partial(save, data) for name, data in found._asdict().items()}
 

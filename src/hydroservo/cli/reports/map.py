@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from hydroservo.cli.files import Own
+from hydroservo.cli.files import OwnFiles
 from hydroservo.cli.map_tables import numbers_table
 from hydroservo.cli.reporting import in_one_block, table_of
 from hydroservo.field import Field
@@ -15,17 +15,17 @@ from hydroservo.outputs import write_text
 from hydroservo.reports.report import Picture, Report, logs_of, origin_of_loop
 from hydroservo.runs.results import metrics_csv
 
-__all__ = ["map_report", "own_of_map"]
+__all__ = ["map_files", "map_report"]
 
 
-def own_of_map(found: StaticMap, folder: Path) -> Own:
+def map_files(found: StaticMap, folder: Path) -> OwnFiles:
     """The points of the curve in SI units, and where a scenario was given one with what was found.
 
     Args:
         found: what ``map_logs`` returned.
         folder: where the scenario will stand.
     """
-    own: Own = {"map.csv": lambda path: write_text(path, curve_csv(found))}
+    own: OwnFiles = {"map.csv": lambda path: write_text(path, curve_csv(found))}
     if not found.scenario:
         return own
     return {**own, "scenario.toml": lambda path: write_text(path, found.toml(folder))}

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING
 
-from hydroservo.cli.files import Own
+from hydroservo.cli.files import OwnFiles
 from hydroservo.cli.reporting import sentences, table_of
 from hydroservo.cli.summary import RunSummary
 from hydroservo.cli.tables import comparison_table, run_table, verdict, verdicts_of
@@ -17,15 +17,15 @@ from hydroservo.runs.results import metric_fields, metrics_csv, save
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["comparison_report", "own_of_comparison", "own_of_run", "run_report"]
+__all__ = ["comparison_files", "comparison_report", "run_files", "run_report"]
 
 
-def own_of_run(summary: RunSummary, dataset: "xr.Dataset", ending: str) -> Own:
+def run_files(summary: RunSummary, dataset: "xr.Dataset", ending: str) -> OwnFiles:
     """The trajectory of a run, and its metrics as a table."""
-    return {f"trajectory{ending}": partial(save, dataset), **own_of_comparison([summary], [dataset])}
+    return {f"trajectory{ending}": partial(save, dataset), **comparison_files([summary], [dataset])}
 
 
-def own_of_comparison(summaries: Sequence[RunSummary], datasets: "Sequence[xr.Dataset]") -> Own:
+def comparison_files(summaries: Sequence[RunSummary], datasets: "Sequence[xr.Dataset]") -> OwnFiles:
     """The metrics of several runs as a table."""
     return {"metrics.csv": lambda path: write_text(path, metrics_table(summaries, datasets))}
 

@@ -7,7 +7,7 @@ from hydroservo.studies.report.findings import Findings
 from hydroservo.studies.report.property_tables import KINDS, property_rows
 from hydroservo.studies.report.tables import CellTable, law_rows
 
-__all__ = ["CELL", "LAWS", "LIMITS", "PROPERTIES", "exported", "headed"]
+__all__ = ["CELL", "LAWS", "LIMITS", "PROPERTIES", "columns_of", "confidence_of", "exported", "headed"]
 
 Columns = Mapping[str, Column]  # by the key of their texts in a row
 
@@ -68,6 +68,17 @@ def headed(columns: Columns, **said: str) -> dict[str, Column]:
     return {key: one._replace(heading=one.heading.format(**said)) for key, one in columns.items()}
 
 
+def columns_of(cell: CellTable, confidence: str) -> dict[str, Column]:
+    """The columns of a cell, with those of limits where they were sought."""
+    columns = {**CELL, **LIMITS} if cell.rows[0]["limit"] else CELL
+    return headed(columns, confidence=confidence, unit=cell.unit)
+
+
+def confidence_of(found: Findings) -> str:
+    """The confidence of all intervals, as a heading has it."""
+    return f"{100.0 * found.verdicts.rules.confidence:g} %"
+
+
 def exported(found: Findings, cells: Sequence[CellTable]) -> Iterator[Table]:
     """The table of laws over all cells; of each cell its laws, and where they are known their properties.
 
@@ -75,15 +86,15 @@ def exported(found: Findings, cells: Sequence[CellTable]) -> Iterator[Table]:
         found: what is reported.
         cells: the tables of the page.
     """
-    confidence = f"{100.0 * found.verdicts.rules.confidence:g} %"
+    confidence = confidence_of(found)
     about = f"Each law over all cells. Errors and activity are over those of {found.reference}."
     yield table("laws", headed(LAWS, confidence=confidence), law_rows(found), about)
     properties = property_rows(found)
     for cell in cells:
-        columns = {**CELL, **LIMITS} if cell.rows[0]["limit"] else CELL
-        shown = headed(columns, confidence=confidence, unit=cell.unit)
         best = frozenset((i, 0) for i, row in enumerate(cell.rows) if row["class"] == "best")
-        one = table(f"cell-{cell.name}", shown, cell.rows, f"{cell.where}. {cell.best}.")
+        one = table(
+            f"cell-{cell.name}", columns_of(cell, confidence), cell.rows, f"{cell.where}. {cell.best}."
+        )
         yield one._replace(marked=best)
         if own := properties.get(cell.name):
             rows = [{"law": row["law"], **plain(own[row["law"]])} for row in cell.rows if row["law"] in own]

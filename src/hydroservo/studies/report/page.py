@@ -6,10 +6,9 @@ from typing import TYPE_CHECKING
 
 from hydroservo._version import __version__
 from hydroservo.reports.picture import address
-from hydroservo.reports.table import Column
 from hydroservo.reports.templating import environment
 from hydroservo.studies.report import tables
-from hydroservo.studies.report.exported import CELL, LAWS, LIMITS, PROPERTIES, headed
+from hydroservo.studies.report.exported import LAWS, PROPERTIES, columns_of, confidence_of, headed
 from hydroservo.studies.report.findings import Findings
 from hydroservo.studies.report.pictures import Picture
 from hydroservo.studies.report.property_tables import KINDS, property_rows
@@ -41,7 +40,7 @@ def page(
         command: makes the study again; empty where it is not known.
     """
     standings = [one for cell in found.verdicts.cells.values() for one in cell.standings.values()]
-    confidence = f"{100.0 * found.verdicts.rules.confidence:g} %"
+    confidence = confidence_of(found)
     return template().render(
         manifest=found.manifest,
         reference=found.reference,
@@ -65,12 +64,6 @@ def page(
         confidence=confidence,
         runs=sum(one.searches * one.conditions for one in standings),
     )
-
-
-def columns_of(cell: CellTable, confidence: str) -> dict[str, Column]:
-    """The columns of a cell, with those of limits where they were sought."""
-    columns = {**CELL, **LIMITS} if cell.rows[0]["limit"] else CELL
-    return headed(columns, confidence=confidence, unit=cell.unit)
 
 
 def template() -> "jinja2.Template":
