@@ -78,6 +78,7 @@ def test_what_export_would_refuse_is_said_with_its_line(mine):
     assert "line 22: Law.step: min has no equal in C here; use ops.minimum" in result.stdout
 
 
+@pytest.mark.slow
 def test_one_cause_is_one_row(mine):
     helper = LAW.replace("@role", "def twice(x):\n    return 2.0 * x\n\n\n@role").replace(
         "min(", "min(twice(1.0) * "

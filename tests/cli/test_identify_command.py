@@ -157,6 +157,7 @@ def test_a_command_that_never_changes_is_said(log, tmp_path):
     assert "command never changes: nothing excites the machine" in result.stderr
 
 
+@pytest.mark.slow
 def test_predictions_a_proposal_and_a_comparison_are_said(log, tmp_path):
     file, smaller = tmp_path / "next.csv", tmp_path / "smaller.toml"
     smaller.write_text(f'base = "{SCENARIO}"\n[identify.vary]\nplant.bulk_modulus = "-20%..+20%"\n', "utf-8")

@@ -138,6 +138,7 @@ PAPER = r"""
 """
 
 
+@pytest.mark.slow
 def test_figures_and_tables_are_set_by_a_latex_that_has_only_pgf_and_booktabs(tmp_path):
     needs("pdflatex")
     words = ("--figure-format", "pgf", "--figure-size", "one-column", "--out", tmp_path)

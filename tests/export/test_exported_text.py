@@ -118,6 +118,7 @@ def test_a_prefix_is_a_name_of_c(prefix: str) -> None:
         exported_unit(example(Loop), Part.CONTROLLER, prefix=prefix, title="")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("prefix", ["pi", "tsmc", "ops", "loop", "state", "saturation", "law_init"])
 def test_any_prefix_goes_with_any_block(prefix: str, tmp_path: Path) -> None:
     needs("gcc")

@@ -283,6 +283,7 @@ def stribeck(velocity: float) -> float:
     return -(4.0 + 4.0 * math.exp(-((velocity / 0.02) ** 2))) * math.tanh(velocity / 0.01)
 
 
+@pytest.mark.slow
 def test_friction_is_learnt_as_a_function_of_the_velocity() -> None:
     """What no constant can hold: it changes its sign at each reversal. Quicker adaptation only follows it."""
     found = []

@@ -117,6 +117,7 @@ def every_block() -> Iterator[Asked]:
             yield from asked(told.loop.controller, told)
 
 
+@pytest.mark.slow
 def test_every_law_of_the_built_in_scenarios_says_what_it_supposes() -> None:
     """But for those of which nothing can be computed."""
     silent = {one.block for one in every_block() if one.assumptions is None}

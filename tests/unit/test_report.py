@@ -100,6 +100,7 @@ def test_what_will_be_written_is_known_beforehand(folder, monkeypatch):
     assert sorted(report_files(folder)) == sorted(folder / name for name in contents(folder))
 
 
+@pytest.mark.slow
 def test_equal_studies_give_equal_bytes(folder, tmp_path, monkeypatch):
     two_figures(monkeypatch)
     write_report(made_up_study(made_up_runs()), tmp_path)
@@ -186,6 +187,7 @@ def test_metrics_json_is_strict_and_has_null_for_what_is_not_finite(folder, stud
     assert [claim["ratio"] is None for claim in data["claims"]] == infinite.tolist()
 
 
+@pytest.mark.slow
 def test_diverged_runs_are_reported(tmp_path, monkeypatch):
     two_figures(monkeypatch)
     study = made_up_study({name: lost(data) for name, data in made_up_runs().items()})

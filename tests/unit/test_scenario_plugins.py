@@ -255,6 +255,7 @@ def mine(tmp_path: Path) -> Path:
     return written(tmp_path, "Mine", BLOCK.format(name="Mine", default="0.0"))
 
 
+@pytest.mark.slow
 def test_a_loop_with_a_plugin_runs_in_a_pool_of_new_processes(mine: Path) -> None:
     changes = {"controller.type": "Mine", "simulation.duration": 1e-3}
     loop = load_scenario("paper/sine-pi", changes, [mine])

@@ -112,6 +112,7 @@ def test_the_page_is_well_formed(page):
     assert "@media print" in page
 
 
+@pytest.mark.slow
 def test_equal_studies_give_equal_bytes(study, folder, tmp_path):
     manifest, table, _ = study
     shuffled = table.sample(frac=1.0, random_state=5)
