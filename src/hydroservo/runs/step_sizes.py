@@ -155,7 +155,7 @@ def checked_steps(loop: Loop, run: Run[Recorded]) -> Recorded:
 
     Returns:
         The run. Where substeps were chosen it has the attributes of :func:`settled`; where its steps are not
-        to be trusted, an attribute ``warning`` says why in one line, as :func:`doubt` has it.
+        to be trusted, an attribute ``warning`` says why in one line, as ``doubt`` has it.
     """
     if loop.simulation.substeps == AUTO:
         return settled(loop, run)
