@@ -81,6 +81,8 @@ def faults_of(trial: Trial, number: int) -> Iterator[tuple[Fault, Counter[str], 
     """
     folders, folder = trial.folders, trial.folders.out.parent
     numbers: dict[str, set[int]] = defaultdict(set)
+    if trial.command.goes_on:  # over a complete folder it would call next to nothing
+        shutil.rmtree(folders.out)
     for (_, kind), made in traced(trial.words(0), folder, trial.prepare, None).calls.items():
         numbers[kind] |= {i + 1 for i, line in enumerate(made) if of_a_file(line)}
     for i, fault in enumerate(drawn(numbers, number, trial.draw), 1):
