@@ -81,11 +81,13 @@ def faults_of(trial: Trial, number: int) -> Iterator[tuple[Fault, Counter[str], 
     """
     folders, folder = trial.folders, trial.folders.out.parent
     numbers: dict[str, set[int]] = defaultdict(set)
-    if trial.command.goes_on:  # over a complete folder it would call next to nothing
+    if trial.command.goes_on:  # over a complete folder it makes next to none of its calls
         shutil.rmtree(folders.out)
     for (_, kind), made in traced(trial.words(0), folder, trial.prepare, None).calls.items():
         numbers[kind] |= {i + 1 for i, line in enumerate(made) if of_a_file(line)}
     for i, fault in enumerate(drawn(numbers, number, trial.draw), 1):
+        if trial.command.goes_on and i % 2:  # so that late calls come; the others go on from what is there
+            shutil.rmtree(folders.out, ignore_errors=True)
         variant, before = trial.draw.randrange(len(trial.wanted)), files_in(folders.out)
         ended, _, failed = traced(trial.words(variant), folder, trial.prepare, fault)
         if not all(map(of_a_file, failed)):  # another number than before: Python itself may crash
