@@ -86,6 +86,32 @@ def test_ctrl_c_while_libraries_are_imported_is_one_line(module):
     assert done.stderr == "hydroservo: interrupted; nothing was left half-written\n"
 
 
+LOADED = """
+import sys
+from hydroservo.cli import main
+try:
+    main()
+finally:
+    print(*{name.partition(".")[0] for name in sys.modules}, file=sys.stderr)
+"""
+
+
+def test_a_run_that_leaves_no_files_waits_for_no_library_that_it_does_not_need():
+    words = [
+        sys.executable,
+        "-c",
+        LOADED,
+        "run",
+        "paper/sine-pi",
+        "--set",
+        "simulation.duration=0.01s",
+        "--json",
+    ]
+    loaded = set(subprocess.run(words, text=True, capture_output=True, check=True).stderr.split())
+    assert "numpy" in loaded
+    assert not loaded & {"jinja2", "matplotlib", "numba", "pandas", "pint", "scipy", "xarray"}
+
+
 ENDED = """
 import atexit, os, signal
 from hydroservo.cli import main

@@ -11,8 +11,8 @@ import pytest
 
 from hydroservo import load_scenario, simulate
 from hydroservo.figures.comparison import plot_comparison
+from hydroservo.figures.latex_text import label
 from hydroservo.figures.style import fit_width, style
-from hydroservo.figures.tex import label
 from tests.support.commands.runner import QUICK, SHORT, failed, succeeded
 from tests.support.needs import needs
 from tests.support.reports import check_report, page, text_of

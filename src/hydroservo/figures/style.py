@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.legend import Legend
 from matplotlib.text import Text
 
-from hydroservo.figures.tex import drawn_by_latex
+from hydroservo.figures.pgf import drawn_by_latex
 from hydroservo.outputs import atomic_path
 
 __all__ = [

@@ -2,7 +2,7 @@
 
 import re
 
-from hydroservo.figures.tex import escaped
+from hydroservo.figures.latex_text import escaped
 from hydroservo.reports.table import Table
 
 __all__ = ["in_one_line", "latex_text"]

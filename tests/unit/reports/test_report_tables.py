@@ -6,7 +6,7 @@ import re
 import pandas as pd
 import pytest
 
-from hydroservo.figures.tex import SPECIAL, escaped
+from hydroservo.figures.latex_text import SPECIAL, escaped
 from hydroservo.reports.latex import in_one_line, latex_text
 from hydroservo.reports.table import Column, Table, csv_text
 
