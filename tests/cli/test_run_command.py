@@ -28,7 +28,8 @@ def test_run_prints_metrics_in_engineers_units_and_a_verdict():
     assert rows["control_rms"][5] == "mV"
     assert rows["diverged_at"][3] == "-"
     assert "estimate_rms_error_1" not in rows  # a PI has no observer
-    assert text.splitlines()[-1] == "The run did not diverge, and the piston stayed inside its stroke."
+    assert "The run did not diverge, and the piston stayed inside its stroke." in text.splitlines()
+    assert "The loop does not follow" in text
 
 
 def test_json_is_one_object_with_the_numbers_of_the_library():
@@ -144,3 +145,10 @@ def test_verdict_puts_divergence_first():
     assert "STROKE" not in verdict(both)
     far = both._replace(diverged_by=f"plant.velocity {BEYOND} 100 m/s")
     assert "DIVERGED[/]: plant.velocity left physical reach, beyond 100 m/s at 1.00 s." in verdict(far)
+
+
+def test_a_loop_that_does_not_follow_is_said_to():
+    wild = ("--set", "controller.integral_gain=60000", "--set", "simulation.duration=0.5s")
+    shown = " ".join(succeeded("run", "rig/1khz-pi-sine", *wild).split())
+    assert "The loop does not follow: its rms error is" in shown
+    assert "does not follow" not in succeeded("run", "rig/1khz-pi-sine", *wild[2:])

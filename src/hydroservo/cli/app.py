@@ -118,7 +118,7 @@ def run(
     from hydroservo.cli.files import list_files, result_files, write_results
     from hydroservo.cli.kernels import log_kernels
     from hydroservo.cli.progress import progress_bar
-    from hydroservo.cli.summary import for_table, run_summary
+    from hydroservo.cli.summary import astray, for_table, run_summary
     from hydroservo.cli.tables import show_run
     from hydroservo.cli.writing import write_or_keep
     from hydroservo.reports.folder import Files
@@ -145,7 +145,8 @@ def run(
             from hydroservo.cli.reports.run import run_files, run_report
 
             data = dataset(trace)
-            page = run_report(again(context), for_table(summary, loop), data)
+            said = astray(summary.metrics, loop)
+            page = run_report(again(context), for_table(summary, loop), data, said)
             return write_results(place, run_files(summary, data, ending), page, summary._asdict(), journal)
 
         left = write_or_keep(out, write)
@@ -153,7 +154,7 @@ def run(
     if json:
         typer.echo(as_json(summary._asdict()))
     else:
-        show_run(for_table(summary, loop), trace.fields)
+        show_run(for_table(summary, loop), trace.fields, astray(summary.metrics, loop))
         list_files(left.files)
     left.check()
 

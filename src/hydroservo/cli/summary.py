@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 import numpy as np
 
+from hydroservo.formatting import quantity
 from hydroservo.hooks import at_rest
 from hydroservo.monitors.step_response import StepResponse, StepResponseValues
 from hydroservo.runs.cautions import warnings_of
@@ -18,9 +19,10 @@ if TYPE_CHECKING:
     from hydroservo.cli.batch_summary import BatchSummary
     from hydroservo.loop import Loop
 
-__all__ = ["RunSummary", "demand_jumps", "for_table", "run_summary"]
+__all__ = ["RunSummary", "astray", "demand_jumps", "for_table", "run_summary"]
 
 INSTANTS = 4001  # of a demand at which jumps are looked for
+FEW = 101  # at which its size is
 
 
 class RunSummary(NamedTuple):
@@ -73,3 +75,20 @@ def demand_jumps(loop: "Loop") -> bool:
         if state.jump_sign != 0.0:
             return True
     return False
+
+
+def astray(metrics: Mapping[str, float | bool], loop: "Loop") -> str:
+    """That a loop does not follow: its rms error is more than the largest demand; else empty.
+
+    Fails for a demand that is large between two of the 101 instants of the run at which it is looked at.
+    """
+    error = float(metrics.get("rms_error", 0.0))
+    times = np.linspace(0.0, loop.simulation.duration, FEW).tolist()
+    largest = max(abs(float(loop.reference.at(t).value)) for t in times)
+    if metrics["diverged"] or not 0.0 < largest < error:
+        return ""
+    unit = loop.controls.declared().unit
+    return (
+        f"The loop does not follow: its rms error is {quantity(error, unit)}, and the largest demand "
+        f"{quantity(largest, unit)}. hydroservo tune looks for better gains."
+    )

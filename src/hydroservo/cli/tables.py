@@ -50,9 +50,9 @@ def show(*things: "RenderableType") -> None:
         console.print(thing)
 
 
-def show_run(summary: RunSummary, fields: Mapping[str, Field]) -> None:
-    """The metrics of one run, declared by their fields, and its verdict."""
-    show(run_table(summary, fields), verdict(summary))
+def show_run(summary: RunSummary, fields: Mapping[str, Field], said: str) -> None:
+    """The metrics of one run, declared by their fields, its verdict, and what else is said of it."""
+    show(run_table(summary, fields), verdict(summary), *filter(None, [escape(said)]))
 
 
 def run_table(summary: RunSummary, fields: Mapping[str, Field]) -> Table:

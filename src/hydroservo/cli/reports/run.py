@@ -39,18 +39,19 @@ def metrics_table(summaries: Sequence[RunSummary], datasets: "Sequence[xr.Datase
     return metrics_csv(rows.drop(columns=["metrics", "warnings"]), fields)
 
 
-def run_report(command: str, summary: RunSummary, dataset: "xr.Dataset") -> Report:
+def run_report(command: str, summary: RunSummary, dataset: "xr.Dataset", said: str) -> Report:
     """The report of one run.
 
     Args:
         command: makes it again.
         summary: what of it is shown.
         dataset: what ``simulate`` returned.
+        said: what else is said of it; may be empty.
     """
     caption = "What is controlled and its demand, error and command; then pressures and estimates, if any."
     return Report(
         f"Run of {summary.scenario}",
-        sentences([verdict(summary)]),
+        [*sentences([verdict(summary)]), *filter(None, [said])],
         summary.warnings,
         [Picture("run", caption, plot_run(dataset))],
         [table_of("metrics", run_table(summary, metric_fields(dataset)), "Metrics of the run.")],
