@@ -6,8 +6,9 @@ nothing and touches no Python object, so that its object file can be kept and lo
 
 import re
 from collections.abc import Callable, Iterator, Sequence
-from importlib.metadata import requires, version
+from importlib.metadata import requires
 
+from llvmlite import __version__ as llvmlite_version
 from llvmlite import binding
 
 from hydroservo.engine.lower.function import DOUBLES, FLOAT, INTEGERS, kernel_text
@@ -73,9 +74,10 @@ def parsed(text: str) -> binding.ModuleRef:
         return binding.parse_assembly(text)
     except RuntimeError as error:
         tried = next(one for one in requires("hydroservo") or () if one.startswith("llvmlite"))
-        found, reason = version("llvmlite"), " ".join(str(error).split())
+        reason = " ".join(str(error).split())
         raise CompileError(
-            f"llvmlite {found} refuses hydroservo's text ({reason}); hydroservo is tried with {tried}"
+            f"llvmlite {llvmlite_version} refuses hydroservo's text ({reason}); "
+            f"hydroservo is tried with {tried}"
         ) from None
 
 

@@ -18,18 +18,18 @@ import sys
 import sysconfig
 from collections.abc import Iterator
 from functools import cache
-from importlib.metadata import version
 from pathlib import Path
 from types import BuiltinFunctionType, CodeType, FunctionType, ModuleType
 from typing import Any, NamedTuple
 
 import numpy as np
+from llvmlite import __version__ as llvmlite_version
 from llvmlite import binding
 
 __all__ = ["Recipe", "UnknownContentError", "features"]
 
 PLAIN = (bool, int, float, complex, str, bytes, type(None), type(Ellipsis))
-COMPILERS = ("llvmlite", "numpy")
+BELOW = {"llvmlite", "numpy", "builtins"}
 ENGINE = Path(__file__).parent
 MADE = {"__new__", "__repr__", "__getnewargs__", "_make", "_replace", "_asdict"}  # by NamedTuple
 NAME = re.compile(r"\.\s*([^\W\d]\w*)")
@@ -120,7 +120,7 @@ def features() -> str:
 def surroundings() -> str:
     """The engine, the compilers and the processor."""
     processor = (binding.get_host_cpu_name(), features())
-    versions = (sys.version, *(version(name) for name in COMPILERS))
+    versions = (sys.version, llvmlite_version, np.__version__)
     return repr((LOADED, processor, versions))
 
 
@@ -138,7 +138,7 @@ def owner(value: type | FunctionType) -> str:
 def is_foreign(module: str) -> bool:
     """True for a module of Python or of a compiler, whose version tells its content."""
     top = module.partition(".")[0]
-    if top in COMPILERS or top == "builtins":
+    if top in BELOW:
         return True
     file = getattr(sys.modules.get(top), "__file__", None)
     if top not in sys.stdlib_module_names or top == "__main__":
