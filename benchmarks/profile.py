@@ -148,17 +148,18 @@ def counted() -> list[dict[str, int]]:
     from hydroservo.engine import machine_code
 
     found: list[dict[str, int]] = []
-    optimise = machine_code.optimise
+    make = machine_code.optimised
 
-    def optimised(module: Any, machine: Any) -> None:
-        optimise(module, machine)
+    def optimised(given: str, triple: str, machine: Any, strict: bool) -> Any:
+        module = make(given, triple, machine, strict)
         text = str(machine.emit_assembly(module))
         register = "zmm" if "zmm" in text else "ymm"
         blocks = [[line for line in block.splitlines() if register in line] for block in text.split("\n.LBB")]
         longest: list[str] = max(blocks, key=len)
         found.append(dict(Counter(map(kind, longest))))
+        return module
 
-    machine_code.optimise = optimised  # type: ignore[assignment]
+    machine_code.optimised = optimised
     return found
 
 

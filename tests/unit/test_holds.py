@@ -45,15 +45,6 @@ def test_a_command_without_delay_comes_at_once() -> None:
     assert ZeroOrderHold().at(ZeroOrderHold().held(ZeroOrderHold().init(), 2.0), 0.3) == 2.0
 
 
-@pytest.mark.parametrize(
-    "hold", [ZeroOrderHold(), DelayedHold(0.3 * H)], ids=lambda hold: type(hold).__name__
-)
-def test_what_never_changes_is_held_for_ever(hold: Block) -> None:
-    held = hold.steady(3.0)
-    assert {hold.at(held, t) for t in (0.0, 0.5, 1e4)} == {3.0}
-    assert hold.next_jump(held, 0.0) == math.inf
-
-
 @given(st.floats(0.0, 1.0), st.floats(-10.0, 10.0), st.floats(-10.0, 10.0))
 def test_what_was_applied_is_the_mean_over_the_period(share: float, last: float, u: float) -> None:
     hold = DelayedHold(share * H)

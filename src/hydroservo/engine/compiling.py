@@ -60,8 +60,8 @@ class Compiled:
     def made(self, shapes: tuple[Any, ...]) -> tuple[Linked, Any, int]:
         """The machine code for arguments of some shapes, the shape of what it returns, and its numbers."""
         name = "compiled"
-        text, returned = method_text(name, self.py_func, shapes, self.strict)
-        return Linked(object_code(name, text)), returned, len(list(numbers_in(returned)))
+        text, returned = method_text(name, self.py_func, shapes)
+        return Linked(object_code(name, text, self.strict)), returned, len(list(numbers_in(returned)))
 
 
 def shape(value: Any) -> Any:

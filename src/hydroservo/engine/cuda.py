@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from hydroservo.block import Block
 from hydroservo.engine import flat
 from hydroservo.engine.kernel import Study, Wanted, kernel
-from hydroservo.engine.lanes import Layout, layout_of, loader, varier
+from hydroservo.engine.lanes import Layout, layout_of, varier
 from hydroservo.engine.machine_code import DOUBLES, FLOAT, INTEGER, INTEGERS
 from hydroservo.engine.native import MachineCode, RunError, native
 from hydroservo.engine.ptx import NAME, RAISED, ptx
@@ -126,7 +126,7 @@ def thread_text(
 ) -> Callable[..., int]:
     """The function that a thread calls."""
     build, own_of = flat.builder(study), varier(study.system, layout.varied, row(0))
-    state_of, sums_of = loader(state, row(layout.states)), loader(sums, row(layout.sums))
+    state_of, sums_of = flat.loader(state, row(layout.states)), flat.loader(sums, row(layout.sums))
     put_state, put_sums = flat.storer(state, row(layout.states)), flat.storer(sums, row(layout.sums))
     run = kernel(study, wanted)
     samples_done = layout.alive

@@ -27,6 +27,7 @@ __all__ = [
     "checker",
     "constructor",
     "doubles",
+    "loader",
     "numbers",
     "recorder",
     "shape",
@@ -124,6 +125,15 @@ def cast(text: str, value: Any) -> str:
     if isinstance(value, bool):
         return repr(value)
     return f"int({text})" if isinstance(value, int) else text
+
+
+def loader(block: Block, place: Place) -> FunctionType:
+    """A function ``load(memory, lane)`` that returns a lane's state.
+
+    ``place`` gives the index of the i-th number.
+    """
+    order = {path: i for i, (path, _) in enumerate(leaves(block))}
+    return constructor("load(memory, lane)", block, lambda path, _: f"memory[{place(order[path])}]")
 
 
 def storer(block: Block, place: Place = str) -> FunctionType:

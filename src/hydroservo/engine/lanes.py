@@ -18,7 +18,7 @@ from hydroservo.engine.native import MachineCode, Native, native
 from hydroservo.engine.recipe import Recipe
 from hydroservo.engine.watch import Watch, listener, silent
 
-__all__ = ["LANES", "CompiledLanes", "Group", "Layout", "layout_of", "loader", "varier"]
+__all__ = ["LANES", "CompiledLanes", "Group", "Layout", "layout_of", "varier"]
 
 LANES = 32  # four vectors of eight: enough to hide latencies, few enough for the states to stay in cache
 
@@ -137,7 +137,7 @@ class Rows(NamedTuple):
 
 def kept(state: Block, first: int) -> Rows:
     """States in the rows from one on."""
-    return Rows(loader(state, row(first)), flat.storer(state, row(first)))
+    return Rows(flat.loader(state, row(first)), flat.storer(state, row(first)))
 
 
 def beginner(lane_of: Callable[..., Any], states: Rows) -> Callable[..., None]:
@@ -257,15 +257,6 @@ def loser(wanted: Wanted, states: Rows, alive: int) -> Callable[..., bool]:
 def row(first: int) -> flat.Place:
     """The index of a lane's number in the i-th row from one on."""
     return lambda i: f"{(first + i) * LANES} + lane"
-
-
-def loader(block: Block, place: flat.Place) -> Callable[..., Any]:
-    """A function ``load(memory, lane)`` that returns a lane's state.
-
-    ``place`` gives the index of the i-th number.
-    """
-    order = {path: i for i, (path, _) in enumerate(leaves(block))}
-    return flat.constructor("load(memory, lane)", block, lambda path, _: f"memory[{place(order[path])}]")
 
 
 def varier(block: Block, varied: tuple[str, ...], place: flat.Place) -> Callable[..., Any]:

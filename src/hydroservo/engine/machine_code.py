@@ -24,7 +24,7 @@ __all__ = [
     "interleaved",
     "machine_code",
     "object_code",
-    "optimise",
+    "optimised",
     "parsed",
     "widest",
 ]
@@ -32,6 +32,7 @@ __all__ = [
 PROVIDED = {"memcpy", "memset", "memmove"}  # what LLVM itself may call, in every C library
 WIDE = 4  # vectors that go together, with the 32 registers of AVX-512
 NARROW = 2  # with fewer registers
+FUSIBLE = re.compile(r"(?<= = )(fadd|fsub|fmul)\b")
 DEFINITION = re.compile(r"^(define .*) {$", re.MULTILINE)
 
 
@@ -42,16 +43,15 @@ def machine_code(function: Callable[..., int], arguments: Sequence[str], strict:
         CompileError: it cannot be compiled.
     """
     name = function.__name__
-    return object_code(name, kernel_text(name, function, arguments, strict))
+    return object_code(name, kernel_text(name, function, arguments), strict)
 
 
-def object_code(name: str, text: str) -> MachineCode:
+def object_code(name: str, text: str, strict: bool) -> MachineCode:
     """The machine code of a function in the text of a module."""
     prepare()
     machine, wide = processor(), "+avx512f" in features()
-    module = parsed(interleaved(widest(text) if wide else text, WIDE if wide else NARROW))
-    module.triple, module.data_layout = binding.get_process_triple(), str(machine.target_data)
-    optimise(module, machine)
+    text = interleaved(widest(text) if wide else text, WIDE if wide else NARROW)
+    module = optimised(text, binding.get_process_triple(), machine, strict)
     portable = PROVIDED.issuperset(foreign(module))
     return MachineCode(name, machine.emit_object(module), portable=portable)
 
@@ -81,12 +81,21 @@ def parsed(text: str) -> binding.ModuleRef:
         ) from None
 
 
-def optimise(module: binding.ModuleRef, machine: binding.TargetMachine) -> None:
-    """What LLVM makes better, vectors included."""
+def optimised(text: str, triple: str, machine: binding.TargetMachine, strict: bool) -> binding.ModuleRef:
+    """The module of a text, made better by LLVM, vectors included.
+
+    That a product and a sum may be rounded as one is said last, for LLVM keeps such out of vectors.
+
+    Raises:
+        CompileError: LLVM refuses it.
+    """
+    module = parsed(text)
+    module.triple, module.data_layout = triple, str(machine.target_data)
     options = binding.create_pipeline_tuning_options(speed_level=3)
     options.loop_vectorization = options.slp_vectorization = True
     builder = binding.create_pass_builder(machine, options)
     builder.getModulePassManager().run(module, builder)
+    return module if strict else parsed(FUSIBLE.sub(r"\1 contract", str(module)))
 
 
 def foreign(module: binding.ModuleRef) -> Iterator[str]:

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator, Sequence
 from llvmlite import binding
 
 from hydroservo.engine.lower.function import kernel_text, types_of
-from hydroservo.engine.machine_code import interleaved, optimise, parsed
+from hydroservo.engine.machine_code import interleaved, optimised
 from hydroservo.engine.native import CompileError, MachineCode
 
 __all__ = ["NAME", "RAISED", "ptx"]
@@ -34,12 +34,10 @@ def ptx(function: Callable[..., int], arguments: Sequence[str], strict: bool) ->
     Raises:
         CompileError: it cannot be compiled.
     """
-    text = kernel_text(INNER, function, arguments, strict) + entry(arguments)
+    inner = kernel_text(INNER, function, arguments).replace("define ", "define internal ")
+    text = inner + entry(arguments)
     machine = device_machine()
-    module = parsed(interleaved(text, 1))
-    module.triple, module.data_layout = TRIPLE, str(machine.target_data)
-    module.get_function(INNER).linkage = "internal"
-    optimise(module, machine)
+    module = optimised(interleaved(text, 1), TRIPLE, machine, strict)
     missing = sorted(foreign(module))
     if missing:
         raise CompileError(f"it calls {', '.join(missing)}, which no CUDA device has")

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from hydroservo.block import Block, leaves
 from hydroservo.engine import flat
 from hydroservo.engine.kernel import Study, Wanted, mover
-from hydroservo.engine.lanes import LANES, aligned, loader, row, varier
+from hydroservo.engine.lanes import LANES, aligned, row, varier
 from hydroservo.engine.native import MachineCode, native
 from hydroservo.engine.recipe import Recipe
 
@@ -216,7 +216,7 @@ def sampling(made: Made) -> Callable[..., None]:
 
 def state_of(made: Made) -> Callable[..., Any]:
     """A function ``load(memory, lane)`` that returns a lane's state."""
-    return loader(made.state, row(made.places.states))
+    return flat.loader(made.state, row(made.places.states))
 
 
 def storer(made: Made) -> Callable[..., Any]:

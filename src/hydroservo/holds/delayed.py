@@ -49,9 +49,6 @@ class DelayedHold(NamedTuple):
     def held(self, s: DelayedHoldState, u: float) -> HeldTwice:
         return HeldTwice(s.last, u, s.switch)
 
-    def steady(self, u: float) -> HeldTwice:
-        return HeldTwice(u, u, 0.0)
-
     def at(self, held: HeldTwice, t: float) -> float:
         return ops.where(ops.at_or_after(t, held.switch), held.after, held.before)
 

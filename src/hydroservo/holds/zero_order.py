@@ -29,9 +29,6 @@ class ZeroOrderHold(NamedTuple):
     def held(self, s: ZeroOrderHoldState, u: float) -> float:
         return u
 
-    def steady(self, u: float) -> float:
-        return u
-
     def at(self, held: float, t: float) -> float:
         return held
 

@@ -7,6 +7,7 @@ import numpy as np
 from hydroservo.formatting import MINUS, quantity
 from hydroservo.hooks import at_rest, is_valveless
 from hydroservo.loop import Loop
+from hydroservo.runs.rows import demands
 from hydroservo.signals import Pressures
 
 __all__ = ["command_caution", "demand_caution", "late_caution"]
@@ -33,8 +34,9 @@ def demand_caution(loop: Loop) -> str:
         line = Pressures(math.inf, line.tank)
     least, most = loop.controls.reach(at_rest(loop.plant, loop.supply, loop.load), line)
     times = np.linspace(0.0, loop.simulation.duration, INSTANTS)
-    asked = [loop.reference.at(t).value for t in times.tolist()]
-    for value, beyond in ((min(asked), min(asked) < least), (max(asked), max(asked) > most)):
+    asked = demands(loop.reference, times)
+    lowest, highest = float(asked.min()), float(asked.max())
+    for value, beyond in ((lowest, lowest < least), (highest, highest > most)):
         if beyond and math.isfinite(value):
             signal = loop.controls.declared()
             here, low, high = (quantity(one, signal.unit) for one in (value, least, most))

@@ -12,6 +12,7 @@ from hydroservo.constants import ATMOSPHERE
 from hydroservo.errors import ParameterError
 from hydroservo.group import nested
 from hydroservo.loop import Loop, MachineState
+from hydroservo.runs.rows import machine_rates
 from hydroservo.starts import AsBuilt
 from hydroservo.states import filled
 
@@ -135,18 +136,16 @@ def nearest_rest(loop: Loop, start: MachineState, command: float, fixed: Collect
     free = [i for i, path in enumerate(paths) if path not in fixed]
     watched = [i for i, path in enumerate(paths) if path != POSITION]
     first, sizes = np.array(values(start)), np.array([size for _, size in sized(start)])
-    force = loop.load.force(0.0)
+    move, force = machine_rates(loop, start), loop.load.force(0.0)
 
-    def at(x: NDArray[np.float64]) -> MachineState:
+    def at(x: NDArray[np.float64]) -> NDArray[np.float64]:
         numbers = first.copy()
         numbers[free] += sizes[free] * x
-        state: MachineState = filled(start, iter(numbers.tolist()))
-        return state
+        return numbers
 
     def raw(x: NDArray[np.float64]) -> NDArray[np.float64]:
-        rates = np.array(values(loop.rates(at(x), command, force)), dtype=np.float64)[watched]
-        np.nan_to_num(rates, copy=False, nan=1e30, posinf=1e30, neginf=-1e30)
-        return rates
+        rates = move(at(x)[np.newaxis], command, force)[0, watched]
+        return np.nan_to_num(rates, nan=1e30, posinf=1e30, neginf=-1e30)
 
     weights = stiffness(raw, len(free), len(watched))
 
@@ -157,7 +156,8 @@ def nearest_rest(loop: Loop, start: MachineState, command: float, fixed: Collect
     none = np.zeros(len(free))
     found = least_squares(weighed, none, max_nfev=ROUNDS, method="lm", x_scale=1.0, **PRECISION)
     misfits = np.abs(found.fun)
-    return Rest(at(found.x), float(misfits.max()), paths[watched[int(misfits.argmax())]])
+    state: MachineState = filled(start, iter(at(found.x).tolist()))
+    return Rest(state, float(misfits.max()), paths[watched[int(misfits.argmax())]])
 
 
 def stiffness(rates: Rates, free: int, watched: int) -> NDArray[np.float64]:

@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hydroservo import ops
-from hydroservo.block import Block, leaves, replace, value_at, values
+from hydroservo.block import leaves, replace, value_at, values
 from hydroservo.errors import ParameterError
 from hydroservo.integrators.jumps import AFTER, BEFORE
 from hydroservo.loop import AUTO, Loop
-from hydroservo.states import filled
+from hydroservo.runs.rows import Rates, machine_rates
 
 __all__ = [
     "check_substeps",
@@ -89,7 +89,12 @@ def rates(loop: Loop, data: Signals | None = None) -> NDArray[np.float64]:
     largest = np.abs(states).max(axis=0)
     nudges = NUDGE * np.where(largest > 0.0, largest, 1.0)
     rows = sorted({*evenly(len(times)), *np.abs(states).argmax(axis=0), np.abs(commands).argmax()})
-    found = [jacobian(loop, start, float(times[i]), states[i], float(commands[i]), nudges) for i in rows]
+    move = machine_rates(loop, start)
+
+    def at(row: int) -> Matrix:
+        return jacobian(move, states[row], float(commands[row]), loop.load.force(float(times[row])), nudges)
+
+    found = [at(row) for row in rows]
     finite = np.array([one for one in found if np.isfinite(one).all()])
     return np.abs(np.linalg.eigvals(finite)).max(axis=1) if finite.size else np.zeros(0)
 
@@ -107,18 +112,11 @@ def evenly(count: int) -> list[int]:
     return [int(row) for row in np.linspace(0, count - 1, min(count, INSTANTS)).round()]
 
 
-def jacobian(loop: Loop, like: Block, t: float, x: Matrix, u: float, nudges: Matrix) -> Matrix:
-    """d(rates)/d(states), each row and column in units of its state's nudge [1/s]; nan where it has none."""
-
-    def deriv(states: list[float]) -> list[float]:
-        return values(loop.deriv(t, filled(like, iter(states)), loop.hold.steady(u)))
-
+def jacobian(move: Rates, x: Matrix, u: float, force: float, nudges: Matrix) -> Matrix:
+    """d(rates)/d(states), in units of the states' nudges [1/s]; not finite where there is none."""
     steps = np.diag(nudges)
+    after, before = np.split(move(np.concatenate([x + steps, x - steps]), u, force), 2)
     with np.errstate(over="ignore", invalid="ignore"):  # what is not finite is left out afterwards
-        try:
-            after, before = (np.array([*map(deriv, y.tolist())]) for y in (x + steps, x - steps))
-        except (ArithmeticError, ValueError):
-            return np.full((x.size, x.size), np.nan)
         return np.asarray(0.5 * (after - before).T / nudges[:, np.newaxis])
 
 

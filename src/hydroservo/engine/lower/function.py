@@ -30,10 +30,9 @@ FLOAT = DOUBLE
 DOUBLES = "double*"  # memory of them
 INTEGERS = "i64*"
 WAY_OUT = "methods call only ops, each other and nested blocks, and give every field"
-CONTRACT = " contract"  # lets LLVM fuse a multiplication with an addition
 
 
-def kernel_text(name: str, function: Callable[..., Any], kinds: Sequence[str], strict: bool) -> str:
+def kernel_text(name: str, function: Callable[..., Any], kinds: Sequence[str]) -> str:
     """The module of a function of numbers and memory that returns a whole number, as ``Native`` calls it.
 
     Raises:
@@ -46,7 +45,7 @@ def kernel_text(name: str, function: Callable[..., Any], kinds: Sequence[str], s
         found = inlined(w, function, given, {}, stack)
         stored(w, INTEGER, "%result", 0, w.converted(found, INTEGER))
 
-    return module(name, f"ptr %result{asked}", strict, write)
+    return module(name, f"ptr %result{asked}", write)
 
 
 def types_of(kinds: Sequence[str]) -> list[str]:
@@ -88,9 +87,7 @@ class Asked:
         return found if shape is int else self.writer.emit(BOOL, f"icmp ne i64 {found.text}, 0")
 
 
-def method_text(
-    name: str, function: Callable[..., Any], shapes: Sequence[Any], strict: bool
-) -> tuple[str, Any]:
+def method_text(name: str, function: Callable[..., Any], shapes: Sequence[Any]) -> tuple[str, Any]:
     """The module of a function of blocks and numbers, and the shape of what it returns.
 
     Raises:
@@ -107,7 +104,7 @@ def method_text(
             whole = DOUBLE if kind_of(number) == DOUBLE else INTEGER
             stored(w, whole, "%results", i, w.converted(number, whole))
 
-    text = module(name, "ptr %doubles, ptr %integers, ptr %results", strict, write)
+    text = module(name, "ptr %doubles, ptr %integers, ptr %results", write)
     return text, made[0] if made else type(None)
 
 
@@ -127,9 +124,9 @@ def gathered(value: Any, numbers: list[Any]) -> Any:
     return PYTHON_TYPES[kind_of(value)]
 
 
-def module(name: str, asked: str, strict: bool, write: Callable[[Writer, list[Frame]], None]) -> str:
+def module(name: str, asked: str, write: Callable[[Writer, list[Frame]], None]) -> str:
     """The text of a module with one function, which returns 0, or 1 where it raises."""
-    w, stack = Writer("" if strict else CONTRACT), list[Frame]()
+    w, stack = Writer(), list[Frame]()
     try:
         write(w, stack)
         w.line("ret i32 0")

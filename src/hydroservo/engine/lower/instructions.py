@@ -152,6 +152,7 @@ INSTRUCTIONS: dict[Any, Instruction] = {
     basic.copysign: llvm("copysign"),
     basic.sqrt: llvm("sqrt"),
     basic.floor: llvm("floor"),
+    basic.nearest: llvm("rint"),
     binary.exponent: exponent,
     binary.mantissa: mantissa,
     binary.scaled: scaled,

@@ -101,7 +101,7 @@ def computed(op: type, a: Any, b: Any) -> Any:
 
 def float_result(w: Writer, op: type, a: Any, b: Any) -> Any:
     if op in FLOATS:
-        return w.emit(DOUBLE, f"{FLOATS[op]}{w.flags} double {operand(a)}, {operand(b)}")
+        return w.emit(DOUBLE, f"{FLOATS[op]} double {operand(a)}, {operand(b)}")
     if op is ast.Mod:
         return remainder(w, a, b)
     if op is ast.FloorDiv:
@@ -223,7 +223,7 @@ def negated(w: Writer, value: Any) -> Any:
     if not isinstance(value, Scalar):
         return binary(w, ast.Mult, -1, value) if not isinstance(value, float) else -value
     if value.kind == DOUBLE:
-        return w.emit(DOUBLE, f"fneg{w.flags} double {value.text}")
+        return w.emit(DOUBLE, f"fneg double {value.text}")
     return binary(w, ast.Sub, 0, value)
 
 

@@ -43,13 +43,11 @@ class Writer:
 
     Attributes:
         here: the block that is written; None after what never ends.
-        flags: fast-math flags of its arithmetic.
         declared: the functions that it calls.
         loops: of each loop, whether it has few turns.
     """
 
-    def __init__(self, flags: str) -> None:
-        self.flags = flags
+    def __init__(self) -> None:
         self.blocks: list[Block] = []
         self.declared: dict[str, str] = {}
         self.count = 0
