@@ -152,7 +152,6 @@ INSTRUCTIONS: dict[Any, Instruction] = {
     basic.copysign: llvm("copysign"),
     basic.sqrt: llvm("sqrt"),
     basic.floor: llvm("floor"),
-    basic.nearest: llvm("rint"),
     binary.exponent: exponent,
     binary.mantissa: mantissa,
     binary.scaled: scaled,
