@@ -14,7 +14,7 @@ from hydroservo.runs.divergence import BEYOND
 from hydroservo.runs.results import Format
 from hydroservo.scenario import load_scenario, scenario_source
 from tests.support.bases import on_base
-from tests.support.commands.runner import PLUGIN, QUICK, SHORT, UNSTABLE, succeeded
+from tests.support.commands.runner import PLUGIN, QUICK, SHORT, UNSTABLE, hydroservo_, succeeded
 
 METRICS = declared_metrics(usual(load_scenario("paper/sine-pi")))
 
@@ -152,3 +152,12 @@ def test_a_loop_that_does_not_follow_is_said_to():
     shown = " ".join(succeeded("run", "rig/1khz-pi-sine", *wild).split())
     assert "The loop does not follow: its rms error is" in shown
     assert "does not follow" not in succeeded("run", "rig/1khz-pi-sine", *wild[2:])
+
+
+def test_a_size_that_no_machine_has_is_said_once_and_before_the_run():
+    wide = ("run", "axis/position", "--set", "plant.bore=63", "--set")
+    refused = hydroservo_(*wide, "simulation.duration=1.5 ms").stderr.splitlines()
+    unit = "is its unit right?"
+    assert [unit in line for line in refused] == [True, True, False]  # two areas, and the duration
+    ran = hydroservo_(*wide, "simulation.duration=1 ms").stderr.splitlines()
+    assert sum(unit in line for line in ran) == 2

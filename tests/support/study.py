@@ -43,6 +43,7 @@ def made_up(demand, controller, scale=1.0):
     fields = METRIC_FIELDS[controller]
     metrics = {name: scale * (1 + i) * 1e-3 for i, name in enumerate(fields)}
     metrics |= {"stroke_left": False, "diverged": False}
+    loop = example(Loop, controller=LAWS[controller])
     about = dict.fromkeys(signals, ("", "")) | {"controlled.value": ("m/s", "velocity")}
     return xr.Dataset(
         {
@@ -51,7 +52,7 @@ def made_up(demand, controller, scale=1.0):
         }
         | {name: ((), metrics[name], {"units": field.unit}) for name, field in fields.items()},
         coords={"time": ("time", time, {"units": "s"})},
-        attrs=provenance(example(Loop, controller=LAWS[controller])),
+        attrs=provenance(loop, loop),
     )
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from hydroservo.loop import AUTO, Loop
 from hydroservo.metrics import monitors_of, values_of
 from hydroservo.runs.fitting import compilation, first_state
-from hydroservo.runs.run import Mode, lost, paths_of, plan_of, ready, run
+from hydroservo.runs.run import Mode, complete, lost, paths_of, plan_of, ready, run
 from hydroservo.runs.step_sizes import with_substeps
 from hydroservo.runs.trace import Trace, dataset
 
@@ -27,7 +27,7 @@ def sketched_run(loop: Loop, substeps: int, progress: Callable[[float], None]) -
         progress: called with the fraction done.
     """
     automatic = loop.simulation.substeps == AUTO
-    loop = ready(with_substeps(loop, substeps) if automatic else loop)
+    asked, loop = complete(loop), ready(with_substeps(loop, substeps) if automatic else loop)
     state, watching = first_state(loop), monitors_of(loop)
     wanted = paths_of(loop, state)
     plan = plan_of(loop, state, wanted)
@@ -35,4 +35,4 @@ def sketched_run(loop: Loop, substeps: int, progress: Callable[[float], None]) -
     with compilation(loop):
         states, loss = run(loop, state, plan, out, Mode(compiled=True, strict=False), progress)
     values = values_of(watching, states, lost(loss))
-    return dataset(Trace(loop, plan, wanted, out, values, {"diverged_by": loss.path}))
+    return dataset(Trace(asked, loop, plan, wanted, out, values, {"diverged_by": loss.path}))

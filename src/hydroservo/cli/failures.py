@@ -10,6 +10,7 @@ import typer
 from typer.core import TyperGroup
 
 from hydroservo.cli.interrupts import INTERRUPTED, heard
+from hydroservo.cli.remarks import SAID
 from hydroservo.errors import HydroservoError, HydroservoWarning, clipped, one_line, system_problem
 
 __all__ = ["Commands", "Listing"]
@@ -32,6 +33,7 @@ class Commands(TyperGroup):
     def invoke(self, ctx: Any) -> Any:
         try:
             with warnings.catch_warnings():
+                SAID.clear()
                 warnings.simplefilter("ignore", HydroservoWarning)  # a result has them; the command says them
                 result = super().invoke(ctx)
             sys.stdout.flush()

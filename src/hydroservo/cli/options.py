@@ -180,14 +180,18 @@ def loaded(scenario: str, changes: Sequence[str], plugins: Sequence[Path]) -> "L
 def loaded_aloud(
     scenario: str | Path, changes: Mapping[str, object], plugins: Sequence[str | Path]
 ) -> "Loop":
-    """What :func:`~hydroservo.load_scenario` returns; what its files warn of is said on stderr."""
+    """What :func:`~hydroservo.load_scenario` returns; what its files warn of is said on stderr.
+
+    So is a size that no machine has, before a run of it that may take long.
+    """
+    from hydroservo.runs.sizes import size_cautions
     from hydroservo.scenario import load_scenario
 
     with warnings.catch_warnings(record=True) as said:
         warnings.simplefilter("always", HydroservoWarning)
         loop = load_scenario(scenario, changes, plugins)
     ours = [str(one.message) for one in said if one.category is HydroservoWarning]
-    for text in dict.fromkeys(ours):
+    for text in (*ours, *size_cautions(loop)):
         say_warning(str(scenario), text)
     for one in said:
         if one.category is not HydroservoWarning:  # of a plug-in, or of a library

@@ -4,7 +4,9 @@ import typer
 
 from hydroservo.runs.cautions import WithAttributes, warnings_of
 
-__all__ = ["say_remarks", "say_warning"]
+__all__ = ["SAID", "say_remarks", "say_warning"]
+
+SAID: set[str] = set()  # warnings of this command
 
 
 def say_remarks(scenario: str, run: WithAttributes) -> None:
@@ -21,5 +23,8 @@ def say_remarks(scenario: str, run: WithAttributes) -> None:
 
 
 def say_warning(scenario: str, text: str) -> None:
-    """A warning in one line on stderr."""
-    typer.echo(f"hydroservo: warning: {scenario}: {text}", err=True)
+    """A warning in one line on stderr, once a command: what is known before a run is in its result too."""
+    line = f"hydroservo: warning: {scenario}: {text}"
+    if line not in SAID:
+        SAID.add(line)
+        typer.echo(line, err=True)

@@ -29,9 +29,8 @@ from hydroservo.loop import Loop, MachineState
 from hydroservo.runs.cautions import quietly
 from hydroservo.runs.fitting import first_state
 from hydroservo.runs.provenance import scenario_hash, scenario_text
-from hydroservo.runs.run import ready, simulate
+from hydroservo.runs.run import complete, ready, simulate
 from hydroservo.signals import Demand, Measurement
-from hydroservo.validation import checked
 
 __all__ = ["exported_unit"]
 
@@ -91,7 +90,7 @@ def exported_unit(
         raise LoopError(f"{part}: exported in double precision only; time and states need the digits")
     if part not in (Part.CONTROLLER, Part.DEMAND):
         refuse_foreign(loop, f"write its {part} as C")
-    loop = checked(loop)  # its numbers are floats from here on, in its hash too
+    loop = complete(loop)
     ready_loop = with_its_substeps(ready(loop)) if part in STEPPED else ready(loop)
     translation = translated(ready_loop, part, prefix)
     first_state(ready_loop)  # what goes wrong in Python at once, such as a signal that nothing measures

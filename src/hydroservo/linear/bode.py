@@ -32,6 +32,7 @@ from hydroservo.nearest import one_of
 from hydroservo.runs.arguments import checked_loop
 from hydroservo.runs.cautions import with_warning
 from hydroservo.runs.provenance import provenance
+from hydroservo.runs.run import complete
 from hydroservo.validation import number, whole_number
 from hydroservo.work.notebook_bar import shows_progress
 
@@ -137,6 +138,7 @@ class View(NamedTuple):
     """A loop about a point, and the frequencies at which one looks.
 
     Attributes:
+        asked: the loop as it was asked for.
         point: where it stays.
         parts: its derivatives there.
         judged: its margins.
@@ -144,6 +146,7 @@ class View(NamedTuple):
         high: the highest.
     """
 
+    asked: Loop
     point: OperatingPoint
     parts: Parts
     judged: Judged
@@ -181,7 +184,7 @@ def viewed(loop: Loop, command: float | None, force: float | None, band: tuple[f
     point = operating_point(loop, command, force)
     judged = margins_at(point)
     parts, _, _ = parts_of(point)
-    return View(point, parts, judged, *checked_band(band, judged.margins, point))
+    return View(complete(loop), point, parts, judged, *checked_band(band, judged.margins, point))
 
 
 def linear_of(view: View, grid: Vector) -> "xr.Dataset":
@@ -193,7 +196,7 @@ def linear_of(view: View, grid: Vector) -> "xr.Dataset":
     data = xr.Dataset(
         {name: ("frequency", curve, described(name, point)) for name, curve in linear.curves.items()},
         coords={"frequency": ("frequency", grid, {"units": "Hz", "long_name": "frequency"})},
-        attrs=provenance(point.loop) | {"command": point.command, "force": point.force},
+        attrs=provenance(point.loop, view.asked) | {"command": point.command, "force": point.force},
     )
     data = data.assign(scalars(view))
     return with_warning(data, [] if view.judged.linear else [KINKED])

@@ -63,7 +63,7 @@ def origin_of_loop(name: str, loop: "Loop") -> Origin:
         name: of its scenario.
         loop: the scenario's.
     """
-    return origin_of(name, provenance(loop))
+    return origin_of(name, provenance(loop, loop))
 
 
 class Log(NamedTuple):

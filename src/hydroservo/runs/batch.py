@@ -25,6 +25,7 @@ from hydroservo.runs.provenance import provenance
 from hydroservo.runs.record_coverage import check_records
 from hydroservo.runs.run import (
     Progress,
+    complete,
     lost,
     plan_of,
     ready,
@@ -35,7 +36,6 @@ from hydroservo.runs.run import (
 )
 from hydroservo.runs.step_sizes import hardest, judged_by_rate, warning
 from hydroservo.runs.trace import described, judged
-from hydroservo.validation import checked
 from hydroservo.work.cores import checked_count
 from hydroservo.work.notebook_bar import shows_progress
 
@@ -121,17 +121,17 @@ def simulate_batch(
             signal of which the runs see nothing, or no device.
         LoopError: a block that does not fit the loop.
     """
-    given = with_metrics(checked_loop(loop), metrics)
+    given = complete(with_metrics(checked_loop(loop), metrics))
     loop = ready(given)
     recorded = check_records(loop)
     columns = checked_columns(loop, parameters)
     how = How(strict, checked_count(threads, "threads"), cuda, progress or (lambda _: None))
     if is_foreign(loop):
         return with_warning(alone(given, columns, how), [*recorded, *loop_cautions(loop)])
-    started = columns | starts(checked(given), columns)
+    started = columns | starts(given, columns)
     state = first_state(loop)
     loop, said = with_steps(loop, hardest(loop, [started]), strict)
-    data = computed(loop, state, columns, started, how).assign_attrs(said)
+    data = computed(loop, state, columns, started, how).assign_attrs(provenance(loop, given) | said)
     return with_warning(data, [*recorded, *loop_cautions(loop), pressure_caution(data)])
 
 
@@ -147,20 +147,22 @@ def simulate_part(loop: Loop, parameters: Mapping[str, ArrayLike], first: int, h
     Raises:
         ParameterError: as :func:`simulate_batch`.
     """
-    given, loop = loop, ready(loop)
+    given, loop = complete(loop), ready(loop)
     columns = checked_columns(loop, parameters, first)
     if is_foreign(loop):
         data = alone(given, columns, how)
     else:
-        started = columns | starts(checked(given), columns, first)
+        started = columns | starts(given, columns, first)
         data = computed(loop, first_state(loop), columns, started, how)
+        data = data.assign_attrs(provenance(loop, given))
     return data.assign_coords(run=np.arange(first, first + data.sizes["run"]))
 
 
 def alone(given: Loop, columns: Columns, how: How) -> "xr.Dataset":
     """The table of runs with an FMU, each as :func:`~hydroservo.simulate` has it."""
     one = partial(quietly(simulate), record=())
-    return dataset(ready(given), columns, *foreign_batch(given, columns, one, how.cuda, how.progress))
+    loop, found = ready(given), foreign_batch(given, columns, one, how.cuda, how.progress)
+    return dataset(loop, columns, *found).assign_attrs(provenance(loop, given))
 
 
 def computed(loop: Loop, state: Block, columns: Columns, started: Columns, how: How) -> "xr.Dataset":
@@ -297,4 +299,4 @@ def dataset(loop: Loop, columns: Columns, table: NDArray[np.float64], losses: Se
     }
     about = {"long_name": "path of the number that was lost"}
     by = {"diverged_by": ("run", [loss.path for loss in losses], about)}
-    return xr.Dataset(given | found | by, attrs=provenance(loop))
+    return xr.Dataset(given | found | by)

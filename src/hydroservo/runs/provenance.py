@@ -56,20 +56,20 @@ def toml(tables: str) -> str:
 
 
 def scenario_hash(loop: Block) -> str:
-    """Twelve hexadecimal digits that name what is simulated, whatever its file looked like."""
-    return text_hash(scenario_text(loop))
+    """Twelve hexadecimal digits that name what is asked for, whatever its file looked like."""
+    return hashlib.sha256(scenario_text(loop).encode()).hexdigest()[:12]
 
 
-def text_hash(text: str) -> str:
-    return hashlib.sha256(text.encode()).hexdigest()[:12]
+def provenance(loop: Block, asked: Block) -> dict[str, Any]:
+    """The attributes that every result carries.
 
-
-def provenance(loop: Block) -> dict[str, Any]:
-    """The attributes that every result carries."""
-    text = scenario_text(loop)
+    Args:
+        loop: what was simulated, with all that was found for it: its start, the gains of a design, its steps.
+        asked: what was asked for, by which all results of a scenario have one hash.
+    """
     return {
-        "scenario": text,
-        "hash": text_hash(text),
+        "scenario": scenario_text(loop),
+        "hash": scenario_hash(asked),
         "version": __version__,
         "seed": loop.simulation.seed,
     }

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
     from hydroservo.engine.kernel import CompiledRun, InterpretedRun, Study, Wanted
 
-__all__ = ["Mode", "Progress", "simulate", "trace_size", "traced"]
+__all__ = ["Mode", "Progress", "complete", "simulate", "trace_size", "traced"]
 
 Progress = Callable[[float], None]  # called with the fraction done, from 0 to 1
 
@@ -105,7 +105,8 @@ def traced(loop: Loop, record: Sequence[str] | None, mode: Mode, progress: Progr
     Raises:
         HydroservoError: as :func:`simulate`.
     """
-    loop = ready(loop)
+    asked = complete(loop)
+    loop = ready(asked)
     recorded = check_records(loop)
     state, watching = first_state(loop), monitors_of(loop)
     wanted = paths_of(loop, state) if record is None else tuple(as_list("record", record, "paths"))
@@ -116,7 +117,7 @@ def traced(loop: Loop, record: Sequence[str] | None, mode: Mode, progress: Progr
         with compilation(loop):
             states, loss = run(loop, state, plan, out, mode, progress)
         values = values_of(watching, states, lost(loss))
-        return Trace(loop, plan, wanted, out, values, {"diverged_by": loss.path})
+        return Trace(asked, loop, plan, wanted, out, values, {"diverged_by": loss.path})
 
     trace = checked_steps(loop, one)
     said = [*recorded, *loop_cautions(loop), pressure_caution(trace)]
@@ -132,16 +133,26 @@ def with_metrics(loop: Loop, metrics: "Mapping[str, Block] | Sequence[Block] | N
     return loop if metrics is None else loop._replace(metrics=group(named_monitors(metrics)))
 
 
+def complete(loop: Loop) -> Loop:
+    """The loop with its parameters checked, and with what it leaves open filled in.
+
+    Raises:
+        ParameterError: it is no loop, or what stands for a block is none; or a parameter is out of range, or
+            does not go with another.
+    """
+    loop = checked(checked_loop(loop))
+    check_substeps(loop)
+    return wired(loop)
+
+
 def ready(loop: Loop) -> Loop:
-    """The loop with its parameters checked, wired, its plant at rest and its controller designed.
+    """The loop complete, its plant at rest and its controller designed.
 
     Raises:
         ParameterError: it is no loop, or what stands for a block is none; or a parameter is out of range,
             allows no design or no start at rest, or does not go with another.
     """
-    loop = checked(checked_loop(loop))
-    check_substeps(loop)
-    loop = wired(with_exact_delay(loop))
+    loop = with_exact_delay(complete(loop))
     law = with_signal(loop.controller, loop.controls)
     controller = designed(law, loop.simulation.period, partial(believed, loop))
     return started(resting(with_first_force(loop))._replace(controller=checked(controller, "controller")))

@@ -33,7 +33,8 @@ class Trace(Mapping[str, Any]):
     """What a run left behind; read like the Dataset that :func:`dataset` makes of it, for which xarray loads.
 
     Attributes:
-        loop: what was run.
+        asked: what was to be run.
+        loop: that, with all that was found for it.
         plan: what of it was recorded.
         wanted: paths of that which its user asked for; its keys are these, and the names of its metrics.
         out: what was recorded, shape (rows, paths).
@@ -41,6 +42,7 @@ class Trace(Mapping[str, Any]):
         attrs: what is to be said of it besides.
     """
 
+    asked: Loop
     loop: Loop
     plan: Plan
     wanted: Sequence[str]
@@ -61,7 +63,7 @@ class Trace(Mapping[str, Any]):
     @cached_property
     def about(self) -> dict[str, Any]:
         """The attributes of its Dataset: where it comes from, and what is to be said of it."""
-        return provenance(self.loop) | self.attrs
+        return provenance(self.loop, self.asked) | self.attrs
 
     def __getitem__(self, name: str) -> Any:
         """The instants of the samples, at "time" [s], what was recorded at a path, or a metric."""

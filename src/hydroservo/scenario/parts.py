@@ -14,10 +14,10 @@ from hydroservo.runs.cautions import pressure_caution, with_warning
 from hydroservo.runs.columns import starts, vector
 from hydroservo.runs.fitting import first_state
 from hydroservo.runs.loop_cautions import loop_cautions
-from hydroservo.runs.provenance import describe, provenance, toml
+from hydroservo.runs.provenance import describe, provenance, scenario_text, toml
 from hydroservo.runs.record_coverage import check_records
 from hydroservo.runs.results import arrow_table, as_json
-from hydroservo.runs.run import plan_of, ready
+from hydroservo.runs.run import complete, plan_of, ready
 from hydroservo.runs.step_sizes import hardest
 from hydroservo.scenario.batch_table import table_of_runs
 from hydroservo.scenario.load import Assembly
@@ -132,6 +132,7 @@ def simulate_in_parts(
         ParameterError, ScenarioError, LoopError: as :func:`~hydroservo.simulate_batch`.
     """
     check_size(runs, sampled.seed, most=MOST_IN_PARTS)
+    asked = complete(sampled.assembly.loop)
     sampled, about = with_chosen_steps(sampled, runs)
     loop = ready(sampled.assembly.loop)
     size = size or part_size(
@@ -142,7 +143,7 @@ def simulate_in_parts(
     new = [i for i, unit in enumerate(units) if unit.key not in before]
     do(units, store, workers=workers.processes, scheduler=workers.scheduler, progress=progress, say=say)
     drawn = {"drawn_with_seed": sampled.seed, "varied": as_json(sampled.ranges(runs))}
-    attrs = provenance(loop) | about | drawn
+    attrs = provenance(loop, asked) | about | drawn
     from hydroservo.scenario.columns_on_disk import table_on_disk
 
     table = table_on_disk(store, [unit.key for unit in units], "run", runs, attrs)
@@ -207,7 +208,7 @@ def identity(sampled: Sampled) -> dict[str, Any]:
     """All that the rows of a batch depend on, but for which runs they are."""
     assembly = sampled.assembly
     found = {
-        "scenario": provenance(ready(assembly.loop))["scenario"],
+        "scenario": scenario_text(ready(assembly.loop)),
         "metrics": toml(json.dumps(describe(assembly.loop.metrics))),
         "vary": [[one.path, one.low, one.high, one.nominal] for one in sampled.varied],
         "seed": sampled.seed,

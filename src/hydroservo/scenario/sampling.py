@@ -13,7 +13,7 @@ from hydroservo.loop import Loop
 from hydroservo.runs.arguments import checked_loop, checked_mapping, checked_table
 from hydroservo.runs.columns import SEED
 from hydroservo.runs.provenance import scenario_hash
-from hydroservo.runs.run import ready
+from hydroservo.runs.run import complete
 from hydroservo.scenario.datasheets import columns_of
 from hydroservo.scenario.load import Assembly, Machine
 from hydroservo.scenario.ranges import as_entries, both_ends, check_path
@@ -142,15 +142,14 @@ def run_of(loop: Loop, table: "xr.Dataset", run: int) -> Loop:
     Raises:
         ParameterError: there is no such run, or the table is that of another loop.
     """
-    loop, table = checked_loop(loop), checked_table(table)
+    asked, table = complete(loop), checked_table(table)
     whole_number("run", run, 0, table.sizes["run"] - 1)
     steps = {"simulation.substeps": table.attrs["substeps"]} if "substeps" in table.attrs else {}
-    own = scenario_hash(replace(ready(loop), steps))
+    own = scenario_hash(asked)
     if table.attrs["hash"] != own:
         raise ParameterError("table", f"hash {table.attrs['hash']}", f"must be of this loop, with hash {own}")
-    known = wired(checked(loop))
-    parameters = {path: table[path].values[run].item() for path, _ in leaves(known) if path in table}
-    found: Loop = replace(known, parameters | steps)
+    parameters = {path: table[path].values[run].item() for path, _ in leaves(asked) if path in table}
+    found: Loop = replace(asked, parameters | steps)
     return found
 
 
