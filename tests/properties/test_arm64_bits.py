@@ -24,6 +24,7 @@ VARIED = {
     "rig/excavator-link": "plant.mechanism.payload",
     "rig/noisy-1khz-tsmc-sine": "plant.mass",
 }
+MOVES_AT_ONCE = {"axis/pump-controlled": {"reference.time": "0 s"}}  # where it waits longer than a run lasts
 RUNS = 40  # a group of lanes and a part of one
 VECTORS = {
     "generic": ("+neon", re.compile(r"\tf(add|mul|div|sub)\tv\d+\.2d")),
@@ -54,11 +55,16 @@ def batch(scenario: str, strict: bool = True) -> xr.Dataset:
 
 
 def short(scenario: str) -> Loop:
-    return load_scenario(scenario, {"simulation.duration": "0.25 s"})
+    return load_scenario(scenario, {"simulation.duration": "0.1 s", **MOVES_AT_ONCE.get(scenario, {})})
 
 
 def bits(data: xr.Dataset) -> dict[str, str]:
     return {str(name): digest(one.values) for name, one in data.variables.items() if name != "diverged_by"}
+
+
+def loops(made: list[Arm64Kernel]) -> list[Arm64Kernel]:
+    """The kernels that run a loop; others ask a block for its rates or its demands."""
+    return [one for one in made if one.name == "advance"]
 
 
 def assembly(kernel: Arm64Kernel) -> str:
@@ -70,7 +76,7 @@ def assembly(kernel: Arm64Kernel) -> str:
 @pytest.mark.parametrize("made_by", [single_run, batch])
 def test_strict_kernels_give_the_bits_of_this_processor(made_by, scenario, made, monkeypatch):
     found = made_by(scenario)
-    assert len(made) == 1
+    assert len(loops(made)) == 1
     monkeypatch.undo()
     assert bits(found) == bits(made_by(scenario))
 
@@ -78,7 +84,7 @@ def test_strict_kernels_give_the_bits_of_this_processor(made_by, scenario, made,
 def test_lanes_are_in_vectors(cpu, made):
     batch("rig/noisy-1khz-tsmc-sine")
     batch("rig/noisy-1khz-tsmc-sine", strict=False)
-    strict, default = map(assembly, made)
+    strict, default = map(assembly, loops(made))
     assert len(VECTORS[cpu][1].findall(strict)) > 100
     assert not FUSED.search(strict)
     assert FUSED.search(default)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from llvmlite import binding
 
-from hydroservo.engine import kernel, lanes, machine_code
+from hydroservo.engine import kernel, lanes, machine_code, rows
 from hydroservo.engine.native import MachineCode
 from tests.support.export.emulators import EMULATED, PATIENCE, run
 
@@ -94,8 +94,8 @@ def kernels_for_arm64(patch: pytest.MonkeyPatch, folder: Path, cpu: str, feature
 
     patch.setenv("HYDROSERVO_CPU_FEATURES", features)
     patch.setattr(machine_code, "processor", lambda: processor(cpu, features))
-    patch.setattr(kernel, "native", native)
-    patch.setattr(lanes, "native", native)
+    for maker in (kernel, lanes, rows):
+        patch.setattr(maker, "native", native)
     return made
 
 
