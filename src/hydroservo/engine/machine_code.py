@@ -51,7 +51,7 @@ def object_code(name: str, text: str, strict: bool) -> MachineCode:
     prepare()
     machine, wide = processor(), "+avx512f" in features()
     text = interleaved(widest(text) if wide else text, WIDE if wide else NARROW)
-    module = optimised(text, binding.get_process_triple(), machine, strict)
+    module = optimised(text, machine.triple, machine, strict)
     portable = PROVIDED.issuperset(foreign(module))
     return MachineCode(name, machine.emit_object(module), portable=portable)
 
