@@ -85,9 +85,19 @@ def run(
 
 
 def keep(target: Path | None, instructions: str, section: Section) -> None:
-    """Saves what there is so far, so that nothing measured is lost."""
+    """Saves what there is so far, so that nothing measured is lost, on other processors neither."""
     if target is not None:
-        save(target, load(target) | {instructions: section})
+        save(target, kept(load(target), instructions) | {instructions: section})
+
+
+def kept(results: Section, instructions: str) -> Section:
+    """The results, with those of another processor under its name."""
+    before = results.get(instructions, {}).get("machine", described())["processor"]
+    here = described()["processor"]
+    if before == here:
+        return results
+    moved = {f"{instructions} on {before}": results[instructions]}
+    return {name: one for name, one in results.items() if name != f"{instructions} on {here}"} | moved
 
 
 @app.command()

@@ -8,7 +8,7 @@ __all__ = ["RESULTS", "load", "save"]
 
 RESULTS = Path(__file__).with_name("results.json")
 
-Results = dict[str, Any]  # by instruction set
+Results = dict[str, Any]  # by instruction set; of processors before the last, by that and their names
 
 
 def load(path: Path = RESULTS) -> Results:

@@ -72,7 +72,7 @@ def details(results: Results) -> str:
 
 def chapters(section: Section) -> Iterator[str]:
     machine = section["machine"]
-    yield f"## With {machine['instructions']}"
+    yield f"## With {machine['instructions']}, on {machine['processor']}"
     yield markdown(*summary(section))
     yield from notes(section)
     for job in section["jobs"]:
