@@ -10,9 +10,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from benchmarks.__main__ import keep
+from benchmarks.machine import described
 from benchmarks.machines import INTEGRATORS, loops
 from benchmarks.peer import TOLERANCE, difference
-from benchmarks.results import load
+from benchmarks.results import load, save
 from benchmarks.table import chapters, details, filled, job_table, machines_table, overview, summary
 
 pytestmark = pytest.mark.slow
@@ -109,3 +111,13 @@ def test_pages_show_the_results(page: str) -> None:
     text = overview(results) if page == "README.md" else details(results)
     shown = (ROOT / page).read_text(encoding="utf-8")
     assert filled(shown, text) == shown
+
+
+def test_what_another_processor_took_stays_under_its_name(tmp_path: Path) -> None:
+    file = tmp_path / "results.json"
+    here, other = described(), described() | {"processor": "another"}
+    save(file, {"native": {"machine": other, "jobs": [1]}})
+    for count in (2, 3):
+        keep(file, "native", {"machine": here, "jobs": [count]})
+        found = {name: section["jobs"] for name, section in load(file).items()}
+        assert found == {"native": [count], "native on another": [1]}
