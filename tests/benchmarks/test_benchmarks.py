@@ -92,7 +92,7 @@ def test_each_machine_is_measured_and_shown(tmp_path: Path) -> None:
     assert len(header) == 2 + 2 * len(INTEGRATORS)
     assert [row[0] for row in rows] == wanted
     assert all(len(row) == len(header) and all(row) for row in rows)
-    whole = {"machine": {"instructions": "some"}, "jobs": []} | section
+    whole = {"machine": {"instructions": "some", "processor": "one"}, "jobs": []} | section
     assert any(wanted[1] in chapter for chapter in chapters(whole))
 
 
