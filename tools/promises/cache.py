@@ -10,7 +10,7 @@ import random
 import shutil
 import tempfile
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -32,7 +32,15 @@ Draw = random.Random
 
 
 class Cache(NamedTuple):
-    """A folder with the kernels of two loops, as it is before it is damaged."""
+    """A folder with the kernels of two loops, as it is before it is damaged.
+
+    Attributes:
+        place: the folder.
+        file: the kernel of a run.
+        other: that of another loop's.
+        kept: all that is in the folder, by name.
+        printed: what the first run prints.
+    """
 
     place: Path
     file: Path
@@ -80,15 +88,20 @@ def count_cache(count: int, seed: int, say: Say = print) -> list[dict[str, Any]]
 
 
 def filled(folder: Path) -> Cache:
-    """A cache with two kernels, each as a command left it."""
+    """A cache with the kernels of two runs, as the commands left them."""
     place = folder / "kernels"
     os.environ["HYDROSERVO_CACHE_DIR"] = str(place)
     printed = run(folder).out
-    (file,) = place.glob(f"*{ENDING}")
+    first = largest(place)
     run(folder, OTHER)
-    (other,) = set(place.glob(f"*{ENDING}")) - {file}
+    other = largest(place, {*first})
     kept = {path.name: path.read_bytes() for path in place.iterdir()}
-    return Cache(place, file, other, kept, printed)
+    return Cache(place, first[0], other[0], kept, printed)
+
+
+def largest(place: Path, before: Collection[Path] = ()) -> list[Path]:
+    """The kernels that were not there before; that of a run, not those that ask its machine, first."""
+    return sorted({*place.glob(f"*{ENDING}")} - {*before}, key=lambda file: -file.stat().st_size)
 
 
 def run(folder: Path, words: tuple[str, ...] = SCENARIO, prepare: Prepare = lambda: None) -> Ended:
@@ -121,7 +134,7 @@ def commands(cache: Cache, again: bool) -> list[str]:
         except RuntimeError as error:
             problems.append(str(error))
             continue
-        if expected not in ended.err:
+        if f"kernel 'run' {expected}" not in ended.err:
             problems.append(f"it was not {expected[:-3]}: {ended.err!r}")
         if ended.out != cache.printed:
             problems.append("it printed other numbers")

@@ -115,8 +115,8 @@ def evenly(count: int) -> list[int]:
 def jacobian(move: Rates, x: Matrix, u: float, force: float, nudges: Matrix) -> Matrix:
     """d(rates)/d(states), in units of the states' nudges [1/s]; not finite where there is none."""
     steps = np.diag(nudges)
-    after, before = np.split(move(np.concatenate([x + steps, x - steps]), u, force), 2)
     with np.errstate(over="ignore", invalid="ignore"):  # what is not finite is left out afterwards
+        after, before = np.split(move(np.concatenate([x + steps, x - steps]), u, force), 2)
         return np.asarray(0.5 * (after - before).T / nudges[:, np.newaxis])
 
 
