@@ -17,7 +17,9 @@ from PIL import Image
 from hydroservo.figures import style
 from hydroservo.outputs import PREFIX
 from hydroservo.runs import results
+from hydroservo.runs.provenance import scenario_hash
 from hydroservo.runs.results import foreign_files
+from hydroservo.scenario import load_scenario
 from tests.support.commands.processes import HYDROSERVO, needs_posix
 from tests.support.commands.runner import hydroservo_, succeeded
 
@@ -312,3 +314,22 @@ def test_a_run_clears_what_a_killed_one_left(tmp_path):
     succeeded(*RUN, "--out", tmp_path)
     assert strangers(tmp_path) == []
     assert not stage.exists()
+
+
+@pytest.mark.parametrize(
+    ("scenario", "varied"),
+    [("axis/position", "plant.mechanism.mass=40..80 kg"), ("laws/mpc-sine", "plant.mass=4..8 kg")],
+    ids=["whose start is found", "whose gains are found"],
+)
+def test_all_commands_give_a_scenario_one_hash(scenario, varied, tmp_path):
+    asked = (scenario, "--set", "simulation.duration=20 ms", "--json")
+    batch = ("batch", *asked, "--vary", varied, "--runs", "2")
+    commands = (
+        ("run", *asked),
+        ("bode", *asked, "--linear"),
+        batch,
+        (*batch, "--out", f"{tmp_path / 'parts'}{os.sep}"),
+        ("export", "c", *asked, "--out", tmp_path / "c"),
+    )
+    loop = load_scenario(scenario, {"simulation.duration": "20 ms"})
+    assert {json.loads(succeeded(*words))["hash"] for words in commands} == {scenario_hash(loop)}

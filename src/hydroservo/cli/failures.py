@@ -32,8 +32,8 @@ class Commands(TyperGroup):
 
     def invoke(self, ctx: Any) -> Any:
         try:
+            SAID.clear()  # of the command before, in one process
             with warnings.catch_warnings():
-                SAID.clear()
                 warnings.simplefilter("ignore", HydroservoWarning)  # a result has them; the command says them
                 result = super().invoke(ctx)
             sys.stdout.flush()
