@@ -1,19 +1,11 @@
-"""Loops and parameters with which threads of CUDA are compared with single runs.
+"""Loops and parameters with which threads of CUDA are compared with single runs."""
 
-Run as a program with NUMBA_ENABLE_CUDASIM=1, it writes what numba-cuda's simulator makes of them:
-``python -m tests.support.cuda_cases``.
-"""
-
-import json
-import sys
 from typing import Any
 
 import numpy as np
-import xarray as xr
 
 from hydroservo import Loop, Simulation, monitors
 from hydroservo.controllers import DAC, PI, TSMC, AntiWindup, Backstepping, RateLimit
-from hydroservo.engine import cuda
 from hydroservo.group import group
 from hydroservo.holds import DelayedHold
 from hydroservo.integrators import Tsit5
@@ -21,13 +13,12 @@ from hydroservo.loads import Recorded as RecordedLoad
 from hydroservo.loads import Square as SquareLoad
 from hydroservo.observers import Explicit, Implicit, ModelDerivative, TSMObserver
 from hydroservo.references import Chirp, Multisine, Recorded, Square
-from hydroservo.runs import batch
 from hydroservo.sensors import DelayedSensors, Dropout, ExactDifferentiator, NoisySensors, RigSensors
 from hydroservo.testing.examples import example
 from hydroservo.time_series import TimeSeries
 from hydroservo.valves import FirstOrderValve, StaticValve
 
-__all__ = ["LOOPS", "diverging", "drawn", "hexadecimal", "jobs"]
+__all__ = ["LOOPS", "diverging", "drawn"]
 
 PRESSURES = "ChamberPressures"  # a cylinder's, whose parameters have other names
 TIME = np.linspace(0.0, 2e-3, 6)
@@ -102,22 +93,3 @@ def diverging() -> tuple[Loop, dict[str, Any]]:
     )
     gains, limits = np.array([100.0, 1e308, 90.0]), np.full(3, 1e300)
     return loop, {"controller.proportional_gain": gains, "controller.saturation.limit": limits}
-
-
-def hexadecimal(table: xr.Dataset) -> dict[str, list[str]]:
-    """Every number of a table, to the last bit."""
-    return {
-        str(name): [float(x).hex() for x in values.values]
-        for name, values in table.drop_vars("diverged_by").items()
-    }
-
-
-def jobs() -> dict[str, tuple[Loop, dict[str, Any]]]:
-    """Each loop with four runs of it, and one that diverges."""
-    return {name: (loop, drawn(4, 7)) for name, loop in LOOPS.items()} | {"diverging": diverging()}
-
-
-if __name__ == "__main__":
-    cuda.MOST, batch.CUDA_CHUNK = 3, 4
-    tables = {name: batch.simulate_batch(*job, strict=True, cuda=True) for name, job in jobs().items()}
-    json.dump({name: hexadecimal(table) for name, table in tables.items()}, sys.stdout)

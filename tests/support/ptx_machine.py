@@ -1,20 +1,26 @@
-"""A machine for PTX in plain Python: what a CUDA device does with one thread, instruction by instruction.
+"""A machine for PTX in plain Python: what a CUDA device does with each thread, instruction by instruction.
 
 It knows the instructions that kernels consist of, by their definition in the PTX ISA; numbers are rounded as
 IEEE 754 asks. Registers hold 64 bits; addresses are those of this process.
 """
 
 import ctypes
+import itertools
 import math
 import operator
 import re
 import struct
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
+from enum import IntEnum
+from functools import cached_property
+from types import SimpleNamespace
 from typing import Any, NamedTuple
 
-import numpy as np
+import pytest
 
-__all__ = ["PtxDevice", "PtxFunction"]
+from hydroservo.engine import cuda_driver, native
+
+__all__ = ["PtxDriver", "Status"]
 
 WORD = 2**64 - 1
 SIGN = 2**63
@@ -80,6 +86,11 @@ DOUBLES: dict[str, Callable[..., float]] = {
 }
 WORDS: dict[str, Callable[..., int]] = {
     "mov.b64": lambda a: a,
+    "mov.u32": lambda a: a,
+    "shl.b32": lambda a, b: a << b & 0xFFFFFFFF,
+    "or.b32": operator.or_,
+    "cvt.u64.u32": lambda a: a,
+    "cvta.to.global.u64": lambda a: a,  # all addresses are alike here
     "abs.f64": lambda a: a & ~SIGN,
     "neg.f64": lambda a: a ^ SIGN,
     "copysign.f64": lambda a, b: (a & SIGN) | (b & ~SIGN),
@@ -89,6 +100,7 @@ WORDS: dict[str, Callable[..., int]] = {
     "not.b64": operator.invert,
     "neg.s64": operator.neg,
     "add.s64": operator.add,
+    "add.u64": operator.add,
     "sub.s64": operator.sub,
     "mul.lo.s64": operator.mul,
     "mad.lo.s64": lambda a, b, c: a * b + c,
@@ -158,22 +170,33 @@ class Step(NamedTuple):
     act: Callable[..., Any] | None
 
 
-class PtxFunction:
-    """The function of a PTX text, to be called with whole numbers and floats."""
+class PtxKernel:
+    """A kernel of a PTX text, run for one thread after the other."""
 
-    def __init__(self, text: str) -> None:
-        self.steps: list[Step] = []
+    def __init__(self, text: str, name: str) -> None:
+        assert f".visible .entry {name}(" in text
+        self.name, self.body = name, text[text.index("{") + 1 : text.rindex("}")]
         self.places: dict[str, int] = {}
-        body = text[text.index("{") + 1 : text.rindex("}")]
-        for line in instructions(body):
-            if line.endswith(":"):
-                self.places[line[:-1]] = len(self.steps)
-            else:
-                self.steps.append(step(line))
 
-    def __call__(self, *given: float) -> int:
-        memory: dict[str, Any] = {}
-        at, returned = 0, 0
+    @cached_property
+    def steps(self) -> list[Step]:
+        """The instructions; known only once they are to run."""
+        found: list[Step] = []
+        for line in instructions(self.body):
+            if line.endswith(":"):
+                self.places[line[:-1]] = len(found)
+            else:
+                found.append(step(line))
+        return found
+
+    def launch(self, blocks: int, threads: int, arguments: Sequence[int]) -> None:
+        """Runs all threads, with the addresses of the kernel's arguments."""
+        places = {f"{self.name}_param_{i}": address for i, address in enumerate(arguments)}
+        for block, thread in itertools.product(range(blocks), range(threads)):
+            self.run({"%ctaid.x": block, "%tid.x": thread} | places)
+
+    def run(self, memory: dict[str, Any]) -> None:
+        at = 0
         while True:
             name, guard, operands, act = self.steps[at]
             at += 1
@@ -183,17 +206,13 @@ class PtxFunction:
                 memory[operands[0]] = act(*(value(memory, operand) for operand in operands[1:]))
             elif name == "bra":
                 at = self.places[operands[0]]
-            elif name == "ld.param.b64":
-                number = given[int(operands[1].strip("[]").rpartition("_")[2])]
-                memory[operands[0]] = bits(number) if isinstance(number, float) else number & WORD
-            elif name in ("ld.b64", "ld.u64", "ld.f64"):
+            elif name.startswith("ld."):
                 memory[operands[0]] = cell(memory, operands[1]).value
-            elif name == "st.b64":
+            elif name.startswith("st."):
                 cell(memory, operands[0]).value = value(memory, operands[1])
-            elif name == "st.param.b64":
-                returned = signed(value(memory, operands[1]))
             else:
-                return returned
+                assert name == "ret", name
+                return
 
 
 def instructions(body: str) -> Iterator[str]:
@@ -214,7 +233,7 @@ def step(line: str) -> Step:
 
 
 def value(memory: dict[str, Any], operand: str) -> Any:
-    if operand.startswith("%"):
+    if operand in memory:
         return memory[operand]
     return int(operand[2:], 16) if operand.startswith("0d") else int(operand, 0) & WORD
 
@@ -225,53 +244,88 @@ def cell(memory: dict[str, Any], operand: str) -> ctypes.c_uint64:
     return ctypes.c_uint64.from_address((memory[base] + int(offset or 0)) & WORD)
 
 
-class Memory(np.ndarray):
-    """An array as numba-cuda has it on a device."""
+class Status(IntEnum):
+    """What calls of a driver return."""
 
-    @property
-    def __cuda_array_interface__(self) -> dict[str, Any]:
-        return dict(self.__array_interface__)
-
-    def copy_to_host(self) -> np.ndarray:
-        return np.array(self)
+    CUDA_SUCCESS = 0
+    CUDA_ERROR_OUT_OF_MEMORY = 2
+    CUDA_ERROR_NO_DEVICE = 100
 
 
-class Launch:
-    """A kernel: its function, called for one thread after the other."""
+class PtxDriver:
+    """The part of NVIDIA's ``cuda.bindings.driver`` that hydroservo calls, with a device in plain Python."""
 
-    def __init__(self, device: "PtxDevice", function: Callable[..., None]) -> None:
-        self.device, self.function = device, function
+    CUresult = Status
+    CUdevice_attribute = SimpleNamespace(CU_DEVICE_ATTRIBUTE_MULTIPROCESSOR_COUNT=16)
+    CUfunction_attribute = SimpleNamespace(CU_FUNC_ATTRIBUTE_LOCAL_SIZE_BYTES=3)
+    ARGUMENTS = 8
+    SPILLED = 0
 
-    def __getitem__(self, grid: tuple[int, int]) -> Callable[..., None]:
-        def launch(*arguments: Any) -> None:
-            for self.device.thread in range(grid[0] * grid[1]):
-                self.function(*arguments)
+    def __init__(self) -> None:
+        self.memory: dict[int, ctypes.Array[ctypes.c_char]] = {}
+        self.loaded: list[str] = []
 
-        return launch
+    def installed(self, patch: pytest.MonkeyPatch) -> "PtxDriver":
+        """The driver in the place of the machine's, if it has one."""
+        cuda_driver.device.cache_clear()
+        patch.setattr(native, "READY", {})
+        patch.setattr(cuda_driver, "driver", self)
+        return self
 
+    def cuInit(self, _flags: int) -> Any:  # noqa: N802
+        return (Status.CUDA_SUCCESS,)
 
-class PtxDevice:
-    """What hydroservo uses of numba-cuda, with a device that runs PTX in plain Python."""
+    def cuDeviceGet(self, number: int) -> Any:  # noqa: N802
+        return Status.CUDA_SUCCESS, number
 
-    PTXSource = bytes
-    thread = 0
+    def cuDeviceGetAttribute(self, _which: int, _device: int) -> Any:  # noqa: N802
+        return Status.CUDA_SUCCESS, 1
 
-    def is_available(self) -> bool:
-        return True
+    def cuDevicePrimaryCtxRetain(self, _device: int) -> Any:  # noqa: N802
+        return Status.CUDA_SUCCESS, object()
 
-    def to_device(self, array: np.ndarray) -> Memory:
-        return np.array(array).view(Memory)
+    def cuCtxSetCurrent(self, _context: Any) -> Any:  # noqa: N802
+        return (Status.CUDA_SUCCESS,)
 
-    def synchronize(self) -> None:
-        pass
+    def cuCtxSynchronize(self) -> Any:  # noqa: N802
+        return (Status.CUDA_SUCCESS,)
 
-    def grid(self, _dimensions: int) -> int:
-        return self.thread
+    def cuGetErrorString(self, error: Status) -> Any:  # noqa: N802
+        return Status.CUDA_SUCCESS, error.name.encode()
 
-    def jit(self, function: Callable[..., None]) -> Launch:
-        return Launch(self, function)
+    def cuMemAlloc(self, size: int) -> Any:  # noqa: N802
+        numbers = ctypes.create_string_buffer(size)
+        address = ctypes.addressof(numbers)
+        self.memory[address] = numbers
+        return Status.CUDA_SUCCESS, address
 
-    def declare_device(self, name: str, _signature: str, *, link: bytes, abi: str) -> PtxFunction:
-        assert abi == "c"
-        assert f" {name}(" in link.decode()
-        return PtxFunction(link.decode())
+    def cuMemFree(self, address: int) -> Any:  # noqa: N802
+        del self.memory[address]
+        return (Status.CUDA_SUCCESS,)
+
+    def cuMemcpyHtoD(self, there: int, here: int, size: int) -> Any:  # noqa: N802
+        ctypes.memmove(there, here, size)
+        return (Status.CUDA_SUCCESS,)
+
+    def cuMemcpyDtoH(self, here: int, there: int, size: int) -> Any:  # noqa: N802
+        ctypes.memmove(here, there, size)
+        return (Status.CUDA_SUCCESS,)
+
+    def cuModuleLoadData(self, code: bytes) -> Any:  # noqa: N802
+        assert code.endswith(b"\0")
+        self.loaded.append(code[:-1].decode())
+        return Status.CUDA_SUCCESS, self.loaded[-1]
+
+    def cuModuleGetFunction(self, module: str, name: bytes) -> Any:  # noqa: N802
+        return Status.CUDA_SUCCESS, PtxKernel(module, name.decode())
+
+    def cuFuncGetAttribute(self, _which: int, _kernel: PtxKernel) -> Any:  # noqa: N802
+        return Status.CUDA_SUCCESS, self.SPILLED
+
+    def cuOccupancyMaxActiveBlocksPerMultiprocessor(self, *_: Any) -> Any:  # noqa: N802
+        return Status.CUDA_SUCCESS, 1
+
+    def cuLaunchKernel(self, kernel: PtxKernel, *given: Any) -> Any:  # noqa: N802
+        (blocks, _, _, threads, *_), places = given, given[8]
+        kernel.launch(blocks, threads, (ctypes.c_uint64 * self.ARGUMENTS).from_address(places))
+        return (Status.CUDA_SUCCESS,)

@@ -1,27 +1,27 @@
 """PTX, and what a CUDA device is asked for; the bits are in the properties."""
 
+import gc
 import math
 import re
 from collections.abc import Callable
-from types import SimpleNamespace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
-from numba import cuda as numba_cuda
-from numba import types
 
 from hydroservo import Loop, LoopError, ParameterError, Simulation
+from hydroservo.block import Block
 from hydroservo.controllers import PI, TSMC, Backstepping
-from hydroservo.engine import cuda, native
+from hydroservo.engine import cuda, cuda_driver
+from hydroservo.engine.cuda_driver import Kernel, Memory
 from hydroservo.engine.native import CompileError, MachineCode
-from hydroservo.engine.ptx import NAME, RAISED, ptx
+from hydroservo.engine.ptx import GOING, NAME, RAISED, THREADS, ptx
 from hydroservo.runs import batch
 from hydroservo.runs.batch import simulate_batch
 from hydroservo.runs.fitting import first_state
 from hydroservo.runs.run import ready
 from hydroservo.testing.examples import example
-from tests.support.ptx_machine import PtxDevice, PtxFunction
+from tests.support.ptx_machine import PtxDriver, Status
 
 pytestmark = pytest.mark.slow
 
@@ -32,28 +32,18 @@ MASSES = {"plant.mass": np.linspace(4.0, 8.0, 3)}
 LAWS = [PI, Backstepping, TSMC]
 
 
-class Kept(PtxDevice):
-    """A device that keeps the PTX it is given, and runs none."""
-
-    def declare_device(self, *_: Any, link: bytes, **__: Any) -> Any:
-        self.text = link.decode()
-
-
 @pytest.fixture
-def use(monkeypatch: pytest.MonkeyPatch) -> Callable[[Any], None]:
-    """Lets kernels run on another device."""
-    monkeypatch.setattr(native, "READY", {})
-    return lambda device: monkeypatch.setattr(cuda, "cuda", device)
+def driver(monkeypatch: pytest.MonkeyPatch) -> PtxDriver:
+    return PtxDriver().installed(monkeypatch)
 
 
 def ptx_of(law: Any, strict: bool) -> str:
     """The PTX of a loop's kernel."""
-    loop, device = ready(LOOP._replace(controller=example(law))), Kept()
+    loop = ready(LOOP._replace(controller=example(law)))
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(native, "READY", {})
-        patch.setattr(cuda, "cuda", device)
+        driver = PtxDriver().installed(patch)
         batch.kernel(loop, first_state(loop), 21, ("plant.mass",), strict, True)
-    return device.text
+    return driver.loaded[0]
 
 
 def count(text: str, operations: str, ending: str) -> int:
@@ -76,8 +66,8 @@ def test_another_kernel_may_fuse_operations() -> None:
 
 def test_the_ptx_needs_nothing_from_outside() -> None:
     text = ptx_of(TSMC, strict=False)
-    assert text.count(f".func  (.param .b64 func_retval0) {NAME}(") == 1
-    assert not re.search(r"\.extern|\.global|\bcall", text.replace(".globl", ""))
+    assert text.count(f".visible .entry {NAME}(") == 1
+    assert not re.search(r"\.extern|\scall|^\.global", text, re.MULTILINE)
 
 
 def thread(compute: Callable[[float], float]) -> Callable[..., int]:
@@ -101,33 +91,76 @@ def thread(compute: Callable[[float], float]) -> Callable[..., int]:
 )
 def test_a_function_that_no_device_has_is_named(compute: Callable[[float], float], name: str) -> None:
     with pytest.raises(CompileError, match=rf"it calls .*{name}.*, which no CUDA device has"):
-        ptx(thread(compute), cuda.ARGUMENTS, strict=True)
+        ptx(thread(compute), 1, strict=True)
 
 
-def test_an_exception_on_the_device_is_told() -> None:
+def outcome(driver: PtxDriver, made: MachineCode, dt: float) -> int:
+    """What becomes of the one run of a kernel."""
+    going = Memory(np.array([GOING]))
+    whole = np.array([0, 0, going.address, 1, 0, 1])
+    arguments = [np.zeros(1), *(whole[i : i + 1] for i in range(whole.size)), np.array([dt])]
+    Kernel(made.code, made.name).launch(1, THREADS, arguments)
+    return int(going.read()[0])
+
+
+def test_an_exception_on_the_device_is_told(driver: PtxDriver) -> None:
     def compute(x: float) -> float:
         if x < 0.0:
             raise ValueError("negative")
         return 2.0 * x
 
-    call = PtxFunction(ptx(thread(compute), cuda.ARGUMENTS, strict=True).code.decode())
-    assert call(0, 0, 0, 1, 0, 0, 1, 21.0) == 42
-    assert call(0, 0, 0, 1, 0, 0, 1, -1.0) == RAISED
+    made = ptx(thread(compute), 1, strict=True)
+    assert outcome(driver, made, 21.0) == 42
+    assert outcome(driver, made, -1.0) == RAISED
 
 
-def test_a_group_stops_where_a_block_raised(use: Callable[[Any], None]) -> None:
-    class Raising(PtxDevice):
-        def declare_device(self, *_: Any, **__: Any) -> Any:
-            return lambda *_: RAISED
+def test_more_numbers_than_a_device_takes_are_refused() -> None:
+    with pytest.raises(CompileError, match="a CUDA device takes 500 numbers of blocks, and these have 501"):
+        ptx(thread(lambda x: x), 501, strict=True)
 
-    use(Raising())
+
+class Heard(NamedTuple):
+    samples: float
+
+
+class Picky(NamedTuple):
+    """A monitor that raises at the second sample."""
+
+    def init(self) -> Heard:
+        return Heard(0.0)
+
+    def step(self, m: Heard, loop: Block, s: Block, t: float, dt: float) -> Heard:
+        if t > 0.0:
+            raise ValueError("one sample is enough")
+        return Heard(m.samples + 1.0)
+
+    def values(self, m: Heard) -> Heard:
+        return m
+
+
+def test_a_group_stops_where_a_block_raised(driver: PtxDriver) -> None:
     with pytest.raises(LoopError, match="a block raised an exception"):
-        simulate_batch(LOOP, MASSES, cuda=True)
+        simulate_batch(LOOP, MASSES, metrics=[Picky()], strict=True, cuda=True)
 
 
-def test_progress_rises_within_groups(use: Callable[[Any], None], monkeypatch: pytest.MonkeyPatch) -> None:
-    use(PtxDevice())
-    monkeypatch.setattr(cuda, "MOST", 2)
+def test_memory_is_freed_and_the_kernel_stays(driver: PtxDriver) -> None:
+    first = simulate_batch(LOOP, MASSES, strict=True, cuda=True)
+    assert simulate_batch(LOOP, MASSES, strict=True, cuda=True).identical(first)
+    gc.collect()
+    assert driver.memory == {}
+    assert len(driver.loaded) == 1
+
+
+@pytest.mark.parametrize(("spilled", "registers"), [(1200, ["128"]), (1201, ["128", "255"])])
+def test_a_large_law_takes_all_registers(spilled: int, registers: list[str], driver: PtxDriver) -> None:
+    driver.SPILLED = spilled
+    simulate_batch(LOOP, MASSES, strict=True, cuda=True)
+    assert re.findall(r"\.maxnreg (\d+)", "".join(driver.loaded)) == registers
+
+
+def test_progress_rises_within_groups(driver: PtxDriver, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Kernel, "resident", lambda *_: 2)
+    monkeypatch.setattr(cuda, "WAVES", 1)
     monkeypatch.setattr(batch, "CUDA_CHUNK", 7)
     seen: list[float] = []
     simulate_batch(LOOP, MASSES, strict=True, cuda=True, progress=seen.append)
@@ -136,44 +169,35 @@ def test_progress_rises_within_groups(use: Callable[[Any], None], monkeypatch: p
     assert seen[-1] == 1.0
 
 
+def no_library(_flags: int) -> None:
+    raise RuntimeError("libcuda.so cannot be found")
+
+
+NO_DEVICE = "cuda = True: there is no CUDA device, or no driver for it"
+
+
 @pytest.mark.parametrize(
-    ("device", "said"),
+    ("call", "answer", "said"),
     [
-        (SimpleNamespace(), "cuda = True: numba-cuda is missing; pip install 'hydroservo[cuda]' brings it"),
+        ("cuInit", no_library, NO_DEVICE),
+        ("cuInit", lambda _: (Status.CUDA_ERROR_NO_DEVICE,), NO_DEVICE),
+        ("cuDeviceGet", lambda _: (Status.CUDA_ERROR_NO_DEVICE, None), NO_DEVICE),
         (
-            SimpleNamespace(PTXSource=bytes, is_available=lambda: False),
-            "cuda = True: there is no CUDA device, or no driver for it",
+            "cuMemAlloc",
+            lambda _: (Status.CUDA_ERROR_OUT_OF_MEMORY, None),
+            "cuda = True: the CUDA driver says CUDA_ERROR_OUT_OF_MEMORY",
         ),
     ],
 )
-def test_what_is_missing_is_said_in_one_line(
-    device: SimpleNamespace, said: str, use: Callable[[Any], None]
-) -> None:
-    use(device)
+def test_what_is_missing_is_said_in_one_line(call: str, answer: Any, said: str, driver: PtxDriver) -> None:
+    setattr(driver, call, answer)
     with pytest.raises(ParameterError, match=rf"^{re.escape(said)}$"):
         simulate_batch(LOOP, MASSES, cuda=True)
 
 
-@pytest.mark.parametrize("law", LAWS)
-def test_numba_cuda_links_the_ptx_for_a_device(law: Any) -> None:
-    """What numba-cuda does before it loads a kernel, here for an H200; it takes no device."""
-    if not hasattr(numba_cuda, "PTXSource"):
-        pytest.skip("numba-cuda is missing")
-    nvjitlink = pytest.importorskip("cuda.bindings.nvjitlink")
-    kernel = cuda.linked(MachineCode(NAME, ptx_of(law, strict=True).encode(), portable=True)).py_func
-    whole, flags, number = types.int64, types.int64[::1], types.float64
-    parts, _ = numba_cuda.compile_all(
-        kernel,
-        (whole, whole, whole, flags, whole, whole, number),
-        device=False,
-        abi="numba",
-        output="ptx",
-        cc=(9, 0),
-    )
-    linker = nvjitlink.create(1, ["-arch=sm_90"])
-    for part in parts:
-        code = part.encode() if isinstance(part, str) else part.data
-        nvjitlink.add_data(linker, nvjitlink.InputType.PTX, code, len(code), "part")
-    nvjitlink.complete(linker)
-    assert len(parts) == 2
-    assert nvjitlink.get_linked_cubin_size(linker) > 10_000
+def test_missing_bindings_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    cuda_driver.device.cache_clear()
+    monkeypatch.setattr(cuda_driver, "driver", None)
+    said = "cuda = True: cuda-bindings is missing; pip install 'hydroservo[cuda]' brings it"
+    with pytest.raises(ParameterError, match=rf"^{re.escape(said)}$"):
+        simulate_batch(LOOP, MASSES, cuda=True)

@@ -14,10 +14,10 @@ from hydroservo.engine.compiling import compiled
 from hydroservo.engine.flat import checker, recorder
 from hydroservo.engine.kernel import CompiledRun, InterpretedRun, Study, Wanted
 from hydroservo.engine.native import CompileError, RunError
-from hydroservo.engine.watch import readers_of, watch_of
+from hydroservo.engine.watch import spans_of, watch_of
 from hydroservo.integrators import RK4, Tsit5
 from hydroservo.roles import at_samples
-from hydroservo.states import axpy
+from hydroservo.states import axpy, filled
 
 
 class Inner(NamedTuple):
@@ -171,7 +171,8 @@ def study(
 def heard(run: InterpretedRun | CompiledRun) -> dict[str, Block]:
     """What each monitor gathered."""
     numbers = [number for _, number in leaves(run.sums)]
-    return {name: read(numbers) for name, read in zip(MONITORS, readers_of(MONITORS), strict=True)}
+    spans = spans_of(MONITORS)
+    return {name: filled(one.init(), iter(numbers[spans[name]])) for name, one in MONITORS.items()}
 
 
 @pytest.fixture(params=RUNS)

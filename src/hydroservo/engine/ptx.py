@@ -6,19 +6,24 @@ compiler may fuse.
 """
 
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 
 from llvmlite import binding
 
-from hydroservo.engine.lower.function import kernel_text, types_of
-from hydroservo.engine.machine_code import interleaved, optimised
+from hydroservo.engine.lower.function import kernel_text
+from hydroservo.engine.machine_code import DOUBLES, FLOAT, INTEGER, INTEGERS, interleaved, optimised
 from hydroservo.engine.native import CompileError, MachineCode
 
-__all__ = ["NAME", "RAISED", "ptx"]
+__all__ = ["GOING", "LOST", "NAME", "RAISED", "THREADS", "ptx", "with_all_registers"]
 
-NAME = "hydroservo_advance"  # of the function in the PTX
-INNER = "hydroservo_kernel"  # of the one that it calls, which is inlined
-RAISED = -1  # what it returns if a block raised an exception
+NAME = "hydroservo_threads"  # of the kernel
+INNER = "hydroservo_kernel"  # of what a thread does, which is inlined
+RAISED = -1  # a run in which a block raised an exception
+LOST = 0  # one that lost a number
+GOING = 1  # one that goes on
+THREADS = 64  # of a block
+FEW, ALL = 128, 255  # registers of a thread: the fewer, the more threads hide each other's waits
+MOST = 500  # numbers that are given by value; devices take four kilobytes so
 TRIPLE = "nvptx64-nvidia-cuda"
 PROCESSOR = "sm_75"  # the oldest that CUDA 13 knows; the device's own compiler does the rest
 
@@ -26,22 +31,36 @@ PROCESSOR = "sm_75"  # the oldest that CUDA 13 knows; the device's own compiler 
 LIBRARY = re.compile(
     r"llvm\.(a?(sin|cos|tan)h?|atan2|sincos(pi)?|exp(2|10)?|frexp|ldexp|ll?(rint|round)|log(2|10)?|modf|powi?)\."
 )
+# Constants, the table of arrays, the memory of all runs, how many there are, which of them, samples, dt.
+ARGUMENTS = (DOUBLES, INTEGERS, DOUBLES, INTEGER, INTEGER, INTEGER, INTEGER, FLOAT)
 
 
-def ptx(function: Callable[..., int], arguments: Sequence[str], strict: bool) -> MachineCode:
-    """The PTX of a device function, called ``NAME``, that returns a whole number.
+def ptx(function: Callable[..., int], constants: int, strict: bool) -> MachineCode:
+    """The PTX of a kernel whose threads each do what a function does with one run.
+
+    Args:
+        function: ``function(constants, tables, memory, runs, thread, first, last, dt)``, which returns LOST
+            or GOING.
+        constants: how many numbers all runs share.
+        strict: True rounds after every operation.
 
     Raises:
         CompileError: it cannot be compiled.
     """
-    inner = kernel_text(INNER, function, arguments).replace("define ", "define internal ")
-    text = inner + entry(arguments)
+    if constants > MOST:
+        raise CompileError(f"a CUDA device takes {MOST} numbers of blocks, and these have {constants}")
+    inner = kernel_text(INNER, function, ARGUMENTS).replace("define ", "define internal ")
     machine = device_machine()
-    module = optimised(interleaved(text, 1), TRIPLE, machine, strict)
+    module = optimised(interleaved(inner + entry(constants), 1), TRIPLE, machine, strict)
     missing = sorted(foreign(module))
     if missing:
         raise CompileError(f"it calls {', '.join(missing)}, which no CUDA device has")
     return MachineCode(NAME, machine.emit_assembly(module).encode(), portable=True)
+
+
+def with_all_registers(code: bytes) -> bytes:
+    """The PTX of a kernel whose threads take all the registers that they may."""
+    return code.replace(f".maxnreg {FEW}".encode(), f".maxnreg {ALL}".encode())
 
 
 def device_machine() -> binding.TargetMachine:
@@ -53,17 +72,42 @@ def device_machine() -> binding.TargetMachine:
     return machine
 
 
-def entry(arguments: Sequence[str]) -> str:
-    """The text of the function that is called: the kernel without a place for its result."""
-    given = ", ".join(f"{kind} %a{i}" for i, kind in enumerate(types_of(arguments)))
+def entry(constants: int) -> str:
+    """The text of the kernel: each thread advances its run, if it still goes on, and keeps what became of it.
+
+    Constants are given by value, which keeps them where operations read them without a register.
+    """
     return f"""
-define i64 @{NAME}({given}) {{
+declare i32 @llvm.nvvm.read.ptx.sreg.tid.x()
+declare i32 @llvm.nvvm.read.ptx.sreg.ctaid.x()
+
+define ptx_kernel void @{NAME}(ptr byval([{constants} x double]) align 8 %constants,
+    ptr noalias readonly %tables, ptr noalias %memory, ptr noalias %going, i64 %runs,
+    i64 %first, i64 %last, double %dt)
+    "nvvm.maxntid"="{THREADS}" "nvvm.maxnreg"="{FEW}" {{
   %result = alloca i64, align 8
-  %status = call i32 @{INNER}(ptr %result, {given})
+  %place = call i32 @llvm.nvvm.read.ptx.sreg.tid.x()
+  %block = call i32 @llvm.nvvm.read.ptx.sreg.ctaid.x()
+  %start = mul i32 %block, {THREADS}
+  %number = add i32 %start, %place
+  %thread = zext i32 %number to i64
+  %there = icmp slt i64 %thread, %runs
+  br i1 %there, label %look, label %end
+look:
+  %state = getelementptr i64, ptr %going, i64 %thread
+  %before = load i64, ptr %state, align 8
+  %goes = icmp eq i64 %before, {GOING}
+  br i1 %goes, label %advance, label %end
+advance:
+  %status = call i32 @{INNER}(ptr %result, ptr %constants, ptr %tables, ptr %memory, i64 %runs, i64 %thread,
+    i64 %first, i64 %last, double %dt)
   %fine = icmp eq i32 %status, 0
   %value = load i64, ptr %result, align 8
-  %returned = select i1 %fine, i64 %value, i64 {RAISED}
-  ret i64 %returned
+  %after = select i1 %fine, i64 %value, i64 {RAISED}
+  store i64 %after, ptr %state, align 8
+  br label %end
+end:
+  ret void
 }}
 """
 

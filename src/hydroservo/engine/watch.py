@@ -11,7 +11,7 @@ from hydroservo.block import Block, is_block, leaves
 from hydroservo.engine.flat import written
 from hydroservo.states import filled
 
-__all__ = ["Watch", "listener", "place", "readers_of", "silent", "watch_of"]
+__all__ = ["Watch", "listener", "place", "reader", "silent", "spans_of", "watch_of"]
 
 
 class End(NamedTuple):
@@ -49,23 +49,22 @@ def place(monitors: Mapping[str, Block], name: str) -> str:
     return f"{group}.{'rest.' * alike.index(name)}first"
 
 
-def readers_of(monitors: Mapping[str, Block]) -> list[Callable[[Sequence[float]], Block]]:
-    """For each monitor, what makes its state of the numbers of the watch's, in declared order."""
+def spans_of(monitors: Mapping[str, Block]) -> dict[str, slice]:
+    """Where the numbers of each monitor's state stand among those of the watch."""
     found, start = {}, 0
     for name in sorted(monitors, key=lambda name: not at_samples(monitors[name])):
-        state = monitors[name].init()
-        end = start + len(list(leaves(state)))
-        found[name] = reader(state, start, end)
+        end = start + len(list(leaves(monitors[name].init())))
+        found[name] = slice(start, end)
         start = end
-    return [found[name] for name in monitors]
+    return found
 
 
-def reader(like: Block, start: int, end: int) -> Callable[[Sequence[float]], Block]:
-    """What makes a state of numbers ``start`` to ``end`` - 1."""
+def reader(like: Block) -> Callable[[Sequence[float]], Block]:
+    """What makes a state of its numbers, in declared order."""
     if any(is_block(part) for part in like):
-        return lambda numbers: filled(like, iter(numbers[start:end]))
-    made = type(like)._make
-    return lambda numbers: made(numbers[start:end])
+        return lambda numbers: filled(like, iter(numbers))
+    make: Callable[[Sequence[float]], Block] = type(like)._make
+    return make
 
 
 def at_samples(monitor: Block) -> bool:

@@ -79,9 +79,14 @@ class Disturbance(NamedTuple):
         )
 
     def values(self, m: DisturbanceState) -> DisturbanceValues:
-        def rms(squares: float) -> float:
-            return math.sqrt(squares / m.samples) if m.samples > 0.0 else math.nan
-
         return DisturbanceValues(
-            rms(m.misses_1), rms(m.misses_2), rms(m.squares_1), rms(m.squares_2), m.largest_1, m.largest_2
+            self.rms(m.misses_1, m.samples),
+            self.rms(m.misses_2, m.samples),
+            self.rms(m.squares_1, m.samples),
+            self.rms(m.squares_2, m.samples),
+            m.largest_1,
+            m.largest_2,
         )
+
+    def rms(self, squares: float, samples: float) -> float:
+        return math.sqrt(squares / samples) if samples > 0.0 else math.nan

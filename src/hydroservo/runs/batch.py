@@ -13,11 +13,12 @@ from numpy.typing import ArrayLike, NDArray
 from hydroservo.block import Block, field_at, replace
 from hydroservo.cosimulation import is_foreign
 from hydroservo.loop import AUTO, Loop
-from hydroservo.metrics import declared_metrics, flags_of, monitors_of, values_of
+from hydroservo.metrics import declared_metrics, flags_of, monitors_of
 from hydroservo.runs.arguments import checked_loop
 from hydroservo.runs.cautions import pressure_caution, quietly, warns, with_warning
 from hydroservo.runs.columns import SEED, Columns, checked_columns, designs, starts
 from hydroservo.runs.divergence import NOTHING, Loss, first_loss, watched_paths
+from hydroservo.runs.finishing import Finish, finisher
 from hydroservo.runs.fitting import compilation, first_state
 from hydroservo.runs.foreign_batch import foreign_batch
 from hydroservo.runs.loop_cautions import loop_cautions
@@ -69,8 +70,7 @@ class Job(NamedTuple):
     chunk: int
     samples: int
     columns: Columns
-    watching: Mapping[str, Block]
-    readers: Sequence[Callable[[Sequence[float]], Block]]  # of what each of these gathered
+    finish: Finish
     stop: Event
 
 
@@ -102,7 +102,7 @@ def simulate_batch(
         metrics: the monitors that judge each run, as of :func:`~hydroservo.simulate`.
         strict: True rounds after every operation, so that each run has the bits of its single strict run.
         threads: how many to use; all cores if None.
-        cuda: True computes on a CUDA device, one thread there a run, for which numba-cuda must be installed.
+        cuda: True computes on a CUDA device, one thread there a run; cuda-bindings must be installed.
             Strict runs have the same bits on both; others may differ in the last ones.
         progress: called now and then with the fraction of runs done.
 
@@ -178,13 +178,11 @@ def computed(loop: Loop, state: Block, columns: Columns, started: Columns, how: 
     runs = next(iter(columns.values())).size
     samples = plan_of(loop, state, ()).samples
     table, losses = np.empty((len(declared_metrics(monitors_of(loop))), runs)), [NOTHING] * runs
-    from hydroservo.engine.watch import readers_of
-
     with compilation(loop):
         varied = started | designs(loop, columns)
         begin, size = kernel(loop, state, samples, tuple(varied), how.strict, how.cuda)
-        chunk, watching = CUDA_CHUNK if how.cuda else CHUNK, monitors_of(loop)
-        job = Job(loop, begin, size, chunk, samples, varied, watching, readers_of(watching), Event())
+        chunk, finish = CUDA_CHUNK if how.cuda else CHUNK, finisher(monitors_of(loop), runs)
+        job = Job(loop, begin, size, chunk, samples, varied, finish, Event())
         groups = in_turn(job, runs, how.progress) if how.cuda else side_by_side(job, runs, how.threads)
         with closing(groups) as found:
             for done, (start, numbers, lost) in enumerate(found, 1):
@@ -211,9 +209,10 @@ def kernel(
     """What begins a group of runs with these parameters, and how many runs it takes."""
     study, wanted = studied(loop, samples), wanted_of(loop, state, ())
     if cuda:
-        from hydroservo.engine.cuda import MOST, CudaGroup, CudaThreads
+        from hydroservo.engine.cuda import CudaGroup, CudaThreads
 
-        return partial(CudaGroup, CudaThreads(study, wanted, state, varied, strict=strict)), MOST
+        threads = CudaThreads(study, wanted, state, varied, strict=strict)
+        return partial(CudaGroup, threads), threads.most
     from hydroservo.engine.lanes import LANES, CompiledLanes, Group
 
     return partial(Group, CompiledLanes(study, wanted, state, varied, strict=strict)), LANES
@@ -258,12 +257,18 @@ def group(job: Job, start: int, progress: Progress | None = None) -> tuple[NDArr
         runs.advance(first, last, simulation.period)
         if progress is not None:
             progress(last / job.samples)
-    losses = losses_of(job, runs, next(iter(parts.values())).size)
-    pairs = zip(runs.sums.T.tolist(), losses, strict=False)
-    found = [
-        values_of(job.watching, (read(sums) for read in job.readers), lost(loss)) for sums, loss in pairs
-    ]
-    return np.array(found, dtype=np.float64).T, losses
+    used = next(iter(parts.values())).size
+    losses = losses_of(job, runs, used)
+    return np.concatenate([job.finish(runs.sums[:, :used]), divergences(losses)]), losses
+
+
+def divergences(losses: Sequence[Loss]) -> NDArray[np.float64]:
+    """What the metrics say of losses, shape (metrics, runs)."""
+    rows = np.tile(lost(NOTHING), (len(losses), 1)).astype(np.float64)
+    for row, loss in zip(rows, losses, strict=True):
+        if loss is not NOTHING:
+            row[:] = lost(loss)
+    return rows.T
 
 
 def losses_of(job: Job, runs: "Group | CudaGroup", used: int) -> list[Loss]:

@@ -1,9 +1,10 @@
 """What differs between the runs of a batch: arrays of parameters by path, checked before anything runs."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace as replaced
 from functools import cache, partial
 from itertools import repeat
+from types import FunctionType, MethodType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -61,12 +62,42 @@ def check_runs(block: Block, columns: Columns, first: int, path: str = "") -> No
     for name, value in zip(block._fields, block, strict=True):
         if is_block(value):
             check_runs(value, columns, first, f"{path}{name}.")
-    if hasattr(block, "check"):
+    differing = {name.partition(".")[0] for name in own}
+    if hasattr(block, "check") and not differing.isdisjoint(looked_at(block)):
         for run, one in enumerate(versions(block, own), first):
             try:
                 check_own(one, path.rstrip("."))
             except ParameterError as error:
                 raise in_run(run, error) from None
+
+
+class Noticing:
+    """A block that keeps the names of the fields that are asked for."""
+
+    def __init__(self, block: Block) -> None:
+        self.block, self.names = block, set[str]()
+
+    def __getattr__(self, name: str) -> Any:
+        if name in self.block._fields:
+            self.names.add(name)
+            return getattr(self.block, name)
+        method = getattr(type(self.block), name)
+        if isinstance(method, FunctionType):
+            return MethodType(method, self)
+        raise AttributeError(name)
+
+
+def looked_at(block: Any) -> Iterable[str]:
+    """The fields that a block's check looks at; all of them where it does not only look at fields.
+
+    No other field can change what it finds, so that runs which differ in others alone are checked as one.
+    """
+    noticing = Noticing(block)
+    try:
+        type(block).check(noticing)
+    except Exception:  # a fault, of which the runs are asked one by one, or more than looks at fields
+        return tuple(block._fields)
+    return noticing.names
 
 
 def in_run(run: int, error: ParameterError) -> ParameterError:

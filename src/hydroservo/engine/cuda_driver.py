@@ -1,0 +1,120 @@
+"""A CUDA device: memory on it and kernels of PTX, through NVIDIA's own Python bindings of its driver."""
+
+from collections.abc import Sequence
+from functools import cache
+from typing import Any
+from weakref import finalize
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydroservo.errors import ParameterError
+
+try:
+    from cuda.bindings import driver
+except ImportError:  # of the extra
+    driver = None
+
+__all__ = ["Device", "Kernel", "Memory", "device", "there_is"]
+
+
+class Memory:
+    """Numbers of eight bytes on the device, freed with the last reference to them."""
+
+    def __init__(self, numbers: NDArray[Any]) -> None:
+        self.kind, self.size = numbers.dtype, numbers.size
+        self.address = int(said(driver.cuMemAlloc(numbers.nbytes)))
+        finalize(self, driver.cuMemFree, self.address).atexit = False  # the driver is gone by then
+        said(driver.cuMemcpyHtoD(self.address, numbers.ctypes.data, numbers.nbytes))
+
+    def read(self, first: int = 0, last: int | None = None) -> NDArray[Any]:
+        """Numbers first to last-1, here."""
+        found = np.empty((self.size if last is None else last) - first, self.kind)
+        start = self.address + first * found.itemsize
+        said(driver.cuMemcpyDtoH(found.ctypes.data, start, found.nbytes))
+        return found
+
+
+class Kernel:
+    """A function of PTX, compiled for the device by its driver."""
+
+    def __init__(self, code: bytes, name: str) -> None:
+        self.module = said(driver.cuModuleLoadData(code + b"\0"))
+        self.function = said(driver.cuModuleGetFunction(self.module, name.encode()))
+
+    def launch(self, blocks: int, threads: int, arguments: Sequence[NDArray[Any]]) -> None:
+        """Runs blocks of threads, and waits for them.
+
+        Args:
+            blocks: how many.
+            threads: of each.
+            arguments: each as the memory that the kernel takes it from.
+        """
+        places = np.array([argument.ctypes.data for argument in arguments], dtype=np.uint64)
+        size, shared, stream, extra = (blocks, 1, 1, threads, 1, 1), 0, 0, 0
+        said(driver.cuLaunchKernel(self.function, *size, shared, stream, places.ctypes.data, extra))
+        said(driver.cuCtxSynchronize())
+
+    def memory(self) -> int:
+        """The bytes of memory that a thread needs for what its registers do not hold."""
+        size = driver.CUfunction_attribute.CU_FUNC_ATTRIBUTE_LOCAL_SIZE_BYTES
+        return int(said(driver.cuFuncGetAttribute(size, self.function)))
+
+    def resident(self, threads: int) -> int:
+        """How many threads, in blocks of so many, the whole device runs at once."""
+        blocks = said(driver.cuOccupancyMaxActiveBlocksPerMultiprocessor(self.function, threads, 0))
+        return int(blocks) * device().multiprocessors * threads
+
+
+class Device:
+    """The first device, in use by this thread.
+
+    Raises:
+        ParameterError: the bindings, the driver or a device is missing.
+    """
+
+    def __init__(self) -> None:
+        if driver is None:
+            raise ParameterError(
+                "cuda", True, "cuda-bindings is missing; pip install 'hydroservo[cuda]' brings it"
+            )
+        try:
+            said(driver.cuInit(0))
+            first = said(driver.cuDeviceGet(0))
+        except (ParameterError, RuntimeError):  # RuntimeError: there is no driver to load
+            raise ParameterError("cuda", True, "there is no CUDA device, or no driver for it") from None
+        self.context = said(driver.cuDevicePrimaryCtxRetain(first))
+        count = driver.CUdevice_attribute.CU_DEVICE_ATTRIBUTE_MULTIPROCESSOR_COUNT
+        self.multiprocessors = int(said(driver.cuDeviceGetAttribute(count, first)))
+
+    def use(self) -> None:
+        """Makes it the device of this thread."""
+        said(driver.cuCtxSetCurrent(self.context))
+
+
+@cache
+def device() -> Device:
+    """The device; asked for again while there is none."""
+    return Device()
+
+
+def there_is() -> bool:
+    """Whether there is a device to run on."""
+    try:
+        device()
+    except ParameterError:
+        return False
+    return True
+
+
+def said(answer: Any) -> Any:
+    """What the driver returned.
+
+    Raises:
+        ParameterError: it failed.
+    """
+    error, *found = answer
+    if error != driver.CUresult.CUDA_SUCCESS:
+        _, text = driver.cuGetErrorString(error)
+        raise ParameterError("cuda", True, f"the CUDA driver says {(text or b'unknown error').decode()}")
+    return found[0] if found else None

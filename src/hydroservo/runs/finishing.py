@@ -1,0 +1,75 @@
+"""The metrics of many runs, from what their monitors gathered."""
+
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydroservo.block import Block
+from hydroservo.engine.watch import reader, spans_of
+
+__all__ = ["MANY", "Finish", "finisher"]
+
+MANY = 10_000  # runs: asking the monitors of fewer in plain Python takes no longer than compiling
+
+Numbers = NDArray[np.float64]
+Finish = Callable[[Numbers], Numbers]
+
+
+class Asked(NamedTuple):
+    """A monitor that is asked for its metrics."""
+
+    monitor: Any
+
+    def row(self, gathered: Block) -> Block:
+        found: Block = self.monitor.values(gathered)
+        return found
+
+
+def finisher(monitors: Mapping[str, Block], runs: int) -> Finish:
+    """What makes the metrics, shape (metrics, runs), of the watch's numbers, shape (numbers, runs).
+
+    Args:
+        monitors: by name.
+        runs: how many there are in all; machine code asks the monitors of many, with the same bits.
+    """
+    spans = spans_of(monitors)
+    make = compiled if runs >= MANY else plain
+    parts = [(spans[name], make(monitor)) for name, monitor in monitors.items()]
+
+    def finish(sums: Numbers) -> Numbers:
+        return np.concatenate([part(sums[span].T) for span, part in parts], axis=1).T
+
+    return finish
+
+
+def plain(monitor: Any) -> Finish:
+    """What asks a monitor for its metrics, a row for each of the states that it is given."""
+    read = reader(monitor.init())
+
+    def ask(rows: Numbers) -> Numbers:
+        return np.array([monitor.values(read(row)) for row in rows.tolist()], dtype=np.float64)
+
+    return ask
+
+
+def compiled(monitor: Any) -> Finish:
+    """The same in machine code, where it can be compiled and does not raise."""
+    from hydroservo.engine.native import CompileError, RunError
+    from hydroservo.engine.rows import CompiledRows
+
+    state = monitor.init()
+    slow = plain(monitor)
+    try:
+        kernel = CompiledRows(Asked(monitor), state, monitor.values(state))
+    except CompileError:
+        return slow
+
+    def ask(rows: Numbers) -> Numbers:
+        try:
+            return kernel(rows)
+        except RunError:
+            return slow(rows)
+
+    return ask
