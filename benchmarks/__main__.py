@@ -11,8 +11,8 @@ from rich.console import Console
 from rich.table import Table
 
 from benchmarks import isa
-from benchmarks.jobs import Job, jobs
-from benchmarks.machine import described
+from benchmarks.jobs import Job, device_job, jobs
+from benchmarks.machine import described, device_described
 from benchmarks.machines import loops
 from benchmarks.machines import machines as machine_times
 from benchmarks.masters import ALL as MASTERS
@@ -22,17 +22,28 @@ from benchmarks.masters.table import page as masters_page
 from benchmarks.masters.table import table as masters_table
 from benchmarks.measure import measured
 from benchmarks.peer import Peer
-from benchmarks.peers import ALL
+from benchmarks.peers import ALL, DEVICE_YARDSTICK, ON_DEVICE, YARDSTICK
 from benchmarks.picture import draw
 from benchmarks.profile import profile
 from benchmarks.results import RESULTS, load, save
 from benchmarks.scaling import scaling
 from benchmarks.start_up import start_up
-from benchmarks.table import Line, Section, job_table, machines_table, notes, put, summary, write
+from benchmarks.table import (
+    Line,
+    Section,
+    device_table,
+    job_table,
+    machines_table,
+    notes,
+    put,
+    summary,
+    write,
+)
 from benchmarks.targets.table import measured as measured_units
 from benchmarks.targets.table import page as target_page
 from benchmarks.targets.table import tables as target_tables
 from benchmarks.targets.units import units
+from hydroservo.engine.cuda_driver import there_is
 from tools.targets.controllers import controllers
 
 app = typer.Typer(add_completion=False)
@@ -119,6 +130,23 @@ def machines(
 
 
 @app.command()
+def device(
+    rounds: Annotated[int, typer.Option(min=1, help="how often each contender runs the job")] = 5,
+    quick: Annotated[bool, typer.Option("--quick", help="tiny sizes, to see that all works")] = False,
+    out: Annotated[Path | None, typer.Option(help="where to save; a complete run goes to its place")] = None,
+) -> None:
+    """Very many loops on this machine's CUDA device, against CUDA C, and save it with the rest."""
+    if not there_is():
+        raise typer.BadParameter("there is no CUDA device to measure, or cuda-bindings is missing")
+    section: Section = {"machine": device_described(), "jobs": []}
+    section["jobs"].append(done(device_job(quick), ON_DEVICE, rounds, "native", DEVICE_YARDSTICK))
+    target = out or (None if quick else RESULTS)
+    if target is not None:
+        save(target, load(target) | {"device": section})
+    show([("", device_table(section))])
+
+
+@app.command()
 def targets(
     only: Annotated[str, typer.Option(help="scenarios with commas between; all if empty")] = "",
 ) -> None:
@@ -167,9 +195,11 @@ def named(names: str, known: Sequence[str]) -> Sequence[str]:
     return wanted or known
 
 
-def done(job: Job, chosen: Sequence[Peer], rounds: int, instructions: str) -> Section:
+def done(
+    job: Job, chosen: Sequence[Peer], rounds: int, instructions: str, yardstick: Peer = YARDSTICK
+) -> Section:
     """A job with what was measured of it."""
-    entries, missing = measured(job, chosen, rounds, instructions, tell)
+    entries, missing = measured(job, chosen, rounds, instructions, tell, yardstick)
     return {
         "name": job.name,
         "title": job.title,

@@ -22,7 +22,7 @@ from hydroservo.sensors import IdealSensors
 from hydroservo.starts import AsBuilt
 from hydroservo.testing.examples import example
 
-__all__ = ["ACCURACY", "Job", "Result", "end_state", "jobs"]
+__all__ = ["ACCURACY", "Job", "Result", "device_job", "end_state", "jobs"]
 
 WITHIN = "1e-6"
 ACCURACY = float(WITHIN)  # of the plant alone at the end, relative
@@ -104,6 +104,14 @@ def jobs(quick: bool = False) -> list[Job]:
     cores = len(os.sched_getaffinity(0))
     everywhere = many._replace(name="J3 all", title=f"{title}, on {cores} cores", threads=cores)
     return [plant_alone(loop, seconds), one, many, everywhere, *axes(quick)]
+
+
+def device_job(quick: bool = False) -> Job:
+    """What takes a device to do: as J3, with very many runs."""
+    steps, runs = (500, 1_000) if quick else (100_000, 1_000_000)
+    loop = load_scenario(SCENARIO)
+    title, cores = f"{runs:,} closed loops of {steps:,} steps", len(os.sched_getaffinity(0))
+    return Job("J6", title, loop, draw(loop, runs), threads=cores).shortened(steps)
 
 
 def axes(quick: bool) -> list[Job]:

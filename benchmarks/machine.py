@@ -11,7 +11,7 @@ from pathlib import Path
 
 from benchmarks import isa
 
-__all__ = ["described"]
+__all__ = ["described", "device_described"]
 
 PACKAGES = ("hydroservo", "numba", "numpy", "scipy", "jax", "diffrax", "casadi", "control")
 
@@ -30,6 +30,24 @@ def described() -> dict[str, str]:
     return found | {package: installed(package) for package in PACKAGES}
 
 
+def device_described() -> dict[str, str]:
+    """The CUDA device of this machine, and what computes on it."""
+    asked = "name,driver_version,memory.total"
+    line = output("nvidia-smi", f"--query-gpu={asked}", "--format=csv,noheader").splitlines()[0]
+    found = dict(zip(("device", "driver", "its memory"), line.split(", "), strict=True))
+    release = re.search(r"release [\d.]+, V([\d.]+)", output("nvcc", "--version"))
+    nvcc = release[1] if release else "none"
+    return found | {"nvcc": nvcc, "llvmlite": installed("llvmlite")} | described()
+
+
+def output(command: str, *arguments: str) -> str:
+    """What a command says; nothing if it is missing."""
+    path = shutil.which(command)
+    if path is None:
+        return ""
+    return subprocess.run([path, *arguments], capture_output=True, text=True, check=True).stdout
+
+
 def processor() -> str:
     info = Path("/proc/cpuinfo")
     text = info.read_text(encoding="utf-8") if info.exists() else ""
@@ -40,11 +58,7 @@ def processor() -> str:
 
 
 def gcc() -> str:
-    command = shutil.which("gcc")
-    if command is None:
-        return "none"
-    done = subprocess.run([command, "-dumpfullversion"], capture_output=True, text=True, check=True)
-    return done.stdout.strip()
+    return output("gcc", "-dumpfullversion").strip() or "none"
 
 
 def installed(package: str) -> str:

@@ -48,7 +48,12 @@ class Contender(NamedTuple):
 
 
 def measured(
-    job: Job, chosen: Sequence[Peer], rounds: int, instructions: str, say: Say
+    job: Job,
+    chosen: Sequence[Peer],
+    rounds: int,
+    instructions: str,
+    say: Say,
+    yardstick: Peer = peers.YARDSTICK,
 ) -> tuple[list[Entry], list[Missing]]:
     """Each peer's figures for a job, in the order given, and those that are left out."""
     ready: list[Contender] = []
@@ -59,19 +64,19 @@ def measured(
             if part is None:
                 continue
             say(f"{job.name}: {peer.name} gets ready")
-            one = contender(peer, part, instructions)
+            one = contender(peer, part, instructions, yardstick)
             if isinstance(one, Missing):
                 missing.append(one)
             else:
                 ready.append(one)
         times = interleaved(ready, rounds, lambda i: say(f"{job.name}: round {i + 1} of {rounds}"))
-        return [entry(job, one, times[one.peer.name], instructions) for one in ready], missing
+        return [entry(job, one, times[one.peer.name], instructions, yardstick) for one in ready], missing
     finally:
         for one in ready:
             one.worker.close()
 
 
-def contender(peer: Peer, job: Job, instructions: str) -> Contender | Missing:
+def contender(peer: Peer, job: Job, instructions: str, yardstick: Peer) -> Contender | Missing:
     reason = peer.available()
     if reason is not None:
         return Missing(peer.name, reason)
@@ -80,7 +85,7 @@ def contender(peer: Peer, job: Job, instructions: str) -> Contender | Missing:
     if isinstance(first, Failed):
         worker.close()
         return Missing(peer.name, first.reason)
-    if peer is peers.YARDSTICK:
+    if peer is yardstick:
         ANSWERS[job.steps, job.runs] = first.result
     return Contender(peer, job, worker, first)
 
@@ -99,7 +104,7 @@ def interleaved(
     return times
 
 
-def entry(job: Job, one: Contender, times: list[float], instructions: str) -> Entry:
+def entry(job: Job, one: Contender, times: list[float], instructions: str, yardstick: Peer) -> Entry:
     share = one.job.work / job.work
     return Entry(
         name=one.peer.name,
@@ -111,18 +116,18 @@ def entry(job: Job, one: Contender, times: list[float], instructions: str) -> En
         share=share,
         first=one.first.seconds,
         memory=one.worker.memory(),
-        difference=difference(one.first.result, one.job.exact or answer(one.job, instructions)),
+        difference=difference(one.first.result, one.job.exact or answer(one.job, instructions, yardstick)),
     )
 
 
 ANSWERS: dict[tuple[int, int], Result] = {}  # by steps and runs; the threads do not matter
 
 
-def answer(job: Job, instructions: str) -> Result:
-    """What hydroservo finds for a closed loop, or for the part of it that was run."""
+def answer(job: Job, instructions: str, yardstick: Peer) -> Result:
+    """What the yardstick finds for a closed loop, or for the part of it that was run."""
     key = (job.steps, job.runs)
     if key not in ANSWERS:
-        one = contender(peers.YARDSTICK, job, instructions)
+        one = contender(yardstick, job, instructions, yardstick)
         if isinstance(one, Missing):
             raise RuntimeError(f"hydroservo cannot do {job.title}: {one.reason}")
         one.worker.close()

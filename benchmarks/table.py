@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.peer import TOLERANCE
-from benchmarks.peers import ALL, YARDSTICK
+from benchmarks.peers import ALL, DEVICE_YARDSTICK, YARDSTICK
 from benchmarks.results import Results
 from hydroservo.engine.lanes import LANES
 
@@ -14,6 +14,7 @@ __all__ = [
     "Line",
     "Section",
     "details",
+    "device_table",
     "filled",
     "job_table",
     "machines_table",
@@ -27,6 +28,8 @@ __all__ = [
 ROOT = Path(__file__).parents[1]
 MARKERS = ("<!-- benchmarks: begin -->", "<!-- benchmarks: end -->")
 BASELINE = "C scalar"
+DEVICE = "device"  # its section of the results
+DEVICE_BASELINE = "CUDA C"
 PART = "*"
 
 Section = dict[str, Any]  # the results with one instruction set
@@ -67,7 +70,10 @@ def overview(results: Results) -> str:
 
 def details(results: Results) -> str:
     """What the documentation shows."""
-    return "\n\n".join(chapter for section in results.values() for chapter in chapters(section))
+    processors = [section for name, section in results.items() if name != DEVICE]
+    found = [chapter for section in processors for chapter in chapters(section)]
+    on_device = device_chapters(results[DEVICE]) if DEVICE in results else ()
+    return "\n\n".join([*found, *on_device])
 
 
 def chapters(section: Section) -> Iterator[str]:
@@ -91,6 +97,19 @@ def chapters(section: Section) -> Iterator[str]:
         yield on(section["machines"])
     yield "### The machine"
     yield markdown(("", ""), machine.items())
+
+
+def device_chapters(section: Section) -> Iterator[str]:
+    (job,) = section["jobs"]
+    yield "## On a CUDA device"
+    yield f"{job['name']}: {job['title']}, on one {section['machine']['device']}."
+    yield markdown(*device_table(section))
+    yield markdown(("", ""), section["machine"].items())
+
+
+def device_table(section: Section) -> tuple[Line, list[Line]]:
+    """All that was measured on a device."""
+    return job_table(section["jobs"][0], DEVICE_YARDSTICK.name, DEVICE_BASELINE)
 
 
 def summary(section: Section) -> tuple[Line, list[Line]]:
@@ -128,32 +147,34 @@ def on(section: Section) -> str:
     )
 
 
-def job_table(job: Section) -> tuple[Line, list[Line]]:
+def job_table(
+    job: Section, yardstick: str = YARDSTICK.name, baseline: str = BASELINE
+) -> tuple[Line, list[Line]]:
     """All that was measured of one job."""
     header = (
         "",
         "how",
         "median",
         "spread",
-        f"times {YARDSTICK.name}",
-        f"times {BASELINE}",
+        f"times {yardstick}",
+        f"times {baseline}",
         "first result",
         "memory",
         "differs by",
         "part run",
     )
-    return header, [row(job, entry) for entry in job["entries"]]
+    return header, [row(job, entry, yardstick, baseline) for entry in job["entries"]]
 
 
-def row(job: Section, entry: Section) -> Line:
+def row(job: Section, entry: Section, yardstick: str, baseline: str) -> Line:
     spread = (max(entry["rounds"]) - min(entry["rounds"])) / (2.0 * entry["seconds"] * entry["share"])
     return (
         entry["name"],
         entry["how"],
         seconds(entry["seconds"]),
         f"±{100.0 * spread:.0f} %" if len(entry["rounds"]) > 2 else "",
-        ratio(job, entry, YARDSTICK.name),
-        ratio(job, entry, BASELINE),
+        ratio(job, entry, yardstick),
+        ratio(job, entry, baseline),
         seconds(entry["first"]),
         "" if entry["memory"] is None else f"{entry['memory'] / 2**20:.0f} MiB",
         agreement(entry["difference"]),
@@ -164,7 +185,7 @@ def row(job: Section, entry: Section) -> Line:
 def agreement(difference: float) -> str:
     """How far a result is from the answer, and whether that is too far."""
     text = f"{difference:.0e}" if difference else "nothing"
-    return text if difference <= TOLERANCE else f"**{text}: not the same algorithm**"
+    return text if difference <= TOLERANCE else f"**{text}: not the same result**"
 
 
 def ratio(job: Section, entry: Section, name: str) -> str:

@@ -34,7 +34,7 @@ typedef struct {
 typedef struct { Axis m; State s; Controller c; Sums sums; } Runs;
 typedef struct { double value, rate; } Demand;
 
-static inline real bound(real x, real low, real high) { return smaller(larger(x, low), high); }
+INLINE real bound(real x, real low, real high) { return smaller(larger(x, low), high); }
 
 static void form(Axis *m) {
     m->inv_mass = 1.0 / m->mass;
@@ -45,24 +45,24 @@ static void form(Axis *m) {
     m->brake = 5.0 * m->omega;
 }
 
-static inline real modulus(const Axis *m, real pressure) {
-    real absolute = larger(pressure + ATMOSPHERE, all(1e-3));
+INLINE real modulus(const Axis *m, real pressure) {
+    real absolute = larger(pressure + ATMOSPHERE, same(1e-3));
     real liquid = m->liquid + (absolute - ATMOSPHERE), gas = m->index * absolute;
     real ratio = m->share * power(ATMOSPHERE / absolute, m->inv_index) * liquid;
     return (1.0 + ratio) * liquid * gas / (gas + ratio * liquid);
 }
 
-static inline real through(const Axis *m, real drop) {
+INLINE real through(const Axis *m, real drop) {
     return drop / root(root(drop * drop + m->transition * m->transition));
 }
 
-static inline real uncovered(const Axis *m, real opening) {
+INLINE real uncovered(const Axis *m, real opening) {
     real z = opening - m->lap;
     return 0.5 * (z + root(z * z + 4.0 * m->clearance * m->clearance));
 }
 
-static inline State rates(const Axis *m, State s, real u, double force) {
-    const real zero = all(0.0), one = all(1.0);
+INLINE State rates(const Axis *m, State s, real u, double force) {
+    const real zero = same(0.0), one = same(1.0);
     real out = m->edge * uncovered(m, s.spool), back = m->edge * uncovered(m, -s.spool);
     real into_a = out * through(m, m->supply - s.a) - back * through(m, s.a - m->tank);
     real out_of_b = m->ratio_b * (out * through(m, s.b - m->tank) - back * through(m, m->supply - s.b));
@@ -90,19 +90,19 @@ static inline State rates(const Axis *m, State s, real u, double force) {
     };
 }
 
-static inline State ahead(State s, double h, State k) {
+INLINE State ahead(State s, double h, State k) {
     return (State){s.v + h * k.v, s.x + h * k.x, s.a + h * k.a, s.b + h * k.b, s.z + h * k.z, s.spool + h * k.spool,
                    s.rate + h * k.rate};
 }
 
-static inline State rk4(const Axis *m, State s, double h, real u, double force) {
+INLINE State rk4(const Axis *m, State s, double h, real u, double force) {
     State k1 = rates(m, s, u, force), k2 = rates(m, ahead(s, 0.5 * h, k1), u, force);
     State k3 = rates(m, ahead(s, 0.5 * h, k2), u, force), k4 = rates(m, ahead(s, h, k3), u, force);
     return ahead(ahead(ahead(ahead(s, h / 6.0, k1), h / 3.0, k2), h / 3.0, k3), h / 6.0, k4);
 }
 
-static inline void control(const Axis *m, State s, Demand r, double dt, double late, Controller *c) {
-    const real zero = all(0.0), one = all(1.0);
+INLINE void control(const Axis *m, State s, Demand r, double dt, double late, Controller *c) {
+    const real zero = same(0.0), one = same(1.0);
     real applied = late * c->before + (1.0 - late) * c->u - c->added, error = r.value - s.x;
     c->integral += dt * (m->ki * error + m->windup * (applied - c->unlimited));
     c->integral = bound(c->integral, -m->integral_limit, m->integral_limit);
@@ -113,8 +113,8 @@ static inline void control(const Axis *m, State s, Demand r, double dt, double l
     c->u = bound(law + c->added, -m->limit, m->limit);
 }
 
-static inline void measure(Sums *s, double t, double step, double half, Demand r, State x) {
-    const real zero = all(0.0);
+INLINE void measure(Sums *s, double t, double step, double half, Demand r, State x) {
+    const real zero = same(0.0);
     int first = s->last_step == 0.0, steady = t >= half;
     real error = x.x - r.value, squares = error * error * step, size = magnitude(error);
     s->largest = larger(s->last, s->largest);
@@ -124,10 +124,10 @@ static inline void measure(Sums *s, double t, double step, double half, Demand r
     s->last = size;
     if (first) s->start = x.x;
     s->demand_max = larger(s->demand_max, magnitude(r.value - s->start));
-    real band = 0.05 * s->demand_max, before = first ? s->start : all(s->last_demand);
+    real band = 0.05 * s->demand_max, before = first ? s->start : same(s->last_demand);
     real jump = r.value - before - 0.5 * s->last_step * (s->last_rate + r.rate);
     mask jumped = magnitude(jump) - 0.5 * s->last_step * fabs(r.rate - s->last_rate) > band;
-    s->jump_time = choose(jumped, all(t), s->jump_time);
+    s->jump_time = choose(jumped, same(t), s->jump_time);
     s->jump_sign = choose(jumped, sign(jump), s->jump_sign);
     s->settling = larger(choose(size > band, t - s->jump_time, zero), s->settling);
     s->overshoot = larger(s->jump_sign * error, s->overshoot);
@@ -139,10 +139,10 @@ static inline void measure(Sums *s, double t, double step, double half, Demand r
     real low = smaller(x.a, x.b);
     s->lowest = smaller(low, s->lowest);
     s->highest = larger(larger(x.a, x.b), s->highest);
-    s->torn += choose(low < zero, all(step), zero);
+    s->torn += choose(low < zero, same(step), zero);
 }
 
-static inline Demand demand_at(const Given *g, double t) {
+INLINE Demand demand_at(const Given *g, double t) {
     double change = g->to - g->from, gained = g->speed * fmax(t - g->begin, 0.0);
     int started = t >= (1.0 - 1e-9) * g->begin, ended = gained >= (1.0 - 1e-9) * fabs(change);
     if (!started) return (Demand){g->from, 0.0};
@@ -180,8 +180,8 @@ static void together(const Given *given, long count, long periods, double dt, lo
     for (int g = 0; g < GROUPS; g++) {
         form(&runs[g].m);
         runs[g].s.x = runs[g].m.position, runs[g].s.a = runs[g].m.pressure_a, runs[g].s.b = runs[g].m.pressure_b;
-        runs[g].sums.low = runs[g].sums.lowest = all(HUGE_VAL);
-        runs[g].sums.high = runs[g].sums.highest = all(-HUGE_VAL);
+        runs[g].sums.low = runs[g].sums.lowest = same(HUGE_VAL);
+        runs[g].sums.high = runs[g].sums.highest = same(-HUGE_VAL);
     }
     const double h = dt / (double)substeps, duration = (double)periods * dt, half = 0.5 * duration;
     const long late = lround(given->delay / h);

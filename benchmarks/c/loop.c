@@ -14,26 +14,12 @@ typedef struct {
     Sums sums;
 } Runs;
 
-static void set_machine(Machine *m, int lane, const Given *g) {
-#define SET(field, value) ((double *)&m->field)[lane] = (value)
-    double stiffness = 4.0 * g->bulk_modulus / g->volume;
-    SET(inv_mass, 1.0 / g->mass);
-    SET(damping, g->damping);
-    SET(by_velocity, stiffness * g->area * g->area);
-    SET(by_force, stiffness * g->leakage);
-    SET(flow, stiffness * g->area * g->discharge * g->gradient / sqrt(g->density));
-    SET(inv_area, 1.0 / g->area);
-    m->supply = g->supply;
-    m->valve_gain = g->valve_gain;
-    m->max_opening = g->max_opening;
-}
-
 static void together(const Given *given, long count, long samples, double dt, double *out, long metrics) {
     Runs runs[GROUPS] = {};
     for (long i = 0; i < WIDTH; i++) /* lanes beyond the last run repeat it */
         set_machine(&runs[i / LANES].machine, (int)(i % LANES), given + (i < count ? i : count - 1));
     for (int g = 0; g < GROUPS; g++) {
-        runs[g].x.position = all(given->start_position);
+        runs[g].x.position = same(given->start_position);
         runs[g].sums = no_sums();
     }
     const Nominal nominal = nominal_of(given);

@@ -12,6 +12,7 @@ import numpy as np
 from benchmarks.jobs import Job, Result, end_state
 from benchmarks.peer import STEPS, Prepared, cheapest
 from hydroservo import simulate, simulate_batch
+from hydroservo.engine.cuda_driver import there_is
 
 __all__ = ["Ours", "Strict"]
 
@@ -24,9 +25,10 @@ class Ours(NamedTuple):
 
     name: str = "hydroservo"
     strict: bool = False
+    cuda: bool = False
 
     def available(self) -> str | None:
-        return None
+        return None if not self.cuda or there_is() else "there is no CUDA device"
 
     def fitted(self, job: Job) -> Job | None:
         return job
@@ -44,7 +46,7 @@ class Ours(NamedTuple):
         }
 
     def batch(self, job: Job) -> Result:
-        data = simulate_batch(job.loop, job.varied, threads=job.threads, strict=self.strict)
+        data = simulate_batch(job.loop, job.varied, threads=job.threads, strict=self.strict, cuda=self.cuda)
         return {
             str(name): values.to_numpy().astype(float)
             for name, values in data.data_vars.items()
@@ -63,6 +65,16 @@ class Ours(NamedTuple):
         loop = job.loop._replace(simulation=simulation)
         data = simulate(loop, record=STATES, metrics=(), strict=self.strict)
         return end_state([data[name].to_numpy()[-1] for name in STATES])
+
+
+class AllCores(Ours):
+    """The first of very many runs, on the processor."""
+
+    def __new__(cls) -> "AllCores":
+        return super().__new__(cls, "hydroservo, on all cores")
+
+    def fitted(self, job: Job) -> Job | None:
+        return job.shortened(job.steps, 10_000)
 
 
 class Strict(Ours):

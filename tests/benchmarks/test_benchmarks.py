@@ -66,7 +66,7 @@ def test_another_algorithm_gets_no_ratio(measured: dict[str, Any]) -> None:
     job = json.loads(json.dumps(measured["jobs"][1]))
     job["entries"][-1]["difference"] = 1e-3
     assert summary({"jobs": [job]})[1][-1][1].endswith("(-)")
-    assert "not the same algorithm" in " ".join(job_table(job)[1][-1])
+    assert "not the same result" in " ".join(job_table(job)[1][-1])
 
 
 def test_difference_is_relative_and_sees_what_is_not_a_number() -> None:
