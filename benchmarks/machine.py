@@ -14,11 +14,16 @@ from benchmarks import isa
 __all__ = ["described", "device_described"]
 
 PACKAGES = ("hydroservo", "numba", "numpy", "scipy", "jax", "diffrax", "casadi", "control")
+ON_DEVICE = ("llvmlite", "cuda-bindings", "numpy")
 
 
 def described() -> dict[str, str]:
     """Processor, system and versions, by what a table calls them."""
-    found = {
+    return computer() | {package: installed(package) for package in PACKAGES}
+
+
+def computer() -> dict[str, str]:
+    return {
         "processor": processor(),
         "cores": str(len(os.sched_getaffinity(0))),
         "widest vectors": isa.widest(),
@@ -27,7 +32,6 @@ def described() -> dict[str, str]:
         "gcc": gcc(),
         "date": datetime.now(UTC).date().isoformat(),
     }
-    return found | {package: installed(package) for package in PACKAGES}
 
 
 def device_described() -> dict[str, str]:
@@ -37,7 +41,7 @@ def device_described() -> dict[str, str]:
     found = dict(zip(("device", "driver", "its memory"), line.split(", "), strict=True))
     release = re.search(r"release [\d.]+, V([\d.]+)", output("nvcc", "--version"))
     nvcc = release[1] if release else "none"
-    return found | {"nvcc": nvcc, "llvmlite": installed("llvmlite")} | described()
+    return found | {"nvcc": nvcc} | computer() | {package: installed(package) for package in ON_DEVICE}
 
 
 def output(command: str, *arguments: str) -> str:
