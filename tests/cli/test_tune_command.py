@@ -42,7 +42,17 @@ def said():
 
 def test_json_is_one_object_whose_metrics_can_be_had_again(said):
     assert list(said) == [
-        *("command", "version", "parameters", "metric", "scenarios", "geometric_mean", "runs", "edges")
+        *(
+            "command",
+            "version",
+            "parameters",
+            "metric",
+            "scenarios",
+            "geometric_mean",
+            "runs",
+            "edges",
+            "unstable",
+        )
     ]
     assert (said["version"], said["metric"]) == (hydroservo.__version__, "rms_error")
     assert list(said["parameters"]) == [GAIN, FILTER]
@@ -157,6 +167,13 @@ def test_a_value_at_an_end_is_said():
     many = ("tune", NAMES[0], *SHORT, "--candidates", "256", "--vary")
     assert edge in succeeded(*many, f"{GAIN}=0.3..1")
     assert "AT THE EDGE" not in succeeded(*many, f"{GAIN}=0.3..30")
+
+
+def test_values_that_leave_a_loop_unstable_are_said():
+    large = (*QUICK, "--vary", f"{GAIN}=50..100")
+    assert f"UNSTABLE for small motions about the start, as bode shows: {NAMES[0]}" in succeeded(*large)
+    assert json.loads(succeeded(*large, "--json"))["unstable"] == [NAMES[0]]
+    assert json.loads(succeeded(*QUICK, "--vary", f"{GAIN}=0.3..3", "--json"))["unstable"] == []
 
 
 @pytest.mark.parametrize(

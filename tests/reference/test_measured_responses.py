@@ -37,7 +37,6 @@ SMOOTH: list[tuple[str, dict[str, Any], dict[str, Any]]] = [
 WITHOUT = {  # built-in machines that have none, and what is said of their points
     "axis/crane": "closes no loop here",  # its valve overlaps, and so does that of what follows
     "rig/excavator-link-pi": "closes no loop here",
-    "cases/soft-axis": "is unstable here",  # at rest
     "cases/stick-slip": "closes no loop here",
     "laws/adaptive-robust-sine": "has no operating point",  # its law switches at rest
     "laws/rise-sine": "has no operating point",

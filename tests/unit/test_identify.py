@@ -89,6 +89,16 @@ def test_a_signal_of_something_else_is_said(found):
     assert "explains 20 % of the variance; are unit, sign and column right?" in line
 
 
+def test_of_what_only_rounding_leaves_nothing_is_said(found):
+    fit = found.logs[0]
+    exact = fit.signals["velocity"]._replace(explained=1.0, whiteness=0.0, correlation=0.9, held_in=1e-16)
+    assert not [line for line in of_log(fit._replace(signals={"velocity": exact})) if "noise" in line]
+    rough = exact._replace(explained=1.0 - 1e-9)
+    said = list(of_log(fit._replace(signals={"velocity": rough})))
+    assert any("is no white noise" in line for line in said)
+    assert any("held out" in line for line in said)
+
+
 def test_the_scenario_written_is_the_machine_found(found, tmp_path):
     path = tmp_path / "scenario.toml"
     path.write_text(found.toml(tmp_path), encoding="utf-8")

@@ -1,10 +1,13 @@
 import numpy as np
 import pytest
 
+from hydroservo import simulate
 from hydroservo.errors import ParameterError, ScenarioError
 from hydroservo.identification.log import checked_log, read_log
 from hydroservo.identification.segments import understood
 from hydroservo.identification.spikes import noise_of, resolution_of, spikes_in
+from hydroservo.runs.results import save
+from hydroservo.scenario import load_scenario
 
 HEADER = "time [s],command [V],velocity [mm/s],load_force [kN]"
 ROWS = [f"{0.001 * k:.3f},{k % 7},{k % 5},{k % 3}" for k in range(40)]
@@ -212,6 +215,30 @@ def test_what_never_changes_is_left_out_or_refused():
     assert "position never changes: it says nothing and is left out" in found.remarks
     with pytest.raises(ScenarioError, match="velocity: never changes"):
         understood(signals(velocity=np.zeros(400)))
+
+
+def test_what_has_no_samples_is_told_from_what_never_changes():
+    found = understood(signals(pressure_a=np.full(400, np.nan), external_force=np.zeros(400)))
+    assert found.remarks == ["pressure_a has no samples: it says nothing and is left out"]
+    assert not found.segments[0].inputs["external_force"].any()
+
+
+def test_of_many_columns_that_are_not_used_some_are_named(write):
+    more = [f"more_{i}" for i in range(8)]
+    lines = [",".join([HEADER, *more]), *(",".join([row, *"12345678"]) for row in ROWS)]
+    remarks = understood(read_log(write(*lines), {})).remarks
+    assert "columns that are not used: more_0, more_1, more_2, more_3, more_4 and 3 more" in remarks
+
+
+@pytest.mark.parametrize("name", ["paper/sine-pi", "axis/position"])
+def test_the_trajectory_of_a_run_is_a_log(name, tmp_path):
+    run = simulate(load_scenario(name, {"simulation.duration": "0.25 s"}))
+    save(run, tmp_path / "trajectory.csv")
+    log = read_log(tmp_path / "trajectory.csv", {})
+    assert log.signals["command"].tolist() == run["controller.u"].values.tolist()
+    assert log.signals["external_force"].tolist() == run["load.force"].values.tolist()
+    shown = "sensors.position.value" if "sensors.position.value" in run else "plant.position"
+    assert log.signals["position"].tolist() == run[shown].values.tolist()
 
 
 def test_steps_of_a_signal_and_its_noise_are_told():

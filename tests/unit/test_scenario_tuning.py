@@ -92,6 +92,14 @@ def test_loops_that_no_scenario_names_are_counted() -> None:
     assert hs.tune(hs.Aim([loop]), {GAIN: (1.0, 10.0)}, candidates=64).names == ["loop 1"]
 
 
+def test_loops_that_are_left_unstable_are_named() -> None:
+    short = {"simulation.duration": "20 ms"}
+    found = hs.tune(RIG, {GAIN: (50.0, 100.0)}, scales=[0.0], candidates=64, changes=short)
+    assert found.unstable == ["rig/1khz-pi-sine, scale 0"]  # under the other's load it is stable
+    assert "unstable for small motions: rig/1khz-pi-sine, scale 0" in repr(found)
+    assert "unstable for small motions: rig/1khz-pi-sine, scale 0" in found._repr_html_()
+
+
 def test_values_are_tables_that_build_on_a_scenario(tmp_path: Path) -> None:
     values = {GAIN: 2.5, "controller.integral_gain": 30.0}
     tables = as_toml(values, "first\nsecond")

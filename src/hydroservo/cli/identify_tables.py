@@ -6,7 +6,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from hydroservo._version import __version__
-from hydroservo.formatting import common_unit
+from hydroservo.formatting import common_unit, number
 from hydroservo.identification import Comparison, Identified, LogFit, Proposal
 from hydroservo.runs.provenance import scenario_hash
 
@@ -94,7 +94,7 @@ def comparison_table(found: Identified, comparison: Comparison) -> Table:
     for key, both in comparison.held_out.items():
         unit, factor = common_unit([*both], units[key])
         label = key[1] if len(found.logs) == 1 else f"{key[1]}, {key[0]}"
-        shown.add_row(escape(label), *(f"{factor * value:.3g}" for value in both), unit)
+        shown.add_row(escape(label), *(number(factor * value) for value in both), unit)
     shown.caption, shown.caption_justify = escape(str(comparison)), "left"
     return shown
 
@@ -107,8 +107,8 @@ def proposal_table(proposal: Proposal) -> Table:
         shown.add_column(name, justify="right" if name != "unit" else "left", no_wrap=True)
     for path, one in proposal.promises.items():
         unit, factor = common_unit([one.low, one.high], one.unit)
-        numbers = (f"{factor * number:.4g}" for number in (one.low, one.high))
-        shown.add_row(escape(path), *numbers, unit, f"{one.times:.3g} times")
+        numbers = (number(factor * value, 4) for value in (one.low, one.high))
+        shown.add_row(escape(path), *numbers, unit, f"{number(one.times)} times")
     shown.caption = "from and to: 95 % interval that a log of it would leave, about what was found"
     return shown
 
@@ -121,7 +121,7 @@ def parameters_table(found: Identified) -> Table:
     shown.add_column("the logs")
     for path, one in found.parameters.items():
         unit, factor = common_unit([one.value], one.unit)
-        numbers = (f"{factor * number:.4g}" for number in (one.value, one.low, one.high))
+        numbers = (number(factor * value, 4) for value in (one.value, one.low, one.high))
         said = "[green]tell it[/]" if one.identifiable else "[bold yellow]do not tell it[/]"
         if one.at_end:
             said += ", [bold yellow]at an end of its range[/]"
@@ -131,7 +131,7 @@ def parameters_table(found: Identified) -> Table:
 
 
 def signals_table(fit: LogFit) -> Table:
-    title = f"{fit.understood.log.name}: {1e3 * fit.delay[0]:.3g} ms late"
+    title = f"{fit.understood.log.name}: {number(1e3 * fit.delay[0])} ms late"
     shown = Table(title=escape(title), title_justify="left")
     shown.add_column("signal", no_wrap=True)
     for name in ("left, rms", "fitted part", "held out", "offset", "unit"):
@@ -140,6 +140,7 @@ def signals_table(fit: LogFit) -> Table:
     shown.add_column("white", justify="right")
     for name, one in fit.signals.items():
         unit, factor = common_unit([one.rms], one.unit)
-        numbers = (f"{factor * x:.3g}" for x in (one.rms, one.held_in, one.held_out, one.offset[0]))
-        shown.add_row(name, *numbers, unit, f"{100.0 * one.explained:.4g} %", f"{one.whiteness:.2g}")
+        numbers = (number(factor * x) for x in (one.rms, one.held_in, one.held_out, one.offset[0]))
+        explained = number(100.0 * one.explained, 4)
+        shown.add_row(name, *numbers, unit, f"{explained} %", number(one.whiteness, 2))
     return shown

@@ -156,9 +156,8 @@ def tune(
     from hydroservo.reports.journal import journal_of
     from hydroservo.runs.aims import metric_field
     from hydroservo.runs.results import as_json
-    from hydroservo.runs.tuning import searched
     from hydroservo.scenario import parse_override
-    from hydroservo.scenario.tuning import as_toml, given, task_of
+    from hydroservo.scenario.tuning import as_toml, found_by, given, task_of
 
     lists = given(weights=weights, scales=scales)
     plain = given(metric=metric, seeds=seeds, effort=effort, candidates=candidates, seed=seed)
@@ -176,7 +175,7 @@ def tune(
         progress = progress_with_best(
             report, metric_field(task.aim.loops, task.aim.metric).unit, task.candidates
         )
-        found = searched(task.aim, task.ranges, task.candidates, task.seed, threads, progress)
+        found = found_by(task, threads, progress)
     for scenario, table in zip(task.names, found.tables, strict=True):
         say_remarks(scenario, table)
     command = command_typed(context)

@@ -33,6 +33,7 @@ def as_tables(command: Sequence[str], task: Task, found: Tuned) -> dict[str, Any
         "geometric_mean": found.cost,
         "runs": found.runs,
         "edges": list(found.edges),
+        "unstable": list(found.unstable),
     }
 
 
@@ -45,6 +46,9 @@ def lines_of(task: Task, found: Tuned) -> list[str]:
     if found.edges:
         paths = ", ".join(map(escape, found.edges))
         lines.append(f"[bold yellow]AT THE EDGE[/] of its range, so a wider one may hold better: {paths}")
+    if found.unstable:
+        names = "; ".join(map(escape, found.unstable))
+        lines.append(f"[bold yellow]UNSTABLE[/] for small motions about the start, as bode shows: {names}")
     return lines
 
 

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from hydroservo.errors import ScenarioError, short
 from hydroservo.field import Field
-from hydroservo.identification.signals import COMMAND, OUTPUTS, SIGNALS, TIME
+from hydroservo.identification.signals import COMMAND, OUTPUTS, SIGNALS, TIME, WRITTEN
 from hydroservo.nearest import one_of
 from hydroservo.scenario.quantities import unit_factor
 from hydroservo.scenario.recordings import name_and_unit
@@ -42,7 +42,8 @@ def chosen_columns(
     Args:
         headers: of all its columns, such as ``velocity [mm/s]``.
         mapping: the column of a signal, with the unit that it is in where its header gives another or none,
-            such as ``{"velocity": "v_piston [mm/s]"}``; a signal without one has a column of its own name.
+            such as ``{"velocity": "v_piston [mm/s]"}``; a signal without one has a column of its own name,
+            or of that which a run of ours writes.
         name: of the log.
         needed: signals without which the log is none.
         signals: that are sought, with their units.
@@ -76,7 +77,7 @@ def column_of(
     where: tuple[str, str],
 ) -> Column | None:
     """The column of one signal; None if no column has its name and none is wanted."""
-    own, unit = name_and_unit(wanted) if wanted is not None else (signal, "")
+    own, unit = name_and_unit(wanted) if wanted is not None else (usual(signal, cells), "")
     places = [i for i, cell in enumerate(cells) if {own, wanted} & set(cell[:2])]
     if len(places) > 1:
         raise ScenarioError(*where, f"column {short(own)} appears more than once")
@@ -98,6 +99,12 @@ def column_of(
     except ValueError as error:
         raise ScenarioError(*where, f"column {short(header)} {error}, as {signal} must") from None
     return Column(signal, header, places[0], factor)
+
+
+def usual(signal: str, cells: Sequence[tuple[str, str, str]]) -> str:
+    """The name of a signal's column where nobody says which it is."""
+    there = {name for _, name, _ in cells}
+    return next((name for name in (signal, *WRITTEN.get(signal, ())) if name in there), signal)
 
 
 def missing(signal: str, cells: Sequence[tuple[str, str, str]], where: tuple[str, str]) -> ScenarioError:

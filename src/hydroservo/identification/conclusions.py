@@ -16,6 +16,7 @@ TOGETHER = 0.9  # correlation from which on two numbers are told together alone
 SURE = 3.0  # deviations, from which on an offset or a delay is one
 COLOURED = 1e-3  # probability that residuals are white, below which they are not
 HANGING = 0.1  # correlation of a residual with the next from which on that matters
+EXACT = 1e-12  # share of a signal's variance, below which what is left is of rounding
 LITTLE = 0.5  # share of a signal's variance, below which the model is of something else
 PREDICTED = (
     "numbers are of predictions: their intervals know nothing of the bias that noise leaves in these, the "
@@ -48,6 +49,8 @@ def of_log(fit: LogFit) -> Iterator[str]:
         offset, unsure = one.offset
         if abs(offset) > SURE * unsure:
             yield f"{name} reads {plain(offset, one.unit)} more than its model; that is taken out"
+        if 1.0 - one.explained < EXACT:
+            continue
         if one.whiteness < COLOURED and abs(one.correlation) > HANGING:
             yield f"{name}: {missed_of(one)}"
         if one.held_out > WORSE * one.held_in:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from hydroservo.errors import ScenarioError
 from hydroservo.formatting import MINUS, quantity
 from hydroservo.identification.log import FEWEST, Log
-from hydroservo.identification.signals import INPUTS, OUTPUTS, REFERENCE, SIGNALS
+from hydroservo.identification.signals import EXTERNAL_FORCE, INPUTS, OUTPUTS, REFERENCE, SIGNALS
 from hydroservo.identification.spikes import resolution_of, spikes_in
 
 __all__ = ["LONGEST_BRIDGE", "Segment", "Understood", "understood"]
@@ -19,6 +19,7 @@ JITTER = 0.02  # of a period, by which instants may lie beside an even grid
 MISSING = 1.5  # periods: a longer interval lacks samples
 NEAR = 0.9  # of a period, within which a sample must lie for one on the grid to follow from it
 DRIVING = (*INPUTS, REFERENCE)
+NAMED = 5  # columns, of more that are not used
 LONGEST_BRIDGE = 5  # samples that may lack in a row; beyond that, a new stretch begins
 
 Samples = NDArray[np.float64]
@@ -82,7 +83,7 @@ def understood(log: Log, number: int = 0) -> Understood:
     Raises:
         ScenarioError: nothing measured changes, or no stretch is long enough.
     """
-    remarks = [f"columns that are not used: {', '.join(log.unused)}"] if log.unused else []
+    remarks = [f"columns that are not used: {some_of(log.unused)}"] if log.unused else []
     rows = dict(changing(log, remarks))
     spikes = {signal: spikes_in(values) for signal, values in rows.items()}
     clean = {name: np.where(spikes[name] & (name in OUTPUTS), np.nan, one) for name, one in rows.items()}
@@ -114,11 +115,18 @@ def changing(log: Log, remarks: list[str]) -> Iterator[tuple[str, Samples]]:
             log.name, names, "never changes, and nothing else is measured: it says nothing about the machine"
         )
     for name, values in log.signals.items():
-        if name in constant:
+        if name in constant and name != EXTERNAL_FORCE:
+            found = "never changes" if known[name].size else "has no samples"
             left = "nothing excites the machine" if name in DRIVING else "it says nothing and is left out"
-            remarks.append(f"{name} never changes: {left}")
+            remarks.append(f"{name} {found}: {left}")
         if name not in constant or name in DRIVING:
             yield name, values
+
+
+def some_of(names: Sequence[str]) -> str:
+    """The first of many names, and how many more there are."""
+    more = len(names) - NAMED
+    return ", ".join(names) if more <= 1 else f"{', '.join(names[:NAMED])} and {more} more"
 
 
 def said_of_samples(rows: Mapping[str, Samples], spikes: Mapping[str, NDArray[np.bool_]]) -> Iterator[str]:

@@ -1,12 +1,22 @@
 """What a log may hold of a machine: what drives it, and what is measured of it."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 
 from hydroservo.field import Field, declared_fields
 from hydroservo.signals import MachineOutputs
 
-__all__ = ["COMMAND", "EXTERNAL_FORCE", "INPUTS", "NAMES", "OUTPUTS", "REFERENCE", "SIGNALS", "TIME"]
+__all__ = [
+    "COMMAND",
+    "EXTERNAL_FORCE",
+    "INPUTS",
+    "NAMES",
+    "OUTPUTS",
+    "REFERENCE",
+    "SIGNALS",
+    "TIME",
+    "WRITTEN",
+]
 
 TIME = "time"
 COMMAND = "command"
@@ -29,3 +39,9 @@ SIGNALS: Mapping[str, Field] = MappingProxyType({TIME: Field("s", "time"), **INP
 
 NAMES = (*SIGNALS, REFERENCE)
 """What a scenario may say the column of: the demand too, whose unit is that of what is controlled."""
+
+WRITTEN: Mapping[str, Sequence[str]] = MappingProxyType(
+    {COMMAND: ("controller.u",), EXTERNAL_FORCE: ("load.force",), REFERENCE: ("reference.value",)}
+    | {name: (f"sensors.{name}.value", f"sensors.{name}", f"plant.{name}") for name in OUTPUTS}
+)
+"""The columns that a run of ours may write them to, measured ones first: its trajectory is a log too."""

@@ -54,6 +54,7 @@ LEAST, MOST = 20, 10**6  # samples in a period of all tones
 QUIET = 0.01  # [V] rms, by which tones move the command
 PUSH = 1.0  # [N] of each tone, for a law that does not feel the load
 KINKED = "the loop has no slope here, and the linear model is of mean slopes: rely on what was measured"
+UNSTABLE = "the loop is unstable here: nothing settles that could be measured"
 MEANINGS = {
     "machine": "what is controlled by the command, the loop opened",
     "open": "loop opened at its command, L",
@@ -98,7 +99,7 @@ def bode(
         excitation: "multisine", many tones at once, or "chirp".
         periods: that are heard of each realisation.
         realisations: with phases of their own.
-        measure: False for the linear model alone.
+        measure: False for the linear model alone, which is all that there is of an unstable loop.
         progress: called now and then with the fraction done.
 
     Returns:
@@ -108,8 +109,8 @@ def bode(
         ``bandwidth`` (-3 dB) and ``bandwidth_90`` (-90 degrees) [Hz]. Signals are those at the samples.
 
     Raises:
-        ParameterError: there is no such point, no loop is closed or it is unstable, a frequency is not below
-            Nyquist's, or the loop is lost while it is measured.
+        ParameterError: there is no such point, no loop is closed, a frequency is not below Nyquist's, or
+            the loop is lost while it is measured.
 
     Source: Pintelon and Schoukens, System Identification, 2012, ch. 2-4 (tones, best linear approximation);
     Astrom, Murray, Feedback Systems, 2008, ch. 9 and 12 (what the responses are).
@@ -126,8 +127,7 @@ def bode(
     if not measure:
         return data
     if not view.judged.margins.stable:
-        problem = "is unstable here: nothing settles that could be measured; --linear shows its linear model"
-        raise ParameterError("controller", type(loop.controller).__name__, problem)
+        return with_warning(data, [UNSTABLE])
     plan = planned(view.low, view.high, loop.simulation.period, periods, realisations)
     plan = plan._replace(excitation=excitation)
     report = progress or (lambda _: None)

@@ -52,6 +52,7 @@ class Tuned(NamedTuple):
         tables: the runs of each loop with the best values, one for each seed, as simulate_batch returns them.
         names: of the loops.
         metric: what was made small.
+        unstable: names of loops that the best values leave unstable for small motions about their start.
     """
 
     parameters: Mapping[str, float]
@@ -63,13 +64,15 @@ class Tuned(NamedTuple):
     tables: Sequence[Any]  # datasets of xarray, which is heavy to import
     names: Sequence[str]
     metric: str
+    unstable: Sequence[str] = ()
 
     def __repr__(self) -> str:
         lines = [f"{path} = {value:g}" for path, value in self.parameters.items()]
         metrics = zip(self.names, self.before, self.after, strict=True)
         lines += [f"{name}: {before:.3g} -> {after:.3g}" for name, before, after in metrics]
         edges = f"; at an end of its range: {', '.join(self.edges)}" if self.edges else ""
-        return "\n".join([*lines, f"{self.runs} closed loops were simulated{edges}"])
+        unstable = f"; unstable for small motions: {'; '.join(self.unstable)}" if self.unstable else ""
+        return "\n".join([*lines, f"{self.runs} closed loops were simulated{edges}{unstable}"])
 
     def _repr_html_(self) -> str:
         """What a notebook shows."""
@@ -83,12 +86,13 @@ class Tuned(NamedTuple):
         count = len(self.before)
         metrics = zip(self.names, each[:count], map(Strong, each[count:]), strict=True)
         heads = ("loop", f"{self.metric} before [{label}]", "after")
-        edges = [Strong(f"at an end of its range: {path}") for path in self.edges]
+        remarks = [Strong(f"at an end of its range: {path}") for path in self.edges]
+        remarks += [Strong(f"unstable for small motions: {name}") for name in self.unstable]
         runs = f"{self.runs:,} closed loops were simulated"
         return (
             html_table(("parameter", "best", "meaning"), values)
             + html_table(heads, metrics)
-            + html_remarks([*edges, runs])
+            + html_remarks([*remarks, runs])
         )
 
 

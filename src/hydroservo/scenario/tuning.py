@@ -8,8 +8,9 @@ from typing import Any, NamedTuple
 import tomli_w
 
 from hydroservo._version import __version__
-from hydroservo.block import Block, field_at, leaves
+from hydroservo.block import Block, field_at, leaves, replace
 from hydroservo.errors import HydroservoWarning, ParameterError, ScenarioError
+from hydroservo.linear.margins import is_unstable
 from hydroservo.loop import Loop
 from hydroservo.runs.aims import Aim, checked_aim
 from hydroservo.runs.arguments import checked_mapping
@@ -24,7 +25,7 @@ from hydroservo.scenario.search import Search, checked_part, searched_range
 from hydroservo.scenario.tables import Entry
 from hydroservo.work.notebook_bar import shows_progress
 
-__all__ = ["Task", "as_toml", "given", "task_of", "tune"]
+__all__ = ["Task", "as_toml", "found_by", "given", "task_of", "tune"]
 
 Load = Callable[[str | Path, Mapping[str, object], Sequence[str | Path]], Loop]
 
@@ -121,10 +122,24 @@ def tune(
     else:
         asked, changes = as_entries(ranges), {} if changes is None else changes
         task = task_of(sources(aim), asked, parts | length, changes, plugins or ())
-    found = searched(task.aim, task.ranges, task.candidates, task.seed, threads, progress)
+    found = found_by(task, threads, progress)
     for line in dict.fromkeys(line for table in found.tables for line in warnings_of(table)):
         warnings.warn(line, HydroservoWarning, stacklevel=3)  # past the decorator
-    return found._replace(names=task.names or found.names)
+    return found
+
+
+def found_by(task: Task, threads: int | None, progress: Progress | None) -> Tuned:
+    """What the search of a task found, under the names of its loops, and which of these it leaves unstable.
+
+    Raises:
+        ParameterError: as :func:`hydroservo.runs.tuning.searched` has it.
+        HydroservoError: with every candidate some run diverged.
+    """
+    found = searched(task.aim, task.ranges, task.candidates, task.seed, threads, progress)
+    names = task.names or found.names
+    loops = zip(names, task.aim.loops, strict=True)
+    unstable = [name for name, loop in loops if is_unstable(replace(loop, found.parameters))]
+    return found._replace(names=names, unstable=unstable)
 
 
 def given(**arguments: object) -> dict[str, Any]:

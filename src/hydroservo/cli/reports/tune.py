@@ -32,7 +32,7 @@ def tune_report(command: str, task: Task, found: Tuned, replayed: str) -> Report
             Picture(
                 "tuned",
                 "The metric with the values the scenarios have, and with the best ones.",
-                plot_tuned(found._replace(names=task.names)),
+                plot_tuned(found),
             )
         ],
         [
