@@ -24,6 +24,7 @@ def test_the_types_of_a_role(name):
 def test_a_type_with_its_keys():
     text = succeeded("describe", "PID")
     assert "Astrom" in text
+    assert 'a plain number is in this unit; others in quotes, such as "63 mm"' in text
     assert "y: the unit of the controlled signal" in text
     (about,) = json.loads(succeeded("describe", "PID", "--json"))
     assert about["keys"][0] == {
@@ -50,6 +51,10 @@ def test_types_of_one_name_are_both_shown():
 
 def test_a_type_that_is_none():
     assert "did you mean PID?" in failed("describe", "PIDD")
+    shown = (
+        "is not a type, role or table of a scenario; `hydroservo scenarios show axis/position` shows this one"
+    )
+    assert shown in failed("describe", "axis/position")
 
 
 @pytest.mark.usefixtures("forgotten")

@@ -95,7 +95,7 @@ def test_loops_that_no_scenario_names_are_counted() -> None:
 def test_loops_that_are_left_unstable_are_named() -> None:
     short = {"simulation.duration": "20 ms"}
     found = hs.tune(RIG, {GAIN: (50.0, 100.0)}, scales=[0.0], candidates=64, changes=short)
-    assert found.unstable == ["rig/1khz-pi-sine, scale 0"]  # under the other's load it is stable
+    assert found.unstable == ["rig/1khz-pi-sine, scale 0"]  # under the load of the other there is no slope
     assert "unstable for small motions: rig/1khz-pi-sine, scale 0" in repr(found)
     assert "unstable for small motions: rig/1khz-pi-sine, scale 0" in found._repr_html_()
 

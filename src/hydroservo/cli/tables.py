@@ -183,8 +183,11 @@ def show_descriptions(found: "Sequence[Description]") -> None:
             one = key.as_dict()
             default = one["default"] or "[yellow]needed[/]"
             table.add_row(one["name"], default, *(escape(one[name]) for name in ("unit", "range", "meaning")))
-        if any(CONTROLLED in key.as_dict()["unit"] for key in about.keys):
-            table.caption = f"{CONTROLLED}: the unit of the controlled signal, such as m/s or m"
+        units = [key.as_dict()["unit"] for key in about.keys]
+        said = ['a plain number is in this unit; others in quotes, such as "63 mm"'] if any(units) else []
+        if any(CONTROLLED in unit for unit in units):
+            said.append(f"{CONTROLLED}: the unit of the controlled signal, such as m/s or m")
+        table.caption = "\n".join(said)
         heading = f"[bold]{escape(about.name)}[/]: {', '.join(about.roles)}"
         show(heading, "", escape(about.text), "", table if about.keys else "It takes no keys.")
 

@@ -9,6 +9,7 @@ from hydroservo.errors import ParameterError
 from hydroservo.loop import Loop, Simulation
 from hydroservo.nearest import nearest
 from hydroservo.roles import Monitor
+from hydroservo.scenario.catalogue import is_builtin
 from hydroservo.scenario.declared import hints
 from hydroservo.scenario.fits import ROLES, roles_of
 from hydroservo.scenario.keys import Key, keys_of
@@ -68,9 +69,9 @@ def descriptions(name: str) -> list[Description]:
     if not named:
         types = types_by_role()
         known = [SETTINGS, *types, *(name for names in types.values() for name in names)]
-        raise ParameterError(
-            "name", name, f"is not a type, role or table of a scenario{nearest(name, known)}"
-        )
+        shown = f"; `hydroservo scenarios show {name}` shows this one" if is_builtin(name) else ""
+        problem = f"is not a type, role or table of a scenario{shown or nearest(name, known)}"
+        raise ParameterError("name", name, problem)
     return [
         Description(name, [role.__name__ for role in roles_of(cls)], plain(maker), keys_of(maker))
         for cls, maker in named
