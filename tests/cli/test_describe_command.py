@@ -51,10 +51,8 @@ def test_types_of_one_name_are_both_shown():
 
 def test_a_type_that_is_none():
     assert "did you mean PID?" in failed("describe", "PIDD")
-    shown = (
-        "is not a type, role or table of a scenario; `hydroservo scenarios show axis/position` shows this one"
-    )
-    assert shown in failed("describe", "axis/position")
+    name = "axis/position"
+    assert f"scenario; `hydroservo scenarios show {name}` shows this one" in failed("describe", name)
 
 
 @pytest.mark.usefixtures("forgotten")
