@@ -7,12 +7,13 @@ draw from if it reaches lines that none before it did.
 
 import json
 import multiprocessing
+import os
 import random
 import signal
 import tempfile
 import traceback
 import warnings
-from collections import Counter
+from collections import Counter, deque
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -34,6 +35,7 @@ MEMORY = Path("/dev/shm")  # noqa: S108 - where files cost least
 
 Draw = random.Random
 Fault = tuple[str, str]  # its sort, and what it is
+Tally = Counter[tuple[str, str]]  # of kind and column
 
 
 class Hung(BaseException):
@@ -56,45 +58,64 @@ class Verdict(NamedTuple):
 
 def count_inputs(count: int, seed: int, say: Callable[[str], None] = print) -> list[dict[str, Any]]:
     """Try so many inputs; a row for each kind. What is wrong is said, the first of each sort."""
-    tally: Counter[tuple[str, str]] = Counter()
+    tally: Tally = Counter()
     seen: set[str] = set()
-    for first in range(0, count, CHUNK):
-        number = min(CHUNK, count - first)
-        for sort, said in chunk(seed, first, number, tally):
+    for number, found, faults in side_by_side(count, seed):
+        tally.update(found)
+        for sort, said in faults:
             if sort not in seen:
                 say(said)
             seen.add(sort)
         broken = sum(value for (_, name), value in tally.items() if name == "broken")
-        say(f"{first + number:,} inputs, {broken:,} broken")
+        say(f"{number:,} inputs, {broken:,} broken")
     columns = ("attempts", "broken", "refused", "kept")
     kinds = [*KINDS, *({"?"} if tally["?", "broken"] else ())]  # an input that its process did not outlive
     return [{"kind": kind, **{name: tally[kind, name] for name in columns}} for kind in kinds]
 
 
-def chunk(seed: int, first: int, number: int, tally: Counter[tuple[str, str]]) -> list[Fault]:
-    """Try inputs in a process of their own; the faults found, each with its sort."""
-    here, there = multiprocessing.Pipe(duplex=False)
-    with tempfile.TemporaryDirectory(dir=MEMORY if MEMORY.exists() else None) as folder:
-        arguments = (seed, first, number, Path(folder), there)
-        process = multiprocessing.get_context("fork").Process(target=work, args=arguments)
-        process.start()
+def side_by_side(count: int, seed: int) -> Iterator[tuple[int, Tally, list[Fault]]]:
+    """What came of inputs in turn, chunk by chunk, and how many there were until then; a process a core."""
+    chunks: deque[Chunk] = deque()
+    firsts = range(0, count, CHUNK)
+    ends = (min(first + CHUNK, count) for first in firsts)
+    for first in firsts:
+        chunks.append(Chunk(seed, first, min(CHUNK, count - first)))
+        if len(chunks) == len(os.sched_getaffinity(0)):
+            yield next(ends), *chunks.popleft().result()
+    for one in chunks:
+        yield next(ends), *one.result()
+
+
+class Chunk:
+    """Inputs that are tried in a process of their own."""
+
+    def __init__(self, seed: int, first: int, number: int) -> None:
+        self.folder = tempfile.TemporaryDirectory(dir=MEMORY if MEMORY.exists() else None)
+        self.pipe, there = multiprocessing.Pipe(duplex=False)
+        arguments = (seed, first, number, Path(self.folder.name), there)
+        self.process = multiprocessing.get_context("fork").Process(target=work, args=arguments)
+        self.process.start()
         there.close()
-        try:
-            found, faults = here.recv() if here.poll(WALL) else (None, [])
-        except EOFError:
-            found = None
-        if found is None:
-            process.kill()
-            files = {path.name: path.read_bytes().decode("latin-1") for path in Path(folder).iterdir()}
-            found, faults = {("?", "broken"): 1}, [("?", f"a process died or hung: {json.dumps(files)}")]
-        process.join()
-    tally.update(found)
-    return faults
+
+    def result(self) -> tuple[Tally, list[Fault]]:
+        """What came of them, and the faults found, each with its sort."""
+        with self.folder as folder:
+            try:
+                found, faults = self.pipe.recv() if self.pipe.poll(WALL) else (None, [])
+            except EOFError:
+                found = None
+            if found is None:
+                self.process.kill()
+                files = {path.name: path.read_bytes().decode("latin-1") for path in Path(folder).iterdir()}
+                said = f"a process died or hung: {json.dumps(files)}"
+                found, faults = Counter({("?", "broken"): 1}), [("?", said)]
+            self.process.join()
+        return found, faults
 
 
 def work(seed: int, first: int, number: int, folder: Path, pipe: Any) -> None:
     """Try inputs and send what came of them."""
-    tally: Counter[tuple[str, str]] = Counter()
+    tally: Tally = Counter()
     faults: list[Fault] = []
     for kind, one, verdict, kept in inputs_of(seed, first, number, folder):
         row = {"attempts": 1, "broken": bool(verdict.fault), "refused": verdict.refused, "kept": kept}
