@@ -114,7 +114,7 @@ class FourEdges(NamedTuple):
 
         Raises:
             ParameterError: the spool does not open at its rated position, no clearance leaks that much, more
-                leaks at null than flows when rated, or the leakage has no pressure.
+                leaks at null than flows when rated, the leakage has no pressure, or a density is next to 0.
         """
         if not null_leakage < rated_flow:
             raise ParameterError("null_leakage", null_leakage, f"must be below rated_flow, {rated_flow:.4g}")
@@ -136,6 +136,9 @@ class FourEdges(NamedTuple):
             extra_lap_pb,
             extra_lap_bt,
         )
+        if not math.isfinite(edges.conductance()):
+            name = "density" if rated_density == OPEN else "rated_density"
+            raise ParameterError(name, edges.density, "is so small that the flow through an edge has no end")
         point = RatedPoint(rated_flow, rated_drop, rated_opening)
         edges = edges._replace(clearance=clearance_that_leaks(edges, point, null_leakage, supply_pressure))
         area_gradient = rated_flow / edges.flow(rated_opening, rated_drop, 0.0)
