@@ -43,7 +43,7 @@ from benchmarks.targets.table import measured as measured_units
 from benchmarks.targets.table import page as target_page
 from benchmarks.targets.table import tables as target_tables
 from benchmarks.targets.units import units
-from hydroservo.engine.cuda_driver import there_is
+from hydroservo.engine.cuda_driver import has_device
 from tools.targets.controllers import controllers
 
 app = typer.Typer(add_completion=False)
@@ -136,7 +136,7 @@ def device(
     out: Annotated[Path | None, typer.Option(help="where to save; a complete run goes to its place")] = None,
 ) -> None:
     """Very many loops on this machine's CUDA device, against CUDA C, and save it with the rest."""
-    if not there_is():
+    if not has_device():
         raise typer.BadParameter("there is no CUDA device to measure, or cuda-bindings is missing")
     section: Section = {"machine": device_described(), "jobs": []}
     section["jobs"].append(done(device_job(quick), ON_DEVICE, rounds, "native", DEVICE_YARDSTICK))

@@ -37,8 +37,10 @@ def computer() -> dict[str, str]:
 def device_described() -> dict[str, str]:
     """The CUDA device of this machine, and what computes on it."""
     asked = "name,driver_version,memory.total"
-    line = output("nvidia-smi", f"--query-gpu={asked}", "--format=csv,noheader").splitlines()[0]
-    found = dict(zip(("device", "driver", "its memory"), line.split(", "), strict=True))
+    lines = output("nvidia-smi", f"--query-gpu={asked}", "--format=csv,noheader").splitlines()
+    if not lines:
+        raise SystemExit("nvidia-smi names no device, or is missing")
+    found = dict(zip(("device", "driver", "its memory"), lines[0].split(", "), strict=True))
     release = re.search(r"release [\d.]+, V([\d.]+)", output("nvcc", "--version"))
     nvcc = release[1] if release else "none"
     return found | {"nvcc": nvcc} | computer() | {package: installed(package) for package in ON_DEVICE}

@@ -12,7 +12,7 @@ import numpy as np
 from benchmarks.jobs import Job, Result, end_state
 from benchmarks.peer import STEPS, Prepared, cheapest
 from hydroservo import simulate, simulate_batch
-from hydroservo.engine.cuda_driver import there_is
+from hydroservo.engine.cuda_driver import has_device
 
 __all__ = ["Ours", "Strict"]
 
@@ -28,7 +28,7 @@ class Ours(NamedTuple):
     cuda: bool = False
 
     def available(self) -> str | None:
-        return None if not self.cuda or there_is() else "there is no CUDA device"
+        return None if not self.cuda or has_device() else "there is no CUDA device"
 
     def fitted(self, job: Job) -> Job | None:
         return job

@@ -12,6 +12,7 @@ import xarray as xr
 from hydroservo import simulate, simulate_batch
 from hydroservo.cosimulation.instance import Instance
 from hydroservo.errors import LoopError
+from hydroservo.linear.margins import is_unstable
 from hydroservo.loop import Loop
 from hydroservo.runs.provenance import scenario_hash
 from hydroservo.scenario import load_scenario
@@ -65,6 +66,10 @@ def test_the_fmu_of_another_tool_gives_the_same_run() -> None:
     data, ours = simulate(with_changes(table, plugins=[file])), simulate(foreign_load())
     for name in ("load.force", VELOCITY):
         np.testing.assert_array_equal(data[name], ours[name])
+
+
+def test_of_a_loop_with_an_fmu_nothing_is_said_of_its_stability() -> None:
+    assert not is_unstable(foreign_load())
 
 
 THROUGH = """

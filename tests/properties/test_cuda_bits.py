@@ -8,7 +8,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from hydroservo.engine import cuda
-from hydroservo.engine.cuda_driver import Kernel, there_is
+from hydroservo.engine.cuda_driver import Kernel, has_device
 from hydroservo.runs import batch
 from hydroservo.runs.batch import simulate_batch
 from tests.support.cuda_cases import LOOPS, diverging, drawn
@@ -48,7 +48,7 @@ def test_a_thread_whose_run_diverges_stops_there() -> None:
     assert found.identical(simulate_batch(loop, parameters, strict=True))
 
 
-@pytest.mark.skipif(not there_is(), reason="there is no CUDA device")
+@pytest.mark.skipif(not has_device(), reason="there is no CUDA device")
 @pytest.mark.parametrize("name", LOOPS)
 def test_a_device_gives_the_bits_of_this_processor(name: str) -> None:
     parameters = drawn(300, 1)

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from hydroservo import ParameterError
+from hydroservo.block import is_block, values
 from hydroservo.runs.columns import check_runs, looked_at
 
 ASKED: list[Any] = []
@@ -55,6 +56,18 @@ class Faulty(Limits):
         raise ParameterError("name", self.name, "must be another")
 
 
+class ByKind(Limits):
+    def check(self) -> None:
+        if is_block(self):
+            values(self)
+
+
+class ByPresence(Limits):
+    def check(self) -> None:
+        if hasattr(self, "width"):
+            raise ParameterError("low", self.low, "must be another")
+
+
 ALL = {"low", "high", "name"}
 
 
@@ -67,6 +80,8 @@ ALL = {"low", "high", "name"}
         (Whole, ALL),
         (Faulty, ALL),
         (ByProperty, ALL),
+        (ByKind, ALL),
+        (ByPresence, ALL),
     ],
 )
 def test_what_a_check_looks_at(kind: Callable[[], Any], fields: set[str]) -> None:

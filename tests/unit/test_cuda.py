@@ -173,13 +173,13 @@ def no_library(_flags: int) -> None:
     raise RuntimeError("libcuda.so cannot be found")
 
 
-NO_DEVICE = "cuda = True: there is no CUDA device, or no driver for it"
+NO_DEVICE = "cuda = True: the CUDA driver says CUDA_ERROR_NO_DEVICE"
 
 
 @pytest.mark.parametrize(
     ("call", "answer", "said"),
     [
-        ("cuInit", no_library, NO_DEVICE),
+        ("cuInit", no_library, "cuda = True: there is no driver of a CUDA device"),
         ("cuInit", lambda _: (Status.CUDA_ERROR_NO_DEVICE,), NO_DEVICE),
         ("cuDeviceGet", lambda _: (Status.CUDA_ERROR_NO_DEVICE, None), NO_DEVICE),
         (

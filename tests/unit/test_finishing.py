@@ -8,7 +8,7 @@ import pytest
 from hydroservo import monitors
 from hydroservo.block import leaves
 from hydroservo.runs import finishing
-from hydroservo.runs.finishing import MANY, compiled, finisher, plain
+from hydroservo.runs.finishing import MANY, finisher, plain, quick
 
 RNG = np.random.default_rng(5)
 
@@ -52,7 +52,7 @@ def states(monitor: Any) -> Any:
 def test_both_ways_have_the_same_bits(name: str) -> None:
     monitor = getattr(monitors, name)()
     rows = states(monitor)
-    assert compiled(monitor)(rows).tobytes() == plain(monitor)(rows).tobytes()
+    assert quick(monitor)(rows).tobytes() == plain(monitor)(rows).tobytes()
 
 
 @pytest.mark.parametrize("runs", [1, MANY])
@@ -67,11 +67,11 @@ def test_each_monitor_is_given_its_own_numbers(runs: int) -> None:
 
 def test_what_cannot_be_compiled_is_asked_in_plain_python() -> None:
     rows = np.array([[1.2345], [2.0]])
-    assert compiled(Tolerant())(rows).tolist() == [[1.23], [2.0]]
+    assert quick(Tolerant())(rows).tolist() == [[1.23], [2.0]]
 
 
 def test_a_fault_of_a_monitor_is_that_of_plain_python() -> None:
-    ask = compiled(Careful())
+    ask = quick(Careful())
     assert ask(np.array([[1.0], [2.0]])).tolist() == [[1.0], [2.0**0.5]]
     with pytest.raises(ArithmeticError, match="too much"):
         ask(np.array([[1.0], [3.0]]))

@@ -23,7 +23,7 @@ from hydroservo.cli.options import (
     replay,
     varied,
 )
-from hydroservo.cli.remarks import say_remarks
+from hydroservo.cli.remarks import say_remarks, say_sizes
 from hydroservo.runs.results import FORMATS
 
 if TYPE_CHECKING:
@@ -142,11 +142,11 @@ def batch(
     files, folder = destinations(out)
     journal = journal_of(figure_format, figure_size, folder)
     check_sizes(runs, seed, folder)
-    check_workers(workers, scheduler, folder)
+    check_workers(workers, scheduler, folder, cuda)
     assembly = assembled(scenario, dict(map(parse_override, changes)), plugins)
     check_metric(metric, assembly.loop)
     sampled = Sampled(assembly, variations(assembly, ranges_in(ranges)), seed, seeds, strict, cuda)
-    announce(files, folder, runs, columns_of(sampled), journal)
+    announce(scenario, sampled, runs, (files, folder), journal)
     with log_kernels(verbose), progress_bar("preparing") as report:
         start = time.monotonic()
         if folder is None:
@@ -263,17 +263,20 @@ def in_folder(
         raise
 
 
-def check_workers(workers: int | None, scheduler: str | None, folder: Path | None) -> None:
-    """Refuse workers where there is no folder, and those of two places.
+def check_workers(workers: int | None, scheduler: str | None, folder: Path | None, cuda: bool) -> None:
+    """Refuse workers where there is no folder, those of two places, and a device that this machine has not.
 
     Raises:
         HydroservoError: they are asked for.
     """
+    from hydroservo.engine.cuda_driver import device
     from hydroservo.errors import HydroservoError
 
     if folder is None and (workers or scheduler):
         raise HydroservoError("--workers and --scheduler compute the parts of a folder: give --out DIR/")
     check_one_place(workers, scheduler)
+    if cuda and scheduler is None:
+        device()
 
 
 def workers_of(workers: int | None, scheduler: str | None, threads: int | None) -> "Workers":
@@ -322,15 +325,23 @@ def check_metric(metric: str, loop: "Loop") -> None:
         raise ParameterError("--metric", metric, one_of(metric, numbers))
 
 
-def announce(files: Sequence[Path], folder: Path | None, runs: int, columns: int, journal: "Journal") -> None:
-    """Before the runs: try the files, and say how much memory a large table will take."""
+def announce(
+    scenario: str,
+    sampled: "Sampled",
+    runs: int,
+    places: tuple[Sequence[Path], Path | None],
+    journal: "Journal",
+) -> None:
+    """Before the runs: try the files, and say how much memory a large table will take, and odd sizes."""
     from hydroservo.cli.files import result_files
     from hydroservo.cli.writing import try_outputs
     from hydroservo.reports.folder import Files
     from hydroservo.scenario.parts import MANIFEST
 
-    size = 8 * runs * columns
+    files, folder = places
+    size = 8 * runs * columns_of(sampled)
     report = Files(["spread"], ["varied", "metrics"], journal)
     try_outputs([*files, *(result_files(folder, [MANIFEST], report) if folder else [])], size)
+    say_sizes(scenario, sampled.assembly.loop)
     if size > LARGE_TABLE and (files or folder is None):
         typer.echo(f"the table of all runs will take {size / 2**20:.0f} MiB of memory", err=True)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from hydroservo.cli.completion import scenarios_like
-from hydroservo.cli.remarks import say_warning
+from hydroservo.cli.remarks import say_sizes, say_warning
 from hydroservo.errors import HydroservoError, HydroservoWarning
 from hydroservo.reports.journal import FIGURE_FORMATS, Size
 
@@ -184,15 +184,15 @@ def loaded_aloud(
 
     So is a size that no machine has, before a run of it that may take long.
     """
-    from hydroservo.runs.sizes import size_cautions
     from hydroservo.scenario import load_scenario
 
     with warnings.catch_warnings(record=True) as said:
         warnings.simplefilter("always", HydroservoWarning)
         loop = load_scenario(scenario, changes, plugins)
     ours = [str(one.message) for one in said if one.category is HydroservoWarning]
-    for text in (*ours, *size_cautions(loop)):
+    for text in ours:
         say_warning(str(scenario), text)
+    say_sizes(str(scenario), loop)
     for one in said:
         if one.category is not HydroservoWarning:  # of a plug-in, or of a library
             warnings.showwarning(one.message, one.category, one.filename, one.lineno)

@@ -1,10 +1,15 @@
 """What commands say of runs beside their results."""
 
+from typing import TYPE_CHECKING
+
 import typer
 
 from hydroservo.runs.cautions import WithAttributes, warnings_of
 
-__all__ = ["SAID", "say_remarks", "say_warning"]
+if TYPE_CHECKING:
+    from hydroservo.loop import Loop
+
+__all__ = ["SAID", "say_remarks", "say_sizes", "say_warning"]
 
 SAID: set[str] = set()  # warnings of this command
 
@@ -20,6 +25,14 @@ def say_remarks(scenario: str, run: WithAttributes) -> None:
         )
     for line in warnings_of(run):
         say_warning(scenario, line)
+
+
+def say_sizes(scenario: str, loop: "Loop") -> None:
+    """A size that no machine has, before a run of it that may take long, on stderr."""
+    from hydroservo.runs.sizes import size_cautions
+
+    for text in size_cautions(loop):
+        say_warning(scenario, text)
 
 
 def say_warning(scenario: str, text: str) -> None:

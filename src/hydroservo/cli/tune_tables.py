@@ -48,7 +48,7 @@ def lines_of(task: Task, found: Tuned) -> list[str]:
         lines.append(f"[bold yellow]AT THE EDGE[/] of its range, so a wider one may hold better: {paths}")
     if found.unstable:
         names = "; ".join(map(escape, found.unstable))
-        lines.append(f"[bold yellow]UNSTABLE[/] for small motions about the start, as bode shows: {names}")
+        lines.append(f"[bold yellow]UNSTABLE[/] about the operating point, as bode shows: {names}")
     return lines
 
 

@@ -146,7 +146,7 @@ def loaded(made: MachineCode) -> Kernel:
     H200 the three below it are 10 to 15 % faster so, and the two above it 1.6 and 1.9 times slower.
     """
     kernel = Kernel(made.code, made.name)
-    if kernel.memory() > SPILLED:
+    if kernel.spilled_bytes() > SPILLED:
         kernel = Kernel(with_all_registers(made.code), made.name)
     return kernel
 

@@ -15,7 +15,7 @@ try:
 except ImportError:  # of the extra
     driver = None
 
-__all__ = ["Device", "Kernel", "Memory", "device", "there_is"]
+__all__ = ["Device", "Kernel", "Memory", "device", "has_device"]
 
 
 class Memory:
@@ -23,15 +23,15 @@ class Memory:
 
     def __init__(self, numbers: NDArray[Any]) -> None:
         self.kind, self.size = numbers.dtype, numbers.size
-        self.address = int(said(driver.cuMemAlloc(numbers.nbytes)))
+        self.address = int(returned(driver.cuMemAlloc(numbers.nbytes)))
         finalize(self, driver.cuMemFree, self.address).atexit = False  # the driver is gone by then
-        said(driver.cuMemcpyHtoD(self.address, numbers.ctypes.data, numbers.nbytes))
+        returned(driver.cuMemcpyHtoD(self.address, numbers.ctypes.data, numbers.nbytes))
 
     def read(self, first: int = 0, last: int | None = None) -> NDArray[Any]:
         """Numbers first to last-1, here."""
         found = np.empty((self.size if last is None else last) - first, self.kind)
         start = self.address + first * found.itemsize
-        said(driver.cuMemcpyDtoH(found.ctypes.data, start, found.nbytes))
+        returned(driver.cuMemcpyDtoH(found.ctypes.data, start, found.nbytes))
         return found
 
 
@@ -39,8 +39,8 @@ class Kernel:
     """A function of PTX, compiled for the device by its driver."""
 
     def __init__(self, code: bytes, name: str) -> None:
-        self.module = said(driver.cuModuleLoadData(code + b"\0"))
-        self.function = said(driver.cuModuleGetFunction(self.module, name.encode()))
+        self.module = returned(driver.cuModuleLoadData(code + b"\0"))
+        self.function = returned(driver.cuModuleGetFunction(self.module, name.encode()))
 
     def launch(self, blocks: int, threads: int, arguments: Sequence[NDArray[Any]]) -> None:
         """Runs blocks of threads, and waits for them.
@@ -52,17 +52,17 @@ class Kernel:
         """
         places = np.array([argument.ctypes.data for argument in arguments], dtype=np.uint64)
         size, shared, stream, extra = (blocks, 1, 1, threads, 1, 1), 0, 0, 0
-        said(driver.cuLaunchKernel(self.function, *size, shared, stream, places.ctypes.data, extra))
-        said(driver.cuCtxSynchronize())
+        returned(driver.cuLaunchKernel(self.function, *size, shared, stream, places.ctypes.data, extra))
+        returned(driver.cuCtxSynchronize())
 
-    def memory(self) -> int:
+    def spilled_bytes(self) -> int:
         """The bytes of memory that a thread needs for what its registers do not hold."""
         size = driver.CUfunction_attribute.CU_FUNC_ATTRIBUTE_LOCAL_SIZE_BYTES
-        return int(said(driver.cuFuncGetAttribute(size, self.function)))
+        return int(returned(driver.cuFuncGetAttribute(size, self.function)))
 
     def resident(self, threads: int) -> int:
         """How many threads, in blocks of so many, the whole device runs at once."""
-        blocks = said(driver.cuOccupancyMaxActiveBlocksPerMultiprocessor(self.function, threads, 0))
+        blocks = returned(driver.cuOccupancyMaxActiveBlocksPerMultiprocessor(self.function, threads, 0))
         return int(blocks) * device().multiprocessors * threads
 
 
@@ -79,17 +79,17 @@ class Device:
                 "cuda", True, "cuda-bindings is missing; pip install 'hydroservo[cuda]' brings it"
             )
         try:
-            said(driver.cuInit(0))
-            first = said(driver.cuDeviceGet(0))
-        except (ParameterError, RuntimeError):  # RuntimeError: there is no driver to load
-            raise ParameterError("cuda", True, "there is no CUDA device, or no driver for it") from None
-        self.context = said(driver.cuDevicePrimaryCtxRetain(first))
+            returned(driver.cuInit(0))
+        except RuntimeError:  # there is no driver to load
+            raise ParameterError("cuda", True, "there is no driver of a CUDA device") from None
+        first = returned(driver.cuDeviceGet(0))
+        self.context = returned(driver.cuDevicePrimaryCtxRetain(first))
         count = driver.CUdevice_attribute.CU_DEVICE_ATTRIBUTE_MULTIPROCESSOR_COUNT
-        self.multiprocessors = int(said(driver.cuDeviceGetAttribute(count, first)))
+        self.multiprocessors = int(returned(driver.cuDeviceGetAttribute(count, first)))
 
     def use(self) -> None:
         """Makes it the device of this thread."""
-        said(driver.cuCtxSetCurrent(self.context))
+        returned(driver.cuCtxSetCurrent(self.context))
 
 
 @cache
@@ -98,7 +98,7 @@ def device() -> Device:
     return Device()
 
 
-def there_is() -> bool:
+def has_device() -> bool:
     """Whether there is a device to run on."""
     try:
         device()
@@ -107,7 +107,7 @@ def there_is() -> bool:
     return True
 
 
-def said(answer: Any) -> Any:
+def returned(answer: Any) -> Any:
     """What the driver returned.
 
     Raises:

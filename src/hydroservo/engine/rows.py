@@ -35,7 +35,7 @@ class CompiledRows:
         Raises:
             RunError: a block raised an exception.
         """
-        given, out = np.ascontiguousarray(rows, dtype=np.float64), np.empty((len(rows), self.width))
+        given, out = np.require(rows, np.float64, ["C", "W"]), np.empty((len(rows), self.width))
         self.call(self.constants, self.tables, given, out, len(rows))
         return out
 

@@ -6,7 +6,7 @@ from typing import Annotated, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.errors import ParameterError
+from hydroservo.errors import HydroservoError, ParameterError
 from hydroservo.field import Field, declared_fields
 from hydroservo.formatting import NONE
 from hydroservo.html_tables import Strong, html_heading, html_table
@@ -97,10 +97,13 @@ def margins(loop: Loop, *, command: float | None = None) -> Margins:
 
 
 def is_unstable(loop: Loop) -> bool:
-    """Whether a loop's linear model about its start is unstable; False where it has none."""
+    """Whether a loop is unstable about its operating point; False where that cannot be told.
+
+    That is so of an FMU, which has no slopes, and of a plug-in's law that raises an exception.
+    """
     try:
         found = margins_at(operating_point(checked_loop(loop), None))
-    except ParameterError:
+    except (HydroservoError, ArithmeticError, ValueError):
         return False
     return found.linear and not found.margins.stable
 

@@ -35,9 +35,12 @@ def demand_caution(loop: Loop) -> str:
     least, most = loop.controls.reach(at_rest(loop.plant, loop.supply, loop.load), line)
     times = np.linspace(0.0, loop.simulation.duration, INSTANTS)
     asked = demands(loop.reference, times)
+    asked = asked[np.isfinite(asked)]
+    if not asked.size:
+        return ""
     lowest, highest = float(asked.min()), float(asked.max())
     for value, beyond in ((lowest, lowest < least), (highest, highest > most)):
-        if beyond and math.isfinite(value):
+        if beyond:
             signal = loop.controls.declared()
             here, low, high = (quantity(one, signal.unit) for one in (value, least, most))
             said = f"the demand goes to {here}, and the machine's {signal.meaning} to {low} ... {high}"

@@ -4,20 +4,19 @@ from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hydroservo.block import Block
 from hydroservo.engine.watch import reader, spans_of
+from hydroservo.runs.rows import Numbers, compiled
 
 __all__ = ["MANY", "Finish", "finisher"]
 
 MANY = 10_000  # runs: asking the monitors of fewer in plain Python takes no longer than compiling
 
-Numbers = NDArray[np.float64]
 Finish = Callable[[Numbers], Numbers]
 
 
-class Asked(NamedTuple):
+class MonitorMetrics(NamedTuple):
     """A monitor that is asked for its metrics."""
 
     monitor: Any
@@ -35,7 +34,7 @@ def finisher(monitors: Mapping[str, Block], runs: int) -> Finish:
         runs: how many there are in all; machine code asks the monitors of many, with the same bits.
     """
     spans = spans_of(monitors)
-    make = compiled if runs >= MANY else plain
+    make = quick if runs >= MANY else plain
     parts = [(spans[name], make(monitor)) for name, monitor in monitors.items()]
 
     def finish(sums: Numbers) -> Numbers:
@@ -54,22 +53,7 @@ def plain(monitor: Any) -> Finish:
     return ask
 
 
-def compiled(monitor: Any) -> Finish:
+def quick(monitor: Any) -> Finish:
     """The same in machine code, where it can be compiled and does not raise."""
-    from hydroservo.engine.native import CompileError, RunError
-    from hydroservo.engine.rows import CompiledRows
-
     state = monitor.init()
-    slow = plain(monitor)
-    try:
-        kernel = CompiledRows(Asked(monitor), state, monitor.values(state))
-    except CompileError:
-        return slow
-
-    def ask(rows: Numbers) -> Numbers:
-        try:
-            return kernel(rows)
-        except RunError:
-            return slow(rows)
-
-    return ask
+    return compiled(MonitorMetrics(monitor), state, monitor.values(state), plain(monitor))

@@ -14,7 +14,7 @@ from hydroservo.roles import Reference
 from hydroservo.signals import Demand
 from hydroservo.states import filled
 
-__all__ = ["Numbers", "Rates", "demands", "machine_rates"]
+__all__ = ["Numbers", "Rates", "compiled", "demands", "machine_rates"]
 
 Numbers = NDArray[np.float64]
 Rates = Callable[[Numbers, float, float], Numbers]
@@ -34,7 +34,7 @@ class Moving(NamedTuple):
     force: float
 
 
-class Machine(NamedTuple):
+class MachineRates(NamedTuple):
     """A loop that is asked for the rates of its machine."""
 
     loop: Loop
@@ -47,7 +47,7 @@ class Instant(NamedTuple):
     time: float
 
 
-class Demands(NamedTuple):
+class InstantDemand(NamedTuple):
     """A reference that is asked for its demand."""
 
     reference: Reference
@@ -67,7 +67,9 @@ def machine_rates(loop: Loop, like: MachineState) -> Rates:
         like: a state of its machine.
     """
     elsewhere: dict[str, Any] = dict.fromkeys({*Loop._fields} - {*MachineState._fields}, Usual())
-    machine = Machine(loop._replace(**elsewhere))  # all loops with this machine have the same machine code
+    machine = MachineRates(
+        loop._replace(**elsewhere)
+    )  # all loops with this machine have the same machine code
     ask = answering(machine, Moving(like, 0.0, 0.0), like, interpreted=is_foreign(loop))
 
     def rates(states: Numbers, command: float, force: float) -> Numbers:
@@ -79,7 +81,7 @@ def machine_rates(loop: Loop, like: MachineState) -> Rates:
 
 def demands(reference: Reference, times: Numbers) -> Numbers:
     """The value of a reference at some instants; nan where it raises an exception."""
-    ask = answering(Demands(reference), Instant(0.0), Demand(0.0, 0.0, 0.0))
+    ask = answering(InstantDemand(reference), Instant(0.0), Demand(0.0, 0.0, 0.0))
     return ask(times[:, np.newaxis])[:, 0]
 
 
@@ -87,25 +89,39 @@ def answering(
     asked: Asked, given: Block, returned: Block, *, interpreted: bool = False
 ) -> Callable[[Numbers], Numbers]:
     """What answers to rows of numbers: compiled, and with the same bits in plain Python if it must be."""
-    from hydroservo.engine.native import CompileError, RunError
-    from hydroservo.engine.rows import CompiledRows
 
     def plain(rows: Numbers) -> Numbers:
         return np.array([answer(asked, given, row, len(values(returned))) for row in rows])
 
-    def quick(rows: Numbers) -> Numbers:
+    return plain if interpreted else compiled(asked, given, returned, plain)
+
+
+def compiled(
+    asked: Asked, given: Block, returned: Block, plain: Callable[[Numbers], Numbers]
+) -> Callable[[Numbers], Numbers]:
+    """What answers to rows of numbers in machine code.
+
+    Args:
+        asked: the block that answers.
+        given: what its ``row`` is given, for its types.
+        returned: what that returns.
+        plain: answers with the same bits, of a block that cannot be compiled, and to rows of which it raises.
+    """
+    from hydroservo.engine.native import CompileError, RunError
+    from hydroservo.engine.rows import CompiledRows
+
+    try:
+        kernel = CompiledRows(asked, given, returned)
+    except CompileError:
+        return plain
+
+    def answers(rows: Numbers) -> Numbers:
         try:
             return kernel(rows)
         except RunError:
             return plain(rows)
 
-    if interpreted:
-        return plain
-    try:
-        kernel = CompiledRows(asked, given, returned)
-    except CompileError:
-        return plain
-    return quick
+    return answers
 
 
 def answer(asked: Asked, given: Block, row: Numbers, count: int) -> Numbers:

@@ -28,7 +28,6 @@ from hydroservo.runs.steady import started
 from hydroservo.runs.step_sizes import check_substeps, checked_steps, machine_paths, with_exact_delay
 from hydroservo.runs.trace import Plan, Trace, dataset
 from hydroservo.runs.unrecorded import record_caution
-from hydroservo.states import filled
 from hydroservo.validation import checked
 from hydroservo.wiring import believed, wired, with_signal
 from hydroservo.work.notebook_bar import shows_progress
@@ -195,11 +194,11 @@ def run(
 
 def gathered(loop: Loop, states: Block) -> list[Block]:
     """What each monitor of a loop gathered."""
-    from hydroservo.engine.watch import spans_of
+    from hydroservo.engine.watch import reader, spans_of
 
     numbers, watching = values(states), monitors_of(loop)
     spans = spans_of(watching)
-    return [filled(monitor.init(), iter(numbers[spans[name]])) for name, monitor in watching.items()]
+    return [reader(monitor.init())(numbers[spans[name]]) for name, monitor in watching.items()]
 
 
 def lost(loss: Loss) -> Divergence:

@@ -52,7 +52,8 @@ class Tuned(NamedTuple):
         tables: the runs of each loop with the best values, one for each seed, as simulate_batch returns them.
         names: of the loops.
         metric: what was made small.
-        unstable: names of loops that the best values leave unstable for small motions about their start.
+        unstable: names of loops that the best values leave unstable for small motions about their operating
+            point.
     """
 
     parameters: Mapping[str, float]

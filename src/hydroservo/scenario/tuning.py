@@ -23,6 +23,7 @@ from hydroservo.scenario.overrides import nested
 from hydroservo.scenario.ranges import Relative, as_entries
 from hydroservo.scenario.search import Search, checked_part, searched_range
 from hydroservo.scenario.tables import Entry
+from hydroservo.wiring import wired
 from hydroservo.work.notebook_bar import shows_progress
 
 __all__ = ["Task", "as_toml", "found_by", "given", "task_of", "tune"]
@@ -138,7 +139,7 @@ def found_by(task: Task, threads: int | None, progress: Progress | None) -> Tune
     found = searched(task.aim, task.ranges, task.candidates, task.seed, threads, progress)
     names = task.names or found.names
     loops = zip(names, task.aim.loops, strict=True)
-    unstable = [name for name, loop in loops if is_unstable(replace(loop, found.parameters))]
+    unstable = [name for name, loop in loops if is_unstable(replace(wired(loop), found.parameters))]
     return found._replace(names=names, unstable=unstable)
 
 

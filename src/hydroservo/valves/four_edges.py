@@ -12,6 +12,7 @@ from hydroservo.roles import MeteringEdges, role
 from hydroservo.signals import PortFlows, Pressures
 from hydroservo.sources import CHOSEN
 from hydroservo.valves.orifice import (
+    LARGEST_OPENING,
     Density,
     DischargeCoefficient,
     Orifice,
@@ -27,18 +28,24 @@ ROOT_2 = math.sqrt(2.0)
 FINEST, FINEST_SHARE = 1e-24, 1e-15  # [Pa or m], and of the value, to which roots are found
 MOST_STEPS = 10_000  # to a root; halving all the way from the largest number takes some thousand
 
+
+def a_lap(meaning: str, source: str) -> Field:
+    """The declaration of a lap."""
+    return Field("m", meaning, source, at_least=-LARGEST_OPENING, at_most=LARGEST_OPENING)
+
+
 AreaGradient = Annotated[float, Field("m", "area gradient w of port A's edges", above=0)]
-Lap = Annotated[float, Field("m", "overlap of each edge, underlap if negative", "critical lap")]
+Lap = Annotated[float, a_lap("overlap of each edge, underlap if negative", "critical lap")]
 TransitionDrop = Annotated[
     float, Field("Pa", "drop over an edge below which the flow is laminar", CHOSEN, at_least=0)
 ]
 AreaRatioB = Annotated[
     float, Field("", "area of the edges of port B over that of port A's", "symmetric", above=0)
 ]
-ExtraLapPA = Annotated[float, Field("m", "overlap of the edge P-A beyond the lap", "as lapped")]
-ExtraLapAT = Annotated[float, Field("m", "overlap of the edge A-T beyond the lap", "as lapped")]
-ExtraLapPB = Annotated[float, Field("m", "overlap of the edge P-B beyond the lap", "as lapped")]
-ExtraLapBT = Annotated[float, Field("m", "overlap of the edge B-T beyond the lap", "as lapped")]
+ExtraLapPA = Annotated[float, a_lap("overlap of the edge P-A beyond the lap", "as lapped")]
+ExtraLapAT = Annotated[float, a_lap("overlap of the edge A-T beyond the lap", "as lapped")]
+ExtraLapPB = Annotated[float, a_lap("overlap of the edge P-B beyond the lap", "as lapped")]
+ExtraLapBT = Annotated[float, a_lap("overlap of the edge B-T beyond the lap", "as lapped")]
 NullLeakage = Annotated[float, Field("m^3/s", "flow from P to T at null, ports blocked", CHOSEN, at_least=0)]
 NullPressure = Annotated[
     float,
@@ -76,7 +83,14 @@ class FourEdges(NamedTuple):
     density: Density
     lap: Lap = 0.0
     clearance: Annotated[
-        float, Field("m", "opening of an edge that is just closed, from leakage", CHOSEN, at_least=0)
+        float,
+        Field(
+            "m",
+            "opening of an edge that is just closed, from leakage",
+            CHOSEN,
+            at_least=0,
+            at_most=LARGEST_OPENING,
+        ),
     ] = 1e-6
     transition_drop: TransitionDrop = 1e5
     area_ratio_b: AreaRatioB = 1.0
@@ -114,7 +128,7 @@ class FourEdges(NamedTuple):
 
         Raises:
             ParameterError: the spool does not open at its rated position, no clearance leaks that much, more
-                leaks at null than flows when rated, the leakage has no pressure, or a density is next to 0.
+                leaks at null than flows when rated, or the leakage has no pressure.
         """
         if not null_leakage < rated_flow:
             raise ParameterError("null_leakage", null_leakage, f"must be below rated_flow, {rated_flow:.4g}")
@@ -136,9 +150,6 @@ class FourEdges(NamedTuple):
             extra_lap_pb,
             extra_lap_bt,
         )
-        if not math.isfinite(edges.conductance()):
-            name = "density" if rated_density == OPEN else "rated_density"
-            raise ParameterError(name, edges.density, "is so small that the flow through an edge has no end")
         point = RatedPoint(rated_flow, rated_drop, rated_opening)
         edges = edges._replace(clearance=clearance_that_leaks(edges, point, null_leakage, supply_pressure))
         area_gradient = rated_flow / edges.flow(rated_opening, rated_drop, 0.0)

@@ -14,15 +14,20 @@ from hydroservo.sources import DATASHEET
 __all__ = ["Orifice", "check_opens"]
 
 ROOT_2 = math.sqrt(2.0)
+LEAST_DENSITY = 1.0  # [kg/m^3], about that of air: less is another unit
+LARGEST_OPENING = 1.0  # [m], more than any spool's
 
 DischargeCoefficient = Annotated[float, Field("", "discharge coefficient C_d", "of sharp edges", above=0)]
-Density = Annotated[float, Field("kg/m^3", "oil density rho", "of mineral oil", above=0)]
+Density = Annotated[float, Field("kg/m^3", "oil density rho", "of mineral oil", at_least=LEAST_DENSITY)]
 RatedDensity = Annotated[
-    float, Field("kg/m^3", "oil density at the rated flow", "that of the oil", above=0, auto=OPEN)
+    float,
+    Field("kg/m^3", "oil density at the rated flow", "that of the oil", at_least=LEAST_DENSITY, auto=OPEN),
 ]
 RatedFlow = Annotated[float, Field("m^3/s", "flow at the rated point, without load", DATASHEET, above=0)]
 RatedDrop = Annotated[float, Field("Pa", "rated pressure drop over both edges", DATASHEET, above=0)]
-RatedOpening = Annotated[float, Field("m", "spool position at the rated flow", DATASHEET, above=0)]
+RatedOpening = Annotated[
+    float, Field("m", "spool position at the rated flow", DATASHEET, above=0, at_most=LARGEST_OPENING)
+]
 
 
 @role(MeteringEdges)
