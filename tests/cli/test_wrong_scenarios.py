@@ -45,6 +45,7 @@ WRONG_TEXT = {
         "plant.mas: unknown key (value 6); it must be one of mass, damping, ",
     ),
     "unknown key, nearest": (PI + "[plant]\nmas = 6\n", "; did you mean mass?"),
+    "key of a table below": (PI + "[valve]\narea_gradient = 1\n", "; area_gradient is in valve.orifice"),
     "unknown table": (PI + "[plnt]\nmass = 6\n", "plnt: unknown key (value {'mass': 6})"),
     "nominal": (PI + "[nominal.plant]\nmass = 6\n", "nominal: unknown key"),
     "misspelt type": (

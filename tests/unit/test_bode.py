@@ -174,6 +174,7 @@ def test_several_points_lie_side_by_side() -> None:
 def test_of_an_unstable_loop_there_is_the_linear_model() -> None:
     data = bode(rig(controller=PI(30.0, 600.0)))
     assert not bool(data["stable"])
+    assert math.isnan(data["bandwidth"])
     assert "tone" not in data.coords
     assert data.attrs["warning"] == "the loop is unstable here: nothing settles that could be measured"
 

@@ -250,7 +250,7 @@ def in_folder(
     """The table of a batch in a folder, and how many of its runs were computed now."""
     from hydroservo.cli.interrupts import heard
     from hydroservo.cli.progress import paced
-    from hydroservo.scenario.parts import simulate_in_parts
+    from hydroservo.scenario.parts import MANIFEST, simulate_in_parts
 
     def say(line: str) -> None:
         typer.echo(f"hydroservo: {line}", err=True)
@@ -259,7 +259,8 @@ def in_folder(
         progress = paced(report, runs)
         return simulate_in_parts(sampled, runs, folder, workers=workers, progress=progress, say=say)
     except KeyboardInterrupt:
-        heard(f"; what is done is in {folder}, and the same command goes on from there")
+        begun = (folder / MANIFEST).exists()
+        heard(f"; what is done is in {folder}, and the same command goes on from there" if begun else "")
         raise
 
 

@@ -332,12 +332,17 @@ def scalars(view: View) -> dict[str, Any]:
 
 
 def bandwidths(view: View) -> dict[str, Any]:
-    """Where the closed loop falls 3 dB below its slow motions, and where it lags 90 degrees [Hz]."""
-    grid = view.usual
-    closed = responses(view.point, view.parts, 2.0 * math.pi * grid).curves["closed"]
-    size, phase = np.abs(closed), np.unwrap(np.angle(closed))
-    fallen = first_below(grid, size / size[0] - math.sqrt(0.5))
-    late = first_below(grid, phase + 0.5 * math.pi)
+    """Where the closed loop falls 3 dB below its slow motions, and where it lags 90 degrees [Hz].
+
+    Both are nan of an unstable loop, which nothing settles in.
+    """
+    fallen = late = math.nan
+    if view.judged.margins.stable:
+        grid = view.usual
+        closed = responses(view.point, view.parts, 2.0 * math.pi * grid).curves["closed"]
+        size, phase = np.abs(closed), np.unwrap(np.angle(closed))
+        fallen = first_below(grid, size / size[0] - math.sqrt(0.5))
+        late = first_below(grid, phase + 0.5 * math.pi)
     return {
         "bandwidth": ((), fallen, {"units": "Hz", "long_name": "where T is 3 dB below its slow motions"}),
         "bandwidth_90": ((), late, {"units": "Hz", "long_name": "where T lags 90 degrees"}),

@@ -153,7 +153,7 @@ def draft(hint: Any, default: Block | None, table: Table, context: Context | Non
         if name == AS_PRINTED and name not in base:
             check_as_printed(table.entry(name))
         elif name not in (*base, "type"):
-            raise table.entry(name).unknown(name, base)
+            raise table.entry(name).unknown(name, base, table.with_key(name))
     said = {name: member(maker, name, base[name], table, context) for name in base if name in SIGNALS}
     signals = group({name: one.made() if isinstance(one, Draft) else one for name, one in said.items()})
     others = {

@@ -2,7 +2,7 @@
 
 import re
 import tomllib
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from itertools import takewhile
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -40,10 +40,23 @@ class Entry(NamedTuple):
         """An error about this value."""
         return ScenarioError(self.origin.name, self.key, f"{short(self.value)} {problem}")
 
-    def unknown(self, wrong: str, right: Iterable[str]) -> ScenarioError:
-        """An error about this value's key, ``wrong``, and what it might be instead."""
+    def unknown(self, wrong: str, right: Iterable[str], inside: Sequence[str] = ()) -> ScenarioError:
+        """An error about this value's key, ``wrong``, and what it might be instead.
+
+        Args:
+            wrong: the key.
+            right: those that its table takes.
+            inside: tables in that one which have it.
+        """
         problem = f"unknown key (value {short(self.value)}); it {one_of(wrong, right)}"
+        if inside:
+            problem += f"; {wrong} is in {' and '.join(inside)}"
         return ScenarioError(self.origin.name, self.key, problem)
+
+
+def has_key(value: object, name: str) -> bool:
+    """Whether a value of a scenario is a table with a key."""
+    return isinstance(value, Mapping) and name in value
 
 
 class Layer(NamedTuple):
@@ -70,6 +83,11 @@ class Table(NamedTuple):
 
     def has(self, name: str) -> bool:
         return any(name in layer.given for layer in self.layers)
+
+    def with_key(self, name: str) -> list[str]:
+        """The dotted keys of the tables in this one that have a key."""
+        inner = (part for layer in self.layers for part, value in layer.given.items() if has_key(value, name))
+        return [self.key(part) for part in dict.fromkeys(inner)]
 
     def key(self, name: str) -> str:
         """The dotted key of a name in this table."""

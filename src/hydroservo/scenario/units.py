@@ -39,6 +39,8 @@ PINT_NAMES = {
     "°F": "degF",
     "lpm": "liter/minute",
     "LPM": "liter/minute",
+    "gpm": "gallon/minute",
+    "GPM": "gallon/minute",
 }
 
 
