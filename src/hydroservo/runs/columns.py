@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace as replaced
 from functools import cache, partial
+from inspect import getattr_static
 from itertools import repeat
 from types import FunctionType, MethodType
 from typing import Any, NamedTuple
@@ -88,10 +89,9 @@ class Noticing:
         if name in self.block._fields:
             self.names.add(name)
             return getattr(self.block, name)
-        method = getattr(type(self.block), name, None)
-        if isinstance(method, FunctionType):
+        if isinstance(method := getattr_static(self.block, name), FunctionType):
             return MethodType(method, self)
-        raise TypeError(name)  # which hasattr lets through
+        raise TypeError(name)
 
 
 def looked_at(block: Any) -> Iterable[str]:
