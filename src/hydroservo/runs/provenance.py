@@ -10,6 +10,7 @@ import tomli_w
 
 from hydroservo._version import __version__
 from hydroservo.block import Block, is_block
+from hydroservo.controlled.this_signal import ThisSignal
 from hydroservo.group import group_class
 
 __all__ = ["describe", "provenance", "scenario_hash", "scenario_text", "toml"]
@@ -26,7 +27,7 @@ def describe(block: Block) -> dict[str, Any]:
         table["module"] = type(block).__module__  # of a plugin: holds a digest of its text
     for name in block._fields:
         value = getattr(block, name)
-        if name == "controls":  # which a loop says once
+        if name == "controls" or isinstance(value, ThisSignal):  # which a loop says once
             continue
         if is_block(value):
             table[name] = describe(value)
