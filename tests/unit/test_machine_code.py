@@ -3,7 +3,7 @@
 import pytest
 from llvmlite import binding
 
-from hydroservo.engine.machine_code import widest
+from hydroservo.engine.machine_code import widest, with_reciprocals
 
 DOUBLED = """
 define void @doubled(ptr noalias %a, i64 %n) {
@@ -45,3 +45,21 @@ def test_vectors_are_wide_where_llvm_would_take_half(processor: str) -> None:
 
 def test_vectors_are_no_wider_than_the_processor_has() -> None:
     assert assembly(widest(DOUBLED), "haswell").count("zmm") == 0
+
+
+def test_what_is_rounded_to_a_whole_number_stays_a_quotient() -> None:
+    divided = """
+define void @divided(ptr %to, double %a, double %b) {
+  %kept = fdiv double %a, %b
+  %counts = fdiv double %a, %b
+  %high = fadd double %counts, 0x4338000000000000
+  %turns = fdiv double %b, %a
+  %down = call double @llvm.floor.f64(double %turns)
+  %index = fdiv double %a, %b
+  %place = fptosi double %index to i64
+  %sum = fadd double %kept, 0x4008000000000000
+  ret void
+}
+"""
+    changed = {line.split()[0] for line in with_reciprocals(divided).splitlines() if "arcp" in line}
+    assert changed == {"%kept"}

@@ -98,7 +98,15 @@ def aligned(rows: int) -> NDArray[np.float64]:
 def compiled_lanes(
     study: Study, wanted: Wanted, state: Block, sums: Watch, layout: Layout, strict: bool
 ) -> MachineCode:
-    from hydroservo.engine.machine_code import DOUBLES, FLOAT, INTEGER, INTEGERS, machine_code
+    from hydroservo.engine.lower.function import kernel_text
+    from hydroservo.engine.machine_code import (
+        DOUBLES,
+        FLOAT,
+        INTEGER,
+        INTEGERS,
+        object_code,
+        with_reciprocals,
+    )
 
     build, lane_of = flat.builder(study), varier(study.system, layout.varied, row(0))
     states, steps = kept(state, layout.states), kept(sums.steps, layout.step_sums)
@@ -125,7 +133,8 @@ def compiled_lanes(
                 return k + 1
         return last
 
-    return machine_code(advance, (DOUBLES, INTEGERS, DOUBLES, INTEGER, INTEGER, FLOAT), strict)
+    text = kernel_text(advance.__name__, advance, (DOUBLES, INTEGERS, DOUBLES, INTEGER, INTEGER, FLOAT))
+    return object_code(advance.__name__, text if strict else with_reciprocals(text), strict)
 
 
 class Rows(NamedTuple):

@@ -12,9 +12,11 @@ from llvmlite import __version__ as llvmlite_version
 from llvmlite import binding
 
 from hydroservo.engine.lower.function import DOUBLES, FLOAT, INTEGERS, kernel_text
-from hydroservo.engine.lower.values import INTEGER
+from hydroservo.engine.lower.values import INTEGER, operand
 from hydroservo.engine.native import CompileError, MachineCode, prepare
 from hydroservo.engine.recipe import features
+from hydroservo.engine.root_estimates import with_estimated_roots
+from hydroservo.ops.basic import ROUNDER
 
 __all__ = [
     "DOUBLES",
@@ -27,12 +29,16 @@ __all__ = [
     "optimised",
     "parsed",
     "widest",
+    "with_reciprocals",
 ]
 
 PROVIDED = {"memcpy", "memset", "memmove"}  # what LLVM itself may call, in every C library
-WIDE = 4  # vectors that go together, with the 32 registers of AVX-512
-NARROW = 2  # with fewer registers
+VECTORS = 2  # that go together: more wait less for each other, and no longer fit where instructions are kept
 FUSIBLE = re.compile(r"(?<= = )(fadd|fsub|fmul)\b")
+QUOTIENT = re.compile(r"(%\w+) = fdiv (?=double)")
+ROUNDED = re.compile(
+    rf"(?:@llvm\.(?:ceil|floor|rint|trunc)\.f64\(|fptosi |fadd )double (%\w+)(?:\)| to |, {operand(ROUNDER)})"
+)
 DEFINITION = re.compile(r"^(define .*) {$", re.MULTILINE)
 
 
@@ -49,9 +55,11 @@ def machine_code(function: Callable[..., int], arguments: Sequence[str], strict:
 def object_code(name: str, text: str, strict: bool) -> MachineCode:
     """The machine code of a function in the text of a module."""
     prepare()
-    machine, wide = processor(), "+avx512f" in features()
-    text = interleaved(widest(text) if wide else text, WIDE if wide else NARROW)
+    machine, wide = processor(), "+avx512dq" in features()
+    text = interleaved(widest(text) if wide else text, VECTORS)
     module = optimised(text, machine.triple, machine, strict)
+    if wide and has_slow_roots() and not strict:
+        module = parsed(with_estimated_roots(str(module)))
     portable = PROVIDED.issuperset(foreign(module))
     return MachineCode(name, machine.emit_object(module), portable=portable)
 
@@ -62,6 +70,11 @@ def processor() -> binding.TargetMachine:
         cpu=binding.get_host_cpu_name(), features=features(), opt=3, codemodel="jitdefault", jit=True
     )
     return made
+
+
+def has_slow_roots() -> bool:
+    """Whether this processor takes roots of vectors slower than it multiplies and adds to the same end."""
+    return not binding.get_host_cpu_name().startswith("znver")
 
 
 def parsed(text: str) -> binding.ModuleRef:
@@ -112,6 +125,16 @@ def widest(module: str) -> str:
     lower clock than they gain; here nearly all the work is in loops over lanes.
     """
     return DEFINITION.sub(r'\1 "prefer-vector-width"="512" {', module)
+
+
+def with_reciprocals(module: str) -> str:
+    """The text of a module in which a number may be multiplied by a reciprocal instead of divided.
+
+    LLVM does so where it finds the reciprocal once for many: of numbers that stay what they are all along. A
+    quotient that is rounded to a whole number stays one, for half a count may be met exactly.
+    """
+    rounded = set(ROUNDED.findall(module))
+    return QUOTIENT.sub(lambda found: found[0] + "arcp " * (found[1] not in rounded), module)
 
 
 def interleaved(module: str, vectors: int) -> str:
