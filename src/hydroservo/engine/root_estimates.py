@@ -1,7 +1,7 @@
 """Square roots in vectors of AVX-512, from estimates.
 
 On Intel's processors the roots of a vector take as long as eleven multiplications, on AMD's as six
-(docs/benchmarks.md), and nothing else may take a root or divide meanwhile; an axis whose valve has four metering
+(docs/benchmarks.md), and nothing else may take a root or divide meanwhile; an axis whose valve meters at four
 edges waits for little else. An estimate with 14 bits and two of Newton's steps are eight operations, between
 which there is room for others.
 
