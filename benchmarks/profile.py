@@ -144,8 +144,9 @@ def best(call: Callable[[], object], samples: int) -> float:
 
 
 def counted() -> list[dict[str, int]]:
-    """Will hold, for each kernel compiled from now on, the vector operations of its longest block."""
+    """Will hold, for each kernel compiled from now on, the vector operations of its longest loop over all lanes."""
     from hydroservo.engine import machine_code
+    from hydroservo.engine.lanes import LANES
 
     found: list[dict[str, int]] = []
     make = machine_code.optimised
@@ -153,10 +154,11 @@ def counted() -> list[dict[str, int]]:
     def optimised(given: str, triple: str, machine: Any, strict: bool) -> Any:
         module = make(given, triple, machine, strict)
         text = str(machine.emit_assembly(module))
-        register = "zmm" if "zmm" in text else "ymm"
+        register, width = ("zmm", 8) if "zmm" in text else ("ymm", 4)
         blocks = [[line for line in block.splitlines() if register in line] for block in text.split("\n.LBB")]
         longest: list[str] = max(blocks, key=len)
-        found.append(dict(Counter(map(kind, longest))))
+        turns = LANES // (width * machine_code.VECTORS)
+        found.append({name: turns * count for name, count in Counter(map(kind, longest)).items()})
         return module
 
     machine_code.optimised = optimised

@@ -212,11 +212,11 @@ def limit(measured: Section) -> str:
     )
     least = sum(operations.get(kind, 0) * cost for kind, cost in costs.items()) / LANES
     return (
-        f"A sample period of {LANES} runs side by side takes {operations['multiply_add']:,} multiplications "
-        f"(most with an addition), {operations['divide']} divisions and {operations['root']} roots of whole "
-        f"vectors. Independent ones take {costs['multiply_add']:.2f}, {costs['divide']:.2f} and "
+        f"The longest loop over {LANES} runs in a sample period takes {operations['multiply_add']:,} "
+        f"multiplications (most with an addition), {operations['divide']} divisions and {operations['root']} "
+        f"roots of whole vectors. Independent ones take {costs['multiply_add']:.2f}, {costs['divide']:.2f} and "
         f"{costs['root']:.2f} ns on this processor; so these alone would take {least:.1f} ns for each run, "
-        f"and all of it takes {whole:.1f} ns."
+        f"and all of a sample period takes {whole:.1f} ns."
     )
 
 
