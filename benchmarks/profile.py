@@ -144,7 +144,7 @@ def best(call: Callable[[], object], samples: int) -> float:
 
 
 def counted() -> list[dict[str, int]]:
-    """Will hold, for each kernel compiled from now on, the vector operations of its longest loop over all lanes."""
+    """Will hold the vector operations of the longest loop over lanes of each kernel compiled from now on."""
     from hydroservo.engine import machine_code
     from hydroservo.engine.lanes import LANES
 

@@ -214,9 +214,9 @@ def limit(measured: Section) -> str:
     return (
         f"The longest loop over {LANES} runs in a sample period takes {operations['multiply_add']:,} "
         f"multiplications (most with an addition), {operations['divide']} divisions and {operations['root']} "
-        f"roots of whole vectors. Independent ones take {costs['multiply_add']:.2f}, {costs['divide']:.2f} and "
-        f"{costs['root']:.2f} ns on this processor; so these alone would take {least:.1f} ns for each run, "
-        f"and all of a sample period takes {whole:.1f} ns."
+        f"roots of whole vectors. Independent ones take {costs['multiply_add']:.2f}, {costs['divide']:.2f} "
+        f"and {costs['root']:.2f} ns on this processor; so these alone would take {least:.1f} ns for each "
+        f"run, and all of a sample period takes {whole:.1f} ns."
     )
 
 
