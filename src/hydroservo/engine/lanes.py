@@ -2,7 +2,8 @@
 
 The memory of a group holds LANES numbers for each varied parameter, each number of the states and of the
 monitors, so that a loop over lanes loads, computes and stores whole vectors. Only loading and storing are
-written for lanes; all else is the text that single runs use, so that a lane gives a single run's bits.
+written for lanes; all else is the text that single runs use, so that a lane of strict machine code gives a
+single run's bits. Other machine code differs in the last digits: lanes divide by reciprocals that stay.
 """
 
 from collections.abc import Callable, Mapping
