@@ -27,6 +27,18 @@ def test_a_wrong_change_is_one_line_that_names_it(change, named):
     assert named in failed("run", "paper/sine-pi", *SHORT, "--set", change)
 
 
+@pytest.mark.parametrize("out", [(), ("--out", "results")])
+def test_what_does_not_fit_a_run_is_told_with_its_scenario(tmp_path, monkeypatch, out):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "odd.toml").write_text('base = "paper/sine-pi"\nsimulation.duration = "1.000005 s"\n')
+    said = failed("compare", "paper/sine-pi", "odd.toml", *out)
+    assert "odd.toml: simulation.period = 1e-05: must divide the duration" in said
+    assert failed("run", "odd.toml", *out) == said
+    huge = failed("run", "paper/sine-pi", "--set", "simulation.duration=1e9 s", *out)
+    assert "paper/sine-pi: the recorded trajectory would take" in huge
+    assert [path.name for path in tmp_path.iterdir()] == ["odd.toml"]
+
+
 @pytest.mark.parametrize(
     "args",
     [

@@ -17,7 +17,7 @@ from hydroservo.cli.completion import scenarios_like, studies_like
 from hydroservo.cli.describe import describe, schema
 from hydroservo.cli.differences import unequal_lines
 from hydroservo.cli.export import export_app
-from hydroservo.cli.failures import Commands, Listing
+from hydroservo.cli.failures import Commands, Listing, naming
 from hydroservo.cli.identify import identify
 from hydroservo.cli.limit import limit
 from hydroservo.cli.linearize import linearize
@@ -131,12 +131,13 @@ def run(
     journal = journal_of(figure_format, figure_size, out)
     if out:
         report_files = Files(["run"], ["metrics"], journal)
-        announce(result_files(out, (f"trajectory{ending}", "metrics.csv"), report_files), [loop])
+        announce(result_files(out, (f"trajectory{ending}", "metrics.csv"), report_files), [(scenario, loop)])
     with log_kernels(verbose), progress_bar(scenario) as report:
         mode = Mode(compiled=not interpreted, strict=strict)
-        trace = traced(
-            loop, None if out else NOTHING, mode, progress=lambda fraction: report(fraction, scenario)
-        )
+        with naming(scenario):
+            trace = traced(
+                loop, None if out else NOTHING, mode, progress=lambda fraction: report(fraction, scenario)
+            )
         summary = run_summary(scenario, trace)
         report(1.0, "writing files")
 
@@ -202,13 +203,14 @@ def compare(
     journal = journal_of(figure_format, figure_size, out)
     if out:
         report_files = Files(["comparison"], ["metrics"], journal)
-        announce(result_files(out, ("metrics.csv",), report_files), loops)
+        announce(result_files(out, ("metrics.csv",), report_files), [*zip(scenarios, loops, strict=True)])
     datasets = []
     with log_kernels(verbose), progress_bar(scenarios[0]) as report:
         for i, (scenario, loop) in enumerate(zip(scenarios, loops, strict=True)):
             progress = part(report, i, len(loops), scenario)
             record = None if out else NOTHING
-            datasets.append(simulate(loop, record=record, strict=strict, progress=progress))
+            with naming(scenario):
+                datasets.append(simulate(loop, record=record, strict=strict, progress=progress))
         summaries = [run_summary(*pair) for pair in zip(scenarios, datasets, strict=True)]
         labels, unequal = short_names(scenarios), differences(datasets)
         said = {
@@ -356,12 +358,20 @@ def print_toml(text: str) -> None:
         typer.echo(text, nl=False)
 
 
-def announce(files: Sequence[Path], loops: Sequence["Loop"]) -> None:
-    """Before a run: try its files, and say how much memory large trajectories will take."""
+def announce(files: Sequence[Path], loops: Sequence[tuple[str, "Loop"]]) -> None:
+    """Before a run: try its files, and say how much memory large trajectories will take.
+
+    Args:
+        files: that will be written.
+        loops: each with its scenario's name.
+    """
     from hydroservo.cli.writing import try_outputs
     from hydroservo.runs.run import trace_size
 
-    size = sum(map(trace_size, loops))
+    size = 0
+    for scenario, loop in loops:
+        with naming(scenario):
+            size += trace_size(loop)
     try_outputs(files, size)
     if size > LARGE_TRACE:
         typer.echo(f"the recorded trajectory will take {size / 2**20:.0f} MiB of memory", err=True)

@@ -3,6 +3,8 @@
 import shlex
 import sys
 import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from traceback import walk_tb
 from typing import Any, NoReturn
 
@@ -11,9 +13,17 @@ from typer.core import TyperGroup
 
 from hydroservo.cli.interrupts import INTERRUPTED, heard
 from hydroservo.cli.remarks import SAID
-from hydroservo.errors import HydroservoError, HydroservoWarning, clipped, one_line, system_problem
+from hydroservo.errors import (
+    HydroservoError,
+    HydroservoWarning,
+    LoopError,
+    ParameterError,
+    clipped,
+    one_line,
+    system_problem,
+)
 
-__all__ = ["Commands", "Listing"]
+__all__ = ["Commands", "Listing", "naming"]
 
 USER_ERROR = 2
 UsageError: Any = typer.BadParameter.__base__  # click's, or that of typer's own copy of click
@@ -69,6 +79,19 @@ class Listing(TyperGroup):
                 said = shlex.join(["hydroservo", ctx.info_name, "show", args[0]])
                 error.message = f"{error.message.removesuffix('.')}; {said} prints what has that name"
             raise
+
+
+@contextmanager
+def naming(scenario: str) -> Iterator[None]:
+    """Errors of a run, whose loop does not know where it is from, name its scenario.
+
+    Raises:
+        HydroservoError: there was one.
+    """
+    try:
+        yield
+    except (ParameterError, LoopError) as error:
+        raise HydroservoError(f"{scenario}: {error}") from error
 
 
 def running(error: BaseException) -> str:
