@@ -3,6 +3,7 @@
 import cmath
 import math
 from collections.abc import Callable
+from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
@@ -36,6 +37,7 @@ from hydroservo.valves import FirstOrderValve
 from tests.support.equality import assert_same_block
 from tests.support.scenarios import MACHINES
 
+EXAMPLES = Path(__file__).parents[2] / "examples"
 SHORT = Simulation(duration=0.5, period=1e-3, record_period=1e-3)
 LOOP = example(Loop, simulation=SHORT, controller=PI(0.3, 100.0))
 STIFF = replace(LOOP, {"plant.bulk_modulus": 7e10, "controller.proportional_gain": 0.03})
@@ -184,6 +186,19 @@ def test_differences_are_relative_to_each_states_largest_value() -> None:
     assert difference(LOOP, a, b) == math.inf
     a["plant.velocity"].values[-1] = math.nan
     assert difference(LOOP, a, b) == pytest.approx(1e-3, rel=1e-2)
+
+
+def test_a_machine_that_stands_still_settles_at_once() -> None:
+    """Its velocity is what rounding leaves, and no shorter step makes that smaller."""
+    loop = load_scenario(EXAMPLES / "axis.toml", {"reference.amplitude": 0.0, "simulation.duration": 0.5})
+    data = simulate(loop)
+    assert 0.0 < np.abs(data["plant.velocity"]).max() < 1e-12
+    assert "warning" not in data.attrs
+    moved = data.copy(deep=True)
+    moved["plant.velocity"].values[-1] = 1e-3
+    assert difference(loop, moved, data) > 1e3
+    data["plant.velocity"].values[:] = 0.0
+    assert difference(loop, moved, data) == math.inf
 
 
 @pytest.mark.parametrize("loop", [LOOP, STIFF, SOFT], ids=["ordinary", "stiff", "soft"])

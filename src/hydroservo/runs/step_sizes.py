@@ -40,6 +40,7 @@ MOST_JUMPS = 1000  # of a load that are looked at
 MOST_PARTS = 100  # of a sample period, for a delayed command
 DOUBLINGS = 8  # of the first number of substeps
 STALLS = 2  # doublings in a row that did not halve the difference: nothing settles any more
+STILL = 1e-12  # of a state, in SI units: one that never has more stands still, and what it has is rounding
 
 Matrix = NDArray[np.float64]
 
@@ -342,7 +343,7 @@ def unsettled(error: float, substeps: int, tolerance: float) -> str:
 def difference(loop: Loop, coarse: Signals, fine: Signals) -> float:
     """The largest difference of a machine's states in two runs, relative to each state's largest value.
 
-    It is inf where one run is lost and the other is not.
+    It is inf where one run is lost and the other is not. States that stand still in both do not count.
     """
     *paths, _ = machine_paths(loop)
     pairs = ((np.asarray(coarse[path]), np.asarray(fine[path])) for path in paths)
@@ -354,7 +355,10 @@ def one_difference(a: Matrix, b: Matrix) -> float:
     if not np.array_equal(there, np.isfinite(b)):
         return math.inf
     apart = np.abs(a[there] - b[there]).max(initial=0.0)
-    return float(apart / np.abs(b[there]).max()) if apart > 0.0 else 0.0
+    largest = np.abs(b[there]).max(initial=0.0)
+    if max(apart, largest) <= STILL:
+        return 0.0
+    return float(apart / largest) if largest > 0.0 else math.inf
 
 
 def hardest(loop: Loop, parts: Iterable[Mapping[str, NDArray[np.float64]]]) -> Loop:
