@@ -111,8 +111,9 @@ def batch(
 
     Run i has the same parameters whatever the number of runs. The table of --out has them by path, so that
     each run can be replayed alone, with its trajectory: --set gives the machine what was drawn as its truth,
-    as `truth.plant.mass=6.5kg`. A folder gets a report besides (report.html, its tables as CSV and LaTeX in
-    tables), a picture of the metric (spread.png, spread.svg) and how the metrics are spread (metrics.json).
+    as `truth.plant.mass=6.5kg`. Metrics of a loop that chatters come out the same alone only with --strict.
+    A folder gets a report besides (report.html, its tables as CSV and LaTeX in tables), a picture of the
+    metric (spread.png, spread.svg) and how the metrics are spread (metrics.json).
 
     Examples:
 
