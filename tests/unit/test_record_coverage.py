@@ -253,7 +253,7 @@ def test_the_command_line_refuses(scenario: str) -> None:
     done = CliRunner().invoke(app, ["run", scenario, "--set", "reference.series.file=late.csv"])
     assert done.exit_code == 2
     assert done.stderr.splitlines() == [
-        "hydroservo: reference.series = 'late.csv, v [mm/s] over t [s]': goes from 10 s to 11.5 s, and the "
-        "run from 0 s to 0.1 s, which would see its first sample alone; subtract its first instant, 10 s, "
-        "from each"
+        "hydroservo: my.toml: reference.series = 'late.csv, v [mm/s] over t [s]': goes from 10 s to 11.5 s, "
+        "and the run from 0 s to 0.1 s, which would see its first sample alone; subtract its first instant, "
+        "10 s, from each"
     ]
