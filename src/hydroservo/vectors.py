@@ -6,7 +6,7 @@ so that each run has its own, compiled, in lanes and in C, with the same bits.
 
 import linecache
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from itertools import pairwise
 from typing import Annotated, Any, NamedTuple
@@ -16,11 +16,7 @@ from hydroservo.field import Field
 
 __all__ = ["matrix", "vector"]
 
-METHOD = """
-def {name}({arguments}):
-    return {value}
-
-"""
+LONGEST = 50  # terms of a sum in one expression: Python nests them, and compiles no more than some hundreds
 
 
 def vector(name: str, size: int, field: Field) -> Any:
@@ -59,8 +55,8 @@ def vector(name: str, size: int, field: Field) -> Any:
         method("shifted", "self, newest", result_of(["newest", *each[:-1]])),
         method("differences", "self", result_of(rises)),
         method("differences_transposed", "self", result_of(transposed)),
-        method("dot", "self, other", " + ".join(f"self.{e} * other.{e}" for e in entries)),
-        method("total", "self", " + ".join(each)),
+        sum_method("dot", "self, other", [f"self.{e} * other.{e}" for e in entries]),
+        sum_method("total", "self", each),
     ]
     return with_methods(made, "".join(texts), made)
 
@@ -99,8 +95,16 @@ def result_of(entries: Iterable[str]) -> str:
     return f"Result({', '.join(entries)})"
 
 
-def method(name: str, arguments: str, value: str) -> str:
-    return METHOD.format(name=name, arguments=arguments, value=value)
+def method(name: str, arguments: str, value: str, before: Iterable[str] = ()) -> str:
+    lines = [*before, f"return {value}"]
+    return f"\ndef {name}({arguments}):\n" + "".join(f"    {line}\n" for line in lines) + "\n"
+
+
+def sum_method(name: str, arguments: str, terms: Sequence[str]) -> str:
+    """A method that adds up terms from left to right."""
+    parts = [" + ".join(terms[i : i + LONGEST]) for i in range(0, len(terms), LONGEST)]
+    sums = [parts[0], *(f"total + {part}" for part in parts[1:])]
+    return method(name, arguments, sums[-1], [f"total = {part}" for part in sums[:-1]])
 
 
 def with_methods(made: Any, text: str, result: type) -> Any:

@@ -22,6 +22,8 @@ COMPILERS = [
     (("gcc", "-march=haswell", "-ffp-contract=fast", "-O3"), GCC_PRAGMA),
     (("arm-none-eabi-gcc", *M7), GCC_PRAGMA),
     (("aarch64-linux-gnu-gcc",), GCC_PRAGMA),
+    (("aarch64-linux-gnu-gcc", "-march=armv8.2-a+fp16"), GCC_PRAGMA),  # these two have FLT_EVAL_METHOD 16
+    (("gcc", "-march=sapphirerapids"), GCC_PRAGMA),
     (("x86_64-w64-mingw32-gcc", "-march=haswell"), GCC_PRAGMA),
     (("clang", "-march=haswell"), PRAGMA),
 ]

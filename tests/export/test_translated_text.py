@@ -1,6 +1,8 @@
 """What is translated is the text of what runs; what a user wrote cannot leave its comment or string."""
 
+import ast
 import functools
+import linecache
 from pathlib import Path
 from types import FunctionType
 
@@ -80,7 +82,7 @@ def test_code_that_is_not_that_of_the_text_is_refused(
     plain = type(loop.controller).step
     code = plain.__code__.replace(co_consts=tuple(2.0 if x == 1.0 else x for x in plain.__code__.co_consts))
     changed(loop, monkeypatch, FunctionType(code, plain.__globals__, "step"))
-    assert "the text of its file is not the code that runs" in refusal(loop, tmp_path)
+    assert "is not the code that runs" in refusal(loop, tmp_path)
 
 
 def test_of_a_file_that_changed_meanwhile_what_was_loaded_is_translated(tmp_path: Path) -> None:
@@ -89,6 +91,19 @@ def test_of_a_file_that_changed_meanwhile_what_was_loaded_is_translated(tmp_path
     file = tmp_path / "law.py"
     file.write_text(file.read_text().replace("LawState(1.0, 0.5)", "LawState(1.5, 0.25)"))
     assert exported_unit(loop, Part.CONTROLLER, **NAMED) == before
+
+
+def test_a_cell_of_a_notebook_is_translated(tmp_path: Path) -> None:
+    """Of which each statement is compiled alone, those that import with the others."""
+    text = f"{HEAD}        return LawState(ops.clip(y.velocity, 0.0, 1.0), 0.0)\n"
+    file, names = f"<a cell {tmp_path}>", {"__name__": "__main__"}
+    linecache.cache[file] = (len(text), None, text.splitlines(keepends=True), file)
+    for statement in ast.parse(text).body:
+        exec(compile(ast.Module([statement], []), file, "exec"), names)
+    from_file = law(tmp_path, "return LawState(ops.clip(y.velocity, 0.0, 1.0), 0.0)")
+    in_cell = from_file._replace(controller=names["Law"]())
+    of_file, of_cell = (exported_unit(loop, Part.CONTROLLER, **NAMED) for loop in (from_file, in_cell))
+    assert of_cell.source.partition("law_step(")[2] == of_file.source.partition("law_step(")[2] != ""
 
 
 def test_a_lambda_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -305,5 +305,5 @@ def test_a_cell_of_a_notebook_is_compiled_statement_by_statement() -> None:
 def test_a_text_that_is_not_what_was_loaded_is_refused() -> None:
     space: dict[str, Any] = {}
     exec(compile("def f(x): return x", __file__, "exec"), space)
-    with pytest.raises(CompileError, match=r"the text of f is not in .*test_lower.py as it was loaded"):
+    with pytest.raises(CompileError, match=r"the text of f in .*test_lower.py is not the code that runs"):
         compiled(space["f"])(1.0)

@@ -1,6 +1,7 @@
 """Blocks of a user's own in a run: one that fits, and what is said of one that does not."""
 
 import math
+import random
 import re
 import traceback
 from collections.abc import Callable
@@ -170,8 +171,19 @@ def test_a_controller_of_the_users_own_runs() -> None:
         (Short(), "takes 4 positional arguments but 5 were given"),
         (user_with(lambda y: UserState(y.temperature), START), "'temperature'"),
         (user_with(lambda _: UserState(gain), START), "'gain' is not defined"),  # noqa: F821
-        (user_with(lambda _: UserState(1), START), "state controller.u must be a float (1.0, not 1)"),
-        (user_with(lambda _: START, UserState(0)), "state controller.u must be a float (1.0, not 1)"),
+        (
+            user_with(lambda _: UserState(1), START),
+            "state controller.u is of type int: must be a float in init and after each step; write 1.0",
+        ),
+        (
+            user_with(lambda _: UserState(np.zeros(2)), START),
+            "state controller.u is of type ndarray: must be a float in init and after each step; "
+            "hydroservo.vectors.vector makes a record",
+        ),
+        (
+            user_with(lambda _: START, UserState(0)),
+            "state controller.u is of type int: must be a float in init and after each step; write 1.0",
+        ),
         (
             user_with(lambda _: UserState(None), START),
             "step returns UserState(u=None), whose u is not a number (",
@@ -323,6 +335,36 @@ class Sorting(NamedTuple):
         return UserState(self.least(y.velocity))
 
 
+class Drawing(NamedTuple):
+    """One that draws random numbers of Python's."""
+
+    def init(self) -> UserState:
+        return UserState(0.0)
+
+    def step(self, s: UserState, y: Measurement, r: Demand, dt: float) -> UserState:
+        return UserState(random.uniform(0.0, 1.0))
+
+
+class Rounding(NamedTuple):
+    """One that rounds to hundredths."""
+
+    def init(self) -> UserState:
+        return UserState(0.0)
+
+    def step(self, s: UserState, y: Measurement, r: Demand, dt: float) -> UserState:
+        return UserState(round(y.velocity, 2))
+
+
+class Tabulated(NamedTuple):
+    """One with a table."""
+
+    def init(self) -> UserState:
+        return UserState(0.0)
+
+    def step(self, s: UserState, y: Measurement, r: Demand, dt: float) -> UserState:
+        return UserState(float(np.interp(y.velocity, (0.0, 1.0), (1.0, 2.0))))
+
+
 class Writing(NamedTuple):
     """Another, of which the compiler names no line."""
 
@@ -340,6 +382,9 @@ class Writing(NamedTuple):
             Sorting(),
             r"Sorting.least \(.*test_own_laws.py, line \d+\): compiled code does not support sorted\(",
         ),
+        (Drawing(), r"Drawing.step \(.*, line \d+\): .* random.uniform\(0.0, 1.0\); use ops.uniform\("),
+        (Rounding(), r"Rounding.step \(.*, line \d+\): .* round\(.*, 2\) .*; use ops.nearest"),
+        (Tabulated(), r"Tabulated.step \(.*, line \d+\): .* np.interp\(.*; keep the table in .*TimeSeries"),
         (Writing(), r"Writing.step \(.*_laws.py, line \d+\): .*; methods call only ops"),
     ],
 )

@@ -381,6 +381,76 @@ def test_a_sensor_may_know_nothing() -> None:
     assert answer(NoPosition, IN_C).remark == "not tried: the controller beside it needs the velocity"
 
 
+REMEMBERING = """
+from hydroservo.vectors import vector
+
+Memory = vector("Memory", {size}, Field("V", "command, by age"))
+
+
+class Remembered(NamedTuple):
+    u: Annotated[float, Field("V", "command")]
+    memory: Memory
+
+
+@role(Controller)
+class Remembering(NamedTuple):
+    \"\"\"u = k e + q times the command of some time ago.\"\"\"
+
+    gain: Annotated[float, Field("V s/m", "gain k", above=0)] = 2.0
+
+    def init(self):
+        return Remembered(0.0, Memory(*[0.0] * {size}))
+
+    def step(self, s, y, r, dt):
+        u = self.gain * (r.value - y.velocity) + 0.5 * s.memory[-1]
+        return Remembered(u, s.memory.shifted(u))
+"""
+
+
+@pytest.mark.parametrize("size", [71, 300])
+def test_a_state_of_many_numbers_is_no_fault(size: int, tmp_path: Path) -> None:
+    needs("cc")
+    cls = block_class(tmp_path, LAW + REMEMBERING.replace("{size}", str(size)))
+    assert [answer(cls, name) for name in (RETURNS, FINITE, AGAIN, IN_C)] == [
+        Answer("Remembering", "Controller", name, ok=True) for name in (RETURNS, FINITE, AGAIN, IN_C)
+    ]
+
+
+def test_what_cannot_be_drawn_is_not_tried(tmp_path: Path) -> None:
+    fields = "".join(f"    gain_{i}: {FIELD.replace('V s/m', '')} = 2.0\n" for i in range(4000))
+    cls = block_class(tmp_path, LAW.replace("    gain:", f"{fields}    gain:"))
+    assert answer(cls, RETURNS) == Answer(
+        "Law", "Controller", RETURNS, ok=True, remark="not tried: too many numbers to draw"
+    )
+
+
+WEIGHT = """
+@role(Mechanism)
+class Ram(NamedTuple):
+    \"\"\"A weight.\"\"\"
+
+    mass: Annotated[float, Field("kg", "mass", above=0)] = 600.0
+
+    def inertia(self, position):
+        return self.mass
+
+    def resistance(self, position, velocity):
+        return -9.81 * self.mass
+"""
+SHORT = "    def positions(self):\n        return -0.01, 0.01\n"
+
+
+def test_a_weight_that_the_machine_of_the_check_cannot_hold_is_no_fault(tmp_path: Path) -> None:
+    needs("cc")
+    text = LOAD.replace("import Load", "import Load, Mechanism") + WEIGHT
+    assert answer(block_class(tmp_path, text), IN_C) == Answer("Ram", "Mechanism", IN_C, ok=True)
+    found = answer(block_class(tmp_path, text + SHORT), IN_C)
+    assert found.ok
+    assert found.remark.startswith(
+        "not tried: the machine of this check does not go with it: plant.mechanism"
+    )
+
+
 def test_bits_in_c_are_compared_where_there_is_a_compiler(monkeypatch: pytest.MonkeyPatch) -> None:
     needs("cc")
     assert answer(PI, IN_C) == Answer("PI", "Controller", IN_C, ok=True)

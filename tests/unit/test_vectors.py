@@ -10,10 +10,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hydroservo.block import field_at, leaves
+from hydroservo.engine.compiling import compiled
 from hydroservo.field import Field, declared_fields
 from hydroservo.vectors import matrix, vector
 
 Three = vector("Three", 3, Field("m/s", "speed of wheel", at_least=0))
+Second = vector("Second", 1000, Field("V", "command"))
 Two = vector("Two", 2, Field("N", "force"))
 Table = matrix("Table", Three, Two)
 
@@ -60,6 +62,16 @@ def test_each_entry_is_declared_with_its_number() -> None:
 
 def test_the_text_of_a_method_can_be_read() -> None:
     assert "self.e1 * other.e1 + self.e2 * other.e2" in inspect.getsource(Two.dot)
+
+
+def test_a_second_at_1_khz_is_summed_from_left_to_right_interpreted_and_compiled() -> None:
+    rng = np.random.default_rng(1)
+    a, b = (Second(*rng.normal(size=1000).tolist()) for _ in range(2))
+    total = dot = 0.0
+    for x, y in zip(a, b, strict=True):
+        total, dot = total + x, dot + x * y
+    assert a.total() == compiled(Second.total)(a) == total
+    assert a.dot(b) == compiled(Second.dot)(a, b) == dot
 
 
 def test_a_vector_is_pickled() -> None:

@@ -78,8 +78,9 @@ def fitting_state(loop: Loop) -> Block:
     law = named(loop.controller, "controller")
     try:
         state = loop.init()
-        after = lacking(loop).sample(state, 0.0, loop.simulation.period)
-        loop.deriv(0.0, loop.machine(state), loop.held(after))
+        after = lacking(loop).sample(state, 0.0, loop.simulation.period) if has_floats(state) else state
+        if has_floats(after):
+            loop.deriv(0.0, loop.machine(state), loop.held(after))
     except MissingSignalError as error:
         if error.name in unanswered(loop):
             plant: Any = loop.plant
@@ -102,9 +103,25 @@ def fitting_state(loop: Loop) -> Block:
                 "one step; a step returns its state's type"
             )
         if not is_block(before) and not (type(before) is float and isinstance(value, (float, Unmeasured))):
-            raise LoopError(f"state {path} must be a float (1.0, not 1) in init and after each step")
+            raise LoopError(f"state {path} {problem_of(before if type(before) is not float else value)}")
     check_monitors(loop, after)
     return state
+
+
+def has_floats(state: Block) -> bool:
+    """Whether the numbers of a state are floats, so that a sample may compute with them."""
+    return all(is_block(value) or isinstance(value, (float, Unmeasured)) for _, value in parts(state))
+
+
+def problem_of(value: object) -> str:
+    """What is wrong with a number of a state that is not a float."""
+    whole = isinstance(value, int)
+    way = (
+        "write 1.0, not 1"
+        if whole
+        else "hydroservo.vectors.vector makes a record of as many floats as needed"
+    )
+    return f"is of type {type(value).__name__}: must be a float in init and after each step; {way}"
 
 
 def signals_used(loop: Loop) -> list[str]:

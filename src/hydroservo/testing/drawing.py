@@ -52,7 +52,7 @@ class Range(NamedTuple):
     margin: float
 
 
-MANY = 50  # numbers of a nested block
+MANY = 50  # numbers of a nested block or of a state
 
 ORDINARY = Range(1.0, 0.2)
 WIDE = Range(4.0, 0.0)
@@ -78,8 +78,14 @@ def block_of(example: Block, spread: Range) -> SearchStrategy[Block]:
 
 def table(example: Block) -> SearchStrategy[Block]:
     """A block of so many numbers that they are one draw's, of the size of 1."""
-    seeds = st.integers(0, 2**32 - 1).map(np.random.default_rng)
-    return seeds.map(lambda some: filled(example, iter(some.normal(size=len(values(example))).tolist())))
+    return generators().map(
+        lambda some: filled(example, iter(some.normal(size=len(values(example))).tolist()))
+    )
+
+
+def generators() -> SearchStrategy[np.random.Generator]:
+    """Generators of random numbers, each from one draw: hypothesis cannot draw hundreds of numbers."""
+    return st.integers(0, 2**32 - 1).map(np.random.default_rng)
 
 
 def fits(block: Block) -> bool:
@@ -307,4 +313,12 @@ def state(example: Block, ordinary: bool) -> SearchStrategy[Block]:
 
 @cache  # what strategies look like is worth more time than what they draw
 def changes_at(paths: tuple[str, ...], ordinary: bool) -> SearchStrategy[dict[str, float]]:
-    return st.fixed_dictionaries({path: signal(0.1, ordinary) for path in paths})
+    number = signal(0.1, ordinary)
+    if len(paths) <= MANY:
+        return st.fixed_dictionaries(dict.fromkeys(paths, number))
+    few = st.lists(number, min_size=1, max_size=MANY)
+    return st.builds(
+        lambda some, few: dict(zip(paths, some.choice(few, len(paths)).tolist(), strict=True)),
+        generators(),
+        few,
+    )

@@ -8,8 +8,9 @@ from hydroservo.block import Block, is_block, replace, value_at
 from hydroservo.controlled import Velocity
 from hydroservo.controllers import TSMC
 from hydroservo.drives import PumpDrive
+from hydroservo.errors import ParameterError
 from hydroservo.group import group
-from hydroservo.hooks import has_chambers, is_valveless, takes_load_pressure
+from hydroservo.hooks import at_rest, has_chambers, is_valveless, takes_load_pressure
 from hydroservo.loop import Loop, Simulation
 from hydroservo.monitors import TrackingError
 from hydroservo.plants import Cylinder
@@ -23,6 +24,7 @@ __all__ = ["loop_with", "signal_for", "watched_loop", "with_its_machine"]
 
 PERIOD = 1e-4  # s
 PERIODS = 1000
+START = 2e6  # Pa
 
 
 class Place(NamedTuple):
@@ -44,8 +46,19 @@ def loop_with(block: Block, role: type) -> Loop | None:
             period = 2.0 * late or PERIOD  # one of the two steps in it ends where the command comes
             simulation = Simulation(PERIODS * period, period, substeps=2, record_period=period)
             found: Loop = replace(place.loop, {"simulation": simulation, place.path: block})
-            return with_its_machine(found._replace(controls=signal_for(found.controller)))
+            return started(with_its_machine(found._replace(controls=signal_for(found.controller))))
     return None
+
+
+def started(loop: Loop) -> Loop:
+    """A loop that starts in motion where its cylinder cannot hold what the block that is asked weighs."""
+    try:
+        at_rest(loop.plant, loop.supply, loop.load)
+    except ParameterError:
+        if isinstance(loop.plant, Cylinder):
+            plant = loop.plant._replace(start_pressure_a=START, start_pressure_b=START)
+            return loop._replace(plant=plant)
+    return loop
 
 
 def signal_for(law: Block) -> Block:

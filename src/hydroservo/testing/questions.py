@@ -106,15 +106,17 @@ def ask(question: Question, case: Case, **settings: Any) -> str:
 def asked_at_random(question: Question, case: Case, settings: Mapping[str, Any]) -> str:
     """Ask a question with random blocks and inputs."""
     behaviour()
-    from hypothesis import Phase, given
+    from hypothesis import HealthCheck, Phase, given
     from hypothesis import settings as set_to
     from hypothesis import strategies as st
+    from hypothesis.errors import Unsatisfiable
 
     usual = set_to(
         max_examples=question.examples,
         phases=(Phase.explicit, Phase.reuse, Phase.generate, Phase.shrink),
         deadline=None,  # a first call compiles for a second
         report_multiple_bugs=False,
+        suppress_health_check=list(HealthCheck),  # they are about the drawing, not about the block
     )
     once = set_to(usual, **settings)
 
@@ -123,5 +125,8 @@ def asked_at_random(question: Question, case: Case, settings: Mapping[str, Any])
     def run(data: st.DataObject) -> None:
         question.check(case, data.draw)
 
-    run()
+    try:
+        run()
+    except Unsatisfiable:
+        return "not tried: too many numbers to draw"
     return ""

@@ -3,13 +3,14 @@
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from hydroservo.errors import HydroservoError
+from hydroservo.errors import HydroservoError, ParameterError
 from hydroservo.export.c.proof import replay
 from hydroservo.export.c.vectors import made_vectors
 from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.unit import Part, Unit
 from hydroservo.loop import Loop
 from hydroservo.roles import Controller, Monitor
+from hydroservo.runs.run import ready
 from hydroservo.scenario.fits import a_role
 from hydroservo.sensors.missing import missing_signals
 from hydroservo.testing.case import Case
@@ -31,6 +32,10 @@ def check_translated(case: Case) -> str:
         return f"not tried: no block of hydroservo takes {a_role(case.role)} of your own"
     if "velocity" in missing_signals(loop.sensors):
         return "not tried: the controller beside it needs the velocity"
+    try:
+        ready(loop)
+    except ParameterError as error:  # the block's own numbers are asked about elsewhere
+        return f"not tried: the machine of this check does not go with it: {error}"
     if case.role is Controller:
         translated(case, loop, Part.CONTROLLER)  # as export does, which refuses what a whole loop may have
     unit = translated(case, loop, Part.LOOP)

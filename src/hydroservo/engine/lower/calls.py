@@ -7,6 +7,7 @@ from typing import Any
 
 from hydroservo.engine.lower.expressions import spread
 from hydroservo.engine.lower.frame import Frame, inlined, lowers
+from hydroservo.engine.lower.hints import hint_for
 from hydroservo.engine.lower.instructions import INSTRUCTIONS
 from hydroservo.engine.lower.loops import Range
 from hydroservo.engine.lower.states import STATES
@@ -31,7 +32,7 @@ def call(frame: Frame, node: ast.Call) -> Any:
     frame.line = node.lineno
     called = frame.value(node.func)
     if not is_known(called):
-        raise LoweringError(f"compiled code does not support {ast.unparse(node)}")
+        raise LoweringError(f"compiled code does not support {ast.unparse(node)}", hint_for(called))
     given = spread(frame, node.args)
     named = {str(one.arg): frame.value(one.value) for one in node.keywords if one.arg}
     if len(named) < len(node.keywords):
@@ -43,7 +44,7 @@ def call(frame: Frame, node: ast.Call) -> Any:
         found = replaced(frame, called, given, named)
     except TypeError:
         raise LoweringError(
-            f"compiled code does not support {ast.unparse(node)} with such arguments"
+            f"compiled code does not support {ast.unparse(node)} with such arguments", hint_for(called)
         ) from None
     if isinstance(found, FunctionType):
         return inlined(frame.writer, found, given, named, frame.stack)

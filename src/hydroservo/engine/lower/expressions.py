@@ -79,17 +79,26 @@ def tuple_(frame: Frame, node: ast.Tuple) -> Record:
 
 
 def spread(frame: Frame, nodes: Sequence[ast.expr]) -> list[Any]:
-    """Values in a row, those of tuples that are unpacked among them."""
-    found: list[Any] = []
+    """Values in a row, those of tuples and lists that are unpacked among them."""
+    values: list[Any] = []
     for node in nodes:
-        if isinstance(node, ast.Starred):
-            several = frame.value(node.value)
-            if not isinstance(several, Record):
-                raise LoweringError(f"compiled code cannot unpack {said(several)}")
-            found += several.parts
-        else:
-            found.append(frame.value(node))
-    return found
+        values += unpacked(frame, node.value) if isinstance(node, ast.Starred) else [frame.value(node)]
+    return values
+
+
+def unpacked(frame: Frame, node: ast.expr) -> list[Any]:
+    """The values of a tuple, or of a list whose length is known, such as ``[0.0] * 120``."""
+    match node:
+        case ast.List(elts=elements):
+            return spread(frame, elements)
+        case ast.BinOp(left=ast.List() | ast.Tuple() as left, op=ast.Mult(), right=right):
+            count = frame.value(right)
+            if type(count) is int:
+                return unpacked(frame, left) * count
+    several = frame.value(node)
+    if not isinstance(several, Record):
+        raise LoweringError(f"compiled code cannot unpack {said(several)}")
+    return list(several.parts)
 
 
 @lowers(ast.Subscript)

@@ -29,7 +29,6 @@ __all__ = ["DOUBLES", "FLOAT", "INTEGERS", "kernel_text", "method_text", "types_
 FLOAT = DOUBLE
 DOUBLES = "double*"  # memory of them
 INTEGERS = "i64*"
-WAY_OUT = "methods call only ops, each other and nested blocks, and give every field"
 
 
 def kernel_text(name: str, function: Callable[..., Any], kinds: Sequence[str]) -> str:
@@ -133,8 +132,9 @@ def module(name: str, asked: str, write: Callable[[Writer, list[Frame]], None]) 
     except DeadEndError:
         pass
     except (LoweringError, RecursionError) as error:
-        problem = error if isinstance(error, LoweringError) else "its calls nest too deeply"
-        raise CompileError(f"{problem}; {WAY_OUT}", [frame.place for frame in reversed(stack)]) from None
+        if not isinstance(error, LoweringError):
+            error = LoweringError("its expressions or calls nest too deeply", "give parts of them names")
+        raise CompileError(f"{error}; {error.hint}", [frame.place for frame in reversed(stack)]) from None
     if w.raised is not None:
         w.raised.lines.append("ret i32 1")
     lines = [*w.declared.values(), "", f"define i32 @{name}({asked}) nounwind {{", w.body(), "}"]

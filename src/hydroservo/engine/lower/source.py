@@ -18,6 +18,7 @@ Place = tuple[int, str]  # the first line of a function, and its name
 class Definition(NamedTuple):
     """A function as it is defined."""
 
+    node: ast.FunctionDef | ast.Lambda
     arguments: ast.arguments
     body: list[ast.stmt]
     local: frozenset[str]  # names that are its own
@@ -46,9 +47,9 @@ def found_definition(function: FunctionType, code: CodeType) -> Definition:
         node, loaded = found.get((code.co_firstlineno, code.co_name), NOTHING)
         if content(code) in map(content, loaded):
             body = [ast.Return(node.body, lineno=node.lineno)] if isinstance(node, ast.Lambda) else node.body
-            return Definition(node.args, body, frozenset(code.co_varnames + code.co_cellvars))
+            return Definition(node, node.args, body, frozenset(code.co_varnames + code.co_cellvars))
         linecache.checkcache(file)
-    raise LoweringError(f"the text of {function.__name__} is not in {file} as it was loaded from there")
+    raise LoweringError(f"the text of {function.__name__} in {file} is not the code that runs")
 
 
 @cache
@@ -90,9 +91,10 @@ def codes_in(code: CodeType) -> Iterator[tuple[Place, CodeType]]:
 
 
 def content(code: CodeType) -> tuple[Any, ...]:
-    """What a function does, wherever it stands."""
-    constants = [one if not isinstance(one, CodeType) else one.co_name for one in code.co_consts]
-    return code.co_code, repr(constants), code.co_names, code.co_varnames, code.co_freevars
+    """Everything that decides what a function does, wherever it stands."""
+    constants = [content(value) if isinstance(value, CodeType) else value for value in code.co_consts]
+    arguments = (code.co_argcount, code.co_kwonlyargcount, code.co_varnames, code.co_freevars)
+    return code.co_code, repr(constants), code.co_names, arguments
 
 
 @cache

@@ -37,10 +37,15 @@ BOOL = "i1"
 ADDRESS = "ptr"
 PYTHON_TYPES: dict[str, type] = {DOUBLE: float, INTEGER: int, BOOL: bool}
 WORD = 2**64
+WAY_OUT = "methods call only ops, each other and nested blocks, and give every field"
 
 
 class LoweringError(Exception):
-    """A text cannot be lowered; the message says why."""
+    """A text cannot be lowered; the message says why, and what to write instead."""
+
+    def __init__(self, problem: str, hint: str = "") -> None:
+        self.hint = hint or WAY_OUT
+        super().__init__(problem)
 
 
 class Scalar:

@@ -116,7 +116,7 @@ PREAMBLE = """\
 #if defined(__FINITE_MATH_ONLY__) && (__FINITE_MATH_ONLY__ != 0)
 #error "compile without -ffinite-math-only: it takes away the tests for not-a-number"
 #endif
-#if defined(FLT_EVAL_METHOD) && (FLT_EVAL_METHOD != 0)
+#if defined(FLT_EVAL_METHOD) && (FLT_EVAL_METHOD != 0) && (FLT_EVAL_METHOD != 16) /* 16: of _Float16 */
 #error "this target computes with more digits than the types have; on x86 use -msse2 -mfpmath=sse"
 #endif
 #if defined(__GNUC__) && !defined(__clang__)

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from hydroservo import ops
+from hydroservo.engine.lower.hints import hint_for
 from hydroservo.export.names import snake
 from hydroservo.export.translate.arithmetic import Arithmetic
 from hydroservo.export.translate.ranges import LARGEST_REAL, PASSED
@@ -35,17 +35,6 @@ __all__ = ["Calls", "is_op"]
 
 PLAIN = (inspect.Parameter.POSITIONAL_ONLY, inspect.Parameter.POSITIONAL_OR_KEYWORD)
 SELECTING = (basic.clip, basic.maximum, basic.minimum)  # of ops, which return what they are given
-EQUALS = {
-    "fabs": "absolute",
-    "abs": "absolute",
-    "max": "maximum",
-    "min": "minimum",
-    "pow": "power",
-    "exp": "power(math.e, x)",
-    "fmod": "floor",
-    "round": "nearest",
-    "ceil": "floor",
-}
 
 
 class Calls:
@@ -65,26 +54,37 @@ class Calls:
             owner = self.scope.lasting(target.owner)
             cls = owner.type.cls if isinstance(owner.type, Record) else None
             return self.invoked(target.function, [owner, *given], named, cls, node)
-        if not isinstance(target, Python):
-            raise self.scope.error(f"{ast.unparse(node.func)} cannot be called", node)
-        thing = target.thing
+        thing = self.called(target, node)
         if thing is basic.where:
             return self.where(given, node)
         if thing is float and len(given) == 1:
             return self.arithmetic.real(given[0], node)
-        if isinstance(thing, type) and issubclass(thing, tuple) and hasattr(thing, "_fields"):
+        if is_record(thing):
             return self.made(thing, given, named, node)
-        if isinstance(thing, FunctionType) and (is_op(thing) or thing in self.translator.written):
+        if isinstance(thing, FunctionType):
             return self.invoked(thing, given, named, None, node)
         raise self.refused(thing, node)
+
+    def called(self, target: Value, node: ast.Call) -> Any:
+        """The function or class that a call names."""
+        if not isinstance(target, Python):
+            raise self.scope.error(f"{ast.unparse(node.func)} cannot be called", node)
+        return target.thing
+
+    def check(self, target: Value, node: ast.Call) -> None:
+        """Refuse what C cannot call, before its arguments are looked at."""
+        if isinstance(target, Bound):
+            return
+        thing = self.called(target, node)
+        written = isinstance(thing, FunctionType) and (is_op(thing) or thing in self.translator.written)
+        if not (thing is float or is_record(thing) or written):
+            raise self.refused(thing, node)
 
     def refused(self, thing: Any, node: ast.Call) -> TranslationError:
         """What to write in place of a call that has no equal."""
         text = ast.unparse(node.func)
-        name = getattr(thing, "__name__", text)
-        same = EQUALS.get(name, name)
-        if same.partition("(")[0] in ops.__all__:
-            return self.scope.error(f"{text} has no equal in C here", node, f"use ops.{same}")
+        if hint := hint_for(thing):
+            return self.scope.error(f"{text} has no equal in C here", node, hint)
         if isinstance(thing, FunctionType):
             return self.scope.error(
                 f"{text} is a function of a module", node, "make it a method of the block"
@@ -181,6 +181,11 @@ class Calls:
         except TranslationError as error:
             raise self.scope.error(str(error), node, "rename one of them") from None
         return Make(record, values)
+
+
+def is_record(thing: Any) -> bool:
+    """True for a class of records."""
+    return isinstance(thing, type) and issubclass(thing, tuple) and hasattr(thing, "_fields")
 
 
 def is_op(function: Any) -> bool:

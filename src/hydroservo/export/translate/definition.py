@@ -3,9 +3,10 @@
 import ast
 import inspect
 from collections import namedtuple
-from collections.abc import Iterator
-from functools import lru_cache
-from types import CodeType, FunctionType
+from types import FunctionType
+
+from hydroservo.engine.lower.source import definition_of
+from hydroservo.engine.lower.values import LoweringError
 
 __all__ = ["DoubtError", "changed_class", "definition", "own_method"]
 
@@ -20,8 +21,8 @@ class DoubtError(Exception):
 def definition(origin: FunctionType) -> ast.FunctionDef:
     """A function's syntax tree, with the lines of its file.
 
-    The file's text is compiled once more, and must give the very code that runs: so a method that was
-    replaced, a decorator's wrapper or a file that changed in between are never taken for another.
+    A method that was replaced, a decorator's wrapper or a file that changed in between are never taken for
+    another: the tree's text gives the very code that runs.
 
     Raises:
         DoubtError: the text is not there, is not what runs, or is not all that decides what it does.
@@ -32,62 +33,13 @@ def definition(origin: FunctionType) -> ast.FunctionDef:
         raise DoubtError(f"it is made by a decorator or inside another function, and uses {names} of that")
     if changed := {"__wrapped__", "__signature__"} & vars(origin).keys():
         raise DoubtError(f"a decorator gave it {min(changed)}, which hides what runs")
-    return syntax_tree(code)
-
-
-@lru_cache(maxsize=1024)
-def syntax_tree(code: CodeType) -> ast.FunctionDef:
-    """The syntax tree of what runs.
-
-    Raises:
-        DoubtError: the text is not there, or is not what runs.
-    """
     try:
-        lines, _ = inspect.findsource(code)
-        found = definitions("".join(lines))
-    except (OSError, SyntaxError, ValueError):
-        raise DoubtError("its source is not available") from None
-    made = found.get(code)
-    if made is None:
-        what = (
-            "it is a lambda"
-            if code.co_name == "<lambda>"
-            else "the text of its file is not the code that runs"
-        )
-        raise DoubtError(what)
-    return made
-
-
-@lru_cache(maxsize=64)
-def definitions(text: str) -> dict[CodeType, ast.FunctionDef]:
-    """The functions that a file defines, by their code."""
-    tree = ast.parse(text)
-    places = {
-        (node.name, min([node.lineno, *(one.lineno for one in node.decorator_list)])): node
-        for node in functions(tree)
-    }
-    whole = compile(text, "text", "exec", dont_inherit=True)
-    return {
-        code: places[code.co_name, code.co_firstlineno]
-        for code in codes(whole)
-        if (code.co_name, code.co_firstlineno) in places
-    }
-
-
-def functions(node: ast.AST) -> Iterator[ast.FunctionDef]:
-    """The functions in a tree, without a look at its expressions."""
-    for one in ast.iter_child_nodes(node):
-        if isinstance(one, ast.FunctionDef):
-            yield one
-        if not isinstance(one, ast.expr):
-            yield from functions(one)
-
-
-def codes(code: CodeType) -> Iterator[CodeType]:
-    for one in code.co_consts:
-        if isinstance(one, CodeType):
-            yield one
-            yield from codes(one)
+        node = definition_of(origin).node
+    except LoweringError as error:
+        raise DoubtError(str(error)) from None
+    if isinstance(node, ast.Lambda):
+        raise DoubtError("it is a lambda")
+    return node
 
 
 def own_method(cls: type, name: str) -> FunctionType:

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from hydroservo.block import is_block
 from hydroservo.export.names import identifier
 from hydroservo.export.translate.arithmetic import Arithmetic
 from hydroservo.export.translate.bindings import Binding
@@ -128,11 +129,19 @@ class Expressions:
         if isinstance(thing, Number):
             problem = f"{name} is a {type(thing).__name__}, whose arithmetic C does not have"
             raise self.scope.error(problem, node, f"write {name} = float(...)")
+        if is_block(thing):
+            parts = [self.part(thing, field, f"{name}.{field}", module, node) for field in thing._fields]
+            return self.calls.made(type(thing), parts, {}, node)
         if callable(thing) or isinstance(thing, ModuleType):
             return Python(thing)
         raise self.scope.error(
             f"{name} is a {type(thing).__name__}, which a law cannot use", node, "use floats and blocks"
         )
+
+    def part(self, block: Any, field: str, name: str, module: str, node: ast.AST) -> Value:
+        """A field of a block that a module holds."""
+        value = getattr(block, field)
+        return Literal(REAL, value) if type(value) is float else self.python(value, name, module, node)
 
     def attribute(self, base: Value, name: str, node: ast.AST) -> Value:
         if isinstance(base, Python):
@@ -165,8 +174,10 @@ class Expressions:
         return kind if isinstance(kind, (Known, Table)) else Member(kind, base, name)
 
     def element(self, table: Value, index: ast.expr, node: ast.AST) -> Value:
+        if isinstance(table, Expression) and isinstance(table.type, Record):
+            return self.entry(table, table.type, self.expression(index), node)
         if not isinstance(table, Table):
-            raise self.scope.error("only the arrays of recorded signals can be indexed", node)
+            raise self.scope.error("only vectors and arrays of recorded signals can be indexed", node)
         parts = index.elts if isinstance(index, ast.Tuple) else [index]
         if len(parts) != table.array.ndim:
             raise self.scope.error(f"this array takes {table.array.ndim} indices", node)
@@ -182,6 +193,15 @@ class Expressions:
             scaled = self.arithmetic.binary(ast.Mult(), total, Known(length), node)
             total = found if scaled == Known(0) else self.arithmetic.binary(ast.Add(), scaled, found, node)
         return Element(REAL, table, total)
+
+    def entry(self, base: Expression, record: Record, index: Value, node: ast.AST) -> Value:
+        """A field of a record by its number."""
+        fields = list(record.fields)
+        if not isinstance(index, Known):
+            raise self.scope.error("C finds an entry of a record by a known number alone", node)
+        if not -len(fields) <= index.value < len(fields):
+            raise self.scope.error(f"the index {index.value} is out of the record's {len(fields)}", node)
+        return self.member(self.scope.lasting(base), fields[index.value])
 
     def within(self, index: Expression, length: int, node: ast.AST) -> None:
         """Asks that an index that is found at run time is within an array; the house's own searches are."""
@@ -269,13 +289,32 @@ class Expressions:
         return own
 
     def call(self, node: ast.Call) -> Value:
-        starred = any(isinstance(one, ast.Starred) for one in node.args)
-        if starred or any(one.arg is None for one in node.keywords):
-            raise self.scope.error("arguments with * cannot be translated to C", node, "name each of them")
+        if any(keyword.arg is None for keyword in node.keywords):
+            raise self.scope.error("arguments with ** cannot be translated to C", node, "name each of them")
         target = self.expression(node.func)
-        given = [self.expression(one) for one in node.args]
+        self.calls.check(target, node)
+        given = self.arguments(node.args)
         named = {str(one.arg): self.expression(one.value) for one in node.keywords}
         return self.calls.call(target, given, named, node)
+
+    def arguments(self, nodes: Sequence[ast.expr]) -> list[Value]:
+        """Values in a row, those of lists that are unpacked among them."""
+        values: list[Value] = []
+        for node in nodes:
+            values += self.unpacked(node.value) if isinstance(node, ast.Starred) else [self.expression(node)]
+        return values
+
+    def unpacked(self, node: ast.expr) -> list[Value]:
+        """The values of a list whose length is known, such as ``[0.0] * 120``."""
+        match node:
+            case ast.List(elts=elements) | ast.Tuple(elts=elements):
+                return self.arguments(elements)
+            case ast.BinOp(left=left, op=ast.Mult(), right=right):
+                count = self.expression(right)
+                if isinstance(count, Known) and type(count.value) is int:
+                    return self.unpacked(left) * count.value
+        way_out = "write *[0.0] * n with a whole number n, or each of them"
+        raise self.scope.error(f"*{ast.unparse(node)} cannot be translated to C", node, way_out)
 
     def kept(self, value: Expression) -> Expression:
         """A record as it is now, where it may change later."""
