@@ -174,7 +174,7 @@ def masters(
 
 @app.command()
 def table() -> None:
-    """Write the tables and the picture of the last complete run into the README and the documentation."""
+    """Write the tables and the picture of the last complete run into the documentation."""
     results = load(RESULTS)
     write(results)
     draw(results["native"]["scaling"])

@@ -1,4 +1,4 @@
-"""The tables that the README, the documentation and the terminal show, made from the file of results."""
+"""The tables that the documentation and the terminal show, made from the file of results."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
@@ -19,7 +19,6 @@ __all__ = [
     "job_table",
     "machines_table",
     "notes",
-    "overview",
     "put",
     "summary",
     "write",
@@ -38,8 +37,7 @@ Line = Sequence[str]
 
 def write(results: Results) -> None:
     """Puts the tables where they are shown."""
-    for name, text in (("README.md", overview(results)), ("docs/benchmarks.md", details(results))):
-        put(name, text)
+    put("docs/benchmarks.md", details(results))
 
 
 def put(name: str, text: str) -> None:
@@ -60,12 +58,6 @@ def filled(page: str, text: str) -> str:
     if not found or not closed:
         raise ValueError(f"the page has no {begin} ... {end}")
     return f"{before}{begin}\n{text.strip()}\n{end}{after}"
-
-
-def overview(results: Results) -> str:
-    """What the README shows."""
-    section = results["native"]
-    return "\n\n".join([markdown(*summary(section)), *notes(section), on(section)])
 
 
 def details(results: Results) -> str:

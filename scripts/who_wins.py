@@ -1,10 +1,8 @@
-"""The README's picture and table of who wins where, from the dataset of the study of velocity."""
+"""The README's picture of who wins where, from the dataset of the study of velocity."""
 
 from pathlib import Path
 
-import numpy as np
 import pandas as pd
-from judging import table
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch, Rectangle
@@ -12,11 +10,7 @@ from matplotlib.patches import Patch, Rectangle
 from hydroservo.figures.studies.layout import fix_layout
 from hydroservo.figures.studies.looks import INK
 from hydroservo.figures.style import figure, save_picture, style
-from hydroservo.formatting import number
-from hydroservo.studies.ablation import Ratio, over_cells
-from hydroservo.studies.rules import Rules
 
-REFERENCE = "pi"
 LAWS = {  # the least error, the first paper's law and its rivals there, and what practice uses
     "lq-kalman": "linear quadratic, Kalman observer",
     "lqi": "linear quadratic with an integral",
@@ -39,44 +33,6 @@ def read(path: Path) -> dict[str, pd.DataFrame]:
     """Each number of the dataset by cell and law."""
     rows = pd.read_csv(path)
     return {key: rows.pivot(index="cell", columns="law", values=key) for key in rows.columns[2:]}
-
-
-def over_reference(data: dict[str, pd.DataFrame]) -> pd.DataFrame:
-    """Errors over those of the reference, by cell and law."""
-    return data["regret"].div(data["regret"][REFERENCE], axis=0)
-
-
-def overview(data: dict[str, pd.DataFrame]) -> str:
-    """The table: some laws over all cells, geometric means with their interval over cells."""
-    cells = len(data["regret"])
-    header = (
-        "law",
-        "error over PI's",
-        "over the best law's, at worst",
-        f"best or tied, of {cells} conditions",
-        "command's activity over PI's",
-    )
-    ratios, activity = over_reference(data), data["activity"].div(data["activity"][REFERENCE], axis=0)
-    lines = []
-    for law, name in LAWS.items():
-        error = over_cells({cell: (one, one, one) for cell, one in ratios[law].items()}, Rules().confidence)
-        near = int(data["stands"][law].isin(["best", "tie"]).sum())
-        lines.append(
-            (
-                name,
-                "1" if law == REFERENCE else in_brackets(error),
-                number(float(data["regret"][law].max()), 2),
-                str(near),
-                number(float(np.exp(np.log(activity[law]).mean())), 2),
-            )
-        )
-    return table(header, lines)
-
-
-def in_brackets(ratio: Ratio) -> str:
-    """A ratio and its interval, in no more digits than four in the dataset allow."""
-    value, low, high = (number(one, 2) for one in ratio)
-    return f"{value} [{low}, {high}]"
 
 
 def draw(data: dict[str, pd.DataFrame]) -> Figure:

@@ -1,4 +1,4 @@
-"""A workbench for electro-hydraulic servo actuators: ``import hydroservo as hs``.
+"""A workbench for servo-hydraulic axes: ``import hydroservo as hs``.
 
 What it offers is imported when it is first asked for, so that the package itself is there at once.
 """

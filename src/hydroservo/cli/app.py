@@ -77,7 +77,7 @@ def about(
         typer.Option("--version", callback=print_version, is_eager=True, help="Print the version and exit."),
     ] = False,
 ) -> None:
-    """Simulate electro-hydraulic servo actuators, and compare their controllers under equal conditions.
+    """Simulate servo-hydraulic axes, and tune, compare and export their controllers.
 
     Start with `hydroservo scenarios` and `hydroservo run paper/sine-tsmc`.
     """
