@@ -140,6 +140,16 @@ WRONG_TEXT = {
     "long key": (PI + f"{'a' * LARGE} = 1\n", "unknown key (value 1)"),
     "not TOML": (PI + "[plant\nmass = 6\n", "is not TOML: "),
     "truncated": (scenario_source("paper/machine")[:-6], "is not TOML: "),
+    "a quantity without quotes": (
+        PI + "plant = { mass = 6 kg }\n",
+        'a number with a unit needs quotes: "6 kg"',
+    ),
+    "a decimal comma": (PI + "plant = { mass = 6,5 }\n", "the decimal sign is a point: 6.5"),
+    "a word without quotes": (PI + "plant.type = Cylinder\n", 'a text needs quotes: "Cylinder"'),
+    "a table in braces of two lines": (
+        PI + 'plant = { mass = "6 kg",\n }\n',
+        "a table in braces is one line",
+    ),
     "the same key twice": (PI + 'type = "TSMC"\n', "is not TOML: "),
     "million digits": (PI + f"[plant]\nmass = {'9' * 10**6}\n", "holds an integer of too many digits"),
     "million digits after the point": (

@@ -19,6 +19,7 @@ USUAL = {  # in SI units by a number's name, with room beyond any catalogue
     "effective_bulk_modulus": MODULI,
     "liquid_bulk_modulus": MODULI,
     "density": (100.0, 5000.0),
+    "time_constant": (1e-7, 100.0),
 }
 
 

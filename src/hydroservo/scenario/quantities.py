@@ -4,7 +4,8 @@ import re
 from fractions import Fraction
 from functools import lru_cache
 
-from hydroservo.scenario.units import factor_and_dimension
+from hydroservo.scenario.slips import quantity_slip
+from hydroservo.scenario.units import factor_and_dimension, miscased
 
 __all__ = ["si_value", "unit_factor"]
 
@@ -27,7 +28,14 @@ def si_value(text: str, unit: str) -> float:
     Raises:
         ValueError: the text is no such quantity; the message says what is wrong with it.
     """
-    text = text.strip().replace("\N{MINUS SIGN}", "-")
+    try:
+        return value_of(text.strip().replace("\N{MINUS SIGN}", "-"), unit)
+    except ValueError as error:
+        raise ValueError((quantity_slip(text) if len(text) <= LONGEST else "") or str(error)) from None
+
+
+def value_of(text: str, unit: str) -> float:
+    """The number in an SI unit that a text says, as :func:`si_value` gives it."""
     match = QUANTITY.fullmatch(text) if len(text) <= LONGEST else None
     if match is None:
         raise ValueError(f"is not a quantity such as '{EXAMPLES.get(unit, f'1.5 {unit}')}'")
@@ -52,5 +60,6 @@ def unit_factor(text: str, unit: str) -> Fraction:
     factor, dimension = factor_and_dimension(text)
     factor_si, dimension_si = factor_and_dimension(unit)
     if dimension != dimension_si:
-        raise ValueError(f"does not convert to {unit}" if unit else "is not dimensionless")
+        problem = f"does not convert to {unit}" if unit else "is not dimensionless"
+        raise ValueError(f"{problem}{miscased(text)}")
     return factor / factor_si

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 from hydroservo.errors import ScenarioError, short
 from hydroservo.nearest import one_of
+from hydroservo.scenario.slips import toml_slip
 
 __all__ = ["DEEPEST", "Entry", "Layer", "Origin", "Table", "parsed"]
 
@@ -176,7 +177,7 @@ def parsed(text: str, name: str) -> dict[str, Any]:
     try:
         tables = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        raise ScenarioError(name, "", f"is not TOML: {error}") from None
+        raise ScenarioError(name, "", f"is not TOML: {error}{toml_slip(text, str(error))}") from None
     except RecursionError:
         raise ScenarioError(name, "", TOO_DEEP) from None
     except ValueError:  # Python converts no more than some thousand digits

@@ -6,13 +6,14 @@ from collections.abc import Iterator
 from fractions import Fraction
 from functools import cache, lru_cache
 from importlib.resources import files
+from itertools import accumulate
 from typing import Any
 
 from hydroservo.errors import short
 from hydroservo.field import CONTROLLED
 from hydroservo.nearest import nearest
 
-__all__ = ["check_si", "factor_and_dimension"]
+__all__ = ["check_si", "factor_and_dimension", "miscased"]
 
 Dimension = dict[str, Fraction]  # exponent of each base unit, the radian among them
 
@@ -24,8 +25,12 @@ FACTOR = re.compile(
     r"|(?P<digits>[+-]?[0-9]{1,2}))?"  # cm2, s-1
 )
 POWER_SIGN = re.compile(r"\s*(?:\^|\*\*)\s*")
-DIVISION = re.compile(r"/(?![0-9])")  # not that of an exponent
-PRODUCT = re.compile(r"\s*[*·]\s*|\s+")
+BRACKETED = re.compile(r"\((?P<inner>.*)\)(?:\^?(?P<power>[+-]?[0-9]{1,2}))?")  # (m/s), (m/s)^2
+DIVISION = re.compile(r"\s*/\s*")
+PRODUCT = re.compile(r"\s*[*·]\s*|\s+|\.(?=[A-Za-zµμΩ(])")
+JOINED = re.compile(
+    r"([kMm]?(?:N|Pa|V|A|W))([cm]?m)?(s)?|(kg)([cm]?m)"
+)  # Nm, Vs, kgm2: names that are not spaced
 SUPERSCRIPTS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")
 # Coherent units that stand in for others: of one name each, and of several.
 NAMED = ("m", "kg", "s", "A", "K", "rad", "N", "Pa", "J", "W", "C", "V", "ohm", "F")
@@ -41,15 +46,21 @@ PINT_NAMES = {
     "LPM": "liter/minute",
     "gpm": "gallon/minute",
     "GPM": "gallon/minute",
+    "lbm": "lb",
+    "kp": "kgf",
+    "barg": "bar",
+    "psig": "psi",
 }
+ABSOLUTE = {"bara": "bar", "psia": "psi"}
 
 
 @lru_cache(maxsize=1024)
 def factor_and_dimension(text: str) -> tuple[Fraction, Dimension]:
     """A unit as a factor times base units.
 
-    The grammar is that of "V s/m", "m^3/(s Pa)", "cm2", "m^(2/7)/s^(9/7)"; after a stroke, more than one name
-    needs brackets. Angles are a dimension of their own, so that 1 Hz, a cycle per second, is 2 pi rad/s.
+    The grammar is that of "V s/m", "m^3/(s Pa)", "V/(m/s)", "cm2", "Nm", "m^(2/7)/s^(9/7)"; after a stroke,
+    more than one name needs brackets. Angles are a dimension of their own, so that 1 Hz, a cycle per second,
+    is 2 pi rad/s.
 
     Raises:
         ValueError: the text is not a unit; the message says why.
@@ -68,27 +79,47 @@ def factor_and_dimension(text: str) -> tuple[Fraction, Dimension]:
 
 def powers(text: str) -> Iterator[tuple[str, Fraction]]:
     """The names in a unit with their exponents."""
-    numerator, *denominators = DIVISION.split(POWER_SIGN.sub("^", text.translate(SUPERSCRIPTS)))
-    if numerator.strip() not in ("", "1"):
+    return quotient(POWER_SIGN.sub("^", text.translate(SUPERSCRIPTS)).strip())
+
+
+def quotient(text: str) -> Iterator[tuple[str, Fraction]]:
+    numerator, *denominators = split_outside_brackets(DIVISION, text)
+    if numerator not in ("", "1"):
         yield from product(numerator)
     for denominator in denominators:
-        factors = list(product(denominator))
-        if len(factors) > 1 and "(" not in denominator:
-            raise ValueError(f"is ambiguous after the stroke; write /({denominator.strip()})")
-        for name, exponent in factors:
+        if len(split_outside_brackets(PRODUCT, denominator)) > 1:
+            raise ValueError(f"is ambiguous after the stroke; write /({denominator})")
+        for name, exponent in product(denominator):
             yield name, -exponent
 
 
 def product(text: str) -> Iterator[tuple[str, Fraction]]:
-    inner = text.strip()
-    if inner.startswith("(") and inner.endswith(")"):
-        inner = inner[1:-1].strip()
-    for part in PRODUCT.split(inner):
+    for part in split_outside_brackets(PRODUCT, text):
+        if bracketed := BRACKETED.fullmatch(part):
+            power = int(bracketed["power"] or 1)
+            yield from ((name, power * exponent) for name, exponent in quotient(bracketed["inner"].strip()))
+            continue
         factor = FACTOR.fullmatch(part)
         if factor is None:
             raise ValueError(f"has a unit that cannot be read at {short(part)}")
-        exponent = factor["ratio"] or factor["decimal"] or factor["digits"] or "1"
-        yield factor["name"], Fraction(exponent)
+        *others, name = joined_names(factor["name"])
+        yield from ((other, Fraction(1)) for other in others)
+        yield name, Fraction(factor["ratio"] or factor["decimal"] or factor["digits"] or "1")
+
+
+def split_outside_brackets(separator: re.Pattern[str], text: str) -> list[str]:
+    """The parts of a text between separators that stand in no brackets."""
+    depths = accumulate((sign == "(") - (sign == ")") for sign in text)
+    flat = "".join("_" if depth or sign == ")" else sign for sign, depth in zip(text, depths, strict=True))
+    spans = [found.span() for found in separator.finditer(flat)]
+    starts, ends = [0, *(end for _, end in spans)], [*(start for start, _ in spans), len(text)]
+    return [text[start:end] for start, end in zip(starts, ends, strict=True)]
+
+
+def joined_names(name: str) -> list[str]:
+    """The names that are written as one, as datasheets write N m: Nm."""
+    joined = JOINED.fullmatch(name)
+    return [part for part in joined.groups() if part] if joined else [name]
 
 
 def base_units(name: str) -> tuple[Fraction, Dimension]:
@@ -119,11 +150,15 @@ def asked_of_pint(name: str) -> tuple[Fraction, Dimension]:
     """
     import pint
 
+    if name in ABSOLUTE:
+        problem = f"has the unit {name}, of absolute pressures; give the pressure above the atmosphere's"
+        raise ValueError(f"{problem}, in {ABSOLUTE[name]}")
     registry, name = units(), PINT_NAMES.get(name, name)
     try:
         unit = registry.parse_units(name)
     except pint.UndefinedUnitError:
-        near = f"; did you mean {name.lower()}?" if is_unit(name.lower()) else nearest(name, registry)
+        lower = f"; did you mean {name.lower()}?" if is_unit(name.lower()) else ""
+        near = miscased(name) or lower or nearest(name, registry)
         raise ValueError(f"has the unknown unit {name}{near}") from None
     except pint.PintError:  # a prefix on a unit with an offset or a logarithm
         raise ValueError(f"has the unit {name}, which cannot be read") from None
@@ -133,6 +168,13 @@ def asked_of_pint(name: str) -> tuple[Fraction, Dimension]:
         unit *= registry.turn
     factor, bases = registry.get_root_units(unit)
     return Fraction(factor), {base: Fraction(power) for base, power in bases._units.items()}
+
+
+def miscased(text: str) -> str:
+    """The usual name that a name in a unit differs from by its case alone, as a question; "" if none does."""
+    names = [name for name, _ in powers(text) if name not in usual_units()]
+    pairs = ((name, usual) for name in names for usual in usual_units() if usual.lower() == name.lower())
+    return next((f"; did you mean {usual}?" for _, usual in pairs), "")
 
 
 def check_si(text: str) -> None:
