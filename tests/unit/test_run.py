@@ -12,6 +12,7 @@ from hydroservo import LoopError, ParameterError, Simulation, replace, simulate
 from hydroservo.controllers import PI
 from hydroservo.runs.results import metrics_of
 from hydroservo.runs.run import trace_size, whole
+from hydroservo.runs.trace import instants
 from hydroservo.testing.examples import example
 from tests.support.runs import EVERY_SAMPLE, LOOP, PATHS, trace
 
@@ -34,6 +35,12 @@ def test_decimation_picks_rows_and_leaves_metrics_alone(stride: int) -> None:
     assert thinned.time.values == pytest.approx(np.arange(0, 501, stride) * 1e-4, abs=1e-15)
     assert np.array_equal(trace(thinned), trace(full)[::stride])
     assert all(thinned[name].equals(full[name]) for name in metrics_of(full))
+
+
+def test_instants_are_the_floats_that_a_user_types() -> None:
+    assert instants(1001, 1, 1e-3).tolist() == [k / 1000 for k in range(1001)]
+    assert instants(401, 3, 2.5e-4).tolist() == [float(f"{0.75 * k:.2f}e-3") for k in range(401)]
+    assert instants(4, 2, 1.0 / 3000.0).tolist() == [k * 2 * (1.0 / 3000.0) for k in range(4)]
 
 
 def test_a_record_period_below_the_sample_period_records_every_sample() -> None:

@@ -2,10 +2,12 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from fractions import Fraction
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hydroservo.field import Field
 from hydroservo.loop import Loop
@@ -68,7 +70,7 @@ class Trace(Mapping[str, Any]):
     def __getitem__(self, name: str) -> Any:
         """The instants of the samples, at "time" [s], what was recorded at a path, or a metric."""
         if name == "time":
-            return np.arange(self.plan.rows) * self.plan.stride * self.loop.simulation.period
+            return instants(self.plan.rows, self.plan.stride, self.loop.simulation.period)
         if name in self.plan.paths:
             return self.out[:, self.plan.paths.index(name)]
         return self.metrics[name]
@@ -84,6 +86,20 @@ class Trace(Mapping[str, Any]):
 
     def assign_attrs(self, **attrs: Any) -> "Trace":
         return replace(self, attrs=self.attrs | attrs)
+
+
+def instants(count: int, stride: int, period: float) -> NDArray[np.float64]:
+    """Multiples of a period as they are written: 9 times 1 ms is 0.009, where 9 * 0.001 is not.
+
+    Args:
+        count: how many, from 0 on.
+        stride: periods from one to the next.
+        period: of the samples [s].
+    """
+    written, numbers = Fraction(repr(float(period))), np.arange(count)
+    if max(count * stride * written.numerator, written.denominator) >= 2**53:  # not exact as floats
+        return numbers * stride * period
+    return numbers * (stride * written.numerator) / written.denominator
 
 
 def dataset(trace: Trace) -> "xr.Dataset":
