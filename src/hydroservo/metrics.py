@@ -16,6 +16,7 @@ __all__ = [
     "METRIC_FIELDS",
     "Divergence",
     "declared_metrics",
+    "default_metric",
     "flags_of",
     "judged_by",
     "monitors_of",
@@ -55,6 +56,17 @@ def usual(loop: Loop) -> dict[str, Block]:
     if {"pressure_a", "pressure_b"} <= set(loop.plant.init()._fields):
         found.append(monitors.ChamberPressures())
     return by_class(found)
+
+
+def default_metric(names: Iterable[str], usual: str) -> str:
+    """The metric that is shown where none is asked for: of a loop without an error, how far the piston goes.
+
+    Args:
+        names: of the metrics that there are, at least one.
+        usual: the name of the one that nearly all loops have.
+    """
+    known = list(names)
+    return next((name for name in (usual, "position_max") if name in known), known[0])
 
 
 def monitors_of(loop: Loop) -> dict[str, Block]:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from hydroservo.block import is_block
 from hydroservo.errors import ParameterError
+from hydroservo.metrics import default_metric
 from hydroservo.nearest import one_of
 from hydroservo.runs.arguments import checked_runs, is_result
 from hydroservo.runs.results import metric_fields
@@ -28,7 +29,7 @@ if TYPE_CHECKING:
 __all__ = ["plot"]
 
 
-def plot(results: "Runs | Records", metric: str = "rms_error") -> "Figure":
+def plot(results: "Runs | Records", metric: str | None = None) -> "Figure":
     """The picture of a run, of several runs on common axes, or of whatever another question returned.
 
     A run shows what is controlled and its demand, error and command, and with an observer what it estimates;
@@ -43,7 +44,7 @@ def plot(results: "Runs | Records", metric: str = "rms_error") -> "Figure":
         results: what ``simulate`` returned; a list of these, or several by the names that the legend is to
             have; what ``simulate_batch``, ``bode``, ``linearize``, ``tune``, ``identify``, ``map_logs``,
             ``limit``, ``audit`` or ``study`` returned; or one of the logs of an identification.
-        metric: of a table, the one to show.
+        metric: of a table, the one to show; the error, or what a table without one has.
 
     Raises:
         ParameterError: it is none of these, or has no such metric.
@@ -72,6 +73,8 @@ def plot(results: "Runs | Records", metric: str = "rms_error") -> "Figure":
     if "run" not in results.dims:
         return plot_run(results)
     known = metric_fields(results)
+    if metric is None:
+        metric = default_metric(known, "rms_error")
     if not isinstance(metric, str) or metric not in known:
         raise ParameterError("metric", metric, one_of(str(metric), known))
     numbers = [str(name) for name in results.data_vars if "." in str(name)]

@@ -113,6 +113,25 @@ def test_the_screen_shows_ranges_spreads_verdict_and_a_replay(done, table):
     assert again["metrics"]["steady_rms_error"] == table["steady_rms_error"].max()
 
 
+def test_an_open_loop_is_judged_by_a_metric_that_it_has():
+    driven = (
+        "controls.type=Command",
+        "controller.type=OpenLoop",
+        "reference={type='Step', initial=0, final=1}",
+    )
+    changes = [word for change in driven for word in ("--set", change)]
+    open_loop = ("batch", NAME, "--runs", "4", "--vary", "plant.mass=4..8kg", *SHORT, *changes)
+    done = hydroservo_(*open_loop)
+    assert done.exit_code == 0
+    assert (
+        f"{NAME}: the loop has no steady_rms_error; position_max is shown, and --metric takes" in done.stderr
+    )
+    assert re.search(r"^run \d has the worst position_max; alone: ", done.stdout, re.MULTILINE)
+    assert "steady_rms_error': must be one of control_rms" in failed(
+        *open_loop, "--metric", "steady_rms_error"
+    )
+
+
 def test_every_format_holds_the_table(done, table):
     _, out = done
     csv = pd.read_csv(out / "runs.csv")

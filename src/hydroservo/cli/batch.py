@@ -38,6 +38,7 @@ if TYPE_CHECKING:
 
 __all__ = ["batch"]
 
+USUAL_METRIC = "steady_rms_error"
 LARGE_TABLE = 2**28  # bytes; a larger table is announced before the run
 
 
@@ -78,8 +79,14 @@ def batch(
         int, typer.Option("--seed", metavar="S", help="Seed of what --vary draws, a whole number >= 0.")
     ] = 0,
     metric: Annotated[
-        str, typer.Option("--metric", metavar="NAME", help="The metric of a picture, and of the worst run.")
-    ] = "steady_rms_error",
+        str | None,
+        typer.Option(
+            "--metric",
+            metavar="NAME",
+            show_default=USUAL_METRIC,
+            help="The metric of a picture, and of the worst run.",
+        ),
+    ] = None,
     threads: Threads = None,
     workers: Annotated[
         int | None,
@@ -145,7 +152,7 @@ def batch(
     check_sizes(runs, seed, folder)
     check_workers(workers, scheduler, folder, cuda)
     assembly = assembled(scenario, dict(map(parse_override, changes)), plugins)
-    check_metric(metric, assembly.loop)
+    metric = metric_of(assembly.loop, metric, scenario)
     sampled = Sampled(assembly, variations(assembly, ranges_in(ranges)), seed, seeds, strict, cuda)
     announce(scenario, sampled, runs, (files, folder), journal)
     with log_kernels(verbose), progress_bar("preparing") as report:
@@ -310,21 +317,27 @@ def columns_of(sampled: "Sampled") -> int:
     )
 
 
-def check_metric(metric: str, loop: "Loop") -> None:
-    """Refuse what is no number among the metrics of a loop.
+def metric_of(loop: "Loop", metric: str | None, scenario: str) -> str:
+    """The metric that is asked for; of a loop without the usual one, another, with a line that says so.
 
     Raises:
-        HydroservoError: in one line, what is wrong and what is allowed.
+        HydroservoError: the loop has no such number; in one line, with those that it has.
     """
     from hydroservo.errors import ParameterError
-    from hydroservo.metrics import declared_metrics, flags_of, monitors_of
+    from hydroservo.metrics import declared_metrics, default_metric, flags_of, monitors_of
     from hydroservo.nearest import one_of
 
     watching = monitors_of(loop)
     flags = flags_of(watching)
     numbers = [name for name in declared_metrics(watching) if name not in flags]
+    if metric is None:
+        metric = default_metric(numbers, USUAL_METRIC)
+        if metric != USUAL_METRIC:
+            text = f"the loop has no {USUAL_METRIC}; {metric} is shown, and --metric takes another"
+            typer.echo(f"{scenario}: {text}", err=True)
     if metric not in numbers:
         raise ParameterError("--metric", metric, one_of(metric, numbers))
+    return metric
 
 
 def announce(

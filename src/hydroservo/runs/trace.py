@@ -96,7 +96,7 @@ def instants(count: int, stride: int, period: float) -> NDArray[np.float64]:
         stride: periods from one to the next.
         period: of the samples [s].
     """
-    written, numbers = Fraction(repr(float(period))), np.arange(count)
+    written, numbers = Fraction(repr(float(period))), np.arange(count, dtype=np.float64)
     if max(count * stride * written.numerator, written.denominator) >= 2**53:  # not exact as floats
         return numbers * stride * period
     return numbers * (stride * written.numerator) / written.denominator
