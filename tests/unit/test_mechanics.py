@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from hydroservo.block import Block
 from hydroservo.mechanics import (
+    ElastoPlastic,
     LuGre,
     LuGreState,
     Mass,
@@ -84,6 +85,36 @@ class TestLuGre:
     def test_it_starts_unbent(self) -> None:
         assert self.friction.init() == LuGreState(0.0)
         assert self.friction.simplified() == 50.0
+
+
+class TestElastoPlastic:
+    bristles = LuGre(1e6, 80.0, 40.0, 60.0, 5e-3, 50.0)
+    friction = ElastoPlastic(bristles, 0.8)
+
+    def test_equations(self) -> None:
+        """In between, where a = 1/2 at q = 0.9."""
+        v = 4e-3
+        g = 40.0 + 20.0 * math.exp(-((4.0 / 5.0) ** 2))
+        state = LuGreState(0.9 * g / 1e6)
+        bending = v - 0.5 * 0.9 * v
+        assert self.friction.deriv(state, v).deflection == pytest.approx(bending, rel=1e-12)
+        expected = 0.9 * g + 80.0 * bending + 50.0 * v
+        assert self.friction.force(state, v, 1e3, 6.0) == pytest.approx(expected, rel=1e-12)
+
+    @given(z=st.floats(-47e-6, 47e-6), v=st.floats(-1e-4, 1e-4))
+    def test_within_its_elastic_range_it_is_a_spring(self, z: float, v: float) -> None:
+        assert self.friction.deriv(LuGreState(z), v).deflection == v
+
+    @given(z=st.floats(1e-7, 1e-3), v=st.floats(1e-6, 1.0))
+    def test_what_unbends_it_is_a_spring(self, z: float, v: float) -> None:
+        assert self.friction.deriv(LuGreState(z), -v).deflection == -v
+
+    @given(v=st.floats(1e-6, 1.0), beyond=st.floats(1.0, 2.0))
+    def test_beyond_sliding_it_is_lugre(self, v: float, beyond: float) -> None:
+        state = LuGreState(beyond * self.bristles.sliding(v) / 1e6)
+        assert self.friction.deriv(state, v).deflection == pytest.approx(
+            self.bristles.deriv(state, v).deflection, rel=1e-9, abs=1e-12 * v
+        )
 
 
 class TestStops:
@@ -170,7 +201,9 @@ class TestOneLinkArm:
         assert math.isfinite(ARM.resistance(x, 0.1))
 
 
-@pytest.mark.parametrize("friction", [example(Viscous), example(Stribeck), example(LuGre)])
+@pytest.mark.parametrize(
+    "friction", [example(Viscous), example(Stribeck), example(LuGre), example(ElastoPlastic)]
+)
 @given(v=velocities, net=forces)
 def test_friction_is_odd(friction: Block, v: float, net: float) -> None:
     there = friction.force(friction.init(), v, net, 6.0)

@@ -1,5 +1,6 @@
 """What the piston moves and what resists it: mechanisms, frictions and end stops, one a file."""
 
+from hydroservo.mechanics.elasto_plastic import ElastoPlastic
 from hydroservo.mechanics.lugre import LuGre, LuGreState
 from hydroservo.mechanics.mass import Mass
 from hydroservo.mechanics.mass_spring_damper import MassSpringDamper
@@ -12,6 +13,7 @@ from hydroservo.mechanics.swinging_load import SwingingLoad, SwingingLoadState
 from hydroservo.mechanics.viscous import Viscous, ViscousState
 
 __all__ = [
+    "ElastoPlastic",
     "LuGre",
     "LuGreState",
     "Mass",

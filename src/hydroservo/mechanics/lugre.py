@@ -35,7 +35,8 @@ class LuGre(NamedTuple):
     Source: Canudas de Wit, Olsson, Astrom, Lischinsky, IEEE Trans. Automatic Control 40(3), 1995. With
     sigma_1 (F_s - F_c) <= sigma_2 F_c it takes energy from every motion: Barahanov and Ortega, IEEE Trans.
     Automatic Control 45(4), 2000.
-    Fails to hold still under a force that varies below the breakaway force: it creeps. Its rate
+    Fails to hold still under a force that varies below the breakaway force: it creeps, where an
+    :class:`ElastoPlastic` holds. Its rate
     sigma_0 |v|/g grows with velocity, and with it the need for short integration steps.
     """
 
@@ -57,7 +58,10 @@ class LuGre(NamedTuple):
         return LuGreState(velocity - ops.absolute(velocity) * pull / self.sliding(velocity))
 
     def force(self, s: LuGreState, velocity: float, net: float, mass: float) -> float:
-        bending = self.deriv(s, velocity).deflection
+        return self.force_of(s, self.deriv(s, velocity).deflection, velocity)
+
+    def force_of(self, s: LuGreState, bending: float, velocity: float) -> float:
+        """F, of bristles whose deflection changes by ``bending`` [m/s]."""
         return (
             self.bristle_stiffness * s.deflection + self.bristle_damping * bending + self.viscous * velocity
         )

@@ -19,6 +19,7 @@ from hydroservo.monitors.group import Usual
 from hydroservo.monitors.group import named as named_monitors
 from hydroservo.runs.arguments import as_list, checked_loop
 from hydroservo.runs.cautions import pressure_caution, warns, with_warning
+from hydroservo.runs.creep import creep_caution
 from hydroservo.runs.divergence import NOTHING, Loss, first_loss, reach_of, watched_paths
 from hydroservo.runs.first_force import with_first_force
 from hydroservo.runs.fitting import compilation, first_state
@@ -120,7 +121,7 @@ def traced(loop: Loop, record: Sequence[str] | None, mode: Mode, progress: Progr
         return Trace(asked, loop, plan, wanted, out, values, {"diverged_by": loss.path})
 
     trace = checked_steps(loop, one)
-    said = [*recorded, *loop_cautions(loop), pressure_caution(trace)]
+    said = [*recorded, *loop_cautions(loop), pressure_caution(trace), creep_caution(loop, trace)]
     return with_warning(trace, [*said, record_caution(trace, loop.simulation.period)])
 
 

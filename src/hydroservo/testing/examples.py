@@ -42,7 +42,16 @@ from hydroservo.loads import Constant as ConstantLoad
 from hydroservo.loads import Square as SquareLoad
 from hydroservo.loads import Step as StepLoad
 from hydroservo.loop import Loop, Simulation
-from hydroservo.mechanics import LuGre, Mass, MassSpringDamper, OneLinkArm, Stribeck, SwingingLoad, Viscous
+from hydroservo.mechanics import (
+    ElastoPlastic,
+    LuGre,
+    Mass,
+    MassSpringDamper,
+    OneLinkArm,
+    Stribeck,
+    SwingingLoad,
+    Viscous,
+)
 from hydroservo.observers import (
     AdaptiveTSMObserver,
     BoundaryLayer,
@@ -206,6 +215,7 @@ BLOCKS: tuple[Block, ...] = (
         leakage=7e-13,
         case_leakage=2e-13,
     ),
+    ElastoPlastic(LuGre(1e6, 80.0, 40.0, 60.0, 5e-3, PLANT.damping)),
     Encoder(1e-6),
     ExactDifferentiator(1.0),
     FilteredDifference(2e-3),
