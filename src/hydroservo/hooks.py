@@ -34,6 +34,7 @@ from hydroservo.roles import (
     Valve,
 )
 from hydroservo.signals import Pressures
+from hydroservo.states import overlaid
 
 __all__ = [
     "HOOKS",
@@ -237,21 +238,33 @@ def smoothed(block: Block) -> Any:
     return block.smoothed() if hasattr(block, "smoothed") else block
 
 
-def at_rest(plant: Block, supply: Block, load: Block) -> Block:
-    """A plant with what is left open of its start found, if it has ``at_rest(line, force)``.
+def first_line(machine: Block) -> Pressures:
+    """The pressures of a supply at the start, with those that are given for it.
 
     Args:
-        plant: the plant.
-        supply: what feeds it; its pressures at the start count.
-        load: what acts on it; its force at t = 0 counts.
+        machine: a loop, or anything with its supply, and its start where it has one.
+    """
+    supply, state = machine.supply, machine.supply.init()
+    given = machine.start.given._asdict() if "start" in machine._fields else {}
+    line: Pressures = supply.pressures(overlaid(state, given["supply"]) if "supply" in given else state)
+    return line
+
+
+def at_rest(machine: Block) -> Block:
+    """The plant of a machine with what is left open of its start found, if it has ``at_rest(line, force)``.
+
+    Args:
+        machine: a loop, or anything with its plant, supply and load; the pressures of the supply and
+            the force of the load at t = 0 count.
 
     Raises:
         ParameterError: nothing keeps the plant at rest.
     """
+    plant = machine.plant
     if not hasattr(plant, "at_rest"):
         return plant
     try:
-        return plant.at_rest(supply.pressures(supply.init()), load.force(0.0))
+        return plant.at_rest(first_line(machine), machine.load.force(0.0))
     except ParameterError as error:
         raise ParameterError(f"plant.{error.path}", error.value, error.allowed) from None
     except ArithmeticError as error:
@@ -284,10 +297,10 @@ def resting(machine: Block) -> Any:
     Raises:
         ParameterError: nothing keeps the plant at rest.
     """
-    plant, supply = at_rest(machine.plant, machine.supply, machine.load), machine.supply
+    plant = at_rest(machine)
     if not any(hasattr(drive, "at_rest") for drive in drives_in(machine.drive)):
         return machine._replace(plant=plant)
-    line = supply.pressures(supply.init())
+    line = first_line(machine)
     seen = plant.outputs(plant.init(), line, 0.0)
     drive = at_ports(machine.drive, line, seen.pressure_a, seen.pressure_b)
     return machine._replace(plant=plant, drive=drive)

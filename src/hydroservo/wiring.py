@@ -77,7 +77,7 @@ def believed(loop: Block) -> DesignModel:
             start.
     """
     check_simple(loop)
-    plant = at_rest(loop.plant, loop.supply, loop.load).simplified()
+    plant = at_rest(loop).simplified()
     gain: float = loop.valve.gain
     found = DesignModel(plant, loop.valve.orifice.simplified(), loop.supply.simplified(), gain)
     consistent(found)

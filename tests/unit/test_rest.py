@@ -111,7 +111,7 @@ def test_what_is_given_stays() -> None:
     given = cylinder()._replace(start_pressure_a=1e5, start_pressure_b=2e5)
     assert given.at_rest(LINE, 1e9) is given
     paper = example(LoadPressurePlant)
-    assert at_rest(paper, example(IdealSupply), example(Sine)) is paper
+    assert at_rest(example(Loop, plant=paper)) is paper
 
 
 def test_the_start_of_a_datasheet_s_cylinder_can_be_given() -> None:
@@ -275,7 +275,7 @@ def test_friction_with_memory_rests_too() -> None:
 
 def test_an_export_holds_the_numbers_that_were_found(scenario: Path) -> None:
     loop = load_scenario(scenario)
-    found = at_rest(loop.plant, loop.supply, loop.load)
+    found = at_rest(loop)
     unit = exported_unit(loop, Part.MACHINE, prefix="machine", title="a link")
     parameters = {one.path: one.value for one in unit.parameters}
     assert parameters["plant.start_pressure_a"] == found.start_pressure_a

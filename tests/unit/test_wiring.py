@@ -56,7 +56,7 @@ def test_a_law_that_is_told_nothing_believes_in_this_machine() -> None:
     assert isinstance(loop.controller.model, ThisMachine)
     assert_same_block(model, believed(loop))
     assert model != MODEL
-    assert model.plant == at_rest(CYLINDER, loop.supply, loop.load).simplified()
+    assert model.plant == at_rest(loop).simplified()
     assert model.supply.supply_pressure == 160e5
     assert wired(wired(loop)) == wired(loop)
 

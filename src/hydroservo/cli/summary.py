@@ -65,7 +65,7 @@ def demand_jumps(loop: "Loop") -> bool:
     """
     monitor, end = StepResponse(), loop.simulation.duration
     state, system = monitor.init(), SimpleNamespace()
-    machine = loop._replace(plant=at_rest(loop.plant, loop.supply, loop.load))
+    machine = loop._replace(plant=at_rest(loop))
     signal = loop.controls.of(machine.seen(machine.init(), loop.load.force(0.0)), 0.0)
     step = end / (INSTANTS - 1)
     for t in np.linspace(0.0, end, INSTANTS).tolist():

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from hydroservo.formatting import MINUS, quantity
-from hydroservo.hooks import at_rest, is_valveless
+from hydroservo.hooks import at_rest, first_line, is_valveless
 from hydroservo.loop import Loop
 from hydroservo.runs.rows import demands
 from hydroservo.signals import Pressures
@@ -29,10 +29,10 @@ def demand_caution(loop: Loop) -> str:
     """
     if not hasattr(loop.controls, "reach"):
         return ""
-    line = loop.supply.pressures(loop.supply.init())
+    line = first_line(loop)
     if is_valveless(loop.drive):  # which has a pressure of its own, whatever the line's
         line = Pressures(math.inf, line.tank)
-    least, most = loop.controls.reach(at_rest(loop.plant, loop.supply, loop.load), line)
+    least, most = loop.controls.reach(at_rest(loop), line)
     times = np.linspace(0.0, loop.simulation.duration, INSTANTS)
     asked = demands(loop.reference, times)
     asked = asked[np.isfinite(asked)]

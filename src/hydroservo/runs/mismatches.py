@@ -5,7 +5,7 @@ from collections.abc import Iterator
 
 from hydroservo.block import Block, field_at, is_block, leaves
 from hydroservo.formatting import quantity
-from hydroservo.hooks import is_valveless
+from hydroservo.hooks import first_line, is_valveless
 from hydroservo.loop import Loop
 
 __all__ = ["mismatch_cautions"]
@@ -24,7 +24,7 @@ def mismatch_cautions(loop: Loop) -> list[str]:
     Fails to see what it looks for in a user's block that calls it otherwise than those that ship.
     """
     asked = (late_load(loop), shut(loop), *beyond_the_rate(loop), *short_ranges(loop), *coarse(loop))
-    return [line for line in (*asked, *high_starts(loop)) if line]
+    return [line for line in (*asked, *high_starts(loop), *empty_supply(loop)) if line]
 
 
 def late_load(loop: Loop) -> str:
@@ -64,7 +64,7 @@ def short_ranges(loop: Loop) -> Iterator[str]:
     """Which transducers do not reach the supply's pressure."""
     if is_valveless(loop.drive):
         return
-    highest = loop.supply.pressures(loop.supply.init()).supply
+    highest = first_line(loop).supply
     for path, block in blocks(loop.sensors, "sensors"):
         reach = getattr(block, "range_high", math.inf)
         if reach < highest:
@@ -82,11 +82,19 @@ def coarse(loop: Loop) -> Iterator[str]:
             yield f"{path}.resolution is {sizes[0]}, and the stroke {sizes[1]}: a few counts tell no position"
 
 
+def empty_supply(loop: Loop) -> Iterator[str]:
+    """Whether the supply starts without pressure."""
+    line = first_line(loop)
+    if not is_valveless(loop.drive) and not line.supply > line.tank:
+        here = quantity(line.supply, "Pa")
+        yield f"the supply starts at {here}; give what it is charged to: start.given.supply.pressure"
+
+
 def high_starts(loop: Loop) -> Iterator[str]:
     """Which chambers start above the supply's pressure."""
     if is_valveless(loop.drive):
         return
-    highest = loop.supply.pressures(loop.supply.init()).supply
+    highest = first_line(loop).supply
     for name in ("start_pressure_a", "start_pressure_b"):
         starts = getattr(loop.plant, name, 0.0)
         if highest < starts < math.inf:

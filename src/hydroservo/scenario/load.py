@@ -117,7 +117,7 @@ def assembled(
     loop = loop._replace(start=start_in(scenario.table("start"), loop))
     arguments = arguments_of(drafts, machine)
     truth = truth_of(scenario, machine, arguments)
-    loop = alone(loop._replace(**true_machine(scenario, machine, drafts, arguments, truth)._asdict()))
+    loop = alone(true_machine(scenario, loop, machine, drafts, arguments, truth))
     search = tune_search(scenario, loop, arguments)
     ranges = log_ranges(scenario, loop, arguments)
     return Assembly(loop, machine, drafts, truth, arguments, search, log_columns(scenario), ranges)
@@ -144,12 +144,13 @@ def arguments_of(drafts: Mapping[str, Draft], machine: Machine) -> dict[str, Arg
 
 def true_machine(
     scenario: Table,
+    loop: Loop,
     machine: Machine,
     drafts: Mapping[str, Draft],
     arguments: Mapping[str, Argument],
     truth: Truth,
-) -> Machine:
-    """The machine as it truly is: first what constructors take, then its own numbers.
+) -> Loop:
+    """The loop with the machine as it truly is: first what constructors take, then its own numbers.
 
     Raises:
         ScenarioError: a deviation leads out of range, or the numbers do not go together.
@@ -162,13 +163,13 @@ def true_machine(
         except ScenarioError as error:
             raise truth_error(scenario, f"{error.key}: {error.problem}") from None
         blocks[name] = truth.true(block, name)
-    found = Machine(**blocks)
+    true = loop._replace(**blocks)
     try:
-        consistent(found)
-        at_rest(found.plant, found.supply, found.load)
+        consistent(Machine(**blocks))
+        at_rest(true)
     except ParameterError as error:
         raise truth_error(scenario, str(error)) from None
-    return found
+    return true
 
 
 def truth_error(scenario: Table, problem: str) -> ScenarioError:

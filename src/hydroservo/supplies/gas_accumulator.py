@@ -15,7 +15,8 @@ __all__ = ["GasAccumulator"]
 class GasAccumulator(NamedTuple):
     """A bladder filled with gas, which the oil compresses above the precharge pressure.
 
-    With absolute pressures, V_0 the gas volume at the precharge p_0, and p V^n = p_0 V_0^n::
+    With absolute pressures, V_0 the gas volume at the precharge p_0 (which is given as gauge), and
+    p V^n = p_0 V_0^n::
 
         dV_oil/dp = V_0/(n p) (p_0/p)^(1/n)    for p > p_0, else 0
 
@@ -24,7 +25,7 @@ class GasAccumulator(NamedTuple):
     constant then, but lies between 1 (slow) and 1.4 (fast).
     """
 
-    precharge: Annotated[float, Field("Pa", "precharge pressure", above=0)]
+    precharge: Annotated[float, Field("Pa", "precharge pressure, gauge", above=0)]
     gas_volume: Annotated[float, Field("m^3", "gas volume at the precharge", above=0)]
     exponent: Annotated[float, Field("", "polytropic exponent", CHOSEN, at_least=1, at_most=2)] = 1.2
 

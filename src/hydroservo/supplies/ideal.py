@@ -17,7 +17,7 @@ class IdealSupplyState(NamedTuple):
 
 @role(Supply)
 class IdealSupply(NamedTuple):
-    """Constant supply and return pressure, whatever the flow: p_s and p_r of the paper.
+    """Constant supply and return pressure, gauge, whatever the flow: p_s and p_r of the paper.
 
     The print lists p_r = 2 bar and uses p_s alone: pressures here are relative to the return line.
 

@@ -61,7 +61,8 @@ class PumpSupply(NamedTuple):
 
     The free air a is what keeps p above -p_0 however much is drawn: the line then fills with it. The
     motor has no integral action, so the load D (p - p_r) costs it the speed D (p - p_r)/(K + B). All starts
-    steady with the valve shut, at the pressure where the relief valve takes what the pump delivers.
+    steady with the valve shut, at the pressure where the relief valve takes what the pump delivers. Without
+    a demanded speed the accumulator is alone: ``start.given.supply.pressure`` says to what it is charged.
 
     Source: Merritt, Hydraulic Control Systems, 1967 (pumps, continuity of a compressed volume).
     Fails where the flow pulsates with the pump's pistons, where the line is long enough for waves, and where
@@ -138,6 +139,9 @@ class PumpSupply(NamedTuple):
         )
 
     def check(self) -> None:
+        precharge = getattr(self.accumulator, "precharge", 0.0)
+        if self.demanded_speed == 0.0 and precharge > 0.0:
+            return  # the accumulator is alone
         idle = self.idle_pressure()
         if not min(self.relief.cracking_pressure, idle) > self.return_pressure:
             allowed = (
@@ -145,7 +149,6 @@ class PumpSupply(NamedTuple):
                 "raise relief.cracking_pressure, demanded_speed or max_torque"
             )
             raise ParameterError("pressure", min(self.relief.cracking_pressure, idle), allowed)
-        precharge = getattr(self.accumulator, "precharge", 0.0)
         if not precharge < idle:
             allowed = f"must be below {idle:.4g} [Pa], the pressure with the valve shut"
             raise ParameterError("accumulator.precharge", precharge, allowed)

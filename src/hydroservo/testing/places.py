@@ -53,7 +53,7 @@ def loop_with(block: Block, role: type) -> Loop | None:
 def started(loop: Loop) -> Loop:
     """A loop that starts in motion where its cylinder cannot hold what the block that is asked weighs."""
     try:
-        at_rest(loop.plant, loop.supply, loop.load)
+        at_rest(loop)
     except ParameterError:
         if isinstance(loop.plant, Cylinder):
             plant = loop.plant._replace(start_pressure_a=START, start_pressure_b=START)
