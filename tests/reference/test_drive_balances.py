@@ -15,7 +15,9 @@ from hydroservo.drives import (
     CheckValve,
     Counterbalance,
     Hoses,
+    Lines,
     LoadSensing,
+    PortValves,
     PressureCompensator,
     PumpDrive,
     ValveOnSupply,
@@ -66,6 +68,7 @@ VALVE = StaticValve(gain=1e-4, max_opening=1e-3, orifice=EDGES)
 PUMPED = example(Loop, plant=ROD, valve=NoValve(), supply=IdealSupply(8e5, 1e5), drive=PUMP)
 METERED = PUMPED._replace(valve=VALVE, supply=IdealSupply(120e5, 2e5), drive=ValveOnSupply())
 HOSES = Hoses(1.5e-4, 1.2e-4, 5e9, 6e9, OIL)
+LINES = Lines(1.5e-4, 2e6, 5e9, OIL)
 COUNTERBALANCE = Counterbalance(
     pilot_ratio=3.0,
     cracking_pressure=30e5,
@@ -122,6 +125,9 @@ DRIVES = {
     "counterbalance in a": METERED._replace(drive=COUNTERBALANCE),
     "counterbalance in b": METERED._replace(drive=COUNTERBALANCE._replace(in_line_b=True)),
     "compensator": METERED._replace(drive=PressureCompensator(8e5)),
+    "lines": METERED._replace(drive=LINES),
+    "port valves": METERED._replace(drive=PortValves(ReliefValve(60e5, 2e-9), CheckValve(3e4, 2e-9))),
+    "two pumps": PUMPED._replace(drive=PUMP._replace(displacement_ratio=0.5)),
     "load sensing": METERED._replace(drive=LoadSensing(20e5, 0.05)),
 }
 
@@ -182,6 +188,11 @@ def held_in(loop: Loop, before: Any, after: Any) -> list[tuple[float, float, flo
             (drive.volume_a, before.pressure_a, after.pressure_a),
             (drive.volume_b, before.pressure_b, after.pressure_b),
         ]
+    if isinstance(drive, Lines):
+        return [
+            (drive.volume, before.pressure_a, after.pressure_a),
+            (drive.volume, before.pressure_b, after.pressure_b),
+        ]
     if isinstance(drive, Counterbalance):
         return [(drive.volume, before.pressure, after.pressure)]
     return []
@@ -198,7 +209,7 @@ def pump_losses(drive: PumpDrive, s: Any, line: Any, a: float, b: float) -> floa
     return drive.viscous * s.speed**2 + drive.leakage * (a - b) ** 2 + case + sum(fed)
 
 
-@pytest.mark.parametrize("name", ["pump", "hoses of a pump"])
+@pytest.mark.parametrize("name", ["pump", "two pumps", "hoses of a pump"])
 def test_what_the_shaft_and_the_line_give_is_work_motion_compression_and_heat(name: str) -> None:
     def watched(loop: Loop, x: Any, rate: Any, flows: PortFlows, power: float) -> list[float]:
         plant, line = x.plant, loop.supply.pressures(x.supply)
@@ -235,6 +246,9 @@ def test_no_drive_makes_energy(name: str) -> None:
 
     loop = DRIVES[name]
     start, end, (lost, size) = run(loop, watched)
+    if isinstance(loop.drive, Lines):
+        pairs = zip(start.drive[2:4], end.drive[2:4], strict=True)
+        lost -= sum(0.5 * loop.drive.inertance * (after**2 - before**2) for before, after in pairs)
     held = sum(
         0.5 * volume * (after**2 - before**2) / OIL.effective_bulk_modulus
         for volume, before, after in held_in(loop, start.drive, end.drive)

@@ -21,6 +21,9 @@ StartPressureA = Annotated[
 StartPressureB = Annotated[
     float, Field("Pa", "pressure in hose B at the start", "the chamber's", above=-ATMOSPHERE, auto=OPEN)
 ]
+Inertance = Annotated[
+    float, Field("kg/m^4", "inertance of the oil in a hose, left out here", "0: not known", at_least=0)
+]
 
 
 class HosesState(NamedTuple):
@@ -44,9 +47,10 @@ class Hoses(NamedTuple):
 
     Source: Merritt, Hydraulic Control Systems, 1967, ch. 3 (laminar flow in pipes) and 6 (the continuity of a
     compressed volume).
-    Fails where the flow is turbulent (Re = 4 Q/(pi d nu) above some 2,300), and where the hose is long enough
-    for waves. A law's design model knows nothing of hoses, and a plant that is described by its load pressure
-    neither keeps nor gives back what two hoses that differ pass differently.
+    Fails where the flow is turbulent (Re = 4 Q/(pi d nu) above some 2,300), and where the oil's mass counts:
+    in hoses long enough for waves, or whose oil weighs as much as the load. A run warns of that where it
+    knows the inertance; see Lines. A law's design model knows nothing of hoses, and a plant that is described
+    by its load pressure neither keeps nor gives back what two hoses that differ pass differently.
     """
 
     volume_a: Annotated[float, Field("m^3", "volume V_HA of hose A", above=0)]
@@ -57,6 +61,7 @@ class Hoses(NamedTuple):
     drive: Drive = ValveOnSupply()
     start_pressure_a: StartPressureA = OPEN
     start_pressure_b: StartPressureB = OPEN
+    inertance: Inertance = 0.0
 
     @classmethod
     def from_dimensions(
@@ -70,11 +75,15 @@ class Hoses(NamedTuple):
         start_pressure_a: StartPressureA = OPEN,
         start_pressure_b: StartPressureB = OPEN,
     ) -> "Hoses":
-        """Two hoses of one size: V = pi d^2 l/4 and R = 128 rho nu l/(pi d^4) (Hagen and Poiseuille)."""
+        """Two hoses of one size: V = pi d^2 l/4 and R = 128 rho nu l/(pi d^4) (Hagen and Poiseuille).
+
+        What they leave out is I = 4 rho l/(pi d^2).
+        """
         volume = 0.25 * math.pi * inner_diameter**2 * length
         resistance = 128.0 * density * kinematic_viscosity * length / (math.pi * inner_diameter**4)
         sizes = volume, volume, resistance, resistance
-        return cls(*sizes, oil, drive, start_pressure_a, start_pressure_b)
+        inertance = density * length / (0.25 * math.pi * inner_diameter**2)
+        return cls(*sizes, oil, drive, start_pressure_a, start_pressure_b, inertance)
 
     def at_rest(self, line: Pressures, pressure_a: float, pressure_b: float) -> "Hoses":
         """The hoses with the start pressures that were left open: the chambers', which let nothing flow."""

@@ -21,6 +21,10 @@ CaseLeakage = Annotated[
     float, Field("m^3/(s Pa)", "leakage L_c from each port to the case", "0: none", at_least=0)
 ]
 
+DisplacementRatio = Annotated[
+    float, Field("", "ratio r of the displacement at port B to that at port A", "one pump", above=0)
+]
+
 
 class PumpDriveState(NamedTuple):
     """The shaft's speed."""
@@ -33,22 +37,24 @@ class PumpDriveState(NamedTuple):
 class PumpDrive(NamedTuple):
     """A speed-controlled motor turns a fixed-displacement pump between the two ports: no valve meters.
 
-    With the shaft's speed w, the command u, the pressures p_A and p_B at the ports, p_P in the loop's supply
-    line, which replenishes, and p_T in the tank's line, into which the case drains::
+    At port B the displacement may be another one, r D, of a second pump on the shaft; the tank's line takes
+    and gives the difference. With the shaft's speed w, the command u, the pressures p_A and p_B at the ports,
+    p_P in the loop's supply line, which replenishes, and p_T in the tank's line, into which the case drains::
 
-        J dw/dt = T - D (p_A - p_B) - B w       T = K (w_ref - w) within +-T_max
-        w_ref   = k u within +-w_max
+        J dw/dt = T - D (p_A - p_T) + r D (p_B - p_T) - B w
+        T       = K (w_ref - w) within +-T_max          w_ref = k u within +-w_max
         Q_A     = D w - L (p_A - p_B) - L_c (p_A - p_T) + Q_PA
-        Q_B     = D w - L (p_A - p_B) + L_c (p_B - p_T) - Q_PB
+        Q_B     = r D w - L (p_A - p_B) + L_c (p_B - p_T) - Q_PB
 
     Q_A flows into chamber A, Q_B out of chamber B. Q_PA and Q_PB come from the supply's line through the
     check valves, which the pressure at the other port pilots, less what the relief valves let off into it;
     their cracking pressure is that above the line's. Its power is that of the line's oil and T w at the
     shaft; while the load turns it, T w is negative.
 
-    A single rod's chambers differ in what they take: going out, the check valve at the rod's side feeds
-    the rest; going in, a pilot must open the one at the piston's side for it, or a relief valve lets it off.
-    The motor has no integral action: a pressure rise costs it the speed D (p_A - p_B)/(K + B).
+    A single rod's chambers differ in what they take. Two pumps in proportion to its areas leave nothing over.
+    With one pump, the check valve at the rod's side feeds the rest on the way out; on the way in, a pilot
+    must open the one at the piston's side for it, or a relief valve lets it off. The motor has no integral
+    action: a pressure rise costs it the speed D (p_A - p_B)/(K + B), with r = 1.
 
     Source: Merritt, Hydraulic Control Systems, 1967 (pump-controlled motor, with replenishing and relief
     valves).
@@ -67,6 +73,7 @@ class PumpDrive(NamedTuple):
     viscous: Viscous = 0.0
     leakage: Annotated[float, Field("m^3/(s Pa)", "leakage L between the ports", "0: none", at_least=0)] = 0.0
     case_leakage: CaseLeakage = 0.0
+    displacement_ratio: DisplacementRatio = 1.0
 
     @classmethod
     def from_datasheet(
@@ -86,6 +93,7 @@ class PumpDrive(NamedTuple):
         relief: Relief,
         viscous: Viscous = 0.0,
         case_leakage: CaseLeakage = 0.0,
+        displacement_ratio: DisplacementRatio = 1.0,
     ) -> "PumpDrive":
         """The drive whose pump delivers eta D w_n at its rated speed w_n, against p_n.
 
@@ -128,28 +136,35 @@ class PumpDrive(NamedTuple):
             viscous=viscous,
             leakage=lost - case_leakage,
             case_leakage=case_leakage,
+            displacement_ratio=displacement_ratio,
         )
 
     def init(self) -> PumpDriveState:
         return PumpDriveState(0.0)
 
     def deriv(self, s: PumpDriveState, feed: Feed, pressure_a: float, pressure_b: float) -> PumpDriveState:
-        load = self.displacement * (pressure_a - pressure_b)
+        rest = (1.0 - self.displacement_ratio) * feed.line.tank
+        load = self.displacement * (pressure_a - self.displacement_ratio * pressure_b - rest)
         torque = self.torque(s, feed)
         return PumpDriveState((torque - load - self.viscous * s.speed) * (1.0 / self.inertia))
 
     def flows(self, s: PumpDriveState, feed: Feed, pressure_a: float, pressure_b: float) -> PortFlows:
-        pumped = self.displacement * s.speed - self.leakage * (pressure_a - pressure_b)
+        swept, leaked = self.displacement * s.speed, self.leakage * (pressure_a - pressure_b)
+        pumped_a, pumped_b = swept - leaked, self.displacement_ratio * swept - leaked
         case_a = self.case_leakage * (pressure_a - feed.line.tank)
         case_b = self.case_leakage * (pressure_b - feed.line.tank)
         fed_a = self.replenished(feed.line.supply, pressure_a, pressure_b)
         fed_b = self.replenished(feed.line.supply, pressure_b, pressure_a)
         return PortFlows(
-            pumped - case_a + fed_a, pumped + case_b - fed_b, supply=fed_a + fed_b, tank=case_a + case_b
+            pumped_a - case_a + fed_a,
+            pumped_b + case_b - fed_b,
+            supply=fed_a + fed_b,
+            tank=case_a + case_b + (self.displacement_ratio - 1.0) * swept,
         )
 
     def load_flow(self, s: PumpDriveState, feed: Feed, load_pressure: float) -> float:
-        return self.displacement * s.speed - (self.leakage + 0.5 * self.case_leakage) * load_pressure
+        mean = 0.5 * (1.0 + self.displacement_ratio)
+        return mean * self.displacement * s.speed - (self.leakage + 0.5 * self.case_leakage) * load_pressure
 
     def power(
         self, s: PumpDriveState, feed: Feed, flows: PortFlows, pressure_a: float, pressure_b: float

@@ -2,14 +2,18 @@
 
 import math
 from collections.abc import Iterator
+from typing import Any
 
 from hydroservo.block import Block, field_at, is_block, leaves
+from hydroservo.drives import Hoses
 from hydroservo.formatting import quantity
-from hydroservo.hooks import first_line, is_valveless
+from hydroservo.hooks import drives_in, first_line, is_valveless
 from hydroservo.loop import Loop
 
 __all__ = ["mismatch_cautions"]
 
+HEAVY = 0.5  # of the moving mass, up to which the oil before the piston is left out
+WITHOUT_MASS = "has no mass in Hoses: peaks and resonances come out wrong; Lines has it"
 COARSEST = 0.1  # of a stroke, up to which a count measures it
 DIGITAL = ("reference.", "controller.", "sensors.")
 ROUNDED = 1.0 + 1e-9  # by which an instant or a rate at its limit may be off
@@ -24,7 +28,7 @@ def mismatch_cautions(loop: Loop) -> list[str]:
     Fails to see what it looks for in a user's block that calls it otherwise than those that ship.
     """
     asked = (late_load(loop), shut(loop), *beyond_the_rate(loop), *short_ranges(loop), *coarse(loop))
-    return [line for line in (*asked, *high_starts(loop), *empty_supply(loop)) if line]
+    return [line for line in (*asked, *high_starts(loop), *empty_supply(loop), *massless_oil(loop)) if line]
 
 
 def late_load(loop: Loop) -> str:
@@ -100,6 +104,39 @@ def high_starts(loop: Loop) -> Iterator[str]:
         if highest < starts < math.inf:
             here, most = quantity(starts, "Pa"), quantity(highest, "Pa")
             yield f"plant.{name} is {here}, above the {most} of the supply"
+
+
+def massless_oil(loop: Loop) -> Iterator[str]:
+    """Which hoses leave out oil that is as heavy as the load, or waves that are slower than the valve."""
+    moved, area = moving_mass(loop), getattr(loop.plant, "area_a", getattr(loop.plant, "piston_area", 0.0))
+    corner = valve_corner(loop.valve)
+    for drive in drives_in(loop.drive):
+        inertance = getattr(drive, "inertance", 0.0)
+        if not isinstance(drive, Hoses) or inertance == 0.0:
+            continue
+        felt = inertance * area**2
+        wave = 0.25 / math.sqrt(inertance * drive.volume_a / drive.oil.bulk_modulus(first_line(loop).tank))
+        if felt > HEAVY * moved:
+            masses = quantity(felt, "kg"), quantity(moved, "kg")
+            yield f"the oil in a hose, felt as {masses[0]} by a piston that moves {masses[1]}, {WITHOUT_MASS}"
+        elif wave < corner:
+            rates = quantity(wave, "Hz"), quantity(corner, "Hz")
+            yield f"the oil in a hose, with waves of {rates[0]} behind a valve of {rates[1]}, {WITHOUT_MASS}"
+
+
+def moving_mass(loop: Loop) -> float:
+    """What the rod moves at the start [kg]; infinite where that is not known."""
+    plant: Any = loop.plant
+    mechanism = getattr(plant, "mechanism", None)
+    if mechanism is None:
+        return float(getattr(plant, "mass", math.inf))
+    return float(mechanism.inertia(plant.start_position))
+
+
+def valve_corner(valve: Block) -> float:
+    """The frequency that a valve follows [Hz]; 0 where that is not known."""
+    rate = getattr(valve, "natural_frequency", 1.0 / getattr(valve, "time_constant", math.inf))
+    return float(rate) / (2.0 * math.pi)
 
 
 def blocks(block: Block, path: str) -> Iterator[tuple[str, Block]]:

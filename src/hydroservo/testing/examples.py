@@ -36,7 +36,16 @@ from hydroservo.controllers import (
     ValveInversion,
     VelocityCompensation,
 )
-from hydroservo.drives import CheckValve, Counterbalance, Hoses, LoadSensing, PressureCompensator, PumpDrive
+from hydroservo.drives import (
+    CheckValve,
+    Counterbalance,
+    Hoses,
+    Lines,
+    LoadSensing,
+    PortValves,
+    PressureCompensator,
+    PumpDrive,
+)
 from hydroservo.holds import DelayedHold
 from hydroservo.loads import Constant as ConstantLoad
 from hydroservo.loads import Square as SquareLoad
@@ -200,8 +209,10 @@ BLOCKS: tuple[Block, ...] = (
         oil=OIL,
     ),
     Hoses(2e-5, 2e-5, 1e10, 1e10, OIL),
+    Lines(2e-5, 1e7, 1e10, OIL),
     LoadSensing(margin=10e5, time_constant=0.02),
     PressureCompensator(spring_pressure=7e5),
+    PortValves(RELIEF, CHECK_VALVE),
     PumpDrive(
         displacement=3.2e-7,
         command_gain=30.0,

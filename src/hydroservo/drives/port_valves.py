@@ -1,0 +1,59 @@
+"""Relief and anti-cavitation valves at the two ports."""
+
+from typing import NamedTuple
+
+from hydroservo.block import Block
+from hydroservo.drives.valve_on_supply import ValveOnSupply
+from hydroservo.roles import CheckFlow, Drive, Relief, role
+from hydroservo.signals import Feed, PortFlows
+
+__all__ = ["PortValves"]
+
+
+@role(Drive)
+class PortValves(NamedTuple):
+    """A relief and a check valve at each port of another drive, to and from the tank's line.
+
+    With the flows Q_DA and Q_DB of the drive, and p_T in the tank's line::
+
+        Q_A = Q_DA + check(p_T - p_A) - relief(p_A - p_T)
+        Q_B = Q_DB - check(p_T - p_B) + relief(p_B - p_T)
+
+    Q_A flows into chamber A, Q_B out of chamber B. The relief valves bound the pressure at a port that is
+    shut, as a load that runs on or an area ratio raises it; the check valves keep oil behind a load that runs
+    ahead. They stand at the cylinder where another drive, such as Hoses, is in them, and at the valve where
+    they are in that.
+
+    Source: Merritt, Hydraulic Control Systems, 1967 (pressure control valves in steady state).
+    Fails where their springs and masses chatter; and with a plant that is described by its load pressure,
+    which is refused: it has no chambers.
+    """
+
+    relief: Relief
+    check_valve: CheckFlow
+    drive: Drive = ValveOnSupply()
+
+    def init(self) -> Block:
+        return self.drive.init()
+
+    def deriv(self, s: Block, feed: Feed, pressure_a: float, pressure_b: float) -> Block:
+        return self.drive.deriv(s, feed, pressure_a, pressure_b)
+
+    def flows(self, s: Block, feed: Feed, pressure_a: float, pressure_b: float) -> PortFlows:
+        fed = self.drive.flows(s, feed, pressure_a, pressure_b)
+        let_off_a, let_off_b = self.let_off(feed, pressure_a), self.let_off(feed, pressure_b)
+        return PortFlows(
+            fed.a - let_off_a,
+            fed.b + let_off_b,
+            supply=fed.supply,
+            tank=fed.tank + let_off_a + let_off_b,
+        )
+
+    def power(self, s: Block, feed: Feed, flows: PortFlows, pressure_a: float, pressure_b: float) -> float:
+        own = self.drive.flows(s, feed, pressure_a, pressure_b)
+        return self.drive.power(s, feed, own, pressure_a, pressure_b)
+
+    def let_off(self, feed: Feed, pressure: float) -> float:
+        """What goes from a port to the tank's line, less what comes back [m^3/s]."""
+        above = pressure - feed.line.tank
+        return self.relief.flow(above) - self.check_valve.flow(-above)
