@@ -5,6 +5,7 @@ work in between. To exchange whole folders would be a single step, but would tak
 A process killed between two renames leaves files of two runs; digests in the file renamed last tell which.
 """
 
+import atexit
 import errno
 import hashlib
 import os
@@ -21,7 +22,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO
 
-from hydroservo.errors import HydroservoError
+from hydroservo.errors import HydroservoError, system_problem
 
 if sys.platform != "win32":
     import fcntl
@@ -33,7 +34,10 @@ __all__ = [
     "digests",
     "existing_folder",
     "keep_elsewhere",
+    "new_temporary_folder",
+    "remove_temporary_folders",
     "staged",
+    "temporary_folder",
     "write_text",
     "written_or_kept",
 ]
@@ -42,6 +46,10 @@ PREFIX = ".hydroservo-writing-"
 STAGE = re.compile(re.escape(PREFIX) + "[0-9a-f]{8}")
 LOCK = "in-use"
 NOTE = b"A process of hydroservo is writing here; the next one removes what a killed one left.\n"
+
+
+SIGNALS = ("SIGINT", "SIGALRM", "SIGTERM", "SIGHUP")
+TEMPORARY: set[Path] = set()  # folders of this process
 
 
 class OutputError(HydroservoError):
@@ -136,6 +144,44 @@ def keep_elsewhere(problem: OutputError, write: Callable[[Path], object]) -> Out
             return problem
         raise
     return OutputError(f"{problem}; kept in {folder} instead")
+
+
+@contextmanager
+def temporary_folder() -> Iterator[Path]:
+    """A folder that is removed at the end, or by :func:`remove_temporary_folders` where that does not come.
+
+    Raises:
+        OutputError: there is no place for one.
+    """
+    folder = new_temporary_folder()
+    try:
+        yield folder
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+        TEMPORARY.discard(folder)
+
+
+def new_temporary_folder() -> Path:
+    """A folder that stays until the process ends.
+
+    Raises:
+        OutputError: there is no place for one.
+    """
+    try:
+        folder = Path(tempfile.mkdtemp(prefix="hydroservo-"))
+    except OSError as error:
+        raise OutputError(f"no temporary folder can be made: {system_problem(error)}") from None
+    TEMPORARY.add(folder)
+    return folder
+
+
+def remove_temporary_folders() -> None:
+    """Remove the temporary folders of this process, as it ends."""
+    while TEMPORARY:
+        shutil.rmtree(TEMPORARY.pop(), ignore_errors=True)
+
+
+atexit.register(remove_temporary_folders)
 
 
 def check_outputs(files: Iterable[Path]) -> None:
@@ -244,15 +290,16 @@ def remove_stale(stage: Path) -> None:
 
 
 def uninterrupted(work: Callable[[], None]) -> None:
-    """Do something that an interrupt, or one that is repeated by a timer, shall not break off.
+    """Do something that no signal shall break off that ends a process, or the timer that repeats one.
 
-    It is raised when the work is done. Python hears signals in the main thread only; others need no guard.
+    It is raised again when the work is done. Python hears signals in the main thread only; others need no
+    guard.
     """
     if threading.current_thread() is not threading.main_thread():
         work()
         return
     heard: list[int] = []
-    kinds = [getattr(signal, name) for name in ("SIGINT", "SIGALRM") if hasattr(signal, name)]
+    kinds = [getattr(signal, name) for name in SIGNALS if hasattr(signal, name)]
     kinds = [kind for kind in kinds if signal.getsignal(kind) is not signal.SIG_IGN]
     before = {kind: signal.signal(kind, lambda number, _: heard.append(number)) for kind in kinds}
     try:
@@ -261,7 +308,7 @@ def uninterrupted(work: Callable[[], None]) -> None:
         for kind, handler in before.items():
             signal.signal(kind, handler or signal.SIG_DFL)  # None where C code has set it
     if heard:
-        raise KeyboardInterrupt
+        signal.raise_signal(heard[0])
 
 
 def names_in(folder: Path) -> list[str]:

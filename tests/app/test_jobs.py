@@ -1,5 +1,7 @@
 """What a page is told of a scenario."""
 
+import os
+
 import numpy as np
 import pytest
 
@@ -50,6 +52,15 @@ def before_text(one):
     return {"bool": lambda text: text == "True", "int": lambda text: text if text == "auto" else int(text)}[
         one["kind"]
     ](one["text"])
+
+
+def test_texts_of_pages_are_forgotten(home, monkeypatch):
+    monkeypatch.setattr("hydroservo.app.source.MOST_TEXTS", 4)
+    for i in range(8):
+        source = source_of({"text": f'base = "{RIG}"\ntitle = "{i}"\n'}, home)
+        os.utime(source.scenario, (i, i))
+    texts = [file.read_text() for file in home.folder.glob("*.toml")]
+    assert sorted(text[-4:-2] for text in texts) == ['"4', '"5', '"6', '"7']
 
 
 def test_a_run_is_that_of_the_library(done):

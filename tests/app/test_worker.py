@@ -46,6 +46,38 @@ def test_a_job_has_one_last_message(home):
     assert (error.kind, error.about["path"]) == ("error", "")
 
 
+def test_a_second_tab_is_told_that_it_waits(home, monkeypatch):
+    monkeypatch.setattr("hydroservo.app.worker.PATIENCE", 0.01)
+
+    async def steps(worker):
+        first = worker.do("run", LONG)
+        await anext(first)
+        second = worker.do("toml", {})
+        waiting = await anext(second)
+        await first.aclose()
+        return waiting, [message async for message in second]
+
+    waiting, rest = run(home, steps)
+    assert (waiting.kind, waiting.about["what"]) == ("progress", "waiting for another tab")
+    assert [message.kind for message in rest] == ["result"]
+
+
+def test_a_tab_that_stops_waiting_leaves_the_other_alone(home, monkeypatch):
+    monkeypatch.setattr("hydroservo.app.worker.PATIENCE", 0.01)
+
+    async def steps(worker):
+        first = worker.do("run", LONG)
+        await anext(first)
+        second = worker.do("toml", {})
+        await anext(second)
+        await second.aclose()
+        message = await anext(first)
+        await first.aclose()
+        return message
+
+    assert run(home, steps).kind == "progress"
+
+
 def test_a_process_that_died_is_said_and_another_goes_on(home):
     async def steps(worker):
         listening = worker.do("run", LONG)

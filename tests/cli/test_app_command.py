@@ -4,7 +4,11 @@ import signal
 import socket
 import urllib.request
 
+import pytest
+
+from hydroservo.app.serving import Address, opened
 from tests.support.browser import served
+from tests.support.commands.processes import needs_posix
 from tests.support.commands.runner import failed
 
 
@@ -14,6 +18,25 @@ def test_the_page_is_served_until_an_interrupt():
         assert b"<title>hydroservo</title>" in urllib.request.urlopen(server.url).read()
         server.process.send_signal(signal.SIGINT)
         assert server.process.wait(20) == 130
+
+
+@needs_posix
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
+def test_the_page_takes_its_folder_with_it(number, tmp_path, monkeypatch):
+    monkeypatch.setenv("TMPDIR", str(tmp_path))
+    with served("rig/1khz-pi-sine") as server:
+        (folder,) = tmp_path.iterdir()
+        (folder / "a-users-log.csv").write_text("time [s]\n")
+        server.process.send_signal(number)
+        assert server.process.wait(20) == 128 + number
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_an_answer_does_not_wait_to_be_acknowledged():
+    with opened(Address(port=0)) as listening, socket.create_connection(listening.getsockname()) as _:
+        there, _ = listening.accept()
+        with there:
+            assert there.getsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY)
 
 
 def test_what_cannot_be_served_is_one_line():

@@ -13,7 +13,8 @@ from pathlib import Path
 import pytest
 
 from hydroservo.cli.progress import progress_bar
-from tests.support.commands.processes import leaves_nothing, needs_posix, on_terminal, process
+from tests.support.commands.processes import ends_by, leaves_nothing, needs_posix, on_terminal, process
+from tests.support.needs import needs
 
 QUICK = ("run", "paper/sine-pi", "--set", "simulation.duration=0.02", "--interpreted")
 HOURS = ("--set", "simulation.duration=1e5", "--set", "simulation.record_period=10")
@@ -173,6 +174,70 @@ def test_a_command_of_a_script_s_background_is_not_interrupted(tmp_path):
 def test_ctrl_c_leaves_nothing_half_written(tmp_path, args):
     out = tmp_path / "out"
     leaves_nothing(out, *args, "--out", str(out))
+
+
+@needs_posix
+@pytest.mark.parametrize(
+    ("number", "word"),
+    [(signal.SIGINT, "interrupted"), (signal.SIGTERM, "terminated"), (signal.SIGHUP, "hung up")],
+)
+def test_signals_that_end_a_command_leave_nothing(tmp_path, number, word):
+    ends_by(number, word, tmp_path, "run", "paper/sine-tsmc", *HOURS, "--out", str(tmp_path / "out"))
+
+
+EXPORTING = """
+import os, signal, sys
+from hydroservo.export.c import compiler
+from hydroservo.cli import main
+compiled, number = compiler.compiled, int(sys.argv.pop(1))
+def compiling(folder, *args, **options):
+    assert list(folder.iterdir())
+    signal.raise_signal(number)
+    return compiled(folder, *args, **options)
+for module in list(sys.modules.values()):
+    if getattr(module, "compiled", None) is compiled:
+        module.compiled = compiling
+compiler.compiled = compiling
+main()
+"""
+
+
+@needs_posix
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
+def test_an_export_that_is_ended_removes_its_folders(tmp_path, number):
+    needs("cc")
+    out, temporary = tmp_path / "law.fmu", tmp_path / "temporary"
+    temporary.mkdir()
+    words = ["export", "fmu", "rig/1khz-pi-sine", "--out", str(out)]
+    done = subprocess.run(
+        [sys.executable, "-c", EXPORTING, str(int(number)), *words],
+        text=True,
+        capture_output=True,
+        check=False,
+        env={**os.environ, "TMPDIR": str(temporary)},
+    )
+    assert done.returncode == 128 + number
+    assert list(temporary.iterdir()) == []
+    assert not out.exists()
+
+
+NOHUP = """
+import os, signal, sys
+signal.signal(signal.SIGHUP, signal.SIG_IGN)
+os.execv(sys.executable, [sys.executable, "-c", sys.argv[1], *sys.argv[2:]])
+"""
+HUNG_UP = """
+import os, signal
+from hydroservo.cli import main
+os.kill(os.getpid(), signal.SIGHUP)
+main()
+"""
+
+
+@needs_posix
+def test_nohup_holds():
+    words = [sys.executable, "-c", NOHUP, HUNG_UP, "--version"]
+    assert subprocess.run(words, text=True, capture_output=True, check=False).returncode == 0
 
 
 ENDLESS = """

@@ -1,7 +1,6 @@
 """What a page hands to the browser to keep: trajectories, pictures, C and FMUs."""
 
 import io
-import tempfile
 import zipfile
 from collections.abc import Callable
 from pathlib import Path
@@ -9,6 +8,7 @@ from typing import NamedTuple
 
 from hydroservo.app.source import Source
 from hydroservo.errors import HydroservoError, short
+from hydroservo.outputs import temporary_folder
 from hydroservo.runs.run import simulate
 
 __all__ = ["KINDS", "File", "Report", "exported"]
@@ -38,8 +38,7 @@ def exported(source: Source, kind: str, report: Report) -> File:
     Raises:
         HydroservoError: there is no such kind, or the loop cannot be exported.
     """
-    with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
+    with temporary_folder() as folder:
         if kind in FORMATS or kind in PICTURES:
             return of_run(source, kind, folder, report)
         if kind == "c":

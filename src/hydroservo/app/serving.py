@@ -2,7 +2,6 @@
 
 import secrets
 import socket
-import tempfile
 import webbrowser
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -12,6 +11,7 @@ from typing import NamedTuple
 from hydroservo.app.guard import LOOPBACK, Door
 from hydroservo.app.source import Home
 from hydroservo.errors import HydroservoError, ParameterError
+from hydroservo.outputs import temporary_folder
 from hydroservo.runs.arguments import checked_path
 
 __all__ = ["PORT", "Address", "serve"]
@@ -64,9 +64,9 @@ def serve(
     listening = opened(address)
     host, port = address.host, listening.getsockname()[1]
     door = Door(host, port, "" if host in LOOPBACK else secrets.token_urlsafe(16))
-    with tempfile.TemporaryDirectory(prefix="hydroservo-app-") as folder:
+    with temporary_folder() as folder:
         files = tuple(str(checked_path("plugins", one).absolute()) for one in plugins)
-        page = application(Home(scenario, files, Path(folder)), door, list(changes))
+        page = application(Home(scenario, files, folder), door, list(changes))
         where = url(door)
         say(where)
         if browser:
@@ -95,7 +95,9 @@ def opened(address: Address) -> socket.socket:
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
     for one in (PORT, 0) if port is None else (port,):
         try:
-            return socket.create_server((host, one), family=family)
+            listening = socket.create_server((host, one), family=family)
+            listening.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)  # else an answer waits 40 ms
+            return listening
         except OSError as error:
             problem = error
     asked = f"--host {host}" + ("" if port is None else f" --port {port}")

@@ -16,6 +16,7 @@ __all__ = ["Home", "Source", "source_of"]
 
 PAGE = "the page's scenario"
 MOST_CHANGES = 2000
+MOST_TEXTS = 64  # each of a MiB at most
 ONLY_GIVEN = "names a file, which a page may not read; start hydroservo app with this scenario"
 
 
@@ -67,16 +68,24 @@ def source_of(request: Mapping[str, Any], home: Home) -> Source:
     text, name = request.get("text"), request.get("name")
     if isinstance(text, str):
         check_reads_nothing(parsed(text, PAGE))
-        digest = hashlib.sha256(text.encode()).hexdigest()[:16]
-        file = home.folder / f"{digest}.toml"
-        if not file.exists():
-            write_text(file, text)
-        return Source(file, changes, home.plugins, text)
+        return Source(kept_text(text, home.folder), changes, home.plugins, text)
     if isinstance(name, str) and name != home.given:
         if name not in builtin_texts():
             raise ScenarioError(PAGE, "", f"{short(name)} is not a built-in scenario")
         return Source(name, changes, home.plugins)
     return Source(home.given, changes, home.plugins)
+
+
+def kept_text(text: str, folder: Path) -> Path:
+    """The file of a text that a page sent; those that were not used for long go."""
+    file = folder / f"{hashlib.sha256(text.encode()).hexdigest()[:16]}.toml"
+    if file.exists():
+        file.touch()
+        return file
+    texts = sorted(folder.glob("*.toml"), key=lambda kept: kept.stat().st_mtime)
+    for old in texts[: 1 - MOST_TEXTS]:
+        old.unlink(missing_ok=True)
+    return write_text(file, text)
 
 
 def checked_changes(changes: object) -> Mapping[str, object]:

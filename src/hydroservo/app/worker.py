@@ -1,19 +1,18 @@
 """A process that computes for a page, and can be ended whatever it does."""
 
 import asyncio
-import signal
 from collections.abc import AsyncGenerator, Mapping
 from contextlib import suppress
 from multiprocessing import get_context
-from threading import Thread
 from typing import Any, NamedTuple
 
 from hydroservo.app.failures import Stopped, failure
 from hydroservo.app.source import Home
-from hydroservo.work.processes import end_with_parent, single_threaded_algebra
+from hydroservo.work.processes import begin_worker, single_threaded_algebra
 
 __all__ = ["Message", "Worker"]
 
+PATIENCE = 1.5  # s, more than GRACE, in which the last job of the same page ends
 LOOK = 0.05  # s between two looks for a page that has gone
 GRACE = 1.0  # s in which a computation may end by itself
 
@@ -67,7 +66,9 @@ class Worker:
 
     async def do(self, job: str, request: Mapping[str, Any]) -> AsyncGenerator[Message, None]:
         """What is said of a job until it is done; who stops listening ends it."""
-        await self.lock.acquire()
+        if not await self.is_free(PATIENCE):
+            yield Message("progress", {"done": 0.0, "what": "waiting for another tab"})
+            await self.lock.acquire()
         done = False
         try:
             self.start()
@@ -83,6 +84,14 @@ class Worker:
                 task = asyncio.get_running_loop().create_task(self.stop())
                 self.ending.add(task)
                 task.add_done_callback(self.ending.discard)
+
+    async def is_free(self, patience: float) -> bool:
+        """Whether this job is the only one within some seconds [s]; a job of this page may be ending."""
+        try:
+            await asyncio.wait_for(self.lock.acquire(), patience)
+        except TimeoutError:
+            return False
+        return True
 
     async def heard(self) -> Message:
         """The next message; an error where the process ended."""
@@ -112,8 +121,7 @@ class Worker:
 
 def serve(pipe: Any, home: Home) -> None:
     """Do what comes through a pipe until it is closed: the life of the process."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # which a terminal sends to all
-    Thread(target=end_with_parent, daemon=True).start()
+    begin_worker(home.folder)
     from hydroservo.app.jobs import JOBS
     from hydroservo.scenario import load_plugin
 

@@ -5,7 +5,6 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -73,8 +72,10 @@ def no_notes_left() -> Iterator[None]:
     if NOTES in os.environ:
         yield
         return
-    with TemporaryDirectory() as folder:
-        os.environ[NOTES] = folder
+    from hydroservo.outputs import temporary_folder
+
+    with temporary_folder() as folder:
+        os.environ[NOTES] = str(folder)
         try:
             yield
         finally:

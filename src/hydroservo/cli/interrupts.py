@@ -1,4 +1,4 @@
-"""Makes sure that Ctrl-C is heard.
+"""Makes sure that Ctrl-C is heard, and that SIGTERM and a closed terminal end a command as it does.
 
 While LLVM compiles it calls back into Python, and Python drops what is raised in such a callback or in a
 ``__del__``: an interrupt that lands there would print a traceback, and the run would go on. And Python hears
@@ -24,7 +24,9 @@ __all__ = [
     "repeat_interrupts",
 ]
 
-INTERRUPTED = 130  # exit status: 128 + SIGINT, as shells have it
+INTERRUPTED = 130  # exit status: 128 + SIGINT, as shells have it; of other signals 128 + theirs
+WORDS = {"SIGINT": "interrupted", "SIGTERM": "terminated", "SIGHUP": "hung up"}
+ENDINGS = {getattr(signal, name): word for name, word in WORDS.items() if hasattr(signal, name)}
 PAUSE = 0.2  # s
 PATIENCE = 10.0  # s, after which whatever does not answer is left
 REPEATS = hasattr(signal, "setitimer")  # not on Windows
@@ -39,27 +41,30 @@ def end_on_interrupt() -> None:
 def repeat_interrupts() -> None:
     """From now on, repeat an interrupt until :func:`heard` is called, and say nothing of those dropped."""
     sys.unraisablehook = dropped
-    if ignored():
+    if not REPEATS:
+        if not ignored():
+            signal.signal(signal.SIGINT, signal.default_int_handler)
         return
-    if REPEATS:
-        signal.signal(signal.SIGALRM, interrupt)
-        signal.signal(signal.SIGINT, interrupt)
-        leave_what_does_not_answer()
-    else:
-        signal.signal(signal.SIGINT, signal.default_int_handler)
+    signal.signal(signal.SIGALRM, interrupt)
+    for number in ENDINGS:
+        if not ignored(number):
+            signal.signal(number, interrupt)
+    leave_what_does_not_answer()
 
 
-def ignored() -> bool:
-    """Whether this process was started with interrupts ignored, as in the background of a script."""
-    return signal.getsignal(signal.SIGINT) is signal.SIG_IGN
+def ignored(number: int = signal.SIGINT) -> bool:
+    """Whether this process was started with a signal ignored, as in the background of a script."""
+    return signal.getsignal(number) is signal.SIG_IGN
 
 
 def ignore_interrupts() -> None:
     """From now on, let nothing break off the end of the process: all is done."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    for number in ENDINGS:
+        signal.signal(number, signal.SIG_IGN)
     heard()
 
 
+CAUGHT: list[int] = []  # the signals that are to end this process
 ANSWERS: list[str] = []  # what is to be said of an interrupt that was acted on
 
 
@@ -74,7 +79,8 @@ def heard(where: str = "") -> None:
         signal.setitimer(signal.ITIMER_REAL, 0.0)
 
 
-def interrupt(_number: int, _frame: "Any") -> "NoReturn":
+def interrupt(number: int, _frame: "Any") -> "NoReturn":
+    CAUGHT.extend({number} & ENDINGS.keys())
     signal.setitimer(signal.ITIMER_REAL, PAUSE)  # a timer of the system: a thread could wait for itself here
     raise KeyboardInterrupt
 
@@ -94,7 +100,7 @@ def leave_what_does_not_answer() -> None:
 
 def watch(pipe: int) -> None:
     """Wait for an interrupt, and then for the answer."""
-    while signal.SIGINT not in os.read(pipe, 1):
+    while not ENDINGS.keys() & set(os.read(pipe, 1)):
         pass
     sleep(PATIENCE)
     if not ANSWERS:
@@ -119,10 +125,13 @@ def end(why: str) -> "NoReturn":
     Args:
         why: what is to be said of it besides.
     """
-    sys.stderr.write(f"hydroservo: interrupted{why}; nothing was left half-written\n")
+    number = CAUGHT[0] if CAUGHT else signal.SIGINT
+    sys.stderr.write(f"hydroservo: {ENDINGS[number]}{why}; nothing was left half-written\n")
     sys.stderr.flush()
     discard_unwritten()
-    os._exit(INTERRUPTED)
+    if outputs := sys.modules.get("hydroservo.outputs"):
+        outputs.remove_temporary_folders()
+    os._exit(128 + number)
 
 
 def discard_unwritten() -> None:

@@ -1,7 +1,6 @@
 """A file with an FMU for co-simulation: what it says of itself, read without running anything of it."""
 
 import math
-import tempfile
 import zipfile
 from functools import lru_cache
 from hashlib import sha256
@@ -9,6 +8,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from hydroservo.errors import HydroservoError
+from hydroservo.outputs import new_temporary_folder, temporary_folder
 
 __all__ = ["Fmu", "Variable", "digest_of", "read_fmu", "unpacked"]
 
@@ -144,8 +144,8 @@ def opened(path: Path, fmpy: Any) -> tuple[list[str], Any]:
         raise HydroservoError("is no FMU: it is not a zip archive") from None
     if not text:
         raise HydroservoError(f"is no FMU: there is no {DESCRIPTION} in it")
-    with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / DESCRIPTION
+    with temporary_folder() as folder:
+        file = folder / DESCRIPTION
         file.write_bytes(text)
         try:
             return names, fmpy.read_model_description(str(file), validate=False)
@@ -218,7 +218,7 @@ def size_of(dimension: Any) -> int:
 
 
 @lru_cache(maxsize=64)
-def folder_of(path: Path, digest: str) -> "tempfile.TemporaryDirectory[str]":
+def folder_of(path: Path, digest: str) -> Path:
     """A folder with the files of an FMU, which goes when the process ends.
 
     Raises:
@@ -226,8 +226,8 @@ def folder_of(path: Path, digest: str) -> "tempfile.TemporaryDirectory[str]":
     """
     if digest_of(path) != digest:
         raise HydroservoError(f"{path}: has changed since it was read")
-    folder = tempfile.TemporaryDirectory(prefix="hydroservo_fmu_")
-    package().extract(str(path), unzipdir=folder.name)
+    folder = new_temporary_folder()
+    package().extract(str(path), unzipdir=str(folder))
     return folder
 
 
@@ -237,4 +237,4 @@ def unpacked(fmu: Fmu) -> Path:
     Raises:
         HydroservoError: the file is not what it was when it was read.
     """
-    return Path(folder_of(fmu.path, fmu.digest).name)
+    return folder_of(fmu.path, fmu.digest)

@@ -1,14 +1,12 @@
 """Whether a block can be exported as C, and gives the same bits there."""
 
-from pathlib import Path
-from tempfile import TemporaryDirectory
-
 from hydroservo.errors import HydroservoError, ParameterError
 from hydroservo.export.c.proof import replay
 from hydroservo.export.c.vectors import made_vectors
 from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.unit import Part, Unit
 from hydroservo.loop import Loop
+from hydroservo.outputs import temporary_folder
 from hydroservo.roles import Controller, Monitor
 from hydroservo.runs.run import ready
 from hydroservo.scenario.fits import a_role
@@ -41,8 +39,8 @@ def check_translated(case: Case) -> str:
     unit = translated(case, loop, Part.LOOP)
     try:
         vectors = made_vectors(loop, Part.LOOP, unit)
-        with TemporaryDirectory() as folder:
-            _, unproved = replay(unit, vectors, Path(folder))
+        with temporary_folder() as folder:
+            _, unproved = replay(unit, vectors, folder)
     except HydroservoError as error:
         raise case.error(str(error)) from error
     return f"bits not compared: {unproved}" if unproved else ""

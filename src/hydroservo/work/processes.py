@@ -2,16 +2,19 @@
 
 import os
 import signal
+import tempfile
 from collections import Counter
 from collections.abc import Generator, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from functools import partial
 from multiprocessing import connection, get_context, parent_process
+from pathlib import Path
 from pickle import UnpicklingError
 from threading import Thread
 from typing import Any, NamedTuple
 
 from hydroservo._version import __version__
+from hydroservo.outputs import temporary_folder
 from hydroservo.work.answers import Answer, Failure, Say, answer_to
 from hydroservo.work.unit import Unit
 
@@ -39,6 +42,12 @@ def in_processes(units: Iterable[Unit], count: int, say: Say) -> Generator[tuple
         count: of processes.
         say: is told of processes that ended.
     """
+    with temporary_folder() as folder:
+        yield from in_workers(units, count, say, folder)
+
+
+def in_workers(units: Iterable[Unit], count: int, say: Say, folder: Path) -> Generator[tuple[Unit, Answer]]:
+    """What each unit came to, by processes whose temporary files are in a folder."""
     waiting, again = iter(units), list[Unit]()
     deaths: Counter[str] = Counter()
     workers: dict[Any, Worker] = {}
@@ -46,7 +55,7 @@ def in_processes(units: Iterable[Unit], count: int, say: Say) -> Generator[tuple
     def go_on(worker: Worker | None) -> None:
         unit = again.pop() if again else next(waiting, None)
         if unit is not None:
-            now = with_unit(worker, unit)
+            now = with_unit(worker or new_worker(unit, folder), unit)
             workers[now.pipe] = now
         elif worker is not None:
             worker.pipe.close()  # at which it ends
@@ -76,19 +85,18 @@ def in_processes(units: Iterable[Unit], count: int, say: Say) -> Generator[tuple
             worker.process.join()
 
 
-def with_unit(worker: Worker | None, unit: Unit) -> Worker:
-    """A worker, a new one if there is none, that does a unit."""
-    if worker is None:
-        worker = new_worker(unit)
+def with_unit(worker: Worker, unit: Unit) -> Worker:
+    """A worker that does a unit."""
     with suppress(OSError):  # its process has just ended, which is seen when its answer is waited for
         worker.pipe.send(partial(answer_to, unit.do, __version__))
     return worker._replace(unit=unit)
 
 
-def new_worker(unit: Unit) -> Worker:
+def new_worker(unit: Unit, folder: Path) -> Worker:
+    """A worker whose temporary files are in a folder, for it may be killed."""
     context = get_context("spawn")  # a copy would have the locks of this one's threads, without the threads
     here, there = context.Pipe()
-    process = context.Process(target=serve, args=(there,), daemon=True)
+    process = context.Process(target=serve, args=(there, folder), daemon=True)
     with single_threaded_algebra():
         process.start()
     there.close()  # so that the end of the process is the end of the pipe
@@ -113,16 +121,24 @@ def end_of(worker: Worker) -> str:
     return signal.Signals(-status).name if status < 0 else f"status {status}"
 
 
-def serve(pipe: Any) -> None:
+def serve(pipe: Any, folder: Path) -> None:
     """Do what comes through a pipe until it is closed: the life of a worker's process."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # which a terminal sends to all; the first process says what
-    Thread(target=end_with_parent, daemon=True).start()
+    begin_worker(folder)
     while True:
         try:
             do = pipe.recv()
         except (EOFError, OSError):
             return
         pipe.send(do())
+
+
+def begin_worker(folder: Path) -> None:
+    """Leave the terminal's signals to the first process, end with it, keep temporary files in a folder."""
+    for name in ("SIGINT", "SIGHUP"):
+        if hasattr(signal, name):
+            signal.signal(getattr(signal, name), signal.SIG_IGN)
+    tempfile.tempdir = str(folder)
+    Thread(target=end_with_parent, daemon=True).start()
 
 
 def end_with_parent() -> None:

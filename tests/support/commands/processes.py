@@ -9,7 +9,15 @@ import time
 
 import pytest
 
-__all__ = ["HYDROSERVO", "heavy_libraries_of", "leaves_nothing", "needs_posix", "on_terminal", "process"]
+__all__ = [
+    "HYDROSERVO",
+    "ends_by",
+    "heavy_libraries_of",
+    "leaves_nothing",
+    "needs_posix",
+    "on_terminal",
+    "process",
+]
 
 HYDROSERVO = (sys.executable, "-c", "from hydroservo.cli import main; main()")
 needs_posix = pytest.mark.skipif(os.name != "posix", reason="POSIX signals and devices")
@@ -21,14 +29,14 @@ def process(*args, **options):
     )
 
 
-def interrupted(*args):
+def interrupted(*args, number=signal.SIGINT, **options):
     """The command, interrupted after two seconds."""
     running = subprocess.Popen(
-        [*HYDROSERVO, *args], text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE
+        [*HYDROSERVO, *args], text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE, **options
     )
     with running:
         time.sleep(2.0)
-        running.send_signal(signal.SIGINT)
+        running.send_signal(number)
         try:
             stdout, stderr = running.communicate(timeout=60)
         finally:
@@ -43,6 +51,15 @@ def leaves_nothing(out, *args):
     assert stdout == ""
     assert stderr == "hydroservo: interrupted; nothing was left half-written\n"
     assert not out.exists()
+
+
+def ends_by(number, word, folder, *args):
+    """A command that computes ends by a signal: one line, its status, and no file in the temporary folder."""
+    environment = {**os.environ, "TMPDIR": str(folder)}
+    status, stdout, stderr = interrupted(*args, number=number, env=environment)
+    assert (status, stdout) == (128 + number, "")
+    assert stderr == f"hydroservo: {word}; nothing was left half-written\n"
+    assert list(folder.iterdir()) == []
 
 
 def on_terminal(stream, *args):

@@ -1,10 +1,9 @@
 """How far single precision is from double, measured by running the C."""
 
 from collections.abc import Mapping
-from pathlib import Path
-from tempfile import TemporaryDirectory
 
 from hydroservo.export.c.compiler import CompilerError, compiled, ran
+from hydroservo.outputs import temporary_folder
 
 __all__ = ["measured_deviation"]
 
@@ -19,8 +18,7 @@ def measured_deviation(prefix: str, texts: Mapping[str, str]) -> str:
     Raises:
         CompilerError: there is no C compiler, or its programs do not run here.
     """
-    with TemporaryDirectory() as name:
-        folder = Path(name)
+    with temporary_folder() as folder:
         for file, text in texts.items():
             (folder / file).write_text(text, encoding="utf-8")
         program = compiled(folder, [f"{prefix}_replay.c", f"{prefix}.c"], "replay")

@@ -2,7 +2,6 @@
 
 from contextlib import suppress
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
 import numpy as np
 
@@ -23,6 +22,7 @@ from hydroservo.export.c.vectors import (
 )
 from hydroservo.export.unit import Part, Unit
 from hydroservo.loop import Loop
+from hydroservo.outputs import temporary_folder
 
 __all__ = ["proven_vectors"]
 
@@ -51,17 +51,17 @@ def proven_vectors(loop: Loop, part: Part, unit: Unit) -> tuple[Vectors, Proof]:
     trial = trial_of(loop, part, unit)
     branches: dict[Branch, bool] = {}
     uncounted = ""
-    with TemporaryDirectory() as name:
+    with temporary_folder() as folder:
         try:
-            coverage = Coverage(unit, Path(name))
+            coverage = Coverage(unit, folder)
             branches = coverage.branches(input_rows(unit, trial.inputs))
         except CompilerError as error:
             uncounted = str(error)
         if unit.real == "double" and not all(branches.values()):
             branches, trial = search(coverage, unit, trial, branches)
     vectors = vectors_of(unit, trial)
-    with TemporaryDirectory() as name:
-        found, unproved = replay(unit, vectors, Path(name))
+    with temporary_folder() as folder:
+        found, unproved = replay(unit, vectors, folder)
     missed = sorted(branch for branch, reached in branches.items() if not reached)
     methods = list(dict.fromkeys(unit.functions[branch.function] for branch in missed))
     counts = sum(branches.values()), len(branches), sorted({branch.line for branch in missed}), methods

@@ -1,7 +1,6 @@
 """The binaries of an FMU: shared libraries that the compiler of each platform makes of the sources."""
 
 import shutil
-import tempfile
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -10,6 +9,7 @@ from hydroservo.export.fmu.contents import Files
 from hydroservo.export.fmu.interface import interface_of
 from hydroservo.export.platforms import TOOLCHAINS, Platform, machine_name
 from hydroservo.export.unit import FmiVersion, Unit
+from hydroservo.outputs import temporary_folder
 
 __all__ = ["AS_LIBRARY", "binaries", "check_compilers", "place_of"]
 
@@ -43,11 +43,11 @@ def check_compilers(platforms: Iterable[Platform]) -> None:
         command = compiler_for(platform)
         if platform == machine_name():
             continue
-        with tempfile.TemporaryDirectory() as name:
-            (Path(name) / "trial.c").write_text(TRIAL, encoding="utf-8")
+        with temporary_folder() as folder:
+            (folder / "trial.c").write_text(TRIAL, encoding="utf-8")
             try:
                 library = f"trial{TOOLCHAINS[platform].ending}"
-                compiled(Path(name), [*options(platform), "trial.c"], library, command)
+                compiled(folder, [*options(platform), "trial.c"], library, command)
             except CompilerError as error:
                 raise CompilerError(f"{error}; {advice(platform)}") from error
 
@@ -100,8 +100,7 @@ def runtime_licence(file: Path) -> bytes:
 
 def library_of(files: Files, unit: Unit, version: FmiVersion, platform: Platform) -> bytes:
     """The shared library that the compiler for a platform makes of the sources."""
-    with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
+    with temporary_folder() as folder:
         for path, text in files.items():
             (folder / path).parent.mkdir(parents=True, exist_ok=True)
             (folder / path).write_text(text, encoding="utf-8", newline="\n")
