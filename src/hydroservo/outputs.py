@@ -48,7 +48,9 @@ LOCK = "in-use"
 NOTE = b"A process of hydroservo is writing here; the next one removes what a killed one left.\n"
 
 
-SIGNALS = ("SIGINT", "SIGALRM", "SIGTERM", "SIGHUP")
+SIGNALS = [signal.SIGINT, signal.SIGTERM]
+if sys.platform != "win32":
+    SIGNALS += [signal.SIGHUP, signal.SIGALRM]
 TEMPORARY: set[Path] = set()  # folders of this process
 
 
@@ -299,8 +301,7 @@ def uninterrupted(work: Callable[[], None]) -> None:
         work()
         return
     heard: list[int] = []
-    kinds = [getattr(signal, name) for name in SIGNALS if hasattr(signal, name)]
-    kinds = [kind for kind in kinds if signal.getsignal(kind) is not signal.SIG_IGN]
+    kinds = [kind for kind in SIGNALS if signal.getsignal(kind) is not signal.SIG_IGN]
     before = {kind: signal.signal(kind, lambda number, _: heard.append(number)) for kind in kinds}
     try:
         work()

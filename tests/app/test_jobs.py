@@ -1,5 +1,6 @@
 """What a page is told of a scenario."""
 
+import math
 import os
 
 import numpy as np
@@ -52,6 +53,46 @@ def before_text(one):
     return {"bool": lambda text: text == "True", "int": lambda text: text if text == "auto" else int(text)}[
         one["kind"]
     ](one["text"])
+
+
+ODD = [
+    *(None, [], {}, -1, math.inf, True, ["a"]),
+    *("", "x" * 300, "a\0b", "../x", "plant.nothing", "a.b.c", "drive.drive"),
+]
+ODD_TEXTS = [
+    *('base = ["a"]', "base = { a = 1 }", "base = 5", f'base = "{RIG}"\ncontroller = 5'),
+    *(f'base = "{RIG}"\nplant.type = ["x"]', f'base = "{RIG}"\nstart = []', "a = 1979-05-27"),
+]
+
+
+@pytest.mark.parametrize(
+    ("job", "field"),
+    [
+        *(("run", name) for name in ("text", "name", "changes", "substeps", "signals")),
+        *(("retype", name) for name in ("path", "type")),
+        *(
+            ("log", "log"),
+            ("identify", "log"),
+            ("identify", "ranges"),
+            ("frequency", "band"),
+            ("export", "kind"),
+        ),
+    ],
+)
+def test_odd_requests_are_no_defects(done, job, field):
+    usual = {"changes": {"simulation.duration": 0.01}, "path": "controller", "type": "PI", "kind": "csv"}
+    problems = []
+    for value in [*ODD, *(ODD_TEXTS if field == "text" else [])]:
+        try:
+            done(job, **{**usual, field: value})
+        except Exception as error:
+            problems.append(failure(error)["problem"])
+    assert [problem for problem in problems if "a defect" in problem] == []
+
+
+def test_a_type_for_no_block_says_what_has_one(done):
+    with pytest.raises(ScenarioError, match=r"'plant.nothing': is not the path of a block"):
+        done("retype", path="plant.nothing", type="PI")
 
 
 def test_texts_of_pages_are_forgotten(home, monkeypatch):

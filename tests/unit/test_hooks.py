@@ -16,6 +16,7 @@ OF_NUMBERS = {  # of some machines; maps, proposals, environments and the page u
     *("volume_a", "total_volume", "effective_bulk_modulus", "hysteresis", "area_gradient"),
     *("extra_lap_pa", "extra_lap_at", "extra_lap_pb", "extra_lap_bt"),
     *("start_pressure_a", "start_pressure_b", "resolution", "range_high"),
+    *("mechanism", "mass", "time_constant", "natural_frequency"),
 }
 OF_OTHERS = {  # of Python and of libraries
     *(

@@ -1,6 +1,7 @@
 """A recorded log beside a run, and the machine's numbers from it."""
 
 import math
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -21,6 +22,7 @@ from hydroservo.identification.signals import SIGNALS
 __all__ = ["LOGS", "drawn_log", "found_in_log", "log_file"]
 
 LOGS = (".csv", ".txt", ".parquet", ".mat", ".nc", ".mf4", ".mdf")
+LOG_KEY = re.compile("[0-9a-f]{16}")
 MOST_SOUGHT = 8
 PLOTTED = {"command": "controller.u", "pressure_a": "plant.pressure_a", "pressure_b": "plant.pressure_b"}
 
@@ -31,7 +33,7 @@ def log_file(home: Home, key: str) -> Path:
     Raises:
         HydroservoError: there is none.
     """
-    found = [home.folder / f"{key}{ending}" for ending in LOGS if key.isalnum()]
+    found = [home.folder / f"{key}{ending}" for ending in LOGS if LOG_KEY.fullmatch(key)]
     file = next((one for one in found if one.exists()), None)
     if file is None:
         raise HydroservoError("the log is no longer here; drag it in again")

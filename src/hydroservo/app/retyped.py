@@ -5,7 +5,7 @@ from functools import cache
 from typing import Any, NamedTuple
 
 from hydroservo.app.source import Source
-from hydroservo.errors import ScenarioError
+from hydroservo.errors import ScenarioError, short
 from hydroservo.field import Field, declared_fields
 from hydroservo.loop import Loop
 from hydroservo.scenario import Assembly, assembled, scenarios
@@ -94,9 +94,15 @@ def maker_at(assembly: Assembly, path: str, wanted: str) -> Any:
         ScenarioError: nothing does.
     """
     first, *names = path.split(".")
-    draft, hint = assembly.drafts[first], hints(Loop)[first]
-    for name in names:
-        draft, hint = draft.members[name], hints(draft.maker)[name]
+    draft: Any = assembly.drafts.get(first)
+    hint: Any = hints(Loop).get(first)
+    for name in names if isinstance(draft, Draft) else ():
+        hint = hints(draft.maker).get(name)
+        draft = draft.members.get(name)
+        if not isinstance(draft, Draft):
+            break
+    if not isinstance(draft, Draft):
+        raise ScenarioError("", short(path), "is not the path of a block, such as controller or plant.oil")
     return maker_named(hint, None, Entry(Origin("", draft.table.origin.folder), f"{path}.type", wanted))
 
 

@@ -110,8 +110,11 @@ def check_reads_nothing(tables: Mapping[str, Any], key: str = "") -> None:
     Raises:
         ScenarioError: its base or one of its signals is a file.
     """
-    if not key and "base" in tables and tables["base"] not in builtin_texts():
-        raise ScenarioError(PAGE, "base", f"{short(tables['base'])} {ONLY_GIVEN}")
+    base = "" if key else tables.get("base", "")
+    if not isinstance(base, str):
+        raise ScenarioError(PAGE, "base", f"{short(base)} must be the name of a scenario, in quotes")
+    if base and base not in builtin_texts():
+        raise ScenarioError(PAGE, "base", f"{short(base)} {ONLY_GIVEN}")
     for name, value in tables.items():
         path = f"{key}.{name}" if key else name
         if isinstance(value, Mapping):

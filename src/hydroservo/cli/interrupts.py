@@ -25,8 +25,9 @@ __all__ = [
 ]
 
 INTERRUPTED = 130  # exit status: 128 + SIGINT, as shells have it; of other signals 128 + theirs
-WORDS = {"SIGINT": "interrupted", "SIGTERM": "terminated", "SIGHUP": "hung up"}
-ENDINGS = {getattr(signal, name): word for name, word in WORDS.items() if hasattr(signal, name)}
+ENDINGS = {int(signal.SIGINT): "interrupted", int(signal.SIGTERM): "terminated"}
+if sys.platform != "win32":
+    ENDINGS[int(signal.SIGHUP)] = "hung up"
 PAUSE = 0.2  # s
 PATIENCE = 10.0  # s, after which whatever does not answer is left
 REPEATS = hasattr(signal, "setitimer")  # not on Windows

@@ -111,11 +111,12 @@ def massless_oil(loop: Loop) -> Iterator[str]:
     moved, area = moving_mass(loop), getattr(loop.plant, "area_a", getattr(loop.plant, "piston_area", 0.0))
     corner = valve_corner(loop.valve)
     for drive in drives_in(loop.drive):
-        inertance = getattr(drive, "inertance", 0.0)
-        if not isinstance(drive, Hoses) or inertance == 0.0:
+        if not isinstance(drive, Hoses) or drive.inertance == 0.0:
             continue
-        felt = inertance * area**2
-        wave = 0.25 / math.sqrt(inertance * drive.volume_a / drive.oil.bulk_modulus(first_line(loop).tank))
+        felt = drive.inertance * area**2
+        wave = 0.25 / math.sqrt(
+            drive.inertance * drive.volume_a / drive.oil.bulk_modulus(first_line(loop).tank)
+        )
         if felt > HEAVY * moved:
             masses = quantity(felt, "kg"), quantity(moved, "kg")
             yield f"the oil in a hose, felt as {masses[0]} by a piston that moves {masses[1]}, {WITHOUT_MASS}"

@@ -2,6 +2,7 @@
 
 import os
 import signal
+import sys
 import tempfile
 from collections import Counter
 from collections.abc import Generator, Iterable, Iterator
@@ -134,9 +135,9 @@ def serve(pipe: Any, folder: Path) -> None:
 
 def begin_worker(folder: Path) -> None:
     """Leave the terminal's signals to the first process, end with it, keep temporary files in a folder."""
-    for name in ("SIGINT", "SIGHUP"):
-        if hasattr(signal, name):
-            signal.signal(getattr(signal, name), signal.SIG_IGN)
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    if sys.platform != "win32":
+        signal.signal(signal.SIGHUP, signal.SIG_IGN)
     tempfile.tempdir = str(folder)
     Thread(target=end_with_parent, daemon=True).start()
 
