@@ -3,16 +3,19 @@
 import math
 import zipfile
 from functools import lru_cache
-from hashlib import sha256
+from hashlib import file_digest
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from hydroservo.errors import HydroservoError
+from hydroservo.inputs import irregularity
 from hydroservo.outputs import new_temporary_folder, temporary_folder
 
 __all__ = ["Fmu", "Variable", "digest_of", "read_fmu", "unpacked"]
 
 DESCRIPTION = "modelDescription.xml"
+LARGEST = 1 << 30  # bytes of a file
+MOST_UNPACKED, MOST_DESCRIBED, MOST_ENTRIES = 2 << 30, 64 << 20, 10_000  # bytes, bytes, files
 REALS = ("Real", "Float64", "Float32")
 BASE = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")  # units, as FMI has them
 
@@ -94,8 +97,11 @@ def digest_of(path: Path) -> str:
     Raises:
         HydroservoError: it cannot be read.
     """
+    if problem := irregularity(path, LARGEST):
+        raise HydroservoError(problem)
     try:
-        return sha256(path.read_bytes()).hexdigest()
+        with path.open("rb") as file:
+            return file_digest(file, "sha256").hexdigest()
     except OSError as error:
         raise HydroservoError(f"cannot be read: {(error.strerror or str(error)).lower()}") from None
 
@@ -138,8 +144,15 @@ def opened(path: Path, fmpy: Any) -> tuple[list[str], Any]:
     """
     try:
         with zipfile.ZipFile(path) as archive:
-            names = archive.namelist()
-            text = archive.read(DESCRIPTION) if DESCRIPTION in names else b""
+            entries = {entry.filename: entry.file_size for entry in archive.infolist()}
+            whole, described = sum(entries.values()), entries.get(DESCRIPTION, 0)
+            if whole > MOST_UNPACKED or described > MOST_DESCRIBED or len(entries) > MOST_ENTRIES:
+                holds = (
+                    f"{whole >> 20} MiB in {len(entries)} files, {described >> 20} of them its description"
+                )
+                most = f"{MOST_UNPACKED >> 20} MiB in {MOST_ENTRIES} files"
+                raise HydroservoError(f"holds {holds}; an FMU may hold {most}")
+            text = archive.read(DESCRIPTION) if DESCRIPTION in entries else b""
     except (OSError, zipfile.BadZipFile):
         raise HydroservoError("is no FMU: it is not a zip archive") from None
     if not text:
@@ -148,7 +161,7 @@ def opened(path: Path, fmpy: Any) -> tuple[list[str], Any]:
         file = folder / DESCRIPTION
         file.write_bytes(text)
         try:
-            return names, fmpy.read_model_description(str(file), validate=False)
+            return list(entries), fmpy.read_model_description(str(file), validate=False)
         except Exception as error:  # whatever FMPy and lxml raise for a text that is not as it should be
             raise HydroservoError(f"has a {DESCRIPTION} that cannot be read: {error}") from None
 

@@ -1,23 +1,48 @@
 """Logs in formats that hold numbers as they are: Parquet, MATLAB, NetCDF and MDF."""
 
-import io
+import json
+import os
 import subprocess
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
-from typing import Any
+from threading import Timer
+from types import SimpleNamespace
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.lib.format import read_array
 from numpy.typing import NDArray
 
 from hydroservo.errors import HydroservoError, ScenarioError
 from hydroservo.identification.signals import TIME
-from hydroservo.identification.text_tables import Choose, Samples
+from hydroservo.identification.text_tables import LARGEST, Choose, Samples
+from hydroservo.inputs import check_regular
+from hydroservo.outputs import temporary_folder
 
 __all__ = ["BINARY", "read_binary_table"]
 
-MAT_PROCESS = Path(__file__).with_name("mat_process.py")
-Found = Mapping[str, NDArray[Any]]  # by header, such as "velocity [m/s]"
+TABLE_PROCESS = Path(__file__).with_name("table_process.py")
+MOST_READ = 1 << 30  # bytes of the columns that are chosen
+MOST_MEMORY = 4 << 30  # bytes that a library may take
+PATIENCE = 120.0  # s that it may take
+BYTES = 8  # of a number
+NUMBERS = ("int", "uint", "float", "double", "halffloat", "bool", "decimal")  # kinds of Arrow's
+
+
+class Table(NamedTuple):
+    """The columns of a file, of which nothing was read yet.
+
+    Attributes:
+        headers: such as "velocity [m/s]".
+        counts: how many samples each has.
+        read: what gives some of them, by their places.
+    """
+
+    headers: Sequence[str]
+    counts: Sequence[int]
+    read: Callable[[Sequence[int]], Sequence[NDArray[Any]]]
 
 
 def read_binary_table(path: Path, choose: Choose) -> tuple[Samples, list[str]]:
@@ -28,18 +53,26 @@ def read_binary_table(path: Path, choose: Choose) -> tuple[Samples, list[str]]:
         choose: the columns.
 
     Raises:
-        ScenarioError: it cannot be read, or a column is no row of numbers as long as the time's.
+        ScenarioError: it cannot be read, is too large, or a column is not a row of numbers as long as the
+            time's.
     """
-    name = str(path)
+    name, kind = str(path), path.suffix.lower()
+    check_regular(path, LARGEST, name)
     try:
-        table = BINARY[path.suffix.lower()](path)
+        with BINARY[kind](path) as table:
+            columns = choose(table.headers)
+            places = [column.place for column in columns]
+            size = BYTES * sum(table.counts[place] for place in places)
+            if size > MOST_READ:
+                problem = f"holds {size >> 20} MiB in the columns that are read, {MOST_READ >> 20} at most"
+                raise ScenarioError(name, "", problem)
+            rows = table.read(places)
     except HydroservoError:
         raise
     except Exception as error:  # whatever a library says of a file that is not what its ending says
-        raise ScenarioError(name, "", f"cannot be read as {path.suffix.lower()}: {error}") from None
-    headers = list(table)
-    columns = choose(headers)
-    found = {one.signal: numbers(table[headers[one.place]], name, one.header) for one in columns}
+        problem = " ".join(str(error).split()) or type(error).__name__
+        raise ScenarioError(name, "", f"cannot be read as {kind}: {problem}") from None
+    found = {one.signal: numbers(row, name, one.header) for one, row in zip(columns, rows, strict=True)}
     for one in columns:
         if found[one.signal].size != found[TIME].size:
             problem = f"has {found[one.signal].size} samples, and the time {found[TIME].size}"
@@ -48,7 +81,7 @@ def read_binary_table(path: Path, choose: Choose) -> tuple[Samples, list[str]]:
     if late.size:
         problem = "is not after the instant in the row before"
         raise ScenarioError(name, f"row {late[0] + 2}, column {columns[0].header}", problem)
-    return found, headers
+    return found, list(table.headers)
 
 
 def numbers(values: NDArray[Any], name: str, header: str) -> NDArray[np.float64]:
@@ -75,48 +108,98 @@ def headed(name: str, unit: object) -> str:
     return f"{name} [{unit}]" if unit else name
 
 
-def parquet(path: Path) -> Found:
+@contextmanager
+def parquet(path: Path) -> Iterator[Table]:
     import pyarrow.parquet as pq
 
-    table = pq.read_table(path)
-    units = [(field.metadata or {}).get(b"units", b"").decode() for field in table.schema]
-    pairs = zip(table.column_names, units, strict=True)
-    return {headed(name, unit): table.column(name).to_numpy() for name, unit in pairs}
+    with pq.ParquetFile(path) as file:
+        schema = file.schema_arrow
+        units = [(field.metadata or {}).get(b"units", b"").decode() for field in schema]
+
+        def read(places: Sequence[int]) -> list[NDArray[Any]]:
+            names = [schema.names[place] for place in places]
+            for name, place in zip(names, places, strict=True):
+                if not str(schema.field(place).type).startswith(NUMBERS):
+                    raise ScenarioError(str(path), f"column {name}", "must be numbers")
+            table = file.read(columns=names)
+            return [table.column(name).to_numpy() for name in names]
+
+        headers = list(map(headed, schema.names, units))
+        yield Table(headers, [file.metadata.num_rows] * len(headers), read)
 
 
-def matlab(path: Path) -> Found:
-    command = [sys.executable, "-P", str(MAT_PROCESS), str(path)]
-    done = subprocess.run(command, capture_output=True, check=False)  # noqa: S603 - our own program
-    if done.returncode:
-        said = done.stderr.decode("utf-8", "replace").strip().rpartition("\n")[2]
-        raise ValueError(said if done.returncode > 0 else "it is damaged")
-    with np.load(io.BytesIO(done.stdout)) as archive:
-        names = archive["names"].tolist()
-        return {headed(name, unit): archive[f"arr_{i}"] for i, (name, unit) in enumerate(names)}
-
-
-def netcdf(path: Path) -> Found:
+@contextmanager
+def netcdf(path: Path) -> Iterator[Table]:
     import xarray as xr
 
     with xr.open_dataset(path, decode_times=False) as data:
         rows = {str(name): one for name, one in data.variables.items() if one.ndim == 1}
-        return {headed(name, one.attrs.get("units")): one.values for name, one in rows.items()}
+        columns = list(rows.values())
+        headers = [headed(name, one.attrs.get("units")) for name, one in rows.items()]
+        yield Table(
+            headers, [one.size for one in columns], lambda places: [columns[i].values for i in places]
+        )
 
 
-def mdf(path: Path) -> Found:
+@contextmanager
+def in_process(path: Path) -> Iterator[Table]:
+    """A table that a process of its own reads, for its library may crash, chatter, or never end."""
+    kind = path.suffix.lower()
+    with temporary_folder() as folder, (folder / "said").open("w+") as said:
+        command = [sys.executable, "-P", str(TABLE_PROCESS), kind, str(path), str(MOST_MEMORY)]
+        surroundings = {**os.environ, "TMPDIR": str(folder), "OPENBLAS_NUM_THREADS": "1"}
+        pipes: dict[str, Any] = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": said}
+        with subprocess.Popen(command, env=surroundings, **pipes) as process:  # noqa: S603 - our own program
+            timer = Timer(PATIENCE, process.kill)
+            timer.start()
+            try:
+                columns = json.loads(process.stdout.readline())  # type: ignore[union-attr]
+                headers = [headed(name, unit) for name, unit, _ in columns]
+                yield Table(
+                    headers, [count for *_, count in columns], lambda places: sent_columns(process, places)
+                )
+            except (ValueError, OSError) as error:
+                late = not timer.is_alive()
+                process.wait()
+                raise ValueError(why_ended(process.returncode, said, late) or str(error)) from None
+            finally:
+                timer.cancel()
+                process.kill()
+
+
+def sent_columns(process: Any, places: Sequence[int]) -> list[NDArray[Any]]:
+    """Columns that a process sends."""
+    process.stdin.write(json.dumps(list(places)).encode() + b"\n")
+    process.stdin.flush()
+    there: Any = SimpleNamespace(read=process.stdout.read)
+    return [read_array(there, allow_pickle=False) for _ in places]
+
+
+def why_ended(status: int, said: Any, late: bool) -> str:
+    """What a process said as it ended."""
+    if late:
+        return f"it takes more than {PATIENCE:g} s"
+    said.seek(0)
+    last = str(said.read()).strip().rpartition("\n")[2]
+    if "MemoryError" in last or "Unable to allocate" in last:
+        return f"it takes more than {MOST_MEMORY >> 30} GiB of memory"
+    return "it is damaged" if status < 0 or not last else last.partition(": ")[2] or last
+
+
+def matlab(path: Path) -> AbstractContextManager[Table]:
+    return in_process(path)
+
+
+def mdf(path: Path) -> AbstractContextManager[Table]:
     """Where signals were sampled at instants of their own, each is nan at those of the others."""
-    try:
-        from asammdf import MDF
-    except ImportError:
-        raise HydroservoError("an MDF file needs asammdf: pip install 'hydroservo[mdf]'") from None
-    with MDF(path) as file:
-        frame = file.to_dataframe(time_from_zero=False, use_interpolation=False)
-        units = {name: file.get(name).unit for name in frame.columns}
-    columns = {headed(name, units[name]): frame[name].to_numpy() for name in frame.columns}
-    return {"time [s]": frame.index.to_numpy(), **columns}
+    from importlib.util import find_spec
+
+    if find_spec("asammdf") is None:
+        raise HydroservoError("an MDF file needs asammdf: pip install 'hydroservo[mdf]'")
+    return in_process(path)
 
 
-BINARY: Mapping[str, Callable[[Path], Found]] = {
+BINARY: Mapping[str, Callable[[Path], AbstractContextManager[Table]]] = {
     ".parquet": parquet,
     ".mat": matlab,
     ".nc": netcdf,

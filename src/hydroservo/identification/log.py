@@ -13,13 +13,14 @@ from hydroservo.identification.binary_tables import BINARY, read_binary_table
 from hydroservo.identification.columns import Column, chosen_columns
 from hydroservo.identification.signals import COMMAND, NAMES, OUTPUTS, SIGNALS, TIME
 from hydroservo.identification.text_tables import read_text_table
+from hydroservo.inputs import exists
 from hydroservo.runs.arguments import checked_path
-from hydroservo.scenario.files import exists
 from hydroservo.scenario.tables import Entry
 
 __all__ = ["Given", "Log", "checked_log", "log_mapping", "read_log", "read_logs"]
 
 FEWEST = 16  # samples
+LARGEST = 1e30  # in SI units
 
 Given = str | Path | Mapping[str, Any]
 
@@ -146,8 +147,12 @@ def checked(log: Log) -> Log:
     """A log long enough to tell anything.
 
     Raises:
-        ScenarioError: it is not.
+        ScenarioError: it is not, or has numbers whose squares would be too large.
     """
+    for name, row in {TIME: log.time, **log.signals}.items():
+        if np.nanmax(np.abs(row), initial=0.0) > LARGEST:
+            problem = f"has a number beyond {LARGEST:g} {SIGNALS[name].unit}; nothing measures that"
+            raise ScenarioError(log.name, name, problem)
     if log.time.size < FEWEST:
         problem = f"too few samples to tell anything, {log.time.size}; at least {FEWEST} are needed"
         raise ScenarioError(log.name, "", problem)

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import TypeGuard
 
 from hydroservo.errors import ParameterError, ScenarioError, one_line, short
+from hydroservo.inputs import exists, read_text
 from hydroservo.nearest import nearest
-from hydroservo.scenario.files import exists, read_text
 from hydroservo.scenario.tables import Entry, Origin
 
 __all__ = [

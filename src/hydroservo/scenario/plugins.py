@@ -14,7 +14,7 @@ from typing import Any
 
 from hydroservo.errors import HydroservoError, ScenarioError
 from hydroservo.field import declared_fields
-from hydroservo.scenario.files import read_text
+from hydroservo.inputs import read_text
 from hydroservo.scenario.fits import check_said
 from hydroservo.scenario.fmus import allow_fmu
 

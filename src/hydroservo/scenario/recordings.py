@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 
 from hydroservo.errors import HydroservoWarning, ParameterError, ScenarioError, one_line, short
 from hydroservo.field import Field
+from hydroservo.inputs import exists
 from hydroservo.nearest import one_of
 from hydroservo.runs.record_coverage import remember_source
 from hydroservo.scenario.decimals import Decimals
-from hydroservo.scenario.files import exists
 from hydroservo.scenario.quantities import unit_factor
 from hydroservo.scenario.tables import Table
 from hydroservo.scenario.text_table import text_table

@@ -5,9 +5,9 @@ from pathlib import Path
 from typing import NamedTuple
 
 from hydroservo.errors import ScenarioError
+from hydroservo.inputs import read_text
 from hydroservo.scenario.decimals import Decimals, number
 from hydroservo.scenario.delimited import delimiter, numbered_rows
-from hydroservo.scenario.files import read_text
 
 __all__ = ["TextTable", "text_table"]
 

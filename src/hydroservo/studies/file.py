@@ -6,9 +6,9 @@ from importlib.resources import files
 from pathlib import Path
 
 from hydroservo.errors import ParameterError, ScenarioError, one_line
+from hydroservo.inputs import exists, read_text
 from hydroservo.nearest import nearest, one_of
 from hydroservo.scenario.catalogue import named_source
-from hydroservo.scenario.files import exists, read_text
 from hydroservo.scenario.layers import layered
 from hydroservo.scenario.overrides import nested
 from hydroservo.scenario.tables import Layer, Origin, Table, parsed

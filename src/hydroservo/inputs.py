@@ -1,10 +1,11 @@
 """Files that a user names, read without trusting them."""
 
+import stat
 from pathlib import Path
 
 from hydroservo.errors import ScenarioError
 
-__all__ = ["exists", "read_text"]
+__all__ = ["check_regular", "exists", "irregularity", "read_text"]
 
 KINDS = {  # by the first bytes
     b"\xff\xfe": 'is UTF-16 text, in spreadsheets "Unicode text"; save it as UTF-8',
@@ -34,11 +35,8 @@ def read_text(path: Path, most: int, name: str, key: str = "") -> str:
     Raises:
         ScenarioError: there is no such file, or it is not that.
     """
+    check_regular(path, most, name, key)
     try:
-        if path.is_dir():
-            raise ScenarioError(name, key, "is a directory, not a file")
-        if path.exists() and not path.is_file():  # a pipe or a device may never end
-            raise ScenarioError(name, key, "is not a regular file")
         with path.open("rb") as file:
             content = file.read(most + 1)
     except (OSError, ValueError) as error:
@@ -52,6 +50,29 @@ def read_text(path: Path, most: int, name: str, key: str = "") -> str:
         kinds = (kind for start, kind in KINDS.items() if content.startswith(start))
         problem = next(kinds, f"is not UTF-8 text (line {line}); save it as UTF-8")
         raise ScenarioError(name, key, problem) from None
+
+
+def check_regular(path: Path, most: int, name: str, key: str = "") -> None:
+    """Refuse what is not a regular file of at most ``most`` bytes; the arguments are those of read_text.
+
+    Raises:
+        ScenarioError: it is not that.
+    """
+    if problem := irregularity(path, most):
+        raise ScenarioError(name, key, problem)
+
+
+def irregularity(path: Path, most: int) -> str:
+    """Why a path is not that of a regular file of at most ``most`` bytes; "" where it is."""
+    try:
+        found = path.stat()
+    except (OSError, ValueError) as error:
+        return f"cannot be read: {reason(error)}"
+    if stat.S_ISDIR(found.st_mode):
+        return "is a directory, not a file"
+    if not stat.S_ISREG(found.st_mode):  # a pipe or a device may never end
+        return "is not a regular file"
+    return f"is larger than {size(most)}" if found.st_size > most else ""
 
 
 def reason(error: Exception) -> str:
