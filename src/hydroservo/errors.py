@@ -49,6 +49,11 @@ def system_problem(error: OSError) -> str:
     return one_line(": ".join(str(part) for part in parts if part))
 
 
+def defect(error: Exception) -> str:
+    """An error that nothing foresees, in a line."""
+    return one_line(f"a defect of hydroservo: {type(error).__name__}: {error}")
+
+
 def short(value: object) -> str:
     """A value as it may stand in a one-line message."""
     try:

@@ -13,7 +13,15 @@ from pathlib import Path
 import pytest
 
 from hydroservo.cli.progress import progress_bar
-from tests.support.commands.processes import ends_by, leaves_nothing, needs_posix, on_terminal, process
+from tests.support.commands.processes import (
+    HYDROSERVO,
+    ends_by,
+    leaves_nothing,
+    needs_posix,
+    on_terminal,
+    process,
+)
+from tests.support.commands.runner import failed
 from tests.support.needs import needs
 
 QUICK = ("run", "paper/sine-pi", "--set", "simulation.duration=0.02", "--interpreted")
@@ -322,6 +330,86 @@ def test_a_full_stdout_is_one_line_and_status_2(args):
         done = process(*args, stdout=full, stderr=subprocess.PIPE)
     assert done.returncode == 2
     assert done.stderr == "hydroservo: No space left on device\n"
+
+
+@needs_posix
+@pytest.mark.parametrize("closed", [0, 1, 2])
+def test_a_stream_that_is_closed_keeps_no_file_from_being_written(tmp_path, closed):
+    words = [*HYDROSERVO, *QUICK, "--out", str(tmp_path / "out")]
+    done = subprocess.run(
+        words, capture_output=True, text=True, check=False, preexec_fn=lambda: os.close(closed)
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+    assert json.loads((tmp_path / "out" / "metrics.json").read_text())["scenario"].startswith("paper/sine-pi")
+    assert (done.stdout == "") == (closed == 1)
+
+
+@pytest.mark.parametrize("value", ["abc", "", "-5", "1" * 20])
+def test_an_epoch_that_is_no_number_is_refused(value):
+    done = process(*QUICK, env={**os.environ, "SOURCE_DATE_EPOCH": value}, stdout=-1, stderr=-1)
+    assert done.returncode == 2
+    assert done.stderr.startswith(
+        f"hydroservo: SOURCE_DATE_EPOCH = {value!r}: must be a whole number of seconds"
+    )
+
+
+@pytest.mark.parametrize(
+    ("name", "value"), [("MPLBACKEND", "foo"), ("MPLCONFIGDIR", "/proc/nothing"), ("COLUMNS", "x")]
+)
+def test_odd_surroundings_change_nothing(tmp_path, name, value):
+    done = process(*QUICK, "--out", str(tmp_path), env={**os.environ, name: value}, stdout=-1, stderr=-1)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert (tmp_path / "run.png").exists()
+
+
+UNFORESEEN = """
+from hydroservo.cli import main, describe
+def describe(*args, **options):
+    raise ValueError("of a library")
+import hydroservo.cli.failures as failures
+from typer.core import TyperGroup
+TyperGroup.invoke = describe
+main()
+"""
+
+
+def test_what_nothing_foresees_is_one_line():
+    words = [sys.executable, "-c", UNFORESEEN, "scenarios"]
+    done = subprocess.run(words, text=True, capture_output=True, check=False)
+    assert (done.returncode, done.stdout) == (1, "")
+    assert done.stderr == (
+        "hydroservo: a defect of hydroservo: ValueError: of a library; with HYDROSERVO_TRACEBACK=1 in the "
+        "environment it says where\n"
+    )
+    shown = {**os.environ, "HYDROSERVO_TRACEBACK": "1"}
+    assert "Traceback" in subprocess.run(words, text=True, capture_output=True, check=False, env=shown).stderr
+
+
+@pytest.mark.parametrize(
+    ("words", "problem"),
+    [
+        (("run", "paper/sine-pi", "--out", ""), "--out is empty"),
+        (("batch", "paper/sine-pi", "--runs", "3", "--seeds", "--out= "), "--out is empty"),
+        (("bode", ""), "an argument is empty"),
+        (("run", "caf\udce9.toml"), "'caf\\udce9.toml' is not UTF-8; rename the file"),
+    ],
+)
+def test_words_that_mean_nothing_are_refused(tmp_path, monkeypatch, words, problem):
+    monkeypatch.chdir(tmp_path)
+    assert failed(*words) == f"hydroservo: {problem} (see hydroservo --help)\n"
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("title", ["液压轴 $x_1$ _^", "Ω⃗ שלום \N{GRINNING FACE}"])
+def test_names_in_any_script_draw(tmp_path, title):
+    file = tmp_path / f"{title.partition(' ')[0]}.toml"
+    file.write_text(
+        f"base = 'paper/sine-pi'\ntitle = '{title}'\nsimulation.duration = '20 ms'\n", encoding="utf-8"
+    )
+    out = tmp_path / title
+    done = process("run", str(file), "--out", str(out))
+    assert (done.returncode, done.stderr) == (0, "")
+    assert file.stem in (out / "report.html").read_text(encoding="utf-8")
 
 
 def test_a_terminal_without_a_sign_shows_another():

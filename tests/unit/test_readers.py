@@ -174,7 +174,7 @@ def test_an_archive_that_unpacks_to_too_much_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "bomb.fmu"
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr("modelDescription.xml", b" " * (65 << 20))
-    with pytest.raises(HydroservoError, match="^holds 65 MiB in 1 files, 65 of them its description"):
+    with pytest.raises(HydroservoError, match=r"^holds 65 MiB in 1 files, 65 of them its description"):
         read_fmu(path)
 
 

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from hydroservo.errors import HydroservoError, ParameterError, ScenarioError, one_line, short
+from hydroservo.errors import HydroservoError, ParameterError, ScenarioError, defect, short
 
 __all__ = ["Stopped", "failure"]
 
@@ -19,4 +19,4 @@ def failure(error: Exception) -> dict[str, Any]:
         return {"path": error.path, "problem": f"{short(error.value)}: {error.allowed}"}
     if isinstance(error, HydroservoError):
         return {"path": "", "problem": str(error)}
-    return {"path": "", "problem": one_line(f"a defect of hydroservo: {type(error).__name__}: {error}")}
+    return {"path": "", "problem": defect(error)}

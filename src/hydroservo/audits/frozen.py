@@ -97,15 +97,15 @@ def command_for(loop: Loop, velocity: float) -> float:
         """By how much the machine is faster than asked, to that side."""
         return side * (float(steady_state(loop, side * u).plant.velocity) - velocity)
 
-    below = 0.0
+    below, slow = 0.0, beyond(0.0) < 0.0
     for tried in TRIED:
         try:
             fast = beyond(tried) >= 0.0
         except ParameterError:
             break
-        if fast:
+        if slow and fast:
             return side * float(brentq(beyond, below, tried, xtol=1e-12, rtol=1e-12))
-        below = tried
+        below, slow = tried, not fast
     problem = f"moves evenly at {velocity:g} m/s under no command that was found"
     raise ParameterError("plant", type(loop.plant).__name__, problem)
 

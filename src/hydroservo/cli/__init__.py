@@ -1,8 +1,10 @@
 """The command line."""
 
 import io
+import logging
 import os
 import sys
+import warnings
 
 from hydroservo.cli.interrupts import (
     INTERRUPTED,
@@ -15,6 +17,8 @@ from hydroservo.cli.interrupts import (
 
 __all__ = ["main"]
 
+LAST_SECOND = 253402300800  # of the year 9999
+
 
 def main() -> None:
     """The ``hydroservo`` command.
@@ -23,10 +27,7 @@ def main() -> None:
     nothing, so that it is called soon.
     """
     end_on_interrupt()
-    for stream in (sys.stdout, sys.stderr):
-        if isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(errors="replace")  # a terminal that lacks a sign shows ? for it
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # matrices of six rows: threads cost more than they do
+    settle_surroundings()
     from hydroservo.cli.app import app
 
     try:
@@ -43,3 +44,35 @@ def main() -> None:
         raise
     finally:
         discard_unwritten()
+
+
+def settle_surroundings() -> None:
+    """Keep what a shell hands over from libraries that would stumble over it, and quieten these."""
+    open_closed_streams()
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")  # a terminal that lacks a sign shows ? for it
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # matrices of six rows: threads cost more than they do
+    os.environ["MPLBACKEND"] = "agg"  # pictures are files
+    if not sys.warnoptions:  # what libraries say; hydroservo's own warnings are lines
+        warnings.simplefilter("ignore")
+        logging.getLogger("matplotlib").setLevel(logging.ERROR)
+    epoch = os.environ.get("SOURCE_DATE_EPOCH", "0")
+    if not (epoch.isascii() and epoch.isdigit() and int(epoch) < LAST_SECOND):
+        allowed = f"must be a whole number of seconds since 1970, below {LAST_SECOND}"
+        sys.stderr.write(f"hydroservo: SOURCE_DATE_EPOCH = {epoch!r}: {allowed}\n")
+        sys.exit(2)
+
+
+def open_closed_streams() -> None:
+    """Give standard streams that are closed, as by >&-, a place where nothing comes or goes.
+
+    Otherwise the next file that is opened would be taken for one of them.
+    """
+    for number, name in enumerate(("stdin", "stdout", "stderr")):
+        try:
+            os.fstat(number)
+        except OSError:
+            os.open(os.devnull, os.O_RDWR)  # the lowest number that is free: this one
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(number, "w" if number else "r", encoding="utf-8"))  # noqa: SIM115, PTH123

@@ -1,10 +1,12 @@
 """How a command fails: one line on stderr and an exit status, never a traceback for what a user can mend."""
 
+import os
 import shlex
 import sys
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from itertools import pairwise
 from traceback import walk_tb
 from typing import Any, NoReturn
 
@@ -19,22 +21,25 @@ from hydroservo.errors import (
     LoopError,
     ParameterError,
     clipped,
+    defect,
     one_line,
     system_problem,
 )
 
 __all__ = ["Commands", "Listing", "naming"]
 
-USER_ERROR = 2
+USER_ERROR, DEFECT = 2, 1
+TRACEBACK = "HYDROSERVO_TRACEBACK"  # in the environment: what is unexpected is shown whole
 UsageError: Any = typer.BadParameter.__base__  # click's, or that of typer's own copy of click
 
 
 class Commands(TyperGroup):
     """The commands, with what they raise turned into a message and an exit status."""
 
-    def main(self, *args: Any, **options: Any) -> NoReturn:
+    def main(self, args: Sequence[str] | None = None, *others: Any, **options: Any) -> NoReturn:
         try:
-            sys.exit(super().main(*args, **{**options, "standalone_mode": False}))
+            check_words(sys.argv[1:] if args is None else args)
+            sys.exit(super().main(args, *others, **{**options, "standalone_mode": False}))
         except UsageError as error:
             if error.format_message():  # if not, help has been shown
                 say_error(misused(error))
@@ -65,7 +70,33 @@ class Commands(TyperGroup):
         except ImportError as error:  # of a module that the system does not let load, or that is not there
             say_error(f"a library cannot be loaded: {one_line(str(error))}")
             raise typer.Exit(USER_ERROR) from error
+        except (typer.Exit, typer.Abort, UsageError):
+            raise
+        except Exception as error:
+            if TRACEBACK in os.environ:
+                raise
+            say_error(f"{defect(error)}; with {TRACEBACK}=1 in the environment it says where")
+            raise typer.Exit(DEFECT) from error
         return result
+
+
+def check_words(words: Sequence[str]) -> None:
+    """Refuse a word that is empty, as a shell makes it of a variable that is not set, or not UTF-8.
+
+    An empty path would be the current folder, and reports and results hold the names of files as UTF-8.
+
+    Raises:
+        UsageError: there is one.
+    """
+    for before, word in pairwise(["", *words]):
+        name, mark, value = word.partition("=")
+        if not word.strip() or (mark and name.startswith("--") and not value.strip()):
+            option = name if mark else before if before.startswith("-") else "an argument"
+            raise UsageError(f"{option} is empty")
+        try:
+            word.encode()
+        except UnicodeEncodeError:
+            raise UsageError(f"{word!r} is not UTF-8; rename the file") from None
 
 
 class Listing(TyperGroup):

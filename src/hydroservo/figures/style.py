@@ -4,6 +4,7 @@ import io
 import shutil
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,7 @@ import matplotlib as mpl
 from cycler import cycler
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.font_manager import get_font_names
 from matplotlib.legend import Legend
 from matplotlib.text import Text
 
@@ -51,6 +53,10 @@ TEX = ("xelatex", "lualatex", "pdflatex")  # which measure the text of a PGF
 SMALLER = 0.82  # text in a figure narrower than the page: 7 of 8.5 points
 ROOM = 0.9  # of a figure, for its legend
 TICKS = 8  # points, of numbers at axes
+WIDE_FONTS = (  # on Linux, Windows and macOS
+    *("Noto Sans CJK SC", "Noto Sans CJK JP", "WenQuanYi Zen Hei", "Microsoft YaHei", "Malgun Gothic"),
+    *("PingFang SC", "Hiragino Sans GB", "Arial Unicode MS"),
+)
 
 RC: Any = {
     "font.family": "sans-serif",
@@ -85,8 +91,15 @@ RC: Any = {
 @contextmanager
 def style() -> Iterator[None]:
     """What is drawn inside looks like the project's figures; matplotlib's settings are put back after it."""
-    with mpl.rc_context(RC):
+    with mpl.rc_context(RC | {"font.sans-serif": [*RC["font.sans-serif"], *wide_fonts()]}):
         yield
+
+
+@cache
+def wide_fonts() -> list[str]:
+    """The fonts of this machine that have the signs of Chinese, Japanese and Korean, for names in these."""
+    known = set(get_font_names())
+    return [name for name in WIDE_FONTS if name in known]
 
 
 class Picture(Figure):
