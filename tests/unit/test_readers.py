@@ -16,6 +16,7 @@ from hydroservo.errors import HydroservoError, ScenarioError
 from hydroservo.identification import binary_tables
 from hydroservo.identification.log import read_log
 from hydroservo.scenario import load_plugin, load_scenario
+from hydroservo.work.store import manifest_in
 from tests.support.commands.processes import needs_posix
 
 TIME = np.arange(40) * 1e-3
@@ -176,6 +177,13 @@ def test_an_archive_that_unpacks_to_too_much_is_refused(tmp_path: Path) -> None:
         archive.writestr("modelDescription.xml", b" " * (65 << 20))
     with pytest.raises(HydroservoError, match=r"^holds 65 MiB in 1 files, 65 of them its description"):
         read_fmu(path)
+
+
+@needs_posix
+def test_a_manifest_that_is_a_pipe_is_not_waited_for(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "batch.json")
+    with pytest.raises(HydroservoError, match=r"batch.json: is not a regular file; give another --out"):
+        manifest_in(tmp_path, "batch.json")
 
 
 @pytest.mark.parametrize("name", ["time", "velocity"])

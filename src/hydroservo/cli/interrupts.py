@@ -101,10 +101,11 @@ def leave_what_does_not_answer() -> None:
 
 def watch(pipe: int) -> None:
     """Wait for an interrupt, and then for the answer."""
-    while not ENDINGS.keys() & set(os.read(pipe, 1)):
+    while (number := os.read(pipe, 1)[0]) not in ENDINGS:
         pass
     sleep(PATIENCE)
     if not ANSWERS:
+        CAUGHT.append(number)
         end(f"; what was computed did not stop within {PATIENCE:g} s, as a while without end does not")
 
 
@@ -127,8 +128,11 @@ def end(why: str) -> "NoReturn":
         why: what is to be said of it besides.
     """
     number = CAUGHT[0] if CAUGHT else signal.SIGINT
-    sys.stderr.write(f"hydroservo: {ENDINGS[number]}{why}; nothing was left half-written\n")
-    sys.stderr.flush()
+    try:
+        sys.stderr.write(f"hydroservo: {ENDINGS[number]}{why}; nothing was left half-written\n")
+        sys.stderr.flush()
+    except OSError:  # the terminal is gone
+        pass
     discard_unwritten()
     if outputs := sys.modules.get("hydroservo.outputs"):
         outputs.remove_temporary_folders()

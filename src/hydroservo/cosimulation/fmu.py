@@ -2,6 +2,7 @@
 
 import math
 import zipfile
+import zlib
 from functools import lru_cache
 from hashlib import file_digest
 from pathlib import Path
@@ -17,6 +18,7 @@ DESCRIPTION = "modelDescription.xml"
 LARGEST = 1 << 30  # bytes of a file
 MOST_UNPACKED, MOST_DESCRIBED, MOST_ENTRIES = 2 << 30, 64 << 20, 10_000  # bytes, bytes, files
 REALS = ("Real", "Float64", "Float32")
+UNREADABLE = (OSError, EOFError, RuntimeError, zipfile.BadZipFile, zlib.error)  # of archives
 BASE = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")  # units, as FMI has them
 
 
@@ -144,7 +146,7 @@ def opened(path: Path, fmpy: Any) -> tuple[list[str], Any]:
     """
     try:
         with zipfile.ZipFile(path) as archive:
-            entries = {entry.filename: entry.file_size for entry in archive.infolist()}
+            entries = {info.filename: info.file_size for info in archive.infolist()}
             whole, described = sum(entries.values()), entries.get(DESCRIPTION, 0)
             if whole > MOST_UNPACKED or described > MOST_DESCRIBED or len(entries) > MOST_ENTRIES:
                 holds = (
@@ -152,8 +154,11 @@ def opened(path: Path, fmpy: Any) -> tuple[list[str], Any]:
                 )
                 most = f"{MOST_UNPACKED >> 20} MiB in {MOST_ENTRIES} files"
                 raise HydroservoError(f"holds {holds}; an FMU may hold {most}")
-            text = archive.read(DESCRIPTION) if DESCRIPTION in entries else b""
-    except (OSError, zipfile.BadZipFile):
+            text = b""
+            if DESCRIPTION in entries:
+                with archive.open(DESCRIPTION) as entry:
+                    text = entry.read(MOST_DESCRIBED)  # in pieces: the size that it declares may be wrong
+    except UNREADABLE:
         raise HydroservoError("is no FMU: it is not a zip archive") from None
     if not text:
         raise HydroservoError(f"is no FMU: there is no {DESCRIPTION} in it")

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from hydroservo._version import __version__
 from hydroservo.errors import HydroservoError
+from hydroservo.inputs import exists, irregularity
 from hydroservo.outputs import OutputError, staged
 from hydroservo.work.unit import DIGITS
 
@@ -21,6 +22,7 @@ FORMAT = 1  # of the folder
 PARTS = "parts"
 OTHERS = "others"  # those that wait
 NAME = re.compile(rf"([0-9a-f]{{{DIGITS}}})\.parquet")
+MOST_MANIFEST = 1 << 28  # bytes
 MAGIC = b"PAR1"  # at both ends of a Parquet file, and before the last its footer's length in 4 bytes
 
 
@@ -170,6 +172,8 @@ def manifest_in(folder: Path | str, name: str) -> dict[str, Any] | None:
         HydroservoError: it is that of another version, or cannot be read.
     """
     file = Path(folder) / name
+    if exists(file) and (problem := irregularity(file, MOST_MANIFEST)):
+        raise HydroservoError(f"{file}: {problem}; give another --out")
     try:
         found = json.loads(file.read_bytes())
         kind, version = found.pop("format"), found.pop("hydroservo")
@@ -215,6 +219,8 @@ def write_parquet(table: "pa.Table", file: Path) -> None:
 
 def is_whole(file: Path) -> bool:
     """Whether a Parquet file was not cut off, by its two ends."""
+    if not file.is_file():
+        return False
     try:
         with file.open("rb") as part:
             head, size = part.read(4), part.seek(0, os.SEEK_END)

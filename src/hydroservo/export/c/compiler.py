@@ -97,7 +97,13 @@ def ran(
     name = Path(command[0]).name
     try:
         return subprocess.run(  # noqa: S603 - the compiler that the user names, and no shell
-            command, cwd=folder, capture_output=True, text=True, timeout=patience, check=False
+            command,
+            cwd=folder,
+            env={**os.environ, "TMPDIR": str(folder.absolute())},  # else one that is killed leaves files
+            capture_output=True,
+            text=True,
+            timeout=patience,
+            check=False,
         )
     except OSError as error:
         raise CompilerError(f"{name} cannot be run: {error.strerror}") from error
