@@ -61,7 +61,7 @@ ODD = [
 ]
 ODD_TEXTS = [
     *('base = ["a"]', "base = { a = 1 }", "base = 5", f'base = "{RIG}"\ncontroller = 5'),
-    *(f'base = "{RIG}"\nplant.type = ["x"]', f'base = "{RIG}"\nstart = []', "a = 1979-05-27"),
+    *(f'base = "{RIG}"\nplant.type = ["x"]', f'base = "{RIG}"\nstart = []', "a = 1979-05-27", "# \ud800"),
 ]
 
 
@@ -91,7 +91,7 @@ def test_odd_requests_are_no_defects(done, job, field):
 
 
 def test_a_type_for_no_block_says_what_has_one(done):
-    with pytest.raises(ScenarioError, match=r"'plant.nothing': is not the path of a block"):
+    with pytest.raises(ScenarioError, match=r"'plant.nothing': is not a block that can have"):
         done("retype", path="plant.nothing", type="PI")
 
 

@@ -1,5 +1,6 @@
 """The command that serves a page."""
 
+import json
 import signal
 import socket
 import urllib.request
@@ -21,15 +22,25 @@ def test_the_page_is_served_until_an_interrupt():
 
 
 @needs_posix
-@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
-def test_the_page_takes_its_folder_with_it(number, tmp_path, monkeypatch):
+@pytest.mark.parametrize(
+    ("number", "word"),
+    [(signal.SIGINT, "interrupted"), (signal.SIGTERM, "terminated"), (signal.SIGHUP, "hung up")],
+)
+def test_the_page_takes_its_folder_with_it(number, word, tmp_path, monkeypatch, capfd):
+    """And the job that it does, without another word."""
     monkeypatch.setenv("TMPDIR", str(tmp_path))
     with served("rig/1khz-pi-sine") as server:
         (folder,) = tmp_path.iterdir()
         (folder / "a-users-log.csv").write_text("time [s]\n")
-        server.process.send_signal(number)
-        assert server.process.wait(20) == 128 + number
+        asked = json.dumps({"changes": {"simulation.duration": "2000 s"}}).encode()
+        headers = {"Origin": server.url.rstrip("/")}
+        request = urllib.request.Request(f"{server.url}api/job/run", asked, headers)
+        with urllib.request.urlopen(request) as answer:
+            answer.read(8)
+            server.process.send_signal(number)
+            assert server.process.wait(20) == 128 + number
     assert list(tmp_path.iterdir()) == []
+    assert capfd.readouterr().err == f"hydroservo: {word}; nothing was left half-written\n"
 
 
 def test_an_answer_does_not_wait_to_be_acknowledged():

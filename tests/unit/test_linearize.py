@@ -165,3 +165,11 @@ def test_what_cannot_be_linearised_says_so_in_one_line(ask, said: str) -> None: 
         ask()
     assert said in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+def test_a_machine_out_of_all_proportion_has_no_linear_model() -> None:
+    loop = load_scenario("axis/position", {"plant.mechanism.mass": 1e-300})
+    with pytest.raises(
+        ParameterError, match=r"plant = 'Cylinder': has slopes up to .*, too steep for a linear"
+    ):
+        linearize(loop)

@@ -2,9 +2,12 @@
 
 from typing import Any
 
-from hydroservo.errors import HydroservoError, ParameterError, ScenarioError, defect, short
+from hydroservo.errors import HydroservoError, ParameterError, ScenarioError, clipped, defect, short
 
 __all__ = ["Stopped", "failure"]
+
+
+LONGEST = 200  # characters of a path
 
 
 class Stopped(Exception):  # noqa: N818, for it is no error
@@ -14,7 +17,7 @@ class Stopped(Exception):  # noqa: N818, for it is no error
 def failure(error: Exception) -> dict[str, Any]:
     """An error as a page shows it: the dotted path of a field, "" for none, and what is wrong."""
     if isinstance(error, ScenarioError):
-        return {"path": error.key, "problem": error.problem}
+        return {"path": clipped(error.key, LONGEST), "problem": error.problem}
     if isinstance(error, ParameterError):
         return {"path": error.path, "problem": f"{short(error.value)}: {error.allowed}"}
     if isinstance(error, HydroservoError):

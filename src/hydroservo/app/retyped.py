@@ -102,7 +102,7 @@ def maker_at(assembly: Assembly, path: str, wanted: str) -> Any:
         if not isinstance(draft, Draft):
             break
     if not isinstance(draft, Draft):
-        raise ScenarioError("", short(path), "is not the path of a block, such as controller or plant.oil")
+        raise ScenarioError("", short(path), "is not a block that can have another type here")
     return maker_named(hint, None, Entry(Origin("", draft.table.origin.folder), f"{path}.type", wanted))
 
 

@@ -73,7 +73,7 @@ def serve(
             Timer(SOON, webbrowser.open, [where]).start()
         config = uvicorn.Config(
             page,
-            log_level="error",
+            log_level="critical",  # what it tells of jobs that end with it is not for the user
             access_log=False,
             timeout_graceful_shutdown=1,
             server_header=False,

@@ -67,6 +67,7 @@ def source_of(request: Mapping[str, Any], home: Home) -> Source:
     changes = checked_changes(request.get("changes", {}))
     text, name = request.get("text"), request.get("name")
     if isinstance(text, str):
+        check_encodes(text)
         check_reads_nothing(parsed(text, PAGE))
         return Source(kept_text(text, home.folder), changes, home.plugins, text)
     if isinstance(name, str) and name != home.given:
@@ -102,6 +103,19 @@ def checked_changes(changes: object) -> Mapping[str, object]:
         if str(path).rpartition(".")[2] == "file":
             raise ScenarioError(OVERRIDES, str(path), ONLY_GIVEN)
     return changes
+
+
+def check_encodes(text: str) -> None:
+    """Refuse a text with half of a sign, as a page may send it.
+
+    Raises:
+        ScenarioError: it has one.
+    """
+    try:
+        text.encode()
+    except UnicodeEncodeError as error:
+        line = text.count("\n", 0, error.start) + 1
+        raise ScenarioError(PAGE, f"line {line}", "has half of a sign; remove it") from None
 
 
 def check_reads_nothing(tables: Mapping[str, Any], key: str = "") -> None:

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydroservo.block import Block, values
+from hydroservo.errors import ParameterError
 from hydroservo.linear.operating_point import DigitalState, OperatingPoint, sampled
 from hydroservo.linear.slopes import Slopes, slopes
 from hydroservo.runs.steady import SIZES, sized
@@ -19,6 +20,7 @@ Matrix = NDArray[np.float64]
 Vector = NDArray[np.float64]
 
 FORCE = SIZES["N"]
+STEEPEST = 1e100
 
 
 class Parts(NamedTuple):
@@ -42,9 +44,18 @@ def parts_of(point: OperatingPoint) -> tuple[Parts, Slopes, Slopes]:
 
 
 def machine_slopes(point: OperatingPoint) -> Slopes:
-    """Of the machine's rates, of what is seen of it and of what is controlled, by [x, command, F]."""
+    """Of the machine's rates, of what is seen of it and of what is controlled, by [x, command, F].
+
+    Raises:
+        ParameterError: they are too large for the arithmetic of matrices.
+    """
     numbers = np.array([*values(point.machine), point.command, point.force])
-    return slopes(machine_rows, point, numbers, sizes(point.machine, 1.0, FORCE))
+    found = slopes(machine_rows, point, numbers, sizes(point.machine, 1.0, FORCE))
+    steepest = np.abs(found.mean).max(initial=0.0)
+    if not steepest < STEEPEST:
+        problem = f"has slopes up to {steepest:.3g} in SI units, too steep for a linear model"
+        raise ParameterError("plant", type(point.loop.plant).__name__, problem)
+    return found
 
 
 def machine_rows(point: OperatingPoint, numbers: Sequence[Any]) -> list[Any]:
