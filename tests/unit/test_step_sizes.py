@@ -238,6 +238,8 @@ def test_a_load_that_jumps_inside_substeps_does_not_settle_and_tsit5_does() -> N
     assert lost.attrs["warning"].startswith(
         f"the steps did not settle: {lost.attrs['substeps']} substeps and"
     )
+    assert "; the load jumps inside a step, first at " in lost.attrs["warning"]
+    assert lost.attrs["warning"].endswith(" s; Tsit5 ends one there")
     assert lost.attrs["substeps"] in log[:-1]
     found = settled(replace(UNALIGNED, {"simulation.integrator": Tsit5()}), simulate)
     assert found.attrs["substeps"] == 1

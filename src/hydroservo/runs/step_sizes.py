@@ -220,11 +220,7 @@ def first_jump_inside(loop: Loop) -> float:
 def changed_by_halving(loop: Loop, error: float, jump: float) -> str:
     """That steps half as long change a run by an error; why, where the load jumps inside a step."""
     substeps = loop.simulation.substeps
-    advice = (
-        'simulation.substeps = "auto" finds how many'
-        if jump == math.inf
-        else f"the load jumps inside a step, first at {jump:g} s; Tsit5 ends one there"
-    )
+    advice = 'simulation.substeps = "auto" finds how many' if jump == math.inf else jump_inside(jump)
     return (
         f"the steps are too coarse to be trusted: {substeps} substep{'s' * (substeps != 1)} in a sample "
         f"period and twice as many differ by {error:.1e} of the machine's largest values; {advice}"
@@ -265,7 +261,7 @@ def settled(loop: Loop, run: Run[Recorded]) -> Recorded:
         if least <= tolerance or stalls == STALLS:
             break
         substeps, data = 2 * substeps, finer
-    said = {} if least <= tolerance else {"warning": unsettled(least, chosen, tolerance)}
+    said = {} if least <= tolerance else {"warning": unsettled(with_substeps(loop, chosen), least)}
     return best.assign_attrs(substeps=chosen, step_error=least, **said)
 
 
@@ -333,11 +329,19 @@ def with_substeps(loop: Loop, substeps: int) -> Loop:
     return changed
 
 
-def unsettled(error: float, substeps: int, tolerance: float) -> str:
+def unsettled(loop: Loop, error: float) -> str:
+    """That substeps and twice as many differ by more than they may; why, where the load jumps inside one."""
+    substeps, tolerance = loop.simulation.substeps, loop.simulation.tolerance
+    jump = first_jump_inside(loop)
+    cause = "" if jump == math.inf else f"; {jump_inside(jump)}"
     return (
         f"the steps did not settle: {substeps} substeps and twice as many differ by {error:.1e} of the "
-        f"machine's largest values, more than simulation.tolerance = {tolerance:g}"
+        f"machine's largest values, more than simulation.tolerance = {tolerance:g}{cause}"
     )
+
+
+def jump_inside(jump: float) -> str:
+    return f"the load jumps inside a step, first at {jump:g} s; Tsit5 ends one there"
 
 
 def difference(loop: Loop, coarse: Signals, fine: Signals) -> float:
