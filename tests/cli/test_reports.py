@@ -105,7 +105,7 @@ def test_no_legend_sticks_out_of_a_narrow_figure():
     ("options", "problem"),
     [
         (("--figure-format", "pdf,tiff"), "must be of svg, pdf, pgf, png, with commas between them"),
-        (("--figure-format", ""), "must be of svg, pdf, pgf, png, with commas between them"),
+        (("--figure-format", ","), "must be of svg, pdf, pgf, png, with commas between them"),
         (("--figure-format", "pgf"), "needs one of xelatex, lualatex, pdflatex for pgf, to measure text;"),
     ],
 )
