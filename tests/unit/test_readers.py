@@ -99,8 +99,8 @@ def test_a_library_that_takes_too_much_or_too_long_is_ended(
 READING = """
 import sys
 from pathlib import Path
-from hydroservo.identification.binary_tables import in_process
-with in_process(Path(sys.argv[1])) as table:
+from hydroservo.identification.binary_tables import process_table
+with process_table(Path(sys.argv[1])) as table:
     print(*table.headers, flush=True)
     sys.stdin.read()
 """

@@ -142,7 +142,7 @@ def netcdf(path: Path) -> Iterator[Table]:
 
 
 @contextmanager
-def in_process(path: Path) -> Iterator[Table]:
+def process_table(path: Path) -> Iterator[Table]:
     """A table that a process of its own reads, for its library may crash, chatter, or never end."""
     kind = path.suffix.lower()
     with temporary_folder() as folder, (folder / "said").open("w+") as said:
@@ -187,7 +187,7 @@ def why_ended(status: int, said: Any, late: bool) -> str:
 
 
 def matlab(path: Path) -> AbstractContextManager[Table]:
-    return in_process(path)
+    return process_table(path)
 
 
 def mdf(path: Path) -> AbstractContextManager[Table]:
@@ -196,7 +196,7 @@ def mdf(path: Path) -> AbstractContextManager[Table]:
 
     if find_spec("asammdf") is None:
         raise HydroservoError("an MDF file needs asammdf: pip install 'hydroservo[mdf]'")
-    return in_process(path)
+    return process_table(path)
 
 
 BINARY: Mapping[str, Callable[[Path], AbstractContextManager[Table]]] = {

@@ -5,7 +5,7 @@ from fractions import Fraction
 from functools import lru_cache
 
 from hydroservo.scenario.slips import quantity_slip
-from hydroservo.scenario.units import factor_and_dimension, miscased
+from hydroservo.scenario.units import case_hint, factor_and_dimension
 
 __all__ = ["si_value", "unit_factor"]
 
@@ -61,5 +61,5 @@ def unit_factor(text: str, unit: str) -> Fraction:
     factor_si, dimension_si = factor_and_dimension(unit)
     if dimension != dimension_si:
         problem = f"does not convert to {unit}" if unit else "is not dimensionless"
-        raise ValueError(f"{problem}{miscased(text)}")
+        raise ValueError(f"{problem}{case_hint(text)}")
     return factor / factor_si

@@ -32,40 +32,40 @@ STRING = re.compile(r"\"[^\"]*\"|'[^']*'")
 PLACE = re.compile(r"\(at line ([0-9]+), column [0-9]+\)$")
 
 
-def without(signs: str, text: str) -> str:
+def strip_signs(signs: str, text: str) -> str:
     return "".join(sign for sign in text if sign not in signs)
 
 
-def comma(found: re.Match[str]) -> str:
-    whole, part, rest = without(f".{SPACES}", found["whole"]), found["part"], found["rest"]
+def comma_problem(match: re.Match[str]) -> str:
+    whole, part, rest = strip_signs(f".{SPACES}", match["whole"]), match["part"], match["rest"]
     point = f"'{whole}.{part}{rest}'"
     if len(part) == 3 and len(whole.lstrip("+-")) <= 3:
         return f"has a comma; write {point} or '{whole}{part}{rest}'"
     return f"has a decimal comma; write {point}"
 
 
-def thousands(found: re.Match[str]) -> str:
-    return f"separates thousands; write '{without(f',{SPACES}', found['number'])}{found['rest']}'"
+def thousands_problem(match: re.Match[str]) -> str:
+    return f"separates thousands; write '{strip_signs(f',{SPACES}', match['number'])}{match['rest']}'"
 
 
 SLIPS: tuple[tuple[re.Pattern[str], Callable[[re.Match[str]], str]], ...] = (
-    (COMMA, comma),
-    (THOUSANDS, thousands),
-    (TEN, lambda found: f"is a product; write '{found['number']}e{int(found['power'])}{found['rest']}'"),
+    (COMMA, comma_problem),
+    (THOUSANDS, thousands_problem),
+    (TEN, lambda match: f"is a product; write '{match['number']}e{int(match['power'])}{match['rest']}'"),
     (RANGE, lambda _: "is a range, and one number is needed; batch, tune and identify take ranges"),
-    (IN_BRACKETS, lambda found: f"has brackets around its unit; write '{found['number']} {found['unit']}'"),
+    (IN_BRACKETS, lambda match: f"has brackets around its unit; write '{match['number']} {match['unit']}'"),
 )
 
 
 def quantity_slip(text: str) -> str:
-    """What is wrong with a number as half of the world writes it; "" where nothing is known."""
+    """Advice on a number as half of the world writes it; "" where there is none."""
     plain = text.strip().translate(SUPERSCRIPTS)
     matches = ((slip.fullmatch(plain), problem) for slip, problem in SLIPS)
-    return next((problem(found) for found, problem in matches if found), "")
+    return next((problem(match) for match, problem in matches if match), "")
 
 
 def toml_slip(text: str, problem: str) -> str:
-    """What to write where TOML cannot be read, to end a message with; "" where nothing is known.
+    """Advice on a text that is not TOML, to end a message with; "" where there is none.
 
     Args:
         text: of the file.
@@ -74,11 +74,11 @@ def toml_slip(text: str, problem: str) -> str:
     lines, place = text.splitlines(), PLACE.search(problem)
     number = int(place[1]) if place else len(lines)
     line = lines[number - 1] if 0 < number <= len(lines) else ""
-    if found := DECIMAL_COMMA.search(line):
-        return f"; the decimal sign is a point: {found['whole']}.{found['part']}"
-    if found := UNQUOTED.search(line):
-        return f'; a number with a unit needs quotes: "{found["text"].strip()}"'
-    if (found := BARE_WORD.search(line)) and found["text"] not in ("true", "false", "inf", "nan"):
-        return f'; a text needs quotes: "{found["text"]}"'
+    if match := DECIMAL_COMMA.search(line):
+        return f"; the decimal sign is a point: {match['whole']}.{match['part']}"
+    if match := UNQUOTED.search(line):
+        return f'; a number with a unit needs quotes: "{match["text"].strip()}"'
+    if (match := BARE_WORD.search(line)) and match["text"] not in ("true", "false", "inf", "nan"):
+        return f'; a text needs quotes: "{match["text"]}"'
     bare = STRING.sub("", line).partition("#")[0]
     return "; a table in braces is one line" if bare.count("{") > bare.count("}") else ""

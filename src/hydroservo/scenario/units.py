@@ -13,7 +13,7 @@ from hydroservo.errors import short
 from hydroservo.field import CONTROLLED
 from hydroservo.nearest import nearest
 
-__all__ = ["check_si", "factor_and_dimension", "miscased"]
+__all__ = ["case_hint", "check_si", "factor_and_dimension"]
 
 Dimension = dict[str, Fraction]  # exponent of each base unit, the radian among them
 
@@ -158,7 +158,7 @@ def asked_of_pint(name: str) -> tuple[Fraction, Dimension]:
         unit = registry.parse_units(name)
     except pint.UndefinedUnitError:
         lower = f"; did you mean {name.lower()}?" if is_unit(name.lower()) else ""
-        near = miscased(name) or lower or nearest(name, registry)
+        near = case_hint(name) or lower or nearest(name, registry)
         raise ValueError(f"has the unknown unit {name}{near}") from None
     except pint.PintError:  # a prefix on a unit with an offset or a logarithm
         raise ValueError(f"has the unit {name}, which cannot be read") from None
@@ -170,7 +170,7 @@ def asked_of_pint(name: str) -> tuple[Fraction, Dimension]:
     return Fraction(factor), {base: Fraction(power) for base, power in bases._units.items()}
 
 
-def miscased(text: str) -> str:
+def case_hint(text: str) -> str:
     """The usual name that a name in a unit differs from by its case alone, as a question; "" if none does."""
     names = [name for name, _ in powers(text) if name not in usual_units()]
     pairs = ((name, usual) for name in names for usual in usual_units() if usual.lower() == name.lower())

@@ -46,12 +46,12 @@ def loop_with(block: Block, role: type) -> Loop | None:
             period = 2.0 * late or PERIOD  # one of the two steps in it ends where the command comes
             simulation = Simulation(PERIODS * period, period, substeps=2, record_period=period)
             found: Loop = replace(place.loop, {"simulation": simulation, place.path: block})
-            return started(with_its_machine(found._replace(controls=signal_for(found.controller))))
+            return start_in_motion(with_its_machine(found._replace(controls=signal_for(found.controller))))
     return None
 
 
-def started(loop: Loop) -> Loop:
-    """A loop that starts in motion where its cylinder cannot hold what the block that is asked weighs."""
+def start_in_motion(loop: Loop) -> Loop:
+    """Let a loop start in motion where its cylinder cannot hold the weight of the block that is asked."""
     try:
         at_rest(loop)
     except ParameterError:

@@ -82,11 +82,11 @@ def spread(frame: Frame, nodes: Sequence[ast.expr]) -> list[Any]:
     """Values in a row, those of tuples and lists that are unpacked among them."""
     values: list[Any] = []
     for node in nodes:
-        values += unpacked(frame, node.value) if isinstance(node, ast.Starred) else [frame.value(node)]
+        values += unpack(frame, node.value) if isinstance(node, ast.Starred) else [frame.value(node)]
     return values
 
 
-def unpacked(frame: Frame, node: ast.expr) -> list[Any]:
+def unpack(frame: Frame, node: ast.expr) -> list[Any]:
     """The values of a tuple, or of a list whose length is known, such as ``[0.0] * 120``."""
     match node:
         case ast.List(elts=elements):
@@ -94,7 +94,7 @@ def unpacked(frame: Frame, node: ast.expr) -> list[Any]:
         case ast.BinOp(left=ast.List() | ast.Tuple() as left, op=ast.Mult(), right=right):
             count = frame.value(right)
             if type(count) is int:
-                return unpacked(frame, left) * count
+                return unpack(frame, left) * count
     several = frame.value(node)
     if not isinstance(several, Record):
         raise LoweringError(f"compiled code cannot unpack {said(several)}")

@@ -1,4 +1,4 @@
-"""What to write in place of a function that neither compiled code nor C has."""
+"""Advice on functions that neither compiled code nor C has."""
 
 from typing import Any
 
@@ -37,7 +37,7 @@ OTHERS = {"interp": TABLE} | dict.fromkeys(
 
 
 def hint_for(called: Any) -> str:
-    """What to write in place of a function; "" where nothing serves."""
+    """What to write instead of a function; "" where nothing serves."""
     name = str(getattr(called, "__name__", ""))
     same = SAME.get(name, name)
     if same.partition("(")[0] in ops.__all__:

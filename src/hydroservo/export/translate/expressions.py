@@ -301,10 +301,10 @@ class Expressions:
         """Values in a row, those of lists that are unpacked among them."""
         values: list[Value] = []
         for node in nodes:
-            values += self.unpacked(node.value) if isinstance(node, ast.Starred) else [self.expression(node)]
+            values += self.unpack(node.value) if isinstance(node, ast.Starred) else [self.expression(node)]
         return values
 
-    def unpacked(self, node: ast.expr) -> list[Value]:
+    def unpack(self, node: ast.expr) -> list[Value]:
         """The values of a list whose length is known, such as ``[0.0] * 120``."""
         match node:
             case ast.List(elts=elements) | ast.Tuple(elts=elements):
@@ -312,7 +312,7 @@ class Expressions:
             case ast.BinOp(left=left, op=ast.Mult(), right=right):
                 count = self.expression(right)
                 if isinstance(count, Known) and type(count.value) is int:
-                    return self.unpacked(left) * count.value
+                    return self.unpack(left) * count.value
         way_out = "write *[0.0] * n with a whole number n, or each of them"
         raise self.scope.error(f"*{ast.unparse(node)} cannot be translated to C", node, way_out)
 
