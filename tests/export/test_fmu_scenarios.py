@@ -103,8 +103,9 @@ def test_a_whole_loop_equals_its_simulation(folders: tuple[str, dict[Part, Path]
         for k in range(SAMPLES):
             assert loop.step(k * period) == 0
             rows.append(loop.get(*names))
+    times = {"time": np.arange(SAMPLES + 1) * period}  # an FMU's time is its importer's
     for one, values in zip(names, np.array(rows).T, strict=True):
-        np.testing.assert_array_equal(values, data[one].values, err_msg=one)
+        np.testing.assert_array_equal(values, times.get(one, data[one].values), err_msg=one)
 
 
 def test_a_controller_and_a_machine_make_the_loop(folders: tuple[str, dict[Part, Path]]) -> None:

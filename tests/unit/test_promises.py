@@ -156,7 +156,7 @@ def in_two_halves(path, text):
     with open(path, "w") as file:
         file.write(text[:9])
         file.flush()
-        time.sleep(0.05)
+        time.sleep(0.2)
         file.write(text[9:])
 
 def broken():
