@@ -109,6 +109,16 @@ def test_the_frequency_and_the_noise_of_a_loop() -> None:
     assert told.valve_lag == pytest.approx(10e-3)
 
 
+@pytest.mark.parametrize("amplitude", [1e-200, 1e200, 1e308])
+def test_the_frequency_of_a_demand_does_not_depend_on_its_size(amplitude: float) -> None:
+    usual, told = (facts("rig/1khz-pi-sine", {"reference.amplitude": size}) for size in (0.1, amplitude))
+    assert told.demand_frequency == pytest.approx(usual.demand_frequency, rel=1e-6)
+
+
+def test_a_valve_that_follows_at_once_has_no_lag() -> None:
+    assert facts("rig/1khz-tsmc-sine", {"valve.time_constant": 1e-300}).valve_lag == 0.0
+
+
 def every_block() -> Iterator[Asked]:
     """The blocks of the laws of the built-in scenarios, and what each supposes."""
     for name in scenarios():

@@ -186,7 +186,7 @@ def test_of_an_unstable_loop_there_is_the_linear_model() -> None:
         (lambda: bode(rig(), band=(1.0, 500.0)), "band = 500.0: must be below Nyquist's frequency, 500 [Hz]"),
         (lambda: bode(rig(), band=(10.0, 1.0)), "must rise from the lowest to the highest"),
         (lambda: bode(rig(), band=(math.nan, 1.0)), "band = nan: must be a finite number above 0 [Hz]"),
-        (lambda: bode(rig(), amplitude=0.0), "amplitude = 0.0: must be a finite number above 0 [V]"),
+        (lambda: bode(rig(), amplitude=0.0), "amplitude = 0.0: must be a finite number at least 1e-12 [V]"),
         (lambda: bode(rig(), periods=0), "periods = 0: must be"),
         (lambda: bode(rig(), excitation="sweep"), "excitation = 'sweep': must be"),
         (lambda: bode(rig(), amplitude=1e3), "while its command was excited; --linear shows"),

@@ -30,6 +30,7 @@ Matrix = NDArray[np.float64]
 LOOKS = 4096  # instants of a run at which its demand is looked at
 SAMPLES = 400  # of sensors, from which their noise is known
 STEP, LONG = 1.0, 2.0  # [V] and [s], of the step that a valve's lag is taken from
+INSTANT = 1e100  # a state's rate, beyond which there is no lag
 
 
 @dataclass(frozen=True)
@@ -111,9 +112,10 @@ class LoopFacts:
             here = filled(state, iter(numbers[:-1].tolist()))
             return [*values(valve.deriv(here, STEP)), valve.opening(here, STEP)]
 
-        found = solve_ivp(
-            rates, (0.0, LONG), [*values(state), 0.0], "LSODA", rtol=1e-8, atol=1e-14, max_step=0.05
-        )
+        begun = np.array([*values(state), 0.0])
+        if not np.abs(rates(0.0, begun)).max() < INSTANT:
+            return 0.0
+        found = solve_ivp(rates, (0.0, LONG), begun, "LSODA", rtol=1e-8, atol=1e-14, max_step=0.05)
         *settled, passed = found.y[:, -1].tolist()
         end = valve.opening(filled(state, iter(settled)), STEP)
         return float(LONG - passed / end) if end else math.nan
@@ -147,6 +149,7 @@ class LoopFacts:
     def demand_frequency(self) -> float:
         """Of the strongest tone of the demand [Hz], by the sine that is nearest; nan for none."""
         times, demand = self.demands
+        demand = np.ldexp(demand, -math.frexp(np.abs(demand).max())[1])  # exact, and squares are not lost
         left = demand - demand.mean()
         if not np.abs(left).max() > 0.0:
             return math.nan

@@ -163,7 +163,8 @@ def draw_panel(axis: Axes, column: xr.DataArray, runs: Measured) -> None:
         axis.plot(x[runs.kept], runs.values, ".", color=RUN, markersize=size, markeredgewidth=0.0, alpha=0.6)
     draw_trend(axis, x[runs.kept], runs.values)
     mark_lost(axis, x, runs.lost)
-    axis.set_xlim(x.min() - edge, x.max() + edge)
+    if np.ptp(x) > 0.0:
+        axis.set_xlim(x.min() - edge, x.max() + edge)
     place = axis.get_subplotspec()
     across = place.get_gridspec().ncols - 1 if place is not None else 1
     parts = str(column.name).split(".")

@@ -193,7 +193,8 @@ def write(axis: Axes, lines: list[str]) -> None:
 def sized(response: Response, scale: float, unit: bool) -> Values:
     """The size of a response: in its unit, or in decibels."""
     size: Values = np.abs(response)
-    return scale * size if unit else 20.0 * np.log10(size)
+    with np.errstate(divide="ignore"):  # nothing is drawn of a response of 0
+        return scale * size if unit else 20.0 * np.log10(size)
 
 
 def degrees(response: Response) -> Values:

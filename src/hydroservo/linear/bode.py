@@ -52,6 +52,7 @@ BELOW, ABOVE = 40.0, 12.0  # a crossover's share at which a picture begins, and 
 HIGHEST = 0.9  # of Nyquist's frequency
 LEAST, MOST = 20, 10**6  # samples in a period of all tones
 QUIET = 0.01  # [V] rms, by which tones move the command
+FAINTEST = 1e-12  # [V] rms, above what rounding does to a command
 PUSH = 1.0  # [N] of each tone, for a law that does not feel the load
 KINKED = "the loop has no slope here, and the linear model is of mean slopes: rely on what was measured"
 UNSTABLE = "the loop is unstable here: nothing settles that could be measured"
@@ -117,7 +118,7 @@ def bode(
     Fails to see between samples; and about a point that moves fast, whose position changes meanwhile.
     """
     loop = checked_loop(loop)
-    number(amplitude, "amplitude", Field("V", "", above=0), float)
+    number(amplitude, "amplitude", Field("V", "", at_least=FAINTEST), float)
     if excitation not in EXCITATIONS:
         raise ParameterError("excitation", excitation, one_of(str(excitation), EXCITATIONS))
     whole_number("periods", periods, 1, 1000)

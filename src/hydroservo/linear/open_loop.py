@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from hydroservo.errors import ParameterError
 from hydroservo.linear.operating_point import OperatingPoint
 from hydroservo.linear.parts import Parts, parts_of, sizes
 from hydroservo.linear.system import ASKED, COMMAND, opened_system, reduced
@@ -64,10 +65,20 @@ class Variants(NamedTuple):
 
 
 def opened(point: OperatingPoint) -> Variants:
-    """A loop about where it stays, opened behind what the law is told of its own command."""
+    """A loop about where it stays, opened behind what the law is told of its own command.
+
+    Raises:
+        ParameterError: its numbers are too large for the arithmetic of matrices.
+    """
     parts, machine, digital = parts_of(point)
+    loop = put_together(point, parts)
+    with np.errstate(over="ignore", invalid="ignore"):
+        bounded = np.isfinite(loop.closed()).all()
+    if not bounded:
+        problem = f"answers too strongly within {loop.period:g} s, a sample, for a linear model of its loop"
+        raise ParameterError("plant", type(point.loop.plant).__name__, problem)
     return Variants(
-        put_together(point, parts),
+        loop,
         [put_together(point, parts._replace(machine=one)) for one in machine.others],
         [put_together(point, parts._replace(digital=one)) for one in digital.others],
     )

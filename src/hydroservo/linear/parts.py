@@ -54,6 +54,8 @@ def machine_slopes(point: OperatingPoint) -> Slopes:
     steepest = np.abs(found.mean).max(initial=0.0)
     if not steepest < STEEPEST:
         problem = f"has slopes up to {steepest:.3g} in SI units, too steep for a linear model"
+        if np.isnan(steepest):
+            problem = "has no slope about its operating point: a number is lost near it"
         raise ParameterError("plant", type(point.loop.plant).__name__, problem)
     return found
 

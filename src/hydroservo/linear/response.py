@@ -76,7 +76,7 @@ def roots(function: Callable[[float], float], places: Vector, found: Vector) -> 
     """Where a function is 0, once between each two places at which it has other signs."""
     from scipy.optimize import brentq
 
-    first = np.flatnonzero(found[:-1] * found[1:] < 0.0)
+    first = np.flatnonzero(np.sign(found[:-1]) * np.sign(found[1:]) < 0.0)
     return [float(brentq(function, places[i], places[i + 1], rtol=1e-14)) for i in first]
 
 

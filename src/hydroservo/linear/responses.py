@@ -45,6 +45,7 @@ class Responses(NamedTuple):
     commanded: Mapping[str, Response]
 
 
+@np.errstate(all="ignore")  # what is lost is not finite, and not drawn
 def responses(point: OperatingPoint, parts: Parts, frequencies: Vector) -> Responses:
     """The responses of a loop about a point at some frequencies [rad/s].
 

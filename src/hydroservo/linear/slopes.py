@@ -80,6 +80,7 @@ def exact_slopes(rows: Rows, block: Block, point: Vector) -> Matrix | None:
     return np.array([value.slopes if isinstance(value, Dual) else none for value in values])
 
 
+@np.errstate(all="ignore")  # what is lost is not finite, and refused as that
 def differences(function: Function, point: Vector, sizes: Vector) -> Slopes:
     """The derivatives at a point, by differences alone.
 
@@ -98,6 +99,7 @@ def differences(function: Function, point: Vector, sizes: Vector) -> Slopes:
     return Slopes(mean, others, np.max([np.abs(one - mean) for one in others], axis=0))
 
 
+@np.errstate(all="ignore")  # what is lost is not finite, and refused as that
 def central(function: Function, here: Vector, point: Vector, sizes: Vector) -> Matrix:
     """The mean in :func:`differences` alone, of a function whose values at the point are known."""
     after, before = (changes(function, here, point, side * NUDGE * sizes) for side in (1.0, -1.0))

@@ -61,6 +61,7 @@ class System(NamedTuple):
         return System(a, self.b[states], self.c[:, states], self.d, self.period)
 
 
+@np.errstate(invalid="ignore")  # scipy reads a permutation, not asked for, from large scales
 def response(system: System, frequencies: NDArray[np.float64], columns: Response | None = None) -> Response:
     """G = C (z 1 - A)^-1 B + D at some frequencies [rad/s], shape (frequencies, outputs, inputs).
 
@@ -101,6 +102,7 @@ def pushed(point: OperatingPoint, parts: Parts, frequencies: NDArray[np.float64]
     return np.asarray(np.linalg.solve(s * np.eye(n) - a, moved)[..., 0] * scale)
 
 
+@np.errstate(all="ignore")  # what is lost is not finite, and refused as that
 def opened_system(point: OperatingPoint, parts: Parts) -> System:
     """A loop opened at its command, in states [x, w, those of the machine's hold, the last command].
 

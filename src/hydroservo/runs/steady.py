@@ -128,6 +128,7 @@ def approached(loop: Loop, start: MachineState, command: float, fixed: Collectio
     return found
 
 
+@np.errstate(over="ignore")  # of the squares of misfits that are far from settled
 def nearest_rest(loop: Loop, start: MachineState, command: float, fixed: Collection[str]) -> Rest:
     """The state near another one in which the rates are least, some numbers of it held."""
     from scipy.optimize import least_squares
