@@ -324,12 +324,27 @@ def test_a_reader_that_leaves_is_no_error():
 
 
 @needs_full
-@pytest.mark.parametrize("args", [("scenarios",), ("scenarios", "show", "paper/sine-pi"), (*QUICK, "--json")])
+@pytest.mark.parametrize(
+    "args",
+    [("scenarios",), ("scenarios", "show", "paper/sine-pi"), (*QUICK, "--json"), ("--version",), ("--help",)],
+)
 def test_a_full_stdout_is_one_line_and_status_2(args):
     with Path("/dev/full").open("w") as full:
         done = process(*args, stdout=full, stderr=subprocess.PIPE)
     assert done.returncode == 2
     assert done.stderr == "hydroservo: No space left on device\n"
+
+
+@needs_full
+def test_a_full_stderr_changes_no_result():
+    warned = (*QUICK, "--set", "plant.mass=1e9", "--json")
+    with Path("/dev/full").open("w") as full:
+        done = process(*warned, stdout=subprocess.PIPE, stderr=full)
+        refused = process("run", "nothing", stdout=subprocess.PIPE, stderr=full)
+    heard = process(*warned)
+    assert (done.returncode, done.stdout) == (0, heard.stdout)
+    assert "hydroservo: warning: " in heard.stderr
+    assert (refused.returncode, refused.stdout) == (2, "")
 
 
 @needs_posix
@@ -354,7 +369,8 @@ def test_an_epoch_that_is_no_number_is_refused(value):
 
 
 @pytest.mark.parametrize(
-    ("name", "value"), [("MPLBACKEND", "foo"), ("MPLCONFIGDIR", "/proc/nothing"), ("COLUMNS", "x")]
+    ("name", "value"),
+    [("MPLBACKEND", "foo"), ("MPLCONFIGDIR", "/proc/nothing"), ("COLUMNS", "x"), ("OMP_NUM_THREADS", "4,3")],
 )
 def test_odd_surroundings_change_nothing(tmp_path, name, value):
     done = process(*QUICK, "--out", str(tmp_path), env={**os.environ, name: value}, stdout=-1, stderr=-1)

@@ -15,9 +15,14 @@ from hydroservo.cli.interrupts import (
     repeat_interrupts,
 )
 
+TYPE_CHECKING = False  # as typing has it, which need not be imported for it
+if TYPE_CHECKING:
+    from typing import Any
+
 __all__ = ["main"]
 
 LAST_SECOND = 253402300800  # of the year 9999
+COUNTS = ("OMP_NUM_THREADS", "NUMEXPR_NUM_THREADS", "NUMEXPR_MAX_THREADS")  # which numexpr reads for pandas
 
 
 def main() -> None:
@@ -49,11 +54,17 @@ def main() -> None:
 def settle_surroundings() -> None:
     """Keep what a shell hands over from libraries that would stumble over it, and quieten these."""
     open_closed_streams()
+    if isinstance(sys.stderr, io.TextIOWrapper) and os.name == "posix":
+        lossy = io.BufferedWriter(Lossy(sys.stderr.fileno(), "w", closefd=False))
+        sys.stderr = io.TextIOWrapper(lossy, sys.stderr.encoding, line_buffering=True)
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # a terminal that lacks a sign shows ? for it
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # matrices of six rows: threads cost more than they do
     os.environ["MPLBACKEND"] = "agg"  # pictures are files
+    for name in COUNTS:
+        if not os.environ.get(name, "1").isdecimal():
+            del os.environ[name]
     if not sys.warnoptions:  # what libraries say; hydroservo's own warnings are lines
         warnings.simplefilter("ignore")
         logging.getLogger("matplotlib").setLevel(logging.ERROR)
@@ -62,6 +73,16 @@ def settle_surroundings() -> None:
         allowed = f"must be a whole number of seconds since 1970, below {LAST_SECOND}"
         sys.stderr.write(f"hydroservo: SOURCE_DATE_EPOCH = {epoch!r}: {allowed}\n")
         sys.exit(2)
+
+
+class Lossy(io.FileIO):
+    """A file that loses what it cannot take, so that a full disk under stderr changes no result."""
+
+    def write(self, data: "Any", /) -> int:
+        try:
+            return super().write(data)
+        except OSError:
+            return len(data)
 
 
 def open_closed_streams() -> None:
@@ -75,4 +96,5 @@ def open_closed_streams() -> None:
         except OSError:
             os.open(os.devnull, os.O_RDWR)  # the lowest number that is free: this one
         if getattr(sys, name) is None:
-            setattr(sys, name, open(number, "w" if number else "r", encoding="utf-8"))  # noqa: SIM115, PTH123
+            mode = "w" if number else "r"
+            setattr(sys, name, open(number, mode, encoding="utf-8", closefd=False))  # noqa: SIM115

@@ -44,6 +44,9 @@ class Commands(TyperGroup):
             if error.format_message():  # if not, help has been shown
                 say_error(misused(error))
             sys.exit(USER_ERROR)
+        except OSError as error:  # of --help and --version, which are printed before any command
+            say_error(system_problem(error))
+            sys.exit(USER_ERROR)
 
     def invoke(self, ctx: Any) -> Any:
         try:
