@@ -226,6 +226,7 @@ def test_axes_have_numbers_that_are_neither_tiny_nor_huge(unit, largest, expecte
         ("gain delta_1 [(m/s)^(1-a1)/s]", "1/s", "gain $\\delta_{1}$ [1/s]"),
         ("exponent a = p/q", "", "exponent a = p/q"),
         ("boundary layer phi_1 on s1", "m/s", "boundary layer $\\phi_{1}$ on s1 [m/s]"),
+        ("cost in $_{ and $, by p_s", "V", "cost in \\$_{ and \\$, by $p_{s}$ [V]"),
     ],
 )
 def test_symbols_in_labels_are_set_as_symbols(meaning, unit, label):

@@ -75,6 +75,14 @@ def test_the_map_shows_winners_ties_and_what_nobody_masters(sizes):
     assert len(strips) == 2 * len(cells[1::3])
 
 
+def test_names_with_signs_of_a_dollar_are_drawn_as_typed():
+    grid = Grid([Axis("a", "$_{ by $", [Level("a0", "$^ or $")])], {"a0": {"a": "a0"}})
+    fig = plot_map(grid, [Winner("a0", ["p$_{i$"], "ESO", 1.3)], ["p$_{i$"])
+    fig.draw_without_rendering()
+    shown = {text.get_text() for text in fig.findobj(Text) if not text.get_parse_math()}
+    assert {"$^ or $", "p$_{i$"} <= shown
+
+
 def test_a_greater_margin_is_a_stronger_colour():
     shades = [shade("#0072B2", margin) for margin in (0.98, 1.04, 1.1, 1.25, 1.5, 2.0, math.inf)]
     assert shades[0] == shades[1]

@@ -303,7 +303,7 @@ def labelled(meaning: str, unit: str, width: int) -> str:
     """
     unit = f" [{unit}]".replace(" ", NO_BREAK) if unit else ""
     lines = fill(meaning.partition(" [")[0] + unit, width, break_long_words=False)
-    return SYMBOL.sub(symbol, lines).replace(NO_BREAK, " ")
+    return SYMBOL.sub(symbol, lines.replace("$", r"\$")).replace(NO_BREAK, " ")
 
 
 def symbol(found: re.Match[str]) -> str:

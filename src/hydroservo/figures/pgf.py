@@ -7,7 +7,7 @@ from typing import Any, Literal
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 
-from hydroservo.figures.latex_text import label
+from hydroservo.figures.latex_text import escaped, label
 
 __all__ = ["drawn_by_latex"]
 
@@ -29,11 +29,15 @@ def drawn_by_latex(fig: Figure) -> Iterator[None]:
     class Renderer(usual):  # type: ignore[misc, valid-type]
         """Draws with text that LaTeX takes."""
 
-        def draw_text(self, gc: Any, x: float, y: float, s: str, *more: Any, **options: Any) -> None:
-            usual.draw_text(self, gc, x, y, label(s), *more, **options)  # type: ignore[no-untyped-call]
+        def draw_text(
+            self, gc: Any, x: float, y: float, s: str, *more: Any, ismath: bool = False, **options: Any
+        ) -> None:
+            shown = label(s) if ismath else escaped(s)
+            usual.draw_text(self, gc, x, y, shown, *more, ismath=ismath, **options)  # type: ignore[no-untyped-call]
 
-        def get_text_width_height_descent(self, s: str, *more: Any) -> Any:
-            return usual.get_text_width_height_descent(self, label(s), *more)  # type: ignore[no-untyped-call]
+        def get_text_width_height_descent(self, s: str, prop: Any, ismath: Any) -> Any:
+            shown = label(s) if ismath else escaped(s)
+            return usual.get_text_width_height_descent(self, shown, prop, ismath)  # type: ignore[no-untyped-call]
 
     fig.draw_without_rendering()  # ticks are there only then
     measured = [one for one in fig.findobj(Text) if by_its_size(one)]

@@ -89,9 +89,14 @@ RC: Any = {
 
 
 @contextmanager
-def style() -> Iterator[None]:
-    """What is drawn inside looks like the project's figures; matplotlib's settings are put back after it."""
-    with mpl.rc_context(RC | {"font.sans-serif": [*RC["font.sans-serif"], *wide_fonts()]}):
+def style(maths: bool = True) -> Iterator[None]:
+    """What is drawn inside looks like the project's figures; matplotlib's settings are put back after it.
+
+    Args:
+        maths: whether text between two signs of a dollar is a formula; False where users name what is drawn.
+    """
+    fonts = [*RC["font.sans-serif"], *wide_fonts()]
+    with mpl.rc_context(RC | {"font.sans-serif": fonts, "text.parse_math": maths}):
         yield
 
 

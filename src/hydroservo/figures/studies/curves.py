@@ -57,7 +57,7 @@ def plot_curves(curves: Sequence[BudgetCurve], families: Sequence[str], metric: 
     low, high = factor * min(finite) / MARGIN, factor * max(finite) * MARGIN
     groups = [""] if len(curves) <= TOGETHER else distinct(curve.family for curve in curves)
     rows = math.ceil(len(groups) / ACROSS)
-    with style():
+    with style(maths=False):
         fig = figure(3.4 if len(groups) == 1 else 0.3 + 1.9 * rows)
         across = min(len(groups), ACROSS)
         panels = fig.subplots(rows, across, squeeze=False, sharex=True, sharey=True)

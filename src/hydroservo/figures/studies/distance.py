@@ -47,7 +47,7 @@ def plot_distance(distances: Sequence[Distance], families: Sequence[str], causal
     finite = [one for line in distances for one in (line.value, line.high) if math.isfinite(one)]
     known = [*finite, *([] if math.isnan(causal) else [causal])]
     low, high = min([1.0, *known]), max([1.2, *known])
-    with style():
+    with style(maths=False):
         fig = figure(0.75 + LINE * len(distances))
         axis = fig.subplots()
         plain_log(axis.xaxis, low if low == 1.0 else low / MARGIN, MARGIN * high, most=10)

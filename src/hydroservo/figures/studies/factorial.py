@@ -53,7 +53,7 @@ def plot_factorial(pairs: Sequence[Combination], parts: Sequence[FactorShare], l
         label: what the numbers of the table are.
     """
     laws, observers = distinct(pair.law for pair in pairs), distinct(pair.observer for pair in pairs)
-    with style():
+    with style(maths=False):
         fig = figure(0.75 + ROW * max(len(laws), len(parts)))
         if parts:
             table, bars = fig.subplots(1, 2, width_ratios=[1.25, 1.0])

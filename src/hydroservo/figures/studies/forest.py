@@ -53,7 +53,7 @@ def plot_forest(effects: Sequence[RatioLine], label: str, tie: float = 1.0, note
     """
     names = [fill(one.label, NAME) for one in effects]
     tallest = max((name.count("\n") + 1 for name in names), default=1)
-    with style():
+    with style(maths=False):
         fig = figure(0.75 + LINE * (0.8 * tallest + 0.2) * (len(effects) + 1))
         axis = fig.subplots()
         reach = reach_of(effects)

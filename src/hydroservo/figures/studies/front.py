@@ -49,7 +49,7 @@ def plot_front(points: Sequence[FrontPoint], families: Sequence[str], metric: st
     scales = sorted({point.scale for point in points if not math.isnan(point.scale)})
     front = sorted((point for point in points if point.front), key=lambda point: point.activity)
     steps = staircase((point.activity, factor * point.error) for point in points)
-    with style():
+    with style(maths=False):
         fig = figure(3.9)
         axis = fig.subplots()
         set_ranges(axis, points, factor)

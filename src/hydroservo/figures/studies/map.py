@@ -58,7 +58,7 @@ def plot_map(grid: Grid, winners: Sequence[Winner], families: Sequence[str]) -> 
     colours = family_colours(families)
     shown = [family for family in colours if any(family in winner.families for winner in winners)]
     marks = observer_marks(sorted({winner.observer for winner in winners if winner.families}))
-    with style():
+    with style(maths=False):
         fig, panels, key = panels_and_key(grid, len(shown), len(marks))
         places = grid.places()
         for winner in sorted(winners, key=lambda one: places[one.cell]):

@@ -43,7 +43,7 @@ def plot_regret(grid: Grid, ratios: Mapping[str, Mapping[str, float]], near: flo
     columns = min(len(ratios), int((WIDTH - 0.5) / max(SMALLEST * across, SHORTEST)) or 1)
     rows = math.ceil(len(ratios) / columns)
     cell = min(CELL, (WIDTH - 0.6) / columns / across)
-    with style():
+    with style(maths=False):
         fig = figure(0.75 + rows * (up * cell + TITLE))
         panels = fig.subplots(rows, columns, squeeze=False)
         for index, (axis, (law, found)) in enumerate(zip(panels.flat, ratios.items(), strict=False)):

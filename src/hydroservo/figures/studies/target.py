@@ -47,7 +47,7 @@ def plot_target(points: Sequence[TargetPoint], families: Sequence[str], metric: 
     label, factor = readable_unit(unit, max(point.error for point in points))
     errors, operations = [factor * point.error for point in points], [point.operations for point in points]
     steps = staircase(zip(operations, errors, strict=True))
-    with style():
+    with style(maths=False):
         fig = figure(3.9)
         axis = fig.subplots()
         plain_log(axis.xaxis, min(operations) / MARGIN, max(operations) * MARGIN)
