@@ -407,7 +407,7 @@ def test_what_nothing_foresees_is_one_line():
         (("run", "paper/sine-pi", "--out", ""), "--out is empty"),
         (("batch", "paper/sine-pi", "--runs", "3", "--seeds", "--out= "), "--out is empty"),
         (("bode", ""), "an argument is empty"),
-        (("run", "caf\udce9.toml"), "'caf\\udce9.toml' is not UTF-8; rename the file"),
+        (("run", "caf\udce9.toml"), "'caf\\udce9.toml' is not UTF-8, as all words must be"),
     ],
 )
 def test_words_that_mean_nothing_are_refused(tmp_path, monkeypatch, words, problem):

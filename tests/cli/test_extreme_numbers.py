@@ -5,6 +5,7 @@ import pytest
 from tests.support.commands.runner import SHORT, failed, succeeded
 
 RIG = "rig/1khz-pi-sine"
+WIDE = ("--set", "valve.orifice.area_gradient=1e300", "--command", "1e200")
 PRESSED = ("--set", "supply.supply_pressure=1e30", "--command", "1")
 SINE = "laws/internal-model-sine"
 
@@ -21,6 +22,7 @@ SINE = "laws/internal-model-sine"
         (("linearize", "axis/position", "--unit", "loop", *PRESSED), "a number is lost near it"),
         (("bode", RIG, "--linear", "--set", "plant.mass=1e-20"), "answers too strongly within 0.001 s"),
         (("bode", RIG, "--linear", "--set", "plant.bulk_modulus=1e60"), "answers too strongly within"),
+        (("bode", "rig/10khz-tsmc-square", "--linear", *WIDE), "has no operating point under 1e+200 V"),
         (("bode", RIG, "--amplitude", "1e-308"), "must be a finite number at least 1e-12 [V]"),
     ],
 )

@@ -99,7 +99,8 @@ def check_words(words: Sequence[str]) -> None:
         try:
             word.encode()
         except UnicodeEncodeError:
-            raise UsageError(f"{word!r} is not UTF-8; rename the file") from None
+            encoding = sys.getfilesystemencoding().upper()  # ASCII where a locale knows nothing else
+            raise UsageError(f"{word!r} is not {encoding}, as all words must be") from None
 
 
 class Listing(TyperGroup):

@@ -127,6 +127,7 @@ def sampled(
     return DigitalState(sensors, loop.controller.step(digital.controller, y, demand, dt), hold)
 
 
+@np.errstate(all="ignore")  # what is lost does not settle
 def settled(point: OperatingPoint) -> OperatingPoint:
     """A machine's point with the law where it stays.
 
