@@ -30,10 +30,10 @@ def drawn_by_latex(fig: Figure) -> Iterator[None]:
         """Draws with text that LaTeX takes."""
 
         def draw_text(
-            self, gc: Any, x: float, y: float, s: str, *more: Any, ismath: bool = False, **options: Any
+            self, gc: Any, x: float, y: float, s: str, prop: Any, angle: float, **options: Any
         ) -> None:
-            shown = label(s) if ismath else escaped(s)
-            usual.draw_text(self, gc, x, y, shown, *more, ismath=ismath, **options)  # type: ignore[no-untyped-call]
+            shown = label(s) if options.get("ismath") else escaped(s)
+            usual.draw_text(self, gc, x, y, shown, prop, angle, **options)  # type: ignore[no-untyped-call]
 
         def get_text_width_height_descent(self, s: str, prop: Any, ismath: Any) -> Any:
             shown = label(s) if ismath else escaped(s)
