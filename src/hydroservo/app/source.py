@@ -1,7 +1,9 @@
 """The scenario that a page shows, and what was changed in it there."""
 
 import hashlib
+import os
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -78,14 +80,14 @@ def source_of(request: Mapping[str, Any], home: Home) -> Source:
 
 
 def kept_text(text: str, folder: Path) -> Path:
-    """The file of a text that a page sent; those that were not used for long go."""
+    """The file that holds a text from a page; the files not used for longest are removed."""
     file = folder / f"{hashlib.sha256(text.encode()).hexdigest()[:16]}.toml"
-    if file.exists():
-        file.touch()
+    with suppress(FileNotFoundError):  # another worker may remove it at any time
+        os.utime(file)
         return file
-    texts = sorted(folder.glob("*.toml"), key=lambda kept: kept.stat().st_mtime)
-    for old in texts[: 1 - MOST_TEXTS]:
-        old.unlink(missing_ok=True)
+    with suppress(FileNotFoundError):
+        for old in sorted(folder.glob("*.toml"), key=lambda kept: kept.stat().st_mtime)[: 1 - MOST_TEXTS]:
+            old.unlink()
     return write_text(file, text)
 
 

@@ -5,9 +5,9 @@ import os
 import subprocess
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import AbstractContextManager, contextmanager, suppress
 from pathlib import Path
-from threading import Timer
+from threading import Event, Timer
 from types import SimpleNamespace
 from typing import Any, NamedTuple
 
@@ -150,7 +150,13 @@ def process_table(path: Path) -> Iterator[Table]:
         surroundings = {**os.environ, "TMPDIR": str(folder), "OPENBLAS_NUM_THREADS": "1"}
         pipes: dict[str, Any] = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": said}
         with subprocess.Popen(command, env=surroundings, **pipes) as process:  # noqa: S603 - our own program
-            timer = Timer(PATIENCE, process.kill)
+            late = Event()
+
+            def give_up() -> None:
+                late.set()
+                process.kill()
+
+            timer = Timer(PATIENCE, give_up)
             timer.start()
             try:
                 columns = json.loads(process.stdout.readline())  # type: ignore[union-attr]
@@ -159,9 +165,13 @@ def process_table(path: Path) -> Iterator[Table]:
                     headers, [count for *_, count in columns], lambda places: sent_columns(process, places)
                 )
             except (ValueError, OSError) as error:
-                late = not timer.is_alive()
-                process.wait()
-                raise ValueError(why_ended(process.returncode, said, late) or str(error)) from None
+                with suppress(OSError):  # at the end of Popen it would raise again
+                    process.stdin.close()  # type: ignore[union-attr]
+                try:
+                    status = process.wait(1.0)
+                except subprocess.TimeoutExpired:
+                    raise error from None
+                raise ValueError(why_ended(status, said, late.is_set()) or str(error)) from None
             finally:
                 timer.cancel()
                 process.kill()

@@ -19,9 +19,10 @@ RANGE = re.compile(
 )
 TEN = re.compile(
     rf"(?P<number>{NUMBER})\s*[*·\N{{MULTIPLICATION SIGN}}x]\s*10\s*"
-    r"(?:\^|\*\*)?\(?(?P<power>[+-]?[0-9]{1,2})\)?(?P<rest>.*)",
+    r"(?:\^|\*\*)\s*\(?(?P<power>[+-]?[0-9]{1,2})\)?(?P<rest>[^0-9].*|)",
     re.DOTALL,
 )
+RAISED = re.compile("[⁰¹²³⁴⁵⁶⁷⁸⁹⁻]+")
 SUPERSCRIPTS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")
 IN_BRACKETS = re.compile(rf"(?P<number>{NUMBER}(?:[eE][+-]?[0-9]+)?)\s*\[(?P<unit>[^\[\]]+)\]")
 
@@ -52,14 +53,14 @@ SLIPS: tuple[tuple[re.Pattern[str], Callable[[re.Match[str]], str]], ...] = (
     (COMMA, comma_problem),
     (THOUSANDS, thousands_problem),
     (TEN, lambda match: f"is a product; write '{match['number']}e{int(match['power'])}{match['rest']}'"),
-    (RANGE, lambda _: "is a range, and one number is needed; batch, tune and identify take ranges"),
+    (RANGE, lambda _: "is a range; give one number here (ranges are for batch, tune and identify)"),
     (IN_BRACKETS, lambda match: f"has brackets around its unit; write '{match['number']} {match['unit']}'"),
 )
 
 
 def quantity_slip(text: str) -> str:
     """Advice on a number as half of the world writes it; "" where there is none."""
-    plain = text.strip().translate(SUPERSCRIPTS)
+    plain = RAISED.sub(lambda match: f"^{match[0].translate(SUPERSCRIPTS)}", text.strip())
     matches = ((slip.fullmatch(plain), problem) for slip, problem in SLIPS)
     return next((problem(match) for match, problem in matches if match), "")
 

@@ -25,9 +25,11 @@ FACTOR = re.compile(
     r"|(?P<digits>[+-]?[0-9]{1,2}))?"  # cm2, s-1
 )
 POWER_SIGN = re.compile(r"\s*(?:\^|\*\*)\s*")
-BRACKETED = re.compile(r"\((?P<inner>.*)\)(?:\^?(?P<power>[+-]?[0-9]{1,2}))?")  # (m/s), (m/s)^2
+BRACKETED = re.compile(r"\((?P<inner>.+)\)(?:\^?(?P<power>[+-]?[0-9]{1,2}))?")  # (m/s), (m/s)^2
 DIVISION = re.compile(r"\s*/\s*")
-PRODUCT = re.compile(r"\s*[*·]\s*|\s+|\.(?=[A-Za-zµμΩ(])")
+PRODUCT = re.compile(
+    r"\s*[*·]\s*|\s+|\.(?=[A-Za-zµμΩ_])"
+)  # _: a bracket, as split_outside_brackets leaves it
 JOINED = re.compile(
     r"([kMm]?(?:N|Pa|V|A|W))([cm]?m)?(s)?|(kg)([cm]?m)"
 )  # Nm, Vs, kgm2: names that are not spaced
