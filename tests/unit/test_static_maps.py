@@ -5,8 +5,11 @@ import pytest
 
 import hydroservo as hs
 from hydroservo.errors import ParameterError, ScenarioError
+from hydroservo.identification.maps.friction import values_of
 from hydroservo.identification.maps.friction_law import fitted_friction
 from hydroservo.identification.maps.regression import regression
+from hydroservo.identification.maps.result import Interval
+from hydroservo.mechanics import ElastoPlastic, LuGre
 from tests.support.map_logs import scenario
 
 TIME = np.linspace(0.0, 20.0, 4001)
@@ -182,3 +185,19 @@ def test_intervals_of_a_regression_hold_the_truth_where_noise_hangs_together():
 def test_columns_that_are_alike_are_no_regression():
     x = np.linspace(0.0, 1.0, 50)
     assert regression([(np.stack([x, 2.0 * x], axis=1), x)]) is None
+
+
+@pytest.mark.parametrize("elastic", [False, True])
+def test_numbers_of_bristles_are_put_where_they_stand(elastic):
+    loop = hs.load_scenario(scenario("friction"))
+    bristles = LuGre(1e7, 3000.0, 200.0, 250.0, 0.02, 2000.0)
+    friction = ElastoPlastic(bristles, 0.8) if elastic else bristles
+    loop = loop._replace(plant=loop.plant._replace(friction=friction))
+    names = {"coulomb": 180.0, "breakaway": 260.0, "stribeck_velocity": 0.025, "viscous": 2500.0}
+    given = {name: Interval.around(value, 1.0, "", "") for name, value in names.items()}
+    numbers, remarks = values_of(given, loop)
+    at = "plant.friction.bristles" if elastic else "plant.friction"
+    assert {path: number.value for path, number in numbers.items()} == {
+        f"{at}.{name}": value for name, value in names.items()
+    }
+    assert remarks == []

@@ -115,7 +115,7 @@ def has_floats(state: Block) -> bool:
 
 def problem_of(value: object) -> str:
     """What is wrong with a number of a state that is not a float."""
-    several = "for several numbers, hydroservo.vectors.vector makes a record of floats"
+    several = "hydroservo.vectors.vector makes a record of floats"
     ways = {bool: "write 1.0 or 0.0", int: "write 1.0, not 1"}
     way = "write float(...)" if isinstance(value, float) else ways.get(type(value), several)
     return f"is of type {type(value).__name__}: must be a float in init and after each step; {way}"

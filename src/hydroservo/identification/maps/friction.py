@@ -17,7 +17,7 @@ from hydroservo.identification.segments import Segment, Understood
 from hydroservo.identification.signals import EXTERNAL_FORCE
 from hydroservo.identification.uncertainty import NORMAL
 from hydroservo.loop import Loop
-from hydroservo.mechanics import LuGre
+from hydroservo.mechanics import ElastoPlastic, LuGre
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -164,7 +164,7 @@ def law_of(columns: Mapping[str, Samples], loop: Loop | None) -> tuple[FrictionF
         return None, [f"{velocity.size} moves at {speeds.size} speeds are too few for a law of friction"]
     half = columns["friction_half"]
     deviation = np.maximum(np.where(np.isfinite(half), half, 0.0) / NORMAL, LEAST_SHARE * np.abs(force).max())
-    gaussian = loop is not None and isinstance(getattr(loop.plant, "friction", None), LuGre)
+    gaussian = loop is not None and isinstance(friction_of(loop)[1], LuGre)
     found = fitted_friction(velocity, force, deviation, gaussian)
     return found, list(found.remarks)
 
@@ -192,12 +192,20 @@ def points_of(columns: Mapping[str, Samples]) -> "xr.Dataset":
     return curve_of({name: row[order] for name, row in columns.items()}, about)
 
 
+def friction_of(loop: Loop) -> tuple[str, Any]:
+    """The path and the friction whose numbers a map finds: of an ElastoPlastic, the LuGre in it."""
+    own: Any = getattr(loop.plant, "friction", None)
+    if isinstance(own, ElastoPlastic):
+        return "plant.friction.bristles", own.bristles
+    return "plant.friction", own
+
+
 def values_of(numbers: Mapping[str, Interval], loop: Loop) -> tuple[dict[str, Interval], list[str]]:
     """The numbers of the scenario's friction, and what has no place in it."""
     left = []
     if "offset" in numbers:
         left.append("offset has no place in a scenario")
-    own: Any = getattr(loop.plant, "friction", None)
+    path, own = friction_of(loop)
     if own is None:
         return {"plant.damping": numbers["viscous"].at_least_0()}, [
             *left,
@@ -209,11 +217,11 @@ def values_of(numbers: Mapping[str, Interval], loop: Loop) -> tuple[dict[str, In
             "its friction is viscous alone",
         ]
     names = ["coulomb", "breakaway", "stribeck_velocity"]
-    found = {f"plant.friction.{name}": numbers[name].at_least_0() for name in names if name in numbers}
-    held = "plant.friction.breakaway"
+    found = {f"{path}.{name}": numbers[name].at_least_0() for name in names if name in numbers}
+    held = f"{path}.breakaway"
     if held not in found and numbers["coulomb"].value > own.breakaway:
         found[held] = numbers["coulomb"].at_least_0()
     if held in found and found[held].value >= own.coulomb:  # first, as no step may hold less than it brakes
         found = {held: found.pop(held), **found}
-    found["plant.friction.viscous"] = numbers["viscous"].at_least_0()
+    found[f"{path}.viscous"] = numbers["viscous"].at_least_0()
     return found, left
