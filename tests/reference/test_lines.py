@@ -11,7 +11,7 @@ from hydroservo import Loop, ParameterError, load_scenario, replace, simulate
 from hydroservo.block import value_at, values
 from hydroservo.drives import Lines
 from hydroservo.hooks import resting
-from hydroservo.oils import ConstantOil
+from hydroservo.oils import AeratedOil, ConstantOil
 from hydroservo.plants import Cylinder, LoadPressurePlant
 from hydroservo.runs.mismatches import mismatch_cautions
 from hydroservo.runs.run import complete
@@ -161,6 +161,14 @@ def test_steady_flow_meets_hagen_and_poiseuille() -> None:
 def test_too_many_cells_are_refused() -> None:
     with pytest.raises(ParameterError, match=r"highest_frequency = 200.0: must be at most 123.5 "):
         Lines.from_dimensions(LENGTH, BORE, VISCOSITY, ConstantOil(BULK), highest_frequency=200.0)
+
+
+def test_air_that_is_free_near_0_makes_no_more_cells() -> None:
+    """Ten metres up to 100 Hz at 50 bar: 2 pi f l / (0.49 c) = 10.3."""
+    oil = AeratedOil()
+    cells = 2.0 * math.pi * 100.0 * 10.0 / (0.49 * math.sqrt(oil.bulk_modulus(50e5) / 850.0))
+    lines = Lines.from_dimensions(10.0, 12e-3, 46e-6, oil)
+    assert len(str(lines).split("Lines(")) - 1 == math.ceil(cells) < 40
 
 
 def test_a_plant_without_chambers_is_refused() -> None:

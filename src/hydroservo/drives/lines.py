@@ -18,6 +18,7 @@ __all__ = ["Lines", "LinesState"]
 VALVE = ValveOnSupply()
 PHASE = 0.49  # of a wave in a cell [rad], at which it travels 1 % too slowly
 MOST_CELLS = 40
+WORKING = 50e5  # Pa, at which the speed of sound is taken: near 0, free air makes oil soft
 
 
 class LinesState(NamedTuple):
@@ -77,13 +78,13 @@ class Lines(NamedTuple):
     ) -> "Lines":
         """Two lines of one size, in cells short enough for waves of the highest frequency to be 1 % slow.
 
-        With the speed of sound c = sqrt(beta_e/rho) these are n = 2 pi f l/(0.49 c) cells, each with
-        V = pi d^2 l/(4 n), I = 4 rho l/(pi d^2 n) and R = 128 rho nu l/(pi d^4 n).
+        With the speed of sound c = sqrt(beta_e/rho) at 50 bar these are n = 2 pi f l/(0.49 c) cells, each
+        with V = pi d^2 l/(4 n), I = 4 rho l/(pi d^2 n) and R = 128 rho nu l/(pi d^4 n).
 
         Raises:
             ParameterError: they are more than 40.
         """
-        sound = math.sqrt(oil.bulk_modulus(0.0) / density)
+        sound = math.sqrt(oil.bulk_modulus(WORKING) / density)
         count = max(math.ceil(2.0 * math.pi * highest_frequency * length / (PHASE * sound)), 1)
         if count > MOST_CELLS:
             highest = MOST_CELLS * PHASE * sound / (2.0 * math.pi * length)

@@ -109,14 +109,14 @@ def high_starts(loop: Loop) -> Iterator[str]:
 def massless_oil(loop: Loop) -> Iterator[str]:
     """Which hoses leave out oil that is as heavy as the load, or waves that are slower than the valve."""
     moved, area = moving_mass(loop), getattr(loop.plant, "area_a", getattr(loop.plant, "piston_area", 0.0))
-    corner = valve_corner(loop.valve)
+    corner, line = valve_corner(loop.valve), first_line(loop)
+    middle = 0.5 * (line.supply + line.tank)
     for drive in drives_in(loop.drive):
         if not isinstance(drive, Hoses) or drive.inertance == 0.0:
             continue
         felt = drive.inertance * area**2
-        wave = 0.25 / math.sqrt(
-            drive.inertance * drive.volume_a / drive.oil.bulk_modulus(first_line(loop).tank)
-        )
+        stiffness = drive.oil.bulk_modulus(middle) / max(drive.volume_a, drive.volume_b)
+        wave = 0.25 * math.sqrt(stiffness / drive.inertance)
         if felt > HEAVY * moved:
             masses = quantity(felt, "kg"), quantity(moved, "kg")
             yield f"the oil in a hose, felt as {masses[0]} by a piston that moves {masses[1]}, {WITHOUT_MASS}"
