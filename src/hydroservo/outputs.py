@@ -292,10 +292,10 @@ def remove_stale(stage: Path) -> None:
 
 
 def uninterrupted(work: Callable[[], None]) -> None:
-    """Do something that no signal shall break off that ends a process, or the timer that repeats one.
+    """Do something that no signal may interrupt: neither one that ends the process nor the timer's.
 
-    It is raised again when the work is done. Python hears signals in the main thread only; others need no
-    guard.
+    What came is raised again when the work is done. Python hears signals in the main thread only; others
+    need no guard.
     """
     if threading.current_thread() is not threading.main_thread():
         work()
