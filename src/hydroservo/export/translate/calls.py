@@ -46,39 +46,31 @@ class Calls:
     def __init__(self, translator: Translator, scope: Scope, arithmetic: Arithmetic) -> None:
         self.translator, self.scope, self.arithmetic = translator, scope, arithmetic
 
-    def call(
-        self, target: Value, given: Sequence[Value], named: Mapping[str, Value], node: ast.Call
-    ) -> Value:
-        """A call with these positional and named arguments."""
+    def callee(self, target: Value, node: ast.Call) -> Any:
+        """What a call names, if C can call it: a bound method, a function, a record's class or float."""
         if isinstance(target, Bound):
-            owner = self.scope.lasting(target.owner)
-            cls = owner.type.cls if isinstance(owner.type, Record) else None
-            return self.invoked(target.function, [owner, *given], named, cls, node)
-        thing = self.called(target, node)
-        if thing is basic.where:
-            return self.where(given, node)
-        if thing is float and len(given) == 1:
-            return self.arithmetic.real(given[0], node)
-        if is_record(thing):
-            return self.made(thing, given, named, node)
-        if isinstance(thing, FunctionType):
-            return self.invoked(thing, given, named, None, node)
-        raise self.refused(thing, node)
-
-    def called(self, target: Value, node: ast.Call) -> Any:
-        """The function or class that a call names."""
+            return target
         if not isinstance(target, Python):
             raise self.scope.error(f"{ast.unparse(node.func)} cannot be called", node)
-        return target.thing
-
-    def check(self, target: Value, node: ast.Call) -> None:
-        """Refuse what C cannot call, before its arguments are looked at."""
-        if isinstance(target, Bound):
-            return
-        thing = self.called(target, node)
+        thing = target.thing
         written = isinstance(thing, FunctionType) and (is_op(thing) or thing in self.translator.written)
-        if not (thing is float or is_record(thing) or written):
+        if not (written or is_record(thing) or (thing is float and len(node.args) == 1)):
             raise self.refused(thing, node)
+        return thing
+
+    def call(self, callee: Any, given: Sequence[Value], named: Mapping[str, Value], node: ast.Call) -> Value:
+        """A call of a callee with these positional and named arguments."""
+        if isinstance(callee, Bound):
+            owner = self.scope.lasting(callee.owner)
+            cls = owner.type.cls if isinstance(owner.type, Record) else None
+            return self.invoked(callee.function, [owner, *given], named, cls, node)
+        if callee is basic.where:
+            return self.where(given, node)
+        if callee is float:
+            return self.arithmetic.real(given[0], node)
+        if is_record(callee):
+            return self.made(callee, given, named, node)
+        return self.invoked(callee, given, named, None, node)
 
     def refused(self, thing: Any, node: ast.Call) -> TranslationError:
         """What to write in place of a call that has no equal."""

@@ -130,7 +130,9 @@ class Expressions:
             problem = f"{name} is a {type(thing).__name__}, whose arithmetic C does not have"
             raise self.scope.error(problem, node, f"write {name} = float(...)")
         if is_block(thing):
-            parts = [self.part(thing, field, f"{name}.{field}", module, node) for field in thing._fields]
+            parts = [
+                self.block_field(thing, field, f"{name}.{field}", module, node) for field in thing._fields
+            ]
             return self.calls.made(type(thing), parts, {}, node)
         if callable(thing) or isinstance(thing, ModuleType):
             return Python(thing)
@@ -138,7 +140,7 @@ class Expressions:
             f"{name} is a {type(thing).__name__}, which a law cannot use", node, "use floats and blocks"
         )
 
-    def part(self, block: Any, field: str, name: str, module: str, node: ast.AST) -> Value:
+    def block_field(self, block: Any, field: str, name: str, module: str, node: ast.AST) -> Value:
         """A field of a block that a module holds."""
         value = getattr(block, field)
         return Literal(REAL, value) if type(value) is float else self.python(value, name, module, node)
@@ -175,7 +177,7 @@ class Expressions:
 
     def element(self, table: Value, index: ast.expr, node: ast.AST) -> Value:
         if isinstance(table, Expression) and isinstance(table.type, Record):
-            return self.entry(table, table.type, self.expression(index), node)
+            return self.record_entry(table, table.type, self.expression(index), node)
         if not isinstance(table, Table):
             raise self.scope.error("only vectors and arrays of recorded signals can be indexed", node)
         parts = index.elts if isinstance(index, ast.Tuple) else [index]
@@ -194,7 +196,7 @@ class Expressions:
             total = found if scaled == Known(0) else self.arithmetic.binary(ast.Add(), scaled, found, node)
         return Element(REAL, table, total)
 
-    def entry(self, base: Expression, record: Record, index: Value, node: ast.AST) -> Value:
+    def record_entry(self, base: Expression, record: Record, index: Value, node: ast.AST) -> Value:
         """A field of a record by its number."""
         fields = list(record.fields)
         if not isinstance(index, Known):
@@ -291,11 +293,10 @@ class Expressions:
     def call(self, node: ast.Call) -> Value:
         if any(keyword.arg is None for keyword in node.keywords):
             raise self.scope.error("arguments with ** cannot be translated to C", node, "name each of them")
-        target = self.expression(node.func)
-        self.calls.check(target, node)
+        callee = self.calls.callee(self.expression(node.func), node)
         given = self.arguments(node.args)
         named = {str(one.arg): self.expression(one.value) for one in node.keywords}
-        return self.calls.call(target, given, named, node)
+        return self.calls.call(callee, given, named, node)
 
     def arguments(self, nodes: Sequence[ast.expr]) -> list[Value]:
         """Values in a row, those of lists that are unpacked among them."""
