@@ -94,8 +94,8 @@ def check_words(words: Sequence[str]) -> None:
     for before, word in pairwise(["", *words]):
         name, mark, value = word.partition("=")
         if not word.strip() or (mark and name.startswith("--") and not value.strip()):
-            option = name if mark else before if before.startswith("-") else "an argument"
-            raise UsageError(f"{option} is empty")
+            after = f" after {before}" if before else ""
+            raise UsageError(f"{name} is empty" if mark else f"the word{after} is empty")
         try:
             word.encode()
         except UnicodeEncodeError:
