@@ -1,13 +1,12 @@
 """Oil with mass in long lines, against a model written apart and the peak of a valve that shuts."""
 
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from hydroservo import Loop, ParameterError, load_scenario, replace, simulate
+from hydroservo import Loop, ParameterError, replace, simulate
 from hydroservo.block import value_at, values
 from hydroservo.drives import Lines
 from hydroservo.hooks import resting
@@ -19,6 +18,7 @@ from hydroservo.signals import Feed, Pressures
 from hydroservo.states import filled
 from hydroservo.testing.examples import example
 from hydroservo.valves import NoEdges
+from tests.support.axes import commanded_axis, step, viscous
 
 LENGTH, BORE, VISCOSITY, BULK, DENSITY = 30.0, 12e-3, 32e-6, 1.2e9, 850.0
 PIPE = math.pi / 4.0 * BORE**2
@@ -28,49 +28,30 @@ DEAD = 2e-5  # as Cylinder.from_diameters has it
 VALVE_RATE, DAMPING_RATIO, TRANSITION = 2.0 * math.pi * 150.0, math.sqrt(0.5), 1e5
 EDGE = 30e-3 / 60.0 / 1e-3 / (35e5 / (35e5**2 + TRANSITION**2) ** 0.25)
 CELLS = 5
-AXIS = """
-simulation = { duration = "0.5 s", period = "0.2 ms", record_period = "0.2 ms", substeps = "auto" }
-controls = { type = "Command" }
-controller = { type = "OpenLoop" }
-reference = { type = "Step", initial = "10 V", final = "0 V", time = "0.4 s" }
-supply = { type = "IdealSupply", supply_pressure = "200 bar" }
-
-[drive]
-type = "Lines.from_dimensions"
-length = "30 m"
-inner_diameter = "12 mm"
-kinematic_viscosity = "32 mm^2/s"
-highest_frequency = "15 Hz"
-oil = { type = "ConstantOil", effective_bulk_modulus = "12000 bar" }
-
-[plant]
-type = "Cylinder.from_diameters"
-bore = "50 mm"
-rod = "28 mm"
-rods = 2
-stroke = "500 mm"
-start_position = "50 mm"
-mechanism = { type = "Mass", mass = "50 kg" }
-oil = { type = "ConstantOil", effective_bulk_modulus = "12000 bar" }
-friction = { type = "Viscous", coefficient = "500 N s/m" }
-
-[valve]
-type = "SecondOrderValve.from_response"
-frequency_90 = "150 Hz"
-frequency_3db = "150 Hz"
-gain = "0.1 mm/V"
-max_opening = "1 mm"
-orifice.type = "FourEdges.rated"
-orifice.rated_flow = "30 L/min"
-orifice.rated_drop = "70 bar"
-orifice.rated_opening = "1 mm"
-"""
-
-
-def scenario(folder: Path, text: str = AXIS) -> Path:
-    file = folder / "axis.toml"
-    file.write_text(text, encoding="utf-8")
-    return file
+AXIS = {
+    "simulation": {"duration": "0.5 s", "period": "0.2 ms", "record_period": "0.2 ms", "substeps": "auto"},
+    "reference": step("10 V", "0 V", "0.4 s"),
+    "supply.supply_pressure": "200 bar",
+    "plant.bore": "50 mm",
+    "plant.rod": "28 mm",
+    "plant.rods": 2,
+    "plant.stroke": "500 mm",
+    "plant.start_position": "50 mm",
+    "plant.mechanism.mass": "50 kg",
+    "plant.friction": viscous("500 N s/m"),
+    "valve.type": "SecondOrderValve.from_response",
+    "valve.frequency_90": "150 Hz",
+    "valve.frequency_3db": "150 Hz",
+    "valve.orifice.rated_flow": "30 L/min",
+}
+PIPES = {
+    "length": "30 m",
+    "inner_diameter": "12 mm",
+    "kinematic_viscosity": "32 mm^2/s",
+    "oil": {"type": "ConstantOil", "effective_bulk_modulus": "12000 bar"},
+}
+LINES = {"type": "Lines.from_dimensions", "highest_frequency": "15 Hz", **PIPES}
+HOSES = {"type": "Hoses.from_dimensions", **PIPES}
 
 
 def edge(opening: float, drop: float) -> float:
@@ -106,13 +87,13 @@ def end(path: str, first: int) -> tuple[str, int]:
     return "drive" + ".drive" * (CELLS - 1) + f".{path}", 6 + first * CELLS
 
 
-def test_a_valve_that_shuts_sends_the_waves_of_a_model_written_apart(tmp_path: Path) -> None:
+def test_a_valve_that_shuts_sends_the_waves_of_a_model_written_apart() -> None:
     start = np.concatenate([[0.05, 0.0, 1e7, 1e7, 0.0, 0.0], *([np.full(CELLS, 1e7), np.zeros(CELLS)] * 2)])
     how = {"method": "LSODA", "rtol": 1e-8, "atol": 1e-9}
     opened = solve_ivp(rates, (0.0, 0.4), start, args=(10.0,), max_step=1e-3, **how).y[:, -1]
     instants = np.linspace(0.4, 0.5, 501)
     shut = solve_ivp(rates, (0.4, 0.5), opened, t_eval=instants, args=(0.0,), max_step=1e-3, **how).y
-    run = simulate(load_scenario(scenario(tmp_path))).sel(time=instants, method="nearest")
+    run = simulate(commanded_axis(AXIS | {"drive": LINES})).sel(time=instants, method="nearest")
     pairs = [end("pressure_a", 0), end("flow_a", 1), end("pressure_b", 2), end("flow_b", 3)]
     for path, row in [("plant.pressure_a", 2), ("plant.pressure_b", 3), ("plant.velocity", 1), *pairs]:
         size = np.abs(shut[row]).max()
@@ -176,11 +157,8 @@ def test_a_plant_without_chambers_is_refused() -> None:
         complete(example(Loop, plant=example(LoadPressurePlant), drive=example(Lines)))
 
 
-HOSES = AXIS.replace('"Lines.from', '"Hoses.from').replace('highest_frequency = "15 Hz"\n', "")
-
-
-def test_hoses_whose_oil_is_heavy_are_warned_of(tmp_path: Path) -> None:
-    (said,) = mismatch_cautions(load_scenario(scenario(tmp_path, HOSES)))
+def test_hoses_whose_oil_is_heavy_are_warned_of() -> None:
+    (said,) = mismatch_cautions(commanded_axis(AXIS | {"drive": HOSES}))
     assert said.startswith(
         "the oil in a hose, felt as 410 kg by a piston that moves 50.0 kg, has no mass in Hoses"
     )
@@ -188,12 +166,12 @@ def test_hoses_whose_oil_is_heavy_are_warned_of(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(("length", "valve", "warned"), [(2.0, "20 Hz", False), (2.0, "200 Hz", True)])
 def test_hoses_whose_waves_are_slower_than_the_valve_are_warned_of(
-    length: float, valve: str, warned: bool, tmp_path: Path
+    length: float, valve: str, warned: bool
 ) -> None:
     """c/(4 l) is 149 Hz."""
-    changes = {"drive.length": length, "plant.mechanism.mass": 1e4}
+    changes = AXIS | {"drive": HOSES | {"length": length}, "plant.mechanism.mass": 1e4}
     changes |= {f"valve.frequency_{name}": valve for name in ("90", "3db")}
-    said = mismatch_cautions(load_scenario(scenario(tmp_path, HOSES), changes))
+    said = mismatch_cautions(commanded_axis(changes))
     assert [line.partition(" behind")[0] for line in said] == [
         "the oil in a hose, with waves of 149 Hz"
     ] * warned

@@ -2,7 +2,7 @@
 
 import pytest
 
-from hydroservo import Loop, ParameterError, load_scenario, simulate
+from hydroservo import Loop, ParameterError, simulate
 from hydroservo.drives import CheckValve, Hoses, PortValves
 from hydroservo.oils import ConstantOil
 from hydroservo.plants import LoadPressurePlant
@@ -11,41 +11,28 @@ from hydroservo.signals import Feed, Pressures
 from hydroservo.supplies import ReliefValve
 from hydroservo.testing.examples import example
 from hydroservo.valves import NoEdges
+from tests.support.axes import commanded_axis, step, viscous
 
 TANK = 1e5
 SHUT = Feed(0.0, NoEdges(), 0.0, Pressures(40e5, TANK))
 VALVES = PortValves(ReliefValve(200e5, 1e-10), CheckValve(3e4, 1e-9))
 # Meter-out, with the rod-side edge to the tank shut while the bore side is opened to the supply.
-SHUT_IN = """
-simulation = { duration = "1 s", period = "1 ms", substeps = "auto" }
-controls = { type = "Command" }
-controller = { type = "OpenLoop" }
-reference = { type = "Step", initial = "0 V", final = "5 V", time = "0.1 s" }
-supply = { type = "IdealSupply", supply_pressure = "160 bar" }
-
-[plant]
-type = "Cylinder.from_diameters"
-bore = "63 mm"
-rod = "45 mm"
-stroke = "400 mm"
-start_position = "200 mm"
-start_pressure_a = "20 bar"
-start_pressure_b = "40.8 bar"
-mechanism = { type = "Mass", mass = "300 kg" }
-oil = { type = "ConstantOil", effective_bulk_modulus = "12000 bar" }
-friction = { type = "Viscous", coefficient = "3000 N s/m" }
-
-[valve]
-type = "FirstOrderValve"
-time_constant = "10 ms"
-gain = "0.1 mm/V"
-max_opening = "1 mm"
-orifice.type = "FourEdges.rated"
-orifice.rated_flow = "40 L/min"
-orifice.rated_drop = "70 bar"
-orifice.rated_opening = "1 mm"
-orifice.extra_lap_bt = "0.9 mm"
-"""
+SHUT_IN = {
+    "simulation.duration": "1 s",
+    "reference": step("0 V", "5 V", "0.1 s"),
+    "supply.supply_pressure": "160 bar",
+    "plant.bore": "63 mm",
+    "plant.rod": "45 mm",
+    "plant.stroke": "400 mm",
+    "plant.start_position": "200 mm",
+    "plant.start_pressure_a": "20 bar",
+    "plant.start_pressure_b": "40.8 bar",
+    "plant.mechanism.mass": "300 kg",
+    "plant.friction": viscous("3000 N s/m"),
+    "valve.type": "FirstOrderValve",
+    "valve.time_constant": "10 ms",
+    "valve.orifice.extra_lap_bt": "0.9 mm",
+}
 PORTS = {
     "type": "PortValves",
     "relief": {"type": "ReliefValve", "cracking_pressure": "210 bar", "gradient": "1 L/(min bar)"},
@@ -67,11 +54,9 @@ def test_below_the_tank_oil_comes_from_there() -> None:
     assert flows == pytest.approx((2e-4, -3e-4, 0.0, -5e-4))
 
 
-def test_they_hold_a_port_that_an_area_ratio_raises(tmp_path) -> None:
+def test_they_hold_a_port_that_an_area_ratio_raises() -> None:
     """327 bar is what the area ratio gives; with relief valves the axis moves on instead."""
-    file = tmp_path / "shut_in.toml"
-    file.write_text(SHUT_IN, encoding="utf-8")
-    without, held = (simulate(load_scenario(file, changes)) for changes in ({}, {"drive": PORTS}))
+    without, held = (simulate(commanded_axis(SHUT_IN | drive)) for drive in ({}, {"drive": PORTS}))
     ratio = 63.0**2 / (63.0**2 - 45.0**2)
     assert without["plant.pressure_b"][-1] == pytest.approx(160e5 * ratio, rel=1e-3)
     assert 210e5 < held["plant.pressure_b"][-1] < 225e5

@@ -1,11 +1,10 @@
 """The pump between the ports."""
 
 import math
-from pathlib import Path
 
 import pytest
 
-from hydroservo import Loop, ParameterError, load_scenario, replace, simulate
+from hydroservo import Loop, ParameterError, replace, simulate
 from hydroservo.controlled import Force
 from hydroservo.controllers import PI, TSMC
 from hydroservo.drives import Hoses, PumpDrive, PumpDriveState, ValveOnSupply
@@ -18,6 +17,7 @@ from hydroservo.supplies import IdealSupply
 from hydroservo.testing.examples import example
 from hydroservo.valves import NoEdges, NoValve
 from hydroservo.wiring import wired
+from tests.support.axes import commanded_axis, step, viscous
 
 PUMP = example(PumpDrive)
 LINE = Pressures(8e5, 1e5)
@@ -166,42 +166,42 @@ def test_the_decorator_leaves_the_class_as_it_is() -> None:
     assert replace(LOOP, {"drive.leakage": 0.0}).drive.leakage == 0.0
 
 
-TWO_PUMPS = """
-simulation = { duration = "1 s", period = "1 ms", substeps = "auto" }
-controls = { type = "Command" }
-controller = { type = "OpenLoop" }
-valve.type = "NoValve"
-supply = { type = "IdealSupply", supply_pressure = "8 bar" }
-reference = { type = "Step", initial = 0, final = 10, time = "1 ms" }
-
-[plant]
-type = "Cylinder"
-area_a = "12.566 cm^2"
-area_b = "8.765 cm^2"
-stroke = "300 mm"
-dead_volume_a = "40 cm^3"
-dead_volume_b = "40 cm^3"
-start_position = "150 mm"
-mechanism = { type = "Mass", mass = "80 kg" }
-friction = { type = "Viscous", coefficient = "2000 N s/m" }
-oil = { type = "ConstantOil", effective_bulk_modulus = "12000 bar" }
-
-[drive]
-type = "PumpDrive"
-displacement = "4 cm^3/rev"
-displacement_ratio = 0.69751711
-command_gain = "100 rpm/V"
-max_speed = "1000 rpm"
-speed_gain = "1e6 N m s/rad"
-max_torque = "1e6 N m"
-inertia = "100 kg m^2"
-case_leakage = "2e-13 m^3/(s Pa)"
-relief = { type = "ReliefValve", cracking_pressure = "250 bar", gradient = "1 L/(min bar)" }
-check_valve.type = "CheckValve"
-check_valve.cracking_pressure = "0.3 bar"
-check_valve.conductance = "5 L/(min bar)"
-check_valve.opening_range = "2 bar"
-"""
+TWO_PUMPS = {
+    "simulation.duration": "1 s",
+    "reference": step("0 V", "10 V", "1 ms"),
+    "supply.supply_pressure": "8 bar",
+    "valve": {"type": "NoValve"},
+    "plant": {
+        "type": "Cylinder",
+        "area_a": "12.566 cm^2",
+        "area_b": "8.765 cm^2",
+        "stroke": "300 mm",
+        "dead_volume_a": "40 cm^3",
+        "dead_volume_b": "40 cm^3",
+        "start_position": "150 mm",
+        "mechanism": {"type": "Mass", "mass": "80 kg"},
+        "friction": viscous("2000 N s/m"),
+        "oil": {"type": "ConstantOil", "effective_bulk_modulus": "12000 bar"},
+    },
+    "drive": {
+        "type": "PumpDrive",
+        "displacement": "4 cm^3/rev",
+        "displacement_ratio": 0.69751711,
+        "command_gain": "100 rpm/V",
+        "max_speed": "1000 rpm",
+        "speed_gain": "1e6 N m s/rad",
+        "max_torque": "1e6 N m",
+        "inertia": "100 kg m^2",
+        "case_leakage": "2e-13 m^3/(s Pa)",
+        "relief": {"type": "ReliefValve", "cracking_pressure": "250 bar", "gradient": "1 L/(min bar)"},
+        "check_valve": {
+            "type": "CheckValve",
+            "cracking_pressure": "0.3 bar",
+            "conductance": "5 L/(min bar)",
+            "opening_range": "2 bar",
+        },
+    },
+}
 
 
 @pytest.mark.parametrize(
@@ -214,19 +214,17 @@ check_valve.opening_range = "2 bar"
     ],
 )
 def test_two_pumps_leave_no_oil_over(
-    command: float, load: float, velocity: float, pressure_a: float, pressure_b: float, tmp_path: Path
+    command: float, load: float, velocity: float, pressure_a: float, pressure_b: float
 ) -> None:
     """Held to an integration of the same equations by scipy, with the shaft's speed given."""
-    file = tmp_path / "two.toml"
-    file.write_text(TWO_PUMPS, encoding="utf-8")
     low = 8e5 if load > 0.0 else (12.566e-4 * 8e5 - load) / 8.765e-4
-    changes = {
+    changes = TWO_PUMPS | {
         "reference.final": command,
         "load": {"type": "Constant", "amplitude": load},
         "plant.start_pressure_a": (load + 8.765e-4 * low) / 12.566e-4,
         "plant.start_pressure_b": low,
     }
-    end = simulate(load_scenario(file, changes)).isel(time=-1)
+    end = simulate(commanded_axis(changes)).isel(time=-1)
     assert float(end["plant.velocity"]) == pytest.approx(velocity, rel=1e-4)
     assert float(end["plant.pressure_a"]) == pytest.approx(pressure_a, rel=1e-3)
     assert float(end["plant.pressure_b"]) == pytest.approx(pressure_b, rel=1e-3)
