@@ -238,8 +238,8 @@ def smoothed(block: Block) -> Any:
     return block.smoothed() if hasattr(block, "smoothed") else block
 
 
-def first_line(machine: Block) -> Pressures:
-    """The pressures of a supply at the start, with those that are given for it.
+def line_pressures(machine: Block) -> Pressures:
+    """The pressures of the supply and the tank's line at the start, with those that a scenario gives.
 
     Args:
         machine: a loop, or anything with its supply, and its start where it has one.
@@ -264,7 +264,7 @@ def at_rest(machine: Block) -> Block:
     if not hasattr(plant, "at_rest"):
         return plant
     try:
-        return plant.at_rest(first_line(machine), machine.load.force(0.0))
+        return plant.at_rest(line_pressures(machine), machine.load.force(0.0))
     except ParameterError as error:
         raise ParameterError(f"plant.{error.path}", error.value, error.allowed) from None
     except ArithmeticError as error:
@@ -300,7 +300,7 @@ def resting(machine: Block) -> Any:
     plant = at_rest(machine)
     if not any(hasattr(drive, "at_rest") for drive in drives_in(machine.drive)):
         return machine._replace(plant=plant)
-    line = first_line(machine)
+    line = line_pressures(machine)
     seen = plant.outputs(plant.init(), line, 0.0)
     drive = at_ports(machine.drive, line, seen.pressure_a, seen.pressure_b)
     return machine._replace(plant=plant, drive=drive)

@@ -404,9 +404,9 @@ def test_what_nothing_foresees_is_one_line():
 @pytest.mark.parametrize(
     ("words", "problem"),
     [
-        (("run", "paper/sine-pi", "--out", ""), "--out is empty"),
+        (("run", "paper/sine-pi", "--out", ""), "the word after --out is empty"),
         (("batch", "paper/sine-pi", "--runs", "3", "--seeds", "--out= "), "--out is empty"),
-        (("bode", ""), "an argument is empty"),
+        (("bode", ""), "the word after bode is empty"),
         (("run", "caf\udce9.toml"), "'caf\\udce9.toml' is not UTF-8, as all words must be"),
     ],
 )

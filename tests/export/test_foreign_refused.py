@@ -1,4 +1,4 @@
-"""What is no FMU that a loop can have, and what a loop with one cannot do: a line each."""
+"""What is not an FMU that a loop can have, and what a loop with one cannot do: a line each."""
 
 import re
 import zipfile
@@ -65,8 +65,8 @@ def test_a_file_that_is_no_fmu_is_said_in_a_line(tmp_path: Path) -> None:
     with zipfile.ZipFile(other, "w") as archive:
         archive.writestr("a.txt", "a")
     for path, said in (
-        (text, "it is not a zip archive"),
-        (other, "there is no modelDescription.xml in it"),
+        (text, "it cannot be read as a zip archive"),
+        (other, "it has no modelDescription.xml"),
         (tmp_path / "none.fmu", "cannot be read: no such file"),
     ):
         with pytest.raises(ScenarioError, match=said):

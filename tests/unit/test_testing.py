@@ -420,7 +420,7 @@ def test_what_cannot_be_drawn_is_not_tried(tmp_path: Path) -> None:
     fields = "".join(f"    gain_{i}: {FIELD.replace('V s/m', '')} = 2.0\n" for i in range(4000))
     cls = block_class(tmp_path, LAW.replace("    gain:", f"{fields}    gain:"))
     assert answer(cls, RETURNS) == Answer(
-        "Law", "Controller", RETURNS, ok=True, remark="not tried: too many numbers to draw"
+        "Law", "Controller", RETURNS, ok=True, remark="not tried: no inputs were found that it takes"
     )
 
 

@@ -76,7 +76,7 @@ def application(home: Home, door: Door, changes: list[str]) -> Guard:
             asked = json.loads(await request.body())
             json.dumps(asked, ensure_ascii=False).encode()  # a half of a pair of UTF-16 is no text
         except (ValueError, RecursionError):
-            return JSONResponse({"problem": "the request is not JSON of whole characters"}, 400)
+            return JSONResponse({"problem": "the request is not valid JSON"}, 400)
         if name not in WORKERS or not isinstance(asked, dict):
             return JSONResponse({"problem": "there is no such request"}, 404)
         worker = workers[WORKERS[name]]

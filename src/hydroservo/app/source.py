@@ -108,7 +108,7 @@ def checked_changes(changes: object) -> Mapping[str, object]:
 
 
 def check_encodes(text: str) -> None:
-    """Refuse a text with half of a sign, as a page may send it.
+    """Refuse a text with half of a character, a lone surrogate, as a page may send it.
 
     Raises:
         ScenarioError: it has one.
@@ -117,7 +117,7 @@ def check_encodes(text: str) -> None:
         text.encode()
     except UnicodeEncodeError as error:
         line = text.count("\n", 0, error.start) + 1
-        raise ScenarioError(PAGE, f"line {line}", "has half of a sign; remove it") from None
+        raise ScenarioError(PAGE, f"line {line}", "has half of a character; delete it") from None
 
 
 def check_reads_nothing(tables: Mapping[str, Any], key: str = "") -> None:

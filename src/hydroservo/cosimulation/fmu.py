@@ -147,21 +147,22 @@ def opened(path: Path, fmpy: Any) -> tuple[list[str], Any]:
     try:
         with zipfile.ZipFile(path) as archive:
             entries = {info.filename: info.file_size for info in archive.infolist()}
-            whole, described = sum(entries.values()), entries.get(DESCRIPTION, 0)
-            if whole > MOST_UNPACKED or described > MOST_DESCRIBED or len(entries) > MOST_ENTRIES:
-                holds = (
-                    f"{whole >> 20} MiB in {len(entries)} files, {described >> 20} of them its description"
-                )
-                most = f"{MOST_UNPACKED >> 20} MiB in {MOST_ENTRIES} files"
-                raise HydroservoError(f"holds {holds}; an FMU may hold {most}")
+            unpacked_size, described = sum(entries.values()), entries.get(DESCRIPTION, 0)
+            for holds, size, most, unit in (
+                ("unpacks to", -(-unpacked_size >> 20), MOST_UNPACKED >> 20, "MiB"),
+                ("has a description of", -(-described >> 20), MOST_DESCRIBED >> 20, "MiB"),
+                ("holds", len(entries), MOST_ENTRIES, "files"),
+            ):
+                if size > most:
+                    raise HydroservoError(f"{holds} {size} {unit}; at most {most} are read")
             text = b""
             if DESCRIPTION in entries:
                 with archive.open(DESCRIPTION) as entry:
                     text = entry.read(MOST_DESCRIBED)  # in pieces: the size that it declares may be wrong
     except UNREADABLE:
-        raise HydroservoError("is no FMU: it is not a zip archive") from None
+        raise HydroservoError("is not an FMU: it cannot be read as a zip archive") from None
     if not text:
-        raise HydroservoError(f"is no FMU: there is no {DESCRIPTION} in it")
+        raise HydroservoError(f"is not an FMU: it has no {DESCRIPTION}")
     with temporary_folder() as folder:
         file = folder / DESCRIPTION
         file.write_bytes(text)

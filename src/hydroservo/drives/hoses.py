@@ -26,6 +26,15 @@ Inertance = Annotated[
 ]
 
 
+def pipe(
+    length: float, inner_diameter: float, kinematic_viscosity: float, density: float
+) -> tuple[float, float, float]:
+    """Volume [m^3], inertance [kg/m^4] and laminar resistance [Pa s/m^3] of a pipe of sizes in SI units."""
+    area = 0.25 * math.pi * inner_diameter**2
+    resistance = 128.0 * density * kinematic_viscosity * length / (math.pi * inner_diameter**4)
+    return area * length, density * length / area, resistance
+
+
 class HosesState(NamedTuple):
     """The pressures at the hoses' far ends, and the state of the drive there."""
 
@@ -48,9 +57,10 @@ class Hoses(NamedTuple):
     Source: Merritt, Hydraulic Control Systems, 1967, ch. 3 (laminar flow in pipes) and 6 (the continuity of a
     compressed volume).
     Fails where the flow is turbulent (Re = 4 Q/(pi d nu) above some 2,300), and where the oil's mass counts:
-    in hoses long enough for waves, or whose oil weighs as much as the load. A run warns of that where it
-    knows the inertance; see Lines. A law's design model knows nothing of hoses, and a plant that is described
-    by its load pressure neither keeps nor gives back what two hoses that differ pass differently.
+    in hoses long enough for waves, or whose oil weighs more than half as much as the load. A run warns of
+    that where it knows the inertance; see Lines. A law's design model knows nothing of hoses, and a plant
+    that is described by its load pressure neither keeps nor gives back what two hoses that differ pass
+    differently.
     """
 
     volume_a: Annotated[float, Field("m^3", "volume V_HA of hose A", above=0)]
@@ -79,10 +89,8 @@ class Hoses(NamedTuple):
 
         What they leave out is I = 4 rho l/(pi d^2).
         """
-        volume = 0.25 * math.pi * inner_diameter**2 * length
-        resistance = 128.0 * density * kinematic_viscosity * length / (math.pi * inner_diameter**4)
+        volume, inertance, resistance = pipe(length, inner_diameter, kinematic_viscosity, density)
         sizes = volume, volume, resistance, resistance
-        inertance = density * length / (0.25 * math.pi * inner_diameter**2)
         return cls(*sizes, oil, drive, start_pressure_a, start_pressure_b, inertance)
 
     def at_rest(self, line: Pressures, pressure_a: float, pressure_b: float) -> "Hoses":

@@ -5,6 +5,7 @@ from typing import Annotated, NamedTuple
 
 from hydroservo.block import Block, Field
 from hydroservo.constants import ATMOSPHERE
+from hydroservo.drives.hoses import pipe
 from hydroservo.drives.valve_on_supply import ValveOnSupply
 from hydroservo.errors import ParameterError
 from hydroservo.field import OPEN
@@ -82,7 +83,7 @@ class Lines(NamedTuple):
         with V = pi d^2 l/(4 n), I = 4 rho l/(pi d^2 n) and R = 128 rho nu l/(pi d^4 n).
 
         Raises:
-            ParameterError: they are more than 40.
+            ParameterError: that takes more than 40 cells.
         """
         sound = math.sqrt(oil.bulk_modulus(WORKING) / density)
         count = max(math.ceil(2.0 * math.pi * highest_frequency * length / (PHASE * sound)), 1)
@@ -90,9 +91,7 @@ class Lines(NamedTuple):
             highest = MOST_CELLS * PHASE * sound / (2.0 * math.pi * length)
             allowed = f"must be at most {highest:.4g} [Hz], which {MOST_CELLS} cells of such a line carry"
             raise ParameterError("highest_frequency", highest_frequency, allowed)
-        area, part = 0.25 * math.pi * inner_diameter**2, length / count
-        resistance = 128.0 * density * kinematic_viscosity * part / (math.pi * inner_diameter**4)
-        lines = cls(area * part, density * part / area, resistance, oil, drive)
+        lines = cls(*pipe(length / count, inner_diameter, kinematic_viscosity, density), oil, drive)
         for _ in range(count - 1):
             lines = lines._replace(drive=lines)
         return lines

@@ -21,8 +21,8 @@ class PortValves(NamedTuple):
 
     Q_A flows into chamber A, Q_B out of chamber B. The relief valves bound the pressure at a port that is
     shut, as a load that runs on or an area ratio raises it; the check valves keep oil behind a load that runs
-    ahead. They stand at the cylinder where another drive, such as Hoses, is in them, and at the valve where
-    they are in that.
+    ahead. With Hoses or Lines as their drive they stand at the cylinder; as the drive of Hoses or Lines, at
+    the control valve.
 
     Source: Merritt, Hydraulic Control Systems, 1967 (pressure control valves in steady state).
     Fails where their springs and masses chatter; and with a plant that is described by its load pressure,
@@ -41,19 +41,15 @@ class PortValves(NamedTuple):
 
     def flows(self, s: Block, feed: Feed, pressure_a: float, pressure_b: float) -> PortFlows:
         fed = self.drive.flows(s, feed, pressure_a, pressure_b)
-        let_off_a, let_off_b = self.let_off(feed, pressure_a), self.let_off(feed, pressure_b)
-        return PortFlows(
-            fed.a - let_off_a,
-            fed.b + let_off_b,
-            supply=fed.supply,
-            tank=fed.tank + let_off_a + let_off_b,
-        )
+        relieved_a, relieved_b = self.relieved_flow(feed, pressure_a), self.relieved_flow(feed, pressure_b)
+        tank = fed.tank + relieved_a + relieved_b
+        return PortFlows(fed.a - relieved_a, fed.b + relieved_b, supply=fed.supply, tank=tank)
 
     def power(self, s: Block, feed: Feed, flows: PortFlows, pressure_a: float, pressure_b: float) -> float:
         own = self.drive.flows(s, feed, pressure_a, pressure_b)
         return self.drive.power(s, feed, own, pressure_a, pressure_b)
 
-    def let_off(self, feed: Feed, pressure: float) -> float:
-        """What goes from a port to the tank's line, less what comes back [m^3/s]."""
+    def relieved_flow(self, feed: Feed, pressure: float) -> float:
+        """The flow from a port to the tank's line, less the flow back [m^3/s]."""
         above = pressure - feed.line.tank
         return self.relief.flow(above) - self.check_valve.flow(-above)

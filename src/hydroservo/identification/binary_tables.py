@@ -64,7 +64,7 @@ def read_binary_table(path: Path, choose: Choose) -> tuple[Samples, list[str]]:
             places = [column.place for column in columns]
             size = BYTES * sum(table.counts[place] for place in places)
             if size > MOST_READ:
-                problem = f"holds {size >> 20} MiB in the columns that are read, {MOST_READ >> 20} at most"
+                problem = f"the columns to read take {size >> 20} MiB; at most {MOST_READ >> 20} MiB are read"
                 raise ScenarioError(name, "", problem)
             rows = table.read(places)
     except HydroservoError:
@@ -162,7 +162,7 @@ def process_table(path: Path) -> Iterator[Table]:
                 columns = json.loads(process.stdout.readline())  # type: ignore[union-attr]
                 headers = [headed(name, unit) for name, unit, _ in columns]
                 yield Table(
-                    headers, [count for *_, count in columns], lambda places: sent_columns(process, places)
+                    headers, [count for *_, count in columns], lambda places: receive_columns(process, places)
                 )
             except (ValueError, OSError) as error:
                 with suppress(OSError):  # at the end of Popen it would raise again
@@ -177,8 +177,8 @@ def process_table(path: Path) -> Iterator[Table]:
                 process.kill()
 
 
-def sent_columns(process: Any, places: Sequence[int]) -> list[NDArray[Any]]:
-    """Columns that a process sends."""
+def receive_columns(process: Any, places: Sequence[int]) -> list[NDArray[Any]]:
+    """The columns at some places, from a process that waits for them."""
     process.stdin.write(json.dumps(list(places)).encode() + b"\n")
     process.stdin.flush()
     there: Any = SimpleNamespace(read=process.stdout.read)

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydroservo.errors import ParameterError
-from hydroservo.hooks import first_line
+from hydroservo.hooks import line_pressures
 from hydroservo.identification.signals import COMMAND, OUTPUTS
 from hydroservo.limits.command import command_limits
 from hydroservo.loop import Loop
@@ -47,7 +47,7 @@ def bounds_of(loop: Loop, given: Bounds) -> dict[str, tuple[float, float]]:
     stroke = getattr(loop.plant, "stroke", math.inf)
     if math.isfinite(stroke):
         own["position"] = MARGIN * stroke, (1.0 - MARGIN) * stroke
-    supply = first_line(loop).supply
+    supply = line_pressures(loop).supply
     own["pressure_a"] = own["pressure_b"] = 0.0, ABOVE * supply
     return {**own, **given}
 

@@ -20,7 +20,7 @@ from hydroservo.scenario.tables import Entry
 __all__ = ["Given", "Log", "checked_log", "log_mapping", "read_log", "read_logs"]
 
 FEWEST = 16  # samples
-LARGEST = 1e30  # in SI units
+LARGEST_NUMBER = 1e30  # in SI units
 
 Given = str | Path | Mapping[str, Any]
 
@@ -150,8 +150,8 @@ def checked(log: Log) -> Log:
         ScenarioError: it is not, or has numbers whose squares would be too large.
     """
     for name, row in {TIME: log.time, **log.signals}.items():
-        if np.nanmax(np.abs(row), initial=0.0) > LARGEST:
-            problem = f"has a number beyond {LARGEST:g} {SIGNALS[name].unit}; nothing measures that"
+        if np.nanmax(np.abs(row), initial=0.0) > LARGEST_NUMBER:
+            problem = f"has a number beyond {LARGEST_NUMBER:g} {SIGNALS[name].unit}; check its unit"
             raise ScenarioError(log.name, name, problem)
     if log.time.size < FEWEST:
         problem = f"too few samples to tell anything, {log.time.size}; at least {FEWEST} are needed"

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from hydroservo.formatting import MINUS, quantity
-from hydroservo.hooks import at_rest, first_line, is_valveless
+from hydroservo.hooks import at_rest, is_valveless, line_pressures
 from hydroservo.loop import Loop
 from hydroservo.runs.rows import demands
 from hydroservo.signals import Pressures
@@ -29,7 +29,7 @@ def demand_caution(loop: Loop) -> str:
     """
     if not hasattr(loop.controls, "reach"):
         return ""
-    line = first_line(loop)
+    line = line_pressures(loop)
     if is_valveless(loop.drive):  # which has a pressure of its own, whatever the line's
         line = Pressures(math.inf, line.tank)
     least, most = loop.controls.reach(at_rest(loop), line)

@@ -7,13 +7,13 @@ from typing import Any
 from hydroservo.block import Block, field_at, is_block, leaves
 from hydroservo.drives import Hoses
 from hydroservo.formatting import quantity
-from hydroservo.hooks import drives_in, first_line, is_valveless
+from hydroservo.hooks import drives_in, is_valveless, line_pressures
 from hydroservo.loop import Loop
 
 __all__ = ["mismatch_cautions"]
 
 HEAVY = 0.5  # of the moving mass, up to which the oil before the piston is left out
-WITHOUT_MASS = "has no mass in Hoses: peaks and resonances come out wrong; Lines has it"
+WITHOUT_MASS = "has no mass in Hoses, so that peaks and resonances come out wrong; use Lines"
 COARSEST = 0.1  # of a stroke, up to which a count measures it
 DIGITAL = ("reference.", "controller.", "sensors.")
 ROUNDED = 1.0 + 1e-9  # by which an instant or a rate at its limit may be off
@@ -68,7 +68,7 @@ def short_ranges(loop: Loop) -> Iterator[str]:
     """Which transducers do not reach the supply's pressure."""
     if is_valveless(loop.drive):
         return
-    highest = first_line(loop).supply
+    highest = line_pressures(loop).supply
     for path, block in blocks(loop.sensors, "sensors"):
         reach = getattr(block, "range_high", math.inf)
         if reach < highest:
@@ -88,7 +88,7 @@ def coarse(loop: Loop) -> Iterator[str]:
 
 def empty_supply(loop: Loop) -> Iterator[str]:
     """Whether the supply starts without pressure."""
-    line = first_line(loop)
+    line = line_pressures(loop)
     if not is_valveless(loop.drive) and not line.supply > line.tank:
         here = quantity(line.supply, "Pa")
         yield f"the supply starts at {here}; give what it is charged to: start.given.supply.pressure"
@@ -98,7 +98,7 @@ def high_starts(loop: Loop) -> Iterator[str]:
     """Which chambers start above the supply's pressure."""
     if is_valveless(loop.drive):
         return
-    highest = first_line(loop).supply
+    highest = line_pressures(loop).supply
     for name in ("start_pressure_a", "start_pressure_b"):
         starts = getattr(loop.plant, name, 0.0)
         if highest < starts < math.inf:
@@ -109,7 +109,7 @@ def high_starts(loop: Loop) -> Iterator[str]:
 def massless_oil(loop: Loop) -> Iterator[str]:
     """Which hoses leave out oil that is as heavy as the load, or waves that are slower than the valve."""
     moved, area = moving_mass(loop), getattr(loop.plant, "area_a", getattr(loop.plant, "piston_area", 0.0))
-    corner, line = valve_corner(loop.valve), first_line(loop)
+    corner, line = valve_corner(loop.valve), line_pressures(loop)
     middle = 0.5 * (line.supply + line.tank)
     for drive in drives_in(loop.drive):
         if not isinstance(drive, Hoses) or drive.inertance == 0.0:

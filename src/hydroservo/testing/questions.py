@@ -128,5 +128,5 @@ def asked_at_random(question: Question, case: Case, settings: Mapping[str, Any])
     try:
         run()
     except Unsatisfiable:
-        return "not tried: too many numbers to draw"
+        return "not tried: no inputs were found that it takes"
     return ""

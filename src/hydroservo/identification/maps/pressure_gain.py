@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from hydroservo.errors import ScenarioError
 from hydroservo.formatting import quantity
-from hydroservo.hooks import first_line
+from hydroservo.hooks import line_pressures
 from hydroservo.identification.maps.piston import Piston
 from hydroservo.identification.maps.reading import demand, thinned
 from hydroservo.identification.maps.regression import Regression, regression
@@ -129,7 +129,7 @@ def largest_of(sweeps: Sequence[Pass], loop: Loop | None, name: str) -> float:
     seen = float(np.quantile(np.abs(np.concatenate([one.answer for one in sweeps])), 0.99))
     if loop is None:
         return seen
-    line = first_line(loop)
+    line = line_pressures(loop)
     drop = float(line.supply - line.tank)
     if not seen > SHARE * drop:
         problem = (
@@ -175,7 +175,7 @@ def values_of(numbers: Mapping[str, Interval], loop: Loop) -> tuple[dict[str, In
     left = ["null_offset has no place in a scenario"]
     if not isinstance(edges, FourEdges) or any((edges.extra_lap_pa, edges.extra_lap_at, edges.extra_lap_pb)):
         return {}, [*left, f"{type(edges).__name__} has no clearance that the pressure gain would tell"]
-    line = first_line(loop)
+    line = line_pressures(loop)
     found = [clearance_of(edges, one / valve.gain, line) for one in (gain.value, gain.high, gain.low)]
     if any(one is None for one in found):
         steepest = "edges of the scenario's lap cannot have this pressure gain"

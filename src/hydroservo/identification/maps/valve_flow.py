@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydroservo.errors import ScenarioError
-from hydroservo.hooks import first_line
+from hydroservo.hooks import line_pressures
 from hydroservo.identification.maps.piston import Piston
 from hydroservo.identification.maps.reading import demand, thinned, velocity_of
 from hydroservo.identification.maps.regression import Regression, regression
@@ -81,7 +81,7 @@ def valve_flow(logs: Sequence[Understood], loop: Loop, piston: Piston) -> Found:
     Fails where leakage and compression count beside the flow and are not known, and for a flow whose gain
     bends: then a deviation from the lines is said.
     """
-    line = first_line(loop)
+    line = line_pressures(loop)
     sweeps: list[Pass] = []
     normalised = True
     for log in logs:
