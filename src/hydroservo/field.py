@@ -32,6 +32,7 @@ class Field:
         auto: the number that asks for the value to be found, "auto" in a scenario; it need be in no range.
         smaller_is_better: of a metric; False says that more of it is not worse.
         least_is_worst: of a metric, among those of many runs.
+        over: of a curve, the SI unit of what it is over; that of a recorded signal is s.
     """
 
     unit: str
@@ -45,12 +46,13 @@ class Field:
     auto: float | None = None
     smaller_is_better: bool = False
     least_is_worst: bool = False
+    over: str = "s"
 
     def __post_init__(self) -> None:
-        if not (isinstance(self.unit, str) and isinstance(self.meaning, str)):
-            raise TypeError(
-                f"the unit and the meaning of a Field are text, not {self.unit!r}, {self.meaning!r}"
-            )
+        if not all(isinstance(text, str) for text in (self.unit, self.meaning, self.over)):
+            given = f"{self.unit!r}, {self.meaning!r}"
+            given += "" if isinstance(self.over, str) else f", over={self.over!r}"
+            raise TypeError(f"the unit and the meaning of a Field are text, not {given}")
 
     def of(self, signal: "Field") -> "Field":
         """The declaration in a loop that controls a signal.
@@ -71,7 +73,8 @@ class Field:
 def in_signal(field: Field, unit: str, name: str) -> Field:
     """A declaration with the unit and the name of a controlled signal in it."""
     meaning = field.meaning.replace(f"{{{CONTROLLED}}}", name)
-    return replace(field, unit=exchanged(field.unit, CONTROLLED, unit), meaning=meaning)
+    own, over = (exchanged(one, CONTROLLED, unit) for one in (field.unit, field.over))
+    return replace(field, unit=own, meaning=meaning, over=over)
 
 
 @cache

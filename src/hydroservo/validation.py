@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydroservo.block import Block, in_signal, is_block, signal_below, signal_of
+from hydroservo.curve import Curve, check_curve
 from hydroservo.errors import ParameterError
 from hydroservo.field import Field, declared_fields
-from hydroservo.time_series import TimeSeries, check_series
 
 __all__ = [
     "TEXT",
@@ -105,8 +105,8 @@ def in_range(block: Block, path: str = "", outer: Field | None = None) -> Block:
         else:
             values.append(number(value, here, in_signal(field, signal), kind))
     found = type(block)(*values)
-    if isinstance(found, TimeSeries):
-        check_series(found, path)
+    if isinstance(found, Curve):
+        check_curve(found, path)
     return found
 
 

@@ -240,7 +240,7 @@ REFUSED = [
         "return LawState(np.interp(s.u, [0.0], [1.0]), 0.0)",
         0,
         "np.interp",
-        "hydroservo.time_series.TimeSeries",
+        "hydroservo.curve.Curve",
     ),
     ("return LawState(np.zeros(2)[0], 0.0)", 0, "np.zeros", "hydroservo.vectors.vector"),
     (
@@ -319,7 +319,7 @@ def refused_text(text: str, folder: Path) -> str:
 @pytest.mark.parametrize(
     ("given", "problem"),
     [
-        ("1", "a whole number for TimeSeries.value, which takes floats; write 1.0 and not 1"),
+        ("1", "a whole number for Curve.value, which takes floats; write 1.0 and not 1"),
         ("s", "a number is needed here"),
         ("y.velocity > 0.0", "a truth value is not a number in C"),
     ],

@@ -384,7 +384,7 @@ class Writing(NamedTuple):
         ),
         (Drawing(), r"Drawing.step \(.*, line \d+\): .* random.uniform\(0.0, 1.0\); use ops.uniform\("),
         (Rounding(), r"Rounding.step \(.*, line \d+\): .* round\(.*, 2\) .*; use ops.nearest"),
-        (Tabulated(), r"Tabulated.step \(.*, line \d+\): .* np.interp\(.*; keep the table in .*TimeSeries"),
+        (Tabulated(), r"Tabulated.step \(.*, line \d+\): .* np.interp\(.*; keep the table in .*Curve"),
         (Writing(), r"Writing.step \(.*_laws.py, line \d+\): .*; methods call only ops"),
     ],
 )

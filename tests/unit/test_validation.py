@@ -60,7 +60,7 @@ def test_arrays_become_contiguous_and_of_64_bits() -> None:
     ],
 )
 def test_arrays_that_are_no_record(knots: Any, coefficients: Any) -> None:
-    with pytest.raises(ParameterError, match=r"^series.*must come from TimeSeries.from_samples"):
+    with pytest.raises(ParameterError, match=r"^series.*must come from Curve.from_samples"):
         checked(Sample(series=TimeSeries(knots, coefficients)))
 
 

@@ -6,21 +6,21 @@ from typing import Any, NamedTuple, cast
 
 from hydroservo.block import Block, signal_below, signal_of
 from hydroservo.controlled import Velocity
+from hydroservo.curve import Curve
 from hydroservo.errors import HydroservoWarning, ParameterError
 from hydroservo.field import Field, declared_fields
 from hydroservo.group import group
 from hydroservo.nearest import one_of
 from hydroservo.plants.design_model import THIS_MACHINE, DesignModel
 from hydroservo.roles.saying import is_role
+from hydroservo.scenario.curves import curve_from
 from hydroservo.scenario.declared import check_maker, hints
 from hydroservo.scenario.fmus import FMU, KEYS, fmu_class, names_fmu, own_keys
 from hydroservo.scenario.keys import defaults
 from hydroservo.scenario.plugins import is_block_class, is_of_plugin
 from hydroservo.scenario.quantities import si_value
-from hydroservo.scenario.recordings import recorded
 from hydroservo.scenario.registry import Maker, maker_in_role, makers, names_in_role
 from hydroservo.scenario.tables import Entry, Table
-from hydroservo.time_series import TimeSeries
 from hydroservo.validation import allowed, checked, number
 
 __all__ = ["Argument", "Context", "Draft", "draft", "number_from"]
@@ -228,9 +228,11 @@ def type_names(hint: Any) -> list[str]:
 def member(maker: Maker, name: str, default: Any, table: Table, context: Context) -> Any:
     """The value of one argument: a draft of a block, a recorded signal or a number."""
     hint = hints(maker).get(name)
-    field = declared_fields(maker).get(name, NO_FIELD).of(context.controlled)
-    if hint is TimeSeries:
-        return recorded(table.table(name), field)
+    declared = declared_fields(maker).get(name)
+    field = (declared or NO_FIELD).of(context.controlled)
+    if hint is Curve:
+        optional = isinstance(default, Curve) and default.coefficients.any() and not table.has(name)
+        return default if optional else curve_from(table.table(name), field if declared else None)
     if is_role(hint) or is_block_class(hint) or is_block_class(type(default)):
         return draft(hint, default, table.table(name), context)
     if table.has(name) and field.derived:

@@ -38,10 +38,11 @@ def problem_of(name: str, field: Field | None, kind: Any, default: Any) -> str:
     """What is wrong with an argument, with its name; "" for nothing."""
     if kind is str:
         return f"{name} {TEXT}"
-    try:
-        check_si(field.unit if field else "")
-    except ValueError as error:
-        return f"{name} has the unit {field.unit if field else ''}, which {error}"
+    for unit in (field.unit, field.over) if field else ():
+        try:
+            check_si(unit)
+        except ValueError as error:
+            return f"{name} has the unit {unit}, which {error}"
     try:
         if is_block(default):
             in_range(default, name)

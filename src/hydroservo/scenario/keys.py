@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hydroservo.block import is_block
+from hydroservo.curve import Curve
 from hydroservo.field import CONTROLLED, Field, declared_fields
 from hydroservo.roles.saying import is_role
 from hydroservo.scenario.declared import hints
@@ -24,7 +25,7 @@ class Key(NamedTuple):
 
     Attributes:
         name: as it is written.
-        kind: float, int or bool, a recorded signal's class, a role, or a class of blocks.
+        kind: float, int or bool, Curve, a role, or a class of blocks.
         default: what holds without it; None if it must be there.
         field: the declaration of a number; None of a nested block that declares none.
     """
@@ -37,11 +38,15 @@ class Key(NamedTuple):
     @property
     def nests(self) -> bool:
         """Whether it is a table of a block."""
-        return is_role(self.kind) or is_block_class(self.kind) or is_block(self.default)
+        return self.kind is not Curve and (
+            is_role(self.kind) or is_block_class(self.kind) or is_block(self.default)
+        )
 
     @property
     def shown(self) -> str:
         """The default as a scenario has it; empty where there is none."""
+        if self.kind is Curve:
+            return "straight" if self.default is not None and self.default.coefficients.any() else ""
         if is_block(self.default):
             return type(self.default).__name__
         if isinstance(self.default, bool):
@@ -66,7 +71,7 @@ class Key(NamedTuple):
         return {
             "name": self.name,
             "default": self.shown,
-            "unit": field.unit,
+            "unit": f"{field.unit or 1} over {field.over or 1}" if self.kind is Curve else field.unit,
             "range": range_of(field),
             "meaning": self.meaning,
             "source": field.source,

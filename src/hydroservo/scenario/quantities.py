@@ -49,8 +49,12 @@ def value_of(text: str, unit: str) -> float:
 
 
 @lru_cache(maxsize=1024)
-def unit_factor(text: str, unit: str) -> Fraction:
+def unit_factor(text: str, unit: str | None) -> Fraction:
     """How many of an SI unit one of the unit in a text is.
+
+    Args:
+        text: the unit.
+        unit: the SI unit; None for that of the text's own dimension.
 
     Raises:
         ValueError: the text is no unit, or one of another dimension.
@@ -58,6 +62,8 @@ def unit_factor(text: str, unit: str) -> Fraction:
     if len(text) > LONGEST:
         raise ValueError(f"has a unit of more than {LONGEST} characters")
     factor, dimension = factor_and_dimension(text)
+    if unit is None:
+        return factor / Fraction(Fraction(1000) ** dimension.get("gram", Fraction(0)))  # the kilogram is SI's
     factor_si, dimension_si = factor_and_dimension(unit)
     if dimension != dimension_si:
         problem = f"does not convert to {unit}" if unit else "is not dimensionless"

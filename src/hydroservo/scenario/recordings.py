@@ -23,11 +23,10 @@ from hydroservo.scenario.text_table import text_table
 from hydroservo.scenario.units import factor_and_dimension
 from hydroservo.time_series import TimeSeries
 
-__all__ = ["read_series", "recorded"]
+__all__ = ["axis_key", "read_series", "recorded"]
 
 LARGEST = 64 << 20  # bytes
 LONGEST_UNIT = 32  # characters
-KEYS = ("file", "column", "time")
 UNIT = re.compile(r"\[([^][()]*)\]$|\(([^][()]*)\)$")  # at the end of a header cell
 MASSES = {"lb": "lbf", "lbs": "lbf", "kg": "kgf"}  # that loggers call forces
 BRACKETS = " []()"
@@ -42,28 +41,40 @@ class Column(NamedTuple):
     unit: str  # as given; "" if none is
 
 
-def recorded(table: Table, field: Field) -> TimeSeries:
-    """The signal that a table ``{file = "demand.csv", column = "v", time = "t"}`` names.
+def recorded(table: Table, field: Field | None) -> TimeSeries:
+    """The curve that a table ``{file = "demand.csv", column = "v", time = "t"}`` names.
+
+    Args:
+        table: the table.
+        field: the declaration of the curve, which may be over something else than time: the key of that
+            column is ``over`` then. None where there is none: units are those of the file.
 
     Raises:
         ScenarioError: the table or the file is not what it must be.
     """
+    axis = axis_key(field)
+    keys = ("file", "column", axis)
     for name in table.names():
-        if name not in KEYS:
-            raise table.entry(name).unknown(name, KEYS)
+        if name not in keys:
+            raise table.entry(name).unknown(name, (*keys, "points"))
         if not isinstance(table.entry(name).value, str):
             raise table.entry(name).error("must be a string")
-    if not table.has("file"):
-        raise table.error('a file is needed: {file = "demand.csv", column = "v", time = "t"}')
     file = table.entry("file")
     path = file.origin.folder / file.value
     if not exists(path):
         raise file.error(f"there is no such file in {short(str(file.origin.folder.absolute()))}")
-    names = {name: table.entry(name).value if table.has(name) else None for name in KEYS[1:]}
-    return read_series(path, field, **names)
+    column, time = (table.entry(name).value if table.has(name) else None for name in keys[1:])
+    return read_series(path, field, column, time)
 
 
-def read_series(path: Path, field: Field, column: str | None = None, time: str | None = None) -> TimeSeries:
+def axis_key(field: Field | None) -> str:
+    """The key that names the column of a curve's axis."""
+    return "time" if field is None or field.over == "s" else "over"
+
+
+def read_series(
+    path: Path, field: Field | None, column: str | None = None, time: str | None = None
+) -> TimeSeries:
     """A recorded signal from two columns of a CSV file, in SI units.
 
     The first line names the columns, each with its unit: "v [mm/s]", "F (kN)"; SI units where there is none,
@@ -72,17 +83,19 @@ def read_series(path: Path, field: Field, column: str | None = None, time: str |
 
     Args:
         path: the file.
-        field: the declaration of the signal, whose unit the column must have the dimension of.
+        field: the declaration of the signal, whose units the columns must have the dimensions of; None for
+            any.
         column: name of the signal's column; the second one if None.
-        time: name of the column of instants; the first one if None.
+        time: name of the column of instants, or of what else the curve is over; the first one if None.
 
     Raises:
         ScenarioError: naming the file, the line and the column.
     """
     name = str(path)
     header, rows, decimals = text_table(path, LARGEST)
-    t = column_named(header, time, 0, "s", name)
-    x = column_named(header, column, 1, field.unit, name)
+    over, own = (field.over, field.unit) if field else (None, None)
+    t = column_named(header, time, 0, over, name)
+    x = column_named(header, column, 1, own, name)
     instants, values = samples(rows, t, x, decimals)
     if instants.size < 2:
         raise ScenarioError(name, "", f"has {instants.size} rows of numbers; at least 2 are needed")
@@ -91,13 +104,15 @@ def read_series(path: Path, field: Field, column: str | None = None, time: str |
     except ParameterError as error:
         raise ScenarioError(name, f"column {x.header}", str(error)) from None
     remember_source(series, f"{path.name}, {x.header} over {t.header}")
-    for signal, unit in ((t, "s"), (x, field.unit)):
+    for signal, unit in ((t, over), (x, own)):
         if unit and not signal.unit:
             warnings.warn(one_line(unitless(signal, unit, name)), HydroservoWarning, stacklevel=2)
     return series
 
 
-def column_named(header: Sequence[str], wanted: str | None, default: int, unit: str, name: str) -> Column:
+def column_named(
+    header: Sequence[str], wanted: str | None, default: int, unit: str | None, name: str
+) -> Column:
     """The column that is wanted, by its name or its whole header cell.
 
     Raises:
@@ -118,7 +133,7 @@ def column_named(header: Sequence[str], wanted: str | None, default: int, unit: 
     return Column(cell, places[0], factor, given)
 
 
-def advice(given: str, unit: str, wanted: str | None) -> str:
+def advice(given: str, unit: str | None, wanted: str | None) -> str:
     """What may help with a unit that does not fit."""
     if unit == "N" and given in MASSES:
         return f"; that is a mass, and the force is {MASSES[given]}"
@@ -141,7 +156,7 @@ def name_and_unit(cell: str) -> tuple[str, str]:
 def samples(
     rows: Iterator[tuple[int, list[str]]], t: Column, x: Column, decimals: Decimals
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Instants, strictly increasing, and the signal there, in the units of the file."""
+    """Instants, or what the curve is over, strictly increasing, and the signal there, in the file's units."""
     instants, values = array("d"), array("d")
     for line, text_t, text_x in filled(rows, t, x, decimals):
         if line == 2 and is_unit(text_t) and is_unit(text_x):
@@ -149,7 +164,7 @@ def samples(
             raise ScenarioError(decimals.name, "line 2", f'holds units; they belong in line 1: "{better}"')
         instant = decimals.number(text_t, line, t.header)
         if instants and instant <= instants[-1]:
-            problem = f"{short(text_t)} is not after the instant in the row before"
+            problem = f"{short(text_t)} is not after that in the row before"
             raise decimals.error(line, t.header, problem)
         instants.append(instant)
         values.append(decimals.number(text_x, line, x.header))

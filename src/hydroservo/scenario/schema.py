@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
+from hydroservo.curve import Curve
 from hydroservo.field import OPEN, Field
 from hydroservo.loop import Loop
 from hydroservo.roles import Monitor
@@ -10,8 +11,8 @@ from hydroservo.roles.saying import is_role
 from hydroservo.scenario.catalogue import builtin_texts
 from hydroservo.scenario.descriptions import summary
 from hydroservo.scenario.keys import ANY_SIGNAL, Key, keys_of, range_of
+from hydroservo.scenario.recordings import axis_key
 from hydroservo.scenario.registry import Maker, makers, makers_in_role
-from hydroservo.time_series import TimeSeries
 
 __all__ = ["scenario_schema"]
 
@@ -22,6 +23,7 @@ QUANTITY = r"^\s*[-+]?(\d|\.\d)"  # a text that begins with a number
 TEXT: Schema = {"type": "string"}
 TEXTS: Schema = {"type": "array", "items": TEXT}
 NUMBERS: Schema = {"type": "array", "items": {"type": ["number", "string"]}}
+POINTS: Schema = {"type": "array", "minItems": 2, "items": {**NUMBERS, "minItems": 2, "maxItems": 2}}
 WHOLE: Schema = {"type": "integer", "minimum": 0}
 KINDS = {float: "number", int: "integer", bool: "boolean"}
 LIMITS = {
@@ -115,8 +117,9 @@ def table(name: str, maker: Maker, definitions: Schema) -> Schema:
 
 def value(key: Key, definitions: Schema) -> Schema:
     """What stands under a key."""
-    if key.kind is TimeSeries:
-        return closed(dict.fromkeys(("file", "column", "time"), TEXT)) | {"required": ["file"]}
+    if key.kind is Curve:
+        file = closed(dict.fromkeys(("file", "column", axis_key(key.field)), TEXT)) | {"required": ["file"]}
+        return {"anyOf": [file, closed({"points": POINTS}) | {"required": ["points"]}]}
     if key.nests:
         return block(key.kind, key.default, definitions)
     return number(key)

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from hypothesis.strategies import SearchStrategy
 
 from hydroservo.block import Block, is_block, leaves, replace, values
+from hydroservo.curve import Curve
 from hydroservo.drives import ValveOnSupply, ValveOnSupplyState
 from hydroservo.drives.ports import Ports
 from hydroservo.errors import ParameterError
@@ -33,7 +34,6 @@ from hydroservo.states import filled
 from hydroservo.supplies import ReliefValve
 from hydroservo.testing.examples import example
 from hydroservo.testing.places import watched_loop
-from hydroservo.time_series import TimeSeries
 from hydroservo.validation import consistent, in_range, within
 from hydroservo.valves import Orifice
 
@@ -63,8 +63,8 @@ def block_of(example: Block, spread: Range) -> SearchStrategy[Block]:
 
     Where those do not go together, as the block's ``check`` says, it is the example itself.
     """
-    if isinstance(example, TimeSeries):
-        return series()
+    if isinstance(example, Curve):
+        return curves()
     cls: Any = type(example)
     fields = declared_fields(cls)
     parts = {
@@ -131,10 +131,10 @@ def around(scale: float, decades: float) -> SearchStrategy[float]:
 
 
 @st.composite
-def series(draw: Any) -> TimeSeries:
+def curves(draw: Any) -> Curve:
     steps = draw(st.lists(st.floats(1e-4, 10.0), min_size=2, max_size=8))
     values = draw(st.lists(st.floats(-1e3, 1e3), min_size=len(steps), max_size=len(steps)))
-    return TimeSeries.from_samples(np.cumsum(steps), values)
+    return Curve.from_samples(np.cumsum(steps), values)
 
 
 SCALES = {

@@ -29,7 +29,7 @@ SAME = {  # functions of Python and numpy, by the name of their equal in ops
     "standard_normal": NORMAL,
     "uniform": UNIFORM,
 }
-TABLE = "keep the table in a field that is a hydroservo.time_series.TimeSeries, and call its value(x)"
+TABLE = "keep the table in a field that is a hydroservo.curve.Curve, and call its value(x)"
 VECTOR = "make a record of as many floats with hydroservo.vectors.vector"
 OTHERS = {"interp": TABLE} | dict.fromkeys(
     ("array", "asarray", "dot", "empty", "eye", "matmul", "ones", "roll", "zeros"), VECTOR
