@@ -10,6 +10,7 @@ __all__ = [
     "Correction",
     "Demand",
     "Draws",
+    "EdgeOpenings",
     "Feed",
     "MachineOutputs",
     "Measurement",
@@ -106,6 +107,15 @@ class Feed(NamedTuple):
         """The load [Pa]: the pressure at the port that the spool opens to P, or the tank's with it at 0."""
         closed = ops.where(self.opening < 0.0, pressure_b, self.line.tank)
         return ops.where(self.opening > 0.0, pressure_a, closed)
+
+
+class EdgeOpenings(NamedTuple):
+    """How far each edge of a spool is open, as a straight one; below 0, by how much it overlaps."""
+
+    pa: Annotated[float, Field("m", "of the edge P-A")]
+    at: Annotated[float, Field("m", "of the edge A-T")]
+    pb: Annotated[float, Field("m", "of the edge P-B")]
+    bt: Annotated[float, Field("m", "of the edge B-T")]
 
 
 class PortFlows(NamedTuple):

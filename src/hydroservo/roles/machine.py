@@ -3,13 +3,14 @@
 from typing import Protocol
 
 from hydroservo.roles.blocks import Block
-from hydroservo.signals import Feed, MachineOutputs, PortFlows, Pressures
+from hydroservo.signals import EdgeOpenings, Feed, MachineOutputs, PortFlows, Pressures
 
 __all__ = [
     "Accumulator",
     "Carried",
     "CheckFlow",
     "Drive",
+    "EdgeShape",
     "EndStops",
     "Friction",
     "Load",
@@ -48,6 +49,12 @@ class MeteringEdges(Protocol):
         self, opening: float, line: Pressures, pressure_a: float, pressure_b: float
     ) -> PortFlows: ...
     def simplified(self) -> Block: ...
+
+
+class EdgeShape(Protocol):
+    """How far each of four edges is open, from the opening of their spool [m]."""
+
+    def openings(self, opening: float) -> EdgeOpenings: ...
 
 
 class Valve(Protocol):

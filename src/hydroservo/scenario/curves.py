@@ -1,24 +1,26 @@
 """Curves from tables: of a file, or typed point by point."""
 
+from dataclasses import replace
 from typing import Any
 
 from hydroservo.curve import Curve
 from hydroservo.errors import ParameterError
 from hydroservo.field import Field
-from hydroservo.scenario.quantities import si_value
+from hydroservo.scenario.quantities import number_and_unit, si_value, unit_factor
 from hydroservo.scenario.recordings import axis_key, recorded
-from hydroservo.scenario.tables import Entry, Table
+from hydroservo.scenario.tables import Entry, Layer, Table
 
 __all__ = ["curve_from"]
 
-POINTS = "points"
+FULL, POINTS = "full", "points"
 
 
 def curve_from(table: Table, field: Field | None) -> Curve:
     """The curve that a table names a file of, or whose points it has.
 
     A file is read by :func:`~hydroservo.scenario.recordings.recorded`; points are pairs of x and y, such as
-    ``{points = [["0 m/s", "130 V/m"], ["0.25 m/s", "55 V/m"]]}``.
+    ``{points = [["0 m/s", "130 V/m"], ["0.25 m/s", "55 V/m"]]}``. Of a curve over a share, ``full = "10 V"``
+    says what 100 % is where its axis has another unit.
 
     Args:
         table: the table.
@@ -27,11 +29,47 @@ def curve_from(table: Table, field: Field | None) -> Curve:
     Raises:
         ScenarioError: the table, the file or a point is not what it must be.
     """
-    if not table.has(POINTS):
-        if not table.has("file"):
-            like = f'{{file = "curve.csv", column = "y", {axis_key(field)} = "x"}}'
-            raise table.error(f"a file is needed, or points: {like}")
-        return recorded(table, field)
+    if field is None or field.over or not table.has(FULL):
+        return points(table, field) if table.has(POINTS) else of_file(table, field)
+    entry = table.entry(FULL)
+    try:
+        size, unit = number_and_unit(entry.value if isinstance(entry.value, str) else "")
+        unit_factor(unit, None)
+    except ValueError as error:
+        raise entry.error(str(error)) from None
+    if not size > 0.0:
+        raise entry.error("must be above 0")
+    found = curve_from(without(table, FULL), replace(field, over=unit))
+    return Curve.from_samples(found.knots / size, found.samples)
+
+
+def without(table: Table, name: str) -> Table:
+    """A table without a key."""
+    layers = [
+        Layer(origin, {key: value for key, value in given.items() if key != name})
+        for origin, given in table.layers
+    ]
+    return table._replace(layers=tuple(layers))
+
+
+def of_file(table: Table, field: Field | None) -> Curve:
+    """The curve of a file.
+
+    Raises:
+        ScenarioError: none is named, or it is not what it must be.
+    """
+    if not table.has("file"):
+        like = f'{{file = "curve.csv", column = "y", {axis_key(field)} = "x"}}'
+        raise table.error(f"a file is needed, or points: {like}")
+    return recorded(table, field)
+
+
+def points(table: Table, field: Field | None) -> Curve:
+    """The curve whose points a table has.
+
+    Raises:
+        ScenarioError: they are none, or a file stands beside them.
+    """
     for name in table.names():
         if name != POINTS:
             raise table.entry(name).error(f"stands beside {table.key(POINTS)}; give one of them")
@@ -48,26 +86,24 @@ def curve_from(table: Table, field: Field | None) -> Curve:
 
 
 def pair(entry: Entry, field: Field) -> tuple[float, float]:
-    """A point, in SI units.
+    """A point, in the units of its declaration.
 
     Raises:
         ScenarioError: it is none.
     """
     if not isinstance(entry.value, list) or len(entry.value) != 2:
         raise entry.error(f"must be a pair, as in {example(field)}")
-    x, y = (
-        coordinate(entry, one, unit) for one, unit in zip(entry.value, (field.over, field.unit), strict=True)
-    )
-    return x, y
+    x, y = entry.value
+    return coordinate(entry._replace(value=x), field.over), coordinate(entry._replace(value=y), field.unit)
 
 
-def coordinate(entry: Entry, value: Any, unit: str) -> float:
-    """One number of a point, in SI units.
+def coordinate(entry: Entry, unit: str) -> float:
+    """One number of a point, in a unit.
 
     Raises:
         ScenarioError: it is none, or in another unit.
     """
-    entry = entry._replace(value=value)
+    value: Any = entry.value
     if isinstance(value, str):
         try:
             return si_value(value, unit)
@@ -80,5 +116,5 @@ def coordinate(entry: Entry, value: Any, unit: str) -> float:
 
 def example(field: Field) -> str:
     """Two points as they are typed."""
-    x, y = (f"1 {unit}".strip() for unit in (field.over, field.unit))
-    return f'[["0{x[1:]}", "0{y[1:]}"], ["{x}", "{y}"]]'
+    (x0, y0), (x1, y1) = ([f"{n} {unit}".strip() for unit in (field.over, field.unit)] for n in (0, 1))
+    return f'[["{x0}", "{y0}"], ["{x1}", "{y1}"]]'

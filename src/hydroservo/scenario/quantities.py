@@ -7,7 +7,7 @@ from functools import lru_cache
 from hydroservo.scenario.slips import quantity_slip
 from hydroservo.scenario.units import case_hint, factor_and_dimension
 
-__all__ = ["si_value", "unit_factor"]
+__all__ = ["number_and_unit", "si_value", "unit_factor"]
 
 LONGEST = 64  # characters of a quantity
 # An exponent has two digits at most, so that no text costs more than a few microseconds to evaluate.
@@ -32,6 +32,19 @@ def si_value(text: str, unit: str) -> float:
         return value_of(text.strip().replace("\N{MINUS SIGN}", "-"), unit)
     except ValueError as error:
         raise ValueError((quantity_slip(text) if len(text) <= LONGEST else "") or str(error)) from None
+
+
+def number_and_unit(text: str) -> tuple[float, str]:
+    """The number that a text such as "10 V" says, and its unit as it stands there.
+
+    Raises:
+        ValueError: the text is no quantity.
+    """
+    match = QUANTITY.fullmatch(text.strip()) if len(text) <= LONGEST else None
+    if match is None:
+        raise ValueError("is not a quantity such as '10 V'")
+    number, unit = match.groups()
+    return value_of(number, ""), unit
 
 
 def value_of(text: str, unit: str) -> float:

@@ -128,15 +128,17 @@ def column_named(
     try:
         factor = unit_factor(given, unit) if given else Fraction(1)
     except ValueError as error:
-        problem = f"column {short(cell)} {error}{advice(given, unit, wanted)}"
+        problem = f"column {short(cell)} {error}{advice(given, unit, wanted, axis=not default)}"
         raise ScenarioError(name, "line 1", problem) from None
     return Column(cell, places[0], factor, given)
 
 
-def advice(given: str, unit: str | None, wanted: str | None) -> str:
+def advice(given: str, unit: str | None, wanted: str | None, *, axis: bool) -> str:
     """What may help with a unit that does not fit."""
     if unit == "N" and given in MASSES:
         return f"; that is a mass, and the force is {MASSES[given]}"
+    if axis and unit == "":
+        return f'; full = "1 {given}" beside the file says what 100 % is'
     return "" if wanted else "; another column is chosen by its name, as time and column of the series"
 
 

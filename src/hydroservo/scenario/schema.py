@@ -118,8 +118,10 @@ def table(name: str, maker: Maker, definitions: Schema) -> Schema:
 def value(key: Key, definitions: Schema) -> Schema:
     """What stands under a key."""
     if key.kind is Curve:
-        file = closed(dict.fromkeys(("file", "column", axis_key(key.field)), TEXT)) | {"required": ["file"]}
-        return {"anyOf": [file, closed({"points": POINTS}) | {"required": ["points"]}]}
+        more = {"full": TEXT} if key.field and not key.field.over else {}
+        file = dict.fromkeys(("file", "column", axis_key(key.field)), TEXT)
+        ways = ({"file": file["file"], **file}, {"points": POINTS})
+        return {"anyOf": [closed(way | more) | {"required": [next(iter(way))]} for way in ways]}
     if key.nests:
         return block(key.kind, key.default, definitions)
     return number(key)

@@ -36,6 +36,7 @@ from hydroservo.controllers import (
     ValveInversion,
     VelocityCompensation,
 )
+from hydroservo.curve import Curve
 from hydroservo.drives import (
     CheckValve,
     Counterbalance,
@@ -96,7 +97,7 @@ from hydroservo.sensors import (
     RigSensors,
 )
 from hydroservo.supplies import GasAccumulator, PumpSupply, ReliefValve, SlowPoppet
-from hydroservo.valves import FirstOrderValve, FourEdges, SecondOrderValve
+from hydroservo.valves import CurvedEdges, FirstOrderValve, FourCurves, FourEdges, SecondOrderValve
 
 __all__ = ["EXAMPLES", "example"]
 
@@ -105,6 +106,7 @@ Example = TypeVar("Example", bound=Block)
 PLANT, VALVE, SUPPLY, LAW = machine.PLANT, machine.VALVE, machine.SUPPLY, machine.PROPORTIONAL_INTEGRAL
 LIMIT, AMPLITUDE, FORCE = machine.COMMAND_LIMIT, machine.AMPLITUDE, machine.LOAD
 RELIEF = ReliefValve(cracking_pressure=SUPPLY.supply_pressure, gradient=2.5e-10)
+NOTCHES = Curve.from_samples([0.0, 1e-3, 2.5e-3, 5e-3], [0.0, 0.2e-3, 1e-3, 5e-3])
 EDGES = FourEdges(**machine.ORIFICE._asdict())
 CYLINDER = Cylinder(
     area_a=PLANT.piston_area,
@@ -189,6 +191,7 @@ BLOCKS: tuple[Block, ...] = (
     Cascade(LAW, proportional_gain=10.0, max_velocity=0.1, rate_feedforward=1.0),
     CavitatingOil(PLANT.bulk_modulus),
     Chirp(AMPLITUDE),
+    CurvedEdges(NOTCHES),
     ConstantLoad(FORCE),
     ConstantOil(PLANT.bulk_modulus),
     DAC(LAW),
@@ -230,6 +233,7 @@ BLOCKS: tuple[Block, ...] = (
     Encoder(1e-6),
     ExactDifferentiator(1.0),
     FilteredDifference(2e-3),
+    FourCurves(NOTCHES, NOTCHES, NOTCHES, NOTCHES),
     FirstOrderADRC(103.0, bandwidth=50.0, observer_bandwidth=200.0),
     SecondOrderADRC(1.34e6, bandwidth=100.0, observer_bandwidth=500.0),
     ExtendedStateObserver(300.0, 600.0),

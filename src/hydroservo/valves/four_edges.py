@@ -6,11 +6,14 @@ from typing import Annotated, NamedTuple
 
 from hydroservo import ops
 from hydroservo.block import Field
+from hydroservo.curve import Curve
 from hydroservo.errors import ParameterError
 from hydroservo.field import OPEN
-from hydroservo.roles import MeteringEdges, role
+from hydroservo.formatting import quantity
+from hydroservo.roles import EdgeShape, MeteringEdges, role
 from hydroservo.signals import PortFlows, Pressures
-from hydroservo.sources import CHOSEN
+from hydroservo.sources import CHOSEN, DATASHEET
+from hydroservo.valves.edge_curves import STRAIGHT, EdgeCurves
 from hydroservo.valves.orifice import (
     LARGEST_OPENING,
     Density,
@@ -21,17 +24,31 @@ from hydroservo.valves.orifice import (
     RatedFlow,
     RatedOpening,
 )
+from hydroservo.valves.straight_edges import StraightEdges
 
 __all__ = ["FourEdges"]
 
 ROOT_2 = math.sqrt(2.0)
 FINEST, FINEST_SHARE = 1e-24, 1e-15  # [Pa or m], and of the value, to which roots are found
+AGREEMENT = 0.01  # of two rated flows
 MOST_STEPS = 10_000  # to a root; halving all the way from the largest number takes some thousand
 
 
 def a_lap(meaning: str, source: str) -> Field:
     """The declaration of a lap."""
     return Field("m", meaning, source, at_least=-LARGEST_OPENING, at_most=LARGEST_OPENING)
+
+
+def a_flow_curve(edge: str) -> Field:
+    """The declaration of a flow over the share of the rated opening."""
+    return Field(
+        "m^3/s", f"flow {edge} at the rated drop, over the share of the rated opening", DATASHEET, over=""
+    )
+
+
+def an_area_curve(edge: str) -> Field:
+    """The declaration of an area over the opening."""
+    return Field("m^2", f"area of {edge}, over the opening", DATASHEET, over="m")
 
 
 AreaGradient = Annotated[float, Field("m", "area gradient w of port A's edges", above=0)]
@@ -46,6 +63,32 @@ ExtraLapPA = Annotated[float, a_lap("overlap of the edge P-A beyond the lap", "a
 ExtraLapAT = Annotated[float, a_lap("overlap of the edge A-T beyond the lap", "as lapped")]
 ExtraLapPB = Annotated[float, a_lap("overlap of the edge P-B beyond the lap", "as lapped")]
 ExtraLapBT = Annotated[float, a_lap("overlap of the edge B-T beyond the lap", "as lapped")]
+Clearance = Annotated[
+    float,
+    Field(
+        "m",
+        "opening of an edge that is just closed, from leakage",
+        CHOSEN,
+        at_least=0,
+        at_most=LARGEST_OPENING,
+    ),
+]
+Shape = Annotated[EdgeShape, Field("", "how the edges open as the spool moves", "straight")]
+Regeneration = Annotated[bool, Field("", "whether the edge from B leads to P in place of T", "to T")]
+OpenRatedFlow = Annotated[
+    float,
+    Field("m^3/s", "flow at the rated point, without load; auto: the curve's", DATASHEET, above=0, auto=OPEN),
+]
+FlowCurve = Annotated[Curve, a_flow_curve("out of port A")]
+FlowCurvePA = Annotated[Curve, a_flow_curve("through P-A")]
+FlowCurveAT = Annotated[Curve, a_flow_curve("through A-T")]
+FlowCurvePB = Annotated[Curve, a_flow_curve("through P-B")]
+FlowCurveBT = Annotated[Curve, a_flow_curve("through B-T")]
+AreaCurve = Annotated[Curve, an_area_curve("each edge")]
+AreaCurvePA = Annotated[Curve, an_area_curve("P-A")]
+AreaCurveAT = Annotated[Curve, an_area_curve("A-T")]
+AreaCurvePB = Annotated[Curve, an_area_curve("P-B")]
+AreaCurveBT = Annotated[Curve, an_area_curve("B-T")]
 NullLeakage = Annotated[float, Field("m^3/s", "flow from P to T at null, ports blocked", CHOSEN, at_least=0)]
 NullPressure = Annotated[
     float,
@@ -59,22 +102,26 @@ class FourEdges(NamedTuple):
 
     A spool at x opens P-A and B-T by e(x) and A-T and P-B by e(-x), and each passes Q under a drop d::
 
-        e(x) = (z + sqrt(z^2 + 4 c^2))/2             z = x - lap, clearance c
+        e(x) = (z + sqrt(z^2 + 4 c^2))/2             z = h(x) - lap, clearance c
         Q    = C_d w e sqrt(2/rho) d/(d^2 + d_t^2)^(1/4)
 
     For d far above the transition drop d_t that is the square-root law, far below it is laminar, with a
     finite slope. An edge that is open by far opens by z, a closed one leaks as one open by c^2/|z| would, and
-    at z = 0 it is open by c. Port B's edges may have another area gradient, for a single rod. Each edge may
-    have an extra lap of its own beyond that of all; one that overlaps by more than the spool travels stays
-    shut.
+    at z = 0 it is open by c. The shape's h is x for straight edges, and a curve for notches. Port B's edges
+    may have another area gradient, for a single rod. Each edge may have an extra lap of its own beyond that
+    of all; one that overlaps by more than the spool travels stays shut.
+
+    With regeneration the edge B-T leads to P in place of T. An extending rod then takes no more from the
+    supply than what it displaces itself, Q_P = Q_A - Q_B, and pushes with its own area alone.
 
     To a symmetric load, with p_A = (p_s + p_t + p_L)/2 and p_B = (p_s + p_t - p_L)/2, P-A and B-T have the
-    drop (p_s - p_t - p_L)/2 and the others (p_s - p_t + p_L)/2: the same load flow passes both ports, as far
-    as the edges have the same lap, and else it is that of port A.
+    drop (p_s - p_t - p_L)/2, with regeneration -p_L/2, and the others (p_s - p_t + p_L)/2: the same load flow
+    passes both ports, as far as the edges have the same lap and shape, and else it is that of port A.
 
     Source: Merritt, Hydraulic Control Systems, 1967, ch. 5 (four-way spool valve); the two transitions are
     chosen here.
-    Fails where the discharge coefficient changes with the opening, and for what a closed edge leaks under
+    Fails where the discharge coefficient changes with the opening, in a design model of a curve or of
+    regeneration, which is that of straight edges between P and T, and for what a closed edge leaks under
     other drops than its clearance was found at: that leakage is laminar, so proportional to the drop.
     """
 
@@ -82,27 +129,20 @@ class FourEdges(NamedTuple):
     area_gradient: AreaGradient
     density: Density
     lap: Lap = 0.0
-    clearance: Annotated[
-        float,
-        Field(
-            "m",
-            "opening of an edge that is just closed, from leakage",
-            CHOSEN,
-            at_least=0,
-            at_most=LARGEST_OPENING,
-        ),
-    ] = 1e-6
+    clearance: Clearance = 1e-6
     transition_drop: TransitionDrop = 1e5
     area_ratio_b: AreaRatioB = 1.0
     extra_lap_pa: ExtraLapPA = 0.0
     extra_lap_at: ExtraLapAT = 0.0
     extra_lap_pb: ExtraLapPB = 0.0
     extra_lap_bt: ExtraLapBT = 0.0
+    shape: Shape = StraightEdges()
+    regeneration: Regeneration = False
 
     @classmethod
     def rated(
         cls,
-        rated_flow: RatedFlow,
+        rated_flow: OpenRatedFlow,
         rated_drop: RatedDrop,
         rated_opening: RatedOpening,
         null_leakage: NullLeakage = 0.0,
@@ -117,6 +157,12 @@ class FourEdges(NamedTuple):
         extra_lap_pb: ExtraLapPB = 0.0,
         extra_lap_bt: ExtraLapBT = 0.0,
         rated_density: RatedDensity = OPEN,
+        flow_curve: FlowCurve = STRAIGHT,
+        flow_curve_pa: FlowCurvePA = STRAIGHT,
+        flow_curve_at: FlowCurveAT = STRAIGHT,
+        flow_curve_pb: FlowCurvePB = STRAIGHT,
+        flow_curve_bt: FlowCurveBT = STRAIGHT,
+        regeneration: Regeneration = False,
     ) -> "FourEdges":
         """The edges that pass a datasheet's rated flow and null leakage.
 
@@ -126,10 +172,24 @@ class FourEdges(NamedTuple):
         are found so that both come out, with an oil of the rated density where one is given; without a
         leakage there is no clearance.
 
+        A flow curve is the flow at the rated drop over the share of the rated opening, 0 to 100 % for both
+        directions alike or -100 % to 100 %, the overlap in it: laps beside it must be 0. An edge may have a
+        curve of its own, over its own opening. The curve's scale is that of its flow at 100 %.
+
         Raises:
             ParameterError: the spool does not open at its rated position, no clearance leaks that much, more
-                leaks at null than flows when rated, or the leakage has no pressure.
+                leaks at null than flows when rated, the leakage has no pressure, a curve is not one of edges
+                or has another rated flow or laps beside it.
         """
+        curves = EdgeCurves(
+            "flow_curve", "m^3/s", flow_curve, flow_curve_pa, flow_curve_at, flow_curve_pb, flow_curve_bt
+        )
+        shape, of_curve = curves.of_share(rated_opening)
+        if of_curve > 0.0:
+            rated_flow = agreed(rated_flow, of_curve)
+            check_no_laps(lap, extra_lap_pa, extra_lap_at, extra_lap_pb, extra_lap_bt)
+        elif rated_flow == OPEN:
+            raise ParameterError("rated_flow", "auto", "must be a number without a flow curve")
         if not null_leakage < rated_flow:
             raise ParameterError("null_leakage", null_leakage, f"must be below rated_flow, {rated_flow:.4g}")
         if null_leakage > 0.0 and not supply_pressure > 0.0:
@@ -149,34 +209,75 @@ class FourEdges(NamedTuple):
             extra_lap_at,
             extra_lap_pb,
             extra_lap_bt,
+            shape,
         )
         point = RatedPoint(rated_flow, rated_drop, rated_opening)
         edges = edges._replace(clearance=clearance_that_leaks(edges, point, null_leakage, supply_pressure))
         area_gradient = rated_flow / edges.flow(rated_opening, rated_drop, 0.0)
-        return edges._replace(area_gradient=area_gradient, density=density)
+        return edges._replace(area_gradient=area_gradient, density=density, regeneration=regeneration)
+
+    @classmethod
+    def from_areas(
+        cls,
+        discharge_coefficient: DischargeCoefficient,
+        density: Density,
+        area_curve: AreaCurve = STRAIGHT,
+        clearance: Clearance = 1e-6,
+        transition_drop: TransitionDrop = 1e5,
+        area_ratio_b: AreaRatioB = 1.0,
+        area_curve_pa: AreaCurvePA = STRAIGHT,
+        area_curve_at: AreaCurveAT = STRAIGHT,
+        area_curve_pb: AreaCurvePB = STRAIGHT,
+        area_curve_bt: AreaCurveBT = STRAIGHT,
+        regeneration: Regeneration = False,
+    ) -> "FourEdges":
+        """The edges whose areas are known over the opening, as from a drawing of the spool's notches.
+
+        The curve goes from 0 for both directions alike, or from below 0; an edge may have one of its own,
+        over its own opening. A design model takes the edges for straight ones with the last point's area.
+
+        Raises:
+            ParameterError: there is no curve, or one is not one of edges.
+        """
+        curves = EdgeCurves(
+            "area_curve", "m^2", area_curve, area_curve_pa, area_curve_at, area_curve_pb, area_curve_bt
+        )
+        shape, area = curves.over_opening()
+        if area == 0.0:
+            raise ParameterError("area_curve", "missing", "must be given, or one of each edge")
+        edges = cls(discharge_coefficient, 1.0, density, 0.0, clearance, transition_drop, area_ratio_b)
+        return edges._replace(
+            area_gradient=area / curves.full_opening(), shape=shape, regeneration=regeneration
+        )
 
     def flow(self, opening: float, supply_drop: float, load_pressure: float) -> float:
         """Q_L [m^3/s] to a symmetric load through port A's edges."""
-        forwards = self.uncovered(opening - self.extra_lap_pa) * self.root(
-            0.5 * (supply_drop - load_pressure)
-        )
-        backwards = self.uncovered(-opening - self.extra_lap_at) * self.root(
+        opened = self.shape.openings(opening)
+        driving = ops.where(self.regeneration, 0.0, supply_drop)
+        forwards = self.uncovered(opened.pa - self.extra_lap_pa) * self.root(0.5 * (driving - load_pressure))
+        backwards = self.uncovered(opened.at - self.extra_lap_at) * self.root(
             0.5 * (supply_drop + load_pressure)
         )
         return self.conductance() * (forwards - backwards)
 
     def port_flows(self, opening: float, line: Pressures, pressure_a: float, pressure_b: float) -> PortFlows:
         """The flows through the four edges [m^3/s]."""
-        pa = self.conductance() * self.uncovered(opening - self.extra_lap_pa)
-        at = self.conductance() * self.uncovered(-opening - self.extra_lap_at)
-        pb = self.conductance() * self.uncovered(-opening - self.extra_lap_pb)
-        bt = self.conductance() * self.uncovered(opening - self.extra_lap_bt)
+        opened = self.shape.openings(opening)
+        pa = self.conductance() * self.uncovered(opened.pa - self.extra_lap_pa)
+        at = self.conductance() * self.uncovered(opened.at - self.extra_lap_at)
+        pb = self.conductance() * self.uncovered(opened.pb - self.extra_lap_pb)
+        bt = self.conductance() * self.uncovered(opened.bt - self.extra_lap_bt)
         supply_a = pa * self.root(line.supply - pressure_a)
         a_tank = at * self.root(pressure_a - line.tank)
         supply_b = self.area_ratio_b * pb * self.root(line.supply - pressure_b)
-        b_tank = self.area_ratio_b * bt * self.root(pressure_b - line.tank)
+        behind = ops.where(self.regeneration, line.supply, line.tank)
+        out_of_b = self.area_ratio_b * bt * self.root(pressure_b - behind)
+        back = ops.where(self.regeneration, out_of_b, 0.0)
         return PortFlows(
-            supply_a - a_tank, b_tank - supply_b, supply=supply_a + supply_b, tank=a_tank + b_tank
+            supply_a - a_tank,
+            out_of_b - supply_b,
+            supply=supply_a + supply_b - back,
+            tank=a_tank + (out_of_b - back),
         )
 
     def uncovered(self, opening: float) -> float:
@@ -195,6 +296,31 @@ class FourEdges(NamedTuple):
     def simplified(self) -> Orifice:
         """What a design model takes them for: critically lapped edges of the same size."""
         return Orifice(self.discharge_coefficient, self.area_gradient, self.density)
+
+
+def agreed(rated_flow: float, of_curve: float) -> float:
+    """The flow at the rated point, where a curve has it, too [m^3/s].
+
+    Raises:
+        ParameterError: the two differ.
+    """
+    if rated_flow == OPEN or abs(rated_flow - of_curve) <= AGREEMENT * of_curve:
+        return of_curve
+    allowed = (
+        f'must be what the flow curve has at the rated opening, {quantity(of_curve, "m^3/s")}, or "auto"'
+    )
+    raise ParameterError("rated_flow", quantity(rated_flow, "m^3/s"), allowed)
+
+
+def check_no_laps(lap: float, *extra: float) -> None:
+    """Refuse laps beside a flow curve.
+
+    Raises:
+        ParameterError: there is one.
+    """
+    if lap != 0.0 or any(extra):
+        value = lap or next(one for one in extra if one)
+        raise ParameterError("lap", value, "must be 0 beside a flow curve, which has the overlap in it")
 
 
 class RatedPoint(NamedTuple):
