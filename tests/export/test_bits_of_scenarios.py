@@ -32,6 +32,19 @@ def test_other_integrators(integrator: str, tmp_path: Path) -> None:
     assert_same_run(load_scenario("rig/excavator-link", changes), tmp_path, compiled=True)
 
 
+@pytest.mark.parametrize("shape", ["CurvedEdges", "FourCurves"])
+def test_a_spool_with_notches_that_feeds_the_rod_side_back(shape: str, tmp_path: Path) -> None:
+    points = [["0 %", "0 %"], ["20 %", "0 %"], ["50 %", "10 %"], ["100 %", "100 %"]]
+    names = ("curve",) if shape == "CurvedEdges" else ("pa", "at", "pb", "bt")
+    table = {"type": shape, "full_opening": "1 mm"} | {name: {"points": points} for name in names}
+    changes = {"shape": table, "regeneration": True}
+    loop = load_scenario(
+        "rig/excavator-link",
+        {"simulation.duration": "0.2 s"} | {f"valve.orifice.{key}": value for key, value in changes.items()},
+    )
+    assert_same_run(loop, tmp_path, compiled=True)
+
+
 def test_controller_and_machine_in_turn_are_the_loop() -> None:
     changes = {"simulation.duration": "0.2 s", "simulation.record_period": "1 ms"}
     loop = ready(load_scenario("rig/encoder-tsmc-sine", changes))

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from hydroservo.signals import PortFlows, Pressures
 from hydroservo.testing.examples import example
-from hydroservo.valves import FourEdges
+from hydroservo.valves import CurvedEdges, FourCurves, FourEdges, StraightEdges
 
 openings = st.one_of(st.just(0.0), st.floats(1e-9, 5e-3), st.floats(-5e-3, -1e-9))
 pressures = st.floats(-1e5, 5e7)
@@ -17,10 +17,16 @@ edges_of_any_lap = st.builds(
     st.one_of(st.just(0.0), st.floats(1e-7, 1e-4)),
     st.one_of(st.just(0.0), st.floats(1e2, 1e6)),
 )
+edges_of_any_kind = st.builds(
+    lambda edges, shape, regeneration: edges._replace(shape=shape, regeneration=regeneration),
+    edges_of_any_lap,
+    st.sampled_from([StraightEdges(), example(CurvedEdges), example(FourCurves)]),
+    st.booleans(),
+)
 ratios = st.floats(0.2, 1.0)
 
 
-@given(edges=edges_of_any_lap, ratio=ratios, opening=openings, line=lines, a=pressures, b=pressures)
+@given(edges=edges_of_any_kind, ratio=ratios, opening=openings, line=lines, a=pressures, b=pressures)
 def test_what_flows_in_flows_out(
     edges: FourEdges, ratio: float, opening: float, line: Pressures, a: float, b: float
 ) -> None:
@@ -78,7 +84,7 @@ def test_flow_falls_with_the_load(edges: FourEdges, opening: float, supply: floa
     assert low <= high + 1e-12 * abs(high)
 
 
-@given(edges=edges_of_any_lap, opening=openings, line=lines, a=pressures, b=pressures)
+@given(edges=edges_of_any_kind, opening=openings, line=lines, a=pressures, b=pressures)
 def test_edges_create_no_power(edges: FourEdges, opening: float, line: Pressures, a: float, b: float) -> None:
     """Each edge passes oil down its own drop only, so what enters carries at least what leaves."""
     flows = edges.port_flows(opening, line, a, b)

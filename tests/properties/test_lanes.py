@@ -18,7 +18,7 @@ from hydroservo.references import Square
 from hydroservo.runs import batch
 from hydroservo.runs.batch import simulate_batch
 from hydroservo.testing.examples import example
-from hydroservo.valves import FirstOrderValve, StaticValve
+from hydroservo.valves import FirstOrderValve, FourCurves, FourEdges, StaticValve
 from hydroservo.wiring import wired
 
 pytestmark = [  # each compiles lanes
@@ -36,6 +36,13 @@ LOOPS = {
         Loop,
         Simulation(0.02, 1e-4, 1),
         valve=example(FirstOrderValve),
+        reference=example(Square),
+        controller=example(PI),
+    ),
+    "notches": example(
+        Loop,
+        Simulation(0.02, 1e-4, 1),
+        valve=example(StaticValve, orifice=example(FourEdges, shape=example(FourCurves), clearance=2e-6)),
         reference=example(Square),
         controller=example(PI),
     ),

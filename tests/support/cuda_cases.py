@@ -16,7 +16,7 @@ from hydroservo.references import Chirp, Multisine, Recorded, Square
 from hydroservo.sensors import DelayedSensors, Dropout, ExactDifferentiator, NoisySensors, RigSensors
 from hydroservo.testing.examples import example
 from hydroservo.time_series import TimeSeries
-from hydroservo.valves import FirstOrderValve, StaticValve
+from hydroservo.valves import CurvedEdges, FirstOrderValve, FourEdges, StaticValve
 
 __all__ = ["LOOPS", "diverging", "drawn"]
 
@@ -57,6 +57,13 @@ LOOPS = {
         sensors=Dropout(0.3, DelayedSensors(example(RigSensors, velocity=example(ExactDifferentiator)))),
         controller=example(AntiWindup, DAC(example(RateLimit, example(PI)))),
         hold=DelayedHold(5e-5),
+    ),
+    "notches": example(
+        Loop,
+        Simulation(1e-3, 1e-4),
+        valve=example(StaticValve, orifice=example(FourEdges, shape=example(CurvedEdges), clearance=2e-6)),
+        reference=example(Square),
+        controller=example(PI),
     ),
     "tsit5": example(
         Loop,

@@ -106,7 +106,7 @@ Example = TypeVar("Example", bound=Block)
 PLANT, VALVE, SUPPLY, LAW = machine.PLANT, machine.VALVE, machine.SUPPLY, machine.PROPORTIONAL_INTEGRAL
 LIMIT, AMPLITUDE, FORCE = machine.COMMAND_LIMIT, machine.AMPLITUDE, machine.LOAD
 RELIEF = ReliefValve(cracking_pressure=SUPPLY.supply_pressure, gradient=2.5e-10)
-NOTCHES = Curve.from_samples([0.0, 1e-3, 2.5e-3, 5e-3], [0.0, 0.2e-3, 1e-3, 5e-3])
+NOTCHES = Curve.from_samples([0.0, 0.2, 0.5, 1.0], [0.0, 0.04, 0.2, 1.0])
 EDGES = FourEdges(**machine.ORIFICE._asdict())
 CYLINDER = Cylinder(
     area_a=PLANT.piston_area,
@@ -191,7 +191,7 @@ BLOCKS: tuple[Block, ...] = (
     Cascade(LAW, proportional_gain=10.0, max_velocity=0.1, rate_feedforward=1.0),
     CavitatingOil(PLANT.bulk_modulus),
     Chirp(AMPLITUDE),
-    CurvedEdges(NOTCHES),
+    CurvedEdges(VALVE.max_opening, NOTCHES),
     ConstantLoad(FORCE),
     ConstantOil(PLANT.bulk_modulus),
     DAC(LAW),
@@ -233,7 +233,7 @@ BLOCKS: tuple[Block, ...] = (
     Encoder(1e-6),
     ExactDifferentiator(1.0),
     FilteredDifference(2e-3),
-    FourCurves(NOTCHES, NOTCHES, NOTCHES, NOTCHES),
+    FourCurves(VALVE.max_opening, NOTCHES, NOTCHES, NOTCHES, NOTCHES),
     FirstOrderADRC(103.0, bandwidth=50.0, observer_bandwidth=200.0),
     SecondOrderADRC(1.34e6, bandwidth=100.0, observer_bandwidth=500.0),
     ExtendedStateObserver(300.0, 600.0),

@@ -22,7 +22,7 @@ class ShapedEdges(NamedTuple):
     """The shape of edges and where it has its scale from.
 
     Attributes:
-        shape: over the spool's position [m]; P-A opens there by as much as the spool moves.
+        shape: of which P-A is open by as much as the spool moves where that is fully open.
         at_full: what the curve of P-A has at full opening, in its own unit; 0 without curves.
     """
 
@@ -76,11 +76,12 @@ class EdgeCurves(NamedTuple):
                 return ShapedEdges(StraightEdges(), 0.0)
             signed = self.signed(full)
             top = signed.value(full)
-            return ShapedEdges(CurvedEdges(scaled(signed, full_opening / full, full_opening / top)), top)
+            return ShapedEdges(CurvedEdges(full_opening, scaled(signed, full, top)), top)
         whole = {name: self.filled(name, curve, full) for name, curve in own.items()}
         top = whole[f"{self.name}_pa"].value(full)
-        scales = full_opening / full, full_opening / top
-        return ShapedEdges(FourCurves(*(scaled(curve, *scales) for curve in whole.values())), top)
+        return ShapedEdges(
+            FourCurves(full_opening, *(scaled(curve, full, top) for curve in whole.values())), top
+        )
 
     def signed(self, full: float) -> Curve:
         """The curve for all edges, its values below 0 where the spool is.
@@ -162,5 +163,5 @@ def half(curve: Curve, below: bool) -> Curve:
 
 
 def scaled(curve: Curve, x: float, y: float) -> Curve:
-    """A curve with both axes in other units."""
-    return Curve.from_samples(curve.knots * x, curve.samples * y)
+    """A curve over the share of x, as a share of y."""
+    return Curve.from_samples(curve.knots / x, curve.samples / y)

@@ -30,6 +30,7 @@ __all__ = ["FourEdges"]
 
 ROOT_2 = math.sqrt(2.0)
 FINEST, FINEST_SHARE = 1e-24, 1e-15  # [Pa or m], and of the value, to which roots are found
+STRAIGHT_EDGES = StraightEdges()
 AGREEMENT = 0.01  # of two rated flows
 MOST_STEPS = 10_000  # to a root; halving all the way from the largest number takes some thousand
 
@@ -136,7 +137,7 @@ class FourEdges(NamedTuple):
     extra_lap_at: ExtraLapAT = 0.0
     extra_lap_pb: ExtraLapPB = 0.0
     extra_lap_bt: ExtraLapBT = 0.0
-    shape: Shape = StraightEdges()
+    shape: Shape = STRAIGHT_EDGES
     regeneration: Regeneration = False
 
     @classmethod
@@ -162,6 +163,7 @@ class FourEdges(NamedTuple):
         flow_curve_at: FlowCurveAT = STRAIGHT,
         flow_curve_pb: FlowCurvePB = STRAIGHT,
         flow_curve_bt: FlowCurveBT = STRAIGHT,
+        shape: Shape = STRAIGHT_EDGES,
         regeneration: Regeneration = False,
     ) -> "FourEdges":
         """The edges that pass a datasheet's rated flow and null leakage.
@@ -174,18 +176,21 @@ class FourEdges(NamedTuple):
 
         A flow curve is the flow at the rated drop over the share of the rated opening, 0 to 100 % for both
         directions alike or -100 % to 100 %, the overlap in it: laps beside it must be 0. An edge may have a
-        curve of its own, over its own opening. The curve's scale is that of its flow at 100 %.
+        curve of its own, over its own opening. Shares of the rated flow are for the shape.
 
         Raises:
             ParameterError: the spool does not open at its rated position, no clearance leaks that much, more
                 leaks at null than flows when rated, the leakage has no pressure, a curve is not one of edges
-                or has another rated flow or laps beside it.
+                or has another rated flow, laps or a shape beside it.
         """
         curves = EdgeCurves(
             "flow_curve", "m^3/s", flow_curve, flow_curve_pa, flow_curve_at, flow_curve_pb, flow_curve_bt
         )
-        shape, of_curve = curves.of_share(rated_opening)
+        of_curves, of_curve = curves.of_share(rated_opening)
         if of_curve > 0.0:
+            if not isinstance(shape, StraightEdges):
+                raise ParameterError("shape", type(shape).__name__, "must not stand beside a flow curve")
+            shape = of_curves
             rated_flow = agreed(rated_flow, of_curve)
             check_no_laps(lap, extra_lap_pa, extra_lap_at, extra_lap_pb, extra_lap_bt)
         elif rated_flow == OPEN:
@@ -197,6 +202,8 @@ class FourEdges(NamedTuple):
         if not rated_opening > lap + extra_lap_pa:
             of_edge = f"must be above the lap of the edge P-A, {lap + extra_lap_pa:g} [m]"
             raise ParameterError("rated_opening", rated_opening, of_edge)
+        if not shape.openings(rated_opening).pa > 0.0:
+            raise ParameterError("rated_opening", rated_opening, "must open the edge P-A of that shape")
         edges = cls(
             discharge_coefficient,
             1.0,
@@ -306,9 +313,8 @@ def agreed(rated_flow: float, of_curve: float) -> float:
     """
     if rated_flow == OPEN or abs(rated_flow - of_curve) <= AGREEMENT * of_curve:
         return of_curve
-    allowed = (
-        f'must be what the flow curve has at the rated opening, {quantity(of_curve, "m^3/s")}, or "auto"'
-    )
+    shown = quantity(of_curve, "m^3/s")
+    allowed = f'must be that of the flow curve, {shown}, or "auto"; rated_drop scales the curve'
     raise ParameterError("rated_flow", quantity(rated_flow, "m^3/s"), allowed)
 
 
