@@ -21,6 +21,7 @@ from hydroservo.cli.failures import Commands, Listing, naming
 from hydroservo.cli.identify import identify
 from hydroservo.cli.limit import limit
 from hydroservo.cli.linearize import linearize
+from hydroservo.cli.log import log
 from hydroservo.cli.map import map_logs
 from hydroservo.cli.options import (
     Changes,
@@ -249,6 +250,7 @@ app.command()(linearize)
 app.command()(bode)
 app.command()(identify)
 app.command("map")(map_logs)
+app.command()(log)
 app.command()(check)
 app.command()(audit)
 app.command()(describe)

@@ -118,6 +118,7 @@ def bode(
     - `hydroservo bode rig/1khz-pi-sine --log bench.csv --log warm.csv --out bench/`
     """
     from hydroservo.cli.files import list_files, result_files, write_results
+    from hydroservo.cli.log import columns_in
     from hydroservo.cli.progress import progress_bar
     from hydroservo.cli.tables import show
     from hydroservo.cli.writing import try_outputs, write_or_keep
@@ -248,14 +249,6 @@ def varied(
     for value in np.linspace(one.low, one.high, VALUES).tolist():
         loops[value] = loaded_aloud(scenario, given | {name: value}, plugins)
     return bode_over(loops, path, field.unit, **point)
-
-
-def columns_in(scenario: str, changes: list[str], plugins: list[Path]) -> dict[str, str]:
-    """Which column of a log holds which signal, as the scenario says."""
-    from hydroservo.identification.log import log_mapping
-    from hydroservo.scenario import assembled, parse_override
-
-    return log_mapping(assembled(scenario, dict(map(parse_override, changes)), plugins).log_columns)
 
 
 def draw(data: "xr.Dataset", out: Path) -> None:

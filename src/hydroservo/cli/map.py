@@ -19,7 +19,9 @@ def map_logs(
     ],
     logs: Annotated[
         list[Path],
-        typer.Argument(metavar="LOG...", help="Logs of the machine: CSV, Parquet, MAT, NetCDF or MDF files."),
+        typer.Argument(
+            metavar="LOG...", help="Logs of the machine: CSV, Parquet, MAT, NetCDF, HDF5, MDF or TDMS files."
+        ),
     ],
     changes: Changes,
     plugins: Plugins,

@@ -17,7 +17,7 @@ from hydroservo.scenario.fmus import FMU, KEYS, fmu_class, names_fmu, own_keys
 from hydroservo.scenario.keys import defaults
 from hydroservo.scenario.plugins import is_block_class, is_of_plugin
 from hydroservo.scenario.quantities import si_value
-from hydroservo.scenario.recordings import recorded
+from hydroservo.scenario.records import recorded
 from hydroservo.scenario.registry import Maker, maker_in_role, makers, names_in_role
 from hydroservo.scenario.tables import Entry, Table
 from hydroservo.time_series import TimeSeries

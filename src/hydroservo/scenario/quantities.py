@@ -7,7 +7,7 @@ from functools import lru_cache
 from hydroservo.scenario.slips import quantity_slip
 from hydroservo.scenario.units import case_hint, factor_and_dimension
 
-__all__ = ["si_value", "unit_factor"]
+__all__ = ["number_and_unit", "si_value", "unit_factor"]
 
 LONGEST = 64  # characters of a quantity
 # An exponent has two digits at most, so that no text costs more than a few microseconds to evaluate.
@@ -36,15 +36,31 @@ def si_value(text: str, unit: str) -> float:
 
 def value_of(text: str, unit: str) -> float:
     """The number in an SI unit that a text says, as :func:`si_value` gives it."""
-    match = QUANTITY.fullmatch(text) if len(text) <= LONGEST else None
+    number, given = number_and_unit(text, unit)
+    if unit and not given:
+        raise ValueError(f"has no unit; write '{text} {unit}', or the number without quotes")
+    try:
+        return float(number * unit_factor(given, unit))
+    except ArithmeticError:  # overflow
+        raise ValueError("is not a finite number") from None
+
+
+def number_and_unit(text: str, unit: str = "") -> tuple[Fraction, str]:
+    """The two parts of a quantity.
+
+    Args:
+        text: such as "0.25 V/mA".
+        unit: the SI unit that an example in the message has.
+
+    Raises:
+        ValueError: it has no number in front.
+    """
+    match = QUANTITY.fullmatch(text.strip()) if len(text) <= LONGEST else None
     if match is None:
         raise ValueError(f"is not a quantity such as '{EXAMPLES.get(unit, f'1.5 {unit}')}'")
-    number, given = match.groups()
-    if unit and not given:
-        raise ValueError(f"has no unit; write '{number} {unit}', or the number without quotes")
     try:
-        return float(Fraction(re.sub(r"\s", "", number)) * unit_factor(given, unit))
-    except ArithmeticError:  # division by zero, overflow
+        return Fraction(re.sub(r"\s", "", match[1])), match[2]
+    except ArithmeticError:  # division by zero
         raise ValueError("is not a finite number") from None
 
 
