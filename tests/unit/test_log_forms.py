@@ -181,7 +181,12 @@ def test_hdf5_is_read_with_its_units(ending: str, tmp_path: Path) -> None:
     with h5py.File(path, "w", userblock_size=512 if ending == "mat" else 0) as file:
         for name, values in zip(NAMES, ROWS.T, strict=True):
             file[name] = values[None]
-            file[name].attrs["units"] = NAMES[name].partition("[")[2][:-1]
+            unit = NAMES[name].partition("[")[2][:-1]
+            if ending == "mat":  # which has them in a structure, and texts as numbers
+                file[f"units/{name}"] = np.array([[ord(sign)] for sign in unit], "u2")
+                file[f"units/{name}"].attrs["MATLAB_class"] = np.bytes_("char")
+            else:
+                file[name].attrs["units"] = unit
         file["note"] = "run 7"
     if ending == "mat":
         with path.open("r+b") as raw:

@@ -20,7 +20,8 @@ __all__ = [
 ]
 
 LONGEST_LINE = 1 << 16  # characters
-COMMA, BLANKS = ",", " "
+COMMA = ","
+BLANKS = " "
 DELIMITERS = {COMMA: "commas", ";": "semicolons", "\t": "tabs", BLANKS: "blanks"}
 WORD = re.compile(r'"([^"]*)"|(\S+(?:[ ]?(?:\[[^]]*\]|\([^)]*\)))?)')  # a unit belongs to the word before it
 COMMENTS = ("#", "%", "//", "!", "sep=", "SEP=")  # "sep=;" is a hint to spreadsheets

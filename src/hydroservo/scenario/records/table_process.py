@@ -166,7 +166,11 @@ def text(value: Any) -> str:
 
 def matlab_text(item: Any) -> str:
     """A text of MATLAB's, which HDF5 holds as numbers."""
-    return "".join(map(chr, np.ravel(item[()]))) if getattr(item, "dtype", np.dtype("O")).kind == "u" else ""
+    return "".join(map(chr, np.ravel(item[()]))) if is_text(item) else ""
+
+
+def is_text(item: Any) -> bool:
+    return text(item.attrs.get("MATLAB_class", "")) == "char"
 
 
 def physical(item: Any) -> Any:
