@@ -42,6 +42,7 @@ def assert_is_the_log(log: Log) -> None:
 HEAD = "time [s],command [V],position [mm]"
 TEXTS = {
     "comments": table(head=f"# rig 3, run 7\n# sampled at 100 Hz\n{HEAD}"),
+    "timestamp": table(head=HEAD.replace("time", "Timestamp")),
     "comments below": table(head=HEAD).replace("\n0.1,", "\n# oil at 40 degrees\n0.1,"),
     "preamble": table(
         "\t", head="Test\tSweep\nOperator\tA\nChannels\t3\n\ntime\tcommand\tposition\ns\tV\tmm"
@@ -51,6 +52,10 @@ TEXTS = {
     ),
     "units row": table(head="time,command,position\ns,V,mm"),
     "units row in brackets": table(head="time,command,position\n[s],[V],[mm]"),
+    "units row with a label": table(";;", head="Name;;Time;;Command;;Position\nUnits;;s;;V;;mm").replace(
+        "\n0", "\n;;0"
+    ),
+    "units after a stroke": table(";", head="time / s;command / V;position / mm"),
     "parentheses, capitals": table(head="Time (s),Command (V),Position (mm)"),
     "blanks around": table(", ", head=" time [s] , command [V] , position [mm] "),
     "hint of a spreadsheet": table(";", comma=True, head=f"sep=;\n{HEAD.replace(',', ';')}"),

@@ -76,7 +76,7 @@ WRONG = [
     ("0,0\n1,1\n2,2\n", "line 1: must name the columns"),
     ("t,v\n", "has 0 rows of numbers; at least 2"),
     ("t,v\n0,0\n", "has 1 rows of numbers; at least 2"),
-    ("t,v\n0,0\n1\n", "line 3: has 1 cells; the header has 2"),
+    ("t,v\n0,0\n1\n", "line 3: has 1 cell; the header has 2"),
     ("t,v\n0,0\n1,2,3\n", "line 3: has 3 cells"),
     ("t,v\n0,0\n\n1,1\n", "line 3, column t: is empty, and numbers follow"),
     ("t,v\n0,0\n1,fast\n", "line 3, column v: 'fast' must be a finite number"),

@@ -14,6 +14,7 @@ INDEX = re.compile(r"\S\[[0-9]+\]$")  # of a column of a matrix, as data[1]
 WORD_BREAK = re.compile(r"[\s_-]+")
 BRACKETS = " []()"
 NO_UNIT = ("-", "--", "1")  # of a ratio
+LABELS = ("unit", "units", "unit:", "units:")  # in front of a line of units
 
 
 class Header(NamedTuple):
@@ -36,23 +37,26 @@ def header(text: str, unit: str = "") -> Header:
     """The header that a text is, with a unit from elsewhere where it has none itself."""
     name, own = name_and_unit(text.strip())
     unit = own or unit.strip().strip(BRACKETS)
-    unit = "1" if unit in NO_UNIT else unit
+    unit = "1" if unit in NO_UNIT else "" if unit.casefold() in LABELS else unit
     return Header(text.strip() if own or not unit else f"{name} [{unit}]", name, unit)
 
 
 def name_and_unit(text: str) -> tuple[str, str]:
-    """The parts of "velocity [mm/s]" or "Force (kN)"; no unit is ""."""
+    """The parts of "velocity [mm/s]", "Force (kN)" or "time / s"; no unit is ""."""
     match = UNIT.search(text)
-    if match is None or INDEX.search(text):
-        return text, ""
-    return text[: match.start()], (match[1] or match[2] or "").strip()
+    if match is not None and not INDEX.search(text):
+        return text[: match.start()], (match[1] or match[2] or "").strip()
+    name, stroke, unit = text.rpartition(" / ")
+    return (name.strip(), unit.strip()) if stroke and is_unit(unit) else (text, "")
 
 
 def is_unit(text: str) -> bool:
     """True for a cell that holds a unit, as many loggers write below the name of the column."""
     text = text.strip().strip(BRACKETS)
+    if text in NO_UNIT[:2] or text.casefold() in LABELS:
+        return True
     try:
-        return text in NO_UNIT[:2] or (len(text) <= LONGEST_UNIT and bool(factor_and_dimension(text)[1]))
+        return len(text) <= LONGEST_UNIT and bool(factor_and_dimension(text)[1])
     except ValueError as error:
         return str(error).endswith(OFFSET)  # °C, dB
 

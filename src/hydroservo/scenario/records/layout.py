@@ -165,10 +165,9 @@ def header_above(
     """The header of so many columns above the first row of numbers; None if there is none."""
     names = [one for one in lines if filled_cells(one.cells) >= width and not has_numbers(one, mark)]
     if not names:
-        comments = [(number, line.lstrip(COMMENT_SIGNS)) for number, line in head if is_comment(line)]
-        cells = [(number, split_line(line.rstrip("\r\n"), mark)) for number, line in comments]
-        fits = [(number, row) for number, row in cells if filled_cells(row) == width]
-        return Layout(mark, *fits[-1], [], len(head), 2) if fits else None
+        number, line = head[-1] if head else (0, "")
+        cells = split_line(line.strip().lstrip(COMMENT_SIGNS), mark) if is_comment(line) else []
+        return Layout(mark, number, cells, [], len(head), 2) if filled_cells(cells) == width else None
     *above, last = names
     before = [one for one in above if one is lines[lines.index(last) - 1]]
     if before and all(is_unit(cell) for cell in last.cells if cell.strip()):

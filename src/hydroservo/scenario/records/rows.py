@@ -24,6 +24,7 @@ COMMA = ","
 BLANKS = " "
 DELIMITERS = {COMMA: "commas", ";": "semicolons", "\t": "tabs", BLANKS: "blanks"}
 WORD = re.compile(r'"([^"]*)"|(\S+(?:[ ]?(?:\[[^]]*\]|\([^)]*\)))?)')  # a unit belongs to the word before it
+NUMBER = re.compile(r"\s*[-+]?[.,]?[0-9]")
 COMMENTS = ("#", "%", "//", "!", "sep=", "SEP=")  # "sep=;" is a hint to spreadsheets
 
 
@@ -91,9 +92,9 @@ def numbered_rows(
 
 def misfit(row: Sequence[str], columns: int, mark: str) -> str:
     """What is wrong with a row of another length than the header."""
-    if len(row) == 1 and len(row[0].split()) == columns:
+    if len(row) == 1 and len(row[0].split()) == columns and NUMBER.match(row[0]):
         return f"is separated by blanks, and the header by {DELIMITERS[mark]}; one of them must go"
     advice = (
         "; with decimal commas, semicolons must separate them" if mark == COMMA and len(row) > columns else ""
     )
-    return f"has {len(row)} cells; the header has {columns}{advice}"
+    return f"has {len(row)} cell{'s' * (len(row) > 1)}; the header has {columns}{advice}"
