@@ -10,14 +10,14 @@ from numpy.typing import NDArray
 from hydroservo.block import Field, field_at, value_at
 from hydroservo.errors import ParameterError, ScenarioError
 from hydroservo.identification.conclusions import remarks_of
-from hydroservo.identification.experiment import experiment
+from hydroservo.identification.experiment import experiment, played_path
 from hydroservo.identification.fitted import Fitted
 from hydroservo.identification.held_out import held_out
 from hydroservo.identification.log import Given, Log, log_mapping, read_logs
 from hydroservo.identification.misfit import misfit
 from hydroservo.identification.one_step import best_prediction
 from hydroservo.identification.plausible import check_positions, stroke_of
-from hydroservo.identification.problem import Problem, unknowns_of, usual_values
+from hydroservo.identification.problem import Problem, Values, unknowns_of, usual_values
 from hydroservo.identification.quality import log_fits
 from hydroservo.identification.result import Estimate, Identified
 from hydroservo.identification.search import Report, Solution, best_fit
@@ -28,6 +28,7 @@ from hydroservo.identification.uncertainty import NORMAL, Uncertainty, uncertain
 from hydroservo.identification.written import tables_or_remark
 from hydroservo.runs.arguments import checked_mapping
 from hydroservo.runs.tuning import Space
+from hydroservo.scenario.datasheets import columns_of
 from hydroservo.scenario.load import Assembly, Machine, assembled
 from hydroservo.scenario.ranges import as_entries
 from hydroservo.scenario.sampling import Variation, parameters_of, variations
@@ -41,6 +42,7 @@ __all__ = ["identified", "identify"]
 LARGEST_SEED = 2**53 - 1
 HORIZON = Field("s", "time in which a prediction forgets", above=0)
 STROKE = "plant.stroke"
+TRIED = 16  # points of the ranges, besides three on their diagonal, that show which numbers differ
 END = 0.005  # of a range, within which a value lies at its end
 
 
@@ -217,9 +219,9 @@ def problem_of(
 ) -> Problem:
     """What is fitted to what."""
     space = Space({one.path: (one.low, one.high) for one in varied})
-    ends = np.array([[0.5] * len(varied), [0.25] * len(varied), [0.75] * len(varied)])
-    paths = tuple(parameters_of(assembly, varied, space.values(ends)))
-    columns = partial(parameters_of, assembly, varied, always=paths)
+    numbers = tuple(parameters_of(assembly, varied, space.values(consistent_points(assembly, space))))
+    made = [path for path in numbers if path in assembly.arguments or path not in space.ranges]
+    columns, paths = partial(played_columns, assembly, varied, made), tuple(map(played_path, numbers))
     segments = [one for log in taken for one in log.segments]
     experiments = [
         experiment(assembly.loop, one, paths, substeps_for(assembly.loop, one)) for one in segments
@@ -228,6 +230,38 @@ def problem_of(
     unknowns = unknowns_of(space, experiments, spread)
     own = {one.path: own_value(assembly, one.path) for one in varied}
     return Problem(experiments, space, columns, unknowns, spread, usual_values(own, space, unknowns), threads)
+
+
+def played_columns(
+    assembly: Assembly, varied: Sequence[Variation], made: Sequence[str], values: Values
+) -> Values:
+    """The numbers that follow from some values of what is sought, by path in a loop that plays a segment.
+
+    Args:
+        assembly: the scenario.
+        varied: what is sought.
+        made: paths of numbers that constructors make, which are there even where they are the scenario's own.
+        values: of what is sought, by path.
+    """
+    found = parameters_of(assembly, varied, values, always=made)
+    return {played_path(path): row for path, row in found.items()}
+
+
+def consistent_points(assembly: Assembly, space: Space) -> NDArray[np.float64]:
+    """Points within ranges at which what constructors take goes together; all that were tried, if none."""
+    from scipy.stats import qmc
+
+    count = len(space.ranges)
+    others = qmc.LatinHypercube(count, rng=np.random.default_rng(0)).random(TRIED)
+    points = np.concatenate([np.repeat([[0.5], [0.25], [0.75]], count, axis=1), others])
+    there = np.ones(len(points), dtype=bool)
+    for i in range(len(points)):
+        values = space.values(points[i : i + 1])
+        try:
+            columns_of(assembly, {path: row for path, row in values.items() if path in assembly.arguments})
+        except ScenarioError:
+            there[i] = False
+    return points[there] if there.any() else points
 
 
 def own_value(assembly: Assembly, path: str) -> float:

@@ -6,8 +6,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.errors import ParameterError
-from hydroservo.identification.experiment import BEGUN, Experiment, predicted
+from hydroservo.errors import ParameterError, ScenarioError
+from hydroservo.identification.experiment import BEGUN, Experiment, predicted, runs_of
 from hydroservo.identification.segments import Segment
 from hydroservo.identification.shift import shifted, slope_of_shift
 from hydroservo.identification.signals import OUTPUTS
@@ -18,7 +18,7 @@ __all__ = [
     "Problem",
     "Simulated",
     "Unknown",
-    "check_possible",
+    "possible",
     "runs_at",
     "simulated",
     "unknowns_of",
@@ -71,7 +71,7 @@ class Problem(NamedTuple):
     Attributes:
         experiments: one for each segment.
         space: the ranges of the parameters.
-        columns: the numbers of the loop that follow from parameters by path, in SI units.
+        columns: the numbers that follow from parameters, by path in a loop that plays a segment, in SI units.
         unknowns: all that is sought, the parameters first.
         spread: of each signal of each log, by log and name, in its unit.
         usual: where the search begins, shape (unknowns,).
@@ -149,7 +149,8 @@ def simulated(problem: Problem, x: Vector, slopes: bool = True) -> list[Simulate
         slopes: False leaves these 0.
 
     Raises:
-        ParameterError: the point allows no machine.
+        ParameterError: the point allows no machine that can start.
+        ScenarioError: what a constructor takes does not go together there.
     """
     return [one_simulated(problem, i, x, slopes) for i in range(len(problem.experiments))]
 
@@ -204,37 +205,28 @@ def nudged(problem: Problem, x: Vector, moved: Sequence[int]) -> tuple[Vector, V
         step = steps[problem.unknowns[i].kind]
         for row, sign in ((1 + 2 * k, 1.0), (2 + 2 * k, -1.0)):
             points[row, i] = min(max(x[i] + sign * step, low[i]), high[i])
-            if problem.unknowns[i].kind == "parameter" and not is_possible(problem, points[row]):
-                points[row, i] = x[i]
+    points[~possible(problem, points)] = x
     apart = np.array([points[1 + 2 * k, i] - points[2 + 2 * k, i] for k, i in enumerate(moved)])
     return points, np.where(apart > 0.0, apart, np.inf)
 
 
-def is_possible(problem: Problem, x: Vector) -> bool:
-    """Whether a point allows a machine."""
+def possible(problem: Problem, points: Vector) -> NDArray[np.bool_]:
+    """Which points of shape (points, unknowns) allow a machine that can start in every segment."""
     try:
-        check_possible(problem, x)
-    except ParameterError:
-        return False
-    return True
-
-
-def check_possible(problem: Problem, x: Vector) -> None:
-    """Refuse a point that allows no machine.
-
-    Raises:
-        ParameterError: it does not.
-    """
-    from hydroservo.runs.columns import checked_columns
-
-    parameters = problem.space.values(x[np.newaxis, : len(problem.space.ranges)])
-    checked_columns(problem.experiments[0].loop, problem.columns(parameters))
+        for number, one in enumerate(problem.experiments):
+            runs_of(one, columns_at(problem, points, number))
+    except (ParameterError, ScenarioError):
+        if len(points) == 1:
+            return np.zeros(1, dtype=bool)
+        return np.concatenate([possible(problem, part) for part in np.array_split(points, 2)])
+    return np.ones(len(points), dtype=bool)
 
 
 def columns_at(problem: Problem, points: Vector, segment: int) -> Columns:
     """What the runs of a segment do not share, at points of shape (runs, unknowns)."""
-    count = len(problem.space.ranges)
-    found = dict(problem.columns(problem.space.values(points[:, :count])))
+    count, known = len(problem.space.ranges), problem.experiments[segment].varied
+    every = problem.columns(problem.space.values(points[:, :count]))
+    found = {path: values for path, values in every.items() if path in known}
     for unknown, values in zip(problem.unknowns[count:], points[:, count:].T, strict=True):
         if unknown.kind != "offset" and concerns(problem, unknown, segment):
             found[unknown.key] = unknown.scale * values
@@ -248,7 +240,8 @@ def runs_at(problem: Problem, points: Vector, segment: int) -> Vector:
         Shape (samples, signals, runs), the signals those of MachineOutputs.
 
     Raises:
-        ParameterError: a point allows no machine.
+        ParameterError: a point allows no machine that can start.
+        ScenarioError: what a constructor takes does not go together there.
     """
     one, count = problem.experiments[segment], len(problem.space.ranges)
     offsets = {

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from hydroservo.errors import HydroservoError
 from hydroservo.identification.lag import lag, left
 from hydroservo.identification.misfit import Misfit, Weights, misfit, residuals_by_signal
-from hydroservo.identification.problem import PLACES, Problem, delay_of, is_possible, runs_at
+from hydroservo.identification.problem import PLACES, Problem, delay_of, possible, runs_at
 from hydroservo.identification.spikes import TO_DEVIATION, noise_of
 
 __all__ = ["KNEE", "Report", "Solution", "best_fit", "first_weights", "refined", "settled"]
@@ -164,7 +164,7 @@ def starts(problem: Problem, weights: Weights, seed: int) -> list[Vector]:
     others = qmc.LatinHypercube(count, rng=np.random.default_rng(seed)).random(CANDIDATES)
     points = np.repeat(own[np.newaxis], 1 + CANDIDATES, axis=0)
     points[1:, :count] = others
-    points = np.array([point for point in points if is_possible(problem, point)])
+    points = points[possible(problem, points)]
     if not points.size:
         raise HydroservoError("no parameters within their ranges make a valid machine; try other ranges")
     cost = np.zeros(len(points))

@@ -1,6 +1,6 @@
 """Commands that are tried for the next log: how large each may be, and what a log of it would tell."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -13,7 +13,7 @@ from hydroservo.identification.experiment import Experiment, experiment, predict
 from hydroservo.identification.fitted import Fitted
 from hydroservo.identification.misfit import misfit
 from hydroservo.identification.one_step import predicting
-from hydroservo.identification.problem import Problem, is_possible, unknowns_of
+from hydroservo.identification.problem import possible, unknowns_of
 from hydroservo.identification.result import Identified
 from hydroservo.identification.segments import Segment
 from hydroservo.identification.signals import COMMAND, OUTPUTS
@@ -77,7 +77,7 @@ def drawn(fit: Fitted, seed: int) -> Matrix:
     own = fit.sure.covariance[:count, :count]
     moved = rng.multivariate_normal(fit.best.x[:count], own, DRAWS, method="eigh")
     points[1:, :count] = np.clip(moved, 0.0, 1.0)
-    return np.array([point for point in points if is_possible(fit.problem, point)])
+    return points[possible(fit.problem, points)]
 
 
 def trial_of(
@@ -144,13 +144,8 @@ def played(fit: Fitted, segment: Segment) -> Experiment:
     """An experiment with a command that was never played, from where the scenario starts."""
     like = fit.problem.experiments[0]
     substeps = like.loop.simulation.substeps
-    paths = [path for path in like.varied if path in dict(fit.problem.columns(middle(fit.problem)))]
-    return experiment(fit.assembly.loop, segment, paths, substeps)
-
-
-def middle(problem: Problem) -> Mapping[str, Matrix]:
-    """Parameters in the middle of their ranges."""
-    return problem.space.values(np.full((1, len(problem.space.ranges)), 0.5))
+    own = fit.problem.space.values(fit.best.x[np.newaxis, : len(fit.problem.space.ranges)])
+    return experiment(fit.assembly.loop, segment, tuple(fit.problem.columns(own)), substeps)
 
 
 def covariance_with(found: Identified, command: Matrix, shown: Matrix, like: Segment) -> Matrix:
