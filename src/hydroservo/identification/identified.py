@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from hydroservo.block import Field, field_at, value_at
 from hydroservo.errors import ParameterError, ScenarioError
 from hydroservo.identification.conclusions import remarks_of
-from hydroservo.identification.experiment import experiment, played_path
+from hydroservo.identification.experiment import LOAD, experiment, played_path
 from hydroservo.identification.fitted import Fitted
 from hydroservo.identification.held_out import held_out
 from hydroservo.identification.log import Given, Log, log_mapping, read_logs
@@ -22,6 +22,7 @@ from hydroservo.identification.quality import log_fits
 from hydroservo.identification.result import Estimate, Identified
 from hydroservo.identification.search import Report, Solution, best_fit
 from hydroservo.identification.segments import Segment, Understood, understood
+from hydroservo.identification.signals import EXTERNAL_FORCE
 from hydroservo.identification.steps import substeps_for
 from hydroservo.identification.trust import identifiable
 from hydroservo.identification.uncertainty import NORMAL, Uncertainty, uncertainty
@@ -134,6 +135,7 @@ def identified(
     varied = sought(assembly, {**assembly.log_ranges, **ranges})
     taken = [understood(one, i) for i, one in enumerate(read(logs, assembly))]
     check_positions(taken, longest_stroke(assembly, varied))
+    check_loads(taken, varied)
     problem = problem_of(assembly, varied, taken, threads)
     problem, best = solved(problem, seed, horizon, report)
     sure = uncertainty(problem, misfit(problem, best.x, best.weights), seed)
@@ -206,6 +208,19 @@ def read(logs: Sequence[Given], assembly: Assembly) -> list[Log]:
             problem = f"lasts {lasts:g} s, less than the scenario's sample period of {period:g} s"
             raise ScenarioError(log.name, "", problem)
     return every
+
+
+def check_loads(taken: Sequence[Understood], varied: Sequence[Variation]) -> None:
+    """Refuse to seek a load in logs of which each recorded the force in its place.
+
+    Raises:
+        ScenarioError: it is sought there.
+    """
+    if all(EXTERNAL_FORCE in one.inputs for log in taken for one in log.segments):
+        for one in varied:
+            if one.path.startswith(LOAD):
+                problem = f"must not be sought here: the logs' {EXTERNAL_FORCE} takes the place of the load"
+                raise ScenarioError(one.entry.origin.name, one.path, problem)
 
 
 def longest_stroke(assembly: Assembly, varied: Sequence[Variation]) -> float:
