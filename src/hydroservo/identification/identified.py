@@ -17,7 +17,7 @@ from hydroservo.identification.log import Given, Log, log_mapping, read_logs
 from hydroservo.identification.misfit import misfit
 from hydroservo.identification.one_step import best_prediction
 from hydroservo.identification.plausible import check_positions, stroke_of
-from hydroservo.identification.problem import Problem, Values, unknowns_of, usual_values
+from hydroservo.identification.problem import DELAY, Ends, Problem, Values, unknowns_of, usual_values
 from hydroservo.identification.quality import log_fits
 from hydroservo.identification.result import Estimate, Identified
 from hydroservo.identification.search import Report, Solution, best_fit
@@ -31,7 +31,7 @@ from hydroservo.runs.arguments import checked_mapping
 from hydroservo.runs.tuning import Space
 from hydroservo.scenario.datasheets import columns_of
 from hydroservo.scenario.load import Assembly, Machine, assembled
-from hydroservo.scenario.ranges import as_entries
+from hydroservo.scenario.ranges import as_entries, both_ends
 from hydroservo.scenario.sampling import Variation, parameters_of, variations
 from hydroservo.scenario.tables import Entry
 from hydroservo.validation import number, whole_number
@@ -42,6 +42,7 @@ __all__ = ["identified", "identify"]
 
 LARGEST_SEED = 2**53 - 1
 HORIZON = Field("s", "time in which a prediction forgets", above=0)
+LATE = Field("s", "by which what is measured comes after the command")
 STROKE = "plant.stroke"
 TRIED = 16  # points of the ranges, besides three on their diagonal, that show which numbers differ
 END = 0.005  # of a range, within which a value lies at its end
@@ -76,7 +77,8 @@ def identify(
             and measured signals to arrays of shape (n,) in SI units.
         ranges: between what each number of the machine is sought, by path: two numbers in SI units,
             ``hs.relative(low, high)`` or a text as ``--vary`` takes it. They go before those of the
-            scenario's table ``[identify.vary]``.
+            scenario's table ``[identify.vary]``. That of ``delay`` [s] is between what each log's delay is
+            sought: if not said, from -1.5 samples to 1 s or a tenth of the log, whichever is less.
         changes: values by dotted path that override those of the scenario.
         plugins: Python files with blocks that it names; they are executed.
         seed: of the starts of the search.
@@ -132,11 +134,12 @@ def identified(
     if horizon is not None:
         number(horizon, "horizon", HORIZON, float)
     assembly = assembled(source, changes, plugins)
-    varied = sought(assembly, {**assembly.log_ranges, **ranges})
+    asked = {**assembly.log_ranges, **ranges}
+    delays, varied = delays_in(asked), sought(assembly, {k: v for k, v in asked.items() if k != DELAY})
     taken = [understood(one, i) for i, one in enumerate(read(logs, assembly))]
     check_positions(taken, longest_stroke(assembly, varied))
     check_loads(taken, varied)
-    problem = problem_of(assembly, varied, taken, threads)
+    problem = problem_of(assembly, varied, taken, threads, delays)
     problem, best = solved(problem, seed, horizon, report)
     sure = uncertainty(problem, misfit(problem, best.x, best.weights), seed)
     parameters = estimates(assembly, problem, best, sure)
@@ -169,6 +172,15 @@ def solved(problem: Problem, seed: int, horizon: float | None, report: Report) -
     if horizon is None:
         return problem, best
     return best_prediction(problem, best, horizon, lambda part: report(0.4 + 0.4 * part))
+
+
+def delays_in(ranges: Mapping[str, Entry]) -> Ends:
+    """Between which the delay of each log is sought [s]; None where nothing says so.
+
+    Raises:
+        ScenarioError: that is no range of a time.
+    """
+    return both_ends(ranges[DELAY], LATE, 0.0) if DELAY in ranges else None
 
 
 def sought(assembly: Assembly, ranges: Mapping[str, Entry]) -> list[Variation]:
@@ -230,7 +242,11 @@ def longest_stroke(assembly: Assembly, varied: Sequence[Variation]) -> float:
 
 
 def problem_of(
-    assembly: Assembly, varied: Sequence[Variation], taken: Sequence[Understood], threads: int
+    assembly: Assembly,
+    varied: Sequence[Variation],
+    taken: Sequence[Understood],
+    threads: int,
+    delays: Ends = None,
 ) -> Problem:
     """What is fitted to what."""
     space = Space({one.path: (one.low, one.high) for one in varied})
@@ -242,9 +258,10 @@ def problem_of(
         experiment(assembly.loop, one, paths, substeps_for(assembly.loop, one)) for one in segments
     ]
     spread = spreads(segments)
-    unknowns = unknowns_of(space, experiments, spread)
+    unknowns = unknowns_of(space, experiments, spread, delays)
     own = {one.path: own_value(assembly, one.path) for one in varied}
-    return Problem(experiments, space, columns, unknowns, spread, usual_values(own, space, unknowns), threads)
+    usual = usual_values(own, space, unknowns)
+    return Problem(experiments, space, columns, unknowns, spread, usual, threads, delays)
 
 
 def played_columns(

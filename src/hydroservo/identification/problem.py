@@ -15,6 +15,8 @@ from hydroservo.runs.columns import Columns
 from hydroservo.runs.tuning import Space
 
 __all__ = [
+    "DELAY",
+    "Ends",
     "Problem",
     "Simulated",
     "Unknown",
@@ -27,15 +29,17 @@ __all__ = [
 
 STEP = 3e-4  # of a parameter's range, for its central difference
 START_STEP = 1e-3  # of a signal's spread, for a state's at the start
+DELAY = "delay"  # as a range has it
 DELAY_STEP = 0.05  # of a period
-LONGEST_DELAY = 0.1  # [s]
-SHARE = 0.1  # of a log's samples, which a delay is at most
+LONGEST_DELAY = 1.0  # [s]
+SHARE = 0.1  # of a log's samples, which a delay is at most, unless its range is given
 EARLIEST = 1.5  # periods by which a machine may seem to answer before it is asked
 FAR = 10.0  # spreads, up to which an offset or a start is sought
 PLACES = {name: i for i, name in enumerate(OUTPUTS)}  # of a signal, in what is predicted
 
 Vector = NDArray[np.float64]
 Values = Mapping[str, Vector]
+Ends = tuple[float, float] | None
 
 
 class Unknown(NamedTuple):
@@ -76,6 +80,7 @@ class Problem(NamedTuple):
         spread: of each signal of each log, by log and name, in its unit.
         usual: where the search begins, shape (unknowns,).
         threads: how many to use.
+        delays: between which a log's delay is sought [s]; None for the usual.
     """
 
     experiments: Sequence[Experiment]
@@ -85,6 +90,7 @@ class Problem(NamedTuple):
     spread: Mapping[tuple[int, str], float]
     usual: Vector
     threads: int
+    delays: Ends = None
 
     @property
     def bounds(self) -> tuple[Vector, Vector]:
@@ -105,11 +111,17 @@ class Simulated(NamedTuple):
 
 
 def unknowns_of(
-    space: Space, experiments: Sequence[Experiment], spread: Mapping[tuple[int, str], float]
+    space: Space,
+    experiments: Sequence[Experiment],
+    spread: Mapping[tuple[int, str], float],
+    delays: Ends = None,
 ) -> list[Unknown]:
     """All that is sought: parameters, each segment's start, each log's delay and its sensors' offsets.
 
     A position has no offset: where its zero is and where the piston starts are the same to a machine.
+
+    Raises:
+        ParameterError: the delays that are sought are longer than a log.
     """
     found = [Unknown(path, "parameter", -1, path, 1.0, 0.0, 1.0) for path in space.ranges]
     for i, one in enumerate(experiments):
@@ -122,14 +134,29 @@ def unknowns_of(
     for log, segment in {
         one.segment.log: longest(experiments, one.segment.log) for one in experiments
     }.items():
-        most = min(LONGEST_DELAY / segment.period, SHARE * segment.samples)
-        found.append(Unknown("delay", "delay", log, BEGUN, segment.period, -EARLIEST, most))
+        found.append(Unknown("delay", "delay", log, BEGUN, segment.period, *delays_of(segment, delays)))
         found += [
             Unknown(f"offset of {name}", "offset", log, name, spread[log, name], -FAR, FAR)
             for name in segment.measured
             if name != "position"
         ]
     return found
+
+
+def delays_of(segment: Segment, delays: Ends) -> tuple[float, float]:
+    """The samples between which the delay of a log is sought, by its longest segment.
+
+    Raises:
+        ParameterError: the least delay is longer than the segment.
+    """
+    if delays is None:
+        return -EARLIEST, min(LONGEST_DELAY / segment.period, SHARE * segment.samples)
+    least, most = (one / segment.period for one in delays)
+    lasts = segment.samples - 1
+    if least >= lasts:
+        wanted = f"must begin below {lasts * segment.period:g} s, as long as the log has no gap"
+        raise ParameterError(DELAY, delays[0], wanted)
+    return least, min(most, float(lasts))
 
 
 def longest(experiments: Sequence[Experiment], log: int) -> Segment:
@@ -253,7 +280,7 @@ def runs_at(problem: Problem, points: Vector, segment: int) -> Vector:
 
 
 def usual_values(own: Mapping[str, float], space: Space, unknowns: Sequence[Unknown]) -> Vector:
-    """The scenario's own values, moved into their ranges; a start as the log shows it, and else 0.
+    """The scenario's own values, a start as the log shows it, and else 0; each moved into its range.
 
     Args:
         own: values of the scenario by path.
@@ -265,7 +292,8 @@ def usual_values(own: Mapping[str, float], space: Space, unknowns: Sequence[Unkn
         if one.kind == "parameter":
             found.append(unit_of(space.ranges[one.key], own[one.key]))
         else:
-            found.append(0.5 * (one.low + one.high) if one.kind == "start" else 0.0)
+            usual = 0.5 * (one.low + one.high) if one.kind == "start" else 0.0
+            found.append(min(max(usual, one.low), one.high))
     return np.array(found)
 
 

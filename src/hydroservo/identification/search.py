@@ -1,5 +1,6 @@
 """Least squares of weighted residuals from several starts, with weights that the residuals give."""
 
+import math
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -171,7 +172,9 @@ def starts(problem: Problem, weights: Weights, seed: int) -> list[Vector]:
     for number, one in enumerate(problem.experiments):
         shown = runs_at(problem, points, number)
         place, scaled = delay_of(problem, one.segment.log), of_log(weights, one.segment.log)
-        shift = lag(one.segment.measured, signals(shown, 0), scaled, int(problem.unknowns[place].high))
+        late = problem.unknowns[place]
+        least, most = math.ceil(late.low), math.floor(late.high)
+        shift = lag(one.segment.measured, signals(shown, 0), scaled, least, max(least, most))
         cost += [left(one.segment.measured, signals(shown, run), scaled, shift) for run in range(len(points))]
         points[:, place] = shift
     if not np.isfinite(cost).any():

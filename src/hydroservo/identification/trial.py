@@ -13,10 +13,11 @@ from hydroservo.identification.experiment import Experiment, experiment, predict
 from hydroservo.identification.fitted import Fitted
 from hydroservo.identification.misfit import misfit
 from hydroservo.identification.one_step import predicting
-from hydroservo.identification.problem import possible, unknowns_of
+from hydroservo.identification.problem import possible, unknowns_of, usual_values
 from hydroservo.identification.result import Identified
 from hydroservo.identification.segments import Segment
 from hydroservo.identification.signals import COMMAND, OUTPUTS
+from hydroservo.runs.tuning import Space
 
 __all__ = ["Held", "Trial", "drawn", "held_still", "openness", "trial_of"]
 
@@ -162,9 +163,8 @@ def covariance_with(found: Identified, command: Matrix, shown: Matrix, like: Seg
         (0, name): max(float(np.std(row)), 1e-300 + fit.problem.spread[like.log, name] * 1e-6)
         for name, row in measured.items()
     }
-    unknowns = unknowns_of(fit.problem.space, [playing], spread)
-    others = (0.5 * (one.low + one.high) if one.kind == "start" else 0.0 for one in unknowns[count:])
-    x = np.array([*fit.best.x[:count], *others])
+    unknowns = unknowns_of(fit.problem.space, [playing], spread, fit.problem.delays)
+    x = np.array([*fit.best.x[:count], *usual_values({}, Space({}), unknowns[count:])])
     weights = {(0, name): fit.best.weights[like.log, name] for name in measured}
     problem = fit.problem._replace(experiments=[playing], unknowns=unknowns, spread=spread, usual=x)
     if found.horizon is not None:
