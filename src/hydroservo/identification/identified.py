@@ -23,10 +23,11 @@ from hydroservo.identification.result import Estimate, Identified
 from hydroservo.identification.search import Report, Solution, best_fit
 from hydroservo.identification.segments import Segment, Understood, understood
 from hydroservo.identification.signals import EXTERNAL_FORCE
-from hydroservo.identification.steps import substeps_for
+from hydroservo.identification.steps import first_steps
 from hydroservo.identification.trust import identifiable
 from hydroservo.identification.uncertainty import NORMAL, Uncertainty, uncertainty
 from hydroservo.identification.written import tables_or_remark
+from hydroservo.loop import AUTO
 from hydroservo.runs.arguments import checked_mapping
 from hydroservo.runs.tuning import Space
 from hydroservo.scenario.datasheets import columns_of
@@ -168,7 +169,7 @@ def solved(problem: Problem, seed: int, horizon: float | None, report: Report) -
     """The numbers with which least is left of a simulation, or of predictions with their observer."""
     report(0.05)
     share = 0.75 if horizon is None else 0.35
-    best = best_fit(problem, seed, lambda part: report(0.05 + share * part))
+    problem, best = best_fit(problem, seed, lambda part: report(0.05 + share * part))
     if horizon is None:
         return problem, best
     return best_prediction(problem, best, horizon, lambda part: report(0.4 + 0.4 * part))
@@ -254,14 +255,13 @@ def problem_of(
     made = [path for path in numbers if path in assembly.arguments or path not in space.ranges]
     columns, paths = partial(played_columns, assembly, varied, made), tuple(map(played_path, numbers))
     segments = [one for log in taken for one in log.segments]
-    experiments = [
-        experiment(assembly.loop, one, paths, substeps_for(assembly.loop, one)) for one in segments
-    ]
+    experiments = [experiment(assembly.loop, one, paths, first_steps(assembly.loop, one)) for one in segments]
     spread = spreads(segments)
     unknowns = unknowns_of(space, experiments, spread, delays)
     own = {one.path: own_value(assembly, one.path) for one in varied}
     usual = usual_values(own, space, unknowns)
-    return Problem(experiments, space, columns, unknowns, spread, usual, threads, delays)
+    automatic = assembly.loop.simulation.substeps == AUTO
+    return Problem(experiments, space, columns, unknowns, spread, usual, threads, delays, automatic)
 
 
 def played_columns(

@@ -11,6 +11,7 @@ from hydroservo.identification.experiment import BEGUN, Experiment, predicted, r
 from hydroservo.identification.segments import Segment
 from hydroservo.identification.shift import shifted, slope_of_shift
 from hydroservo.identification.signals import OUTPUTS
+from hydroservo.identification.steps import chosen_steps, with_steps
 from hydroservo.runs.columns import Columns
 from hydroservo.runs.tuning import Space
 
@@ -20,6 +21,7 @@ __all__ = [
     "Problem",
     "Simulated",
     "Unknown",
+    "followed",
     "possible",
     "runs_at",
     "simulated",
@@ -81,6 +83,7 @@ class Problem(NamedTuple):
         usual: where the search begins, shape (unknowns,).
         threads: how many to use.
         delays: between which a log's delay is sought [s]; None for the usual.
+        automatic: whether there are as many integration steps as machines need.
     """
 
     experiments: Sequence[Experiment]
@@ -91,6 +94,7 @@ class Problem(NamedTuple):
     usual: Vector
     threads: int
     delays: Ends = None
+    automatic: bool = False
 
     @property
     def bounds(self) -> tuple[Vector, Vector]:
@@ -168,7 +172,8 @@ def longest(experiments: Sequence[Experiment], log: int) -> Segment:
 def simulated(problem: Problem, x: Vector, slopes: bool = True) -> list[Simulated]:
     """All segments at a point, with the slopes by every unknown.
 
-    All differences of a segment's slopes are lanes of one batch.
+    All differences of a segment's slopes are lanes of one batch. Beside an end of its range, and beside a
+    point that allows no machine, they are to one side.
 
     Args:
         problem: what is sought.
@@ -187,8 +192,14 @@ def one_simulated(problem: Problem, number: int, x: Vector, slopes: bool) -> Sim
     one = problem.experiments[number]
     log, signals = one.segment.log, list(one.segment.measured)
     moved = [i for i, unknown in enumerate(problem.unknowns) if slopes and concerns(problem, unknown, number)]
-    points, apart = nudged(problem, x, moved)
-    shown = runs_at(problem, points, number)
+    points = nudged(problem, x, moved)
+    try:
+        shown = runs_at(problem, points, number)
+    except (ParameterError, ScenarioError):
+        points[~possible(problem, points)] = x
+        shown = runs_at(problem, points, number)
+    apart = np.array([points[1 + 2 * k, i] - points[2 + 2 * k, i] for k, i in enumerate(moved)])
+    apart[apart == 0.0] = np.inf
     shown = shown[:, [PLACES[name] for name in signals], :]
     slopes_of = np.zeros((one.segment.samples, len(signals), x.size))
     slopes_of[:, :, moved] = (shown[:, :, 1::2] - shown[:, :, 2::2]) / apart
@@ -220,11 +231,8 @@ def concerns(problem: Problem, unknown: Unknown, segment: int) -> bool:
     return of.get(unknown.kind, False)
 
 
-def nudged(problem: Problem, x: Vector, moved: Sequence[int]) -> tuple[Vector, Vector]:
-    """The point, then beyond and short of it in each unknown that is moved; and how far these are apart.
-
-    Beside an end of its range, an unknown is moved to one side, as it is where the other allows no machine.
-    """
+def nudged(problem: Problem, x: Vector, moved: Sequence[int]) -> Vector:
+    """The point, then beyond and short of it in each unknown that is moved; inside its range."""
     low, high = problem.bounds
     points = np.repeat(x[np.newaxis], 1 + 2 * len(moved), axis=0)
     steps = {"parameter": STEP, "start": START_STEP, "offset": START_STEP, "delay": DELAY_STEP}
@@ -232,9 +240,7 @@ def nudged(problem: Problem, x: Vector, moved: Sequence[int]) -> tuple[Vector, V
         step = steps[problem.unknowns[i].kind]
         for row, sign in ((1 + 2 * k, 1.0), (2 + 2 * k, -1.0)):
             points[row, i] = min(max(x[i] + sign * step, low[i]), high[i])
-    points[~possible(problem, points)] = x
-    apart = np.array([points[1 + 2 * k, i] - points[2 + 2 * k, i] for k, i in enumerate(moved)])
-    return points, np.where(apart > 0.0, apart, np.inf)
+    return points
 
 
 def possible(problem: Problem, points: Vector) -> NDArray[np.bool_]:
@@ -258,6 +264,22 @@ def columns_at(problem: Problem, points: Vector, segment: int) -> Columns:
         if unknown.kind != "offset" and concerns(problem, unknown, segment):
             found[unknown.key] = unknown.scale * values
     return found
+
+
+def followed(problem: Problem, x: Vector, tolerance: float) -> Problem:
+    """The same problem with as many steps as its machine at a point takes.
+
+    Args:
+        problem: what is sought, with automatic steps.
+        x: the point.
+        tolerance: of the steps, as the scenario's, which may exceed it.
+    """
+    every = []
+    for number, one in enumerate(problem.experiments):
+        numbers = columns_at(problem, x[np.newaxis], number)
+        steps = chosen_steps(one, {path: row.item() for path, row in numbers.items()}, tolerance)
+        every.append(with_steps(one, steps))
+    return problem._replace(experiments=every)
 
 
 def runs_at(problem: Problem, points: Vector, segment: int) -> Vector:
