@@ -23,6 +23,7 @@ ROUNDS = 4  # of weights
 SETTLED = 0.02  # relative change of a weight
 LEAST = 1e-9  # of a signal's spread, which its residuals are at least taken to have
 EVALUATIONS = 40
+FIRST = 20  # of them from each start
 SMALL = 0.1  # of a number's deviation, which steps may move it by
 ENDED = 1e-6  # relative change of what is left, or of the unknowns
 ROUGH = 1e-4  # the same of what is left, from each start: enough to see which one leads on
@@ -81,7 +82,7 @@ def best_fit(problem: Problem, seed: int, report: Report) -> tuple[Problem, Solu
     if problem.automatic:
         problem, begun = eased(problem, begun, best, weights)
     for number, x in enumerate(begun):
-        ends.append(refined(problem, x, weights, knee=None, ended=ROUGH))
+        ends.append(refined(problem, x, weights, knee=None, ended=ROUGH, most=FIRST))
         report(0.6 * (number + 1) / len(begun))
     found = min(ends, key=lambda one: one.cost)
     found = found._replace(evaluations=sum(one.evaluations for one in ends))
@@ -148,6 +149,7 @@ def refined(
     knee: float | None = KNEE,
     counted: dict[int, NDArray[np.bool_]] | None = None,
     ended: float = ENDED,
+    most: int = EVALUATIONS,
 ) -> Solution:
     """The nearest local optimum.
 
@@ -158,6 +160,7 @@ def refined(
         knee: from where on residuals count linearly; None for nowhere.
         counted: which samples count, by segment.
         ended: relative change of what is left, at which the search ends.
+        most: evaluations, after which it ends in any case.
 
     Raises:
         HydroservoError: the start gives no run that is not lost.
@@ -186,7 +189,7 @@ def refined(
         ftol=ended,
         xtol=ENDED,
         gtol=None,
-        max_nfev=EVALUATIONS,
+        max_nfev=most,
     )
     return Solution(found.x, float(found.cost), weights, int(found.nfev))
 
