@@ -56,7 +56,7 @@ def identify(
         list[str],
         varied(
             "Seek a number of the machine between two values, such as 5000..15000 bar, or relative to "
-            "that of the scenario, such as -50%..+100%."
+            "that of the scenario, such as -50%..+100%; or the delay of each log, such as delay=0..3s."
         ),
     ],
     limits: Annotated[
