@@ -58,7 +58,7 @@ def identify(
         list[str],
         varied(
             "Seek a number of the machine between two values, such as 5000..15000 bar, or relative to "
-            "that of the scenario, such as -50%..+100%."
+            "that of the scenario, such as -50%..+100%; or the delay of each log, such as delay=0..3s."
         ),
     ],
     limits: Annotated[
@@ -265,10 +265,11 @@ def others_own(
         ScenarioError: one of these changes is none to it.
     """
     from hydroservo.block import leaves
+    from hydroservo.identification.problem import DELAY
     from hydroservo.scenario.load import assembled
 
     other = assembled(scenario, {}, plugins)
-    known = {*other.arguments, *(path for path, _ in leaves(other.loop))}
+    known = {DELAY, *other.arguments, *(path for path, _ in leaves(other.loop))}
     changed = {path: value for path, value in overrides.items() if path in known}
     assembled(scenario, changed, plugins)
     return {path: entry for path, entry in asked.items() if path in known}, changed
