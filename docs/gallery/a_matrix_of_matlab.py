@@ -1,8 +1,8 @@
 # %% [markdown]
 # # A matrix of MATLAB
 #
-# `save('run7.mat', 'data')` leaves a matrix: a row a sample, and nothing that says what its columns are. They
-# are `data[1]`, `data[2]` and so on, as MATLAB counts them, and a scenario gives each its signal and its unit.
+# `save('run7.mat', 'data')` leaves a matrix: a row a sample, and nothing that says what its columns are. In a
+# scenario they are `data[1]`, `data[2]` and so on, as MATLAB counts them, each with its signal and its unit.
 # The machine here is a simulation, so that what is found can be held against what is true.
 
 # %%
