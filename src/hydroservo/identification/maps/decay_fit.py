@@ -40,6 +40,14 @@ class DecayFit(NamedTuple):
         """The weight of what leaks past the piston, times the bulk modulus, among the columns."""
         return self.weight(-1 - self.external)
 
+    def possible(self) -> "DecayFit":
+        """The same with no leakage below 0."""
+        best = self.found
+        for place in range(-1 - self.external, 0):
+            if best.values[place] < 0.0:
+                best = best.without(place)
+        return self._replace(found=best)
+
     def weight(self, place: int) -> Samples:
         """The weights that take one coefficient alone."""
         found: Samples = np.eye(self.found.values.size)[place]
