@@ -175,7 +175,7 @@ def test_an_archive_that_unpacks_to_too_much_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "bomb.fmu"
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr("modelDescription.xml", b" " * (65 << 20))
-    with pytest.raises(HydroservoError, match="^has a description of 65 MiB; at most 64 are read"):
+    with pytest.raises(HydroservoError, match=r"^has a description of 65 MiB; at most 64 are read"):
         read_fmu(path)
 
 
