@@ -132,6 +132,22 @@ def test_no_leakage_is_below_0(noise):
     assert any("external_leakage is not told" in line for line in found.remarks)
 
 
+@pytest.mark.parametrize("noise", [1e3, 5e4])
+def test_an_empty_chambers_noise_is_no_leakage_into_it(noise):
+    """p_A = p_0 exp(-beta C_e t/V_A) by leakage to the outside alone, and p_B = 0."""
+    plant = hs.load_scenario(scenario("decay")).plant
+    leak = 1e-14
+    decayed = 1e7 * np.exp(-plant.oil.effective_bulk_modulus * leak / plant.volume_a(0.2) * TIME)
+    noisy = np.random.default_rng(2).normal(scale=noise, size=(2, TIME.size))
+    log = {"time": TIME, "pressure_a": decayed + noisy[0], "pressure_b": noisy[1]}
+    found = hs.map_logs("decay", log, scenario("decay"))
+    inside, outside = found.numbers["internal_leakage"], found.numbers["external_leakage"]
+    assert inside.low == 0.0
+    assert inside.high < 0.02 * leak
+    assert outside.low < leak < outside.high
+    assert "internal_leakage" not in found.tables["plant"]
+
+
 def test_pressures_that_rise_together_are_no_decay():
     log = decaying(noise=1e3)
     warmer = {key: one + 3e4 * TIME for key, one in log.items() if key != "time"}
@@ -223,7 +239,7 @@ def test_a_scenario_with_what_was_found_is_that_machine(tmp_path):
             "at a constant speed",
         ),
         ("decay", swept(), 'no column "pressure_a [Pa]"'),
-        ("decay", decaying(0.0, noise=1e3), "do not decay"),
+        ("decay", decaying(0.0, noise=1e3), "do not decay beyond their noise"),
         ("decay", decaying(0.0, noise=1e3, rise=1e5), "do not decay"),
         ("decay", decaying() | {"command": np.sin(TIME)}, "changes by 2.00 V"),
     ],

@@ -79,7 +79,8 @@ def check_decays(fit: DecayFit, stretches: Sequence[Watched], name: str) -> None
         apart = stretches[0].rows["a"] - stretches[0].rows["b"]
         ends = [quantity(float(one), "Pa").replace(MINUS, "-") for one in (apart[0], apart[-1])]
         lasts = stretches[0].period * (apart.size - 1)
-        problem = f"pressures do not decay: p_A - p_B goes from {ends[0]} to {ends[1]} in {lasts:.3g} s"
+        noise = "" if rises else " beyond their noise"
+        problem = f"pressures do not decay{noise}: p_A - p_B goes from {ends[0]} to {ends[1]} in {lasts:.3g} s"
         raise ScenarioError(name, "", problem)
 
 
