@@ -80,7 +80,9 @@ def check_decays(fit: DecayFit, stretches: Sequence[Watched], name: str) -> None
         ends = [quantity(float(one), "Pa").replace(MINUS, "-") for one in (apart[0], apart[-1])]
         lasts = stretches[0].period * (apart.size - 1)
         noise = "" if rises else " beyond their noise"
-        problem = f"pressures do not decay{noise}: p_A - p_B goes from {ends[0]} to {ends[1]} in {lasts:.3g} s"
+        problem = (
+            f"pressures do not decay{noise}: p_A - p_B goes from {ends[0]} to {ends[1]} in {lasts:.3g} s"
+        )
         raise ScenarioError(name, "", problem)
 
 

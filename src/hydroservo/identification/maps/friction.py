@@ -108,7 +108,7 @@ def point_of(one: Segment, stretch: Stretch, loop: Loop | None, piston: Piston |
     part = stretch.part
     time = one.time[part]
     position = float(np.nanmean(one.measured["position"][part])) if "position" in one.measured else None
-    other = -stretch.acceleration * inertia(piston, position)
+    mass = inertia(piston, position)
     against = resisting(one, part, loop, piston, stretch.speed, position)
     driving: Samples = np.subtract(driving_force(one, part, piston), against)
     _, rows = thinned(one.period, {"friction": driving}, PER_BLOCK)
@@ -117,9 +117,10 @@ def point_of(one: Segment, stretch: Stretch, loop: Loop | None, piston: Piston |
     if known.size < 3:
         return Point(stretch.speed, np.nan, np.nan, np.nan, start, duration)
     middle, _, half = mean_of([known])
-    half = float(np.hypot(half, NORMAL * drift_of(known, half / NORMAL)))
+    unsure = drift_of(known, half / NORMAL), mass * stretch.deviation
+    half = float(np.linalg.norm([half, *(NORMAL * one for one in unsure)]))
     spread = float(np.nanstd(driving, ddof=1))
-    return Point(stretch.speed, middle + other, spread, half, start, duration)
+    return Point(stretch.speed, middle - mass * stretch.acceleration, spread, half, start, duration)
 
 
 def drift_of(values: Samples, deviation: float) -> float:
@@ -182,9 +183,8 @@ def law_of(
     ways = np.unique(np.sign(speeds.velocity)).size
     if range_of(speeds.velocity) < NARROW:
         each = " each way" if ways > 1 else ""
-        return together(
-            points, f"moves{each} are at one speed, or nearly so; {NARROW} times it must be there too"
-        )
+        why = f"all moves{each} are at one speed, or nearly; add moves at {NARROW} times that speed"
+        return together(points, why)
     if speeds.velocity.size <= ways + 1:
         return None, {}, [f"moves at {speeds.velocity.size} speeds are too few for a law of friction"]
     gaussian = loop is not None and isinstance(friction_of(loop)[1], LuGre)

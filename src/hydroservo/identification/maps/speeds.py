@@ -44,10 +44,11 @@ def speeds_of(points: Speeds, alike: float = ALIKE) -> Speeds:
     rows = []
     for part in parts_of(points.velocity, alike):
         velocity, force, deviation = (row[part] for row in points)
-        weights = 1.0 / deviation**2
-        scatter = float(force.var(ddof=1)) / force.size if force.size > 1 else 0.0
+        scatter = float(force.var(ddof=1)) if force.size > 1 else 0.0
+        weights = 1.0 / (deviation**2 + max(scatter - float(np.mean(deviation**2)), 0.0))
         middles = (float(np.average(row, weights=weights)) for row in (velocity, force))
-        rows.append((*middles, float(np.sqrt(1.0 / weights.mean() + scatter))))
+        own = 1.0 / float(np.mean(1.0 / deviation**2))
+        rows.append((*middles, float(np.sqrt(own + scatter / force.size))))
     return Speeds(*np.array(rows).T)
 
 
