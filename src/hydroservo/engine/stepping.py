@@ -65,7 +65,7 @@ class CompiledSteps:
     def __init__(self, study: Study, wanted: Wanted, state: Block, varied: tuple[str, ...], command: str):
         self.varied, self.places = varied, places_of(varied, state, command)
         self.width = len(wanted.recorded)
-        self.asked = study, wanted, state, varied, command
+        self.arguments = study, wanted, state, varied, command
         shapes = (*map(flat.shape, (study, state)), *wanted, varied, command)
         made = Made(study, wanted, state, varied, self.places)
         self.begin = native(Recipe("first samples", shapes, strict=True), lambda: compiled_begin(made))
@@ -75,7 +75,7 @@ class CompiledSteps:
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Machine code belongs to its process: another one makes it again, or finds it on disk."""
-        return CompiledSteps, self.asked
+        return CompiledSteps, self.arguments
 
     def __deepcopy__(self, memo: object) -> "CompiledSteps":
         """Itself, for it never changes."""

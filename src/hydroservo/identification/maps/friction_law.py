@@ -75,7 +75,7 @@ def fitted_friction(velocity: Samples, friction: Samples, deviation: Samples, ga
     columns = [np.sign(velocity), velocity, *([np.ones(velocity.size)] if both else [])]
     design, aim = np.stack(columns, axis=1) / deviation[:, np.newaxis], friction / deviation
     least = np.array([0.0, 0.0, -np.inf])[: len(columns)]
-    plain, left_plain = bounded(design, aim, least)
+    plain, left_plain = bounded_fit(design, aim, least)
     names = ["coulomb", "viscous", *(["offset"] if both else [])]
     freedom, fall = velocity.size - len(names) - 2, UNSEEN
     if freedom > 0 and count_of(velocity) >= FEWEST:
@@ -83,11 +83,11 @@ def fitted_friction(velocity: Samples, friction: Samples, deviation: Samples, ga
         ratio = (left_plain - falls[1]) / 2.0 / max(falls[1] / freedom, 1e-300)
         if falls[0][-2] > 0.0 and f_distribution.sf(ratio, 2, freedom) < SIGNIFICANT:
             law = with_fall(falls, velocity, design, deviation, names, gaussian, remarks)
-            if law.numbers["stribeck_velocity"].low > 0.0 and inside(falls[0][-1], velocity):
+            if law.numbers["stribeck_velocity"].low > 0.0 and is_inside(falls[0][-1], velocity):
                 return law
             fall = UNSURE
     freedom = max(velocity.size - len(names), 1)
-    if forbidden(design, aim, left_plain, freedom):
+    if is_forbidden(design, aim, left_plain, freedom):
         way = "rises faster than" if plain[0] <= 0.0 else "falls with"
         remark = f"friction {way} speed, which no Coulomb and viscous friction does: neither is told"
         return FrictionFit({}, gaussian, [*remarks, remark])
@@ -98,7 +98,7 @@ def fitted_friction(velocity: Samples, friction: Samples, deviation: Samples, ga
     return FrictionFit(numbers, gaussian, [*remarks, *ends_of(numbers)])
 
 
-def bounded(design: Samples, aim: Samples, least: Samples) -> tuple[Samples, float]:
+def bounded_fit(design: Samples, aim: Samples, least: Samples) -> tuple[Samples, float]:
     """The coefficients of columns, at least as large as they must be, and the squares that they leave."""
     from scipy.optimize import lsq_linear
 
@@ -109,7 +109,7 @@ def bounded(design: Samples, aim: Samples, least: Samples) -> tuple[Samples, flo
     return best / scale, float(np.sum((aim - design / scale @ best) ** 2))
 
 
-def forbidden(design: Samples, aim: Samples, left: float, freedom: int) -> bool:
+def is_forbidden(design: Samples, aim: Samples, left: float, freedom: int) -> bool:
     """Whether the best coefficients are less than they may be by more than chance, by a t test.
 
     Args:
@@ -154,7 +154,7 @@ def fall_found(
 
     def solved(logarithm: float) -> tuple[Samples, float]:
         column = np.sign(velocity) * falling(velocity, float(np.exp(logarithm)), gaussian) / deviation
-        best, left = bounded(np.column_stack([design, column]), aim, np.append(least, 0.0))
+        best, left = bounded_fit(np.column_stack([design, column]), aim, np.append(least, 0.0))
         return np.append(best, np.exp(logarithm)), left
 
     ends = np.log(SLOWEST * speeds.min()), np.log(speeds.max())
@@ -167,7 +167,7 @@ def fall_found(
     return solved(float(found.x))
 
 
-def inside(stribeck_velocity: float, velocity: Samples) -> bool:
+def is_inside(stribeck_velocity: float, velocity: Samples) -> bool:
     """Whether a Stribeck velocity is no end of the range in which it was sought."""
     speeds = np.abs(velocity)
     return bool(SLOWEST * speeds.min() * END < stribeck_velocity < speeds.max() / END)
