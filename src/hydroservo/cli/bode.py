@@ -10,12 +10,14 @@ from hydroservo.cli.options import (
     VARY,
     Changes,
     CommandAt,
+    DecimalComma,
     FigureFormat,
     FigureSize,
     Force,
     Json,
     Plugins,
     Scenario,
+    comma_in,
     loaded,
     loaded_aloud,
     quantity_of,
@@ -100,6 +102,7 @@ def bode(
     ] = None,
     figure_size: FigureSize = None,
     figure_format: FigureFormat = None,
+    decimal_comma: DecimalComma = False,
     json: Json = False,
 ) -> None:
     """Show a scenario in frequency: its loop open and closed, and its compliance to the load.
@@ -136,7 +139,7 @@ def bode(
     }
     loop = loaded(scenario, changes, plugins)
     file, folder = destination(out)
-    journal = journal_of(figure_format, figure_size, folder)
+    journal = journal_of(figure_format, figure_size, folder, comma_in(decimal_comma, folder))
     if file:
         try_outputs([file])
     if folder:

@@ -10,6 +10,7 @@ import typer
 
 from hydroservo.cli.options import (
     Changes,
+    DecimalComma,
     FigureFormat,
     FigureSize,
     Folder,
@@ -18,6 +19,7 @@ from hydroservo.cli.options import (
     Scenario,
     Threads,
     Verbose,
+    comma_in,
     quantity_of,
     ranges_in,
     varied,
@@ -113,6 +115,7 @@ def identify(
     out: Folder = None,
     figure_size: FigureSize = None,
     figure_format: FigureFormat = None,
+    decimal_comma: DecimalComma = False,
     threads: Threads = None,
     json: Json = False,
     verbose: Verbose = False,
@@ -153,7 +156,7 @@ def identify(
     overrides, asked = dict(map(parse_override, changes)), ranges_in(ranges)
     bounds, memory = limits_in(limits, propose), horizon_of(form, horizon)
     count = checked_count(threads, "--threads")
-    journal = journal_of(figure_format, figure_size, out)
+    journal = journal_of(figure_format, figure_size, out, comma_in(decimal_comma, out, propose))
     files = files_of(len(logs), against is not None, propose is not None, journal)
     own = result_files(out, ["scenario.toml"], files) if out else []
     try_outputs([*own, *([propose] if propose else [])])
@@ -170,7 +173,7 @@ def identify(
             if propose:
                 say = partial(say_progress, report, "the command to propose")
                 proposal = proposed(found, limits=bounds, seed=seed, progress=say)
-                write_text(propose, proposal.csv())
+                write_text(propose, journal.csv(proposal.csv()))
                 more = more._replace(proposal=proposal)
         except HydroservoError as error:
             failure = error
