@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from hydroservo.errors import HydroservoError
 from hydroservo.identification.lag import lag, left
 from hydroservo.identification.misfit import Misfit, Weights, misfit, residuals_by_signal
-from hydroservo.identification.problem import PLACES, Problem, delay_of, followed, possible, runs_at
+from hydroservo.identification.problem import PLACES, Problem, adapt_steps, delay_of, possible, runs_at
 from hydroservo.identification.spikes import TO_DEVIATION, noise_of
 from hydroservo.identification.steps import COARSE
 
@@ -80,8 +80,8 @@ def best_fit(problem: Problem, seed: int, report: Report) -> tuple[Problem, Solu
     ends = []
     begun, best, left_there = starts(problem, weights, seed)
     if problem.automatic:
-        easier = followed(problem, best, max(COARSE, tolerance_for(problem, left_there)))
-        problem, begun = eased(problem, easier, begun, best, weights)
+        easier = adapt_steps(problem, best, max(COARSE, tolerance_for(problem, left_there)))
+        problem, begun = ease(problem, easier, begun, best, weights)
     for number, x in enumerate(begun):
         ends.append(refined(problem, x, weights, knee=None, ended=ROUGH, most=FIRST))
         report(0.6 * (number + 1) / len(begun))
@@ -90,13 +90,13 @@ def best_fit(problem: Problem, seed: int, report: Report) -> tuple[Problem, Solu
     found = settled(problem, found, lambda part: report(0.6 + 0.2 * part))
     if problem.automatic:
         least = min(1.0 / (weight * problem.spread[key]) for key, weight in found.weights.items())
-        finer = followed(problem, found.x, tolerance_for(problem, least))
+        finer = adapt_steps(problem, found.x, tolerance_for(problem, least))
         if steps_of(finer) > steps_of(problem):
             return finer, settled(finer, found, lambda part: report(0.8 + 0.2 * part))
     return problem, found
 
 
-def eased(
+def ease(
     problem: Problem, easier: Problem, begun: list[Vector], best: Vector, weights: Weights
 ) -> tuple[Problem, list[Vector]]:
     """The problem with other steps, and those starts that are not lost with them.
