@@ -12,7 +12,7 @@ from hydroservo.identification.segments import Segment
 from hydroservo.identification.signals import OUTPUTS
 from tests.support.axes import AXIS, COMMANDED, step
 
-__all__ = ["LOADED", "fitted", "moves"]
+__all__ = ["LOADED", "fit", "moves"]
 
 PERIOD = 5e-3  # [s]
 SAMPLES = 800
@@ -63,7 +63,7 @@ def moves(
     return log
 
 
-def fitted(
+def fit(
     log: Signals, ranges: Mapping[str, str], changes: Mapping[str, object] = {}, **options: object
 ) -> Identified:
     """What a log tells of the axis, of which some numbers are believed to be others."""

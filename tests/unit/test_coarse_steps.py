@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.support.commanded_logs import fitted, moves
+from tests.support.commanded_logs import fit, moves
 
 SLOW = {"valve.gain": "0.03 mm/V"}
 FAST = {"valve.gain": "0.3 mm/V"}  # of which the piston runs into its end stops
@@ -29,10 +29,10 @@ def log():
 
 
 def test_machines_at_their_end_stops_do_not_slow_a_search(log):
-    found = fitted(log, {"valve.gain": FOUR["valve.gain"]}, FAST)
+    found = fit(log, {"valve.gain": FOUR["valve.gain"]}, FAST)
     assert found.parameters["valve.gain"].value == pytest.approx(3e-5, rel=2e-3)
     assert found.evaluations * steps(found) < MOST
-    found = fitted(log, FOUR, FAST | {"valve.time_constant": "80 ms"})
+    found = fit(log, FOUR, FAST | {"valve.time_constant": "80 ms"})
     assert found.evaluations * steps(found) < MOST
     for path, value in {"valve.gain": 3e-5, "valve.time_constant": 0.03, "load.amplitude": 2e3}.items():
         assert found.parameters[path].value == pytest.approx(value, rel=5e-2)
@@ -41,25 +41,25 @@ def test_machines_at_their_end_stops_do_not_slow_a_search(log):
 def test_a_log_of_end_stops_is_met_whatever_the_scenario_believes():
     log = moves(signals=("velocity",), volts=2.0)
     for gain in ("0.05 mm/V", "0.25 mm/V"):
-        found = fitted(log, {"valve.gain": "0.02..0.3 mm/V"}, {"valve.gain": gain})
+        found = fit(log, {"valve.gain": "0.02..0.3 mm/V"}, {"valve.gain": gain})
         assert found.parameters["valve.gain"].value == pytest.approx(1e-4, rel=1e-3)
 
 
 def test_steps_become_finer_for_what_little_is_left():
     beliefs = {"valve.gain": "0.05 mm/V", "simulation.tolerance": 1e-7}
     exact, rough = (
-        fitted(moves(quiet=quiet), {"valve.gain": "0.02..0.3 mm/V"}, beliefs) for quiet in (True, False)
+        fit(moves(quiet=quiet), {"valve.gain": "0.02..0.3 mm/V"}, beliefs) for quiet in (True, False)
     )
     assert steps(exact) > steps(rough)
     assert exact.parameters["valve.gain"].value == pytest.approx(1e-4, rel=1e-6)
 
 
 def test_steps_that_a_scenario_gives_stay(log):
-    found = fitted(log, {"valve.gain": FOUR["valve.gain"]}, {"simulation.substeps": 7})
+    found = fit(log, {"valve.gain": FOUR["valve.gain"]}, {"simulation.substeps": 7})
     assert steps(found) == 35
 
 
 def test_any_number_of_threads_finds_the_same_bits(log):
-    one, two = (fitted(log, FOUR, FAST, threads=threads) for threads in (1, 2))
+    one, two = (fit(log, FOUR, FAST, threads=threads) for threads in (1, 2))
     assert one.parameters == two.parameters
     np.testing.assert_array_equal(one.fitted.best.x, two.fitted.best.x)

@@ -3,9 +3,11 @@
 import numpy as np
 import pytest
 
+import hydroservo as hs
 from hydroservo.errors import ParameterError, ScenarioError
 from hydroservo.identification.lag import lag, left
-from tests.support.commanded_logs import fitted, moves
+from tests.support.axes import AXIS
+from tests.support.commanded_logs import LOADED, fit, moves
 
 LAG = {"valve.time_constant": "5..200 ms"}
 BELIEVED = {"valve.time_constant": "50 ms"}
@@ -17,7 +19,7 @@ def log():
 
 
 def test_a_long_delay_is_told_from_a_lag(log):
-    found = fitted(log, LAG, BELIEVED)
+    found = fit(log, LAG, BELIEVED)
     assert found.logs[0].delay[0] == pytest.approx(0.3, abs=1e-4)
     assert found.parameters["valve.time_constant"].value == pytest.approx(0.03, rel=2e-2)
     assert not any("an end of" in line for line in found.remarks)
@@ -27,23 +29,29 @@ def test_a_long_delay_is_told_from_a_lag(log):
     ("delay", "end"), [("0..200 ms", 0.2), ("-100..-20 ms", -0.02), ("0.35..0.5 s", 0.35)]
 )
 def test_a_delay_at_an_end_of_its_range_is_said(log, delay, end):
-    found = fitted(log, LAG | {"delay": delay}, BELIEVED)
+    found = fit(log, LAG | {"delay": delay}, BELIEVED)
     assert found.logs[0].delay[0] == pytest.approx(end, rel=1e-2)
-    assert any("its delay ends at an end of what is sought" in line for line in found.remarks)
+    assert any("its delay lies at an end of what is sought" in line for line in found.remarks)
     assert "delay" not in found.parameters
 
 
 def test_a_range_reaches_beyond_a_tenth_of_the_log():
     short = moves(late=60, samples=400)
-    assert fitted(short, LAG, BELIEVED).logs[0].delay[0] == pytest.approx(0.2, rel=1e-2)
-    assert fitted(short, LAG | {"delay": "0..1 s"}, BELIEVED).logs[0].delay[0] == pytest.approx(0.3, abs=1e-3)
+    assert fit(short, LAG, BELIEVED).logs[0].delay[0] == pytest.approx(0.2, rel=1e-2)
+    assert fit(short, LAG | {"delay": "0..1 s"}, BELIEVED).logs[0].delay[0] == pytest.approx(0.3, abs=1e-3)
+
+
+def test_each_log_has_a_delay_of_its_own(log):
+    other = moves(late=4)
+    both = hs.identify(AXIS, [log, other], LAG, changes=LOADED | BELIEVED, threads=1)
+    assert [fit.delay[0] for fit in both.logs] == pytest.approx([0.3, 0.02], abs=1e-4)
 
 
 def test_a_range_of_delays_that_is_none_is_one_line(log):
     with pytest.raises(ParameterError, match=r"delay = 5\.0: must begin below 3\.995 s"):
-        fitted(log, LAG | {"delay": "5..9 s"})
+        fit(log, LAG | {"delay": "5..9 s"})
     with pytest.raises(ScenarioError, match="does not convert to s"):
-        fitted(log, LAG | {"delay": "5..9 mm"})
+        fit(log, LAG | {"delay": "5..9 mm"})
 
 
 @pytest.mark.parametrize("least", [-1, 0, 3])

@@ -49,7 +49,7 @@ def of_delay(fit: LogFit, unknown: Unknown) -> Iterator[str]:
     low, high = unknown.low * unknown.scale, unknown.high * unknown.scale
     if not low < fit.delay[0] - END * (high - low) < fit.delay[0] + END * (high - low) < high:
         ends = f"{plain(low, 's')} to {plain(high, 's')}"
-        yield f"its delay ends at an end of what is sought, {ends}; a wider range of delay may fit better"
+        yield f"its delay lies at an end of what is sought, {ends}; a wider range of delay may fit better"
 
 
 def of_log(fit: LogFit) -> Iterator[str]:

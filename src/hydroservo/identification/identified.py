@@ -275,8 +275,8 @@ def played_columns(
         made: paths of numbers that constructors make, which are there even where they are the scenario's own.
         values: of what is sought, by path.
     """
-    found = parameters_of(assembly, varied, values, always=made)
-    return {played_path(path): row for path, row in found.items()}
+    columns = parameters_of(assembly, varied, values, always=made)
+    return {played_path(path): row for path, row in columns.items()}
 
 
 def consistent_points(assembly: Assembly, space: Space) -> NDArray[np.float64]:

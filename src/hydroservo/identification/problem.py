@@ -21,7 +21,7 @@ __all__ = [
     "Problem",
     "Simulated",
     "Unknown",
-    "followed",
+    "adapt_steps",
     "possible",
     "runs_at",
     "simulated",
@@ -266,7 +266,7 @@ def columns_at(problem: Problem, points: Vector, segment: int) -> Columns:
     return found
 
 
-def followed(problem: Problem, x: Vector, tolerance: float) -> Problem:
+def adapt_steps(problem: Problem, x: Vector, tolerance: float) -> Problem:
     """The same problem with as many steps as its machine at a point takes.
 
     Args:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from hydroservo.errors import HydroservoError
 from hydroservo.identification.lag import lag, left
 from hydroservo.identification.misfit import Misfit, Weights, misfit, residuals_by_signal
-from hydroservo.identification.problem import PLACES, Problem, delay_of, followed, possible, runs_at
+from hydroservo.identification.problem import PLACES, Problem, adapt_steps, delay_of, possible, runs_at
 from hydroservo.identification.spikes import TO_DEVIATION, noise_of
 from hydroservo.identification.steps import COARSE
 
@@ -78,9 +78,10 @@ def best_fit(problem: Problem, seed: int, report: Report) -> tuple[Problem, Solu
     """
     weights = first_weights(problem)
     ends = []
-    begun, best = starts(problem, weights, seed)
+    begun, best, left_there = starts(problem, weights, seed)
     if problem.automatic:
-        problem, begun = eased(problem, begun, best, weights)
+        easier = adapt_steps(problem, best, max(COARSE, tolerance_for(problem, left_there)))
+        problem, begun = ease(problem, easier, begun, best, weights)
     for number, x in enumerate(begun):
         ends.append(refined(problem, x, weights, knee=None, ended=ROUGH, most=FIRST))
         report(0.6 * (number + 1) / len(begun))
@@ -88,33 +89,35 @@ def best_fit(problem: Problem, seed: int, report: Report) -> tuple[Problem, Solu
     found = found._replace(evaluations=sum(one.evaluations for one in ends))
     found = settled(problem, found, lambda part: report(0.6 + 0.2 * part))
     if problem.automatic:
-        finer = followed(problem, found.x, tolerance_for(problem, found))
+        least = min(1.0 / (weight * problem.spread[key]) for key, weight in found.weights.items())
+        finer = adapt_steps(problem, found.x, tolerance_for(problem, least))
         if steps_of(finer) > steps_of(problem):
             return finer, settled(finer, found, lambda part: report(0.8 + 0.2 * part))
     return problem, found
 
 
-def eased(
-    problem: Problem, begun: list[Vector], best: Vector, weights: Weights
+def ease(
+    problem: Problem, easier: Problem, begun: list[Vector], best: Vector, weights: Weights
 ) -> tuple[Problem, list[Vector]]:
-    """The problem with the steps of the best start's machine, and those starts that are not lost with them.
+    """The problem with other steps, and those starts that are not lost with them.
 
     Where the best one is, all stays as it was.
     """
-    easier = followed(problem, best, COARSE)
     kept = [x for x in begun if np.isfinite(misfit(easier, x, weights, slopes=False).residuals).all()]
     return (easier, kept) if any(x is best for x in kept) else (problem, begun)
 
 
-def tolerance_for(problem: Problem, found: Solution) -> float:
+def tolerance_for(problem: Problem, share: float) -> float:
     """The tolerance of steps whose error moves no number by more than a tenth of its deviation.
 
     It does so at most where the error, relative to a signal's spread, hangs together with a slope in all
     samples: then it counts as the root of their number times the deviation of what is left.
+
+    Args:
+        problem: what is sought.
+        share: of a signal's spread, that the deviation of what is left of it is.
     """
-    samples = sum(one.segment.samples for one in problem.experiments)
-    left = min(1.0 / (weight * problem.spread[key]) for key, weight in found.weights.items())
-    return SMALL * left / math.sqrt(samples)
+    return SMALL * share / math.sqrt(sum(one.segment.samples for one in problem.experiments))
 
 
 def steps_of(problem: Problem) -> int:
@@ -203,10 +206,11 @@ def first_weights(problem: Problem) -> dict[tuple[int, str], float]:
     return {key: 1.0 / max(*found, LEAST_ERROR * problem.spread[key]) for key, found in noise.items()}
 
 
-def starts(problem: Problem, weights: Weights, seed: int) -> tuple[list[Vector], Vector]:
-    """Where to begin, and the best of that: the scenario's own values, and the best of others.
+def starts(problem: Problem, weights: Weights, seed: int) -> tuple[list[Vector], Vector, float]:
+    """Where to begin: the scenario's own values, and the best of others, each with the delay that it shows.
 
-    Each has the delay that it shows itself.
+    Returns:
+        The starts, the best of them, and the share of the signals' spread that it leaves.
 
     Raises:
         HydroservoError: every run is lost.
@@ -234,7 +238,13 @@ def starts(problem: Problem, weights: Weights, seed: int) -> tuple[list[Vector],
         raise HydroservoError("a run diverges with each of the parameters tried; try other ranges")
     order = [0, *(1 + np.argsort(cost[1:]))][:STARTS]
     begun = {i: points[i] for i in order if np.isfinite(cost[i])}
-    return list(begun.values()), begun[min(begun, key=lambda i: cost[i])]
+    first = min(begun, key=lambda i: cost[i])
+    whole = sum(
+        (weights[one.segment.log, name] * problem.spread[one.segment.log, name]) ** 2
+        for one in problem.experiments
+        for name in one.segment.measured
+    )
+    return list(begun.values()), begun[first], math.sqrt(cost[first] / whole)
 
 
 def signals(shown: Vector, run: int) -> dict[str, Vector]:

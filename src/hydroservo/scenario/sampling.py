@@ -289,11 +289,11 @@ def parameters_of(
 def causes_of(assembly: Assembly, taken: Columns, path: str, first: int) -> list[str]:
     """What constructors take of which a number of the loop changes with each; all of its block if none is."""
     above = [name for name in taken if name.partition(".")[0] == path.partition(".")[0]]
-    found = []
+    causes = []
     for name in above:
         with suppress(ScenarioError):  # of numbers that go together with others alone
-            found += [name] if path in columns_of(assembly, {name: taken[name]}, first) else []
-    return found or above
+            causes += [name] if path in columns_of(assembly, {name: taken[name]}, first) else []
+    return causes or above
 
 
 def uniform(seed: int, path: str, runs: int, first: int = 0) -> Numbers:
