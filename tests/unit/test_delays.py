@@ -1,10 +1,13 @@
 """How late a log may be, and what is said of it."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 import hydroservo as hs
 from hydroservo.errors import ParameterError, ScenarioError
+from hydroservo.identification.conclusions import of_delay
 from hydroservo.identification.lag import lag, left
 from tests.support.axes import AXIS
 from tests.support.commanded_logs import LOADED, fit, moves
@@ -23,6 +26,9 @@ def test_a_long_delay_is_told_from_a_lag(log):
     assert found.logs[0].delay[0] == pytest.approx(0.3, abs=1e-4)
     assert found.parameters["valve.time_constant"].value == pytest.approx(0.03, rel=2e-2)
     assert not any("an end of" in line for line in found.remarks)
+
+
+LOG = SimpleNamespace(period=1e-3)
 
 
 @pytest.mark.parametrize(
@@ -45,6 +51,12 @@ def test_each_log_has_a_delay_of_its_own(log):
     other = moves(late=4)
     both = hs.identify(AXIS, [log, other], LAG, changes=LOADED | BELIEVED, threads=1)
     assert [fit.delay[0] for fit in both.logs] == pytest.approx([0.3, 0.02], abs=1e-4)
+
+
+@pytest.mark.parametrize(("delay", "lines"), [(-1.45, 1), (-1.3, 0), (3.0, 0), (999.95, 1)])
+def test_a_delay_of_a_few_samples_is_not_at_the_end_of_a_long_range(delay, lines):
+    log = SimpleNamespace(delay=(1e-3 * delay, 0.0), understood=SimpleNamespace(segments=[LOG]))
+    assert len([*of_delay(log, SimpleNamespace(low=-1.5, high=1000.0, scale=1e-3))]) == lines
 
 
 def test_a_range_of_delays_that_is_none_is_one_line(log):

@@ -22,7 +22,7 @@ PREDICTED = (
     "numbers are of predictions: their intervals know nothing of the bias that noise leaves in these, the "
     "more the shorter the horizon"
 )
-END = 0.005  # of a range, within which a delay lies at its end
+END = 0.1  # of a sample, within which a delay lies at an end of its range
 WORSE = 1.5  # times what is fitted, that what is held out may be missed by
 WIDER = 1.5  # times, that resampled intervals may be wider
 
@@ -47,7 +47,8 @@ def remarks_of(
 def of_delay(fit: LogFit, unknown: Unknown) -> Iterator[str]:
     """Whether the delay of a log lies at an end of what is sought."""
     low, high = unknown.low * unknown.scale, unknown.high * unknown.scale
-    if not low < fit.delay[0] - END * (high - low) < fit.delay[0] + END * (high - low) < high:
+    near = END * fit.understood.segments[0].period
+    if not low + near < fit.delay[0] < high - near:
         ends = f"{plain(low, 's')} to {plain(high, 's')}"
         yield f"its delay lies at an end of what is sought, {ends}; a wider range of delay may fit better"
 
