@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from hydroservo.identification.friction_map import FrictionMap, friction_map
 from hydroservo.scenario.quantities import unit_factor
-from hydroservo.scenario.recordings import name_and_unit
+from hydroservo.scenario.records.headers import name_and_unit
 
 FOLDER = Path(__file__).resolve().parents[1] / "examples" / "bench"
 UNITS = {"s": "s", "inch/s": "m/s", "psi": "Pa", "lbf": "N", "A": "A"}

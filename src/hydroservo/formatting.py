@@ -10,6 +10,7 @@ if TYPE_CHECKING:
 __all__ = [
     "MINUS",
     "NONE",
+    "TIMES",
     "column",
     "common_unit",
     "measured",

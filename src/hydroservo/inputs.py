@@ -5,8 +5,9 @@ from pathlib import Path
 
 from hydroservo.errors import ScenarioError
 
-__all__ = ["check_regular", "exists", "irregularity", "read_text"]
+__all__ = ["check_regular", "exists", "irregularity", "read_record_text", "read_text"]
 
+UTF_16 = (b"\xff\xfe", b"\xfe\xff")
 KINDS = {  # by the first bytes
     b"\xff\xfe": 'is UTF-16 text, in spreadsheets "Unicode text"; save it as UTF-8',
     b"\xfe\xff": "is UTF-16 text; save it as UTF-8",
@@ -35,6 +36,41 @@ def read_text(path: Path, most: int, name: str, key: str = "") -> str:
     Raises:
         ScenarioError: there is no such file, or it is not that.
     """
+    content = read_bytes(path, most, name, key)
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise not_text(content, error, name, key) from None
+
+
+def read_record_text(path: Path, most: int, name: str) -> str:
+    """The text of a record, in UTF-8, else in UTF-16 or Windows' code page 1252, as loggers write it.
+
+    The arguments are those of :func:`read_text`.
+
+    Raises:
+        ScenarioError: there is no such file, or it is not text.
+    """
+    content = read_bytes(path, most, name)
+    try:
+        if content.startswith(UTF_16):
+            return content.decode("utf-16")
+        if kind := next((kind for start, kind in KINDS.items() if content.startswith(start)), ""):
+            raise ScenarioError(name, "", kind)
+        try:
+            return content.decode("utf-8-sig")
+        except UnicodeDecodeError:
+            return content.decode("cp1252")
+    except UnicodeDecodeError as error:
+        raise not_text(content, error, name) from None
+
+
+def read_bytes(path: Path, most: int, name: str, key: str = "") -> bytes:
+    """The content of a regular file; the arguments are those of read_text.
+
+    Raises:
+        ScenarioError: there is no such file, or it is larger.
+    """
     check_regular(path, most, name, key)
     try:
         with path.open("rb") as file:
@@ -43,13 +79,14 @@ def read_text(path: Path, most: int, name: str, key: str = "") -> str:
         raise ScenarioError(name, key, f"cannot be read: {reason(error)}") from None
     if len(content) > most:
         raise ScenarioError(name, key, f"is larger than {size(most)}")
-    try:
-        return content.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        line = content.count(b"\n", 0, error.start) + 1
-        kinds = (kind for start, kind in KINDS.items() if content.startswith(start))
-        problem = next(kinds, f"is not UTF-8 text (line {line}); save it as UTF-8")
-        raise ScenarioError(name, key, problem) from None
+    return content
+
+
+def not_text(content: bytes, error: UnicodeDecodeError, name: str, key: str = "") -> ScenarioError:
+    """That a file holds other things than text."""
+    line = content.count(b"\n", 0, error.start) + 1
+    kinds = (kind for start, kind in KINDS.items() if content.startswith(start))
+    return ScenarioError(name, key, next(kinds, f"is not UTF-8 text (line {line}); save it as UTF-8"))
 
 
 def check_regular(path: Path, most: int, name: str, key: str = "") -> None:

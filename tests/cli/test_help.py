@@ -95,6 +95,7 @@ def test_each_example_of_the_help_runs(example, tmp_path, monkeypatch):
         "tune": few,
         "study": SMALL,
         "identify": plugin,
+        "log": plugin,
         "map": plugin,
     }
     succeeded(*args, *more.get(args[0], ()))

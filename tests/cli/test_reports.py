@@ -13,6 +13,7 @@ from hydroservo import load_scenario, simulate
 from hydroservo.figures.comparison import plot_comparison
 from hydroservo.figures.latex_text import label
 from hydroservo.figures.style import fit_width, style
+from hydroservo.runs.results import foreign_files
 from tests.support.commands.runner import QUICK, SHORT, failed, succeeded
 from tests.support.needs import needs
 from tests.support.reports import check_report, page, text_of
@@ -119,6 +120,51 @@ def test_formats_that_cannot_be_are_refused_before_the_run(tmp_path, monkeypatch
 
 def test_figures_without_a_folder_are_refused():
     assert "is of figures in a folder; add --out DIR" in failed(*RUN, "--figure-size", "one-column")
+
+
+@pytest.mark.parametrize("words", [RUN, COMPARE, LINEARIZE, BODE, BATCH, TUNE])
+def test_tables_with_decimal_commas_have_the_same_numbers(tmp_path, words):
+    for folder, options in (("points", ()), ("commas", ("--decimal-comma",))):
+        succeeded(*words, "--out", f"{tmp_path}/{folder}/", *options)
+    tables = sorted((tmp_path / "points").rglob("*.csv"))
+    assert tables
+    for table in tables:
+        other = tmp_path / "commas" / table.relative_to(tmp_path / "points")
+        points, commas = (
+            pd.read_csv(file, sep=sep, dtype=str, keep_default_na=False).map(
+                lambda cell: cell.replace(",", ".")
+            )
+            for file, sep in ((table, ","), (other, ";"))
+        )
+        pd.testing.assert_frame_equal(commas, points)
+    assert foreign_files(tmp_path / "commas") == []
+    assert text_of(tmp_path / "commas") == text_of(tmp_path / "points")
+
+
+def test_a_trajectory_with_decimal_commas_is_read_back(tmp_path):
+    succeeded(*RUN, "--out", tmp_path / "points")
+    succeeded(*RUN, "--out", tmp_path / "commas", "--decimal-comma")
+    hashes = []
+    for folder in ("points", "commas"):
+        series = f'{{ file = "{folder}/trajectory.csv", time = "time", column = "reference.value" }}'
+        scenario = tmp_path / f"{folder}.toml"
+        scenario.write_text(
+            f'base = "paper/sine-pi"\nreference = {{ type = "Recorded", series = {series} }}\n'
+        )
+        hashes.append(json.loads(succeeded("run", scenario, *QUICK, "--json"))["hash"])
+    assert hashes[0] == hashes[1]
+
+
+def test_the_table_of_a_batch_has_decimal_commas(tmp_path):
+    succeeded(*BATCH, "--out", tmp_path / "points.csv")
+    succeeded(*BATCH, "--out", tmp_path / "commas.csv", "--decimal-comma")
+    commas = pd.read_csv(tmp_path / "commas.csv", sep=";", decimal=",")
+    pd.testing.assert_frame_equal(commas, pd.read_csv(tmp_path / "points.csv"))
+
+
+@pytest.mark.parametrize("words", [RUN, BATCH, (*BATCH, "--out", "runs.parquet")])
+def test_decimal_commas_of_no_table_are_refused(words):
+    assert "--decimal-comma is of CSV files, and none is written" in failed(*words, "--decimal-comma")
 
 
 def test_three_panels_side_by_side_are_as_wide_as_two_columns(tmp_path):

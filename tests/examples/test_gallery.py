@@ -13,7 +13,17 @@ import pytest
 GALLERY = Path(__file__).parents[2] / "docs" / "gallery"
 INDEX = (GALLERY / "index.md").read_text(encoding="utf-8")
 SCRIPTS = sorted(path.stem for path in GALLERY.glob("*.py"))
-LONG = {"from_a_log", "reinforcement", "to_the_cortex_m"}
+LONG = {"a_matrix_of_matlab", "from_a_log", "reinforcement", "to_the_cortex_m"}
+
+TRUE = {  # of the logs' machines, in SI units
+    "a_matrix_of_matlab": {"plant.mechanism.mass": 90.0, "valve.orifice.rated_flow": 17.0 / 6e4},
+    "boom_behind_a_can_bus": {
+        "load.amplitude": 5e3,
+        "valve.time_constant": 0.06,
+        "valve.orifice.rated_flow": 24.0 / 6e4,
+    },
+    "export_of_a_rig": {"plant.mass": 8.0, "plant.bulk_modulus": 9e8, "valve.time_constant": 0.012},
+}
 
 
 def slow_if_long(name: str) -> object:
@@ -39,6 +49,8 @@ def test_a_script_leaves_its_picture(name: str, folder: Path) -> None:
     finally:
         del sys.modules[name]
     assert (folder / f"{name}.png").read_bytes().startswith(b"\x89PNG")
+    for path, value in TRUE.get(name, {}).items():
+        assert module.found.parameters[path].value == pytest.approx(value, rel=0.01)
 
 
 @pytest.mark.slow  # processes of its own
@@ -51,7 +63,7 @@ def test_the_study_is_a_program(folder: Path) -> None:
 
 def test_the_index_shows_each_with_its_picture() -> None:
     shown = re.findall(r"pictures/(\w+)\.png\n:target: (\w+)\.html\n:alt: (.+)\n\n\{doc\}`(\w+)`", INDEX)
-    assert len(SCRIPTS) == 10
+    assert len(SCRIPTS) == 13
     assert sorted(name for name, *_ in shown) == SCRIPTS
     for name, target, title, linked in shown:
         assert name == target == linked

@@ -1,6 +1,6 @@
 """Texts of plug-ins, as users write them in files of their own."""
 
-__all__ = ["LAW", "METRIC"]
+__all__ = ["LAW", "MECHANISM", "METRIC"]
 
 LAW = '''\
 from typing import Annotated, NamedTuple
@@ -25,6 +25,27 @@ class Law(NamedTuple):
 
     def step(self, s, y, r, dt):
         return State(self.gain * (r.value - y.velocity))
+'''
+MECHANISM = '''\
+from typing import Annotated, NamedTuple
+
+from hydroservo import Field, ops
+from hydroservo.roles import Mechanism, role
+
+
+@role(Mechanism)
+class OntoBlank(NamedTuple):
+    """A ram that meets a blank: k max(x - x_c, 0)."""
+
+    mass: Annotated[float, Field("kg", "ram", "chosen", above=0)] = 60.0
+    contact: Annotated[float, Field("m", "where it meets the blank", "chosen")] = 0.1
+    stiffness: Annotated[float, Field("N/m", "of the blank", "chosen", at_least=0)] = 1e6
+
+    def inertia(self, position: float) -> float:
+        return self.mass
+
+    def resistance(self, position: float, velocity: float) -> float:
+        return self.stiffness * ops.maximum(position - self.contact, 0.0)
 '''
 METRIC = '''\
 from typing import Annotated, NamedTuple

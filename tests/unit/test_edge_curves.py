@@ -178,7 +178,7 @@ AXIS = {"reference": step("0 V", "5 V", "0.1 s"), "simulation.duration": "0.4 s"
         (FLOW_CURVE | {"full": "1 mm"}, "'0 %' does not convert to mm"),
         (FLOW_CURVE | {"full": "1 foo"}, "flow_curve.full: '1 foo' has the unknown unit foo"),
         (FLOW_CURVE | {"full": "-1 mm"}, "flow_curve.full: '-1 mm' must be above 0"),
-        (FLOW_CURVE | {"full": 1}, "flow_curve.full: 1 is not a quantity such as '10 V'"),
+        (FLOW_CURVE | {"full": 1}, "flow_curve.full: 1 is not a quantity such as '1.5 V'"),
     ],
 )
 def test_wrong_units_are_refused_in_one_line(table: dict[str, Any], problem: str) -> None:

@@ -1,6 +1,12 @@
 """The environments, held to Gymnasium's own checks, to each other and to runs of the scenario."""
 
+import copy
+import pickle
+import subprocess
+import sys
 import warnings
+from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import gymnasium
@@ -12,6 +18,7 @@ from gymnasium.utils.env_match import check_environments_match
 import hydroservo as hs
 import hydroservo.gym as environments
 from hydroservo.testing.bits import bits
+from tests.support.plugins import MECHANISM
 
 gymnasium.register_envs(environments)
 IDS = ("hydroservo/Velocity-v0", "hydroservo/Position-v0")
@@ -29,6 +36,86 @@ def test_gymnasiums_own_checks_find_nothing(name: str) -> None:
         warnings.simplefilter("error")
         check_env(made(name).unwrapped)
         check_environments_match(made(name), made(name), num_steps=120)
+
+
+@pytest.fixture
+def ram(tmp_path: Path) -> dict[str, Any]:
+    """A scenario with a mechanism of one's own, and the file of that."""
+    own, scenario = tmp_path / "blank.py", tmp_path / "ram.toml"
+    own.write_text(MECHANISM)
+    scenario.write_text('base = "axis/position"\nplant.mechanism = { type = "OntoBlank" }\n')
+    return {"scenario": scenario, "plugins": [own]}
+
+
+def rewards(env: Any, count: int = 20) -> list[bytes]:
+    """The bits of rewards that commands of one's own bring."""
+    actions = np.random.default_rng(3).uniform(-0.3, 0.3, size=(count, *env.action_space.shape))
+    return [bits(np.asarray(env.step(action)[1])) for action in actions]
+
+
+def test_a_block_of_ones_own_is_in_an_environment_by_its_file_and_in_a_loop(ram: dict[str, Any]) -> None:
+    nominal = {"uncertainty.scale": 0}  # which a loop no longer has
+    loop = hs.load_scenario(ram["scenario"], SHORT | nominal, ram["plugins"])
+    assert type(loop.plant.mechanism).__name__ == "OntoBlank"
+    envs = made(IDS[1], changes=nominal, **ram), gymnasium.make(IDS[1], scenario=loop, draws=3)
+    for env in envs:
+        env.reset(seed=1)
+    assert rewards(envs[0]) == rewards(envs[1])
+
+
+@pytest.mark.parametrize("given", [{"changes": SHORT}, {"plugins": ["law.py"]}])
+def test_what_makes_a_loop_does_not_go_with_one(given: dict[str, Any]) -> None:
+    with pytest.raises(hs.ParameterError, match=r"must be left out where scenario is a loop"):
+        environments.LoopEnv(hs.load_scenario("axis/position"), "position", **given)
+
+
+COPIES = [copy.copy, copy.deepcopy, lambda env: pickle.loads(pickle.dumps(env))]
+
+
+@pytest.mark.parametrize("copied", COPIES)
+def test_a_copy_goes_on_from_the_same_state_by_itself(
+    copied: Callable[[Any], Any], ram: dict[str, Any]
+) -> None:
+    env = made(IDS[1], **ram).unwrapped
+    env.reset(seed=2)
+    rewards(env)
+    twin = copied(env)
+    ours = rewards(env)
+    assert rewards(twin) == ours
+    assert data_equivalence(twin.reset(), env.reset(), exact=True)  # from the same generator
+
+
+@pytest.mark.parametrize("copied", COPIES)
+def test_a_copy_of_runs_side_by_side_goes_on_too(copied: Callable[[Any], Any]) -> None:
+    env = gymnasium.make_vec(IDS[0], 70, vectorization_mode=LANES, changes=SHORT, draws=3, threads=2)
+    env.reset(seed=2)
+    rewards(env)
+    twin = copied(env)
+    ours = rewards(env, 60)  # through ends of episodes
+    assert rewards(twin, 60) == ours
+
+
+def test_another_process_goes_on_with_a_pickle(ram: dict[str, Any], tmp_path: Path) -> None:
+    env = made(IDS[1], **ram).unwrapped
+    env.reset(seed=2)
+    (tmp_path / "env.pickle").write_bytes(pickle.dumps(env))
+    text = (
+        "import pickle, sys, numpy\n"
+        "env = pickle.load(open(sys.argv[1], 'rb'))\n"
+        "print(*(env.step(numpy.array([0.2]))[1].hex() for _ in range(20)))"
+    )
+    command = [sys.executable, "-c", text, str(tmp_path / "env.pickle")]
+    theirs = subprocess.run(command, check=True, capture_output=True, text=True).stdout.split()
+    assert theirs == [env.step(np.array([0.2]))[1].hex() for _ in range(20)]
+
+
+@pytest.mark.filterwarnings("ignore:.*render_mode:UserWarning")  # of Gymnasium
+def test_that_nothing_is_drawn_is_said_in_one_line() -> None:
+    for make in (gymnasium.make, lambda *given, **more: gymnasium.make_vec(*given, 2, LANES, **more)):
+        with pytest.raises(hs.ParameterError) as error:
+            make(IDS[0], render_mode="rgb_array")
+        assert str(error.value) == "render_mode = 'rgb_array': must be None: nothing is drawn"
+    assert made(render_mode=None).unwrapped.render() is None
 
 
 @pytest.mark.parametrize("name", IDS)
@@ -125,6 +212,6 @@ def test_where_nothing_differs_there_is_one_machine() -> None:
 def test_an_action_that_is_no_number_is_refused() -> None:
     env = made().unwrapped
     env.reset(seed=0)
-    for action in ([np.nan], [0.1, 0.2]):
+    for action in ([np.nan], [0.1, 0.2], ["left"], [None]):
         with pytest.raises(hs.ParameterError, match="must be 1 finite numbers"):
             env.step(np.array(action))

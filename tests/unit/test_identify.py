@@ -133,7 +133,7 @@ def test_a_lag_is_told():
     rng = np.random.default_rng(0)
     shown = {"velocity": np.cumsum(rng.normal(size=500))}
     measured = {"velocity": np.concatenate([np.zeros(7), shown["velocity"][:-7]]) + 3.0}
-    assert lag(measured, shown, {"velocity": 1.0}, 20) == 7
+    assert lag(measured, shown, {"velocity": 1.0}, -1, 20) == 7
 
 
 @pytest.mark.parametrize("rho", [0.0, 0.5, 0.9])

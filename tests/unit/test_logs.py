@@ -92,7 +92,9 @@ def test_a_file_without_lines_is_refused_without_one(tmp_path):
     savemat(path, {name: np.arange(20.0) for name in ("time", "command", "velocity")})
     with pytest.raises(ScenarioError) as caught:
         read_log(path, {})
-    assert "log.mat: column 'time' has no unit; write \"time [s]\"" in str(caught.value)
+    assert "log.mat: column 'time' has no unit; write [identify.columns] time = \"time [s]\"" in str(
+        caught.value
+    )
     units = {"time": "time [s]", "command": "command [V]", "velocity": "velocity [mm/s]"}
     assert read_log(path, units).signals["velocity"][1] == pytest.approx(1e-3)
 

@@ -13,15 +13,15 @@ import pytest
 
 from hydroservo.cosimulation.fmu import read_fmu
 from hydroservo.errors import HydroservoError, ScenarioError
-from hydroservo.identification import binary_tables
 from hydroservo.identification.log import read_log
 from hydroservo.scenario import load_plugin, load_scenario
+from hydroservo.scenario.records import binary
 from hydroservo.work.store import manifest_in
 from tests.support.commands.processes import needs_posix
 
 TIME = np.arange(40) * 1e-3
 ROWS = {"time [s]": TIME, "command [V]": np.sin(TIME), "velocity [m/s]": np.cos(TIME), "spare": TIME}
-ENDINGS = ("mat", "nc", "parquet", "mf4", "csv")
+ENDINGS = ("mat", "nc", "h5", "parquet", "mf4", "tdms", "csv")
 READERS = {
     **dict.fromkeys(ENDINGS, lambda path: read_log(path, {})),
     "toml": load_scenario,
@@ -65,7 +65,7 @@ def test_what_would_fill_the_memory_is_refused_before_it_is_read(
 ) -> None:
     path = write(tmp_path / f"log.{ending}")
     assert read_log(path, {}).time.size == 40
-    monkeypatch.setattr(binary_tables, "MOST_READ", 3 * 40 * 8 - 1)
+    monkeypatch.setattr(binary, "MOST_READ", 3 * 40 * 8 - 1)
     with pytest.raises(ScenarioError, match=rf"log.{ending}: the columns to read take 0 MiB"):
         read_log(path, {})
 
@@ -87,11 +87,11 @@ def test_a_library_that_takes_too_much_or_too_long_is_ended(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = matlab(tmp_path / "log.mat")
-    monkeypatch.setattr(binary_tables, "PATIENCE", 0.0)
+    monkeypatch.setattr(binary, "PATIENCE", 0.0)
     with pytest.raises(ScenarioError, match=r"log.mat: cannot be read as .mat: it takes more than 0 s"):
         read_log(path, {})
-    monkeypatch.setattr(binary_tables, "PATIENCE", 60.0)
-    monkeypatch.setattr(binary_tables, "MOST_MEMORY", 100 << 20)
+    monkeypatch.setattr(binary, "PATIENCE", 60.0)
+    monkeypatch.setattr(binary, "MOST_MEMORY", 100 << 20)
     with pytest.raises(ScenarioError, match=r"log.mat: cannot be read as .mat: "):
         read_log(path, {})
 
@@ -99,9 +99,9 @@ def test_a_library_that_takes_too_much_or_too_long_is_ended(
 READING = """
 import sys
 from pathlib import Path
-from hydroservo.identification.binary_tables import process_table
+from hydroservo.scenario.records.binary import process_table
 with process_table(Path(sys.argv[1])) as table:
-    print(*table.headers, flush=True)
+    print(*(header.text for header in table.headers), flush=True)
     sys.stdin.read()
 """
 
@@ -175,7 +175,7 @@ def test_an_archive_that_unpacks_to_too_much_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "bomb.fmu"
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr("modelDescription.xml", b" " * (65 << 20))
-    with pytest.raises(HydroservoError, match="^has a description of 65 MiB; at most 64 are read"):
+    with pytest.raises(HydroservoError, match=r"^has a description of 65 MiB; at most 64 are read"):
         read_fmu(path)
 
 

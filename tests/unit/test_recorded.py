@@ -120,7 +120,7 @@ def log(path: Path, samples: int = 2000, period: float = 1e-3, **changes: object
         ({"command [V]": 0.5}, "neither command nor reference changes: nothing excites the machine"),
         ({"velocity [m/s]": 0.5}, "never changes, and nothing else is measured"),
         ({"velocity [m/s]": np.nan}, "never changes, and nothing else is measured"),
-        ({"reference [bar]": 0.0}, "does not convert to m/s, as reference must"),
+        ({"reference [bar]": 0.0}, "does not convert to m/s; write [identify.columns] reference = "),
     ],
 )
 def test_a_log_that_tells_nothing_is_refused_in_one_line(

@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 
 from hydroservo import ScenarioError
+from hydroservo.block import values
 from hydroservo.scenario import load_plugin, load_scenario
 from hydroservo.supplies import GasAccumulator, ReliefValve
 from hydroservo.testing.examples import example
@@ -74,7 +75,7 @@ def test_arguments_may_be_blocks_from_constructors_too(tmp_path: Path) -> None:
     edges = FourEdges.rated(
         40 * LITRE_PER_MINUTE, 70e5, 5e-4, null_leakage=LITRE_PER_MINUTE, supply_pressure=210e5
     )
-    assert valve.orifice == pytest.approx(edges, rel=1e-14)
+    assert values(valve.orifice) == pytest.approx(values(edges), rel=1e-14)
     base = BASE._replace(orifice=valve.orifice)
     assert_same_block(valve, SecondOrderValve.from_response(120.0, 100.0, *base, slew_limit=0.5))
 

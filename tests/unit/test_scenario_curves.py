@@ -114,7 +114,7 @@ WRONG = [
     (
         'file = "gain.csv", time = "v"',
         "",
-        "curve.time: unknown key .* it must be one of file, column, over, points",
+        "curve.time: unknown key .* it must be one of file, column, scale, offset, over, points",
     ),
     (
         'file = "gain.csv", points = [[0, 1], [1, 2]]',

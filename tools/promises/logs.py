@@ -12,7 +12,7 @@ import numpy as np
 
 from hydroservo.field import Field
 from hydroservo.identification.log import read_log
-from hydroservo.scenario.recordings import read_series
+from hydroservo.scenario.records.series import read_series
 
 __all__ = ["drawn_log", "read", "wrong_log"]
 

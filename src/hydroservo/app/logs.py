@@ -15,13 +15,15 @@ from hydroservo.app.trajectory import thinned
 from hydroservo.errors import HydroservoError, ScenarioError, short
 from hydroservo.formatting import quantity
 from hydroservo.identification.identified import identify
-from hydroservo.identification.log import read_log
+from hydroservo.identification.log import log_mapping, read_log
+from hydroservo.identification.log_summary import log_summary, rate_lines, signal_rows
 from hydroservo.identification.segments import understood
 from hydroservo.identification.signals import SIGNALS
+from hydroservo.scenario.records import ENDINGS
 
 __all__ = ["LOGS", "drawn_log", "found_in_log", "log_file"]
 
-LOGS = (".csv", ".txt", ".parquet", ".mat", ".nc", ".mf4", ".mdf")
+LOGS = ENDINGS
 LOG_KEY = re.compile("[0-9a-f]{16}")
 MOST_SOUGHT = 8
 PLOTTED = {"command": "controller.u", "pressure_a": "plant.pressure_a", "pressure_b": "plant.pressure_b"}
@@ -48,12 +50,11 @@ def drawn_log(source: Source, file: Path) -> tuple[dict[str, Any], NDArray[np.fl
     """
     assembly = source.assembled()
     controlled = assembly.loop.controls.declared()
-    columns = {name: str(entry.value) for name, entry in assembly.log_columns.items()}
     try:
-        log = read_log(file, columns)
-        remarks = understood(log).remarks
+        whole = understood(read_log(file, log_mapping(assembly.log_columns)))
     except ScenarioError as error:
         raise ScenarioError("", "", ": ".join(part for part in (error.key, error.problem) if part)) from None
+    log, summary = whole.log, log_summary(whole)
     lines = [
         {"path": PLOTTED.get(name, "controlled.value" if name == controlled.meaning else ""), "name": name}
         for name in log.signals
@@ -64,7 +65,8 @@ def drawn_log(source: Source, file: Path) -> tuple[dict[str, Any], NDArray[np.fl
         "lines": [{**line, "unit": unit} for line, unit in zip(lines, units, strict=True)],
         "points": int(rows.shape[1]),
         "samples": len(log.time),
-        "remarks": list(remarks),
+        "signals": signal_rows(summary),
+        "remarks": [*rate_lines(summary), *whole.remarks],
     }
     return about, rows
 

@@ -21,9 +21,11 @@ from hydroservo.cli.failures import Commands, Listing, naming
 from hydroservo.cli.identify import identify
 from hydroservo.cli.limit import limit
 from hydroservo.cli.linearize import linearize
+from hydroservo.cli.log import log
 from hydroservo.cli.map import map_logs
 from hydroservo.cli.options import (
     Changes,
+    DecimalComma,
     FigureFormat,
     FigureSize,
     Folder,
@@ -33,6 +35,7 @@ from hydroservo.cli.options import (
     Several,
     Strict,
     Verbose,
+    comma_in,
     loaded,
 )
 from hydroservo.cli.page import page
@@ -95,6 +98,7 @@ def run(
     ] = Format.CSV,
     figure_size: FigureSize = None,
     figure_format: FigureFormat = None,
+    decimal_comma: DecimalComma = False,
     json: Json = False,
     interpreted: Annotated[
         bool, typer.Option("--interpreted", help="Run in plain Python, thousands of times slower, to debug.")
@@ -128,7 +132,7 @@ def run(
     from hydroservo.runs.trace import dataset
 
     loop, ending = loaded(scenario, changes, plugins), form.ending
-    journal = journal_of(figure_format, figure_size, out)
+    journal = journal_of(figure_format, figure_size, out, comma_in(decimal_comma, out))
     if out:
         report_files = Files(["run"], ["metrics"], journal)
         announce(result_files(out, (f"trajectory{ending}", "metrics.csv"), report_files), [(scenario, loop)])
@@ -169,6 +173,7 @@ def compare(
     out: Folder = None,
     figure_size: FigureSize = None,
     figure_format: FigureFormat = None,
+    decimal_comma: DecimalComma = False,
     json: Json = False,
     strict: Strict = False,
     verbose: Verbose = False,
@@ -200,7 +205,7 @@ def compare(
 
     loops = [loaded(scenario, changes, plugins) for scenario in scenarios]
     check_one_signal("scenarios", [loop.controls.declared().meaning for loop in loops])
-    journal = journal_of(figure_format, figure_size, out)
+    journal = journal_of(figure_format, figure_size, out, comma_in(decimal_comma, out))
     if out:
         report_files = Files(["comparison"], ["metrics"], journal)
         announce(result_files(out, ("metrics.csv",), report_files), [*zip(scenarios, loops, strict=True)])
@@ -249,6 +254,7 @@ app.command()(linearize)
 app.command()(bode)
 app.command()(identify)
 app.command("map")(map_logs)
+app.command()(log)
 app.command()(check)
 app.command()(audit)
 app.command()(describe)

@@ -7,12 +7,14 @@ import typer
 
 from hydroservo.cli.options import (
     Changes,
+    DecimalComma,
     FigureFormat,
     FigureSize,
     Folder,
     Json,
     Plugins,
     Scenario,
+    comma_in,
     loaded,
 )
 
@@ -30,6 +32,7 @@ def audit(
     out: Folder = None,
     figure_size: FigureSize = None,
     figure_format: FigureFormat = None,
+    decimal_comma: DecimalComma = False,
     json: Json = False,
 ) -> None:
     """Check what a scenario's law assumes of its loop, and predict its chatter.
@@ -53,7 +56,7 @@ def audit(
     from hydroservo.runs.results import as_json
 
     loop = loaded(scenario, changes, plugins)
-    journal = journal_of(figure_format, figure_size, out)
+    journal = journal_of(figure_format, figure_size, out, comma_in(decimal_comma, out))
     if out:
         try_outputs(result_files(out, (), Files(["margins"], ["assumptions"], journal)))
     with progress_bar(scenario):

@@ -10,6 +10,7 @@ import typer
 
 from hydroservo.cli.options import (
     Changes,
+    DecimalComma,
     FigureFormat,
     FigureSize,
     Json,
@@ -19,6 +20,7 @@ from hydroservo.cli.options import (
     Threads,
     Verbose,
     check_one_place,
+    comma_in,
     ranges_in,
     replay,
     varied,
@@ -72,6 +74,7 @@ def batch(
     ],
     figure_size: FigureSize = None,
     figure_format: FigureFormat = None,
+    decimal_comma: DecimalComma = False,
     seeds: Annotated[
         bool, typer.Option("--seeds", help="Give each run random numbers of its own, as for sensor noise.")
     ] = False,
@@ -131,7 +134,7 @@ def batch(
     - `hydroservo batch paper/sine-pi --runs 1000000 --vary plant.mass=4..8kg --out runs/
       --scheduler tcp://head:8786`
     """
-    from hydroservo.cli.batch_files import destinations, write_batch
+    from hydroservo.cli.batch_files import destinations, is_csv, write_batch
     from hydroservo.cli.batch_summary import batch_summary, show_batch
     from hydroservo.cli.kernels import log_kernels
     from hydroservo.cli.progress import progress_bar
@@ -148,7 +151,9 @@ def batch(
     if not (ranges or seeds):
         raise HydroservoError("nothing varies: give --vary PATH=LOW..HIGH, or --seeds, or both")
     files, folder = destinations(out)
-    journal = journal_of(figure_format, figure_size, folder)
+    journal = journal_of(
+        figure_format, figure_size, folder, comma_in(decimal_comma, folder, *filter(is_csv, files))
+    )
     check_sizes(runs, seed, folder)
     check_workers(workers, scheduler, folder, cuda)
     assembly = assembled(scenario, dict(map(parse_override, changes)), plugins)
@@ -165,7 +170,7 @@ def batch(
         seconds = time.monotonic() - start
         report(1.0, "writing files")
         varying = [one.path for one in sampled.varied]
-        left = write_batch(files, table, varying, metric)
+        left = write_batch(files, table, varying, metric, decimal_comma)
         summary = batch_summary(scenario, seed, table, sampled.ranges(runs))
         other_demands = any(path.startswith("reference.") for path in varying)
         shown = summary if other_demands else for_table(summary, assembly.loop)

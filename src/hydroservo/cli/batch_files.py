@@ -1,19 +1,21 @@
 """The files that the table of a batch goes into."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hydroservo.cli.files import is_folder
 from hydroservo.cli.writing import Written
 from hydroservo.errors import HydroservoError
-from hydroservo.outputs import OutputError, keep_elsewhere, staged
-from hydroservo.runs.results import FORMATS, save
+from hydroservo.outputs import OutputError, keep_elsewhere, staged, write_text
+from hydroservo.reports.decimal_commas import decimal_commas
+from hydroservo.runs.results import FORMATS, Format, save
 
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["destinations", "write_batch"]
+__all__ = ["destinations", "is_csv", "write_batch"]
 
 PICTURES = (".png", ".svg", ".pdf")
 ENDINGS = (*FORMATS, *PICTURES)
@@ -33,6 +35,11 @@ def destinations(out: Sequence[str]) -> tuple[list[Path], Path | None]:
     return files, Path(folders[0]) if folders else None
 
 
+def is_csv(file: Path) -> bool:
+    """Whether a file's ending says CSV."""
+    return file.suffix.lower() == Format.CSV.ending
+
+
 def checked_endings(files: Sequence[Path]) -> None:
     """Refuse a file that could not be written in the end.
 
@@ -47,22 +54,29 @@ def checked_endings(files: Sequence[Path]) -> None:
             )
 
 
-def write_batch(files: Sequence[Path], table: "xr.Dataset", varied: Sequence[str], metric: str) -> Written:
+def write_batch(
+    files: Sequence[Path],
+    table: "xr.Dataset",
+    varied: Sequence[str],
+    metric: str,
+    decimal_comma: bool = False,
+) -> Written:
     """Write a table, and pictures of one metric against what varied, each whatever becomes of the others."""
     failures: dict[Path, Exception] = {}
+    write = partial(write_file, table=table, varied=varied, metric=metric, decimal_comma=decimal_comma)
     for folder in dict.fromkeys(file.parent for file in files):
         together = [file for file in files if file.parent == folder]
         try:
             with staged(folder) as stage:
                 for file in together:
                     try:
-                        write_file(stage / file.name, table, varied, metric)
+                        write(stage / file.name)
                     except Exception as error:  # whatever it is, the other files are worth having
                         failures[file] = error
         except OutputError as error:
             failures |= dict.fromkeys(together, error)
     done = [file for file in files if file not in failures]
-    return Written(done, failure_of(failures, lambda file: write_file(file, table, varied, metric)))
+    return Written(done, failure_of(failures, write))
 
 
 def failure_of(failures: Mapping[Path, Exception], write: Callable[[Path], object]) -> Exception | None:
@@ -84,9 +98,13 @@ def distinct(files: Iterable[Path]) -> list[str]:
     return [name if names.count(name) == 1 else f"{i}-{name}" for i, name in enumerate(names, 1)]
 
 
-def write_file(file: Path, table: "xr.Dataset", varied: Sequence[str], metric: str) -> None:
+def write_file(
+    file: Path, table: "xr.Dataset", varied: Sequence[str], metric: str, decimal_comma: bool
+) -> None:
     if file.suffix.lower() in FORMATS:
         save(table, file)
+        if decimal_comma and is_csv(file):
+            write_text(file, decimal_commas(file.read_text(encoding="utf-8")))
     else:
         from hydroservo.figures.batch import plot_batch
         from hydroservo.figures.style import save_picture

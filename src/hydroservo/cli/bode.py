@@ -10,12 +10,14 @@ from hydroservo.cli.options import (
     VARY,
     Changes,
     CommandAt,
+    DecimalComma,
     FigureFormat,
     FigureSize,
     Force,
     Json,
     Plugins,
     Scenario,
+    comma_in,
     loaded,
     loaded_aloud,
     quantity_of,
@@ -100,6 +102,7 @@ def bode(
     ] = None,
     figure_size: FigureSize = None,
     figure_format: FigureFormat = None,
+    decimal_comma: DecimalComma = False,
     json: Json = False,
 ) -> None:
     """Show a scenario in frequency: its loop open and closed, and its compliance to the load.
@@ -118,6 +121,7 @@ def bode(
     - `hydroservo bode rig/1khz-pi-sine --log bench.csv --log warm.csv --out bench/`
     """
     from hydroservo.cli.files import list_files, result_files, write_results
+    from hydroservo.cli.log import columns_in
     from hydroservo.cli.progress import progress_bar
     from hydroservo.cli.tables import show
     from hydroservo.cli.writing import try_outputs, write_or_keep
@@ -135,7 +139,7 @@ def bode(
     }
     loop = loaded(scenario, changes, plugins)
     file, folder = destination(out)
-    journal = journal_of(figure_format, figure_size, folder)
+    journal = journal_of(figure_format, figure_size, folder, comma_in(decimal_comma, folder))
     if file:
         try_outputs([file])
     if folder:
@@ -248,14 +252,6 @@ def varied(
     for value in np.linspace(one.low, one.high, VALUES).tolist():
         loops[value] = loaded_aloud(scenario, given | {name: value}, plugins)
     return bode_over(loops, path, field.unit, **point)
-
-
-def columns_in(scenario: str, changes: list[str], plugins: list[Path]) -> dict[str, str]:
-    """Which column of a log holds which signal, as the scenario says."""
-    from hydroservo.identification.log import log_mapping
-    from hydroservo.scenario import assembled, parse_override
-
-    return log_mapping(assembled(scenario, dict(map(parse_override, changes)), plugins).log_columns)
 
 
 def draw(data: "xr.Dataset", out: Path) -> None:

@@ -52,7 +52,7 @@ def write_results(
         own: the files besides the report.
         report: its pictures, its tables and its page.
         said: all numbers, as ``--json`` prints them, for ``metrics.json``.
-        journal: what figures a journal is to have.
+        journal: what figures a journal is to have, and what decimals tables have.
 
     Returns:
         What was written.
@@ -61,6 +61,7 @@ def write_results(
         HydroservoError: a file cannot be written.
     """
     from hydroservo.outputs import staged
+    from hydroservo.reports.decimal_commas import with_decimal_commas
     from hydroservo.reports.folder import write_report
     from hydroservo.runs.results import write_metrics
 
@@ -68,6 +69,8 @@ def write_results(
         for name, write in own.items():
             write(stage / name)
         files = write_report(stage, report, journal)
+        if journal.decimal_comma:
+            with_decimal_commas(stage)
         write_metrics(stage, said)
     return result_files(folder, own, files)
 

@@ -10,6 +10,7 @@ import typer
 
 from hydroservo.cli.options import (
     Changes,
+    DecimalComma,
     FigureFormat,
     FigureSize,
     Folder,
@@ -18,6 +19,7 @@ from hydroservo.cli.options import (
     Scenario,
     Threads,
     Verbose,
+    comma_in,
     quantity_of,
     ranges_in,
     varied,
@@ -48,7 +50,9 @@ def identify(
     scenario: Scenario,
     logs: Annotated[
         list[Path],
-        typer.Argument(metavar="LOG...", help="Logs of the machine: CSV, Parquet, MAT, NetCDF or MDF files."),
+        typer.Argument(
+            metavar="LOG...", help="Logs of the machine: CSV, Parquet, MAT, NetCDF, HDF5, MDF or TDMS files."
+        ),
     ],
     changes: Changes,
     plugins: Plugins,
@@ -56,7 +60,7 @@ def identify(
         list[str],
         varied(
             "Seek a number of the machine between two values, such as 5000..15000 bar, or relative to "
-            "that of the scenario, such as -50%..+100%."
+            "that of the scenario, such as -50%..+100%; or the delay of each log, such as delay=0..3s."
         ),
     ],
     limits: Annotated[
@@ -111,6 +115,7 @@ def identify(
     out: Folder = None,
     figure_size: FigureSize = None,
     figure_format: FigureFormat = None,
+    decimal_comma: DecimalComma = False,
     threads: Threads = None,
     json: Json = False,
     verbose: Verbose = False,
@@ -151,7 +156,7 @@ def identify(
     overrides, asked = dict(map(parse_override, changes)), ranges_in(ranges)
     bounds, memory = limits_in(limits, propose), horizon_of(form, horizon)
     count = checked_count(threads, "--threads")
-    journal = journal_of(figure_format, figure_size, out)
+    journal = journal_of(figure_format, figure_size, out, comma_in(decimal_comma, out, propose))
     files = files_of(len(logs), against is not None, propose is not None, journal)
     own = result_files(out, ["scenario.toml"], files) if out else []
     try_outputs([*own, *([propose] if propose else [])])
@@ -168,7 +173,7 @@ def identify(
             if propose:
                 say = partial(say_progress, report, "the command to propose")
                 proposal = proposed(found, limits=bounds, seed=seed, progress=say)
-                write_text(propose, proposal.csv())
+                write_text(propose, journal.csv(proposal.csv()))
                 more = more._replace(proposal=proposal)
         except HydroservoError as error:
             failure = error
@@ -263,10 +268,11 @@ def others_own(
         ScenarioError: one of these changes is none to it.
     """
     from hydroservo.block import leaves
+    from hydroservo.identification.problem import DELAY
     from hydroservo.scenario.load import assembled
 
     other = assembled(scenario, {}, plugins)
-    known = {*other.arguments, *(path for path, _ in leaves(other.loop))}
+    known = {DELAY, *other.arguments, *(path for path, _ in leaves(other.loop))}
     changed = {path: value for path, value in overrides.items() if path in known}
     assembled(scenario, changed, plugins)
     return {path: entry for path, entry in asked.items() if path in known}, changed

@@ -7,12 +7,14 @@ import typer
 
 from hydroservo.cli.options import (
     Changes,
+    DecimalComma,
     FigureFormat,
     FigureSize,
     Folder,
     Json,
     Plugins,
     Scenario,
+    comma_in,
     loaded,
 )
 from hydroservo.cli.remarks import say_remarks
@@ -39,6 +41,7 @@ def limit(
     out: Folder = None,
     figure_size: FigureSize = None,
     figure_format: FigureFormat = None,
+    decimal_comma: DecimalComma = False,
     json: Json = False,
 ) -> None:
     """Show how close a scenario's law comes to the best that any command could do.
@@ -66,7 +69,7 @@ def limit(
     from hydroservo.runs.run import trace_size
 
     loop = loaded(scenario, changes, plugins)
-    journal = journal_of(figure_format, figure_size, out)
+    journal = journal_of(figure_format, figure_size, out, comma_in(decimal_comma, out))
     if out:
         own = [f"{name}.csv" for name in MEANINGS]
         report_files = Files(["limit"], ["limits"], journal)

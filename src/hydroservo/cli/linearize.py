@@ -10,6 +10,7 @@ import typer
 from hydroservo.cli.options import (
     Changes,
     CommandAt,
+    DecimalComma,
     FigureFormat,
     FigureSize,
     Folder,
@@ -17,6 +18,7 @@ from hydroservo.cli.options import (
     Json,
     Plugins,
     Scenario,
+    comma_in,
     loaded,
     quantity_of,
 )
@@ -61,6 +63,7 @@ def linearize(
     out: Folder = None,
     figure_size: FigureSize = None,
     figure_format: FigureFormat = None,
+    decimal_comma: DecimalComma = False,
     json: Json = False,
 ) -> None:
     """Linearise a scenario's machine, its controller or the whole loop, about a point.
@@ -87,7 +90,7 @@ def linearize(
     from hydroservo.runs.results import as_json
 
     loop = loaded(scenario, changes, plugins)
-    journal = journal_of(figure_format, figure_size, out)
+    journal = journal_of(figure_format, figure_size, out, comma_in(decimal_comma, out))
     if out:
         try_outputs(result_files(out, (), Files(["poles"], ["poles", "gains"], journal)))
     point = point_of(

@@ -6,7 +6,17 @@ from typing import Annotated
 import typer
 
 from hydroservo.cli.completion import scenarios_like
-from hydroservo.cli.options import Changes, FigureFormat, FigureSize, Folder, Json, Plugins, loaded
+from hydroservo.cli.options import (
+    Changes,
+    DecimalComma,
+    FigureFormat,
+    FigureSize,
+    Folder,
+    Json,
+    Plugins,
+    comma_in,
+    loaded,
+)
 from hydroservo.cli.remarks import say_warning
 
 __all__ = ["map_logs"]
@@ -19,7 +29,9 @@ def map_logs(
     ],
     logs: Annotated[
         list[Path],
-        typer.Argument(metavar="LOG...", help="Logs of the machine: CSV, Parquet, MAT, NetCDF or MDF files."),
+        typer.Argument(
+            metavar="LOG...", help="Logs of the machine: CSV, Parquet, MAT, NetCDF, HDF5, MDF or TDMS files."
+        ),
     ],
     changes: Changes,
     plugins: Plugins,
@@ -35,6 +47,7 @@ def map_logs(
     out: Folder = None,
     figure_size: FigureSize = None,
     figure_format: FigureFormat = None,
+    decimal_comma: DecimalComma = False,
     json: Json = False,
 ) -> None:
     """Measure a static map of a machine from logs of it, with 95 % intervals.
@@ -61,7 +74,7 @@ def map_logs(
     from hydroservo.scenario import parse_override
 
     overrides = dict(map(parse_override, changes))
-    journal = journal_of(figure_format, figure_size, out)
+    journal = journal_of(figure_format, figure_size, out, comma_in(decimal_comma, out))
     if out:
         own = ["map.csv", *(["scenario.toml"] if scenario is not None else [])]
         try_outputs(result_files(out, own, Files(["map"], ["numbers"], journal)))

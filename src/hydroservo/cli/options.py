@@ -21,6 +21,7 @@ __all__ = [
     "VARY",
     "Changes",
     "CommandAt",
+    "DecimalComma",
     "FigureFormat",
     "FigureSize",
     "Folder",
@@ -33,6 +34,7 @@ __all__ = [
     "Threads",
     "Verbose",
     "check_one_place",
+    "comma_in",
     "loaded",
     "loaded_aloud",
     "quantity_of",
@@ -103,6 +105,13 @@ FigureFormat = Annotated[
         show_default="svg,pdf",
         help=f"Formats of these figures: {', '.join(FIGURE_FORMATS)}; without a size they are as wide as the "
         "report's. pgf needs a LaTeX installation.",
+    ),
+]
+DecimalComma = Annotated[
+    bool,
+    typer.Option(
+        "--decimal-comma",
+        help="Write CSV for spreadsheets that have decimal commas, with semicolons between its cells.",
     ),
 ]
 Threads = Annotated[
@@ -197,6 +206,21 @@ def loaded_aloud(
         if one.category is not HydroservoWarning:  # of a plug-in, or of a library
             warnings.showwarning(one.message, one.category, one.filename, one.lineno)
     return loop
+
+
+def comma_in(decimal_comma: bool, *places: Path | None) -> bool:
+    """Whether CSV is to have decimal commas.
+
+    Args:
+        decimal_comma: as asked for.
+        places: that CSV may go to; None for one that was not given.
+
+    Raises:
+        HydroservoError: it is asked for, and there is no CSV.
+    """
+    if decimal_comma and not any(places):
+        raise HydroservoError("--decimal-comma is of CSV files, and none is written: give --out DIR")
+    return decimal_comma
 
 
 def check_one_place(workers: int | None, scheduler: str | None) -> None:

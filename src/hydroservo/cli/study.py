@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from hydroservo.cli.completion import studies_like
-from hydroservo.cli.options import FigureFormat, Json, Plugins, check_one_place
+from hydroservo.cli.options import DecimalComma, FigureFormat, Json, Plugins, check_one_place
 
 __all__ = ["study"]
 
@@ -57,6 +57,7 @@ def study(
         ),
     ] = None,
     figure_format: FigureFormat = None,
+    decimal_comma: DecimalComma = False,
     json: Json = False,
 ) -> None:
     """Search and judge laws alike, under conditions drawn alike, and print who wins where.
@@ -87,7 +88,7 @@ def study(
     from hydroservo.studies.running import study as run
 
     check_one_place(workers, scheduler)
-    journal = journal_of(figure_format, None, out)
+    journal = journal_of(figure_format, None, out, decimal_comma)
     try_outputs([out / MANIFEST, *report_files(out)])
     with progress_bar("reading the study") as report:
         try:

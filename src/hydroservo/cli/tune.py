@@ -11,6 +11,7 @@ import typer
 from hydroservo.cli.options import (
     VARY,
     Changes,
+    DecimalComma,
     FigureFormat,
     FigureSize,
     Json,
@@ -18,6 +19,7 @@ from hydroservo.cli.options import (
     Several,
     Threads,
     Verbose,
+    comma_in,
     loaded_aloud,
     ranges_in,
     replay,
@@ -117,6 +119,7 @@ def tune(
     ] = None,
     figure_size: FigureSize = None,
     figure_format: FigureFormat = None,
+    decimal_comma: DecimalComma = False,
     threads: Threads = None,
     json: Json = False,
     verbose: Verbose = False,
@@ -166,7 +169,7 @@ def tune(
     with named_as_options(plain | lists):
         task = task_of(scenarios, ranges_in(ranges), parts, overrides, plugins, load=loaded_aloud)
     file, folder = file_or_folder(out)
-    journal = journal_of(figure_format, figure_size, folder)
+    journal = journal_of(figure_format, figure_size, folder, comma_in(decimal_comma, folder))
     if file:
         try_outputs([file])
     if folder:

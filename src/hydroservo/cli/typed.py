@@ -13,6 +13,7 @@ NO_MATTER = (  # options that change nothing of what is found
     "scheduler",
     "json",
     "verbose",
+    "decimal_comma",
     "figure_format",
     "figure_size",
 )

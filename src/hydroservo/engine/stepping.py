@@ -65,12 +65,21 @@ class CompiledSteps:
     def __init__(self, study: Study, wanted: Wanted, state: Block, varied: tuple[str, ...], command: str):
         self.varied, self.places = varied, places_of(varied, state, command)
         self.width = len(wanted.recorded)
+        self.arguments = study, wanted, state, varied, command
         shapes = (*map(flat.shape, (study, state)), *wanted, varied, command)
         made = Made(study, wanted, state, varied, self.places)
         self.begin = native(Recipe("first samples", shapes, strict=True), lambda: compiled_begin(made))
         self.step = native(Recipe("sample periods", shapes, strict=True), lambda: compiled_step(made))
         self.study = study  # kept alive: the table of arrays points into it
         self.constants, self.tables = flat.numbers(study), flat.arrays(study)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Machine code belongs to its process: another one makes it again, or finds it on disk."""
+        return CompiledSteps, self.arguments
+
+    def __deepcopy__(self, memo: object) -> "CompiledSteps":
+        """Itself, for it never changes."""
+        return self
 
 
 class Made(NamedTuple):
@@ -96,6 +105,14 @@ class Steps:
         self.memory = aligned(self.groups * kernel.places.size // LANES).reshape(-1)
         self.rows = self.memory.reshape(self.groups, -1, LANES)
         self.shown = np.zeros((runs, kernel.width))
+
+    def __getstate__(self) -> tuple[Any, ...]:
+        return self.kernel, self.runs, self.memory, self.shown
+
+    def __setstate__(self, state: tuple[Any, ...]) -> None:
+        kernel, runs, memory, shown = state
+        self.__init__(kernel, runs)  # type: ignore[misc]  # whose memory starts on cache lines
+        self.memory[:], self.shown[:] = memory, shown
 
     def give(self, which: Whole, numbers: Numbers) -> None:
         """Give some runs their varied numbers, shape (numbers, runs)."""

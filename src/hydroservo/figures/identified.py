@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 from hydroservo.figures.ranges import axis_unit, largest
 from hydroservo.figures.style import GREY, PALETTE, figure, style
 from hydroservo.identification import LogFit
+from hydroservo.identification.segments import Understood
 from hydroservo.identification.signals import INPUTS, SIGNALS
 
 __all__ = ["plot_fit", "plot_log"]
@@ -19,20 +20,23 @@ SUFFIX = "_simulated"
 MOST = 20_000  # points of a curve; longer ones become pixels inside an SVG
 
 
-def plot_log(fit: LogFit) -> Figure:
+def plot_log(whole: Understood) -> Figure:
     """Each signal of a log over time as it was understood; what was left out is marked.
 
     Args:
-        fit: the log.
+        whole: the log.
     """
-    log = fit.understood.log
-    names = [name for name in SIGNALS if name in fit.data.data_vars]
+    log = whole.log
+    parts = [{**one.inputs, **one.measured} for one in whole.segments]
+    names = [name for name in SIGNALS if name in parts[0]]
     with style():
         fig, axes = panels(names)
         for axis, name in zip(axes, names, strict=True):
-            unit, factor = axis_unit(SIGNALS[name].unit, largest([fit.data[name].values]))
-            axis.plot(*broken(fit.data, name, factor), color=PALETTE[0], rasterized=fit.data.time.size > MOST)
-            out = fit.understood.spikes.get(name)
+            unit, factor = axis_unit(SIGNALS[name].unit, largest([part[name] for part in parts]))
+            for segment, part in zip(whole.segments, parts, strict=True):
+                dense = segment.samples > MOST
+                axis.plot(segment.time, factor * part[name], color=PALETTE[0], rasterized=dense)
+            out = whole.spikes.get(name)
             if out is not None and out.any():
                 shown = factor * log.signals[name][out]
                 label = "stands out, and is played" if name in INPUTS else "stands out, and is left out"

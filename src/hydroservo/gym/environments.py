@@ -1,6 +1,7 @@
 """The environments: one run, and many side by side."""
 
 from collections.abc import Sequence
+from copy import deepcopy
 from pathlib import Path
 from typing import Any
 
@@ -27,18 +28,39 @@ MOST = 1_000_000  # runs side by side
 METADATA: dict[str, Any] = {"render_modes": []}
 
 
+def check_unseen(render_mode: object) -> None:
+    """Refuse a render mode, for nothing is drawn.
+
+    Raises:
+        ParameterError: there is one.
+    """
+    if render_mode is not None:
+        raise ParameterError("render_mode", render_mode, "must be None: nothing is drawn")
+
+
 class LoopEnv(gymnasium.Env[Numbers, Numbers]):
     """One run of a scenario, of which an agent gives the commands; arguments are those of :class:`Task`.
 
     ``reset`` returns in its info which of the drawn sets of parameters the episode has (``machine``) and the
-    seed of its random numbers (``seed``).
+    seed of its random numbers (``seed``). Copies, shallow ones too, and pickles go on from the same state by
+    themselves. Nothing is drawn.
     """
 
     metadata = METADATA
 
-    def __init__(self, scenario: str | Path, signal: str, **task: Any) -> None:
+    def __init__(
+        self, scenario: str | Path | Loop, signal: str, *, render_mode: None = None, **task: Any
+    ) -> None:
+        check_unseen(render_mode)
         self.task = Task(1, scenario, signal, **task)
         self.observation_space, self.action_space = self.task.observation_space, self.task.action_space
+
+    def __copy__(self) -> "LoopEnv":
+        """A copy with a state of its own."""
+        return deepcopy(self)
+
+    def render(self) -> None:
+        """Nothing is drawn."""
 
     @property
     def loop(self) -> Loop:
@@ -68,7 +90,16 @@ class LoopVectorEnv(gymnasium.vector.VectorEnv[Numbers, Numbers, Any]):
 
     metadata = METADATA | {"autoreset_mode": AutoresetMode.NEXT_STEP}
 
-    def __init__(self, num_envs: int, scenario: str | Path, signal: str, **task: Any) -> None:
+    def __init__(
+        self,
+        num_envs: int,
+        scenario: str | Path | Loop,
+        signal: str,
+        *,
+        render_mode: None = None,
+        **task: Any,
+    ) -> None:
+        check_unseen(render_mode)
         self.num_envs = whole_number("num_envs", num_envs, 1, MOST)
         self.task = Task(self.num_envs, scenario, signal, **task)
         self.single_observation_space = self.task.observation_space
@@ -77,6 +108,13 @@ class LoopVectorEnv(gymnasium.vector.VectorEnv[Numbers, Numbers, Any]):
         self.action_space = batch_space(self.single_action_space, self.num_envs)
         self.generators = [np_random(None)[0] for _ in range(self.num_envs)]
         self.over: Flags = np.zeros(self.num_envs, dtype=np.bool_)
+
+    def __copy__(self) -> "LoopVectorEnv":
+        """A copy with a state of its own."""
+        return deepcopy(self)
+
+    def render(self) -> None:
+        """Nothing is drawn."""
 
     def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: Info | None = None

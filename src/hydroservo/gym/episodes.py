@@ -1,13 +1,14 @@
 """What the episodes of an environment are drawn from: the machines and demands of a scenario."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from hydroservo.errors import ParameterError
+from hydroservo.loop import Loop
 from hydroservo.runs.arguments import checked_mapping
 from hydroservo.scenario import Assembly, assembled
 from hydroservo.scenario.ranges import as_entries, relative
-from hydroservo.scenario.sampling import Columns, drawn, parameters_of, uniform, variations
+from hydroservo.scenario.sampling import Columns, assembly_of, drawn, parameters_of, uniform, variations
 from hydroservo.scenario.truth import Deviation
 from hydroservo.validation import whole_number
 
@@ -18,22 +19,36 @@ MOST_DRAWS = 100_000  # sets of parameters, each with a start of its own to be f
 Ranges = Mapping[str, str | tuple[float, float]]
 
 
-def scenario_of(source: str | Path, changes: Mapping[str, object] | None, signal: str) -> Assembly:
+def scenario_of(
+    source: str | Path | Loop,
+    changes: Mapping[str, object] | None,
+    plugins: Sequence[str | Path],
+    signal: str,
+) -> Assembly:
     """The scenario of an environment.
 
     Args:
-        source: its name or file.
+        source: its name or file, or a loop.
         changes: as of :func:`~hydroservo.load_scenario`.
+        plugins: as there.
         signal: that it must control, such as "velocity".
 
     Raises:
         ScenarioError: there is no such scenario, or it is wrong.
-        ParameterError: it controls something else.
+        ParameterError: it controls something else, or a loop comes with changes or plug-ins.
     """
-    found = assembled(source, changes)
+    if not isinstance(source, Loop):
+        found = assembled(source, changes, plugins)
+    else:
+        for name, value in (("changes", changes), ("plugins", plugins)):
+            if value:
+                problem = "must be left out where scenario is a loop: load_scenario takes it"
+                raise ParameterError(name, value, problem)
+        found = assembly_of(source)
     meaning = found.loop.controls.declared().meaning
     if meaning != signal:
-        raise ParameterError("scenario", str(source), f"must control the {signal}; it controls the {meaning}")
+        name = "a loop" if isinstance(source, Loop) else str(source)
+        raise ParameterError("scenario", name, f"must control the {signal}; it controls the {meaning}")
     return found
 
 

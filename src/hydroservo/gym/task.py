@@ -54,9 +54,10 @@ class Task:
 
     Args:
         count: how many runs.
-        scenario: its name or file.
+        scenario: its name or file, or a loop, which has no uncertainty.
         signal: that the scenario must control, "velocity" or "position".
         changes: of the scenario, as of :func:`~hydroservo.scenario.load_scenario`.
+        plugins: Python files with blocks that the scenario names; they are executed.
         vary: what differs between episodes besides the scenario's uncertainty, as of
             :func:`~hydroservo.scenario.sampling.draws`.
         draws: how many sets of such numbers there are, of which each episode takes one; one where nothing
@@ -80,10 +81,11 @@ class Task:
     def __init__(
         self,
         count: int,
-        scenario: str | Path,
+        scenario: str | Path | Loop,
         signal: str,
         *,
         changes: Mapping[str, object] | None = None,
+        plugins: Sequence[str | Path] = (),
         vary: Ranges | None = None,
         draws: int = 64,
         error_weight: float = 1.0,
@@ -92,7 +94,7 @@ class Task:
     ) -> None:
         self.error_weight = float(number(error_weight, "error_weight", WEIGHT, float))
         self.effort_weight = float(number(effort_weight, "effort_weight", WEIGHT, float))
-        assembly = scenario_of(scenario, changes, signal)
+        assembly = scenario_of(scenario, changes, plugins, signal)
         loop, self.count = assembly.loop, count
         self.limit = command_limits(loop).limit
         self.runs = SteppedRuns(loop, drawn_sets(assembly, vary, draws), count, threads=threads)
@@ -130,7 +132,10 @@ class Task:
         Raises:
             ParameterError: an action that is no number, or too few or many of them.
         """
-        given = np.asarray(actions, dtype=np.float64)
+        try:
+            given = np.asarray(actions, dtype=np.float64)
+        except (TypeError, ValueError):
+            given = np.empty(0)
         if given.size != self.count or not np.isfinite(given).all():
             raise ParameterError("action", actions, f"must be {self.count} finite numbers in [-1, 1]")
         given = np.clip(given.reshape(self.count), -1.0, 1.0)

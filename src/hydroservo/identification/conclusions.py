@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from hydroservo.formatting import MINUS, quantity
-from hydroservo.identification.problem import Problem
+from hydroservo.identification.problem import Problem, Unknown
 from hydroservo.identification.result import Estimate, LogFit, SignalFit
 from hydroservo.identification.uncertainty import Uncertainty
 
@@ -22,6 +22,7 @@ PREDICTED = (
     "numbers are of predictions: their intervals know nothing of the bias that noise leaves in these, the "
     "more the shorter the horizon"
 )
+END = 0.1  # of a sample, within which a delay lies at an end of its range
 WORSE = 1.5  # times what is fitted, that what is held out may be missed by
 WIDER = 1.5  # times, that resampled intervals may be wider
 
@@ -33,9 +34,23 @@ def remarks_of(
     fits: Sequence[LogFit],
 ) -> list[str]:
     """Of each log, of each parameter, and of how well all is met."""
-    found = [f"{fit.understood.log.name}: {line}" for fit in fits for line in of_log(fit)]
+    late = {one.where: one for one in problem.unknowns if one.kind == "delay"}
+    found = [
+        f"{fit.understood.log.name}: {line}"
+        for i, fit in enumerate(fits)
+        for line in (*of_delay(fit, late[i]), *of_log(fit))
+    ]
     predicted = any(one.observer is not None for one in problem.experiments)
     return [*found, *([PREDICTED] if predicted else []), *of_parameters(problem, parameters, sure)]
+
+
+def of_delay(fit: LogFit, unknown: Unknown) -> Iterator[str]:
+    """Whether the delay of a log lies at an end of what is sought."""
+    low, high = unknown.low * unknown.scale, unknown.high * unknown.scale
+    near = END * fit.understood.segments[0].period
+    if not low + near < fit.delay[0] < high - near:
+        ends = f"{plain(low, 's')} to {plain(high, 's')}"
+        yield f"its delay lies at an end of what is sought, {ends}; a wider range of delay may fit better"
 
 
 def of_log(fit: LogFit) -> Iterator[str]:

@@ -28,10 +28,11 @@ from hydroservo.validation import checked
 if TYPE_CHECKING:
     from hydroservo.engine.lanes import CompiledLanes
 
-__all__ = ["BEGUN", "Experiment", "experiment", "kernel_for", "predicted"]
+__all__ = ["BEGUN", "LOAD", "Experiment", "experiment", "kernel_for", "played_path", "predicted", "runs_of"]
 
 BEGUN = "load.begun"  # where a recorded force, which the sensors' delay reached too, is put right
 GIVEN = "start.given."
+LOAD = "load."
 
 Traces = NDArray[np.float64]  # shape (samples, signals, runs)
 
@@ -64,7 +65,8 @@ def experiment(loop: Loop, segment: Segment, varied: Sequence[str], substeps: in
     Args:
         loop: of the scenario.
         segment: what drives the machine, and what was measured.
-        varied: the paths that will differ between runs.
+        varied: the paths that will differ between runs, as :func:`played_path` has them; those of a load
+            whose place a recorded force takes are left out.
         substeps: of a period of the segment.
     """
     refuse_foreign(loop, "identify it")
@@ -72,8 +74,15 @@ def experiment(loop: Loop, segment: Segment, varied: Sequence[str], substeps: in
     known = first_states(ready(played), segment)
     fixed = played._replace(start=AsBuilt(nested(known | given_of(ready(played), known))))
     start = {f"{GIVEN}{path}": value for path, value in known.items()}
-    forced = [BEGUN] if EXTERNAL_FORCE in segment.inputs else []
-    return Experiment(segment, fixed, ready(fixed), start, (*varied, *start, *forced))
+    if EXTERNAL_FORCE not in segment.inputs:
+        return Experiment(segment, fixed, ready(fixed), start, (*varied, *start))
+    others = (path for path in varied if not path.startswith(LOAD))
+    return Experiment(segment, fixed, ready(fixed), start, (*others, *start, BEGUN))
+
+
+def played_path(path: str) -> str:
+    """Where a number of a loop lies once the loop plays a segment."""
+    return f"{LOAD}{path}" if path.startswith(LOAD) else path
 
 
 def playing(loop: Loop, segment: Segment, substeps: int) -> Loop:
@@ -164,15 +173,23 @@ def kernel_for(
     """The kernel of an experiment, and all that its runs do not share.
 
     Raises:
-        ParameterError: a value is out of its range.
+        ParameterError: a run is of no machine, as :func:`runs_of` has it.
     """
     from hydroservo.engine.lanes import CompiledLanes
 
+    started, state = runs_of(one, columns), first_state(one.loop)
+    study, wanted = studied(one.loop, one.segment.samples), wanted_of(one.loop, state, ())
+    return CompiledLanes(study, wanted, state, tuple(started), strict=False), started
+
+
+def runs_of(one: Experiment, columns: Mapping[str, NDArray[np.float64]]) -> Columns:
+    """All that the runs of an experiment do not share, where they start among it.
+
+    Raises:
+        ParameterError: a value is out of its range, or nothing keeps a machine at rest where it starts.
+    """
     own = dict(leaves(one.loop))
     size = next(iter(columns.values())).size
     every = {path: columns.get(path, np.full(size, own[path])) for path in one.varied} | dict(columns)
     given = checked_columns(one.loop, every)
-    started: Columns = given | starts(checked(one.given), given)
-    state = first_state(one.loop)
-    study, wanted = studied(one.loop, one.segment.samples), wanted_of(one.loop, state, ())
-    return CompiledLanes(study, wanted, state, tuple(started), strict=False), started
+    return given | starts(checked(one.given), given)

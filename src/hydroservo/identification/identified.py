@@ -10,26 +10,29 @@ from numpy.typing import NDArray
 from hydroservo.block import Field, field_at, value_at
 from hydroservo.errors import ParameterError, ScenarioError
 from hydroservo.identification.conclusions import remarks_of
-from hydroservo.identification.experiment import experiment
+from hydroservo.identification.experiment import LOAD, experiment, played_path
 from hydroservo.identification.fitted import Fitted
 from hydroservo.identification.held_out import held_out
 from hydroservo.identification.log import Given, Log, log_mapping, read_logs
 from hydroservo.identification.misfit import misfit
 from hydroservo.identification.one_step import best_prediction
 from hydroservo.identification.plausible import check_positions, stroke_of
-from hydroservo.identification.problem import Problem, unknowns_of, usual_values
+from hydroservo.identification.problem import DELAY, Ends, Problem, Values, unknowns_of, usual_values
 from hydroservo.identification.quality import log_fits
 from hydroservo.identification.result import Estimate, Identified
 from hydroservo.identification.search import Report, Solution, best_fit
 from hydroservo.identification.segments import Segment, Understood, understood
-from hydroservo.identification.steps import substeps_for
+from hydroservo.identification.signals import EXTERNAL_FORCE
+from hydroservo.identification.steps import first_steps
 from hydroservo.identification.trust import identifiable
 from hydroservo.identification.uncertainty import NORMAL, Uncertainty, uncertainty
 from hydroservo.identification.written import tables_or_remark
+from hydroservo.loop import AUTO
 from hydroservo.runs.arguments import checked_mapping
 from hydroservo.runs.tuning import Space
+from hydroservo.scenario.datasheets import columns_of
 from hydroservo.scenario.load import Assembly, Machine, assembled
-from hydroservo.scenario.ranges import as_entries
+from hydroservo.scenario.ranges import as_entries, both_ends
 from hydroservo.scenario.sampling import Variation, parameters_of, variations
 from hydroservo.scenario.tables import Entry
 from hydroservo.validation import number, whole_number
@@ -40,7 +43,9 @@ __all__ = ["identified", "identify"]
 
 LARGEST_SEED = 2**53 - 1
 HORIZON = Field("s", "time in which a prediction forgets", above=0)
+LATE = Field("s", "by which what is measured comes after the command")
 STROKE = "plant.stroke"
+TRIED = 16  # points of the ranges, besides three on their diagonal, that show which numbers differ
 END = 0.005  # of a range, within which a value lies at its end
 
 
@@ -73,7 +78,8 @@ def identify(
             and measured signals to arrays of shape (n,) in SI units.
         ranges: between what each number of the machine is sought, by path: two numbers in SI units,
             ``hs.relative(low, high)`` or a text as ``--vary`` takes it. They go before those of the
-            scenario's table ``[identify.vary]``.
+            scenario's table ``[identify.vary]``. That of ``delay`` [s] is between what each log's delay is
+            sought: if not said, from -1.5 samples to 1 s or a tenth of the log, whichever is less.
         changes: values by dotted path that override those of the scenario.
         plugins: Python files with blocks that it names; they are executed.
         seed: of the starts of the search.
@@ -129,10 +135,12 @@ def identified(
     if horizon is not None:
         number(horizon, "horizon", HORIZON, float)
     assembly = assembled(source, changes, plugins)
-    varied = sought(assembly, {**assembly.log_ranges, **ranges})
+    asked = {**assembly.log_ranges, **ranges}
+    delays, varied = delays_in(asked), sought(assembly, {k: v for k, v in asked.items() if k != DELAY})
     taken = [understood(one, i) for i, one in enumerate(read(logs, assembly))]
     check_positions(taken, longest_stroke(assembly, varied))
-    problem = problem_of(assembly, varied, taken, threads)
+    check_loads(taken, varied)
+    problem = problem_of(assembly, varied, taken, threads, delays)
     problem, best = solved(problem, seed, horizon, report)
     sure = uncertainty(problem, misfit(problem, best.x, best.weights), seed)
     parameters = estimates(assembly, problem, best, sure)
@@ -161,10 +169,19 @@ def solved(problem: Problem, seed: int, horizon: float | None, report: Report) -
     """The numbers with which least is left of a simulation, or of predictions with their observer."""
     report(0.05)
     share = 0.75 if horizon is None else 0.35
-    best = best_fit(problem, seed, lambda part: report(0.05 + share * part))
+    problem, best = best_fit(problem, seed, lambda part: report(0.05 + share * part))
     if horizon is None:
         return problem, best
     return best_prediction(problem, best, horizon, lambda part: report(0.4 + 0.4 * part))
+
+
+def delays_in(ranges: Mapping[str, Entry]) -> Ends:
+    """Between which the delay of each log is sought [s]; None where nothing says so.
+
+    Raises:
+        ScenarioError: that is no range of a time.
+    """
+    return both_ends(ranges[DELAY], LATE, 0.0) if DELAY in ranges else None
 
 
 def sought(assembly: Assembly, ranges: Mapping[str, Entry]) -> list[Variation]:
@@ -206,6 +223,19 @@ def read(logs: Sequence[Given], assembly: Assembly) -> list[Log]:
     return every
 
 
+def check_loads(taken: Sequence[Understood], varied: Sequence[Variation]) -> None:
+    """Refuse to seek a load in logs of which each recorded the force in its place.
+
+    Raises:
+        ScenarioError: it is sought there.
+    """
+    if all(EXTERNAL_FORCE in one.inputs for log in taken for one in log.segments):
+        for one in varied:
+            if one.path.startswith(LOAD):
+                problem = f"must not be sought here: the logs' {EXTERNAL_FORCE} takes the place of the load"
+                raise ScenarioError(one.entry.origin.name, one.path, problem)
+
+
 def longest_stroke(assembly: Assembly, varied: Sequence[Variation]) -> float:
     """The stroke of the scenario's machine, or the longest that is sought [m]; inf without one."""
     highest = [one.high for one in varied if one.path == STROKE]
@@ -213,21 +243,57 @@ def longest_stroke(assembly: Assembly, varied: Sequence[Variation]) -> float:
 
 
 def problem_of(
-    assembly: Assembly, varied: Sequence[Variation], taken: Sequence[Understood], threads: int
+    assembly: Assembly,
+    varied: Sequence[Variation],
+    taken: Sequence[Understood],
+    threads: int,
+    delays: Ends = None,
 ) -> Problem:
     """What is fitted to what."""
     space = Space({one.path: (one.low, one.high) for one in varied})
-    ends = np.array([[0.5] * len(varied), [0.25] * len(varied), [0.75] * len(varied)])
-    paths = tuple(parameters_of(assembly, varied, space.values(ends)))
-    columns = partial(parameters_of, assembly, varied, always=paths)
+    numbers = tuple(parameters_of(assembly, varied, space.values(consistent_points(assembly, space))))
+    made = [path for path in numbers if path in assembly.arguments or path not in space.ranges]
+    columns, paths = partial(played_columns, assembly, varied, made), tuple(map(played_path, numbers))
     segments = [one for log in taken for one in log.segments]
-    experiments = [
-        experiment(assembly.loop, one, paths, substeps_for(assembly.loop, one)) for one in segments
-    ]
+    experiments = [experiment(assembly.loop, one, paths, first_steps(assembly.loop, one)) for one in segments]
     spread = spreads(segments)
-    unknowns = unknowns_of(space, experiments, spread)
+    unknowns = unknowns_of(space, experiments, spread, delays)
     own = {one.path: own_value(assembly, one.path) for one in varied}
-    return Problem(experiments, space, columns, unknowns, spread, usual_values(own, space, unknowns), threads)
+    usual = usual_values(own, space, unknowns)
+    automatic = assembly.loop.simulation.substeps == AUTO
+    return Problem(experiments, space, columns, unknowns, spread, usual, threads, delays, automatic)
+
+
+def played_columns(
+    assembly: Assembly, varied: Sequence[Variation], made: Sequence[str], values: Values
+) -> Values:
+    """The numbers that follow from some values of what is sought, by path in a loop that plays a segment.
+
+    Args:
+        assembly: the scenario.
+        varied: what is sought.
+        made: paths of numbers that constructors make, which are there even where they are the scenario's own.
+        values: of what is sought, by path.
+    """
+    columns = parameters_of(assembly, varied, values, always=made)
+    return {played_path(path): row for path, row in columns.items()}
+
+
+def consistent_points(assembly: Assembly, space: Space) -> NDArray[np.float64]:
+    """Points within ranges at which what constructors take goes together; all that were tried, if none."""
+    from scipy.stats import qmc
+
+    count = len(space.ranges)
+    others = qmc.LatinHypercube(count, rng=np.random.default_rng(0)).random(TRIED)
+    points = np.concatenate([np.repeat([[0.5], [0.25], [0.75]], count, axis=1), others])
+    there = np.ones(len(points), dtype=bool)
+    for i in range(len(points)):
+        values = space.values(points[i : i + 1])
+        try:
+            columns_of(assembly, {path: row for path, row in values.items() if path in assembly.arguments})
+        except ScenarioError:
+            there[i] = False
+    return points[there] if there.any() else points
 
 
 def own_value(assembly: Assembly, path: str) -> float:

@@ -9,18 +9,25 @@ from numpy.typing import NDArray
 
 from hydroservo.errors import ParameterError, ScenarioError
 from hydroservo.field import Field
-from hydroservo.identification.binary_tables import BINARY, read_binary_table
-from hydroservo.identification.columns import Column, chosen_columns
-from hydroservo.identification.signals import COMMAND, NAMES, OUTPUTS, SIGNALS, TIME
-from hydroservo.identification.text_tables import read_text_table
-from hydroservo.inputs import exists
+from hydroservo.identification.signals import COMMAND, NAMES, OUTPUTS, SIGNALS, TIME, WRITTEN
 from hydroservo.runs.arguments import checked_path
+from hydroservo.scenario.records import (
+    Column,
+    ColumnSource,
+    Header,
+    choose_columns,
+    column_source,
+    read_columns,
+)
+from hydroservo.scenario.records.columns import names_of
+from hydroservo.scenario.records.series import sample_period
 from hydroservo.scenario.tables import Entry
 
 __all__ = ["Given", "Log", "checked_log", "log_mapping", "read_log", "read_logs"]
 
 FEWEST = 16  # samples
 LARGEST_NUMBER = 1e30  # in SI units
+PERIOD = "period"  # beside the signals of a mapping
 
 Given = str | Path | Mapping[str, Any]
 
@@ -34,16 +41,18 @@ class Log(NamedTuple):
         signals: by their names in :data:`~hydroservo.identification.signals.SIGNALS`, in SI units, shape
             (n,); nan where a sample is missing.
         unused: columns that hold no signal.
+        columns: the header of each signal's column, where it was read from a file.
     """
 
     name: str
     time: NDArray[np.float64]
     signals: Mapping[str, NDArray[np.float64]]
     unused: Sequence[str] = ()
+    columns: Mapping[str, str] = {}
 
 
 def read_logs(
-    logs: Sequence[Given], mapping: Mapping[str, str], needed: Sequence[str] = (TIME, COMMAND)
+    logs: Sequence[Given], mapping: Mapping[str, Any], needed: Sequence[str] = (TIME, COMMAND)
 ) -> list[Log]:
     """Logs in files, or at hand.
 
@@ -66,54 +75,94 @@ def read_logs(
 
 def read_log(
     path: str | Path,
-    mapping: Mapping[str, str],
+    mapping: Mapping[str, Any],
     needed: Sequence[str] = (TIME, COMMAND),
     sought: Mapping[str, Field] = SIGNALS,
 ) -> Log:
-    """The log in a file: Parquet, MATLAB, NetCDF or MDF by its ending, else text with a header.
+    """The log in a file, as :func:`~hydroservo.scenario.records.read_columns` reads it.
 
     Args:
         path: of the file.
-        mapping: which column holds which signal, as
-            :func:`~hydroservo.identification.columns.chosen_columns` has it.
+        mapping: the column of a signal, such as ``{"velocity": "v_piston [mm/s]"}`` or ``{"command":
+            {"column": "I [mA]", "scale": "0.25 V/mA"}}``; a signal without one has a column of its own name,
+            or of that which a run of ours writes. Where there is no column of instants, ``period`` is the
+            time between samples, such as "10 ms".
         needed: signals without which the log is none.
         sought: the signals that are looked for.
 
     Raises:
+        ParameterError: the mapping is not that.
         ScenarioError: in one line, the file, the place and what is wrong there.
     """
     file = checked_path("logs", path)
     name = str(file)
-    if not exists(file):
-        raise ScenarioError(name, "", "there is no such file")
-    binary = file.suffix.lower() in BINARY
-    read, place = (read_binary_table, "") if binary else (read_text_table, "line 1")
+    sources, period = sources_in(mapping)
+    signals = {
+        signal: (field, (signal, *WRITTEN.get(signal, ())))
+        for signal, field in sought.items()
+        if period is None or signal != TIME
+    }
     columns: list[Column] = []
 
-    def choose(headers: Sequence[str]) -> Any:
-        columns[:] = chosen_columns(headers, mapping, name, needed, sought, place)
+    def choose(headers: Sequence[Header], place: str) -> list[Column]:
+        columns[:] = choose_columns(headers, sources, signals, (name, place))
+        there = {one.signal for one in columns} | ({TIME} if period is not None else set())
+        for signal in needed:
+            if signal not in there:
+                raise missing(signal, headers, (name, place))
+        if not there & set(OUTPUTS):
+            raise missing("", headers, (name, place))
         return columns
 
-    found, headers = read(file, choose)
-    with np.errstate(over="ignore"):
-        in_si = {one.signal: found[one.signal] * one.factor for one in columns}
-    for one in columns:
-        if np.isinf(in_si[one.signal]).any():
-            raise ScenarioError(name, f"column {one.header}", "has numbers too large for SI units")
+    samples, headers = read_columns(file, choose, period)
     used = {one.place for one in columns}
-    unused = [header for i, header in enumerate(headers) if i not in used and header.strip()]
-    return checked(Log(name, in_si.pop(TIME), in_si, unused))
+    unused = [one.text for i, one in enumerate(headers) if i not in used and one.text]
+    sources_of = {one.signal: one.header.text for one in columns}
+    rows = dict(samples)
+    return checked(Log(name, rows.pop(TIME), rows, unused, sources_of))
 
 
-def log_mapping(columns: Mapping[str, Entry]) -> dict[str, str]:
+def sources_in(mapping: Mapping[str, Any]) -> tuple[dict[str, ColumnSource], float | None]:
+    """The columns of signals that a mapping names, and the time between samples [s], None where it says none.
+
+    Raises:
+        ParameterError: it says something else.
+    """
+    sources, period = {}, None
+    for signal, value in mapping.items():
+        try:
+            if signal == PERIOD:
+                period = sample_period(value)
+            else:
+                sources[signal] = column_source(value)
+        except ValueError as error:
+            raise ParameterError(f"columns.{signal}", value, str(error)) from None
+    return sources, period
+
+
+def missing(signal: str, headers: Sequence[Header], where: tuple[str, str]) -> ScenarioError:
+    """That a log lacks a column that it must have."""
+    if not signal:
+        problem = (
+            f"has no column of anything measured among {names_of(headers)}; one must be {', '.join(OUTPUTS)}"
+        )
+        return ScenarioError(*where, f"{problem}, or [identify.columns] says which is which")
+    own = f"{signal} [{SIGNALS[signal].unit}]"
+    example = f'[identify.columns] {signal} = "COLUMN [{SIGNALS[signal].unit}]" names it'
+    if signal == TIME:
+        example += ', or period = "1 ms" stands for it'
+    return ScenarioError(*where, f'column "{own}" is missing among {names_of(headers)}; {example}')
+
+
+def log_mapping(columns: Mapping[str, Entry]) -> dict[str, Any]:
     """The column of each signal that a scenario's ``[identify.columns]`` names.
 
     Raises:
         ScenarioError: a signal is none.
     """
     for signal, entry in columns.items():
-        if signal not in NAMES:
-            raise entry.unknown(signal, NAMES)
+        if signal not in (*NAMES, PERIOD):
+            raise entry.unknown(signal, (*NAMES, PERIOD))
     return {signal: entry.value for signal, entry in columns.items()}
 
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.errors import ParameterError
+from hydroservo.errors import ParameterError, ScenarioError
 from hydroservo.identification.problem import Problem, simulated
 
 __all__ = ["Misfit", "Weights", "misfit", "residuals_by_signal"]
@@ -53,7 +53,7 @@ def misfit(
     table = np.zeros((start, x.size))
     try:
         shown = simulated(problem, x, slopes)
-    except ParameterError:
+    except (ParameterError, ScenarioError):
         return Misfit(residuals, table, rows, there)
     for (i, name), place in rows.items():
         segment = problem.experiments[i].segment

@@ -6,19 +6,23 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.errors import ParameterError
-from hydroservo.identification.experiment import BEGUN, Experiment, predicted
+from hydroservo.errors import ParameterError, ScenarioError
+from hydroservo.identification.experiment import BEGUN, Experiment, predicted, runs_of
 from hydroservo.identification.segments import Segment
 from hydroservo.identification.shift import shifted, slope_of_shift
 from hydroservo.identification.signals import OUTPUTS
+from hydroservo.identification.steps import chosen_steps, with_steps
 from hydroservo.runs.columns import Columns
 from hydroservo.runs.tuning import Space
 
 __all__ = [
+    "DELAY",
+    "Ends",
     "Problem",
     "Simulated",
     "Unknown",
-    "check_possible",
+    "adapt_steps",
+    "possible",
     "runs_at",
     "simulated",
     "unknowns_of",
@@ -27,15 +31,17 @@ __all__ = [
 
 STEP = 3e-4  # of a parameter's range, for its central difference
 START_STEP = 1e-3  # of a signal's spread, for a state's at the start
+DELAY = "delay"  # as a range has it
 DELAY_STEP = 0.05  # of a period
-LONGEST_DELAY = 0.1  # [s]
-SHARE = 0.1  # of a log's samples, which a delay is at most
+LONGEST_DELAY = 1.0  # [s]
+SHARE = 0.1  # of a log's samples, which a delay is at most, unless its range is given
 EARLIEST = 1.5  # periods by which a machine may seem to answer before it is asked
 FAR = 10.0  # spreads, up to which an offset or a start is sought
 PLACES = {name: i for i, name in enumerate(OUTPUTS)}  # of a signal, in what is predicted
 
 Vector = NDArray[np.float64]
 Values = Mapping[str, Vector]
+Ends = tuple[float, float] | None
 
 
 class Unknown(NamedTuple):
@@ -71,11 +77,13 @@ class Problem(NamedTuple):
     Attributes:
         experiments: one for each segment.
         space: the ranges of the parameters.
-        columns: the numbers of the loop that follow from parameters by path, in SI units.
+        columns: the numbers that follow from parameters, by path in a loop that plays a segment, in SI units.
         unknowns: all that is sought, the parameters first.
         spread: of each signal of each log, by log and name, in its unit.
         usual: where the search begins, shape (unknowns,).
         threads: how many to use.
+        delays: between which a log's delay is sought [s]; None for the usual.
+        automatic: whether there are as many integration steps as machines need.
     """
 
     experiments: Sequence[Experiment]
@@ -85,6 +93,8 @@ class Problem(NamedTuple):
     spread: Mapping[tuple[int, str], float]
     usual: Vector
     threads: int
+    delays: Ends = None
+    automatic: bool = False
 
     @property
     def bounds(self) -> tuple[Vector, Vector]:
@@ -105,11 +115,17 @@ class Simulated(NamedTuple):
 
 
 def unknowns_of(
-    space: Space, experiments: Sequence[Experiment], spread: Mapping[tuple[int, str], float]
+    space: Space,
+    experiments: Sequence[Experiment],
+    spread: Mapping[tuple[int, str], float],
+    delays: Ends = None,
 ) -> list[Unknown]:
     """All that is sought: parameters, each segment's start, each log's delay and its sensors' offsets.
 
     A position has no offset: where its zero is and where the piston starts are the same to a machine.
+
+    Raises:
+        ParameterError: the delays that are sought are longer than a log.
     """
     found = [Unknown(path, "parameter", -1, path, 1.0, 0.0, 1.0) for path in space.ranges]
     for i, one in enumerate(experiments):
@@ -122,14 +138,29 @@ def unknowns_of(
     for log, segment in {
         one.segment.log: longest(experiments, one.segment.log) for one in experiments
     }.items():
-        most = min(LONGEST_DELAY / segment.period, SHARE * segment.samples)
-        found.append(Unknown("delay", "delay", log, BEGUN, segment.period, -EARLIEST, most))
+        found.append(Unknown("delay", "delay", log, BEGUN, segment.period, *delays_of(segment, delays)))
         found += [
             Unknown(f"offset of {name}", "offset", log, name, spread[log, name], -FAR, FAR)
             for name in segment.measured
             if name != "position"
         ]
     return found
+
+
+def delays_of(segment: Segment, delays: Ends) -> tuple[float, float]:
+    """The samples between which the delay of a log is sought, by its longest segment.
+
+    Raises:
+        ParameterError: the least delay is longer than the segment.
+    """
+    if delays is None:
+        return -EARLIEST, min(LONGEST_DELAY / segment.period, SHARE * segment.samples)
+    least, most = (one / segment.period for one in delays)
+    lasts = segment.samples - 1
+    if least >= lasts:
+        wanted = f"must begin below {lasts * segment.period:g} s, as long as the log has no gap"
+        raise ParameterError(DELAY, delays[0], wanted)
+    return least, min(most, float(lasts))
 
 
 def longest(experiments: Sequence[Experiment], log: int) -> Segment:
@@ -141,7 +172,8 @@ def longest(experiments: Sequence[Experiment], log: int) -> Segment:
 def simulated(problem: Problem, x: Vector, slopes: bool = True) -> list[Simulated]:
     """All segments at a point, with the slopes by every unknown.
 
-    All differences of a segment's slopes are lanes of one batch.
+    All differences of a segment's slopes are lanes of one batch. Beside an end of its range, and beside a
+    point that allows no machine, they are to one side.
 
     Args:
         problem: what is sought.
@@ -149,7 +181,8 @@ def simulated(problem: Problem, x: Vector, slopes: bool = True) -> list[Simulate
         slopes: False leaves these 0.
 
     Raises:
-        ParameterError: the point allows no machine.
+        ParameterError: the point allows no machine that can start.
+        ScenarioError: what a constructor takes does not go together there.
     """
     return [one_simulated(problem, i, x, slopes) for i in range(len(problem.experiments))]
 
@@ -159,8 +192,14 @@ def one_simulated(problem: Problem, number: int, x: Vector, slopes: bool) -> Sim
     one = problem.experiments[number]
     log, signals = one.segment.log, list(one.segment.measured)
     moved = [i for i, unknown in enumerate(problem.unknowns) if slopes and concerns(problem, unknown, number)]
-    points, apart = nudged(problem, x, moved)
-    shown = runs_at(problem, points, number)
+    points = nudged(problem, x, moved)
+    try:
+        shown = runs_at(problem, points, number)
+    except (ParameterError, ScenarioError):
+        points[~possible(problem, points)] = x
+        shown = runs_at(problem, points, number)
+    apart = np.array([points[1 + 2 * k, i] - points[2 + 2 * k, i] for k, i in enumerate(moved)])
+    apart[apart == 0.0] = np.inf
     shown = shown[:, [PLACES[name] for name in signals], :]
     slopes_of = np.zeros((one.segment.samples, len(signals), x.size))
     slopes_of[:, :, moved] = (shown[:, :, 1::2] - shown[:, :, 2::2]) / apart
@@ -192,11 +231,8 @@ def concerns(problem: Problem, unknown: Unknown, segment: int) -> bool:
     return of.get(unknown.kind, False)
 
 
-def nudged(problem: Problem, x: Vector, moved: Sequence[int]) -> tuple[Vector, Vector]:
-    """The point, then beyond and short of it in each unknown that is moved; and how far these are apart.
-
-    Beside an end of its range, an unknown is moved to one side, as it is where the other allows no machine.
-    """
+def nudged(problem: Problem, x: Vector, moved: Sequence[int]) -> Vector:
+    """The point, then beyond and short of it in each unknown that is moved; inside its range."""
     low, high = problem.bounds
     points = np.repeat(x[np.newaxis], 1 + 2 * len(moved), axis=0)
     steps = {"parameter": STEP, "start": START_STEP, "offset": START_STEP, "delay": DELAY_STEP}
@@ -204,41 +240,46 @@ def nudged(problem: Problem, x: Vector, moved: Sequence[int]) -> tuple[Vector, V
         step = steps[problem.unknowns[i].kind]
         for row, sign in ((1 + 2 * k, 1.0), (2 + 2 * k, -1.0)):
             points[row, i] = min(max(x[i] + sign * step, low[i]), high[i])
-            if problem.unknowns[i].kind == "parameter" and not is_possible(problem, points[row]):
-                points[row, i] = x[i]
-    apart = np.array([points[1 + 2 * k, i] - points[2 + 2 * k, i] for k, i in enumerate(moved)])
-    return points, np.where(apart > 0.0, apart, np.inf)
+    return points
 
 
-def is_possible(problem: Problem, x: Vector) -> bool:
-    """Whether a point allows a machine."""
+def possible(problem: Problem, points: Vector) -> NDArray[np.bool_]:
+    """Which points of shape (points, unknowns) allow a machine that can start in every segment."""
     try:
-        check_possible(problem, x)
-    except ParameterError:
-        return False
-    return True
-
-
-def check_possible(problem: Problem, x: Vector) -> None:
-    """Refuse a point that allows no machine.
-
-    Raises:
-        ParameterError: it does not.
-    """
-    from hydroservo.runs.columns import checked_columns
-
-    parameters = problem.space.values(x[np.newaxis, : len(problem.space.ranges)])
-    checked_columns(problem.experiments[0].loop, problem.columns(parameters))
+        for number, one in enumerate(problem.experiments):
+            runs_of(one, columns_at(problem, points, number))
+    except (ParameterError, ScenarioError):
+        if len(points) == 1:
+            return np.zeros(1, dtype=bool)
+        return np.concatenate([possible(problem, part) for part in np.array_split(points, 2)])
+    return np.ones(len(points), dtype=bool)
 
 
 def columns_at(problem: Problem, points: Vector, segment: int) -> Columns:
     """What the runs of a segment do not share, at points of shape (runs, unknowns)."""
-    count = len(problem.space.ranges)
-    found = dict(problem.columns(problem.space.values(points[:, :count])))
+    count, known = len(problem.space.ranges), problem.experiments[segment].varied
+    every = problem.columns(problem.space.values(points[:, :count]))
+    found = {path: values for path, values in every.items() if path in known}
     for unknown, values in zip(problem.unknowns[count:], points[:, count:].T, strict=True):
         if unknown.kind != "offset" and concerns(problem, unknown, segment):
             found[unknown.key] = unknown.scale * values
     return found
+
+
+def adapt_steps(problem: Problem, x: Vector, tolerance: float) -> Problem:
+    """The same problem with as many steps as its machine at a point takes.
+
+    Args:
+        problem: what is sought, with automatic steps.
+        x: the point.
+        tolerance: of the steps, as the scenario's, which may exceed it.
+    """
+    every = []
+    for number, one in enumerate(problem.experiments):
+        numbers = columns_at(problem, x[np.newaxis], number)
+        steps = chosen_steps(one, {path: row.item() for path, row in numbers.items()}, tolerance)
+        every.append(with_steps(one, steps))
+    return problem._replace(experiments=every)
 
 
 def runs_at(problem: Problem, points: Vector, segment: int) -> Vector:
@@ -248,7 +289,8 @@ def runs_at(problem: Problem, points: Vector, segment: int) -> Vector:
         Shape (samples, signals, runs), the signals those of MachineOutputs.
 
     Raises:
-        ParameterError: a point allows no machine.
+        ParameterError: a point allows no machine that can start.
+        ScenarioError: what a constructor takes does not go together there.
     """
     one, count = problem.experiments[segment], len(problem.space.ranges)
     offsets = {
@@ -260,7 +302,7 @@ def runs_at(problem: Problem, points: Vector, segment: int) -> Vector:
 
 
 def usual_values(own: Mapping[str, float], space: Space, unknowns: Sequence[Unknown]) -> Vector:
-    """The scenario's own values, moved into their ranges; a start as the log shows it, and else 0.
+    """The scenario's own values, a start as the log shows it, and else 0; each moved into its range.
 
     Args:
         own: values of the scenario by path.
@@ -272,7 +314,8 @@ def usual_values(own: Mapping[str, float], space: Space, unknowns: Sequence[Unkn
         if one.kind == "parameter":
             found.append(unit_of(space.ranges[one.key], own[one.key]))
         else:
-            found.append(0.5 * (one.low + one.high) if one.kind == "start" else 0.0)
+            usual = 0.5 * (one.low + one.high) if one.kind == "start" else 0.0
+            found.append(min(max(usual, one.low), one.high))
     return np.array(found)
 
 

@@ -1,5 +1,6 @@
 """Least squares of weighted residuals from several starts, with weights that the residuals give."""
 
+import math
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -9,8 +10,9 @@ from numpy.typing import NDArray
 from hydroservo.errors import HydroservoError
 from hydroservo.identification.lag import lag, left
 from hydroservo.identification.misfit import Misfit, Weights, misfit, residuals_by_signal
-from hydroservo.identification.problem import PLACES, Problem, delay_of, is_possible, runs_at
+from hydroservo.identification.problem import PLACES, Problem, adapt_steps, delay_of, possible, runs_at
 from hydroservo.identification.spikes import TO_DEVIATION, noise_of
+from hydroservo.identification.steps import COARSE
 
 __all__ = ["KNEE", "Report", "Solution", "best_fit", "first_weights", "refined", "settled"]
 
@@ -21,7 +23,10 @@ ROUNDS = 4  # of weights
 SETTLED = 0.02  # relative change of a weight
 LEAST = 1e-9  # of a signal's spread, which its residuals are at least taken to have
 EVALUATIONS = 40
+FIRST = 20  # of them from each start
+SMALL = 0.1  # of a number's deviation, which steps may move it by
 ENDED = 1e-6  # relative change of what is left, or of the unknowns
+ROUGH = 1e-4  # the same of what is left, from each start: enough to see which one leads on
 WEIGHT = 0.1  # of what ranges say, as a measurement around the scenario's values: it decides what logs do not
 LEAST_ERROR = 1e-3  # of a signal's spread, which the first fit does not try to get below
 
@@ -45,17 +50,24 @@ class Solution(NamedTuple):
     evaluations: int
 
 
-def best_fit(problem: Problem, seed: int, report: Report) -> Solution:
+def best_fit(problem: Problem, seed: int, report: Report) -> tuple[Problem, Solution]:
     """The unknowns that make weighted residuals smallest.
 
     First each signal counts by its noise, from the scenario's values and from the best of 63 others over the
     ranges; from the best end on each signal counts by the deviation of its residuals, until that settles, and
     residuals beyond two deviations linearly. What the logs do not tell stays near the scenario's values.
 
+    Automatic steps are coarse at first: those of the best machine among all that were tried, for others may
+    do what the log never did, as run into their end stops, and take many more. Where the search ends it goes
+    on if the machine there takes more: by so many steps their error is small beside what is left.
+
     Args:
         problem: what is sought.
         seed: of the other starts.
         report: called with the fraction done.
+
+    Returns:
+        The problem with its last steps, and its solution.
 
     Raises:
         HydroservoError: no start gives a run that is not lost.
@@ -66,13 +78,51 @@ def best_fit(problem: Problem, seed: int, report: Report) -> Solution:
     """
     weights = first_weights(problem)
     ends = []
-    begun = starts(problem, weights, seed)
+    begun, best, left_there = starts(problem, weights, seed)
+    if problem.automatic:
+        easier = adapt_steps(problem, best, max(COARSE, tolerance_for(problem, left_there)))
+        problem, begun = ease(problem, easier, begun, best, weights)
     for number, x in enumerate(begun):
-        ends.append(refined(problem, x, weights, knee=None))
+        ends.append(refined(problem, x, weights, knee=None, ended=ROUGH, most=FIRST))
         report(0.6 * (number + 1) / len(begun))
     found = min(ends, key=lambda one: one.cost)
     found = found._replace(evaluations=sum(one.evaluations for one in ends))
-    return settled(problem, found, lambda part: report(0.6 + 0.4 * part))
+    found = settled(problem, found, lambda part: report(0.6 + 0.2 * part))
+    if problem.automatic:
+        least = min(1.0 / (weight * problem.spread[key]) for key, weight in found.weights.items())
+        finer = adapt_steps(problem, found.x, tolerance_for(problem, least))
+        if steps_of(finer) > steps_of(problem):
+            return finer, settled(finer, found, lambda part: report(0.8 + 0.2 * part))
+    return problem, found
+
+
+def ease(
+    problem: Problem, easier: Problem, begun: list[Vector], best: Vector, weights: Weights
+) -> tuple[Problem, list[Vector]]:
+    """The problem with other steps, and those starts that are not lost with them.
+
+    Where the best one is, all stays as it was.
+    """
+    kept = [x for x in begun if np.isfinite(misfit(easier, x, weights, slopes=False).residuals).all()]
+    return (easier, kept) if any(x is best for x in kept) else (problem, begun)
+
+
+def tolerance_for(problem: Problem, share: float) -> float:
+    """The tolerance of steps whose error moves no number by more than a tenth of its deviation.
+
+    It does so at most where the error, relative to a signal's spread, hangs together with a slope in all
+    samples: then it counts as the root of their number times the deviation of what is left.
+
+    Args:
+        problem: what is sought.
+        share: of a signal's spread, that the deviation of what is left of it is.
+    """
+    return SMALL * share / math.sqrt(sum(one.segment.samples for one in problem.experiments))
+
+
+def steps_of(problem: Problem) -> int:
+    """How many steps all segments take together."""
+    return sum(one.loop.simulation.substeps * one.segment.samples for one in problem.experiments)
 
 
 def settled(problem: Problem, found: Solution, report: Report) -> Solution:
@@ -101,6 +151,8 @@ def refined(
     weights: Weights,
     knee: float | None = KNEE,
     counted: dict[int, NDArray[np.bool_]] | None = None,
+    ended: float = ENDED,
+    most: int = EVALUATIONS,
 ) -> Solution:
     """The nearest local optimum.
 
@@ -110,6 +162,8 @@ def refined(
         weights: of each signal.
         knee: from where on residuals count linearly; None for nowhere.
         counted: which samples count, by segment.
+        ended: relative change of what is left, at which the search ends.
+        most: evaluations, after which it ends in any case.
 
     Raises:
         HydroservoError: the start gives no run that is not lost.
@@ -135,10 +189,10 @@ def refined(
         x_scale="jac",
         loss="linear" if knee is None else "huber",
         f_scale=knee or 1.0,
-        ftol=ENDED,
+        ftol=ended,
         xtol=ENDED,
         gtol=None,
-        max_nfev=EVALUATIONS,
+        max_nfev=most,
     )
     return Solution(found.x, float(found.cost), weights, int(found.nfev))
 
@@ -152,8 +206,11 @@ def first_weights(problem: Problem) -> dict[tuple[int, str], float]:
     return {key: 1.0 / max(*found, LEAST_ERROR * problem.spread[key]) for key, found in noise.items()}
 
 
-def starts(problem: Problem, weights: Weights, seed: int) -> list[Vector]:
+def starts(problem: Problem, weights: Weights, seed: int) -> tuple[list[Vector], Vector, float]:
     """Where to begin: the scenario's own values, and the best of others, each with the delay that it shows.
+
+    Returns:
+        The starts, the best of them, and the share of the signals' spread that it leaves.
 
     Raises:
         HydroservoError: every run is lost.
@@ -164,20 +221,30 @@ def starts(problem: Problem, weights: Weights, seed: int) -> list[Vector]:
     others = qmc.LatinHypercube(count, rng=np.random.default_rng(seed)).random(CANDIDATES)
     points = np.repeat(own[np.newaxis], 1 + CANDIDATES, axis=0)
     points[1:, :count] = others
-    points = np.array([point for point in points if is_possible(problem, point)])
+    points = points[possible(problem, points)]
     if not points.size:
         raise HydroservoError("no parameters within their ranges make a valid machine; try other ranges")
     cost = np.zeros(len(points))
     for number, one in enumerate(problem.experiments):
         shown = runs_at(problem, points, number)
         place, scaled = delay_of(problem, one.segment.log), of_log(weights, one.segment.log)
-        shift = lag(one.segment.measured, signals(shown, 0), scaled, int(problem.unknowns[place].high))
-        cost += [left(one.segment.measured, signals(shown, run), scaled, shift) for run in range(len(points))]
-        points[:, place] = shift
+        late = problem.unknowns[place]
+        least, most = math.ceil(late.low), math.floor(late.high)
+        for run, point in enumerate(points):
+            own_signals, measured = signals(shown, run), one.segment.measured
+            point[place] = lag(measured, own_signals, scaled, least, max(least, most))
+            cost[run] += left(measured, own_signals, scaled, int(point[place]))
     if not np.isfinite(cost).any():
         raise HydroservoError("a run diverges with each of the parameters tried; try other ranges")
     order = [0, *(1 + np.argsort(cost[1:]))][:STARTS]
-    return [points[i] for i in order if np.isfinite(cost[i])]
+    begun = {i: points[i] for i in order if np.isfinite(cost[i])}
+    first = min(begun, key=lambda i: cost[i])
+    whole = sum(
+        (weights[one.segment.log, name] * problem.spread[one.segment.log, name]) ** 2
+        for one in problem.experiments
+        for name in one.segment.measured
+    )
+    return list(begun.values()), begun[first], math.sqrt(cost[first] / whole)
 
 
 def signals(shown: Vector, run: int) -> dict[str, Vector]:

@@ -41,7 +41,12 @@ NAMES = (*SIGNALS, REFERENCE)
 """What a scenario may say the column of: the demand too, whose unit is that of what is controlled."""
 
 WRITTEN: Mapping[str, Sequence[str]] = MappingProxyType(
-    {COMMAND: ("controller.u",), EXTERNAL_FORCE: ("load.force",), REFERENCE: ("reference.value",)}
+    {
+        TIME: ("t", "timestamp", "datetime"),
+        COMMAND: ("controller.u",),
+        EXTERNAL_FORCE: ("load.force",),
+        REFERENCE: ("reference.value",),
+    }
     | {name: (f"sensors.{name}.value", f"sensors.{name}", f"plant.{name}") for name in OUTPUTS}
 )
-"""The columns that a run of ours may write them to, measured ones first: its trajectory is a log too."""
+"""Other usual names, and the columns of a run's trajectory, which is a log too, measured ones first."""

@@ -1,39 +1,60 @@
 """How finely the machine is followed between two samples of a log."""
 
 import math
+from collections.abc import Mapping
 
-from hydroservo.identification.experiment import experiment
+from hydroservo.block import replace
+from hydroservo.identification.experiment import Experiment, experiment
 from hydroservo.identification.segments import Segment
 from hydroservo.loop import AUTO, Loop
 from hydroservo.runs.cautions import quietly
 from hydroservo.runs.run import simulate
-from hydroservo.runs.step_sizes import command_parts
+from hydroservo.runs.step_sizes import command_parts, with_substeps
 
-__all__ = ["substeps_for"]
+__all__ = ["COARSE", "chosen_steps", "first_steps", "with_steps"]
 
 TRIED = 1.0  # s of a log, after which the steps that it takes are known
+COARSE = 1e-4  # tolerance of a search's steps: a tenth of what its first fit tries to get below
 
 
-def substeps_for(loop: Loop, segment: Segment) -> int:
-    """The number of integration steps between two samples of a log.
+def first_steps(loop: Loop, segment: Segment) -> int:
+    """The number of integration steps between two samples of a log, to begin a search with.
 
     As many in a second as the scenario has, at least; with automatic ones, as many as the log's beginning
-    takes.
+    takes with the scenario's own machine, coarsely.
 
     Args:
         loop: of the scenario.
         segment: that will be played.
     """
     simulation = loop.simulation
-    if simulation.substeps != AUTO:
-        wanted = math.ceil(simulation.substeps * segment.period / simulation.period * (1.0 - 1e-9))
-        one = experiment(loop, segment, (), AUTO).loop
-        parts = command_parts(one)
-        return -(-wanted // parts) * parts
+    one = experiment(loop, segment, (), AUTO)
+    if simulation.substeps == AUTO:
+        return chosen_steps(one, {}, COARSE)
+    wanted = math.ceil(simulation.substeps * segment.period / simulation.period * (1.0 - 1e-9))
+    parts = command_parts(one.loop)
+    return -(-wanted // parts) * parts
+
+
+def chosen_steps(one: Experiment, numbers: Mapping[str, float], tolerance: float) -> int:
+    """The number of automatic steps between two samples that a machine takes over a log's beginning.
+
+    Args:
+        one: the experiment.
+        numbers: of the machine, by path in its loop.
+        tolerance: of them, which that of the scenario may exceed.
+    """
+    simulation, segment = one.given.simulation, one.segment
     samples = max(min(segment.samples, round(TRIED / segment.period)), 2)
-    short = segment._replace(
-        inputs={name: values[:samples] for name, values in segment.inputs.items()},
-        measured={name: values[:samples] for name, values in segment.measured.items()},
+    brief = simulation._replace(
+        duration=segment.period * (samples - 1),
+        substeps=AUTO,
+        tolerance=max(tolerance, simulation.tolerance),
     )
-    one = experiment(loop, short, (), AUTO).given
-    return int(quietly(simulate)(one, record=()).attrs["substeps"])
+    loop: Loop = replace(one.given._replace(simulation=brief), numbers)
+    return int(quietly(simulate)(loop, record=()).attrs["substeps"])
+
+
+def with_steps(one: Experiment, substeps: int) -> Experiment:
+    """The experiment with so many steps between two samples."""
+    return one._replace(given=with_substeps(one.given, substeps), loop=with_substeps(one.loop, substeps))

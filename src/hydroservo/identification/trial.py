@@ -1,6 +1,6 @@
 """Commands that are tried for the next log: how large each may be, and what a log of it would tell."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -13,10 +13,11 @@ from hydroservo.identification.experiment import Experiment, experiment, predict
 from hydroservo.identification.fitted import Fitted
 from hydroservo.identification.misfit import misfit
 from hydroservo.identification.one_step import predicting
-from hydroservo.identification.problem import Problem, is_possible, unknowns_of
+from hydroservo.identification.problem import possible, unknowns_of, usual_values
 from hydroservo.identification.result import Identified
 from hydroservo.identification.segments import Segment
 from hydroservo.identification.signals import COMMAND, OUTPUTS
+from hydroservo.runs.tuning import Space
 
 __all__ = ["Held", "Trial", "drawn", "held_still", "openness", "trial_of"]
 
@@ -77,7 +78,7 @@ def drawn(fit: Fitted, seed: int) -> Matrix:
     own = fit.sure.covariance[:count, :count]
     moved = rng.multivariate_normal(fit.best.x[:count], own, DRAWS, method="eigh")
     points[1:, :count] = np.clip(moved, 0.0, 1.0)
-    return np.array([point for point in points if is_possible(fit.problem, point)])
+    return points[possible(fit.problem, points)]
 
 
 def trial_of(
@@ -144,13 +145,8 @@ def played(fit: Fitted, segment: Segment) -> Experiment:
     """An experiment with a command that was never played, from where the scenario starts."""
     like = fit.problem.experiments[0]
     substeps = like.loop.simulation.substeps
-    paths = [path for path in like.varied if path in dict(fit.problem.columns(middle(fit.problem)))]
-    return experiment(fit.assembly.loop, segment, paths, substeps)
-
-
-def middle(problem: Problem) -> Mapping[str, Matrix]:
-    """Parameters in the middle of their ranges."""
-    return problem.space.values(np.full((1, len(problem.space.ranges)), 0.5))
+    own = fit.problem.space.values(fit.best.x[np.newaxis, : len(fit.problem.space.ranges)])
+    return experiment(fit.assembly.loop, segment, tuple(fit.problem.columns(own)), substeps)
 
 
 def covariance_with(found: Identified, command: Matrix, shown: Matrix, like: Segment) -> Matrix:
@@ -167,9 +163,8 @@ def covariance_with(found: Identified, command: Matrix, shown: Matrix, like: Seg
         (0, name): max(float(np.std(row)), 1e-300 + fit.problem.spread[like.log, name] * 1e-6)
         for name, row in measured.items()
     }
-    unknowns = unknowns_of(fit.problem.space, [playing], spread)
-    others = (0.5 * (one.low + one.high) if one.kind == "start" else 0.0 for one in unknowns[count:])
-    x = np.array([*fit.best.x[:count], *others])
+    unknowns = unknowns_of(fit.problem.space, [playing], spread, fit.problem.delays)
+    x = np.array([*fit.best.x[:count], *usual_values({}, Space({}), unknowns[count:])])
     weights = {(0, name): fit.best.weights[like.log, name] for name in measured}
     problem = fit.problem._replace(experiments=[playing], unknowns=unknowns, spread=spread, usual=x)
     if found.horizon is not None:

@@ -1,4 +1,4 @@
-"""Figures as a journal of two columns takes them."""
+"""Figures and tables as a journal of two columns, or a spreadsheet, takes them."""
 
 import shutil
 from collections.abc import Sequence
@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from hydroservo.errors import ParameterError
+from hydroservo.reports.decimal_commas import decimal_commas
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -34,16 +35,22 @@ class Size(StrEnum):
 
 
 class Journal(NamedTuple):
-    """What figures a journal is to have.
+    """What figures a journal is to have, and what decimals tables have.
 
     Attributes:
         formats: endings of their files; none are written if empty.
         size: how wide they are; as the report's if None. One with three panels side by side is as wide as
             two columns all the same.
+        decimal_comma: whether CSV has decimal commas, and semicolons between its cells.
     """
 
     formats: Sequence[str] = ()
     size: Size | None = None
+    decimal_comma: bool = False
+
+    def csv(self, text: str) -> str:
+        """A CSV table, with the decimals that are wanted."""
+        return decimal_commas(text) if self.decimal_comma else text
 
     def save(self, figure: "Figure", stem: Path, origin: str) -> None:
         """Write a figure in each format; the figure keeps the size that it then has.
@@ -69,13 +76,16 @@ class Journal(NamedTuple):
 NO_JOURNAL = Journal()
 
 
-def journal_of(formats: str | None, size: Size | None, folder: Path | None) -> Journal:
+def journal_of(
+    formats: str | None, size: Size | None, folder: Path | None, decimal_comma: bool = False
+) -> Journal:
     """What is asked for: nothing, or figures of a size in some formats, SVG and PDF if none is named.
 
     Args:
         formats: names with commas between them.
         size: how wide figures are.
         folder: where the report goes; None if there is none.
+        decimal_comma: whether CSV has decimal commas.
 
     Raises:
         ParameterError: figures are asked for and no report, a format is unknown, or is PGF where no LaTeX can
@@ -85,14 +95,14 @@ def journal_of(formats: str | None, size: Size | None, folder: Path | None) -> J
         name, value = ("--figure-size", size) if size else ("--figure-format", formats)
         raise ParameterError(name, value, "is of figures in a folder; add --out DIR")
     if formats is None:
-        return Journal(USUAL, size) if size else NO_JOURNAL
+        return Journal(USUAL if size else (), size, decimal_comma)
     names = tuple(dict.fromkeys(name.strip() for name in formats.split(",")))
     if not set(names) <= set(FIGURE_FORMATS):
         allowed = f"must be of {', '.join(FIGURE_FORMATS)}, with commas between them"
         raise ParameterError("--figure-format", formats, allowed)
     if "pgf" in names:
         check_latex(formats)
-    return Journal(names, size)
+    return Journal(names, size, decimal_comma)
 
 
 def check_latex(formats: str) -> None:

@@ -3,7 +3,9 @@
 import warnings
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from copy import copy, deepcopy
 from itertools import pairwise, repeat
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -91,8 +93,21 @@ class SteppedRuns:
         workers = max(1, min(checked_count(threads, "threads"), groups // LEAST_GROUPS))
         ends = np.linspace(0, groups, workers + 1).astype(int).tolist()
         self.shares = list(pairwise(ends))
-        self.pool = ThreadPoolExecutor(workers) if workers > 1 else None
+        self.pool = pool_of(self.shares)
         self.table, self.seed_row = np.array(list(columns.values())), list(columns).index(SEED)
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {**vars(self), "pool": None}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        vars(self).update(state)
+        self.pool = pool_of(self.shares)
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> "SteppedRuns":
+        """A copy that goes on from the same state; what never changes is shared."""
+        twin = copy(self)
+        twin.steps = deepcopy(self.steps, memo)
+        return twin
 
     def __getitem__(self, path: str) -> Numbers:
         """A number of the state of each run at its last sample, such as ``controller.measured.velocity``."""
@@ -158,6 +173,11 @@ class SteppedRuns:
             else:
                 period, (firsts, lasts) = repeat(self.period), zip(*self.shares, strict=True)
                 list(self.pool.map(self.steps.advance, firsts, lasts, period))
+
+
+def pool_of(shares: Sequence[tuple[int, int]]) -> ThreadPoolExecutor | None:
+    """A thread for each share of the runs; None where one is enough."""
+    return ThreadPoolExecutor(len(shares)) if len(shares) > 1 else None
 
 
 def check_whole(name: str, numbers: Whole, end: int, count: int) -> None:

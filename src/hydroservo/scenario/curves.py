@@ -7,7 +7,7 @@ from hydroservo.curve import Curve
 from hydroservo.errors import ParameterError
 from hydroservo.field import Field
 from hydroservo.scenario.quantities import number_and_unit, si_value, unit_factor
-from hydroservo.scenario.recordings import axis_key, recorded
+from hydroservo.scenario.records.series import axis_key, recorded
 from hydroservo.scenario.tables import Entry, Layer, Table
 
 __all__ = ["curve_from"]
@@ -18,7 +18,7 @@ FULL, POINTS = "full", "points"
 def curve_from(table: Table, field: Field | None) -> Curve:
     """The curve that a table names a file of, or whose points it has.
 
-    A file is read by :func:`~hydroservo.scenario.recordings.recorded`; points are pairs of x and y, such as
+    A file is read by :func:`~hydroservo.scenario.records.recorded`; points are pairs of x and y, such as
     ``{points = [["0 m/s", "130 V/m"], ["0.25 m/s", "55 V/m"]]}``. Of a curve over a share, ``full = "10 V"``
     says what 100 % is where its axis has another unit.
 
@@ -33,14 +33,14 @@ def curve_from(table: Table, field: Field | None) -> Curve:
         return points(table, field) if table.has(POINTS) else of_file(table, field)
     entry = table.entry(FULL)
     try:
-        size, unit = number_and_unit(entry.value if isinstance(entry.value, str) else "")
+        size, unit = number_and_unit(entry.value if isinstance(entry.value, str) else "", "V")
         unit_factor(unit, None)
     except ValueError as error:
         raise entry.error(str(error)) from None
     if not size > 0.0:
         raise entry.error("must be above 0")
     found = curve_from(without(table, FULL), replace(field, over=unit))
-    return Curve.from_samples(found.knots / size, found.samples)
+    return Curve.from_samples(found.knots / float(size), found.samples)
 
 
 def without(table: Table, name: str) -> Table:

@@ -4,6 +4,7 @@ from collections.abc import Collection
 
 from hydroservo.block import leaves
 from hydroservo.loop import Loop
+from hydroservo.scenario.records.columns import column_source
 from hydroservo.scenario.tables import Entry, Table
 
 __all__ = ["log_columns", "log_ranges"]
@@ -12,13 +13,13 @@ COLUMNS, VARY = KEYS = "columns", "vary"
 
 
 def log_columns(scenario: Table) -> dict[str, Entry]:
-    """The column of each signal that the table names, such as ``velocity = "v_piston [mm/s]"``.
+    """The columns of signals that the table names, as ``velocity = "v_piston [mm/s]"``, and the period.
 
     Args:
         scenario: all its tables.
 
     Raises:
-        ScenarioError: an unknown key, or a column that is no text.
+        ScenarioError: an unknown key, or a column that is none.
     """
     table = scenario.table("identify")
     for name in table.names():
@@ -27,8 +28,10 @@ def log_columns(scenario: Table) -> dict[str, Entry]:
     columns = table.table(COLUMNS)
     found = {name: columns.entry(name) for name in columns.names()}
     for entry in found.values():
-        if not isinstance(entry.value, str):
-            raise entry.error('must be a string: the name of a column, such as "v_piston [mm/s]"')
+        try:
+            column_source(entry.value)
+        except ValueError as error:
+            raise entry.error(str(error)) from None
     return found
 
 

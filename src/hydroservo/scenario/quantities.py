@@ -34,30 +34,33 @@ def si_value(text: str, unit: str) -> float:
         raise ValueError((quantity_slip(text) if len(text) <= LONGEST else "") or str(error)) from None
 
 
-def number_and_unit(text: str) -> tuple[float, str]:
-    """The number that a text such as "10 V" says, and its unit as it stands there.
+def value_of(text: str, unit: str) -> float:
+    """The number in an SI unit that a text says, as :func:`si_value` gives it."""
+    number, given = number_and_unit(text, unit)
+    if unit and not given:
+        raise ValueError(f"has no unit; write '{text} {unit}', or the number without quotes")
+    try:
+        return float(number * unit_factor(given, unit))
+    except ArithmeticError:  # overflow
+        raise ValueError("is not a finite number") from None
+
+
+def number_and_unit(text: str, unit: str = "") -> tuple[Fraction, str]:
+    """The two parts of a quantity.
+
+    Args:
+        text: such as "0.25 V/mA".
+        unit: the SI unit that an example in the message has.
 
     Raises:
-        ValueError: the text is no quantity.
+        ValueError: it has no number in front.
     """
     match = QUANTITY.fullmatch(text.strip()) if len(text) <= LONGEST else None
     if match is None:
-        raise ValueError("is not a quantity such as '10 V'")
-    number, unit = match.groups()
-    return value_of(number, ""), unit
-
-
-def value_of(text: str, unit: str) -> float:
-    """The number in an SI unit that a text says, as :func:`si_value` gives it."""
-    match = QUANTITY.fullmatch(text) if len(text) <= LONGEST else None
-    if match is None:
         raise ValueError(f"is not a quantity such as '{EXAMPLES.get(unit, f'1.5 {unit}')}'")
-    number, given = match.groups()
-    if unit and not given:
-        raise ValueError(f"has no unit; write '{number} {unit}', or the number without quotes")
     try:
-        return float(Fraction(re.sub(r"\s", "", number)) * unit_factor(given, unit))
-    except ArithmeticError:  # division by zero, overflow
+        return Fraction(re.sub(r"\s", "", match[1])), match[2]
+    except ArithmeticError:  # division by zero
         raise ValueError("is not a finite number") from None
 
 

@@ -1,6 +1,7 @@
 """The runs of a batch: what is drawn for each of them, and one of them alone."""
 
 from collections.abc import Collection, Mapping, Sequence
+from contextlib import suppress
 from hashlib import sha256
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -280,9 +281,19 @@ def parameters_of(
         raise ScenarioError(origin, ", ".join(taken), problem)
     for path in made:
         if path in own:
-            above = [name for name in taken if name.partition(".")[0] == path.partition(".")[0]]
-            raise ScenarioError(origin, path, f"follows from {' and '.join(above)}, which varies too")
+            causes = " and ".join(causes_of(assembly, taken, path, first))
+            raise ScenarioError(origin, path, f"follows from {causes}, which varies too")
     return {**own, **made}
+
+
+def causes_of(assembly: Assembly, taken: Columns, path: str, first: int) -> list[str]:
+    """What constructors take of which a number of the loop changes with each; all of its block if none is."""
+    above = [name for name in taken if name.partition(".")[0] == path.partition(".")[0]]
+    causes = []
+    for name in above:
+        with suppress(ScenarioError):  # of numbers that go together with others alone
+            causes += [name] if path in columns_of(assembly, {name: taken[name]}, first) else []
+    return causes or above
 
 
 def uniform(seed: int, path: str, runs: int, first: int = 0) -> Numbers:

@@ -11,7 +11,7 @@ from hydroservo.roles.saying import is_role
 from hydroservo.scenario.catalogue import builtin_texts
 from hydroservo.scenario.descriptions import summary
 from hydroservo.scenario.keys import ANY_SIGNAL, Key, keys_of, range_of
-from hydroservo.scenario.recordings import axis_key
+from hydroservo.scenario.records.series import axis_key
 from hydroservo.scenario.registry import Maker, makers, makers_in_role
 
 __all__ = ["scenario_schema"]

@@ -53,6 +53,7 @@ PINT_NAMES = {
     "barg": "bar",
     "psig": "psi",
 }
+OFFSET = "which has an offset or a logarithm"
 ABSOLUTE = {"bara": "bar", "psia": "psi"}
 
 
@@ -165,7 +166,7 @@ def asked_of_pint(name: str) -> tuple[Fraction, Dimension]:
     except pint.PintError:  # a prefix on a unit with an offset or a logarithm
         raise ValueError(f"has the unit {name}, which cannot be read") from None
     if not registry.Quantity(1, unit)._is_multiplicative:
-        raise ValueError(f"has the unit {name}, which has an offset or a logarithm")
+        raise ValueError(f"has the unit {name}, {OFFSET}")
     if str(unit).endswith("hertz"):  # which pint takes for 1/s
         unit *= registry.turn
     factor, bases = registry.get_root_units(unit)

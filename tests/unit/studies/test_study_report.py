@@ -11,6 +11,8 @@ import pytest
 
 from hydroservo import HydroservoError
 from hydroservo.formatting import number
+from hydroservo.reports.decimal_commas import decimal_commas
+from hydroservo.reports.journal import Journal
 from hydroservo.runs.results import foreign_files
 from hydroservo.studies.ablation import Ratio
 from hydroservo.studies.choice import chosen, of_choice
@@ -278,6 +280,17 @@ def test_a_study_of_one_law_in_one_cell_has_a_report(tmp_path):
     text = text_of((tmp_path / "report.html").read_text(encoding="utf-8"))
     assert "Of 1 cell PI wins 1" in text
     assert "This folder does not hold the conditions" in text
+
+
+def test_tables_have_decimal_commas_where_asked(tmp_path):
+    manifest = part_of(made_up_manifest(), LAWS[:3], ["slow-high-lagging"])
+    table = made_up_table(manifest, seeds=2, budgets=(64, 128))
+    for name, journal in (("points", Journal()), ("commas", Journal(decimal_comma=True))):
+        write_report(table, manifest, judged(table, manifest, RULES), tmp_path / name, journal=journal)
+    points = {path.name: path.read_text() for path in (tmp_path / "points" / "tables").glob("*.csv")}
+    commas = {path.name: path.read_text() for path in (tmp_path / "commas" / "tables").glob("*.csv")}
+    assert points
+    assert commas == {name: decimal_commas(text) for name, text in points.items()}
 
 
 def test_a_study_that_nobody_masters_has_a_report(tmp_path):

@@ -15,8 +15,17 @@ export function showLog(log, machine, told) {
   const drawn = log.lines.filter(({ path }) => path).map(({ name }) => words(name)).join(", ") || "nothing";
   section.replaceChildren(
     element("div", { class: "heading" }, element("h2", {}, `Log ${log.title}`), close),
-    element("p", {}, `${log.samples} samples; drawn in the plots: ${drawn}.`), remarks,
+    signals(log), element("p", {}, `Drawn in the plots: ${drawn}.`), remarks,
     sought(machine, told), element("div", { id: "found" }));
+}
+
+function signals(log) {
+  const heads = ["Signal", "Column", "Samples", "Lowest", "Highest", "Unit"];
+  const head = element("tr", {}, ...heads.map((one) => element("th", { scope: "col" }, one)));
+  const rows = log.signals.map(([name, ...cells]) => element("tr", {},
+    element("th", { scope: "row" }, words(name)), ...cells.map((one) => element("td", {}, one))));
+  return element("div", { class: "scroll", tabindex: "0", role: "region", "aria-label": "Signals of the log" },
+    element("table", {}, element("caption", {}, "How the log is understood"), element("thead", {}, head), element("tbody", {}, ...rows)));
 }
 
 function sought(machine, told) {

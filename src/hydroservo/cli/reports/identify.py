@@ -62,7 +62,7 @@ def pictures(found: Identified) -> Iterator[Picture]:
     """Each log as it was understood and as it is met."""
     for i, fit in enumerate(found.logs, 1):
         name = fit.understood.log.name
-        yield Picture(f"log-{i}", f"How {name} was understood.", plot_log(fit))
+        yield Picture(f"log-{i}", f"How {name} was understood.", plot_log(fit.understood))
         yield Picture(
             f"fit-{i}", f"How {name} is met: measured, and simulated with what was found.", plot_fit(fit)
         )

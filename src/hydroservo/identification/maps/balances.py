@@ -9,8 +9,11 @@ from numpy.typing import NDArray
 from hydroservo.identification.maps.piston import Piston
 from hydroservo.identification.maps.reading import bridged, thinned
 from hydroservo.identification.segments import Segment
+from hydroservo.identification.spikes import noise_of
 
 __all__ = ["Balance", "Watched", "balances", "watched"]
+
+SIGMAS = 5.0  # deviations of noise, by which a pressure lies below 0 that drives no oil outside
 
 Samples = NDArray[np.float64]
 
@@ -78,7 +81,7 @@ def balances(rows: Mapping[str, Samples], period: float, piston: Piston) -> list
     a, b, x = rows["a"], rows["b"], rows["x"]
     volume_a, volume_b = piston.volumes(x)
     gone, past = x - x[0], integral(a - b, period)
-    outside = [-integral(np.maximum(p, 0.0), period) for p in (a, b)]
+    outside = [-integral(np.where(p > -SIGMAS * noise_of(p), p, 0.0), period) for p in (a, b)]
     return [
         Balance(stieltjes(volume_a, a), -piston.area_a * gone, -past, outside[0]),
         Balance(stieltjes(volume_b, b), piston.area_b * gone, past, outside[1]),

@@ -57,8 +57,9 @@ def decay(logs: Sequence[Understood], piston: Piston) -> Found:
     fit = fitted_to(stretches, piston)
     if fit is None:
         raise ScenarioError(name, "", "its pressures show no leakage: they are too similar")
+    check_decays(fit, stretches, name)
+    fit = fit.possible()
     numbers = numbers_of(fit, piston, stretches)
-    check_decays(fit, numbers, stretches, name)
     values, remarks = values_of(fit, numbers, piston)
     return Found(pressures_of(fit, stretches, piston), numbers, (), values, remarks)
 

@@ -40,6 +40,14 @@ class DecayFit(NamedTuple):
         """The weight of what leaks past the piston, times the bulk modulus, among the columns."""
         return self.weight(-1 - self.external)
 
+    def possible(self) -> "DecayFit":
+        """The same with no leakage below 0."""
+        best = self.found
+        for place in range(-1 - self.external, 0):
+            if best.values[place] < 0.0:
+                best = best.without(place)
+        return self._replace(found=best)
+
     def weight(self, place: int) -> Samples:
         """The weights that take one coefficient alone."""
         found: Samples = np.eye(self.found.values.size)[place]
@@ -50,7 +58,7 @@ def fitted_to(stretches: Sequence[Watched], piston: Piston) -> DecayFit | None:
     """What the balances tell, with the bulk modulus where a motion shows it; None if columns are too alike.
 
     Noise of a pressure adds up in its integral, which no covariance of what is left knows of: how far the
-    numbers move when as much noise is added once more counts too.
+    numbers move when as much noise is added once more counts too, one way or to and fro.
     """
     fit = by_motion(stretches, piston) or regressed(stretches, piston, False)
     if fit is None:
@@ -59,8 +67,8 @@ def fitted_to(stretches: Sequence[Watched], piston: Piston) -> DecayFit | None:
     again = [
         regressed([noisier(one, rng, piston) for one in stretches], piston, fit.seen) for _ in range(DRAWS)
     ]
-    values = np.array([one.found.values for one in again if one is not None])
-    covariance = fit.found.covariance + np.cov(values.T)
+    apart = np.array([one.found.values - fit.found.values for one in again if one is not None])
+    covariance = fit.found.covariance + apart.T @ apart / len(apart)
     return fit._replace(found=fit.found._replace(covariance=covariance))
 
 

@@ -17,7 +17,8 @@ __all__ = ["check_decays", "numbers_of", "values_of"]
 def numbers_of(fit: DecayFit, piston: Piston, stretches: Sequence[Watched]) -> dict[str, Interval]:
     """Leakages, bulk modulus and time constant."""
     product = Interval.around(float(fit.across @ fit.found.values), fit.found.half(fit.across), "m^3/s", "")
-    numbers = leakages_of(fit) | modulus_of(fit, product, piston)
+    leakages = {key: one.at_least_0() for key, one in leakages_of(fit).items()}
+    numbers = leakages | modulus_of(fit, product, piston)
     if product.low > 0.0:
         numbers["time_constant"] = time_constant(product, piston, stretches)
     return numbers
@@ -63,21 +64,25 @@ def time_constant(product: Interval, piston: Piston, stretches: Sequence[Watched
     return Interval(joint / product.value, joint / product.high, joint / product.low, "s", meaning)
 
 
-def check_decays(
-    fit: DecayFit, numbers: Mapping[str, Interval], stretches: Sequence[Watched], name: str
-) -> None:
+def check_decays(fit: DecayFit, stretches: Sequence[Watched], name: str) -> None:
     """Refuse pressures that do not decay, unless a motion tells a bulk modulus from them.
 
     Raises:
         ScenarioError: they do not.
     """
-    leak = [numbers[one] for one in ("internal_leakage", "external_leakage") if one in numbers]
+    leak = [*leakages_of(fit).values()]
     rises = any(one.high < 0.0 for one in leak)
+    if rises and leak[0].low > 0.0:
+        problem = "both pressures rise together, which no leakage makes them: does the oil warm up?"
+        raise ScenarioError(name, "", problem)
     if rises or not (fit.seen or any(one.low > 0.0 for one in leak)):
         apart = stretches[0].rows["a"] - stretches[0].rows["b"]
         ends = [quantity(float(one), "Pa").replace(MINUS, "-") for one in (apart[0], apart[-1])]
         lasts = stretches[0].period * (apart.size - 1)
-        problem = f"pressures do not decay: p_A - p_B goes from {ends[0]} to {ends[1]} in {lasts:.3g} s"
+        noise = "" if rises else " beyond their noise"
+        problem = (
+            f"pressures do not decay{noise}: p_A - p_B goes from {ends[0]} to {ends[1]} in {lasts:.3g} s"
+        )
         raise ScenarioError(name, "", problem)
 
 

@@ -12,6 +12,7 @@ from hydroservo.identification.maps.piston import Piston
 from hydroservo.identification.maps.reading import demand, thinned
 from hydroservo.identification.maps.regression import mean_of
 from hydroservo.identification.maps.result import Drawn, Found, Interval, curve_of
+from hydroservo.identification.maps.speeds import Speeds, range_of, speeds_of, sum_at
 from hydroservo.identification.maps.stretches import Stretch, longest_of, stretches
 from hydroservo.identification.segments import Segment, Understood
 from hydroservo.identification.signals import EXTERNAL_FORCE
@@ -24,9 +25,10 @@ if TYPE_CHECKING:
 
 __all__ = ["friction"]
 
-FEWEST = 4  # points of a law
+NARROW = 1.5  # times the least speed, up to which the largest tells no law
 LEAST_SHARE = 1e-3  # of the largest friction, that any point's deviation is taken for at least
 PER_BLOCK = 2000  # samples of a stretch from which its mean is taken
+BLOCKS = 8  # of a stretch, by which friction is seen to change along it
 
 Samples = NDArray[np.float64]
 
@@ -78,8 +80,7 @@ def friction(logs: Sequence[Understood], loop: Loop | None, piston: Piston | Non
         )
         raise ScenarioError(name, "", problem)
     columns = {key: np.array(row) for key, row in zip(Point._fields, zip(*points, strict=True), strict=True)}
-    law, remarks = law_of(columns, loop)
-    numbers = {} if law is None else law.numbers
+    law, numbers, remarks = law_of(columns, loop)
     lines = [] if law is None else list(lines_of(law, columns["velocity"]))
     values, left = ({}, []) if loop is None or not numbers else values_of(numbers, loop)
     return Found(points_of(columns), numbers, lines, values, [*remarks, *left])
@@ -107,7 +108,7 @@ def point_of(one: Segment, stretch: Stretch, loop: Loop | None, piston: Piston |
     part = stretch.part
     time = one.time[part]
     position = float(np.nanmean(one.measured["position"][part])) if "position" in one.measured else None
-    other = -stretch.acceleration * inertia(piston, position)
+    mass = inertia(piston, position)
     against = resisting(one, part, loop, piston, stretch.speed, position)
     driving: Samples = np.subtract(driving_force(one, part, piston), against)
     _, rows = thinned(one.period, {"friction": driving}, PER_BLOCK)
@@ -116,8 +117,23 @@ def point_of(one: Segment, stretch: Stretch, loop: Loop | None, piston: Piston |
     if known.size < 3:
         return Point(stretch.speed, np.nan, np.nan, np.nan, start, duration)
     middle, _, half = mean_of([known])
+    unsure = drift_of(known, half / NORMAL), mass * stretch.deviation
+    half = float(np.linalg.norm([half, *(NORMAL * one for one in unsure)]))
     spread = float(np.nanstd(driving, ddof=1))
-    return Point(stretch.speed, middle + other, spread, half, start, duration)
+    return Point(stretch.speed, middle - mass * stretch.acceleration, spread, half, start, duration)
+
+
+def drift_of(values: Samples, deviation: float) -> float:
+    """The standard deviation of a change along a stretch beyond noise, as friction varies with position.
+
+    Args:
+        values: shape (n,).
+        deviation: of their mean, as noise makes it.
+    """
+    if values.size < 2 * BLOCKS:
+        return 0.0
+    means = np.array([one.mean() for one in np.array_split(values, BLOCKS)])
+    return float(np.sqrt(max(means.var(ddof=1) - BLOCKS * deviation**2, 0.0)))
 
 
 def driving_force(one: Segment, part: slice, piston: Piston | None) -> Samples:
@@ -156,17 +172,37 @@ def place(piston: Piston, position: float | None) -> float:
     return float(piston.plant.start_position if position is None else position)
 
 
-def law_of(columns: Mapping[str, Samples], loop: Loop | None) -> tuple[FrictionFit | None, list[str]]:
-    """The law through the points, and what there is to say of it."""
-    velocity, force = columns["velocity"], columns["friction"]
-    speeds = np.unique(np.round(np.log(np.abs(velocity)) / 0.1))
-    if velocity.size < FEWEST or speeds.size < 2:
-        return None, [f"{velocity.size} moves at {speeds.size} speeds are too few for a law of friction"]
-    half = columns["friction_half"]
+def law_of(
+    columns: Mapping[str, Samples], loop: Loop | None
+) -> tuple[FrictionFit | None, dict[str, Interval], list[str]]:
+    """The law through the points, the numbers that they tell, and what there is to say of them."""
+    force, half = columns["friction"], columns["friction_half"]
     deviation = np.maximum(np.where(np.isfinite(half), half, 0.0) / NORMAL, LEAST_SHARE * np.abs(force).max())
+    points = Speeds(columns["velocity"], force, deviation)
+    speeds = speeds_of(points)
+    ways = np.unique(np.sign(speeds.velocity)).size
+    if range_of(speeds.velocity) < NARROW:
+        each = " each way" if ways > 1 else ""
+        why = f"all moves{each} are at one speed, or nearly; add moves at {NARROW} times that speed"
+        return together(points, why)
+    if speeds.velocity.size <= ways + 1:
+        return None, {}, [f"moves at {speeds.velocity.size} speeds are too few for a law of friction"]
     gaussian = loop is not None and isinstance(friction_of(loop)[1], LuGre)
-    found = fitted_friction(velocity, force, deviation, gaussian)
-    return found, list(found.remarks)
+    law = fitted_friction(*speeds, gaussian)
+    if not law.numbers:
+        return None, {}, law.remarks
+    if max(law.numbers[name].low for name in ("coulomb", "viscous")) > 0.0:
+        return law, law.numbers, law.remarks
+    return together(points, "either alone may be the friction of these moves")
+
+
+def together(points: Speeds, why: str) -> tuple[None, dict[str, Interval], list[str]]:
+    """The sum of Coulomb and viscous friction, where nothing tells them apart."""
+    both = sum_at(points)
+    if both is None:
+        return None, {}, ["the force goes with the motion, which is no friction: is its sign the machine's?"]
+    problem = "Coulomb and viscous friction cannot be told apart, and only their sum is"
+    return None, {"friction": both}, [f"{problem}: {why}"]
 
 
 def lines_of(law: FrictionFit, velocity: Samples) -> Iterator[Drawn]:
@@ -185,7 +221,7 @@ def points_of(columns: Mapping[str, Samples]) -> "xr.Dataset":
         "velocity": ("m/s", "velocity"),
         "friction": ("N", "friction"),
         "friction_deviation": ("N", "standard deviation of samples"),
-        "friction_half": ("N", "half of the 95 % interval of the mean"),
+        "friction_half": ("N", "half of the 95 % interval"),
         "start": ("s", "start of the stretch"),
         "duration": ("s", "length of the stretch"),
     }
@@ -202,26 +238,26 @@ def friction_of(loop: Loop) -> tuple[str, Any]:
 
 def values_of(numbers: Mapping[str, Interval], loop: Loop) -> tuple[dict[str, Interval], list[str]]:
     """The numbers of the scenario's friction, and what has no place in it."""
-    left = []
-    if "offset" in numbers:
-        left.append("offset has no place in a scenario")
+    if "viscous" not in numbers:
+        return {}, ["the scenario keeps its own friction"]
+    left = ["offset has no place in a scenario"] if "offset" in numbers else []
     path, own = friction_of(loop)
     if own is None:
-        return {"plant.damping": numbers["viscous"].at_least_0()}, [
+        return {"plant.damping": numbers["viscous"]}, [
             *left,
             "the plant has viscous friction alone",
         ]
     if not hasattr(own, "coulomb"):
-        return {"plant.friction.coefficient": numbers["viscous"].at_least_0()}, [
+        return {"plant.friction.coefficient": numbers["viscous"]}, [
             *left,
             "its friction is viscous alone",
         ]
     names = ["coulomb", "breakaway", "stribeck_velocity"]
-    found = {f"{path}.{name}": numbers[name].at_least_0() for name in names if name in numbers}
+    found = {f"{path}.{name}": numbers[name] for name in names if name in numbers}
     held = f"{path}.breakaway"
     if held not in found and numbers["coulomb"].value > own.breakaway:
-        found[held] = numbers["coulomb"].at_least_0()
+        found[held] = numbers["coulomb"]
     if held in found and found[held].value >= own.coulomb:  # first, as no step may hold less than it brakes
         found = {held: found.pop(held), **found}
-    found[f"{path}.viscous"] = numbers["viscous"].at_least_0()
+    found[f"{path}.viscous"] = numbers["viscous"]
     return found, left

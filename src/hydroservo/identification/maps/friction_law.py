@@ -1,15 +1,23 @@
 """Coulomb, viscous and Stribeck friction through points of a friction map."""
 
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hydroservo.identification.maps.result import Interval
+from hydroservo.identification.maps.speeds import count_of
 
 __all__ = ["FrictionFit", "fitted_friction"]
 
 SIGNIFICANT = 0.01  # the chance of a fall with speed being seen where there is none
+POSSIBLE = 0.05  # the chance of points at which a law looks impossible that is not
+UNSEEN = "no fall of friction with speed is seen"
+UNSURE = "a fall of friction with speed is seen, but at too few slow speeds"
+FEWEST = 5  # speeds, from which on a fall, of four numbers with Coulomb and viscous friction, is sought
+SLOWEST = 0.3  # of the least speed, from which on a Stribeck velocity is sought
+END = 1.02  # times an end of that range, within which one is at the end
 
 Samples = NDArray[np.float64]
 
@@ -19,7 +27,7 @@ class FrictionFit(NamedTuple):
 
     Attributes:
         numbers: coulomb, viscous, offset where both directions are there, and breakaway and
-            stribeck_velocity where the fall with speed is seen.
+            stribeck_velocity where the fall with speed is seen; none where no such law can be.
         gaussian: whether the fall with speed is that of LuGre.
         remarks: what a user should know.
     """
@@ -46,7 +54,9 @@ def fitted_friction(velocity: Samples, friction: Samples, deviation: Samples, ga
         F = sgn(v) (F_c + (F_s - F_c) g(v)) + b v + F_0
         g = 1/(1 + (v/v_s)^2), as Stribeck has it, or e^(-(v/v_s)^2), as LuGre has it
 
-    The fall g is left out where an F test does not see it with a chance of error below 1 %.
+    F_c, F_s - F_c and b are at least 0. The fall g is left out where an F test does not see it with a chance
+    of error below 1 %, where v_s may be 0 or lies beyond the speeds of the points, or where these are fewer
+    than five, whichever way they go.
 
     Args:
         velocity: of each point [m/s], shape (n,).
@@ -64,20 +74,63 @@ def fitted_friction(velocity: Samples, friction: Samples, deviation: Samples, ga
     remarks = [] if both else ["all moves go one way: a constant force counts as Coulomb friction"]
     columns = [np.sign(velocity), velocity, *([np.ones(velocity.size)] if both else [])]
     design, aim = np.stack(columns, axis=1) / deviation[:, np.newaxis], friction / deviation
-    plain: Samples = np.asarray(np.linalg.lstsq(design, aim, rcond=None)[0], dtype=np.float64)
+    least = np.array([0.0, 0.0, -np.inf])[: len(columns)]
+    plain, left_plain = bounded_fit(design, aim, least)
     names = ["coulomb", "viscous", *(["offset"] if both else [])]
-    left_plain = float(np.sum((aim - design @ plain) ** 2))
-    freedom = velocity.size - len(names) - 2
-    if freedom > 0:
-        falls = fall_found(velocity, design, aim, deviation, gaussian)
+    freedom, fall = velocity.size - len(names) - 2, UNSEEN
+    if freedom > 0 and count_of(velocity) >= FEWEST:
+        falls = fall_found(velocity, design, aim, deviation, gaussian, least)
         ratio = (left_plain - falls[1]) / 2.0 / max(falls[1] / freedom, 1e-300)
         if falls[0][-2] > 0.0 and f_distribution.sf(ratio, 2, freedom) < SIGNIFICANT:
-            return with_fall(falls, velocity, design, deviation, names, gaussian, remarks)
-    remarks.append("no fall of friction with speed is seen: breakaway and Stribeck velocity are not told")
-    scaled = max(left_plain / max(velocity.size - len(names), 1), 1.0)
+            law = with_fall(falls, velocity, design, deviation, names, gaussian, remarks)
+            if law.numbers["stribeck_velocity"].low > 0.0 and is_inside(falls[0][-1], velocity):
+                return law
+            fall = UNSURE
+    freedom = max(velocity.size - len(names), 1)
+    if is_forbidden(design, aim, left_plain, freedom):
+        way = "rises faster than" if plain[0] <= 0.0 else "falls with"
+        remark = f"friction {way} speed, which no Coulomb and viscous friction does: neither is told"
+        return FrictionFit({}, gaussian, [*remarks, remark])
+    remarks.append(f"{fall}: breakaway and Stribeck velocity are not told")
+    scaled = max(left_plain / freedom, 1.0)
     covariance: Samples = np.asarray(scaled * np.linalg.inv(design.T @ design), dtype=np.float64)
-    numbers = intervals(names, plain, covariance, velocity.size - len(names))
-    return FrictionFit(numbers, gaussian, remarks)
+    numbers = intervals(names, plain, covariance, freedom)
+    return FrictionFit(numbers, gaussian, [*remarks, *ends_of(numbers)])
+
+
+def bounded_fit(design: Samples, aim: Samples, least: Samples) -> tuple[Samples, float]:
+    """The coefficients of columns, at least as large as they must be, and the squares that they leave."""
+    from scipy.optimize import lsq_linear
+
+    scale = np.abs(design).max(axis=0)
+    best = np.linalg.lstsq(design / scale, aim, rcond=None)[0]
+    if (best < least).any():
+        best = lsq_linear(design / scale, aim, (least, np.inf), method="bvls").x
+    return best / scale, float(np.sum((aim - design / scale @ best) ** 2))
+
+
+def is_forbidden(design: Samples, aim: Samples, left: float, freedom: int) -> bool:
+    """Whether the best coefficients are less than they may be by more than chance, by a t test.
+
+    Args:
+        design: shape (n, columns).
+        aim: shape (n,).
+        left: the squares that coefficients within their bounds leave.
+        freedom: its degrees.
+    """
+    from scipy.stats import f as f_distribution
+
+    best = float(np.sum((aim - design @ np.linalg.lstsq(design, aim, rcond=None)[0]) ** 2))
+    return bool(f_distribution.sf((left - best) / max(best / freedom, 1.0), 1, freedom) < POSSIBLE)
+
+
+def ends_of(numbers: Mapping[str, Interval]) -> list[str]:
+    """Which numbers end at 0, as less is impossible."""
+    return [
+        f"{name} ends at 0, as less is impossible: another law may suit the points better"
+        for name in ("coulomb", "viscous")
+        if numbers[name].value <= 0.0
+    ]
 
 
 def falling(velocity: Samples, stribeck_velocity: float, gaussian: bool) -> Samples:
@@ -87,7 +140,12 @@ def falling(velocity: Samples, stribeck_velocity: float, gaussian: bool) -> Samp
 
 
 def fall_found(
-    velocity: Samples, design: Samples, aim: Samples, deviation: Samples, gaussian: bool
+    velocity: Samples,
+    design: Samples,
+    aim: Samples,
+    deviation: Samples,
+    gaussian: bool,
+    least: Samples,
 ) -> tuple[Samples, float]:
     """The coefficients of all columns with the fall's, its Stribeck velocity last; and the squares left."""
     from scipy.optimize import minimize_scalar
@@ -96,11 +154,10 @@ def fall_found(
 
     def solved(logarithm: float) -> tuple[Samples, float]:
         column = np.sign(velocity) * falling(velocity, float(np.exp(logarithm)), gaussian) / deviation
-        full = np.column_stack([design, column])
-        found = np.linalg.lstsq(full, aim, rcond=None)[0]
-        return np.append(found, np.exp(logarithm)), float(np.sum((aim - full @ found) ** 2))
+        best, left = bounded_fit(np.column_stack([design, column]), aim, np.append(least, 0.0))
+        return np.append(best, np.exp(logarithm)), left
 
-    ends = np.log(0.3 * speeds.min()), np.log(speeds.max())
+    ends = np.log(SLOWEST * speeds.min()), np.log(speeds.max())
     grid = np.linspace(*ends, 60)
     best = int(np.argmin([solved(one)[1] for one in grid]))
     around = grid[max(best - 1, 0)], grid[min(best + 1, grid.size - 1)]
@@ -108,6 +165,12 @@ def fall_found(
         lambda one: solved(one)[1], bounds=around, method="bounded", options={"xatol": 1e-9}
     )
     return solved(float(found.x))
+
+
+def is_inside(stribeck_velocity: float, velocity: Samples) -> bool:
+    """Whether a Stribeck velocity is no end of the range in which it was sought."""
+    speeds = np.abs(velocity)
+    return bool(SLOWEST * speeds.min() * END < stribeck_velocity < speeds.max() / END)
 
 
 def with_fall(
@@ -133,11 +196,12 @@ def with_fall(
     turn[-2, 0] = 1.0
     every = [*names, "breakaway", "stribeck_velocity"]
     found = np.array([*values, values[0] + fall, v_s])
-    return FrictionFit(intervals(every, found, turn @ covariance @ turn.T, freedom), gaussian, remarks)
+    numbers = intervals(every, found, turn @ covariance @ turn.T, freedom)
+    return FrictionFit(numbers, gaussian, [*remarks, *ends_of(numbers)])
 
 
 def intervals(names: list[str], values: Samples, covariance: Samples, freedom: int) -> dict[str, Interval]:
-    """Numbers with their intervals, of Student's distribution."""
+    """Numbers with their intervals, of Student's distribution, without what is impossible."""
     from scipy.stats import t as student
 
     about = {
@@ -149,4 +213,5 @@ def intervals(names: list[str], values: Samples, covariance: Samples, freedom: i
     }
     half = float(student.ppf(0.975, max(freedom, 1))) * np.sqrt(np.maximum(np.diag(covariance), 0.0))
     every = zip(names, values.tolist(), half.tolist(), strict=True)
-    return {name: Interval.around(value, width, *about[name]) for name, value, width in every}
+    numbers = {name: Interval.around(value, width, *about[name]) for name, value, width in every}
+    return {name: one if name == "offset" else one.at_least_0() for name, one in numbers.items()}

@@ -81,17 +81,19 @@ def pressure_gain(logs: Sequence[Understood], loop: Loop | None, piston: Piston 
     null = line.ratio(-0.5 * (up + down), slope)
     width = line.ratio(down - up, slope)
     remarks = list(check_slow(width[0], WIDEST, sweeps, loop, name))
+    rate = mean_rate(sweeps, lambda p: np.abs(p) < SHARE * most)
+    hysteresis, unknown = hysteresis_of(width, rate, loop)
     numbers = {
         "pressure_gain": Interval.around(line.values[0], line.half(slope), "Pa/V", "pressure gain at null"),
         "null_offset": Interval.around(*null, "V", "command at which the load pressure is 0"),
-        "hysteresis": hysteresis_of(width, mean_rate(sweeps, lambda p: np.abs(p) < SHARE * most), loop),
+        **hysteresis,
     }
     reach = SHARE * most / line.values[0]
     ends = null[0] + reach * np.array([-1.0, 1.0])
     drawn = Drawn("line", ends, SHARE * most * np.array([-1.0, 1.0]))
     values, left = ({}, []) if loop is None else values_of(numbers, loop)
     curve = swept_curve(sweeps, "load_pressure", "Pa", "load pressure p_A - p_B")
-    return Found(curve, numbers, [drawn], values, [*remarks, *left])
+    return Found(curve, numbers, [drawn], values, [*remarks, *unknown, *left])
 
 
 def check_blocked(one: Segment, name: str) -> None:
@@ -183,8 +185,8 @@ def values_of(numbers: Mapping[str, Interval], loop: Loop) -> tuple[dict[str, In
     best, low, high = (float(one or 0.0) for one in found)
     meaning = "opening of an edge that is just closed"
     values = {"valve.orifice.clearance": Interval(best, low, high, "m", meaning)}
-    if hasattr(valve, "hysteresis"):
-        values["valve.hysteresis"] = numbers["hysteresis"].times(valve.gain, "m").at_least_0()
+    if hasattr(valve, "hysteresis") and "hysteresis" in numbers:
+        values["valve.hysteresis"] = numbers["hysteresis"].times(valve.gain, "m")
     values["valve.orifice.area_gradient"] = kept(edges.area_gradient)
     return values, left
 

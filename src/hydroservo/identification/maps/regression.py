@@ -39,6 +39,13 @@ class Regression(NamedTuple):
         slope = (above - below * (top / bottom)) / bottom
         return top / bottom, self.half(slope)
 
+    def without(self, place: int) -> "Regression":
+        """The coefficients that go best with 0 in place of one of them; their covariance stays as it is."""
+        share = self.covariance[:, place] / self.covariance[place, place]
+        values = self.values - share * self.values[place]
+        values[place] = 0.0
+        return self._replace(values=values)
+
     def half(self, weights: Matrix) -> float:
         """Half of the 95 % interval of a sum of coefficients with these weights."""
         return float(NORMAL * np.sqrt(max(float(weights @ self.covariance @ weights), 0.0)))

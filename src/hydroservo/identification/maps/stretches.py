@@ -17,6 +17,7 @@ SIGMAS = 4.0  # deviations of a mean, by which the noise may move it
 WINDOW = 5  # samples over which means are taken, at least
 PARTS = 500  # windows of a log, at most
 FEWEST = 3  # windows of a stretch
+SEEN = 4  # samples of a stretch in which the velocity is known, of which a slope has a deviation
 SWINGS = 0.25  # of the speed, by which the velocity deviates where it sticks and slips
 SETTLED = 0.2  # of a stretch, after which friction and pressures have settled
 
@@ -30,11 +31,13 @@ class Stretch(NamedTuple):
         part: its samples, settled.
         speed: with its sign [m/s].
         acceleration: that is left [m/s^2].
+        deviation: of it, its standard deviation [m/s^2].
     """
 
     part: slice
     speed: float
     acceleration: float
+    deviation: float
 
 
 def stretches(one: Segment) -> Iterator[Stretch]:
@@ -51,12 +54,14 @@ def stretches(one: Segment) -> Iterator[Stretch]:
         part = slice(settled, last)
         v = velocity[part]
         there = np.isfinite(v)
+        if there.sum() < SEEN:
+            continue
         swing = float(np.sqrt(max(v[there].var() - noise**2, 0.0)))
         if swing > SWINGS * abs(v[there].mean()):
             continue
         time = one.period * np.arange(v.size)[there]
-        slope = float(np.polyfit(time, v[there], 1)[0])
-        yield Stretch(part, float(v[there].mean()), slope)
+        (slope, _), covariance = np.polyfit(time, v[there], 1, cov=True)
+        yield Stretch(part, float(v[there].mean()), float(slope), float(np.sqrt(covariance[0, 0])))
 
 
 def longest_of(one: Segment) -> float:

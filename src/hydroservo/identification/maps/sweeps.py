@@ -144,8 +144,12 @@ def mean_rate(sweeps: Sequence[Pass], on: Callable[[Samples], NDArray[np.bool_]]
     return float(np.concatenate(every).mean())
 
 
-def hysteresis_of(apart: tuple[float, float], rate: float, loop: Loop | None) -> Interval:
+def hysteresis_of(
+    apart: tuple[float, float], rate: float, loop: Loop | None
+) -> tuple[dict[str, Interval], list[str]]:
     """The hysteresis: by how much the curves of both directions lie apart, less what the valve's lag makes.
+
+    None where the lag makes more, for no hysteresis is below 0; then it is said.
 
     Args:
         apart: the width and half its interval [V].
@@ -153,7 +157,11 @@ def hysteresis_of(apart: tuple[float, float], rate: float, loop: Loop | None) ->
         loop: of the scenario.
     """
     lag = 2.0 * lag_of(loop) * rate
-    return Interval.around(apart[0] - lag, apart[1], "V", "full width of the hysteresis")
+    width = Interval.around(apart[0] - lag, apart[1], "V", "full width of the hysteresis")
+    if width.high >= 0.0:
+        return {"hysteresis": width.at_least_0()}, []
+    shown, made = (quantity(one, "V").replace(MINUS, "-") for one in (apart[0], lag))
+    return {}, [f"hysteresis is not told: both directions lie {shown} apart, and the lag makes {made}"]
 
 
 def check_slow(

@@ -99,10 +99,11 @@ def valve_flow(logs: Sequence[Understood], loop: Loop, piston: Piston) -> Found:
     remarks = list(check_slow(width[0], WIDEST, sweeps, loop, name))
     remarks += said_of(sides, normalised)
     rate = float(np.mean([side.rate for side in sides.values()]))
-    numbers = numbers_of(sides) | {"hysteresis": hysteresis_of(width, rate, loop)}
+    hysteresis, unknown = hysteresis_of(width, rate, loop)
+    numbers = numbers_of(sides) | hysteresis
     curve = swept_curve(sweeps, "flow", "m^3/s", "flow at port A without load")
-    values, left = values_of(numbers, loop, line)
-    return Found(curve, numbers, [*lines_of(sides)], values, [*remarks, *left])
+    values, left = values_of(numbers, loop, line, normalised)
+    return Found(curve, numbers, [*lines_of(sides)], values, [*remarks, *unknown, *left])
 
 
 def rows_of(one: Segment, piston: Piston) -> dict[str, Samples]:
@@ -173,7 +174,9 @@ def side_of(sweeps: Sequence[Pass], sign: float, name: str) -> Side:
         columns = [one.command[on], *np.outer(ways, np.ones(on.sum()))]
         parts.append((np.stack(columns, axis=1), one.answer[on]))
     found = regression(parts) if largest > 0.05 * every else None
-    if found is None or sum(len(y) for _, y in parts) < FEWEST or not found.values[0] > 0.0:
+    slope = np.array([1.0, 0.0, 0.0])
+    few = sum(len(y) for _, y in parts) < FEWEST
+    if found is None or few or not found.values[0] > found.half(slope):
         way = "positive" if sign > 0.0 else "negative"
         problem = f"shows no {way} flow that follows the command: sweep farther, slower, or both ways"
         raise ScenarioError(name, "command", problem)
@@ -214,7 +217,10 @@ def lines_of(sides: Mapping[float, Side]) -> Iterator[Drawn]:
 def said_of(sides: Mapping[float, Side], normalised: bool) -> Iterator[str]:
     """What there is to say of the lines."""
     if not normalised:
-        yield "no pressure_a was measured: the flow is that at the load that the piston met, not without load"
+        yield (
+            "no pressure_a was measured: the flow is that at the load that the piston met, not without load, "
+            "and does not tell the area of the edges"
+        )
     for sign, side in sides.items():
         if side.line.scatter > BENT * side.largest:
             way = "positive" if sign > 0.0 else "negative"
@@ -223,31 +229,37 @@ def said_of(sides: Mapping[float, Side], normalised: bool) -> Iterator[str]:
 
 
 def values_of(
-    numbers: Mapping[str, Interval], loop: Loop, line: Pressures
+    numbers: Mapping[str, Interval], loop: Loop, line: Pressures, normalised: bool
 ) -> tuple[dict[str, Interval], list[str]]:
     """The numbers of the scenario's valve, and what has no place in it."""
     valve: Any = loop.valve
     orifice: Any = getattr(valve, "orifice", None)
     if not hasattr(orifice, "area_gradient") or not hasattr(valve, "gain"):
         return {}, [f"{type(valve).__name__} has no gain and area gradient that would be written"]
-    gains = [numbers["flow_gain_plus"], numbers["flow_gain_minus"]]
-    widths = [one.high - one.low for one in gains]
-    half = 0.25 * float(np.hypot(widths[0], widths[1]))
-    mean = 0.5 * (gains[0].value + gains[1].value)
-    unit = orifice._replace(area_gradient=1.0)
-    opening = 0.5 * valve.max_opening
-    per_opening = slope_of(unit, opening, line.supply - line.tank)
-    gain = Interval.around(mean, half, gains[0].unit, "area of an edge per opening, the mean of both ways")
-    found = {"valve.orifice.area_gradient": gain.times(1.0 / (valve.gain * per_opening), "m")}
     left = ["null_offset has no place in a scenario"]
+    found = {"valve.orifice.area_gradient": kept(orifice.area_gradient)}
+    if normalised:
+        gain = mean_gain(numbers)
+        opening = 0.5 * valve.max_opening
+        per_opening = slope_of(orifice._replace(area_gradient=1.0), opening, line.supply - line.tank)
+        found["valve.orifice.area_gradient"] = gain.times(1.0 / (valve.gain * per_opening), "m")
     if hasattr(orifice, "lap"):
         overlap = numbers["dead_band"].times(0.5 * valve.gain, "m")
         value, low, high = (one - mean_extra(orifice) for one in overlap[:3])
         found["valve.orifice.lap"] = Interval(value, low, high, overlap.unit, overlap.meaning)
         found["valve.orifice.clearance"] = kept(orifice.clearance)
-    if hasattr(valve, "hysteresis"):
-        found["valve.hysteresis"] = numbers["hysteresis"].times(valve.gain, "m").at_least_0()
+    if hasattr(valve, "hysteresis") and "hysteresis" in numbers:
+        found["valve.hysteresis"] = numbers["hysteresis"].times(valve.gain, "m")
     return found, left
+
+
+def mean_gain(numbers: Mapping[str, Interval]) -> Interval:
+    """The mean of both ways' flow gains."""
+    gains = [numbers["flow_gain_plus"], numbers["flow_gain_minus"]]
+    widths = [one.high - one.low for one in gains]
+    half = 0.25 * float(np.hypot(widths[0], widths[1]))
+    mean = 0.5 * (gains[0].value + gains[1].value)
+    return Interval.around(mean, half, gains[0].unit, "area of an edge per opening, the mean of both ways")
 
 
 def slope_of(edges: Any, opening: float, drop: float) -> float:

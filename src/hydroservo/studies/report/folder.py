@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from hydroservo._version import __version__
 from hydroservo.figures.style import save_figure
 from hydroservo.outputs import staged, write_text
+from hydroservo.reports.decimal_commas import with_decimal_commas
 from hydroservo.reports.folder import FIGURES, write_tables
 from hydroservo.reports.journal import NO_JOURNAL, Journal
 from hydroservo.runs.results import METRICS, as_json, write_metrics
@@ -83,6 +84,8 @@ def write_report(
                 progress(done, len(drawn))
         write_text(stage / VERDICTS, as_json(verdicts.as_dict()) + "\n")
         write_tables(stage, [*exported(found, cells)])
+        if journal.decimal_comma:
+            with_decimal_commas(stage)
         write_text(stage / REPORT, page(found, drawn, stage / PICTURES, fingerprint, cells, command))
         about = {"title": manifest["title"], "fingerprint": fingerprint, "version": __version__}
         write_metrics(stage, about)

@@ -4,14 +4,15 @@ import math
 import re
 
 from hydroservo.errors import ScenarioError, short
-from hydroservo.scenario.delimited import COMMA
+from hydroservo.scenario.records.rows import COMMA
 
-__all__ = ["Decimals", "number"]
+__all__ = ["Decimals", "is_missing", "number"]
 
 MARKS = re.compile(r"[.,]")
 WORDS = {".": "point", ",": "comma"}
 GROUPED = re.compile(r"[+-]?[1-9][0-9]{0,2}(?:[.,' \u00a0\u2009\u202f\u2019][0-9]{3})+(?:[.,][0-9]*)?")
 CLOCK = re.compile(r"[0-9]:[0-9]{2}")
+MISSING = ("", "nan", "na", "n/a", "#n/a", "null", "none", "-", "--")  # in lower case
 
 
 class Decimals:
@@ -74,7 +75,7 @@ class Decimals:
         if not text.strip():
             return "is empty; it must be a number"
         if CLOCK.search(text):
-            return f"{short(text)} is a time of day; it must be a number, such as the seconds since the start"
+            return f"{short(text)} is a time of day; it must be a number"
         if "," in text and not self.either:
             return (
                 f"{short(text)} has a comma, and commas separate the cells; decimals must have a point here"
@@ -94,3 +95,8 @@ def number(text: str) -> float | None:
     except ValueError:
         return None
     return value if math.isfinite(value) and "_" not in text else None
+
+
+def is_missing(text: str) -> bool:
+    """True for a cell that says that there is no number."""
+    return text.strip().lower() in MISSING

@@ -1,4 +1,4 @@
-"""Logs in formats that hold numbers as they are: Parquet, MATLAB, NetCDF and MDF."""
+"""Columns of a record in formats that hold numbers as they are."""
 
 import json
 import os
@@ -16,51 +16,60 @@ from numpy.lib.format import read_array
 from numpy.typing import NDArray
 
 from hydroservo.errors import HydroservoError, ScenarioError
-from hydroservo.identification.signals import TIME
-from hydroservo.identification.text_tables import LARGEST, Choose, Samples
 from hydroservo.inputs import check_regular
 from hydroservo.outputs import temporary_folder
+from hydroservo.scenario.records.columns import Column
+from hydroservo.scenario.records.headers import Header, header
+from hydroservo.scenario.records.text import TIME, Choose, Samples
 
-__all__ = ["BINARY", "read_binary_table"]
+__all__ = ["BINARY", "read_binary"]
 
 TABLE_PROCESS = Path(__file__).with_name("table_process.py")
 MOST_READ = 1 << 30  # bytes of the columns that are chosen
 MOST_MEMORY = 4 << 30  # bytes that a library may take
 PATIENCE = 120.0  # s that it may take
 BYTES = 8  # of a number
+NAMED = 8  # other things in a file, of more
+HDF5 = b"\x89HDF"  # the first bytes
 NUMBERS = ("int", "uint", "float", "double", "halffloat", "bool", "decimal")  # kinds of Arrow's
+DATES = ("timestamp", "duration")
+ADVICE = "; save each signal as a vector, such as t = ts.Time; x = ts.Data; save('log.mat', 't', 'x')"
 
 
 class Table(NamedTuple):
     """The columns of a file, of which nothing was read yet.
 
     Attributes:
-        headers: such as "velocity [m/s]".
+        headers: of the columns.
         counts: how many samples each has.
         read: what gives some of them, by their places.
+        others: what else is in the file.
     """
 
-    headers: Sequence[str]
+    headers: Sequence[Header]
     counts: Sequence[int]
     read: Callable[[Sequence[int]], Sequence[NDArray[Any]]]
+    others: Sequence[str] = ()
 
 
-def read_binary_table(path: Path, choose: Choose) -> tuple[Samples, list[str]]:
+def read_binary(path: Path, choose: Choose, largest: int, *, gaps: bool) -> tuple[Samples, list[Header]]:
     """The chosen columns of a file whose ending is one of :data:`BINARY`, in its units, and all headers.
 
     Args:
         path: of the file.
         choose: the columns.
+        largest: how many bytes it may have.
+        gaps: samples may be missing.
 
     Raises:
         ScenarioError: it cannot be read, is too large, or a column is not a row of numbers as long as the
-            time's.
+            others.
     """
     name, kind = str(path), path.suffix.lower()
-    check_regular(path, LARGEST, name)
+    check_regular(path, largest, name)
     try:
         with BINARY[kind](path) as table:
-            columns = choose(table.headers)
+            columns = chosen(table, choose, name)
             places = [column.place for column in columns]
             size = BYTES * sum(table.counts[place] for place in places)
             if size > MOST_READ:
@@ -72,40 +81,67 @@ def read_binary_table(path: Path, choose: Choose) -> tuple[Samples, list[str]]:
     except Exception as error:  # whatever a library says of a file that is not what its ending says
         problem = " ".join(str(error).split()) or type(error).__name__
         raise ScenarioError(name, "", f"cannot be read as {kind}: {problem}") from None
-    found = {one.signal: numbers(row, name, one.header) for one, row in zip(columns, rows, strict=True)}
-    for one in columns:
-        if found[one.signal].size != found[TIME].size:
-            problem = f"has {found[one.signal].size} samples, and the time {found[TIME].size}"
-            raise ScenarioError(name, f"column {one.header}", problem)
-    late = np.flatnonzero(~(np.diff(found[TIME]) > 0.0))
-    if late.size:
-        problem = "is not after the instant in the row before"
-        raise ScenarioError(name, f"row {late[0] + 2}, column {columns[0].header}", problem)
-    return found, list(table.headers)
+    samples = {one.signal: numbers(row, name, one, gaps) for one, row in zip(columns, rows, strict=True)}
+    check_lengths(columns, samples, name)
+    return samples, list(table.headers)
 
 
-def numbers(values: NDArray[Any], name: str, header: str) -> NDArray[np.float64]:
-    """A column as a row of numbers."""
+def chosen(table: Table, choose: Choose, name: str) -> Sequence[Column]:
+    """The columns that are wanted.
+
+    Raises:
+        ScenarioError: one is missing; it says what else is in the file.
+    """
+    others = f"{', '.join(table.others[:NAMED])}{' ...' if len(table.others) > NAMED else ''}"
+    advice = ADVICE if name.lower().endswith(".mat") else ""
+    if not table.headers:
+        raise ScenarioError(name, "", f"has no columns of numbers; it holds {others or 'nothing'}{advice}")
     try:
-        found = np.asarray(values, dtype=np.float64).squeeze()
+        return choose(table.headers, "")
+    except ScenarioError as error:
+        if not others:
+            raise
+        problem = f"{error.problem}; it also holds {others}{advice}"
+        raise ScenarioError(error.file, error.key, problem) from None
+
+
+def check_lengths(columns: Sequence[Column], samples: Samples, name: str) -> None:
+    """Refuse columns that are not rows of one table.
+
+    Raises:
+        ScenarioError: they have another length than the first, or instants that do not increase.
+    """
+    first, *others = columns
+    for one in others:
+        if samples[one.signal].size != samples[first.signal].size:
+            counts = f"{samples[one.signal].size} samples, and {first.header.name}"
+            problem = f"has {counts} {samples[first.signal].size}"
+            raise ScenarioError(name, f"column {one.header.text}", problem)
+    for one in columns:
+        late = np.flatnonzero(~(np.diff(samples[one.signal]) > 0.0))
+        if one.signal == TIME and late.size:
+            problem = "is not after that in the row before"
+            raise ScenarioError(name, f"row {late[0] + 2}, column {one.header.text}", problem)
+
+
+def numbers(values: NDArray[Any], name: str, column: Column, gaps: bool) -> NDArray[np.float64]:
+    """A column as a row of numbers; of dates, the seconds from the first."""
+    place = f"column {column.header.text}"
+    try:
+        if values.dtype.kind in "mM":
+            return np.asarray((values - values[:1]) / np.timedelta64(1, "s"), dtype=np.float64)
+        row = np.atleast_1d(np.asarray(values, dtype=np.float64).squeeze())
     except (TypeError, ValueError):
-        raise ScenarioError(name, f"column {header}", "must be numbers") from None
-    if found.ndim != 1:
+        raise ScenarioError(name, place, "must be numbers") from None
+    if row.ndim != 1:
         raise ScenarioError(
-            name,
-            f"column {header}",
-            f"has shape {found.shape}; it must be a one-dimensional array of numbers",
+            name, place, f"has shape {row.shape}; it must be a one-dimensional array of numbers"
         )
-    infinite = np.flatnonzero(np.isinf(found))
-    if infinite.size:
-        raise ScenarioError(
-            name, f"row {infinite[0] + 1}, column {header}", "must be finite, or nan where missing"
-        )
-    return found
-
-
-def headed(name: str, unit: object) -> str:
-    return f"{name} [{unit}]" if unit else name
+    wrong = np.flatnonzero(np.isinf(row) if gaps else ~np.isfinite(row))
+    if wrong.size:
+        allowed = "finite, or nan where missing" if gaps else "finite"
+        raise ScenarioError(name, f"row {wrong[0] + 1}, {place}", f"must be {allowed}")
+    return row
 
 
 @contextmanager
@@ -119,12 +155,16 @@ def parquet(path: Path) -> Iterator[Table]:
         def read(places: Sequence[int]) -> list[NDArray[Any]]:
             names = [schema.names[place] for place in places]
             for name, place in zip(names, places, strict=True):
-                if not str(schema.field(place).type).startswith(NUMBERS):
+                if not str(schema.field(place).type).startswith(NUMBERS + DATES):
                     raise ScenarioError(str(path), f"column {name}", "must be numbers")
             table = file.read(columns=names)
             return [table.column(name).to_numpy() for name in names]
 
-        headers = list(map(headed, schema.names, units))
+        dates = [str(field.type).startswith(DATES) for field in schema]
+        headers = [
+            header(name, unit)._replace(clock=clock)
+            for name, unit, clock in zip(schema.names, units, dates, strict=True)
+        ]
         yield Table(headers, [file.metadata.num_rows] * len(headers), read)
 
 
@@ -132,10 +172,16 @@ def parquet(path: Path) -> Iterator[Table]:
 def netcdf(path: Path) -> Iterator[Table]:
     import xarray as xr
 
+    with path.open("rb") as file:
+        new = file.read(4) == HDF5
+    if new:  # NetCDF 4
+        with process_table(path) as table:
+            yield table
+        return
     with xr.open_dataset(path, decode_times=False) as data:
         rows = {str(name): one for name, one in data.variables.items() if one.ndim == 1}
         columns = list(rows.values())
-        headers = [headed(name, one.attrs.get("units")) for name, one in rows.items()]
+        headers = [header(name, unit_of(one.attrs.get("units", ""))) for name, one in rows.items()]
         yield Table(
             headers, [one.size for one in columns], lambda places: [columns[i].values for i in places]
         )
@@ -159,11 +205,10 @@ def process_table(path: Path) -> Iterator[Table]:
             timer = Timer(PATIENCE, give_up)
             timer.start()
             try:
-                columns = json.loads(process.stdout.readline())  # type: ignore[union-attr]
-                headers = [headed(name, unit) for name, unit, _ in columns]
-                yield Table(
-                    headers, [count for *_, count in columns], lambda places: receive_columns(process, places)
-                )
+                columns, others = json.loads(process.stdout.readline())  # type: ignore[union-attr]
+                headers = [header(name, unit_of(unit)) for name, unit, _ in columns]
+                counts = [count for *_, count in columns]
+                yield Table(headers, counts, lambda places: receive_columns(process, places), others)
             except (ValueError, OSError) as error:
                 with suppress(OSError):  # at the end of Popen it would raise again
                     process.stdin.close()  # type: ignore[union-attr]
@@ -196,24 +241,33 @@ def why_ended(status: int, said: Any, late: bool) -> str:
     return "it is damaged" if status < 0 or not last else last.partition(": ")[2] or last
 
 
-def matlab(path: Path) -> AbstractContextManager[Table]:
-    return process_table(path)
+def unit_of(text: object) -> str:
+    """A unit as NetCDF has it, where instants may be in "seconds since" a date."""
+    return str(text).partition(" since ")[0]
 
 
-def mdf(path: Path) -> AbstractContextManager[Table]:
-    """Where signals were sampled at instants of their own, each is nan at those of the others."""
-    from importlib.util import find_spec
+def process_with(library: str, extra: str, kind: str) -> Callable[[Path], AbstractContextManager[Table]]:
+    """What reads a format for which another library must be installed."""
 
-    if find_spec("asammdf") is None:
-        raise HydroservoError("an MDF file needs asammdf: pip install 'hydroservo[mdf]'")
-    return process_table(path)
+    def read(path: Path) -> AbstractContextManager[Table]:
+        from importlib.util import find_spec
+
+        if find_spec(library) is None:
+            raise HydroservoError(f"{kind} file needs {library}: pip install 'hydroservo[{extra}]'")
+        return process_table(path)
+
+    return read
 
 
+mdf = process_with("asammdf", "mdf", "an MDF")
 BINARY: Mapping[str, Callable[[Path], AbstractContextManager[Table]]] = {
     ".parquet": parquet,
-    ".mat": matlab,
+    ".mat": process_table,
     ".nc": netcdf,
+    ".h5": process_table,
+    ".hdf5": process_table,
     ".mf4": mdf,
     ".mdf": mdf,
+    ".tdms": process_with("nptdms", "tdms", "a TDMS"),
 }
 """What reads a file, by its ending."""

@@ -10,7 +10,7 @@ from hydroservo import ScenarioError
 from hydroservo.errors import HydroservoWarning
 from hydroservo.field import Field
 from hydroservo.scenario import load_scenario
-from hydroservo.scenario.recordings import read_series
+from hydroservo.scenario.records.series import read_series
 from hydroservo.time_series import TimeSeries
 from tests.support.bases import on_base
 
@@ -72,11 +72,11 @@ def test_columns_by_name(csv, column: str, time: str) -> None:
 WRONG = [
     ("", "line 1: must name at least two columns"),
     ("t\n0\n1\n", "line 1: must name at least two columns"),
-    ("t v\n0 0\n", "line 1: must name at least two columns, separated by commas, semicolons or tabs"),
+    ("t v\na b\n", "line 1: must name at least two columns, separated by commas, semicolons, tabs or blanks"),
     ("0,0\n1,1\n2,2\n", "line 1: must name the columns"),
     ("t,v\n", "has 0 rows of numbers; at least 2"),
     ("t,v\n0,0\n", "has 1 rows of numbers; at least 2"),
-    ("t,v\n0,0\n1\n", "line 3: has 1 cells; the first line has 2"),
+    ("t,v\n0,0\n1\n", "line 3: has 1 cell; the header has 2"),
     ("t,v\n0,0\n1,2,3\n", "line 3: has 3 cells"),
     ("t,v\n0,0\n\n1,1\n", "line 3, column t: is empty, and numbers follow"),
     ("t,v\n0,0\n1,fast\n", "line 3, column v: 'fast' must be a finite number"),
@@ -95,15 +95,13 @@ WRONG = [
     ("t,v [mm/z]\n0,0\n1,1\n", "unknown unit z"),
     ('t,v\n0,"0\n1,1\n', "is not CSV"),
     ("t,v\n0,0\n1,1e300\n2,-1e308\n3,1e308", "column v"),
-    ("t,v\n0,5,1,25\n", "line 2: has 4 cells; the first line has 2; with decimal commas, semicolons must"),
-    ("t,v\n  0.00 2.9\n  0.02 2.8\n", "line 2: is separated by blanks, and the first line by commas"),
-    ("t;v, raw\n0;1,5\n1;1,6\n", "line 1: has cells that may be separated by commas or semicolons"),
-    ("sep=;\nt;v\n0;1\n", "line 1: is not the names of the columns but a hint to Excel; remove it"),
+    ("t,v\n0,5,1,25\n", "line 2: has 4 cells; the header has 2; with decimal commas, semicolons must"),
+    ("t,v\n  0.00 2.9\n  0.02 2.8\n", "line 2: is separated by blanks, and the header by commas"),
+    ("t;v, raw\na;b,5\n", "line 1: has cells that may be separated by commas or semicolons"),
     ("t\0;\0v\0\n", "line 1: has null characters"),
     ("t [s],v\n0,0\n,\n1,1\n", r"line 3, column t \[s\]: is empty, and numbers follow"),
-    ("t;v\ns;mm/s\n0;1\n", 'line 2: holds units; they belong in line 1: "t \\[s\\]"'),
-    ("t,v\n[s],[mm/s]\n0,1\n", 'line 2: holds units; they belong in line 1: "t \\[s\\]"'),
-    ("t,v\n12:00:01.5,1\n", "line 2, column t: '12:00:01.5' is a time of day"),
+    ("t,v\n12:00:01.5,1\n0.1,2\n", "line 3, column t: '0.1' must be a time of day, as in the first row"),
+    ("t,v\n0,1\n1,12:00:01.5\n", "line 3, column v: '12:00:01.5' is a time of day"),
     ('t,v\n0,"1,5"\n', "line 2, column v: '1,5' has a comma, and commas separate the cells"),
     ('t,v\n0,"1,234.5"\n', "line 2, column v: '1,234.5' has a comma, and commas separate the cells"),
     ("t;v\n0;1.234,5\n", "line 2, column v: '1.234,5' has its thousands separated"),
@@ -152,7 +150,7 @@ def test_a_column_without_a_unit_is_said_to_be_read_in_si(csv) -> None:
 def test_a_mass_is_no_force(csv) -> None:
     path = csv("t [s],F (lbs)\n0,0\n1,1\n")
     with pytest.raises(ScenarioError, match=r"'F \(lbs\)' does not convert to N; .* the force is lbf$"):
-        read_series(path, Field("N", "force"))
+        read_series(path, Field("N", "force"), "F")
 
 
 def test_wrong_column_names(csv) -> None:
@@ -161,8 +159,8 @@ def test_wrong_column_names(csv) -> None:
         read_series(path, VELOCITY, "velocty")
     with pytest.raises(ScenarioError, match="column 'v' appears more than once"):
         read_series(path, VELOCITY, "v")
-    with pytest.raises(ScenarioError, match="column 'T' is missing; it must be one of t, velocity"):
-        read_series(path, VELOCITY, "v", "T")
+    with pytest.raises(ScenarioError, match="column 'x' is missing; it must be one of t, velocity"):
+        read_series(path, VELOCITY, "velocity", "x")
 
 
 def test_files_that_are_none(tmp_path: Path) -> None:
@@ -171,24 +169,16 @@ def test_files_that_are_none(tmp_path: Path) -> None:
         path.write_bytes(content)
         return path
 
-    blob = named("blob.csv", b"t,v\n0,0\n\xff\xfe\n")
+    blob = named("blob.csv", b"t,v\n0,0\n\x81\xfe\n")
     huge = tmp_path / "huge.csv"
     with huge.open("wb") as file:
-        file.truncate((64 << 20) + 1)
+        file.truncate((512 << 20) + 1)
     for path, problem in [
         (blob, r"is not UTF-8 text \(line 3\)"),
-        (huge, "is larger than 64 MiB"),
-        (
-            named("utf16.csv", GOOD.encode("utf-16")),
-            r'is UTF-16 text, in spreadsheets "Unicode text"; save it as UTF-8',
-        ),
-        (named("utf16be.csv", b"\xfe\xff" + GOOD.encode("utf-16-be")), "is UTF-16 text; save it as UTF-8"),
+        (huge, "is larger than 512 MiB"),
+        (named("utf16.csv", GOOD.encode("utf-16-le")), "has null characters"),
         (named("log.csv.gz", gzip.compress(GOOD.encode())), "is compressed by gzip; unpack it"),
         (named("log.xlsx", b"PK\x03\x04\x14\x00\x06\x00\xff"), "is a zip archive or a workbook"),
-        (
-            named("latin.csv", "t [µs],v\n".encode("cp1252")),
-            r"is not UTF-8 text \(line 1\); save it as UTF-8",
-        ),
         (tmp_path, "is a directory"),
         (tmp_path / "none.csv", "no such file"),
         (Path("/dev/zero"), "is not a regular file"),

@@ -1,0 +1,17 @@
+"""Records of signals in files: text, Parquet, MATLAB, NetCDF, HDF5, MDF and TDMS."""
+
+from hydroservo.scenario.records.columns import Column, ColumnSource, choose_columns, column_source
+from hydroservo.scenario.records.headers import Header
+from hydroservo.scenario.records.read import ENDINGS, read_columns
+from hydroservo.scenario.records.series import recorded
+
+__all__ = [
+    "ENDINGS",
+    "Column",
+    "ColumnSource",
+    "Header",
+    "choose_columns",
+    "column_source",
+    "read_columns",
+    "recorded",
+]

@@ -1,0 +1,197 @@
+"""Where the header of a text of cells stands, and where its rows begin."""
+
+from collections.abc import Iterator, Sequence
+from itertools import islice
+from pathlib import Path
+from typing import NamedTuple
+
+from hydroservo.errors import ScenarioError
+from hydroservo.inputs import read_record_text
+from hydroservo.scenario.records.clock import is_instant
+from hydroservo.scenario.records.decimals import Decimals, is_missing, number
+from hydroservo.scenario.records.headers import Header, header, is_unit
+from hydroservo.scenario.records.rows import (
+    BLANKS,
+    COMMA,
+    DELIMITERS,
+    filled_cells,
+    is_comment,
+    numbered_lines,
+    numbered_rows,
+    split_line,
+)
+
+__all__ = ["TextTable", "text_table"]
+
+HEAD = 256  # lines, in which the first rows must be
+COMMENT_SIGNS = "#%/! \t"
+
+
+class TextTable(NamedTuple):
+    """A table as it is read.
+
+    Attributes:
+        headers: of its columns.
+        place: where they stand, such as "line 1".
+        rows: the number of each line below them and its cells, as many as there are headers.
+        decimals: reads their numbers.
+    """
+
+    headers: list[Header]
+    place: str
+    rows: Iterator[tuple[int, list[str]]]
+    decimals: Decimals
+
+
+class Layout(NamedTuple):
+    """How a text may be laid out.
+
+    Attributes:
+        mark: what separates its cells.
+        line: the number of the header's.
+        names: the cells of the header.
+        units: those of the line of units below it, if there is one.
+        start: how many lines stand before the rows.
+        rank: 2 above rows of numbers alone, 1 where the next line has as many cells, else 0.
+    """
+
+    mark: str
+    line: int
+    names: Sequence[str]
+    units: Sequence[str]
+    start: int
+    rank: int
+
+
+def text_table(path: Path, largest: int, fewest: int = 2) -> TextTable:
+    """Open a file of text whose rows are cells between commas, semicolons, tabs or blanks.
+
+    The header is the last line of names in front of the first two rows of numbers, and below it may be a line
+    of units; what stands before is passed over, as are comments. A comment in front of the rows is the header
+    where no other line is.
+
+    Args:
+        path: of the file.
+        largest: how many bytes it may have.
+        fewest: columns that it must have.
+
+    Raises:
+        ScenarioError: it cannot be read, is larger, or has no header.
+    """
+    name = str(path)
+    text = read_record_text(path, largest, name)
+    if "\0" in text[: 1 << 16]:
+        raise ScenarioError(name, "line 1", "has null characters; save the file as UTF-8 text")
+    head = list(islice(numbered_lines(text, name), HEAD))
+    layout = layout_of(head, fewest, name)
+    lines = islice(numbered_lines(text, name), layout.start, None)
+    columns = filled_cells(layout.names)
+    units = [*layout.units, *[""] * columns]
+    headers = [header(cell, unit) for cell, unit in zip(layout.names[:columns], units, strict=False)]
+    first = next((row for row in rows_in(head[layout.start :], layout.mark) if filled_cells(row)), [])
+    clocks = [i < len(first) and is_instant(first[i]) for i in range(columns)]
+    headers = [one._replace(clock=clock) for one, clock in zip(headers, clocks, strict=True)]
+    rows = numbered_rows(lines, layout.mark, columns, name)
+    return TextTable(headers, f"line {layout.line}", rows, Decimals(layout.mark, name))
+
+
+def layout_of(head: Sequence[tuple[int, str]], fewest: int, name: str) -> Layout:
+    """The layout of a text by its first lines.
+
+    Raises:
+        ScenarioError: it has no header, or cells that may be separated by one or another sign.
+    """
+    layouts = [found for mark in DELIMITERS if (found := layout_by(mark, head, fewest)) is not None]
+    if not layouts:
+        raise no_header(head, fewest, name)
+    best = max(one.rank for one in layouts)
+    possible = [one for one in layouts if one.rank == best]
+    if best == 1 and len(possible) > 1:
+        names = " or ".join(DELIMITERS[one.mark] for one in possible)
+        problem = f"has cells that may be separated by {names}; keep one of them"
+        raise ScenarioError(name, f"line {possible[0].line}", problem)
+    return possible[0]
+
+
+def no_header(head: Sequence[tuple[int, str]], fewest: int, name: str) -> ScenarioError:
+    """That nothing in a text names columns."""
+    lines = [(number, line) for number, line in head if line.strip() and not is_comment(line)]
+    number, line = lines[0] if lines else (1, "")
+    for mark in DELIMITERS:
+        cells = split_line(line, mark)
+        if filled_cells(cells) >= fewest and all(is_value(cell, mark) for cell in cells):
+            return ScenarioError(name, f"line {number}", "must name the columns; these are numbers")
+    names = "commas, semicolons, tabs or blanks"
+    problem = "must name a column" if fewest == 1 else f"must name at least two columns, separated by {names}"
+    return ScenarioError(name, f"line {number}", problem)
+
+
+def layout_by(mark: str, head: Sequence[tuple[int, str]], fewest: int) -> Layout | None:
+    """The layout of a text whose cells a sign separates; None if it names no columns."""
+    lines = [
+        Line(at, number, split_line(line, mark))
+        for at, (number, line) in enumerate(head)
+        if line.strip() and not is_comment(line)
+    ]
+    lines = [one for one in lines if filled_cells(one.cells)]
+    for i, one in enumerate(lines):
+        follows = lines[i + 1 : i + 2]
+        if is_data(one, mark, fewest) and all(is_data(other, mark, len(one.cells)) for other in follows):
+            width = max(filled_cells(other.cells) for other in [one, *follows])
+            if (found := header_above(lines[:i], head[: one.at], mark, width)) is not None:
+                return found
+    names = lines[0] if lines else None
+    if names is None or mark == BLANKS or filled_cells(names.cells) < fewest:
+        return None
+    if all(is_value(cell, mark) for cell in names.cells):
+        return None
+    columns = filled_cells(names.cells)
+    below = next((one.cells for one in lines if one.at > names.at), [""] * columns)
+    agrees = filled_cells(below) <= columns <= len(below)
+    return Layout(mark, names.number, names.cells, [], names.at + 1, int(agrees))
+
+
+class Line(NamedTuple):
+    """A line that holds cells: its place among the first lines, its number, and they."""
+
+    at: int
+    number: int
+    cells: Sequence[str]
+
+
+def header_above(
+    lines: Sequence[Line], head: Sequence[tuple[int, str]], mark: str, width: int
+) -> Layout | None:
+    """The header of so many columns above the first row of numbers; None if there is none."""
+    names = [one for one in lines if filled_cells(one.cells) >= width and not has_numbers(one, mark)]
+    if not names:
+        number, line = head[-1] if head else (0, "")
+        cells = split_line(line.strip().lstrip(COMMENT_SIGNS), mark) if is_comment(line) else []
+        return Layout(mark, number, cells, [], len(head), 2) if filled_cells(cells) == width else None
+    *above, last = names
+    before = [one for one in above if one is lines[lines.index(last) - 1]]
+    if before and all(is_unit(cell) for cell in last.cells if cell.strip()):
+        return Layout(mark, before[0].number, before[0].cells, last.cells, last.at + 1, 2)
+    return Layout(mark, last.number, last.cells, [], last.at + 1, 2)
+
+
+def is_data(line: Line, mark: str, fewest: int) -> bool:
+    """True for a line of numbers and nothing else."""
+    cells = [cell for cell in line.cells if cell.strip()]
+    enough = len(line.cells) >= fewest and filled_cells(line.cells) > 0
+    return enough and has_numbers(line, mark) and all(is_value(cell, mark) for cell in cells)
+
+
+def has_numbers(line: Line, mark: str) -> bool:
+    return any(is_value(cell, mark) and not is_missing(cell) for cell in line.cells)
+
+
+def is_value(cell: str, mark: str) -> bool:
+    """True for a cell that holds a number or an instant, or says that none is there."""
+    text = cell.replace(",", ".") if mark != COMMA and cell.count(",") == 1 and "." not in cell else cell
+    return is_missing(cell) or number(text) is not None or is_instant(cell)
+
+
+def rows_in(head: Sequence[tuple[int, str]], mark: str) -> Iterator[list[str]]:
+    """The cells of the lines that are not comments."""
+    return (split_line(line, mark) for _, line in head if not is_comment(line))

@@ -1,0 +1,177 @@
+"""Recorded signals of a scenario: a demand, a load."""
+
+import warnings
+from collections.abc import Sequence
+from pathlib import Path
+
+from hydroservo.errors import HydroservoWarning, ParameterError, ScenarioError, one_line, short
+from hydroservo.field import Field
+from hydroservo.inputs import exists
+from hydroservo.runs.record_coverage import remember_source
+from hydroservo.scenario.quantities import si_value, unit_factor
+from hydroservo.scenario.records.columns import (
+    MASSES,
+    Column,
+    ColumnSource,
+    among,
+    find_header,
+    scale_example,
+    scaled_column,
+)
+from hydroservo.scenario.records.headers import Header, name_and_unit
+from hydroservo.scenario.records.read import read_columns
+from hydroservo.scenario.records.text import TIME
+from hydroservo.scenario.tables import Table
+from hydroservo.time_series import TimeSeries
+
+__all__ = ["axis_key", "read_series", "recorded"]
+
+VALUE = "value"
+KEYS = ("file", "column", "scale", "offset")
+
+
+def recorded(table: Table, field: Field | None) -> TimeSeries:
+    """The curve that a table ``{file = "demand.csv", column = "v", time = "t"}`` names.
+
+    Args:
+        table: the table.
+        field: the declaration of the curve, which may be over something else than time: the key of that
+            column is ``over`` then. None where there is none: units are those of the file.
+
+    Raises:
+        ScenarioError: the table or the file is not what it must be.
+    """
+    axis = axis_key(field)
+    keys = (*KEYS, axis, *(["period"] if axis == TIME else []))
+    for name in table.names():
+        if name not in keys:
+            raise table.entry(name).unknown(name, (*keys, "points"))
+        if not isinstance(table.entry(name).value, str):
+            raise table.entry(name).error("must be a string")
+    file = table.entry("file")
+    path = file.origin.folder / file.value
+    if not exists(path):
+        raise file.error(f"there is no such file in {short(str(file.origin.folder.absolute()))}")
+    texts = {name: table.entry(name).value for name in keys[1:] if table.has(name)}
+    period, texts[TIME] = texts.pop("period", None), texts.pop(axis, None)
+    try:
+        return read_series(path, field, **texts, period=None if period is None else sample_period(period))
+    except ValueError as error:
+        raise table.entry("period").error(str(error)) from None
+
+
+def axis_key(field: Field | None) -> str:
+    """The key that names the column of what a curve is over."""
+    return TIME if field is None or field.over == "s" else "over"
+
+
+def sample_period(text: str) -> float:
+    """The time between samples that a text says [s].
+
+    Raises:
+        ValueError: it says none above 0.
+    """
+    period = si_value(text, "s")
+    if period <= 0.0:
+        raise ValueError("must be above 0")
+    return period
+
+
+def read_series(
+    path: Path,
+    field: Field | None,
+    column: str | None = None,
+    time: str | None = None,
+    period: float | None = None,
+    scale: str = "",
+    offset: str = "",
+) -> TimeSeries:
+    """A recorded signal from two columns of a file, in SI units.
+
+    Headers give units: "v [mm/s]", "F (kN)"; SI units where there is none, with a warning. Empty cells at the
+    end of a line or of the two columns are nothing.
+
+    Args:
+        path: the file, as :func:`~hydroservo.scenario.records.read_columns` reads it.
+        field: the declaration of the signal, whose units the columns must have the dimensions of; None for
+            any.
+        column: name of the signal's column; the second one if None, or the first where there is a period.
+        time: name of the column of instants, or of what else the curve is over; the first one if None.
+        period: of the samples [s], where no column holds their instants.
+        scale: of the signal per unit of the column, such as "0.25 V/mA".
+        offset: of the signal where the column is 0, such as "-62.5 bar".
+
+    Raises:
+        ScenarioError: naming the file, the line and the column.
+    """
+    name = str(path)
+    columns: list[Column] = []
+    unitless: dict[str, str] = {}
+
+    def choose(headers: Sequence[Header], place: str) -> list[Column]:
+        where = (name, place)
+        source = ColumnSource("", scale, offset)
+        default = 0 if period is not None else 1
+        columns.clear()
+        if period is None:
+            axis = Field(field.over, "axis") if field else None
+            columns.append(column_at(TIME, axis, headers, (time, 0), ColumnSource(), where, unitless))
+        columns.append(column_at(VALUE, field, headers, (column, default), source, where, unitless))
+        return columns
+
+    samples, _ = read_columns(path, choose, period, gaps=False)
+    if samples[TIME].size < 2:
+        raise ScenarioError(name, "", f"has {samples[TIME].size} rows of numbers; at least 2 are needed")
+    *_, x = columns
+    try:
+        series = TimeSeries.from_samples(samples[TIME], samples[VALUE])
+    except ParameterError as error:
+        raise ScenarioError(name, f"column {x.header.text}", str(error)) from None
+    over = columns[0].header.text if period is None else f"samples every {period:g} s"
+    remember_source(series, f"{path.name}, {x.header.text} over {over}")
+    for header, unit in unitless.items():
+        better = f'write "{header} [{unit}]", or the unit that it is in'
+        line = f"{name}: column {short(header)} has no unit and is read in {unit}; {better}"
+        warnings.warn(one_line(line), HydroservoWarning, stacklevel=2)
+    return series
+
+
+def column_at(
+    signal: str,
+    field: Field | None,
+    headers: Sequence[Header],
+    wanted: tuple[str | None, int],
+    source: ColumnSource,
+    where: tuple[str, str],
+    unitless: dict[str, str],
+) -> Column:
+    """The column of a name, or at a place where there is none, in SI units where it has none, which it notes.
+
+    Raises:
+        ScenarioError: there is none, or more than one, or its unit has another dimension.
+    """
+    name, default = wanted
+    found = find_header(name, headers, where) if name is not None else (default, "")
+    if found is None or found[0] >= len(headers):
+        missing = name_and_unit(name or "")[0]
+        raise ScenarioError(*where, f"column {short(missing)} is missing; {among(missing, headers)}")
+    place, unit = found
+    header = headers[place]
+    if field is None:
+        own = unit or header.unit
+        column = scaled_column(signal, Field(own, ""), (header, place), unit, source)
+        return column._replace(factor=column.factor * unit_factor(own, None))
+    if not (unit or header.unit or header.clock or source.scale) and field.unit:
+        unit = unitless[header.text] = field.unit
+    try:
+        return scaled_column(signal, field, (header, place), unit, source)
+    except ValueError as error:
+        if signal == TIME and not field.unit:
+            share = f'; full = "1 {header.unit}" beside the file says what 100 % is'
+            raise ScenarioError(*where, f"column {short(header.text)} {error}{share}") from None
+        other = "" if name else "; another column is chosen by its name, as time and column of the series"
+        force = f"; that is a mass, and the force is {MASSES.get(header.unit)}"
+        scale = f'; with scale = "{scale_example(field, header)}" it does'
+        own = force if field.unit == "N" and header.unit in MASSES else scale
+        problem = f"column {short(header.text)} {error}{other or own}"
+        raise ScenarioError(*where, problem) from None

@@ -1,0 +1,282 @@
+"""Reads a file of a binary format in a process of its own: its library may crash, chatter or leave copies.
+
+    python -P table_process.py FORMAT FILE MEMORY
+
+The first line of standard output is JSON: the name, unit and number of samples of each column, and what else
+is in the file. The first line of standard input then names the columns that are wanted, by their numbers,
+which follow one after the other as numpy's arrays. The process ends with standard input, and takes no more
+memory than it may.
+"""
+
+import contextlib
+import io
+import json
+import os
+import re
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from functools import cache, partial
+from queue import Queue
+from threading import Thread
+from types import SimpleNamespace
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.lib.format import write_array
+
+__all__: list[str] = []
+
+NUMBERS = re.compile("double|single|u?int[0-9]+|logical")  # kinds of MATLAB's
+MOST_COLUMNS = 4096  # of one matrix
+DEEPEST = 8  # structures within structures
+ASKED: Queue[str] = Queue(1)
+
+
+class Column(NamedTuple):
+    """A column: what it is called, how many samples it has, and what reads them."""
+
+    name: str
+    unit: str
+    samples: int
+    read: Callable[[], Any]
+
+
+class Table(NamedTuple):
+    """The columns of a file; what else it holds, such as "log: timeseries object"; and what reads columns."""
+
+    columns: list[Column]
+    others: list[str]
+
+    def read(self, places: Sequence[int]) -> Iterator[Any]:
+        return (self.columns[i].read() for i in places)
+
+
+Parts = tuple[list[Column], list[str]]  # of a file: columns, and what else there is
+
+
+def of_array(name: str, shape: Sequence[int], read: Callable[[], Any], unit: str = "") -> Parts:
+    """The columns of an array of numbers: one, or those of a matrix, along whose longer side time runs."""
+    sides = [size for size in shape if size != 1]
+    if len(sides) == 1:
+        return [Column(name, unit, sides[0], lambda: np.squeeze(read()))], []
+    if len(sides) != 2 or min(sides) > MOST_COLUMNS or not min(sides):
+        return [], [f"{name}: {' x '.join(map(str, shape)) or 'one number'}"]
+
+    whole = cache(read)
+
+    def part(i: int) -> Any:
+        matrix = np.squeeze(whole())
+        return matrix[:, i] if sides[0] >= sides[1] else matrix[i]
+
+    return [Column(f"{name}[{i + 1}]", unit, max(sides), partial(part, i)) for i in range(min(sides))], []
+
+
+def of_value(name: str, value: Any, unit: str = "", depth: int = 0) -> Parts:
+    """The columns of what a MATLAB file holds: an array, a structure, or several of them."""
+    if isinstance(value, dict) and depth < DEEPEST:
+        units = units_in(value.get("units"))
+        parts = [
+            of_value(f"{name}.{key}", one, units.get(key, ""), depth + 1)
+            for key, one in value.items()
+            if key != "units"
+        ]
+    elif isinstance(value, list) or (isinstance(value, np.ndarray) and value.dtype.kind == "O"):
+        parts = [of_value(f"{name}[{i}]", one, unit, depth + 1) for i, one in enumerate(np.ravel(value), 1)]
+    elif isinstance(value, np.ndarray) and value.dtype.kind in "fiub":
+        return of_array(name, value.shape, lambda: value, unit)
+    else:
+        return [], [] if isinstance(value, str | int | float) else [f"{name}: {type(value).__name__}"]
+    table = joined(parts)
+    return table.columns, table.others
+
+
+def joined(parts: Sequence[Parts]) -> Table:
+    """The parts of a file as one table."""
+    return Table([one for columns, _ in parts for one in columns], [one for _, own in parts for one in own])
+
+
+def units_in(units: Any) -> dict[str, str]:
+    return {name: str(unit) for name, unit in units.items()} if isinstance(units, dict) else {}
+
+
+def matlab(path: str) -> Table:
+    """The arrays of a MATLAB file, those in structures among them; objects are only named."""
+    from h5py import is_hdf5
+    from scipy.io import loadmat, whosmat
+
+    if is_hdf5(path):
+        return hdf5(path)
+    contents = [(name, shape, kind) for name, shape, kind in whosmat(path) if isinstance(name, str)]
+
+    def load(name: str) -> Any:
+        return loadmat(path, variable_names=[name], squeeze_me=True, simplify_cells=True).get(name)
+
+    units = units_in(load("units")) if "units" in [name for name, *_ in contents] else {}
+
+    def part(name: str, shape: Sequence[int], kind: str) -> Parts:
+        if NUMBERS.fullmatch(kind):
+            return of_array(name, shape, partial(load, name), units.get(name, ""))
+        if kind in ("struct", "cell"):
+            return of_value(name, load(name))
+        return [], [f"{name}: {'x'.join(map(str, shape))} {kind}"]
+
+    return joined([part(*one) for one in contents if one[0] != "units"])
+
+
+def hdf5(path: str) -> Table:
+    """The arrays of an HDF5 file, as MATLAB 7.3 and NetCDF 4 have it, named by their groups."""
+    import h5py
+
+    file: Any = h5py.File(path, "r")
+    units = file.get("units")
+    words = {key: matlab_text(one) for key, one in units.items()} if isinstance(units, h5py.Group) else {}
+    parts: list[Parts] = []
+
+    def visit(place: str, item: Any) -> None:
+        name = place.replace("/", ".")
+        if isinstance(item, h5py.Dataset) and not place.startswith(("#", "units/")):
+            parts.append(of_dataset(name, item, words.get(name, "")))
+        elif "MATLAB_object_decode" in item.attrs:
+            parts.append(([], [f"{name}: {text(item.attrs.get('MATLAB_class', ''))} object"]))
+
+    file.visititems(visit)
+    return joined(parts)
+
+
+def of_dataset(name: str, item: Any, unit: str) -> Parts:
+    """The columns of one dataset; of a table those of its fields."""
+    kind = text(item.attrs.get("MATLAB_class", ""))
+    if text(item.attrs.get("NAME", "")).startswith("This is a netCDF dimension but not") or kind == "char":
+        return [], []
+    unit = text(item.attrs.get("units", item.attrs.get("unit", ""))) or unit
+    fields = [field for field in item.dtype.names or () if item.dtype[field].kind in "fiub"]
+    if fields:
+        each = (of_array(f"{name}.{one}", item.shape, partial(item.__getitem__, one)) for one in fields)
+        return [column for columns, _ in each for column in columns], []
+    if "MATLAB_object_decode" in item.attrs or kind == "cell" or item.dtype.kind not in "fiub":
+        return [], [f"{name}: {kind or item.dtype}"]
+    return of_array(name, item.shape, partial(physical, item), unit)
+
+
+def text(value: Any) -> str:
+    """A text attribute, which may be bytes, or an array of either."""
+    first = value.ravel()[0] if isinstance(value, np.ndarray) and value.size else value
+    return first.decode(errors="replace") if isinstance(first, bytes) else str(first)
+
+
+def matlab_text(item: Any) -> str:
+    """A text of MATLAB's, which HDF5 holds as numbers."""
+    return "".join(map(chr, np.ravel(item[()]))) if is_text(item) else ""
+
+
+def is_text(item: Any) -> bool:
+    return text(item.attrs.get("MATLAB_class", "")) == "char"
+
+
+def physical(item: Any) -> Any:
+    """The numbers that a dataset stands for: NetCDF packs some, and marks what is missing."""
+    values = item[()]
+    fill = item.attrs.get("_FillValue")
+    if fill is None and "scale_factor" not in item.attrs and "add_offset" not in item.attrs:
+        return values
+    lacks = np.zeros(values.shape, bool) if fill is None else values == np.ravel(fill)[0]
+    scale, offset = np.ravel(item.attrs.get("scale_factor", 1)), np.ravel(item.attrs.get("add_offset", 0))
+    return np.where(lacks, np.nan, values * float(scale[0]) + float(offset[0]))
+
+
+def mdf(path: str) -> Table:
+    """The channels of an MDF file; each is nan at the instants that others have of their own."""
+    from asammdf import MDF
+
+    file: Any = MDF(path)
+    channels: dict[str, tuple[int, int]] = {}
+    samples = 0
+    for group, part in enumerate(file.groups):
+        master, count = file.masters_db.get(group), int(part.channel_group.cycles_nr)
+        samples += count
+        for index, channel in enumerate(part.channels):
+            if index != master and channel.name not in channels:
+                channels[channel.name] = (group, index)
+
+    class Mdf(Table):
+        """All channels that are wanted are read at once."""
+
+        def read(self, places: Sequence[int]) -> Iterator[Any]:
+            wanted = [(self.columns[i].name, *channels[self.columns[i].name]) for i in places if i]
+            frame = file.to_dataframe(wanted, time_from_zero=False, use_interpolation=False)
+            return ((frame[self.columns[i].name] if i else frame.index).to_numpy() for i in places)
+
+    units = {name: file.get_channel_unit(name, *place) for name, place in channels.items()}
+    columns = [Column(name, unit, samples, dict) for name, unit in {"time": "s", **units}.items()]
+    return Mdf(columns, [])
+
+
+def tdms(path: str) -> Table:
+    """The channels of a TDMS file, by their groups, with the instants that waveforms imply."""
+    from nptdms import TdmsFile
+
+    return joined([of_group(group) for group in TdmsFile.open(path).groups()])
+
+
+def of_group(group: Any) -> Parts:
+    """The channels of a group of a TDMS file."""
+    columns: list[Column] = []
+    others: list[str] = []
+    instants: Column | None = None
+    for channel in group.channels():
+        name = f"{group.name}.{channel.name}"
+        if channel.dtype is None or channel.dtype.kind not in "fiubM":
+            others.append(f"{name}: {channel.dtype}")
+            continue
+        unit = str(channel.properties.get("unit_string", ""))
+        columns.append(Column(name, unit, len(channel), partial(channel.__getitem__, slice(None))))
+        if "wf_increment" in channel.properties:
+            instants = Column(f"{group.name}.time", "s", len(channel), channel.time_track)
+    return ([instants, *columns] if instants else columns), others
+
+
+FORMATS: dict[str, Callable[[str], Table]] = {
+    ".mat": matlab,
+    ".nc": hdf5,
+    ".h5": hdf5,
+    ".hdf5": hdf5,
+    ".mdf": mdf,
+    ".mf4": mdf,
+    ".tdms": tdms,
+}
+
+
+def limit_memory(most: int) -> None:
+    """Take no more than some bytes beyond what there is, where the system can see to it."""
+    with contextlib.suppress(ImportError, OSError, ValueError):
+        import resource
+
+        resource.setrlimit(resource.RLIMIT_AS, (most, most))
+
+
+def main(kind: str, path: str, memory: str) -> None:
+    Thread(target=listen, daemon=True).start()
+    limit_memory(int(memory))
+    out, sys.stdout = os.fdopen(os.dup(1), "wb"), io.TextIOWrapper(io.BytesIO())
+    os.dup2(2, 1)  # what libraries print is no answer
+    table = FORMATS[kind](path)
+    columns = [(one.name, one.unit, one.samples) for one in table.columns]
+    out.write(json.dumps([columns, table.others]).encode() + b"\n")
+    out.flush()
+    writer: Any = SimpleNamespace(write=out.write)  # numpy asks a file for its position, which a pipe has not
+    for column in table.read(json.loads(ASKED.get())):
+        values = column if column.dtype.kind in "fiubmM" else column.astype(str)
+        write_array(writer, values, allow_pickle=False)
+    out.flush()
+    os._exit(0)
+
+
+def listen() -> None:
+    """Hear what is wanted, and end when whoever asked does."""
+    ASKED.put(sys.stdin.readline())
+    sys.stdin.read()
+    os._exit(1)
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

@@ -1,0 +1,78 @@
+"""Columns of a record in a file of text."""
+
+from array import array
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydroservo.errors import short
+from hydroservo.scenario.records.clock import Clock
+from hydroservo.scenario.records.columns import Column
+from hydroservo.scenario.records.decimals import Decimals, is_missing
+from hydroservo.scenario.records.headers import Header
+from hydroservo.scenario.records.layout import text_table
+
+__all__ = ["TIME", "Choose", "Samples", "read_text"]
+
+TIME = "time"
+Choose = Callable[[Sequence[Header], str], Sequence[Column]]  # of the headers, and where they stand
+Samples = Mapping[str, NDArray[np.float64]]
+
+
+def read_text(
+    path: Path, choose: Choose, largest: int, *, gaps: bool, fewest: int = 2
+) -> tuple[Samples, list[Header]]:
+    """The chosen columns of a file of text, in its units, and all headers.
+
+    Rows in which all of them are empty count for nothing.
+
+    Args:
+        path: of the file.
+        choose: the columns.
+        largest: how many bytes it may have.
+        gaps: a cell but that of an instant may be empty or nan, and rows may lack; else all are numbers.
+        fewest: columns that it must have.
+
+    Raises:
+        ScenarioError: naming the file, the line and the column.
+    """
+    table = text_table(path, largest, fewest)
+    columns = choose(table.headers, table.place)
+    readers = [reader(column, table.decimals, gaps) for column in columns]
+    values = [array("d") for _ in columns]
+    time = next((one for one, column in zip(values, columns, strict=True) if column.signal == TIME), None)
+    empty = 0
+    for line, row in table.rows:
+        cells = [row[column.place] for column in columns]
+        if not any(map(str.strip, cells)):
+            empty = empty or line
+            continue
+        if empty and not gaps:
+            raise table.decimals.error(empty, columns[0].header.text, "is empty, and numbers follow")
+        for one, read, cell in zip(values, readers, cells, strict=True):
+            one.append(read(cell, line))
+        if time is not None and len(time) > 1 and time[-1] <= time[-2]:
+            at = next(column for column in columns if column.signal == TIME)
+            problem = f"{short(row[at.place].strip())} is not after that in the row before"
+            raise table.decimals.error(line, at.header.text, problem)
+    table.decimals.check()
+    return {column.signal: np.array(one) for column, one in zip(columns, values, strict=True)}, table.headers
+
+
+def reader(column: Column, decimals: Decimals, gaps: bool) -> Callable[[str, int], float]:
+    """What reads the cells of a column."""
+    text = column.header.text
+    if column.header.clock and column.signal == TIME:
+        clock = Clock()
+
+        def instant(cell: str, line: int) -> float:
+            seconds = clock.seconds(cell)
+            if seconds is None:
+                raise decimals.error(line, text, f"{short(cell)} must be a time of day, as in the first row")
+            return seconds
+
+        return instant
+    may_lack = gaps and column.signal != TIME
+    return lambda cell, line: np.nan if may_lack and is_missing(cell) else decimals.number(cell, line, text)
