@@ -27,7 +27,7 @@ class Curve(NamedTuple):
     slope has no jumps at which a loop could chatter. A kink is as sharp as the points about it are close.
 
     A block declares the units of both: ``Annotated[Curve, Field("V/m", "gain", over="m/s")]``. Without
-    ``over`` that is s, and the curve is a recorded signal, a :class:`~hydroservo.time_series.TimeSeries`.
+    ``over`` that is s, and the curve is a recorded signal, which ``TimeSeries`` is another name for.
 
     Source: Fritsch and Butland, SIAM J. Sci. Stat. Comput. 5(2), 1984, doi:10.1137/0905021, as computed by
     scipy.interpolate.PchipInterpolator.

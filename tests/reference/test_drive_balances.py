@@ -120,6 +120,7 @@ def chambers(loop: Loop, x: Any, rate: Any) -> tuple[float, float]:
 DRIVES = {
     "pump": PUMPED,
     "valve": METERED,
+    "regeneration": METERED._replace(valve=VALVE._replace(orifice=EDGES._replace(regeneration=True))),
     "hoses": METERED._replace(drive=HOSES),
     "hoses of a pump": PUMPED._replace(drive=HOSES._replace(drive=PUMP)),
     "counterbalance in a": METERED._replace(drive=COUNTERBALANCE),

@@ -14,7 +14,7 @@ class Recorded(NamedTuple):
     """F_L read from a record, smoothly interpolated, positive against motion.
 
     Source: the record; the interpolation, which holds the first and last sample outside it, is that of
-    :class:`~hydroservo.time_series.TimeSeries`.
+    :class:`~hydroservo.curve.Curve`.
     A run that sees nothing of the record is refused; one that sees held or bridged parts of it says so.
     Fails where the force depends on the motion, as that of a spring or of friction does.
     """

@@ -15,7 +15,7 @@ class Recorded(NamedTuple):
     """r read from a record, smoothly interpolated, held before its first and after its last sample.
 
     Source: the record; the interpolation and its two derivatives are those of
-    :class:`~hydroservo.time_series.TimeSeries`.
+    :class:`~hydroservo.curve.Curve`.
     A run that sees nothing of the record is refused; one that sees held or bridged parts of it says so.
     Fails as a demand for laws that use its second derivative: that jumps at each sample of the record.
     """
