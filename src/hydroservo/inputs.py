@@ -1,6 +1,7 @@
 """Files that a user names, read without trusting them."""
 
 import stat
+from contextlib import suppress
 from pathlib import Path
 
 from hydroservo.errors import ScenarioError
@@ -40,7 +41,9 @@ def read_text(path: Path, most: int, name: str, key: str = "") -> str:
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        raise not_text(content, error, name, key) from None
+        line = content.count(b"\n", 0, error.start) + 1
+        problem = kind_of(content) or f"is not UTF-8 text (line {line}); save it as UTF-8"
+        raise ScenarioError(name, key, problem) from None
 
 
 def read_record_text(path: Path, most: int, name: str) -> str:
@@ -52,17 +55,13 @@ def read_record_text(path: Path, most: int, name: str) -> str:
         ScenarioError: there is no such file, or it is not text.
     """
     content = read_bytes(path, most, name)
-    try:
-        if content.startswith(UTF_16):
-            return content.decode("utf-16")
-        if kind := next((kind for start, kind in KINDS.items() if content.startswith(start)), ""):
-            raise ScenarioError(name, "", kind)
-        try:
-            return content.decode("utf-8-sig")
-        except UnicodeDecodeError:
-            return content.decode("cp1252")
-    except UnicodeDecodeError as error:
-        raise not_text(content, error, name) from None
+    utf_16 = content.startswith(UTF_16)
+    if not utf_16 and (kind := kind_of(content)):
+        raise ScenarioError(name, "", kind)
+    for encoding in ("utf-16",) if utf_16 else ("utf-8-sig", "cp1252"):
+        with suppress(UnicodeDecodeError):
+            return content.decode(encoding)
+    raise ScenarioError(name, "", "is not text in UTF-8, UTF-16 or Windows' code page 1252")
 
 
 def read_bytes(path: Path, most: int, name: str, key: str = "") -> bytes:
@@ -82,11 +81,9 @@ def read_bytes(path: Path, most: int, name: str, key: str = "") -> bytes:
     return content
 
 
-def not_text(content: bytes, error: UnicodeDecodeError, name: str, key: str = "") -> ScenarioError:
-    """That a file holds other things than text."""
-    line = content.count(b"\n", 0, error.start) + 1
-    kinds = (kind for start, kind in KINDS.items() if content.startswith(start))
-    return ScenarioError(name, key, next(kinds, f"is not UTF-8 text (line {line}); save it as UTF-8"))
+def kind_of(content: bytes) -> str:
+    """What a file is that is not UTF-8 text, by its first bytes; "" where they do not tell."""
+    return next((kind for start, kind in KINDS.items() if content.startswith(start)), "")
 
 
 def check_regular(path: Path, most: int, name: str, key: str = "") -> None:

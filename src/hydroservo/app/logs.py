@@ -19,11 +19,10 @@ from hydroservo.identification.log import log_mapping, read_log
 from hydroservo.identification.log_summary import log_summary, rate_lines, signal_rows
 from hydroservo.identification.segments import understood
 from hydroservo.identification.signals import SIGNALS
-from hydroservo.scenario.records import ENDINGS
+from hydroservo.scenario.records import RECORD_ENDINGS
 
-__all__ = ["LOGS", "drawn_log", "found_in_log", "log_file"]
+__all__ = ["drawn_log", "found_in_log", "log_file"]
 
-LOGS = ENDINGS
 LOG_KEY = re.compile("[0-9a-f]{16}")
 MOST_SOUGHT = 8
 PLOTTED = {"command": "controller.u", "pressure_a": "plant.pressure_a", "pressure_b": "plant.pressure_b"}
@@ -35,7 +34,7 @@ def log_file(home: Home, key: str) -> Path:
     Raises:
         HydroservoError: there is none.
     """
-    found = [home.folder / f"{key}{ending}" for ending in LOGS if LOG_KEY.fullmatch(key)]
+    found = [home.folder / f"{key}{ending}" for ending in RECORD_ENDINGS if LOG_KEY.fullmatch(key)]
     file = next((one for one in found if one.exists()), None)
     if file is None:
         raise HydroservoError("the log is no longer here; drag it in again")

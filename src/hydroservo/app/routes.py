@@ -17,11 +17,11 @@ from starlette.staticfiles import StaticFiles
 
 from hydroservo._version import __version__
 from hydroservo.app.guard import Door, Guard
-from hydroservo.app.logs import LOGS
 from hydroservo.app.source import Home
 from hydroservo.app.worker import Message, Worker
 from hydroservo.scenario import scenarios
 from hydroservo.scenario.overrides import parse_override
+from hydroservo.scenario.records import RECORD_ENDINGS
 
 __all__ = ["application"]
 
@@ -52,7 +52,7 @@ def application(home: Home, door: Door, changes: list[str]) -> Guard:
         "name": home.given,
         "changes": dict(map(parse_override, changes)),
         "scenarios": scenarios(),
-        "logs": list(LOGS),
+        "logs": list(RECORD_ENDINGS),
     }
 
     @asynccontextmanager
@@ -115,8 +115,8 @@ def frame(message: Message) -> bytes:
 async def keep_log(request: Request, folder: Path) -> Response:
     """Keep a log from a page, under a name of the server's own; the oldest goes where there are many."""
     ending = request.query_params.get("ending", "").lower()
-    if ending not in LOGS:
-        return JSONResponse({"problem": f"a log ends with one of {', '.join(LOGS)}"}, 415)
+    if ending not in RECORD_ENDINGS:
+        return JSONResponse({"problem": f"a log ends with one of {', '.join(RECORD_ENDINGS)}"}, 415)
     key = secrets.token_hex(8)
     file = folder / f"{key}{ending}"
     try:
@@ -129,7 +129,7 @@ async def keep_log(request: Request, folder: Path) -> Response:
             return JSONResponse({"problem": "the log did not come whole"}, 400)
         raise
     logs = sorted(
-        (one for one in folder.iterdir() if one.suffix in LOGS), key=lambda one: one.stat().st_mtime
+        (one for one in folder.iterdir() if one.suffix in RECORD_ENDINGS), key=lambda one: one.stat().st_mtime
     )
     for old in logs[:-MOST_LOGS]:
         old.unlink(missing_ok=True)

@@ -19,7 +19,7 @@ from hydroservo.scenario.records import (
     column_source,
     read_columns,
 )
-from hydroservo.scenario.records.columns import names_of
+from hydroservo.scenario.records.columns import first_names
 from hydroservo.scenario.records.series import sample_period
 from hydroservo.scenario.tables import Entry
 
@@ -102,24 +102,23 @@ def read_log(
         for signal, field in sought.items()
         if period is None or signal != TIME
     }
-    columns: list[Column] = []
 
     def choose(headers: Sequence[Header], place: str) -> list[Column]:
-        columns[:] = choose_columns(headers, sources, signals, (name, place))
+        columns = choose_columns(headers, sources, signals, (name, place))
         there = {one.signal for one in columns} | ({TIME} if period is not None else set())
         for signal in needed:
             if signal not in there:
-                raise missing(signal, headers, (name, place))
+                raise missing_signal(signal, headers, (name, place))
         if not there & set(OUTPUTS):
-            raise missing("", headers, (name, place))
+            raise nothing_measured(headers, (name, place))
         return columns
 
-    samples, headers = read_columns(file, choose, period)
-    used = {one.place for one in columns}
-    unused = [one.text for i, one in enumerate(headers) if i not in used and one.text]
-    sources_of = {one.signal: one.header.text for one in columns}
-    rows = dict(samples)
-    return checked(Log(name, rows.pop(TIME), rows, unused, sources_of))
+    record = read_columns(file, choose, period)
+    used = {one.header.place for one in record.columns}
+    unused = [one.text for one in record.headers if one.place not in used and one.text]
+    texts = {one.signal: one.header.text for one in record.columns}
+    rows = dict(record.samples)
+    return checked(Log(name, rows.pop(TIME), rows, unused, texts))
 
 
 def sources_in(mapping: Mapping[str, Any]) -> tuple[dict[str, ColumnSource], float | None]:
@@ -137,21 +136,26 @@ def sources_in(mapping: Mapping[str, Any]) -> tuple[dict[str, ColumnSource], flo
                 sources[signal] = column_source(value)
         except ValueError as error:
             raise ParameterError(f"columns.{signal}", value, str(error)) from None
+    if period is not None and TIME in sources:
+        raise ParameterError("columns.period", mapping[PERIOD], "must be left out where time names a column")
     return sources, period
 
 
-def missing(signal: str, headers: Sequence[Header], where: tuple[str, str]) -> ScenarioError:
+def missing_signal(signal: str, headers: Sequence[Header], where: tuple[str, str]) -> ScenarioError:
     """That a log lacks a column that it must have."""
-    if not signal:
-        problem = (
-            f"has no column of anything measured among {names_of(headers)}; one must be {', '.join(OUTPUTS)}"
-        )
-        return ScenarioError(*where, f"{problem}, or [identify.columns] says which is which")
-    own = f"{signal} [{SIGNALS[signal].unit}]"
-    example = f'[identify.columns] {signal} = "COLUMN [{SIGNALS[signal].unit}]" names it'
+    unit = SIGNALS[signal].unit
+    example = f'[identify.columns] {signal} = "COLUMN [{unit}]" names it'
     if signal == TIME:
         example += ', or period = "1 ms" stands for it'
-    return ScenarioError(*where, f'column "{own}" is missing among {names_of(headers)}; {example}')
+    problem = f'column "{signal} [{unit}]" is missing among {first_names(headers)}; {example}'
+    return ScenarioError(*where, problem)
+
+
+def nothing_measured(headers: Sequence[Header], where: tuple[str, str]) -> ScenarioError:
+    """That a log has no column of what is measured."""
+    problem = f"has no column of anything measured among {first_names(headers)}"
+    signals = f"one must be {', '.join(OUTPUTS)}, or [identify.columns] says which is which"
+    return ScenarioError(*where, f"{problem}; {signals}")
 
 
 def log_mapping(columns: Mapping[str, Entry]) -> dict[str, Any]:

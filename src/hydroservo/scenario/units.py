@@ -13,7 +13,12 @@ from hydroservo.errors import short
 from hydroservo.field import CONTROLLED
 from hydroservo.nearest import nearest
 
-__all__ = ["case_hint", "check_si", "factor_and_dimension"]
+__all__ = ["OffsetUnitError", "case_hint", "check_si", "factor_and_dimension"]
+
+
+class OffsetUnitError(ValueError):
+    """A unit with an offset or a logarithm, such as °C or dB, whose numbers a factor does not convert."""
+
 
 Dimension = dict[str, Fraction]  # exponent of each base unit, the radian among them
 
@@ -53,7 +58,6 @@ PINT_NAMES = {
     "barg": "bar",
     "psig": "psi",
 }
-OFFSET = "which has an offset or a logarithm"
 ABSOLUTE = {"bara": "bar", "psia": "psi"}
 
 
@@ -166,7 +170,7 @@ def asked_of_pint(name: str) -> tuple[Fraction, Dimension]:
     except pint.PintError:  # a prefix on a unit with an offset or a logarithm
         raise ValueError(f"has the unit {name}, which cannot be read") from None
     if not registry.Quantity(1, unit)._is_multiplicative:
-        raise ValueError(f"has the unit {name}, {OFFSET}")
+        raise OffsetUnitError(f"has the unit {name}, which has an offset or a logarithm")
     if str(unit).endswith("hertz"):  # which pint takes for 1/s
         unit *= registry.turn
     factor, bases = registry.get_root_units(unit)

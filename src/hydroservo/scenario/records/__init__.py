@@ -2,11 +2,11 @@
 
 from hydroservo.scenario.records.columns import Column, ColumnSource, choose_columns, column_source
 from hydroservo.scenario.records.headers import Header
-from hydroservo.scenario.records.read import ENDINGS, read_columns
+from hydroservo.scenario.records.read import RECORD_ENDINGS, read_columns
 from hydroservo.scenario.records.series import recorded
 
 __all__ = [
-    "ENDINGS",
+    "RECORD_ENDINGS",
     "Column",
     "ColumnSource",
     "Header",

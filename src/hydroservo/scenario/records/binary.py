@@ -18,18 +18,17 @@ from numpy.typing import NDArray
 from hydroservo.errors import HydroservoError, ScenarioError
 from hydroservo.inputs import check_regular
 from hydroservo.outputs import temporary_folder
-from hydroservo.scenario.records.columns import Column
-from hydroservo.scenario.records.headers import Header, header
-from hydroservo.scenario.records.text import TIME, Choose, Samples
+from hydroservo.scenario.records.columns import TIME, Choose, Column, Record, Samples
+from hydroservo.scenario.records.headers import Header, header_of
 
-__all__ = ["BINARY", "read_binary"]
+__all__ = ["BINARY", "read_binary_columns"]
 
 TABLE_PROCESS = Path(__file__).with_name("table_process.py")
 MOST_READ = 1 << 30  # bytes of the columns that are chosen
 MOST_MEMORY = 4 << 30  # bytes that a library may take
 PATIENCE = 120.0  # s that it may take
 BYTES = 8  # of a number
-NAMED = 8  # other things in a file, of more
+NAMED = 8  # at most so many other things in a file are named in a message
 HDF5 = b"\x89HDF"  # the first bytes
 NUMBERS = ("int", "uint", "float", "double", "halffloat", "bool", "decimal")  # kinds of Arrow's
 DATES = ("timestamp", "duration")
@@ -52,8 +51,8 @@ class Table(NamedTuple):
     others: Sequence[str] = ()
 
 
-def read_binary(path: Path, choose: Choose, largest: int, *, gaps: bool) -> tuple[Samples, list[Header]]:
-    """The chosen columns of a file whose ending is one of :data:`BINARY`, in its units, and all headers.
+def read_binary_columns(path: Path, choose: Choose, largest: int, *, gaps: bool) -> Record:
+    """The chosen columns of a file whose ending is one of :data:`BINARY`, in its units.
 
     Args:
         path: of the file.
@@ -69,8 +68,8 @@ def read_binary(path: Path, choose: Choose, largest: int, *, gaps: bool) -> tupl
     check_regular(path, largest, name)
     try:
         with BINARY[kind](path) as table:
-            columns = chosen(table, choose, name)
-            places = [column.place for column in columns]
+            columns = choose_from(table, choose, name)
+            places = [column.header.place for column in columns]
             size = BYTES * sum(table.counts[place] for place in places)
             if size > MOST_READ:
                 problem = f"the columns to read take {size >> 20} MiB; at most {MOST_READ >> 20} MiB are read"
@@ -83,10 +82,10 @@ def read_binary(path: Path, choose: Choose, largest: int, *, gaps: bool) -> tupl
         raise ScenarioError(name, "", f"cannot be read as {kind}: {problem}") from None
     samples = {one.signal: numbers(row, name, one, gaps) for one, row in zip(columns, rows, strict=True)}
     check_lengths(columns, samples, name)
-    return samples, list(table.headers)
+    return Record(columns, table.headers, samples)
 
 
-def chosen(table: Table, choose: Choose, name: str) -> Sequence[Column]:
+def choose_from(table: Table, choose: Choose, name: str) -> Sequence[Column]:
     """The columns that are wanted.
 
     Raises:
@@ -106,22 +105,32 @@ def chosen(table: Table, choose: Choose, name: str) -> Sequence[Column]:
 
 
 def check_lengths(columns: Sequence[Column], samples: Samples, name: str) -> None:
-    """Refuse columns that are not rows of one table.
+    """Refuse columns that are not those of one table.
 
     Raises:
         ScenarioError: they have another length than the first, or instants that do not increase.
     """
     first, *others = columns
+    size = samples[first.signal].size
     for one in others:
-        if samples[one.signal].size != samples[first.signal].size:
-            counts = f"{samples[one.signal].size} samples, and {first.header.name}"
-            problem = f"has {counts} {samples[first.signal].size}"
+        if samples[one.signal].size != size:
+            problem = f"has {samples[one.signal].size} samples, and {first.header.name} {size}"
             raise ScenarioError(name, f"column {one.header.text}", problem)
     for one in columns:
-        late = np.flatnonzero(~(np.diff(samples[one.signal]) > 0.0))
-        if one.signal == TIME and late.size:
-            problem = "is not after that in the row before"
-            raise ScenarioError(name, f"row {late[0] + 2}, column {one.header.text}", problem)
+        if one.signal == TIME:
+            check_increasing(one, samples[TIME], name)
+
+
+def check_increasing(column: Column, instants: NDArray[np.float64], name: str) -> None:
+    """Refuse instants that do not increase.
+
+    Raises:
+        ScenarioError: they do not.
+    """
+    late = np.flatnonzero(~(np.diff(instants) > 0.0))
+    if late.size:
+        place = f"row {late[0] + 2}, column {column.header.text}"
+        raise ScenarioError(name, place, "is not after that in the row before")
 
 
 def numbers(values: NDArray[Any], name: str, column: Column, gaps: bool) -> NDArray[np.float64]:
@@ -161,10 +170,8 @@ def parquet(path: Path) -> Iterator[Table]:
             return [table.column(name).to_numpy() for name in names]
 
         dates = [str(field.type).startswith(DATES) for field in schema]
-        headers = [
-            header(name, unit)._replace(clock=clock)
-            for name, unit, clock in zip(schema.names, units, dates, strict=True)
-        ]
+        columns = zip(schema.names, units, dates, strict=True)
+        headers = [header_of(name, i, unit, clock) for i, (name, unit, clock) in enumerate(columns)]
         yield Table(headers, [file.metadata.num_rows] * len(headers), read)
 
 
@@ -181,7 +188,8 @@ def netcdf(path: Path) -> Iterator[Table]:
     with xr.open_dataset(path, decode_times=False) as data:
         rows = {str(name): one for name, one in data.variables.items() if one.ndim == 1}
         columns = list(rows.values())
-        headers = [header(name, unit_of(one.attrs.get("units", ""))) for name, one in rows.items()]
+        units = [unit_of(one.attrs.get("units", "")) for one in columns]
+        headers = [header_of(name, i, unit) for i, (name, unit) in enumerate(zip(rows, units, strict=True))]
         yield Table(
             headers, [one.size for one in columns], lambda places: [columns[i].values for i in places]
         )
@@ -206,8 +214,11 @@ def process_table(path: Path) -> Iterator[Table]:
             timer.start()
             try:
                 columns, others = json.loads(process.stdout.readline())  # type: ignore[union-attr]
-                headers = [header(name, unit_of(unit)) for name, unit, _ in columns]
-                counts = [count for *_, count in columns]
+                headers = [
+                    header_of(name, i, unit_of(unit), clock)
+                    for i, (name, unit, _, clock) in enumerate(columns)
+                ]
+                counts = [count for _, _, count, _ in columns]
                 yield Table(headers, counts, lambda places: receive_columns(process, places), others)
             except (ValueError, OSError) as error:
                 with suppress(OSError):  # at the end of Popen it would raise again

@@ -19,10 +19,10 @@ DATE = re.compile(r"[0-9]{1,4}[-./][0-9A-Za-z]{1,3}[-./][0-9]{1,4}|[0-9]+ days?|
 class Clock:
     """Reads the instants of one column, in seconds from the first.
 
-    What follows the date may be "08:00:00.010", "08:00:00,010", "8:00:00.01 PM" or "00:01.5", of minutes. A
-    date in ISO 8601 is a day of the calendar; of others, such as "01.05.2024", it counts that they change,
-    for 05/01 may be in May or in January. Without a date the day changes where an instant is half a day or
-    more before the one in front of it.
+    What follows the date may be "08:00:00.010", "08:00:00,010", "8:00:00.01 PM" or "00:01.5", of minutes. ISO
+    8601 dates are days of the calendar. In any other form (05/01 may be in May or in January) a change of
+    date counts as one day, so a gap of several days is read as one. Without a date the day changes where an
+    instant is half a day or more before the one in front of it.
     """
 
     def __init__(self) -> None:
@@ -40,7 +40,7 @@ class Clock:
             hours = hours % 12 + 12 * (match["half"].lower() == "pm")
         seconds = float(re.sub("[,:]", ".", match["seconds"]))
         time = (hours * 3600 + minutes * 60) * SECOND + round(seconds * SECOND)
-        instant = self.day(date, time) * DAY + time
+        instant = self.day(date, time) * DAY + time - zone_of(match["zone"] or "")
         self.first = instant if self.first is None else self.first
         return (instant - self.first) / SECOND
 
@@ -48,9 +48,18 @@ class Clock:
         """The number of an instant's day."""
         with suppress(ValueError):
             return datetime.fromisoformat(date).toordinal()
-        changed = date != self.date if date and self.date else time < self.before - DAY // 2
-        self.days, self.date, self.before = self.days + changed, date, time
+        new_day = date != self.date if date and self.date else time < self.before - DAY // 2
+        self.days, self.date, self.before = self.days + new_day, date, time
         return self.days
+
+
+def zone_of(text: str) -> int:
+    """How far the clock of a zone such as "+02:00" is ahead [ns]."""
+    digits = re.sub("[^0-9]", "", text)
+    if not digits:
+        return 0
+    ahead = (int(digits[:2]) * 60 + int(digits[2:])) * 60 * SECOND
+    return -ahead if text.startswith("-") else ahead
 
 
 def is_instant(text: str) -> bool:

@@ -1,6 +1,6 @@
 """Which column of a record holds which signal, and how its numbers become SI units."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from fractions import Fraction
 from typing import Any, NamedTuple
@@ -12,24 +12,30 @@ from hydroservo.errors import ScenarioError, short
 from hydroservo.field import Field
 from hydroservo.nearest import nearest, one_of
 from hydroservo.scenario.quantities import number_and_unit, si_value, unit_factor
-from hydroservo.scenario.records.headers import Header, name_and_unit, places_of
+from hydroservo.scenario.records.headers import Header, headers_named, name_and_unit
 from hydroservo.scenario.units import factor_and_dimension
 
 __all__ = [
+    "TIME",
+    "Choose",
     "Column",
     "ColumnSource",
-    "among",
+    "Record",
+    "Samples",
     "choose_columns",
+    "column_choices",
+    "column_offset",
     "column_source",
     "find_header",
-    "names_of",
-    "scale_example",
+    "first_names",
+    "scale_advice",
     "scaled_column",
 ]
 
+TIME = "time"
 KEYS = ("column", "scale", "offset")
-NAMED = 12  # columns in a message, of more
-MASSES = {"lb": "lbf", "lbs": "lbf", "kg": "kgf"}  # that loggers call forces
+NAMED = 12  # at most so many columns are named in a message
+FORCES = {("N", "lb"): "lbf", ("N", "lbs"): "lbf", ("N", "kg"): "kgf"}  # units that loggers have for them
 
 
 class ColumnSource(NamedTuple):
@@ -48,19 +54,19 @@ class ColumnSource(NamedTuple):
 
 
 class Column(NamedTuple):
-    """A column of a record: the signal is ``factor`` times its numbers, and ``offset``.
+    """A column of a record: the signal is ``factor`` times its numbers plus ``offset``.
 
     Attributes:
         signal: what it holds.
         header: as the file has it.
-        place: its number, from 0 on.
+        unit: of its numbers; "" where no one says it.
         factor: SI units per unit of its numbers.
         offset: in SI units.
     """
 
     signal: str
     header: Header
-    place: int
+    unit: str = ""
     factor: Fraction = Fraction(1)
     offset: float = 0.0
 
@@ -73,6 +79,18 @@ class Column(NamedTuple):
             many = abs(self.factor) >= 1
             scaled = values * float(self.factor) if many else values / float(1 / self.factor)
             return scaled + self.offset if self.offset else scaled
+
+
+Samples = Mapping[str, NDArray[np.float64]]  # by signal
+Choose = Callable[[Sequence[Header], str], Sequence[Column]]  # from the headers, and where they stand
+
+
+class Record(NamedTuple):
+    """The chosen columns of a file, all its headers, and the samples of those columns."""
+
+    columns: Sequence[Column]
+    headers: Sequence[Header]
+    samples: Samples
 
 
 def column_source(value: Any) -> ColumnSource:
@@ -115,60 +133,66 @@ def choose_columns(
     for signal, (field, usual) in signals.items():
         source = sources.get(signal, ColumnSource())
         names = [source.column] if source.column else usual
-        found = next(filter(None, (find_header(name, headers, where) for name in names)), None)
-        if found is not None:
-            place, unit = found
-            header = headers[place]
+        match = next(filter(None, (find_header(name, headers, where) for name in names)), None)
+        if match is not None:
+            header, unit = match
             try:
-                columns.append(scaled_column(signal, field, (header, place), unit, source))
+                columns.append(scaled_column(signal, field, header, unit, source))
             except ValueError as error:
-                problem = f"column {short(header.text)} {error}{advice(signal, field, header)}"
-                raise ScenarioError(*where, problem) from None
+                hint = "" if source.scale or source.offset else column_advice(signal, field, header)
+                raise ScenarioError(*where, f"column {short(header.text)} {error}{hint}") from None
         elif source.column:
             name = name_and_unit(source.column)[0]
-            raise ScenarioError(
-                *where, f"column {short(name)} for {signal} is missing; {among(name, headers)}"
-            )
+            problem = f"column {short(name)} for {signal} is missing; {column_choices(name, headers)}"
+            raise ScenarioError(*where, problem)
     return columns
 
 
-def find_header(wanted: str, headers: Sequence[Header], where: tuple[str, str]) -> tuple[int, str] | None:
-    """The place of the column of a name, or of a name and a unit, and that unit; None if there is none.
+def find_header(name: str, headers: Sequence[Header], where: tuple[str, str]) -> tuple[Header, str] | None:
+    """The header of a name, or of a name and a unit, and that unit; None if there is none.
 
     Raises:
         ScenarioError: there are two.
     """
-    places, unit = places_of(wanted, headers), ""
-    if not places:
-        name, unit = name_and_unit(wanted)
-        places = places_of(name, headers) if unit else []
-    if len(places) > 1:
-        raise ScenarioError(*where, f"column {short(headers[places[0]].name)} appears more than once")
-    return (places[0], unit) if places else None
+    matches, unit = headers_named(name, headers), ""
+    if not matches:
+        own, unit = name_and_unit(name)
+        matches = headers_named(own, headers) if unit else []
+    if len(matches) > 1:
+        raise ScenarioError(*where, f"column {short(matches[0].name)} appears more than once")
+    return (matches[0], unit) if matches else None
 
 
-def scaled_column(
-    signal: str, field: Field, found: tuple[Header, int], unit: str, source: ColumnSource
-) -> Column:
+def scaled_column(signal: str, field: Field, header: Header, unit: str, source: ColumnSource) -> Column:
     """A column as that of a signal.
 
     Args:
         signal: its name.
         field: its declaration.
-        found: the header and its place.
+        header: the column's.
         unit: that the user gives; "" for that of the header.
         source: what the user says of it.
 
     Raises:
         ValueError: its numbers are not in a unit of the signal's dimension.
     """
-    header, place = found
     if header.clock and field.unit == "s":
-        return Column(signal, header, place)
-    factor = column_factor(source.scale, unit or header.unit, field.unit)
-    return Column(
-        signal, header, place, factor, si_value(source.offset, field.unit) if source.offset else 0.0
-    )
+        return Column(signal, header, "s")
+    unit = unit or header.unit
+    factor = column_factor(source.scale, unit, field.unit)
+    return Column(signal, header, unit, factor, column_offset(source.offset, field.unit))
+
+
+def column_offset(text: str, unit: str) -> float:
+    """The offset of a signal in its SI unit; 0 where none is given.
+
+    Raises:
+        ValueError: it is not a quantity of the signal's dimension.
+    """
+    try:
+        return si_value(text, unit) if text else 0.0
+    except ValueError:
+        raise ValueError(f"has the offset {short(text)}, which must be a quantity in {unit}") from None
 
 
 def column_factor(scale: str, unit: str, si_unit: str) -> Fraction:
@@ -182,49 +206,59 @@ def column_factor(scale: str, unit: str, si_unit: str) -> Fraction:
             raise ValueError("has no unit")
         return unit_factor(unit, si_unit)
     try:
-        number, given = number_and_unit(scale)
+        number, scale_unit = number_and_unit(scale)
     except ValueError:
         raise ValueError(f"has the scale {short(scale)}, which must be such as '0.25 V/mA'") from None
-    over, stroke, under = given.rpartition("/")
-    products = [f"({given}) ({unit})" if given and unit else given or unit]
-    if stroke and (not unit or under.strip(" ()") == unit):
-        products.insert(bool(not unit), over)  # the column's own unit, whatever it is, goes out
     if not number:
         raise ValueError(f"has the scale {scale}, which must not be 0")
+    numerator, slash, denominator = scale_unit.rpartition("/")
+    product = f"({scale_unit}) ({unit})" if scale_unit and unit else scale_unit or unit
+    products = [product]
+    if slash and not unit:
+        products = [product, numerator]  # "0.25 V/count" of a column without a unit
+    elif slash and denominator.strip(" ()") == unit:
+        products = [numerator, product]  # the column's unit cancels, whatever it is
     si_factor, si_dimension = factor_and_dimension(si_unit)
-    for product in products:
+    for text in products:
         with suppress(ValueError):
-            factor, dimension = factor_and_dimension(product)
+            factor, dimension = factor_and_dimension(text)
             if dimension == si_dimension:
                 return number * factor / si_factor
     raise ValueError(f"times {scale} does not convert to {si_unit}")
 
 
-def advice(signal: str, field: Field, header: Header) -> str:
+def column_advice(signal: str, field: Field, header: Header) -> str:
     """What to write where a column has no unit, or one of another dimension."""
-    key = f"; write [identify.columns] {signal} ="
+    key = f"[identify.columns] {signal}"
     if not header.unit:
-        return f'{key} "{header.name} [{field.unit}]", or the unit that it is in'
-    if field.unit == "N" and header.unit in MASSES:
-        return f'; that is a mass: {key[2:]} "{header.name} [{MASSES[header.unit]}]"'
-    return f'{key} {{ column = "{header.text}", scale = "{scale_example(field, header)}" }}'
+        return f'; write {key} = "{header.name} [{field.unit}]", or the unit that it is in'
+    if (field.unit, header.unit) in FORCES:
+        return f"; {scale_advice(field, header)}"
+    scale = f'scale = "{scale_example(field, header)}"'
+    return f'; write {key} = {{ column = "{header.text}", {scale} }}'
+
+
+def scale_advice(field: Field, header: Header) -> str:
+    """What may help with a column whose unit has another dimension than the signal."""
+    force = FORCES.get((field.unit, header.unit))
+    if force:
+        return f"that is a mass, and the force is {force}"
+    return f'add scale = "{scale_example(field, header)}"'
 
 
 def scale_example(field: Field, header: Header) -> str:
-    """A scale that would do."""
-    return f"NUMBER {bracketed(field.unit)}/{bracketed(header.unit)}"
+    """The form of a scale that would do."""
+    return "NUMBER " + "/".join(
+        f"({one})" if set(one) & set("/ ") else one for one in (field.unit, header.unit)
+    )
 
 
-def bracketed(unit: str) -> str:
-    return f"({unit})" if set(unit) & set("/ ") else unit
-
-
-def among(name: str, headers: Sequence[Header]) -> str:
+def column_choices(name: str, headers: Sequence[Header]) -> str:
     """Which columns there are, and which may be meant."""
-    return f"it must be one of {names_of(headers)}{nearest(name, [one.name for one in headers])}"
+    return f"it must be one of {first_names(headers)}{nearest(name, [one.name for one in headers])}"
 
 
-def names_of(headers: Sequence[Header]) -> str:
+def first_names(headers: Sequence[Header]) -> str:
     """The first of the columns, and how many more there are."""
     names = [one.text for one in headers if one.text]
     more = f" and {len(names) - NAMED} more" if len(names) > NAMED else ""

@@ -4,16 +4,16 @@ import re
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from hydroservo.scenario.units import OFFSET, factor_and_dimension
+from hydroservo.scenario.units import OffsetUnitError, factor_and_dimension
 
-__all__ = ["Header", "header", "is_unit", "name_and_unit", "places_of"]
+__all__ = ["Header", "header_of", "headers_named", "is_unit", "name_and_unit"]
 
 LONGEST_UNIT = 32  # characters
 UNIT = re.compile(r"\s*(?:\[([^][]*)\]|\(((?:[^()]|\([^()]*\))*)\))$")  # at the end of a header
 INDEX = re.compile(r"\S\[[0-9]+\]$")  # of a column of a matrix, as data[1]
 WORD_BREAK = re.compile(r"[\s_-]+")
 BRACKETS = " []()"
-NO_UNIT = ("-", "--", "1")  # of a ratio
+DASHES = ("-", "--")  # for no unit; a 1 in a line would be a number
 LABELS = ("unit", "units", "unit:", "units:")  # in front of a line of units
 
 
@@ -23,22 +23,25 @@ class Header(NamedTuple):
     Attributes:
         text: as the file has it, such as "velocity [mm/s]".
         name: without the unit.
+        place: the number of the column, from 0 on.
         unit: "" if none is given.
         clock: its cells are dates or times of day.
     """
 
     text: str
     name: str
+    place: int
     unit: str = ""
     clock: bool = False
 
 
-def header(text: str, unit: str = "") -> Header:
+def header_of(text: str, place: int, unit: str = "", clock: bool = False) -> Header:
     """The header that a text is, with a unit from elsewhere where it has none itself."""
     name, own = name_and_unit(text.strip())
     unit = own or unit.strip().strip(BRACKETS)
-    unit = "1" if unit in NO_UNIT else "" if unit.casefold() in LABELS else unit
-    return Header(text.strip() if own or not unit else f"{name} [{unit}]", name, unit)
+    unit = "1" if unit in (*DASHES, "1") else "" if unit.casefold() in LABELS else unit
+    whole = text.strip() if own or not unit else f"{name} [{unit}]"
+    return Header(whole, name, place, unit, clock)
 
 
 def name_and_unit(text: str) -> tuple[str, str]:
@@ -51,27 +54,29 @@ def name_and_unit(text: str) -> tuple[str, str]:
 
 
 def is_unit(text: str) -> bool:
-    """True for a cell that holds a unit, as many loggers write below the name of the column."""
+    """True for a cell that holds a unit, or the label in front of a line of units."""
     text = text.strip().strip(BRACKETS)
-    if text in NO_UNIT[:2] or text.casefold() in LABELS:
+    if text in DASHES or text.casefold() in LABELS:
         return True
     try:
         return len(text) <= LONGEST_UNIT and bool(factor_and_dimension(text)[1])
-    except ValueError as error:
-        return str(error).endswith(OFFSET)  # °C, dB
+    except OffsetUnitError:
+        return True
+    except ValueError:
+        return False
 
 
-def places_of(name: str, headers: Sequence[Header]) -> list[int]:
-    """Where columns have a name: as written, else in any case or inside the one structure of them all."""
-    exact = [i for i, one in enumerate(headers) if name in (one.text, one.name)]
+def headers_named(name: str, headers: Sequence[Header]) -> list[Header]:
+    """The headers with a name: exact matches, else ignoring case and separators, and a prefix of them all."""
+    exact = [one for one in headers if name in (one.text, one.name)]
     if exact:
         return exact
     groups = {one.name.partition(".")[0] for one in headers if one.name}
     inside = f"{min(groups)}.{name}" if len(groups) == 1 else name
-    names = {plain(name), plain(inside)}
-    return [i for i, one in enumerate(headers) if plain(one.name) in names]
+    names = {normalized(name), normalized(inside)}
+    return [one for one in headers if normalized(one.name) in names]
 
 
-def plain(name: str) -> str:
+def normalized(name: str) -> str:
     """A name in lower case, with one sign between its words."""
     return WORD_BREAK.sub("_", name.strip().casefold())

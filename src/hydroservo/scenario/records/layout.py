@@ -1,7 +1,7 @@
 """Where the header of a text of cells stands, and where its rows begin."""
 
 from collections.abc import Iterator, Sequence
-from itertools import islice
+from itertools import chain, islice, zip_longest
 from pathlib import Path
 from typing import NamedTuple
 
@@ -9,7 +9,7 @@ from hydroservo.errors import ScenarioError
 from hydroservo.inputs import read_record_text
 from hydroservo.scenario.records.clock import is_instant
 from hydroservo.scenario.records.decimals import Decimals, is_missing, number
-from hydroservo.scenario.records.headers import Header, header, is_unit
+from hydroservo.scenario.records.headers import Header, header_of, is_unit
 from hydroservo.scenario.records.rows import (
     BLANKS,
     COMMA,
@@ -47,15 +47,15 @@ class Layout(NamedTuple):
     """How a text may be laid out.
 
     Attributes:
-        mark: what separates its cells.
-        line: the number of the header's.
+        delimiter: what separates its cells.
+        line: the number of the header's line.
         names: the cells of the header.
         units: those of the line of units below it, if there is one.
         start: how many lines stand before the rows.
-        rank: 2 above rows of numbers alone, 1 where the next line has as many cells, else 0.
+        rank: 2 if rows of numbers follow, 1 if the next line is as wide, else 0.
     """
 
-    mark: str
+    delimiter: str
     line: int
     names: Sequence[str]
     units: Sequence[str]
@@ -82,17 +82,20 @@ def text_table(path: Path, largest: int, fewest: int = 2) -> TextTable:
     text = read_record_text(path, largest, name)
     if "\0" in text[: 1 << 16]:
         raise ScenarioError(name, "line 1", "has null characters; save the file as UTF-8 text")
-    head = list(islice(numbered_lines(text, name), HEAD))
+    lines = numbered_lines(text, name)
+    head = list(islice(lines, HEAD))
     layout = layout_of(head, fewest, name)
-    lines = islice(numbered_lines(text, name), layout.start, None)
-    columns = filled_cells(layout.names)
-    units = [*layout.units, *[""] * columns]
-    headers = [header(cell, unit) for cell, unit in zip(layout.names[:columns], units, strict=False)]
-    first = next((row for row in rows_in(head[layout.start :], layout.mark) if filled_cells(row)), [])
-    clocks = [i < len(first) and is_instant(first[i]) for i in range(columns)]
-    headers = [one._replace(clock=clock) for one, clock in zip(headers, clocks, strict=True)]
-    rows = numbered_rows(lines, layout.mark, columns, name)
-    return TextTable(headers, f"line {layout.line}", rows, Decimals(layout.mark, name))
+    below, delimiter = head[layout.start :], layout.delimiter
+    names = layout.names[: filled_cells(layout.names)]
+    first = next((row for row in rows_in(below, delimiter) if filled_cells(row)), [])
+    headers = [
+        header_of(cell, i, unit, is_instant(value))
+        for i, (cell, unit, value) in enumerate(
+            islice(zip_longest(names, layout.units, first, fillvalue=""), len(names))
+        )
+    ]
+    rows = numbered_rows(chain(below, lines), delimiter, len(names), name)
+    return TextTable(headers, f"line {layout.line}", rows, Decimals(delimiter, name))
 
 
 def layout_of(head: Sequence[tuple[int, str]], fewest: int, name: str) -> Layout:
@@ -101,13 +104,13 @@ def layout_of(head: Sequence[tuple[int, str]], fewest: int, name: str) -> Layout
     Raises:
         ScenarioError: it has no header, or cells that may be separated by one or another sign.
     """
-    layouts = [found for mark in DELIMITERS if (found := layout_by(mark, head, fewest)) is not None]
+    layouts = [found for delimiter in DELIMITERS if (found := layout_by(delimiter, head, fewest)) is not None]
     if not layouts:
         raise no_header(head, fewest, name)
     best = max(one.rank for one in layouts)
     possible = [one for one in layouts if one.rank == best]
     if best == 1 and len(possible) > 1:
-        names = " or ".join(DELIMITERS[one.mark] for one in possible)
+        names = " or ".join(DELIMITERS[one.delimiter] for one in possible)
         problem = f"has cells that may be separated by {names}; keep one of them"
         raise ScenarioError(name, f"line {possible[0].line}", problem)
     return possible[0]
@@ -117,38 +120,39 @@ def no_header(head: Sequence[tuple[int, str]], fewest: int, name: str) -> Scenar
     """That nothing in a text names columns."""
     lines = [(number, line) for number, line in head if line.strip() and not is_comment(line)]
     number, line = lines[0] if lines else (1, "")
-    for mark in DELIMITERS:
-        cells = split_line(line, mark)
-        if filled_cells(cells) >= fewest and all(is_value(cell, mark) for cell in cells):
+    for delimiter in DELIMITERS:
+        cells = split_line(line, delimiter)
+        if filled_cells(cells) >= fewest and all(is_value(cell, delimiter) for cell in cells):
             return ScenarioError(name, f"line {number}", "must name the columns; these are numbers")
     names = "commas, semicolons, tabs or blanks"
     problem = "must name a column" if fewest == 1 else f"must name at least two columns, separated by {names}"
     return ScenarioError(name, f"line {number}", problem)
 
 
-def layout_by(mark: str, head: Sequence[tuple[int, str]], fewest: int) -> Layout | None:
+def layout_by(delimiter: str, head: Sequence[tuple[int, str]], fewest: int) -> Layout | None:
     """The layout of a text whose cells a sign separates; None if it names no columns."""
     lines = [
-        Line(at, number, split_line(line, mark))
+        Line(at, number, split_line(line, delimiter))
         for at, (number, line) in enumerate(head)
         if line.strip() and not is_comment(line)
     ]
     lines = [one for one in lines if filled_cells(one.cells)]
     for i, one in enumerate(lines):
         follows = lines[i + 1 : i + 2]
-        if is_data(one, mark, fewest) and all(is_data(other, mark, len(one.cells)) for other in follows):
+        alike = all(is_data(other, delimiter, len(one.cells)) for other in follows)
+        if alike and is_data(one, delimiter, fewest):
             width = max(filled_cells(other.cells) for other in [one, *follows])
-            if (found := header_above(lines[:i], head[: one.at], mark, width)) is not None:
+            if (found := header_above(lines[:i], head[: one.at], delimiter, width)) is not None:
                 return found
     names = lines[0] if lines else None
-    if names is None or mark == BLANKS or filled_cells(names.cells) < fewest:
+    if names is None or delimiter == BLANKS or filled_cells(names.cells) < fewest:
         return None
-    if all(is_value(cell, mark) for cell in names.cells):
+    if all(is_value(cell, delimiter) for cell in names.cells):
         return None
     columns = filled_cells(names.cells)
     below = next((one.cells for one in lines if one.at > names.at), [""] * columns)
     agrees = filled_cells(below) <= columns <= len(below)
-    return Layout(mark, names.number, names.cells, [], names.at + 1, int(agrees))
+    return Layout(delimiter, names.number, names.cells, [], names.at + 1, int(agrees))
 
 
 class Line(NamedTuple):
@@ -160,38 +164,38 @@ class Line(NamedTuple):
 
 
 def header_above(
-    lines: Sequence[Line], head: Sequence[tuple[int, str]], mark: str, width: int
+    lines: Sequence[Line], head: Sequence[tuple[int, str]], delimiter: str, width: int
 ) -> Layout | None:
     """The header of so many columns above the first row of numbers; None if there is none."""
-    names = [one for one in lines if filled_cells(one.cells) >= width and not has_numbers(one, mark)]
+    names = [one for one in lines if filled_cells(one.cells) >= width and not has_numbers(one, delimiter)]
     if not names:
         number, line = head[-1] if head else (0, "")
-        cells = split_line(line.strip().lstrip(COMMENT_SIGNS), mark) if is_comment(line) else []
-        return Layout(mark, number, cells, [], len(head), 2) if filled_cells(cells) == width else None
-    *above, last = names
-    before = [one for one in above if one is lines[lines.index(last) - 1]]
-    if before and all(is_unit(cell) for cell in last.cells if cell.strip()):
-        return Layout(mark, before[0].number, before[0].cells, last.cells, last.at + 1, 2)
-    return Layout(mark, last.number, last.cells, [], last.at + 1, 2)
+        cells = split_line(line.strip().lstrip(COMMENT_SIGNS), delimiter) if is_comment(line) else []
+        return Layout(delimiter, number, cells, [], len(head), 2) if filled_cells(cells) == width else None
+    last = names[-1]
+    previous = names[-2] if len(names) > 1 and names[-2] is lines[lines.index(last) - 1] else None
+    if previous is not None and all(is_unit(cell) for cell in last.cells if cell.strip()):
+        return Layout(delimiter, previous.number, previous.cells, last.cells, last.at + 1, 2)
+    return Layout(delimiter, last.number, last.cells, [], last.at + 1, 2)
 
 
-def is_data(line: Line, mark: str, fewest: int) -> bool:
+def is_data(line: Line, delimiter: str, fewest: int) -> bool:
     """True for a line of numbers and nothing else."""
     cells = [cell for cell in line.cells if cell.strip()]
     enough = len(line.cells) >= fewest and filled_cells(line.cells) > 0
-    return enough and has_numbers(line, mark) and all(is_value(cell, mark) for cell in cells)
+    return enough and has_numbers(line, delimiter) and all(is_value(cell, delimiter) for cell in cells)
 
 
-def has_numbers(line: Line, mark: str) -> bool:
-    return any(is_value(cell, mark) and not is_missing(cell) for cell in line.cells)
+def has_numbers(line: Line, delimiter: str) -> bool:
+    return any(is_value(cell, delimiter) and not is_missing(cell) for cell in line.cells)
 
 
-def is_value(cell: str, mark: str) -> bool:
+def is_value(cell: str, delimiter: str) -> bool:
     """True for a cell that holds a number or an instant, or says that none is there."""
-    text = cell.replace(",", ".") if mark != COMMA and cell.count(",") == 1 and "." not in cell else cell
+    text = cell.replace(",", ".") if delimiter != COMMA and cell.count(",") == 1 and "." not in cell else cell
     return is_missing(cell) or number(text) is not None or is_instant(cell)
 
 
-def rows_in(head: Sequence[tuple[int, str]], mark: str) -> Iterator[list[str]]:
+def rows_in(head: Sequence[tuple[int, str]], delimiter: str) -> Iterator[list[str]]:
     """The cells of the lines that are not comments."""
-    return (split_line(line, mark) for _, line in head if not is_comment(line))
+    return (split_line(line, delimiter) for _, line in head if not is_comment(line))

@@ -1,28 +1,24 @@
 """Columns of a record, by the ending of its file."""
 
-from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
 from hydroservo.errors import ScenarioError
 from hydroservo.inputs import exists
-from hydroservo.scenario.records.binary import BINARY, read_binary
-from hydroservo.scenario.records.columns import Column
-from hydroservo.scenario.records.headers import Header
-from hydroservo.scenario.records.text import TIME, Choose, Samples, read_text
+from hydroservo.scenario.records.binary import BINARY, read_binary_columns
+from hydroservo.scenario.records.columns import TIME, Choose, Record
+from hydroservo.scenario.records.text import read_text_columns
 
-__all__ = ["ENDINGS", "LARGEST", "read_columns"]
+__all__ = ["LARGEST", "RECORD_ENDINGS", "read_columns"]
 
 LARGEST = 512 << 20  # bytes
-ENDINGS = (".csv", ".txt", *BINARY)
+RECORD_ENDINGS = (".csv", ".txt", *BINARY)
 """Of files that a page offers; text may have any other, too."""
 
 
-def read_columns(
-    path: Path, choose: Choose, period: float | None = None, *, gaps: bool = True
-) -> tuple[Samples, list[Header]]:
-    """The chosen columns of a file in SI units, and all headers.
+def read_columns(path: Path, choose: Choose, period: float | None = None, *, gaps: bool = True) -> Record:
+    """The chosen columns of a file, in SI units.
 
     Args:
         path: of the file: Parquet, MATLAB, NetCDF, HDF5, MDF or TDMS by its ending, else text.
@@ -33,24 +29,18 @@ def read_columns(
     Raises:
         ScenarioError: in one line, the file, the place and what is wrong there.
     """
-    name, kind = str(path), path.suffix.lower()
+    name = str(path)
     if not exists(path):
         raise ScenarioError(name, "", "there is no such file")
-    chosen: list[Column] = []
-
-    def remember(headers: Sequence[Header], place: str) -> list[Column]:
-        chosen[:] = choose(headers, place)
-        return chosen
-
-    if kind in BINARY:
-        raw, headers = read_binary(path, remember, LARGEST, gaps=gaps)
+    if path.suffix.lower() in BINARY:
+        record = read_binary_columns(path, choose, LARGEST, gaps=gaps)
     else:
-        raw, headers = read_text(path, remember, LARGEST, gaps=gaps, fewest=1 if period else 2)
-    samples = {column.signal: column.in_si(raw[column.signal]) for column in chosen}
-    for column in chosen:
+        record = read_text_columns(path, choose, LARGEST, gaps=gaps, fewest=1 if period else 2)
+    samples = {column.signal: column.in_si(record.samples[column.signal]) for column in record.columns}
+    for column in record.columns:
         if np.isinf(samples[column.signal]).any():
-            raise ScenarioError(name, f"column {column.header.text}", "has numbers too large for SI units")
+            raise ScenarioError(name, f"column {column.header.text}", "has numbers that overflow in SI units")
     if period is not None:
         count = next(iter(samples.values())).size
         samples[TIME] = period * np.arange(count, dtype=np.float64)
-    return samples, headers
+    return record._replace(samples=samples)

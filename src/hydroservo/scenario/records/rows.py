@@ -41,16 +41,16 @@ def numbered_lines(text: str, name: str) -> Iterator[tuple[int, str]]:
 
 
 def is_comment(line: str) -> bool:
-    """True for a line that holds no cells, with a mark in front that says so."""
+    """True for a line that holds no cells, with a sign in front that says so."""
     return line.lstrip().startswith(COMMENTS)
 
 
-def split_line(line: str, mark: str) -> list[str]:
+def split_line(line: str, delimiter: str) -> list[str]:
     """The cells of one line."""
-    if mark == BLANKS:
+    if delimiter == BLANKS:
         return [quoted or word for quoted, word in WORD.findall(line)]
     with suppress(csv.Error):
-        return next(csv.reader([line], delimiter=mark, strict=True), [])
+        return next(csv.reader([line], delimiter=delimiter, strict=True), [])
     return []
 
 
@@ -60,7 +60,7 @@ def filled_cells(row: Sequence[str]) -> int:
 
 
 def numbered_rows(
-    lines: Iterable[tuple[int, str]], mark: str, columns: int, name: str
+    lines: Iterable[tuple[int, str]], delimiter: str, columns: int, name: str
 ) -> Iterator[tuple[int, list[str]]]:
     """The rows with the number of their line, each with as many cells as there are columns.
 
@@ -77,24 +77,23 @@ def numbered_rows(
 
     reader: Iterator[list[str]] = (
         (split_line(line, BLANKS) for line in cells())
-        if mark == BLANKS
-        else csv.reader(cells(), delimiter=mark, strict=True)
+        if delimiter == BLANKS
+        else csv.reader(cells(), delimiter=delimiter, strict=True)
     )
     try:
         for row in reader:
             filled = filled_cells(row)
             if len(row) != columns and filled and not filled <= columns <= len(row):
-                raise ScenarioError(name, f"line {number}", misfit(row, columns, mark))
+                raise ScenarioError(name, f"line {number}", misfit(row, columns, delimiter))
             yield number, row[:columns] if len(row) >= columns else [""] * columns
     except csv.Error as error:
         raise ScenarioError(name, f"line {number}", f"is not CSV: {error}") from None
 
 
-def misfit(row: Sequence[str], columns: int, mark: str) -> str:
+def misfit(row: Sequence[str], columns: int, delimiter: str) -> str:
     """What is wrong with a row of another length than the header."""
     if len(row) == 1 and len(row[0].split()) == columns and NUMBER.match(row[0]):
-        return f"is separated by blanks, and the header by {DELIMITERS[mark]}; one of them must go"
-    advice = (
-        "; with decimal commas, semicolons must separate them" if mark == COMMA and len(row) > columns else ""
-    )
+        return f"is separated by blanks, and the header by {DELIMITERS[delimiter]}; separate all lines alike"
+    commas = delimiter == COMMA and len(row) > columns
+    advice = "; with decimal commas, semicolons must separate them" if commas else ""
     return f"has {len(row)} cell{'s' * (len(row) > 1)}; the header has {columns}{advice}"

@@ -2,6 +2,7 @@
 
 import warnings
 from collections.abc import Sequence
+from fractions import Fraction
 from pathlib import Path
 
 from hydroservo.errors import HydroservoWarning, ParameterError, ScenarioError, one_line, short
@@ -10,21 +11,21 @@ from hydroservo.inputs import exists
 from hydroservo.runs.record_coverage import remember_source
 from hydroservo.scenario.quantities import si_value, unit_factor
 from hydroservo.scenario.records.columns import (
-    MASSES,
+    TIME,
     Column,
     ColumnSource,
-    among,
+    column_choices,
+    column_offset,
     find_header,
-    scale_example,
+    scale_advice,
     scaled_column,
 )
 from hydroservo.scenario.records.headers import Header, name_and_unit
 from hydroservo.scenario.records.read import read_columns
-from hydroservo.scenario.records.text import TIME
 from hydroservo.scenario.tables import Table
 from hydroservo.time_series import TimeSeries
 
-__all__ = ["axis_key", "read_series", "recorded"]
+__all__ = ["axis_key", "read_series", "recorded", "sample_period"]
 
 VALUE = "value"
 KEYS = ("file", "column", "scale", "offset")
@@ -53,11 +54,26 @@ def recorded(table: Table, field: Field | None) -> TimeSeries:
     if not exists(path):
         raise file.error(f"there is no such file in {short(str(file.origin.folder.absolute()))}")
     texts = {name: table.entry(name).value for name in keys[1:] if table.has(name)}
-    period, texts[TIME] = texts.pop("period", None), texts.pop(axis, None)
+    period = period_in(table) if axis == TIME else None
+    if period is not None and table.has(TIME):
+        raise table.entry("period").error(f"stands beside {table.key(TIME)}; give one of them")
+    texts.pop("period", None)
+    return read_series(path, field, time=texts.pop(axis, None), period=period, **texts)
+
+
+def period_in(table: Table) -> float | None:
+    """The time between samples that a table gives [s]; None if it gives none.
+
+    Raises:
+        ScenarioError: it is not a time above 0.
+    """
+    if not table.has("period"):
+        return None
+    entry = table.entry("period")
     try:
-        return read_series(path, field, **texts, period=None if period is None else sample_period(period))
+        return sample_period(entry.value)
     except ValueError as error:
-        raise table.entry("period").error(str(error)) from None
+        raise entry.error(str(error)) from None
 
 
 def axis_key(field: Field | None) -> str:
@@ -105,34 +121,34 @@ def read_series(
         ScenarioError: naming the file, the line and the column.
     """
     name = str(path)
-    columns: list[Column] = []
-    unitless: dict[str, str] = {}
+    axis = Field(field.over, "axis") if field else None
 
     def choose(headers: Sequence[Header], place: str) -> list[Column]:
         where = (name, place)
-        source = ColumnSource("", scale, offset)
         default = 0 if period is not None else 1
-        columns.clear()
-        if period is None:
-            axis = Field(field.over, "axis") if field else None
-            columns.append(column_at(TIME, axis, headers, (time, 0), ColumnSource(), where, unitless))
-        columns.append(column_at(VALUE, field, headers, (column, default), source, where, unitless))
-        return columns
+        value = column_at(VALUE, field, headers, column, default, ColumnSource("", scale, offset), where)
+        if period is not None:
+            return [value]
+        return [column_at(TIME, axis, headers, time, 0, ColumnSource(), where), value]
 
-    samples, _ = read_columns(path, choose, period, gaps=False)
-    if samples[TIME].size < 2:
-        raise ScenarioError(name, "", f"has {samples[TIME].size} rows of numbers; at least 2 are needed")
-    *_, x = columns
+    record = read_columns(path, choose, period, gaps=False)
+    instants, values = record.samples[TIME], record.samples[VALUE]
+    if instants.size < 2:
+        raise ScenarioError(name, "", f"has {instants.size} rows of numbers; at least 2 are needed")
+    text = record.columns[-1].header.text
     try:
-        series = TimeSeries.from_samples(samples[TIME], samples[VALUE])
+        series = TimeSeries.from_samples(instants, values)
     except ParameterError as error:
-        raise ScenarioError(name, f"column {x.header.text}", str(error)) from None
-    over = columns[0].header.text if period is None else f"samples every {period:g} s"
-    remember_source(series, f"{path.name}, {x.header.text} over {over}")
-    for header, unit in unitless.items():
-        better = f'write "{header} [{unit}]", or the unit that it is in'
-        line = f"{name}: column {short(header)} has no unit and is read in {unit}; {better}"
-        warnings.warn(one_line(line), HydroservoWarning, stacklevel=2)
+        raise ScenarioError(name, f"column {text}", str(error)) from None
+    over = record.columns[0].header.text if period is None else f"samples every {period:g} s"
+    remember_source(series, f"{path.name}, {text} over {over}")
+    for one in record.columns if field and axis else ():
+        unit = axis.unit if one.signal == TIME else field.unit
+        if unit and not one.unit and not (one.signal == VALUE and scale):
+            header = one.header.text
+            better = f'write "{header} [{unit}]", or the unit that it is in'
+            line = f"{name}: column {short(header)} has no unit and is read in {unit}; {better}"
+            warnings.warn(one_line(line), HydroservoWarning, stacklevel=2)
     return series
 
 
@@ -140,38 +156,40 @@ def column_at(
     signal: str,
     field: Field | None,
     headers: Sequence[Header],
-    wanted: tuple[str | None, int],
+    name: str | None,
+    default: int,
     source: ColumnSource,
     where: tuple[str, str],
-    unitless: dict[str, str],
 ) -> Column:
-    """The column of a name, or at a place where there is none, in SI units where it has none, which it notes.
+    """The column with a name, or the one at a place where no name is given.
+
+    A column without a unit is taken to be in SI units; one without a declaration is read in its own.
 
     Raises:
         ScenarioError: there is none, or more than one, or its unit has another dimension.
     """
-    name, default = wanted
-    found = find_header(name, headers, where) if name is not None else (default, "")
-    if found is None or found[0] >= len(headers):
+    match = find_header(name, headers, where) if name is not None else None
+    if name is None and default < len(headers):
+        match = headers[default], ""
+    if match is None:
         missing = name_and_unit(name or "")[0]
-        raise ScenarioError(*where, f"column {short(missing)} is missing; {among(missing, headers)}")
-    place, unit = found
-    header = headers[place]
+        problem = f"column {short(missing)} is missing; {column_choices(missing, headers)}"
+        raise ScenarioError(*where, problem)
+    header, unit = match
     if field is None:
         own = unit or header.unit
-        column = scaled_column(signal, Field(own, ""), (header, place), unit, source)
+        column = scaled_column(signal, Field(own, ""), header, unit, source)
         return column._replace(factor=column.factor * unit_factor(own, None))
-    if not (unit or header.unit or header.clock or source.scale) and field.unit:
-        unit = unitless[header.text] = field.unit
+    if field.unit and not (unit or header.unit or header.clock or source.scale):
+        return Column(signal, header, "", Fraction(1), column_offset(source.offset, field.unit))
     try:
-        return scaled_column(signal, field, (header, place), unit, source)
+        return scaled_column(signal, field, header, unit, source)
     except ValueError as error:
-        if signal == TIME and not field.unit:
-            share = f'; full = "1 {header.unit}" beside the file says what 100 % is'
-            raise ScenarioError(*where, f"column {short(header.text)} {error}{share}") from None
-        other = "" if name else "; another column is chosen by its name, as time and column of the series"
-        force = f"; that is a mass, and the force is {MASSES.get(header.unit)}"
-        scale = f'; with scale = "{scale_example(field, header)}" it does'
-        own = force if field.unit == "N" and header.unit in MASSES else scale
-        problem = f"column {short(header.text)} {error}{other or own}"
-        raise ScenarioError(*where, problem) from None
+        hint = f"; {scale_advice(field, header)}"
+        if source.scale or source.offset:
+            hint = ""
+        elif signal == TIME and not field.unit:
+            hint = f'; full = "1 {header.unit}" beside the file says what 100 % is'
+        elif name is None:
+            hint = "; another column is chosen by its name, as time and column of the series"
+        raise ScenarioError(*where, f"column {short(header.text)} {error}{hint}") from None

@@ -2,10 +2,10 @@
 
     python -P table_process.py FORMAT FILE MEMORY
 
-The first line of standard output is JSON: the name, unit and number of samples of each column, and what else
-is in the file. The first line of standard input then names the columns that are wanted, by their numbers,
-which follow one after the other as numpy's arrays. The process ends with standard input, and takes no more
-memory than it may.
+The first line of standard output is JSON: the name, unit and number of samples of each column, whether these
+are dates, and what else is in the file. The first line of standard input then names the columns that are
+wanted, by their numbers, which follow one after the other as numpy's arrays. The process ends with standard
+input, and takes no more memory than it may.
 """
 
 import contextlib
@@ -14,7 +14,7 @@ import json
 import os
 import re
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from functools import cache, partial
 from queue import Queue
 from threading import Thread
@@ -32,74 +32,91 @@ DEEPEST = 8  # structures within structures
 ASKED: Queue[str] = Queue(1)
 
 
-class Column(NamedTuple):
-    """A column: what it is called, how many samples it has, and what reads them."""
+class FileColumn(NamedTuple):
+    """A column of a file.
+
+    Attributes:
+        name: what it is called.
+        unit: "" where the file has none.
+        samples: how many it has.
+        read: what reads them.
+        dates: whether they are dates.
+    """
 
     name: str
     unit: str
     samples: int
     read: Callable[[], Any]
+    dates: bool = False
 
 
-class Table(NamedTuple):
-    """The columns of a file; what else it holds, such as "log: timeseries object"; and what reads columns."""
+class FileTable(NamedTuple):
+    """A file as a table.
 
-    columns: list[Column]
+    Attributes:
+        columns: name, unit and number of samples of each, and whether these are dates.
+        others: what else it holds, such as "log: timeseries object".
+        read: what reads some of the columns, by their numbers.
+    """
+
+    columns: list[tuple[str, str, int, bool]]
     others: list[str]
-
-    def read(self, places: Sequence[int]) -> Iterator[Any]:
-        return (self.columns[i].read() for i in places)
+    read: Callable[[Sequence[int]], Iterable[Any]]
 
 
-Parts = tuple[list[Column], list[str]]  # of a file: columns, and what else there is
+Parts = tuple[list[FileColumn], list[str]]  # columns, and what else there is
 
 
-def of_array(name: str, shape: Sequence[int], read: Callable[[], Any], unit: str = "") -> Parts:
+def table_of(columns: Sequence[FileColumn], others: list[str]) -> FileTable:
+    """A table of columns that are read one by one."""
+    about = [(one.name, one.unit, one.samples, one.dates) for one in columns]
+    return FileTable(about, others, lambda places: (columns[i].read() for i in places))
+
+
+def all_of(parts: Sequence[Parts]) -> Parts:
+    """Several parts of a file as one."""
+    return [one for columns, _ in parts for one in columns], [one for _, others in parts for one in others]
+
+
+def array_columns(name: str, shape: Sequence[int], read: Callable[[], Any], unit: str = "") -> Parts:
     """The columns of an array of numbers: one, or those of a matrix, along whose longer side time runs."""
     sides = [size for size in shape if size != 1]
     if len(sides) == 1:
-        return [Column(name, unit, sides[0], lambda: np.squeeze(read()))], []
+        return [FileColumn(name, unit, sides[0], lambda: np.squeeze(read()))], []
     if len(sides) != 2 or min(sides) > MOST_COLUMNS or not min(sides):
         return [], [f"{name}: {' x '.join(map(str, shape)) or 'one number'}"]
-
     whole = cache(read)
 
     def part(i: int) -> Any:
         matrix = np.squeeze(whole())
         return matrix[:, i] if sides[0] >= sides[1] else matrix[i]
 
-    return [Column(f"{name}[{i + 1}]", unit, max(sides), partial(part, i)) for i in range(min(sides))], []
+    columns = [FileColumn(f"{name}[{i + 1}]", unit, max(sides), partial(part, i)) for i in range(min(sides))]
+    return columns, []
 
 
-def of_value(name: str, value: Any, unit: str = "", depth: int = 0) -> Parts:
+def value_columns(name: str, value: Any, unit: str = "", depth: int = 0) -> Parts:
     """The columns of what a MATLAB file holds: an array, a structure, or several of them."""
-    if isinstance(value, dict) and depth < DEEPEST:
+    if isinstance(value, np.ndarray) and value.dtype.kind in "fiub":
+        return array_columns(name, value.shape, lambda: value, unit)
+    if isinstance(value, str | int | float):
+        return [], []
+    inside: list[tuple[str, Any, str]] = []
+    if isinstance(value, dict):
         units = units_in(value.get("units"))
-        parts = [
-            of_value(f"{name}.{key}", one, units.get(key, ""), depth + 1)
-            for key, one in value.items()
-            if key != "units"
-        ]
+        inside = [(f"{name}.{key}", one, units.get(key, "")) for key, one in value.items() if key != "units"]
     elif isinstance(value, list) or (isinstance(value, np.ndarray) and value.dtype.kind == "O"):
-        parts = [of_value(f"{name}[{i}]", one, unit, depth + 1) for i, one in enumerate(np.ravel(value), 1)]
-    elif isinstance(value, np.ndarray) and value.dtype.kind in "fiub":
-        return of_array(name, value.shape, lambda: value, unit)
-    else:
-        return [], [] if isinstance(value, str | int | float) else [f"{name}: {type(value).__name__}"]
-    table = joined(parts)
-    return table.columns, table.others
-
-
-def joined(parts: Sequence[Parts]) -> Table:
-    """The parts of a file as one table."""
-    return Table([one for columns, _ in parts for one in columns], [one for _, own in parts for one in own])
+        inside = [(f"{name}[{i}]", one, unit) for i, one in enumerate(np.ravel(value), 1)]
+    if not inside or depth == DEEPEST:
+        return [], [f"{name}: {type(value).__name__}"]
+    return all_of([value_columns(*one, depth + 1) for one in inside])
 
 
 def units_in(units: Any) -> dict[str, str]:
     return {name: str(unit) for name, unit in units.items()} if isinstance(units, dict) else {}
 
 
-def matlab(path: str) -> Table:
+def matlab(path: str) -> FileTable:
     """The arrays of a MATLAB file, those in structures among them; objects are only named."""
     from h5py import is_hdf5
     from scipy.io import loadmat, whosmat
@@ -115,15 +132,15 @@ def matlab(path: str) -> Table:
 
     def part(name: str, shape: Sequence[int], kind: str) -> Parts:
         if NUMBERS.fullmatch(kind):
-            return of_array(name, shape, partial(load, name), units.get(name, ""))
+            return array_columns(name, shape, partial(load, name), units.get(name, ""))
         if kind in ("struct", "cell"):
-            return of_value(name, load(name))
+            return value_columns(name, load(name))
         return [], [f"{name}: {'x'.join(map(str, shape))} {kind}"]
 
-    return joined([part(*one) for one in contents if one[0] != "units"])
+    return table_of(*all_of([part(*one) for one in contents if one[0] != "units"]))
 
 
-def hdf5(path: str) -> Table:
+def hdf5(path: str) -> FileTable:
     """The arrays of an HDF5 file, as MATLAB 7.3 and NetCDF 4 have it, named by their groups."""
     import h5py
 
@@ -135,15 +152,15 @@ def hdf5(path: str) -> Table:
     def visit(place: str, item: Any) -> None:
         name = place.replace("/", ".")
         if isinstance(item, h5py.Dataset) and not place.startswith(("#", "units/")):
-            parts.append(of_dataset(name, item, words.get(name, "")))
+            parts.append(dataset_columns(name, item, words.get(name, "")))
         elif "MATLAB_object_decode" in item.attrs:
             parts.append(([], [f"{name}: {text(item.attrs.get('MATLAB_class', ''))} object"]))
 
     file.visititems(visit)
-    return joined(parts)
+    return table_of(*all_of(parts))
 
 
-def of_dataset(name: str, item: Any, unit: str) -> Parts:
+def dataset_columns(name: str, item: Any, unit: str) -> Parts:
     """The columns of one dataset; of a table those of its fields."""
     kind = text(item.attrs.get("MATLAB_class", ""))
     if text(item.attrs.get("NAME", "")).startswith("This is a netCDF dimension but not") or kind == "char":
@@ -151,11 +168,11 @@ def of_dataset(name: str, item: Any, unit: str) -> Parts:
     unit = text(item.attrs.get("units", item.attrs.get("unit", ""))) or unit
     fields = [field for field in item.dtype.names or () if item.dtype[field].kind in "fiub"]
     if fields:
-        each = (of_array(f"{name}.{one}", item.shape, partial(item.__getitem__, one)) for one in fields)
+        each = (array_columns(f"{name}.{one}", item.shape, partial(item.__getitem__, one)) for one in fields)
         return [column for columns, _ in each for column in columns], []
     if "MATLAB_object_decode" in item.attrs or kind == "cell" or item.dtype.kind not in "fiub":
         return [], [f"{name}: {kind or item.dtype}"]
-    return of_array(name, item.shape, partial(physical, item), unit)
+    return array_columns(name, item.shape, partial(unpacked_values, item), unit)
 
 
 def text(value: Any) -> str:
@@ -173,7 +190,7 @@ def is_text(item: Any) -> bool:
     return text(item.attrs.get("MATLAB_class", "")) == "char"
 
 
-def physical(item: Any) -> Any:
+def unpacked_values(item: Any) -> Any:
     """The numbers that a dataset stands for: NetCDF packs some, and marks what is missing."""
     values = item[()]
     fill = item.attrs.get("_FillValue")
@@ -184,7 +201,7 @@ def physical(item: Any) -> Any:
     return np.where(lacks, np.nan, values * float(scale[0]) + float(offset[0]))
 
 
-def mdf(path: str) -> Table:
+def mdf(path: str) -> FileTable:
     """The channels of an MDF file; each is nan at the instants that others have of their own."""
     from asammdf import MDF
 
@@ -198,44 +215,43 @@ def mdf(path: str) -> Table:
             if index != master and channel.name not in channels:
                 channels[channel.name] = (group, index)
 
-    class Mdf(Table):
-        """All channels that are wanted are read at once."""
-
-        def read(self, places: Sequence[int]) -> Iterator[Any]:
-            wanted = [(self.columns[i].name, *channels[self.columns[i].name]) for i in places if i]
-            frame = file.to_dataframe(wanted, time_from_zero=False, use_interpolation=False)
-            return ((frame[self.columns[i].name] if i else frame.index).to_numpy() for i in places)
-
     units = {name: file.get_channel_unit(name, *place) for name, place in channels.items()}
-    columns = [Column(name, unit, samples, dict) for name, unit in {"time": "s", **units}.items()]
-    return Mdf(columns, [])
+    columns = [(name, unit, samples, False) for name, unit in {"time": "s", **units}.items()]
+
+    def read(places: Sequence[int]) -> Iterable[Any]:
+        wanted = [(columns[i][0], *channels[columns[i][0]]) for i in places if i]
+        frame = file.to_dataframe(wanted, time_from_zero=False, use_interpolation=False)
+        return ((frame[columns[i][0]] if i else frame.index).to_numpy() for i in places)
+
+    return FileTable(columns, [], read)
 
 
-def tdms(path: str) -> Table:
+def tdms(path: str) -> FileTable:
     """The channels of a TDMS file, by their groups, with the instants that waveforms imply."""
     from nptdms import TdmsFile
 
-    return joined([of_group(group) for group in TdmsFile.open(path).groups()])
+    return table_of(*all_of([group_columns(group) for group in TdmsFile.open(path).groups()]))
 
 
-def of_group(group: Any) -> Parts:
+def group_columns(group: Any) -> Parts:
     """The channels of a group of a TDMS file."""
-    columns: list[Column] = []
+    columns: list[FileColumn] = []
     others: list[str] = []
-    instants: Column | None = None
+    instants: FileColumn | None = None
     for channel in group.channels():
         name = f"{group.name}.{channel.name}"
         if channel.dtype is None or channel.dtype.kind not in "fiubM":
             others.append(f"{name}: {channel.dtype}")
             continue
         unit = str(channel.properties.get("unit_string", ""))
-        columns.append(Column(name, unit, len(channel), partial(channel.__getitem__, slice(None))))
+        read = partial(channel.__getitem__, slice(None))
+        columns.append(FileColumn(name, unit, len(channel), read, channel.dtype.kind == "M"))
         if "wf_increment" in channel.properties:
-            instants = Column(f"{group.name}.time", "s", len(channel), channel.time_track)
+            instants = FileColumn(f"{group.name}.time", "s", len(channel), channel.time_track)
     return ([instants, *columns] if instants else columns), others
 
 
-FORMATS: dict[str, Callable[[str], Table]] = {
+FORMATS: dict[str, Callable[[str], FileTable]] = {
     ".mat": matlab,
     ".nc": hdf5,
     ".h5": hdf5,
@@ -260,8 +276,7 @@ def main(kind: str, path: str, memory: str) -> None:
     out, sys.stdout = os.fdopen(os.dup(1), "wb"), io.TextIOWrapper(io.BytesIO())
     os.dup2(2, 1)  # what libraries print is no answer
     table = FORMATS[kind](path)
-    columns = [(one.name, one.unit, one.samples) for one in table.columns]
-    out.write(json.dumps([columns, table.others]).encode() + b"\n")
+    out.write(json.dumps([table.columns, table.others]).encode() + b"\n")
     out.flush()
     writer: Any = SimpleNamespace(write=out.write)  # numpy asks a file for its position, which a pipe has not
     for column in table.read(json.loads(ASKED.get())):

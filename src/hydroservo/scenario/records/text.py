@@ -1,30 +1,22 @@
 """Columns of a record in a file of text."""
 
 from array import array
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hydroservo.errors import short
 from hydroservo.scenario.records.clock import Clock
-from hydroservo.scenario.records.columns import Column
+from hydroservo.scenario.records.columns import TIME, Choose, Column, Record
 from hydroservo.scenario.records.decimals import Decimals, is_missing
-from hydroservo.scenario.records.headers import Header
 from hydroservo.scenario.records.layout import text_table
 
-__all__ = ["TIME", "Choose", "Samples", "read_text"]
-
-TIME = "time"
-Choose = Callable[[Sequence[Header], str], Sequence[Column]]  # of the headers, and where they stand
-Samples = Mapping[str, NDArray[np.float64]]
+__all__ = ["read_text_columns"]
 
 
-def read_text(
-    path: Path, choose: Choose, largest: int, *, gaps: bool, fewest: int = 2
-) -> tuple[Samples, list[Header]]:
-    """The chosen columns of a file of text, in its units, and all headers.
+def read_text_columns(path: Path, choose: Choose, largest: int, *, gaps: bool, fewest: int = 2) -> Record:
+    """The chosen columns of a file of text, in its units.
 
     Rows in which all of them are empty count for nothing.
 
@@ -41,24 +33,24 @@ def read_text(
     table = text_table(path, largest, fewest)
     columns = choose(table.headers, table.place)
     readers = [reader(column, table.decimals, gaps) for column in columns]
-    values = [array("d") for _ in columns]
-    time = next((one for one, column in zip(values, columns, strict=True) if column.signal == TIME), None)
+    values = {column.signal: array("d") for column in columns}
+    time = next((column for column in columns if column.signal == TIME), None)
+    instants = values.get(TIME, array("d"))
     empty = 0
     for line, row in table.rows:
-        cells = [row[column.place] for column in columns]
+        cells = [row[column.header.place] for column in columns]
         if not any(map(str.strip, cells)):
             empty = empty or line
             continue
         if empty and not gaps:
             raise table.decimals.error(empty, columns[0].header.text, "is empty, and numbers follow")
-        for one, read, cell in zip(values, readers, cells, strict=True):
-            one.append(read(cell, line))
-        if time is not None and len(time) > 1 and time[-1] <= time[-2]:
-            at = next(column for column in columns if column.signal == TIME)
-            problem = f"{short(row[at.place].strip())} is not after that in the row before"
-            raise table.decimals.error(line, at.header.text, problem)
+        for samples, read, cell in zip(values.values(), readers, cells, strict=True):
+            samples.append(read(cell, line))
+        if time is not None and len(instants) > 1 and instants[-1] <= instants[-2]:
+            problem = f"{short(row[time.header.place].strip())} is not after that in the row before"
+            raise table.decimals.error(line, time.header.text, problem)
     table.decimals.check()
-    return {column.signal: np.array(one) for column, one in zip(columns, values, strict=True)}, table.headers
+    return Record(columns, table.headers, {signal: np.array(samples) for signal, samples in values.items()})
 
 
 def reader(column: Column, decimals: Decimals, gaps: bool) -> Callable[[str, int], float]:
