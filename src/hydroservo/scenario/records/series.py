@@ -24,7 +24,7 @@ from hydroservo.scenario.records.text import TIME
 from hydroservo.scenario.tables import Table
 from hydroservo.time_series import TimeSeries
 
-__all__ = ["axis_key", "read_series", "recorded"]
+__all__ = ["axis_key", "curve_keys", "read_series", "recorded"]
 
 VALUE = "value"
 KEYS = ("file", "column", "scale", "offset")
@@ -41,8 +41,7 @@ def recorded(table: Table, field: Field | None) -> TimeSeries:
     Raises:
         ScenarioError: the table or the file is not what it must be.
     """
-    axis = axis_key(field)
-    keys = (*KEYS, axis, *(["period"] if axis == TIME else []))
+    axis, keys = axis_key(field), curve_keys(field)
     for name in table.names():
         if name not in keys:
             raise table.entry(name).unknown(name, (*keys, "points"))
@@ -63,6 +62,12 @@ def recorded(table: Table, field: Field | None) -> TimeSeries:
 def axis_key(field: Field | None) -> str:
     """The key that names the column of what a curve is over."""
     return TIME if field is None or field.over == "s" else "over"
+
+
+def curve_keys(field: Field | None) -> tuple[str, ...]:
+    """The keys of a table that names a curve's file."""
+    axis = axis_key(field)
+    return (*KEYS, axis, "period") if axis == TIME else (*KEYS, axis)
 
 
 def sample_period(text: str) -> float:
