@@ -1,9 +1,9 @@
 # %% [markdown]
-# # A matrix of MATLAB
+# # A MATLAB matrix
 #
-# `save('run7.mat', 'data')` leaves a matrix: a row a sample, and nothing that says what its columns are. In a
-# scenario they are `data[1]`, `data[2]` and so on, as MATLAB counts them, each with its signal and its unit.
-# The machine here is a simulation, so that what is found can be held against what is true.
+# `save('run7.mat', 'data')` leaves a matrix: one row per sample, and nothing that says what its columns are.
+# In a scenario they are `data[1]`, `data[2]` and so on, as MATLAB counts them, each with its signal and its
+# unit. The machine here is a simulation, so that what is found can be held against what is true.
 
 # %%
 from pathlib import Path
@@ -45,8 +45,8 @@ found = hs.identify("axis.toml", "run7.mat", ranges)
 found
 
 # %% [markdown]
-# True are 90 kg and 17 L/min. Files of version 7.3, structures (`log.time`) and the matrices of a Simulink
-# model (`tout`, `yout[1]`) are read in the same way.
+# The true values are 90 kg and 17 L/min. Files of version 7.3, structures (`log.time`) and the matrices of a
+# Simulink model (`tout`, `yout[1]`) are read in the same way.
 
 # %%
 picture = hs.plot(found)

@@ -81,7 +81,7 @@ print(Path("boom.csv").read_text()[:160])
 # %% [markdown]
 # The scenario says what the columns are: `0.1 V/%` is the amplifier, 7.5 mm of cylinder a degree of the
 # boom. `hydroservo log boom.csv --scenario boom.toml` shows how the log is understood. What is sought, and
-# within which limits, stands in the scenario too, so that nothing else need be said.
+# within which limits, stands in the scenario too, so nothing else is needed.
 
 # %%
 found = hs.identify("boom.toml", "boom.csv", {})

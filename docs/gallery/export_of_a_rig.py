@@ -2,8 +2,8 @@
 # # The export of a rig
 #
 # A test rig's software writes what it knows above the table, names the channels in its own words, puts the
-# units in a line below and writes decimal commas. Its pressure transducers give 4 to 20 mA. Nothing of that
-# need be edited by hand. The rig here is a simulation, so that what is found can be held against what is
+# units in a line below and writes decimal commas. Its pressure transducers give 4 to 20 mA. None of it
+# needs editing by hand. The rig here is a simulation, so that what is found can be held against what is
 # true.
 
 # %%
@@ -62,7 +62,7 @@ found = hs.identify("rig.toml", "rig.txt", ranges)
 found
 
 # %% [markdown]
-# True are 8 kg, 9000 bar and 12 ms.
+# The true values are 8 kg, 9000 bar and 12 ms.
 
 # %%
 picture = hs.plot(found)

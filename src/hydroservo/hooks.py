@@ -148,6 +148,7 @@ HOOKS = (
     Hook("tip", Mechanism, ("position",), "how the tip, which can carry something, moves: a Tip; compiled"),
     Hook("check_on", Carried, ("mechanism",), "raises a ParameterError where that mechanism cannot carry it"),
     Hook("lap", MeteringEdges, None, "the overlap of the edges [m], which the spool must pass"),
+    Hook("shape", MeteringEdges, None, "how the edges open as the spool moves, an EdgeShape; else straight"),
     Hook("precharge", Accumulator, None, "the pressure [Pa] up to which the accumulator takes in nothing"),
     Hook("delay", Hold, None, "the computing delay [s], with which steps of integrators are to end"),
     Hook(

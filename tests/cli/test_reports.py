@@ -164,7 +164,9 @@ def test_the_table_of_a_batch_has_decimal_commas(tmp_path):
 
 @pytest.mark.parametrize("words", [RUN, BATCH, (*BATCH, "--out", "runs.parquet")])
 def test_decimal_commas_of_no_table_are_refused(words):
-    assert "--decimal-comma is of CSV files, and none is written" in failed(*words, "--decimal-comma")
+    assert "--decimal-comma changes CSV files, and this command writes none" in failed(
+        *words, "--decimal-comma"
+    )
 
 
 def test_three_panels_side_by_side_are_as_wide_as_two_columns(tmp_path):

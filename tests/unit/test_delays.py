@@ -28,9 +28,6 @@ def test_a_long_delay_is_told_from_a_lag(log):
     assert not any("an end of" in line for line in found.remarks)
 
 
-LOG = SimpleNamespace(period=1e-3)
-
-
 @pytest.mark.parametrize(
     ("delay", "end"), [("0..200 ms", 0.2), ("-100..-20 ms", -0.02), ("0.35..0.5 s", 0.35)]
 )
@@ -55,7 +52,9 @@ def test_each_log_has_a_delay_of_its_own(log):
 
 @pytest.mark.parametrize(("delay", "lines"), [(-1.45, 1), (-1.3, 0), (3.0, 0), (999.95, 1)])
 def test_a_delay_of_a_few_samples_is_not_at_the_end_of_a_long_range(delay, lines):
-    log = SimpleNamespace(delay=(1e-3 * delay, 0.0), understood=SimpleNamespace(segments=[LOG]))
+    log = SimpleNamespace(
+        delay=(1e-3 * delay, 0.0), understood=SimpleNamespace(segments=[SimpleNamespace(period=1e-3)])
+    )
     assert len([*of_delay(log, SimpleNamespace(low=-1.5, high=1000.0, scale=1e-3))]) == lines
 
 

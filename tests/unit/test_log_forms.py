@@ -181,7 +181,8 @@ def test_matlab_as_it_comes(form: str, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("ending", ["mat", "nc", "h5"])
 def test_hdf5_is_read_with_its_units(ending: str, tmp_path: Path) -> None:
-    h5py = pytest.importorskip("h5py")
+    import h5py
+
     path = tmp_path / f"log.{ending}"
     with h5py.File(path, "w", userblock_size=512 if ending == "mat" else 0) as file:
         for name, values in zip(NAMES, ROWS.T, strict=True):
@@ -200,7 +201,8 @@ def test_hdf5_is_read_with_its_units(ending: str, tmp_path: Path) -> None:
 
 
 def test_packed_numbers_of_netcdf_are_unpacked(tmp_path: Path) -> None:
-    h5py = pytest.importorskip("h5py")
+    import h5py
+
     path = tmp_path / "log.nc"
     with h5py.File(path, "w") as file:
         for name, values in zip(NAMES, ROWS.T, strict=True):
@@ -214,7 +216,8 @@ def test_packed_numbers_of_netcdf_are_unpacked(tmp_path: Path) -> None:
 
 
 def test_tdms_with_the_instants_of_a_waveform(tmp_path: Path) -> None:
-    nptdms = pytest.importorskip("nptdms")
+    import nptdms
+
     path = tmp_path / "log.tdms"
     channels = [
         nptdms.ChannelObject(
@@ -241,7 +244,7 @@ def test_instants_of_parquet_are_dates(tmp_path: Path) -> None:
     assert_is_the_log(read_log(path, {}))
 
 
-def test_a_file_of_objects_is_named_with_what_helps(tmp_path: Path) -> None:
+def test_a_file_without_columns_says_what_it_holds(tmp_path: Path) -> None:
     path = matlab(tmp_path / "log.mat", words="run 7", cube=np.zeros((2, 3, 4)))
     with pytest.raises(ScenarioError) as caught:
         read_log(path, {})

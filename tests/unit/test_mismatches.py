@@ -5,6 +5,7 @@ import pytest
 from hydroservo import Loop, Simulation, replace
 from hydroservo.block import Block
 from hydroservo.controllers import PI
+from hydroservo.curve import Curve
 from hydroservo.loads import Step
 from hydroservo.plants import Cylinder
 from hydroservo.references import Sine
@@ -15,7 +16,7 @@ from hydroservo.scenario import load_scenario, scenarios
 from hydroservo.sensors import Encoder, PressureTransducer, RigSensors
 from hydroservo.supplies import IdealSupply
 from hydroservo.testing.examples import example
-from hydroservo.valves import FourEdges, StaticValve
+from hydroservo.valves import CurvedEdges, FourEdges, StaticValve
 
 LOOP = example(
     Loop,
@@ -25,6 +26,8 @@ LOOP = example(
     controller=PI(3.0, 100.0),
 )
 LAPPED = StaticValve(1e-4, 5e-3, example(FourEdges, lap=1e-3))
+OVERLAP = CurvedEdges(5e-3, Curve.from_samples([0.0, 0.2, 1.0], [0.0, 0.0, 1.0]))
+NOTCHED = StaticValve(1e-4, 5e-3, example(FourEdges, shape=OVERLAP))
 RIG = RigSensors(Encoder(1e-6))
 MISMATCHES = [
     (
@@ -57,6 +60,11 @@ MISMATCHES = [
         {"plant.start_pressure_a": 41e5},
         {"plant.start_pressure_a": 40e5},
         "plant.start_pressure_a is 41.0 bar, above the 40.0 bar of the supply",
+    ),
+    (
+        {"valve": NOTCHED},
+        {"valve": NOTCHED._replace(gain=1.01e-4)},
+        "the valve stays shut: the largest command moves the spool by 1.00 mm, and its edges overlap by more",
     ),
 ]
 

@@ -63,6 +63,8 @@ def test_each_built_in_scenario_is_valid(name: str) -> None:
         ("metrics.usual", "yes"),
         ("tune.candidates", "many"),
         ("identify.columns.velocity", 3),
+        ("reference", {"type": "Recorded", "series": {"points": [[0.0, 0.0]]}}),
+        ("reference", {"type": "Recorded", "series": {"file": "v.csv", "over": "t"}}),
     ],
 )
 def test_what_a_scenario_may_not_hold_is_marked(path: str, value: object) -> None:
@@ -75,6 +77,11 @@ def test_what_a_scenario_may_not_hold_is_marked(path: str, value: object) -> Non
         ("plant.mass", "7 kg"),
         ("plant.mass", 7),
         ("start", "steady"),
+        ("reference", {"type": "Recorded", "series": {"points": [[0.0, 0.0], ["1 s", "3 mm/s"]]}}),
+        (
+            "reference",
+            {"type": "Recorded", "series": {"file": "v.csv", "period": "1 ms"}},
+        ),
         ("start.given", {"plant": {"velocity": "1 mm/s"}}),
         ("metrics.calm", {"type": "Energy"}),
         ("truth.plant.mass", "6 kg"),

@@ -63,7 +63,7 @@ def test_at_one_speed_each_way_the_sum_alone_is_told(speeds):
     assert both.low < 9.0 < both.high
     assert both.high - both.low < 2.0
     assert "together at 1" in both.meaning
-    assert "cannot be told apart, and only their sum is" in found.remarks[0]
+    assert "cannot be told apart, so only their sum is given" in found.remarks[0]
     assert found.tables == {}
 
 
@@ -114,7 +114,7 @@ def test_intervals_of_friction_hold_the_truth_and_nothing_impossible(dry, viscou
 def test_a_lag_that_makes_more_than_is_seen_leaves_no_hysteresis():
     found = hs.map_logs("valve-flow", swept(), scenario("machine"))
     assert "hysteresis" not in found.numbers
-    assert any(line.startswith("hysteresis is not told") for line in found.remarks)
+    assert any(line.startswith("hysteresis cannot be determined") for line in found.remarks)
     assert "hysteresis" not in found.tables["valve"]
 
 
@@ -129,7 +129,7 @@ def test_no_leakage_is_below_0(noise):
     found = hs.map_logs("decay", decaying(noise=noise), scenario("decay"))
     outside = found.numbers["external_leakage"]
     assert 0.0 <= outside.low <= outside.value <= outside.high
-    assert any("external_leakage is not told" in line for line in found.remarks)
+    assert any("external_leakage cannot be told from none" in line for line in found.remarks)
 
 
 @pytest.mark.parametrize("noise", [1e3, 5e4])
@@ -285,7 +285,7 @@ def test_without_a_fall_none_is_told():
     noisy = np.sign(v) * 200.0 + 900.0 * v + np.random.default_rng(3).normal(scale=1.0, size=v.size)
     found = fitted_friction(v, noisy, np.ones(v.size), False)
     assert set(found.numbers) == {"coulomb", "viscous", "offset"}
-    assert "are not told" in found.remarks[0]
+    assert "cannot be determined" in found.remarks[0]
 
 
 def test_intervals_of_a_regression_hold_the_truth_where_noise_hangs_together():

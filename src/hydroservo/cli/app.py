@@ -35,7 +35,7 @@ from hydroservo.cli.options import (
     Several,
     Strict,
     Verbose,
-    comma_in,
+    checked_decimal_comma,
     loaded,
 )
 from hydroservo.cli.page import page
@@ -132,7 +132,7 @@ def run(
     from hydroservo.runs.trace import dataset
 
     loop, ending = loaded(scenario, changes, plugins), form.ending
-    journal = journal_of(figure_format, figure_size, out, comma_in(decimal_comma, out))
+    journal = journal_of(figure_format, figure_size, out, checked_decimal_comma(decimal_comma, out))
     if out:
         report_files = Files(["run"], ["metrics"], journal)
         announce(result_files(out, (f"trajectory{ending}", "metrics.csv"), report_files), [(scenario, loop)])
@@ -205,7 +205,7 @@ def compare(
 
     loops = [loaded(scenario, changes, plugins) for scenario in scenarios]
     check_one_signal("scenarios", [loop.controls.declared().meaning for loop in loops])
-    journal = journal_of(figure_format, figure_size, out, comma_in(decimal_comma, out))
+    journal = journal_of(figure_format, figure_size, out, checked_decimal_comma(decimal_comma, out))
     if out:
         report_files = Files(["comparison"], ["metrics"], journal)
         announce(result_files(out, ("metrics.csv",), report_files), [*zip(scenarios, loops, strict=True)])

@@ -14,7 +14,7 @@ from hydroservo.cli.options import (
     Json,
     Plugins,
     Scenario,
-    comma_in,
+    checked_decimal_comma,
     loaded,
 )
 
@@ -56,7 +56,7 @@ def audit(
     from hydroservo.runs.results import as_json
 
     loop = loaded(scenario, changes, plugins)
-    journal = journal_of(figure_format, figure_size, out, comma_in(decimal_comma, out))
+    journal = journal_of(figure_format, figure_size, out, checked_decimal_comma(decimal_comma, out))
     if out:
         try_outputs(result_files(out, (), Files(["margins"], ["assumptions"], journal)))
     with progress_bar(scenario):

@@ -20,7 +20,7 @@ from hydroservo.cli.options import (
     Threads,
     Verbose,
     check_one_place,
-    comma_in,
+    checked_decimal_comma,
     ranges_in,
     replay,
     varied,
@@ -152,7 +152,10 @@ def batch(
         raise HydroservoError("nothing varies: give --vary PATH=LOW..HIGH, or --seeds, or both")
     files, folder = destinations(out)
     journal = journal_of(
-        figure_format, figure_size, folder, comma_in(decimal_comma, folder, *filter(is_csv, files))
+        figure_format,
+        figure_size,
+        folder,
+        checked_decimal_comma(decimal_comma, folder, *filter(is_csv, files)),
     )
     check_sizes(runs, seed, folder)
     check_workers(workers, scheduler, folder, cuda)

@@ -5,7 +5,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from hydroservo.cli.files import is_folder
+from hydroservo.cli.files import PICTURE_ENDINGS, is_folder
 from hydroservo.cli.writing import Written
 from hydroservo.errors import HydroservoError
 from hydroservo.outputs import OutputError, keep_elsewhere, staged, write_text
@@ -17,8 +17,7 @@ if TYPE_CHECKING:
 
 __all__ = ["destinations", "is_csv", "write_batch"]
 
-PICTURES = (".png", ".svg", ".pdf")
-ENDINGS = (*FORMATS, *PICTURES)
+ENDINGS = (*FORMATS, *PICTURE_ENDINGS)
 
 
 def destinations(out: Sequence[str]) -> tuple[list[Path], Path | None]:

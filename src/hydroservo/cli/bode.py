@@ -17,9 +17,10 @@ from hydroservo.cli.options import (
     Json,
     Plugins,
     Scenario,
-    comma_in,
+    checked_decimal_comma,
     loaded,
     loaded_aloud,
+    log_columns_of,
     quantity_of,
     ranges_in,
 )
@@ -32,7 +33,6 @@ if TYPE_CHECKING:
 __all__ = ["bode", "lines_of", "margins_table", "points_of"]
 
 RESPONSES = ("machine", "open", "closed", "sensitivity", "compliance", "open_compliance")
-ENDINGS = (".png", ".svg", ".pdf")
 VALUES = 5  # of a range, evenly
 
 
@@ -121,7 +121,6 @@ def bode(
     - `hydroservo bode rig/1khz-pi-sine --log bench.csv --log warm.csv --out bench/`
     """
     from hydroservo.cli.files import list_files, result_files, write_results
-    from hydroservo.cli.log import columns_in
     from hydroservo.cli.progress import progress_bar
     from hydroservo.cli.tables import show
     from hydroservo.cli.writing import try_outputs, write_or_keep
@@ -139,7 +138,7 @@ def bode(
     }
     loop = loaded(scenario, changes, plugins)
     file, folder = destination(out)
-    journal = journal_of(figure_format, figure_size, folder, comma_in(decimal_comma, folder))
+    journal = journal_of(figure_format, figure_size, folder, checked_decimal_comma(decimal_comma, folder))
     if file:
         try_outputs([file])
     if folder:
@@ -158,7 +157,7 @@ def bode(
         else:
             data = varied(one_range(vary), scenario, changes, plugins, point)
         if logs:
-            data = with_logs(data, loop, logs, columns_in(scenario, changes, plugins))
+            data = with_logs(data, loop, logs, log_columns_of(scenario, changes, plugins))
         said = as_object(scenario, data)
         if file:
             draw(data, file)
@@ -188,12 +187,12 @@ def destination(out: str | None) -> tuple[Path | None, Path | None]:
     Raises:
         ParameterError: its ending names no format.
     """
-    from hydroservo.cli.files import file_or_folder
+    from hydroservo.cli.files import PICTURE_ENDINGS, file_or_folder
     from hydroservo.errors import ParameterError
 
     file, folder = file_or_folder(out)
-    if file and file.suffix.lower() not in ENDINGS:
-        allowed = f"must end in one of {', '.join(ENDINGS)}, or in a / for a folder"
+    if file and file.suffix.lower() not in PICTURE_ENDINGS:
+        allowed = f"must end in one of {', '.join(PICTURE_ENDINGS)}, or in a / for a folder"
         raise ParameterError("--out", str(file), allowed)
     return file, folder
 

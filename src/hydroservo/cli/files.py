@@ -14,9 +14,19 @@ if TYPE_CHECKING:
     from hydroservo.reports.journal import Journal
     from hydroservo.reports.report import Report
 
-__all__ = ["OwnFiles", "file_or_folder", "is_folder", "list_files", "result_files", "write_results"]
+__all__ = [
+    "PICTURE_ENDINGS",
+    "OwnFiles",
+    "file_or_folder",
+    "is_folder",
+    "list_files",
+    "result_files",
+    "write_results",
+]
 
 OwnFiles = Mapping[str, Callable[[Path], object]]  # files besides the report, by name, and what writes each
+
+PICTURE_ENDINGS = (".png", ".svg", ".pdf")
 
 
 def is_folder(text: str, endings: Sequence[str] = ()) -> bool:

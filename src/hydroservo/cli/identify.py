@@ -19,7 +19,7 @@ from hydroservo.cli.options import (
     Scenario,
     Threads,
     Verbose,
-    comma_in,
+    checked_decimal_comma,
     quantity_of,
     ranges_in,
     varied,
@@ -156,7 +156,7 @@ def identify(
     overrides, asked = dict(map(parse_override, changes)), ranges_in(ranges)
     bounds, memory = limits_in(limits, propose), horizon_of(form, horizon)
     count = checked_count(threads, "--threads")
-    journal = journal_of(figure_format, figure_size, out, comma_in(decimal_comma, out, propose))
+    journal = journal_of(figure_format, figure_size, out, checked_decimal_comma(decimal_comma, out, propose))
     files = files_of(len(logs), against is not None, propose is not None, journal)
     own = result_files(out, ["scenario.toml"], files) if out else []
     try_outputs([*own, *([propose] if propose else [])])

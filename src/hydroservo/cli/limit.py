@@ -14,7 +14,7 @@ from hydroservo.cli.options import (
     Json,
     Plugins,
     Scenario,
-    comma_in,
+    checked_decimal_comma,
     loaded,
 )
 from hydroservo.cli.remarks import say_remarks
@@ -69,7 +69,7 @@ def limit(
     from hydroservo.runs.run import trace_size
 
     loop = loaded(scenario, changes, plugins)
-    journal = journal_of(figure_format, figure_size, out, comma_in(decimal_comma, out))
+    journal = journal_of(figure_format, figure_size, out, checked_decimal_comma(decimal_comma, out))
     if out:
         own = [f"{name}.csv" for name in MEANINGS]
         report_files = Files(["limit"], ["limits"], journal)

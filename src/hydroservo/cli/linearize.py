@@ -18,7 +18,7 @@ from hydroservo.cli.options import (
     Json,
     Plugins,
     Scenario,
-    comma_in,
+    checked_decimal_comma,
     loaded,
     quantity_of,
 )
@@ -90,7 +90,7 @@ def linearize(
     from hydroservo.runs.results import as_json
 
     loop = loaded(scenario, changes, plugins)
-    journal = journal_of(figure_format, figure_size, out, comma_in(decimal_comma, out))
+    journal = journal_of(figure_format, figure_size, out, checked_decimal_comma(decimal_comma, out))
     if out:
         try_outputs(result_files(out, (), Files(["poles"], ["poles", "gains"], journal)))
     point = point_of(

@@ -1,20 +1,18 @@
 """The command that shows how a log is understood."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from hydroservo.cli.completion import scenarios_like
-from hydroservo.cli.options import Changes, Json, Plugins
+from hydroservo.cli.options import Changes, Json, Plugins, log_columns_of
 from hydroservo.cli.remarks import say_warning
 
 if TYPE_CHECKING:
     from rich.table import Table
 
-__all__ = ["columns_in", "log"]
-
-ENDINGS = (".png", ".svg", ".pdf")
+__all__ = ["log"]
 
 
 def log(
@@ -34,14 +32,16 @@ def log(
     ] = None,
     out: Annotated[
         Path | None,
-        typer.Option("--out", metavar="FILE", dir_okay=False, help="Draw it: a .png, .svg or .pdf."),
+        typer.Option(
+            "--out", metavar="FILE", dir_okay=False, help="Write a picture of the log: a .png, .svg or .pdf."
+        ),
     ] = None,
     json: Json = False,
 ) -> None:
     """Show how a log is understood: its signals, their units and ranges, its rate and its gaps.
 
-    It reads what `identify`, `map` and `bode --log` read, in the same way. A column that no signal is found
-    in is named; a scenario says what it holds, with a scale where units do not convert:
+    It reads a log exactly as `identify`, `map` and `bode --log` do. A warning names the columns in which no
+    signal is recognised; a scenario can say what they hold, with a scale where units do not convert:
 
         [identify.columns]
         velocity = "v_piston [mm/s]"
@@ -54,6 +54,7 @@ def log(
     - `hydroservo log bench.csv --scenario my.toml --out bench.png`
     """
     from hydroservo._version import __version__
+    from hydroservo.cli.files import PICTURE_ENDINGS
     from hydroservo.cli.tables import show
     from hydroservo.cli.writing import try_outputs
     from hydroservo.errors import ParameterError
@@ -63,11 +64,14 @@ def log(
     from hydroservo.identification.signals import TIME
     from hydroservo.runs.results import as_json
 
-    if out and out.suffix.lower() not in ENDINGS:
-        raise ParameterError("--out", str(out), f"must end in one of {', '.join(ENDINGS)}")
     if out:
+        if out.suffix.lower() not in PICTURE_ENDINGS:
+            raise ParameterError("--out", str(out), f"must end in one of {', '.join(PICTURE_ENDINGS)}")
         try_outputs([out])
-    mapping = {} if scenario is None else columns_in(scenario, changes, plugins)
+    if scenario is None and (changes or plugins):
+        option = "--set" if changes else "--plugin"
+        raise ParameterError(option, str([*changes, *plugins][0]), "needs --scenario")
+    mapping = {} if scenario is None else log_columns_of(scenario, changes, plugins)
     whole = understood(read_log(file, mapping, (TIME,)))
     if out:
         from hydroservo.figures.identified import plot_log
@@ -83,14 +87,6 @@ def log(
         show(signals_table(whole.log.name, signal_rows(summary)), *rate_lines(summary))
         if out:
             typer.echo(f"written to {out}")
-
-
-def columns_in(scenario: str, changes: list[str], plugins: list[Path]) -> dict[str, Any]:
-    """Which column of a log holds which signal, as a scenario says."""
-    from hydroservo.identification.log import log_mapping
-    from hydroservo.scenario import assembled, parse_override
-
-    return log_mapping(assembled(scenario, dict(map(parse_override, changes)), plugins).log_columns)
 
 
 def signals_table(title: str, rows: list[list[str]]) -> "Table":

@@ -14,7 +14,7 @@ from hydroservo.cli.options import (
     Folder,
     Json,
     Plugins,
-    comma_in,
+    checked_decimal_comma,
     loaded,
 )
 from hydroservo.cli.remarks import say_warning
@@ -74,7 +74,7 @@ def map_logs(
     from hydroservo.scenario import parse_override
 
     overrides = dict(map(parse_override, changes))
-    journal = journal_of(figure_format, figure_size, out, comma_in(decimal_comma, out))
+    journal = journal_of(figure_format, figure_size, out, checked_decimal_comma(decimal_comma, out))
     if out:
         own = ["map.csv", *(["scenario.toml"] if scenario is not None else [])]
         try_outputs(result_files(out, own, Files(["map"], ["numbers"], journal)))

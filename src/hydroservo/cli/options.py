@@ -34,9 +34,10 @@ __all__ = [
     "Threads",
     "Verbose",
     "check_one_place",
-    "comma_in",
+    "checked_decimal_comma",
     "loaded",
     "loaded_aloud",
+    "log_columns_of",
     "quantity_of",
     "ranges_in",
     "replay",
@@ -179,6 +180,14 @@ def quantity_of(option: str, text: str | None, unit: str) -> float | None:
         raise ParameterError(option, text, str(error)) from None
 
 
+def log_columns_of(scenario: str, changes: Sequence[str], plugins: Sequence[Path]) -> dict[str, Any]:
+    """Which column of a log holds which signal, as a scenario says."""
+    from hydroservo.identification.log import log_mapping
+    from hydroservo.scenario import assembled, parse_override
+
+    return log_mapping(assembled(scenario, dict(map(parse_override, changes)), plugins).log_columns)
+
+
 def loaded(scenario: str, changes: Sequence[str], plugins: Sequence[Path]) -> "Loop":
     """The loop of a scenario with what ``--set`` changes in it; what its files warn of is said on stderr."""
     from hydroservo.scenario import parse_override
@@ -208,18 +217,21 @@ def loaded_aloud(
     return loop
 
 
-def comma_in(decimal_comma: bool, *places: Path | None) -> bool:
-    """Whether CSV is to have decimal commas.
+def checked_decimal_comma(decimal_comma: bool, *places: Path | None) -> bool:
+    """Whether CSV files have decimal commas.
 
     Args:
-        decimal_comma: as asked for.
-        places: that CSV may go to; None for one that was not given.
+        decimal_comma: the option.
+        places: where CSV files may go; None where there is no such option.
 
     Raises:
-        HydroservoError: it is asked for, and there is no CSV.
+        HydroservoError: they have, and none is written.
     """
     if decimal_comma and not any(places):
-        raise HydroservoError("--decimal-comma is of CSV files, and none is written: give --out DIR")
+        raise HydroservoError(
+            "--decimal-comma changes CSV files, and this command writes none; add --out with a folder, or of "
+            "batch a .csv file"
+        )
     return decimal_comma
 
 

@@ -19,7 +19,7 @@ from hydroservo.cli.options import (
     Several,
     Threads,
     Verbose,
-    comma_in,
+    checked_decimal_comma,
     loaded_aloud,
     ranges_in,
     replay,
@@ -169,7 +169,7 @@ def tune(
     with named_as_options(plain | lists):
         task = task_of(scenarios, ranges_in(ranges), parts, overrides, plugins, load=loaded_aloud)
     file, folder = file_or_folder(out)
-    journal = journal_of(figure_format, figure_size, folder, comma_in(decimal_comma, folder))
+    journal = journal_of(figure_format, figure_size, folder, checked_decimal_comma(decimal_comma, folder))
     if file:
         try_outputs([file])
     if folder:

@@ -28,7 +28,7 @@ MOST = 1_000_000  # runs side by side
 METADATA: dict[str, Any] = {"render_modes": []}
 
 
-def check_unseen(render_mode: object) -> None:
+def check_render_mode(render_mode: object) -> None:
     """Refuse a render mode, for nothing is drawn.
 
     Raises:
@@ -51,7 +51,7 @@ class LoopEnv(gymnasium.Env[Numbers, Numbers]):
     def __init__(
         self, scenario: str | Path | Loop, signal: str, *, render_mode: None = None, **task: Any
     ) -> None:
-        check_unseen(render_mode)
+        check_render_mode(render_mode)
         self.task = Task(1, scenario, signal, **task)
         self.observation_space, self.action_space = self.task.observation_space, self.task.action_space
 
@@ -99,7 +99,7 @@ class LoopVectorEnv(gymnasium.vector.VectorEnv[Numbers, Numbers, Any]):
         render_mode: None = None,
         **task: Any,
     ) -> None:
-        check_unseen(render_mode)
+        check_render_mode(render_mode)
         self.num_envs = whole_number("num_envs", num_envs, 1, MOST)
         self.task = Task(self.num_envs, scenario, signal, **task)
         self.single_observation_space = self.task.observation_space

@@ -37,14 +37,14 @@ def scenario_of(
         ScenarioError: there is no such scenario, or it is wrong.
         ParameterError: it controls something else, or a loop comes with changes or plug-ins.
     """
-    if not isinstance(source, Loop):
-        found = assembled(source, changes, plugins)
-    else:
+    if isinstance(source, Loop):
         for name, value in (("changes", changes), ("plugins", plugins)):
             if value:
-                problem = "must be left out where scenario is a loop: load_scenario takes it"
+                problem = "must be left out where scenario is a loop; pass it to load_scenario"
                 raise ParameterError(name, value, problem)
         found = assembly_of(source)
+    else:
+        found = assembled(source, changes, plugins)
     meaning = found.loop.controls.declared().meaning
     if meaning != signal:
         name = "a loop" if isinstance(source, Loop) else str(source)

@@ -173,7 +173,7 @@ def kernel_for(
     """The kernel of an experiment, and all that its runs do not share.
 
     Raises:
-        ParameterError: a run is of no machine, as :func:`runs_of` has it.
+        ParameterError: a run's machine is not possible; see :func:`runs_of`.
     """
     from hydroservo.engine.lanes import CompiledLanes
 
@@ -183,7 +183,7 @@ def kernel_for(
 
 
 def runs_of(one: Experiment, columns: Mapping[str, NDArray[np.float64]]) -> Columns:
-    """All that the runs of an experiment do not share, where they start among it.
+    """All columns by which the runs of an experiment differ, their starting states included.
 
     Raises:
         ParameterError: a value is out of its range, or nothing keeps a machine at rest where it starts.

@@ -74,12 +74,12 @@ def identify(
     Args:
         source: the scenario, by name or path. Its table ``[identify.columns]`` says which column of a log
             holds which signal where the header does not.
-        logs: one or several: files (CSV, Parquet, MATLAB, NetCDF, MDF), or mappings of ``time``, ``command``
-            and measured signals to arrays of shape (n,) in SI units.
+        logs: one or several: files (CSV, Parquet, MATLAB, NetCDF, HDF5, MDF, TDMS), or mappings of ``time``,
+            ``command`` and measured signals to arrays of shape (n,) in SI units.
         ranges: between what each number of the machine is sought, by path: two numbers in SI units,
             ``hs.relative(low, high)`` or a text as ``--vary`` takes it. They go before those of the
-            scenario's table ``[identify.vary]``. That of ``delay`` [s] is between what each log's delay is
-            sought: if not said, from -1.5 samples to 1 s or a tenth of the log, whichever is less.
+            scenario's table ``[identify.vary]``. The range of ``delay`` [s] holds for each log; by
+            default -1.5 samples to 1 s or a tenth of the log, whichever is less.
         changes: values by dotted path that override those of the scenario.
         plugins: Python files with blocks that it names; they are executed.
         seed: of the starts of the search.
@@ -135,8 +135,9 @@ def identified(
     if horizon is not None:
         number(horizon, "horizon", HORIZON, float)
     assembly = assembled(source, changes, plugins)
-    asked = {**assembly.log_ranges, **ranges}
-    delays, varied = delays_in(asked), sought(assembly, {k: v for k, v in asked.items() if k != DELAY})
+    all_ranges = {**assembly.log_ranges, **ranges}
+    delays = delays_in(all_ranges)
+    varied = sought(assembly, {path: entry for path, entry in all_ranges.items() if path != DELAY})
     taken = [understood(one, i) for i, one in enumerate(read(logs, assembly))]
     check_positions(taken, longest_stroke(assembly, varied))
     check_loads(taken, varied)
@@ -252,8 +253,8 @@ def problem_of(
     """What is fitted to what."""
     space = Space({one.path: (one.low, one.high) for one in varied})
     numbers = tuple(parameters_of(assembly, varied, space.values(consistent_points(assembly, space))))
-    made = [path for path in numbers if path in assembly.arguments or path not in space.ranges]
-    columns, paths = partial(played_columns, assembly, varied, made), tuple(map(played_path, numbers))
+    constructed = [path for path in numbers if path in assembly.arguments or path not in space.ranges]
+    columns, paths = partial(played_columns, assembly, varied, constructed), tuple(map(played_path, numbers))
     segments = [one for log in taken for one in log.segments]
     experiments = [experiment(assembly.loop, one, paths, first_steps(assembly.loop, one)) for one in segments]
     spread = spreads(segments)
@@ -265,17 +266,17 @@ def problem_of(
 
 
 def played_columns(
-    assembly: Assembly, varied: Sequence[Variation], made: Sequence[str], values: Values
+    assembly: Assembly, varied: Sequence[Variation], constructed: Sequence[str], values: Values
 ) -> Values:
     """The numbers that follow from some values of what is sought, by path in a loop that plays a segment.
 
     Args:
         assembly: the scenario.
         varied: what is sought.
-        made: paths of numbers that constructors make, which are there even where they are the scenario's own.
+        constructed: paths of numbers that constructors make, there even where they are the scenario's.
         values: of what is sought, by path.
     """
-    columns = parameters_of(assembly, varied, values, always=made)
+    columns = parameters_of(assembly, varied, values, always=constructed)
     return {played_path(path): row for path, row in columns.items()}
 
 

@@ -11,7 +11,7 @@ from hydroservo.identification.experiment import BEGUN, Experiment, predicted, r
 from hydroservo.identification.segments import Segment
 from hydroservo.identification.shift import shifted, slope_of_shift
 from hydroservo.identification.signals import OUTPUTS
-from hydroservo.identification.steps import chosen_steps, with_steps
+from hydroservo.identification.steps import automatic_steps, with_steps
 from hydroservo.runs.columns import Columns
 from hydroservo.runs.tuning import Space
 
@@ -22,7 +22,7 @@ __all__ = [
     "Simulated",
     "Unknown",
     "adapt_steps",
-    "possible",
+    "are_possible",
     "runs_at",
     "simulated",
     "unknowns_of",
@@ -82,8 +82,8 @@ class Problem(NamedTuple):
         spread: of each signal of each log, by log and name, in its unit.
         usual: where the search begins, shape (unknowns,).
         threads: how many to use.
-        delays: between which a log's delay is sought [s]; None for the usual.
-        automatic: whether there are as many integration steps as machines need.
+        delays: least and largest delay of a log [s]; None for the default range.
+        automatic: whether the number of integration steps adapts to the machine.
     """
 
     experiments: Sequence[Experiment]
@@ -158,7 +158,8 @@ def delays_of(segment: Segment, delays: Ends) -> tuple[float, float]:
     least, most = (one / segment.period for one in delays)
     lasts = segment.samples - 1
     if least >= lasts:
-        wanted = f"must begin below {lasts * segment.period:g} s, as long as the log has no gap"
+        longest_stretch = f"{lasts * segment.period:g} s, the length of the log's longest stretch"
+        wanted = f"must begin below {longest_stretch} without a gap"
         raise ParameterError(DELAY, delays[0], wanted)
     return least, min(most, float(lasts))
 
@@ -196,7 +197,7 @@ def one_simulated(problem: Problem, number: int, x: Vector, slopes: bool) -> Sim
     try:
         shown = runs_at(problem, points, number)
     except (ParameterError, ScenarioError):
-        points[~possible(problem, points)] = x
+        points[~are_possible(problem, points)] = x
         shown = runs_at(problem, points, number)
     apart = np.array([points[1 + 2 * k, i] - points[2 + 2 * k, i] for k, i in enumerate(moved)])
     apart[apart == 0.0] = np.inf
@@ -243,7 +244,7 @@ def nudged(problem: Problem, x: Vector, moved: Sequence[int]) -> Vector:
     return points
 
 
-def possible(problem: Problem, points: Vector) -> NDArray[np.bool_]:
+def are_possible(problem: Problem, points: Vector) -> NDArray[np.bool_]:
     """Which points of shape (points, unknowns) allow a machine that can start in every segment."""
     try:
         for number, one in enumerate(problem.experiments):
@@ -251,7 +252,7 @@ def possible(problem: Problem, points: Vector) -> NDArray[np.bool_]:
     except (ParameterError, ScenarioError):
         if len(points) == 1:
             return np.zeros(1, dtype=bool)
-        return np.concatenate([possible(problem, part) for part in np.array_split(points, 2)])
+        return np.concatenate([are_possible(problem, part) for part in np.array_split(points, 2)])
     return np.ones(len(points), dtype=bool)
 
 
@@ -272,12 +273,12 @@ def adapt_steps(problem: Problem, x: Vector, tolerance: float) -> Problem:
     Args:
         problem: what is sought, with automatic steps.
         x: the point.
-        tolerance: of the steps, as the scenario's, which may exceed it.
+        tolerance: relative error that steps may make; the scenario's own applies where it is larger.
     """
     every = []
     for number, one in enumerate(problem.experiments):
         numbers = columns_at(problem, x[np.newaxis], number)
-        steps = chosen_steps(one, {path: row.item() for path, row in numbers.items()}, tolerance)
+        steps = automatic_steps(one, {path: row.item() for path, row in numbers.items()}, tolerance)
         every.append(with_steps(one, steps))
     return problem._replace(experiments=every)
 

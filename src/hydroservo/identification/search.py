@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from hydroservo.errors import HydroservoError
 from hydroservo.identification.lag import lag, left
 from hydroservo.identification.misfit import Misfit, Weights, misfit, residuals_by_signal
-from hydroservo.identification.problem import PLACES, Problem, adapt_steps, delay_of, possible, runs_at
+from hydroservo.identification.problem import PLACES, Problem, adapt_steps, are_possible, delay_of, runs_at
 from hydroservo.identification.spikes import TO_DEVIATION, noise_of
 from hydroservo.identification.steps import COARSE
 
@@ -57,9 +57,9 @@ def best_fit(problem: Problem, seed: int, report: Report) -> tuple[Problem, Solu
     ranges; from the best end on each signal counts by the deviation of its residuals, until that settles, and
     residuals beyond two deviations linearly. What the logs do not tell stays near the scenario's values.
 
-    Automatic steps are coarse at first: those of the best machine among all that were tried, for others may
-    do what the log never did, as run into their end stops, and take many more. Where the search ends it goes
-    on if the machine there takes more: by so many steps their error is small beside what is left.
+    Automatic steps are coarse at first: as many as the best of all tried machines needs, since others may hit
+    end stops that the log never reached and need far more. If the machine found needs finer steps, the search
+    continues with these, so that their error is small beside the residuals.
 
     Args:
         problem: what is sought.
@@ -78,13 +78,13 @@ def best_fit(problem: Problem, seed: int, report: Report) -> tuple[Problem, Solu
     """
     weights = first_weights(problem)
     ends = []
-    begun, best, left_there = starts(problem, weights, seed)
+    begin_at, best, residual_share = starts(problem, weights, seed)
     if problem.automatic:
-        easier = adapt_steps(problem, best, max(COARSE, tolerance_for(problem, left_there)))
-        problem, begun = ease(problem, easier, begun, best, weights)
-    for number, x in enumerate(begun):
-        ends.append(refined(problem, x, weights, knee=None, ended=ROUGH, most=FIRST))
-        report(0.6 * (number + 1) / len(begun))
+        easier = adapt_steps(problem, best, max(COARSE, tolerance_for(problem, residual_share)))
+        problem, begin_at = with_coarse_steps(problem, easier, begin_at, best, weights)
+    for number, x in enumerate(begin_at):
+        ends.append(refined(problem, x, weights, knee=None, tolerance=ROUGH, most=FIRST))
+        report(0.6 * (number + 1) / len(begin_at))
     found = min(ends, key=lambda one: one.cost)
     found = found._replace(evaluations=sum(one.evaluations for one in ends))
     found = settled(problem, found, lambda part: report(0.6 + 0.2 * part))
@@ -96,26 +96,25 @@ def best_fit(problem: Problem, seed: int, report: Report) -> tuple[Problem, Solu
     return problem, found
 
 
-def ease(
-    problem: Problem, easier: Problem, begun: list[Vector], best: Vector, weights: Weights
+def with_coarse_steps(
+    problem: Problem, easier: Problem, begin_at: list[Vector], best: Vector, weights: Weights
 ) -> tuple[Problem, list[Vector]]:
     """The problem with other steps, and those starts that are not lost with them.
 
     Where the best one is, all stays as it was.
     """
-    kept = [x for x in begun if np.isfinite(misfit(easier, x, weights, slopes=False).residuals).all()]
-    return (easier, kept) if any(x is best for x in kept) else (problem, begun)
+    kept = [x for x in begin_at if np.isfinite(misfit(easier, x, weights, slopes=False).residuals).all()]
+    return (easier, kept) if any(x is best for x in kept) else (problem, begin_at)
 
 
 def tolerance_for(problem: Problem, share: float) -> float:
     """The tolerance of steps whose error moves no number by more than a tenth of its deviation.
 
-    It does so at most where the error, relative to a signal's spread, hangs together with a slope in all
-    samples: then it counts as the root of their number times the deviation of what is left.
+    Worst case: the error follows a slope through all n samples, and then counts the root of n times.
 
     Args:
         problem: what is sought.
-        share: of a signal's spread, that the deviation of what is left of it is.
+        share: the standard deviation of the residuals, as a fraction of a signal's spread.
     """
     return SMALL * share / math.sqrt(sum(one.segment.samples for one in problem.experiments))
 
@@ -151,7 +150,7 @@ def refined(
     weights: Weights,
     knee: float | None = KNEE,
     counted: dict[int, NDArray[np.bool_]] | None = None,
-    ended: float = ENDED,
+    tolerance: float = ENDED,
     most: int = EVALUATIONS,
 ) -> Solution:
     """The nearest local optimum.
@@ -162,7 +161,7 @@ def refined(
         weights: of each signal.
         knee: from where on residuals count linearly; None for nowhere.
         counted: which samples count, by segment.
-        ended: relative change of what is left, at which the search ends.
+        tolerance: relative change of what is left, at which the search ends.
         most: evaluations, after which it ends in any case.
 
     Raises:
@@ -189,7 +188,7 @@ def refined(
         x_scale="jac",
         loss="linear" if knee is None else "huber",
         f_scale=knee or 1.0,
-        ftol=ended,
+        ftol=tolerance,
         xtol=ENDED,
         gtol=None,
         max_nfev=most,
@@ -221,7 +220,7 @@ def starts(problem: Problem, weights: Weights, seed: int) -> tuple[list[Vector],
     others = qmc.LatinHypercube(count, rng=np.random.default_rng(seed)).random(CANDIDATES)
     points = np.repeat(own[np.newaxis], 1 + CANDIDATES, axis=0)
     points[1:, :count] = others
-    points = points[possible(problem, points)]
+    points = points[are_possible(problem, points)]
     if not points.size:
         raise HydroservoError("no parameters within their ranges make a valid machine; try other ranges")
     cost = np.zeros(len(points))
@@ -237,14 +236,14 @@ def starts(problem: Problem, weights: Weights, seed: int) -> tuple[list[Vector],
     if not np.isfinite(cost).any():
         raise HydroservoError("a run diverges with each of the parameters tried; try other ranges")
     order = [0, *(1 + np.argsort(cost[1:]))][:STARTS]
-    begun = {i: points[i] for i in order if np.isfinite(cost[i])}
-    first = min(begun, key=lambda i: cost[i])
+    finite = {i: points[i] for i in order if np.isfinite(cost[i])}
+    first = min(finite, key=lambda i: cost[i])
     whole = sum(
         (weights[one.segment.log, name] * problem.spread[one.segment.log, name]) ** 2
         for one in problem.experiments
         for name in one.segment.measured
     )
-    return list(begun.values()), begun[first], math.sqrt(cost[first] / whole)
+    return list(finite.values()), finite[first], math.sqrt(cost[first] / whole)
 
 
 def signals(shown: Vector, run: int) -> dict[str, Vector]:

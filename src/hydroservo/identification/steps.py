@@ -11,7 +11,7 @@ from hydroservo.runs.cautions import quietly
 from hydroservo.runs.run import simulate
 from hydroservo.runs.step_sizes import command_parts, with_substeps
 
-__all__ = ["COARSE", "chosen_steps", "first_steps", "with_steps"]
+__all__ = ["COARSE", "automatic_steps", "first_steps", "with_steps"]
 
 TRIED = 1.0  # s of a log, after which the steps that it takes are known
 COARSE = 1e-4  # tolerance of a search's steps: a tenth of what its first fit tries to get below
@@ -30,19 +30,19 @@ def first_steps(loop: Loop, segment: Segment) -> int:
     simulation = loop.simulation
     one = experiment(loop, segment, (), AUTO)
     if simulation.substeps == AUTO:
-        return chosen_steps(one, {}, COARSE)
+        return automatic_steps(one, {}, COARSE)
     wanted = math.ceil(simulation.substeps * segment.period / simulation.period * (1.0 - 1e-9))
     parts = command_parts(one.loop)
     return -(-wanted // parts) * parts
 
 
-def chosen_steps(one: Experiment, numbers: Mapping[str, float], tolerance: float) -> int:
+def automatic_steps(one: Experiment, numbers: Mapping[str, float], tolerance: float) -> int:
     """The number of automatic steps between two samples that a machine takes over a log's beginning.
 
     Args:
         one: the experiment.
         numbers: of the machine, by path in its loop.
-        tolerance: of them, which that of the scenario may exceed.
+        tolerance: relative error that steps may make; the scenario's own applies where it is larger.
     """
     simulation, segment = one.given.simulation, one.segment
     samples = max(min(segment.samples, round(TRIED / segment.period)), 2)

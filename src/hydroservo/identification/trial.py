@@ -13,7 +13,7 @@ from hydroservo.identification.experiment import Experiment, experiment, predict
 from hydroservo.identification.fitted import Fitted
 from hydroservo.identification.misfit import misfit
 from hydroservo.identification.one_step import predicting
-from hydroservo.identification.problem import possible, unknowns_of, usual_values
+from hydroservo.identification.problem import are_possible, unknowns_of, usual_values
 from hydroservo.identification.result import Identified
 from hydroservo.identification.segments import Segment
 from hydroservo.identification.signals import COMMAND, OUTPUTS
@@ -78,7 +78,7 @@ def drawn(fit: Fitted, seed: int) -> Matrix:
     own = fit.sure.covariance[:count, :count]
     moved = rng.multivariate_normal(fit.best.x[:count], own, DRAWS, method="eigh")
     points[1:, :count] = np.clip(moved, 0.0, 1.0)
-    return points[possible(fit.problem, points)]
+    return points[are_possible(fit.problem, points)]
 
 
 def trial_of(

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydroservo.identification.misfit import Weights
-from hydroservo.identification.problem import PLACES, Problem, delay_of, possible, runs_at
+from hydroservo.identification.problem import PLACES, Problem, are_possible, delay_of, runs_at
 from hydroservo.identification.search import KNEE
 from hydroservo.identification.shift import shifted
 from hydroservo.identification.uncertainty import NORMAL, Uncertainty
@@ -74,7 +74,7 @@ def straight(
     for k in np.flatnonzero(asked):
         for way in (steps[:, k], -steps[:, k]):
             point = x + way
-            if ((point >= low) & (point <= high)).all() and possible(problem, point[np.newaxis]).all():
+            if ((point >= low) & (point <= high)).all() and are_possible(problem, point[np.newaxis]).all():
                 points.append(point)
                 ways.append((k, 0.5 * way @ information @ way))
     left = losses(problem, np.array(points), weights)

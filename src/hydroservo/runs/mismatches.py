@@ -9,6 +9,7 @@ from hydroservo.drives import Hoses
 from hydroservo.formatting import quantity
 from hydroservo.hooks import drives_in, is_valveless, line_pressures
 from hydroservo.loop import Loop
+from hydroservo.valves import StraightEdges
 
 __all__ = ["mismatch_cautions"]
 
@@ -40,17 +41,19 @@ def late_load(loop: Loop) -> str:
 
 
 def shut(loop: Loop) -> str:
-    """That the largest command does not move the spool past the lap of its edges."""
+    """That the largest command does not move the spool past the lap of its edges, or to where they open."""
     law = loop.controller
     while not hasattr(law, "saturation") and hasattr(law, "controller"):
         law = law.controller
     limit = getattr(getattr(law, "saturation", None), "limit", math.inf)
-    lap = getattr(getattr(loop.valve, "orifice", None), "lap", 0.0)
+    orifice = getattr(loop.valve, "orifice", None)
+    lap, shape = max(getattr(orifice, "lap", 0.0), 0.0), getattr(orifice, "shape", None) or StraightEdges()
     moved = getattr(loop.valve, "gain", math.inf) * limit
-    if lap <= 0.0 or not moved <= lap:
+    opened = (opening for x in (moved, -moved) for opening in shape.openings(x))
+    if not moved > 0.0 or max(opened) > lap:
         return ""
-    most, here = quantity(moved, "m"), quantity(lap, "m")
-    return f"the valve stays shut: the largest command moves the spool by {most}, and its lap is {here}"
+    why = f"its lap is {quantity(lap, 'm')}" if lap else "its edges overlap by more"
+    return f"the valve stays shut: the largest command moves the spool by {quantity(moved, 'm')}, and {why}"
 
 
 def beyond_the_rate(loop: Loop) -> Iterator[str]:

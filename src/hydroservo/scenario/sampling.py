@@ -281,13 +281,14 @@ def parameters_of(
         raise ScenarioError(origin, ", ".join(taken), problem)
     for path in made:
         if path in own:
-            causes = " and ".join(causes_of(assembly, taken, path, first))
-            raise ScenarioError(origin, path, f"follows from {causes}, which varies too")
+            causes = causes_of(assembly, taken, path, first)
+            verb = "varies" if len(causes) == 1 else "vary"
+            raise ScenarioError(origin, path, f"follows from {' and '.join(causes)}, which {verb} too")
     return {**own, **made}
 
 
 def causes_of(assembly: Assembly, taken: Columns, path: str, first: int) -> list[str]:
-    """What constructors take of which a number of the loop changes with each; all of its block if none is."""
+    """Which of the varied constructor arguments change a number; all of its block's if none does alone."""
     above = [name for name in taken if name.partition(".")[0] == path.partition(".")[0]]
     causes = []
     for name in above:

@@ -11,7 +11,7 @@ from hydroservo.roles.saying import is_role
 from hydroservo.scenario.catalogue import builtin_texts
 from hydroservo.scenario.descriptions import summary
 from hydroservo.scenario.keys import ANY_SIGNAL, Key, keys_of, range_of
-from hydroservo.scenario.records.series import axis_key
+from hydroservo.scenario.records.series import curve_keys
 from hydroservo.scenario.registry import Maker, makers, makers_in_role
 
 __all__ = ["scenario_schema"]
@@ -119,8 +119,7 @@ def value(key: Key, definitions: Schema) -> Schema:
     """What stands under a key."""
     if key.kind is Curve:
         more = {"full": TEXT} if key.field and not key.field.over else {}
-        file = dict.fromkeys(("file", "column", axis_key(key.field)), TEXT)
-        ways = ({"file": file["file"], **file}, {"points": POINTS})
+        ways: tuple[Schema, ...] = (dict.fromkeys(curve_keys(key.field), TEXT), {"points": POINTS})
         return {"anyOf": [closed(way | more) | {"required": [next(iter(way))]} for way in ways]}
     if key.nests:
         return block(key.kind, key.default, definitions)

@@ -13,7 +13,7 @@ from hydroservo.identification.spikes import noise_of
 
 __all__ = ["Balance", "Watched", "balances", "watched"]
 
-SIGMAS = 5.0  # deviations of noise, by which a pressure lies below 0 that drives no oil outside
+SIGMAS = 5.0  # of its noise: a pressure further below 0 is truly negative, and drives no oil out
 
 Samples = NDArray[np.float64]
 

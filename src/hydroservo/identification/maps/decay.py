@@ -58,7 +58,7 @@ def decay(logs: Sequence[Understood], piston: Piston) -> Found:
     if fit is None:
         raise ScenarioError(name, "", "its pressures show no leakage: they are too similar")
     check_decays(fit, stretches, name)
-    fit = fit.possible()
+    fit = fit.without_negative_leakage()
     numbers = numbers_of(fit, piston, stretches)
     values, remarks = values_of(fit, numbers, piston)
     return Found(pressures_of(fit, stretches, piston), numbers, (), values, remarks)

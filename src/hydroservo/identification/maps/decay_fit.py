@@ -40,7 +40,7 @@ class DecayFit(NamedTuple):
         """The weight of what leaks past the piston, times the bulk modulus, among the columns."""
         return self.weight(-1 - self.external)
 
-    def possible(self) -> "DecayFit":
+    def without_negative_leakage(self) -> "DecayFit":
         """The same with no leakage below 0."""
         best = self.found
         for place in range(-1 - self.external, 0):

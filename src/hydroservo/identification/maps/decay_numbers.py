@@ -73,7 +73,7 @@ def check_decays(fit: DecayFit, stretches: Sequence[Watched], name: str) -> None
     leak = [*leakages_of(fit).values()]
     rises = any(one.high < 0.0 for one in leak)
     if rises and leak[0].low > 0.0:
-        problem = "both pressures rise together, which no leakage makes them: does the oil warm up?"
+        problem = "both pressures rise together, which leakage cannot cause; does the oil warm up?"
         raise ScenarioError(name, "", problem)
     if rises or not (fit.seen or any(one.low > 0.0 for one in leak)):
         apart = stretches[0].rows["a"] - stretches[0].rows["b"]
@@ -99,7 +99,7 @@ def values_of(
         if numbers[name].low > 0.0:
             values[path] = numbers[name]
         else:
-            remarks.append(f"{name} is not told from none: the scenario keeps its own")
+            remarks.append(f"{name} cannot be told from none: the scenario keeps its own")
     if not fit.seen:
         remarks.append(
             f"the piston is not seen to move: leakages go with the scenario's bulk modulus of "

@@ -184,7 +184,7 @@ def law_of(
     if range_of(speeds.velocity) < NARROW:
         each = " each way" if ways > 1 else ""
         why = f"all moves{each} are at one speed, or nearly; add moves at {NARROW} times that speed"
-        return together(points, why)
+        return friction_sum(points, why)
     if speeds.velocity.size <= ways + 1:
         return None, {}, [f"moves at {speeds.velocity.size} speeds are too few for a law of friction"]
     gaussian = loop is not None and isinstance(friction_of(loop)[1], LuGre)
@@ -193,15 +193,15 @@ def law_of(
         return None, {}, law.remarks
     if max(law.numbers[name].low for name in ("coulomb", "viscous")) > 0.0:
         return law, law.numbers, law.remarks
-    return together(points, "either alone may be the friction of these moves")
+    return friction_sum(points, "either alone may be the friction of these moves")
 
 
-def together(points: Speeds, why: str) -> tuple[None, dict[str, Interval], list[str]]:
+def friction_sum(points: Speeds, why: str) -> tuple[None, dict[str, Interval], list[str]]:
     """The sum of Coulomb and viscous friction, where nothing tells them apart."""
     both = sum_at(points)
     if both is None:
-        return None, {}, ["the force goes with the motion, which is no friction: is its sign the machine's?"]
-    problem = "Coulomb and viscous friction cannot be told apart, and only their sum is"
+        return None, {}, ["the force acts along the motion, so it is not friction; check its sign"]
+    problem = "Coulomb and viscous friction cannot be told apart, so only their sum is given"
     return None, {"friction": both}, [f"{problem}: {why}"]
 
 

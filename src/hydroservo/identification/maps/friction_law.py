@@ -89,9 +89,9 @@ def fitted_friction(velocity: Samples, friction: Samples, deviation: Samples, ga
     freedom = max(velocity.size - len(names), 1)
     if is_forbidden(design, aim, left_plain, freedom):
         way = "rises faster than" if plain[0] <= 0.0 else "falls with"
-        remark = f"friction {way} speed, which no Coulomb and viscous friction does: neither is told"
+        remark = f"friction {way} speed, unlike any Coulomb and viscous friction: neither is given"
         return FrictionFit({}, gaussian, [*remarks, remark])
-    remarks.append(f"{fall}: breakaway and Stribeck velocity are not told")
+    remarks.append(f"{fall}: breakaway and Stribeck velocity cannot be determined")
     scaled = max(left_plain / freedom, 1.0)
     covariance: Samples = np.asarray(scaled * np.linalg.inv(design.T @ design), dtype=np.float64)
     numbers = intervals(names, plain, covariance, freedom)
@@ -110,7 +110,7 @@ def bounded_fit(design: Samples, aim: Samples, least: Samples) -> tuple[Samples,
 
 
 def is_forbidden(design: Samples, aim: Samples, left: float, freedom: int) -> bool:
-    """Whether the best coefficients are less than they may be by more than chance, by a t test.
+    """Whether the best coefficients are too small by more than chance: a t test, as F(1, n) = t^2.
 
     Args:
         design: shape (n, columns).
@@ -125,9 +125,9 @@ def is_forbidden(design: Samples, aim: Samples, left: float, freedom: int) -> bo
 
 
 def ends_of(numbers: Mapping[str, Interval]) -> list[str]:
-    """Which numbers end at 0, as less is impossible."""
+    """Which numbers are held at 0."""
     return [
-        f"{name} ends at 0, as less is impossible: another law may suit the points better"
+        f"{name} is held at 0, its least possible value: another law may fit the points better"
         for name in ("coulomb", "viscous")
         if numbers[name].value <= 0.0
     ]
@@ -168,7 +168,7 @@ def fall_found(
 
 
 def is_inside(stribeck_velocity: float, velocity: Samples) -> bool:
-    """Whether a Stribeck velocity is no end of the range in which it was sought."""
+    """Whether a Stribeck velocity lies inside the range that was searched."""
     speeds = np.abs(velocity)
     return bool(SLOWEST * speeds.min() * END < stribeck_velocity < speeds.max() / END)
 

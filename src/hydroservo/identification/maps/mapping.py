@@ -53,8 +53,9 @@ def map_logs(
         kind: ``valve-flow``, from slow sweeps of the command with a piston that moves freely;
             ``pressure-gain``, from slow sweeps with blocked ports; ``friction``, from moves at constant
             speed; ``decay``, of pressures in blocked ports, for leakage and bulk modulus.
-        logs: one or several: files (CSV, Parquet, MATLAB, NetCDF, MDF), or mappings of ``time``, ``command``
-            and measured signals to arrays of shape (n,) in SI units. Friction and decay need no command.
+        logs: one or several: files (CSV, Parquet, MATLAB, NetCDF, HDF5, MDF, TDMS), or mappings of ``time``,
+            ``command`` and measured signals to arrays of shape (n,) in SI units. Friction and decay need no
+            command.
         scenario: whose areas, volumes and supply count, by name or path; its table ``[identify.columns]``
             says which column of a log holds which signal. A pressure gain, and friction from the load force,
             need none.

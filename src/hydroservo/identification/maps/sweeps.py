@@ -149,7 +149,7 @@ def hysteresis_of(
 ) -> tuple[dict[str, Interval], list[str]]:
     """The hysteresis: by how much the curves of both directions lie apart, less what the valve's lag makes.
 
-    None where the lag makes more, for no hysteresis is below 0; then it is said.
+    Where the valve's lag alone explains the width, there is no number, and a remark says so.
 
     Args:
         apart: the width and half its interval [V].
@@ -161,7 +161,7 @@ def hysteresis_of(
     if width.high >= 0.0:
         return {"hysteresis": width.at_least_0()}, []
     shown, made = (quantity(one, "V").replace(MINUS, "-") for one in (apart[0], lag))
-    return {}, [f"hysteresis is not told: both directions lie {shown} apart, and the lag makes {made}"]
+    return {}, [f"hysteresis cannot be determined: directions lie {shown} apart, and the lag makes {made}"]
 
 
 def check_slow(

@@ -25,7 +25,7 @@ from hydroservo.scenario.records.read import read_columns
 from hydroservo.scenario.tables import Table
 from hydroservo.time_series import TimeSeries
 
-__all__ = ["axis_key", "read_series", "recorded", "sample_period"]
+__all__ = ["axis_key", "curve_keys", "read_series", "recorded", "sample_period"]
 
 VALUE = "value"
 KEYS = ("file", "column", "scale", "offset")
@@ -42,8 +42,7 @@ def recorded(table: Table, field: Field | None) -> TimeSeries:
     Raises:
         ScenarioError: the table or the file is not what it must be.
     """
-    axis = axis_key(field)
-    keys = (*KEYS, axis, *(["period"] if axis == TIME else []))
+    axis, keys = axis_key(field), curve_keys(field)
     for name in table.names():
         if name not in keys:
             raise table.entry(name).unknown(name, (*keys, "points"))
@@ -79,6 +78,12 @@ def period_in(table: Table) -> float | None:
 def axis_key(field: Field | None) -> str:
     """The key that names the column of what a curve is over."""
     return TIME if field is None or field.over == "s" else "over"
+
+
+def curve_keys(field: Field | None) -> tuple[str, ...]:
+    """The keys of a table that names a curve's file."""
+    axis = axis_key(field)
+    return (*KEYS, axis, "period") if axis == TIME else (*KEYS, axis)
 
 
 def sample_period(text: str) -> float:
@@ -142,8 +147,9 @@ def read_series(
         raise ScenarioError(name, f"column {text}", str(error)) from None
     over = record.columns[0].header.text if period is None else f"samples every {period:g} s"
     remember_source(series, f"{path.name}, {text} over {over}")
-    for one in record.columns if field and axis else ():
-        unit = axis.unit if one.signal == TIME else field.unit
+    units = {TIME: field.over, VALUE: field.unit} if field else {}
+    for one in record.columns:
+        unit = units.get(one.signal)
         if unit and not one.unit and not (one.signal == VALUE and scale):
             header = one.header.text
             better = f'write "{header} [{unit}]", or the unit that it is in'
