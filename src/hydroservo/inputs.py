@@ -13,7 +13,13 @@ KINDS = {  # by the first bytes
     b"\xff\xfe": 'is UTF-16 text, in spreadsheets "Unicode text"; save it as UTF-8',
     b"\xfe\xff": "is UTF-16 text; save it as UTF-8",
     b"\x1f\x8b": "is compressed by gzip; unpack it",
-    b"PK\x03\x04": "is a zip archive or a workbook; save it as UTF-8 text",
+    b"PK\x03\x04": "is a zip archive or a workbook; save it as CSV",
+    b"MATLAB": "is a MAT file; name it .mat",
+    b"\x89HDF": "is an HDF5 file; name it .h5, or .mat or .nc as it is one of these",
+    b"CDF": "is a NetCDF file; name it .nc",
+    b"PAR1": "is a Parquet file; name it .parquet",
+    b"MDF": "is an MDF file; name it .mf4",
+    b"TDSm": "is a TDMS file; name it .tdms",
 }
 
 

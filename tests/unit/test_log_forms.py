@@ -56,6 +56,12 @@ TEXTS = {
         "\n0", "\n;;0"
     ),
     "units after a stroke": table(";", head="time / s;command / V;position / mm"),
+    "units in brackets after a stroke": table(";", head="time / (s);command / (V);position / (mm)"),
+    "units in other cases": table(head="time [Sec],command [Volts],position [mm]"),
+    "header in a comment, texts in a column": "% time [s],frame,command [V],position [mm]\n"
+    + "\n".join(f"{t:g},axis,{u:g},{x:g}" for t, u, x in ROWS),
+    "rows without their last cell": table("\t", head="time [s]\tcommand [V]\tposition [mm]\tComment"),
+    "an index of dates without a name": instants(lambda at: at.isoformat(sep=" ")).replace("time;", ";"),
     "parentheses, capitals": table(head="Time (s),Command (V),Position (mm)"),
     "blanks around": table(", ", head=" time [s] , command [V] , position [mm] "),
     "hint of a spreadsheet": table(";", comma=True, head=f"sep=;\n{HEAD.replace(',', ';')}"),
@@ -108,6 +114,8 @@ def test_text_in_the_encodings_of_loggers(encoding: str, tmp_path: Path) -> None
         ("command [LSB]", {"scale": "0.25 V/LSB"}),
         ("adc", {"column": "adc", "scale": "0.25 V"}),
         ("adc", {"column": "adc", "scale": "0.25 V/count"}),
+        ("u", {"column": "u", "scale": "0.25 V/%"}),
+        ("u / %", {"column": "u", "scale": "0.25 V/%"}),
         ("command [mV]", {"scale": "250"}),
     ],
 )
@@ -133,6 +141,33 @@ def test_a_period_stands_for_a_column_of_instants(tmp_path: Path) -> None:
     path.write_text(table(head="command [V],position [mm]", rows=ROWS[:, 1:]), encoding="utf-8")
     assert_is_the_log(read_log(path, {"period": "10 ms"}))
     with pytest.raises(ScenarioError, match=r'column "time \[s\]" is missing among .*period = "1 ms"'):
+        read_log(path, {})
+
+
+def test_words_between_header_and_numbers_are_not_the_first_sample(tmp_path: Path) -> None:
+    """As of a controller's scope, whose lines of settings hold numbers too."""
+    path = tmp_path / "log.csv"
+    head = "Command [V];Name;Position [mm]\nSampleTime[ms];1;10\nComment;;"
+    rows = "\n".join(f"{u:g};7;{x:g}" for _, u, x in ROWS)
+    path.write_text(f"{head}\n{rows}\n", encoding="utf-8")
+    assert_is_the_log(read_log(path, {"period": 0.01}))
+
+
+def test_a_unit_that_stands_for_another_is_shown(tmp_path: Path) -> None:
+    path = tmp_path / "log.csv"
+    path.write_text(table(head=HEAD), encoding="utf-8")
+    log = read_log(path, {"position": "position [m]"})
+    assert log.columns["position"] == "position [mm], read in m"
+
+
+@pytest.mark.parametrize(
+    ("content", "kind"),
+    [(b"MATLAB 5.0 MAT-file", "a MAT file; name it .mat"), (b"PAR1", "a Parquet file; name it .parquet")],
+)
+def test_a_file_of_another_ending_is_named(content: bytes, kind: str, tmp_path: Path) -> None:
+    path = tmp_path / "log.csv"
+    path.write_bytes(content + bytes(range(256)))
+    with pytest.raises(ScenarioError, match=f"log.csv: is {kind}"):
         read_log(path, {})
 
 
@@ -233,6 +268,27 @@ def test_tdms_with_the_instants_of_a_waveform(tmp_path: Path) -> None:
     assert_is_the_log(read_log(path, {}))
 
 
+@pytest.mark.parametrize("other", [{"wf_increment": 0.02}, {"wf_start_offset": 0.005}])
+def test_each_waveform_of_tdms_has_its_own_clock(other: dict[str, float], tmp_path: Path) -> None:
+    import nptdms
+
+    path = tmp_path / "log.tdms"
+    clock = {"wf_increment": 0.01, "wf_start_offset": 0.0}
+    with nptdms.TdmsWriter(path) as file:
+        file.write_segment(
+            [
+                nptdms.ChannelObject("Axis", "command", COMMAND, clock | {"unit_string": "V"}),
+                nptdms.ChannelObject("Axis", "position", POSITION, clock | other | {"unit_string": "mm"}),
+            ]
+        )
+    log = read_log(path, {})
+    there = np.isfinite(log.signals["position"])
+    own = (clock | other)["wf_start_offset"] + (clock | other)["wf_increment"] * np.arange(40)
+    np.testing.assert_allclose(log.time[there], own, atol=1e-9)
+    np.testing.assert_allclose(log.signals["position"][there], POSITION * 1e-3)
+    np.testing.assert_allclose(log.time[np.isfinite(log.signals["command"])], TIME, atol=1e-9)
+
+
 def test_instants_of_parquet_are_dates(tmp_path: Path) -> None:
     import pyarrow as pa
     import pyarrow.parquet as pq
@@ -240,7 +296,9 @@ def test_instants_of_parquet_are_dates(tmp_path: Path) -> None:
     first = datetime(2024, 5, 1, 8, tzinfo=UTC)
     dates = [first + timedelta(milliseconds=10 * k) for k in range(40)]
     path = tmp_path / "log.parquet"
-    pq.write_table(pa.table({"time": dates, "command [V]": COMMAND, "position [mm]": POSITION}), path)
+    pq.write_table(
+        pa.table({"__index_level_0__": dates, "command [V]": COMMAND, "position [mm]": POSITION}), path
+    )
     assert_is_the_log(read_log(path, {}))
 
 
@@ -263,6 +321,9 @@ def test_a_file_without_columns_says_what_it_holds(tmp_path: Path) -> None:
         ),
         ({"command": {"scale": 0.25}}, r'has scale = 0.25, which must be a string such as "0.25 V/mA"'),
         ({"command": 3}, "must be the name of a column"),
+        ({"command": {"offset": True}}, r'has offset = True, which must be a string such as "-62.5 bar"'),
+        ({"period": True}, 'must be a time, such as "10 ms"'),
+        ({"period": "10 ms", "time": "time [s]"}, "must be left out where time names a column"),
         ({"period": "0 s"}, "columns.period = '0 s': must be above 0"),
         ({"period": "10 mm"}, "columns.period = '10 mm': does not convert to s"),
     ],

@@ -198,17 +198,31 @@ def test_samples_that_lack_among_uneven_instants_stay_missing():
     assert np.flatnonzero(np.isnan(found.segments[0].measured["velocity"])).tolist() == [100, 101, 102]
 
 
-def test_signals_at_instants_of_their_own_are_kept():
-    whole = np.sort(np.concatenate([0.001 * np.arange(200), 0.001 * np.arange(200) + 3e-4]))
-    own = np.arange(400) % 2 == 0
-    rows = {"command": np.where(own, np.sin(40.0 * whole), np.nan)}
-    rows["velocity"] = np.where(own, np.nan, np.cos(40.0 * whole))
-    (segment,) = understood(checked_log({"time": whole, **rows}, "log")).segments
+@pytest.mark.parametrize(("late", "parts"), [(0.5e-3, 2), (0.7e-3, 10), (0.25e-3, 4)])
+def test_signals_at_instants_of_their_own_count_there(late, parts):
+    """The command is held, not joined by lines, and no sample is moved or counted twice."""
+    commanded, measured = 0.001 * np.arange(200), 0.002 * np.arange(100) + late
+    time = np.sort(np.concatenate([commanded, measured]))
+    own = np.isin(time, commanded)
+    rows = {"command": np.where(own, np.sin(40.0 * time), np.nan)}
+    rows["velocity"] = np.where(own, np.nan, np.cos(40.0 * time))
+    (segment,) = understood(checked_log({"time": time, **rows}, "log")).segments
+    assert segment.period == pytest.approx(0.001 / parts)
     there = np.isfinite(segment.measured["velocity"])
-    assert there.sum() > 200  # as many as were measured
-    np.testing.assert_allclose(
-        segment.measured["velocity"][there], np.cos(40.0 * segment.time[there]), atol=1e-3
-    )
+    assert there.sum() == 100
+    np.testing.assert_allclose(segment.time[there], measured, atol=1e-9)
+    np.testing.assert_allclose(segment.measured["velocity"][there], np.cos(40.0 * measured), rtol=1e-9)
+    np.testing.assert_array_equal(segment.inputs["command"], np.repeat(np.sin(40.0 * commanded), parts))
+
+
+def test_a_gap_in_a_command_of_its_own_instants_splits_the_log():
+    commanded = 0.001 * np.arange(400)
+    commanded = commanded[(commanded < 0.1) | (commanded > 0.3)]
+    time = np.sort(np.concatenate([commanded, commanded + 5e-4]))
+    own = np.isin(time, commanded)
+    rows = {"command": np.where(own, np.sin(40.0 * time), np.nan)}
+    rows["velocity"] = np.where(own, np.nan, np.cos(40.0 * time))
+    assert len(understood(checked_log({"time": time, **rows}, "log")).segments) == 2
 
 
 def test_what_never_changes_is_left_out_or_refused():

@@ -61,7 +61,7 @@ def log(
     from hydroservo.identification.log import read_log
     from hydroservo.identification.log_summary import log_summary, rate_lines, signal_rows
     from hydroservo.identification.segments import understood
-    from hydroservo.identification.signals import TIME
+    from hydroservo.identification.signals import COMMAND, TIME
     from hydroservo.runs.results import as_json
 
     if out:
@@ -80,6 +80,8 @@ def log(
         save_picture(plot_log(whole), out, whole.log.name)
     for line in whole.remarks:
         say_warning(whole.log.name, line)
+    if COMMAND not in whole.log.signals:
+        say_warning(whole.log.name, "has no command, which identify needs")
     summary = log_summary(whole)
     if json:
         typer.echo(as_json(summary | {"version": __version__}))

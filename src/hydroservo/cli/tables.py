@@ -45,7 +45,7 @@ PIPED_WIDTH = 120  # characters a line where there is no terminal to ask
 
 def show(*things: "RenderableType") -> None:
     """Print to stdout, in colour if that is a terminal."""
-    console = Console(width=None if sys.stdout.isatty() else PIPED_WIDTH, highlight=False)
+    console = Console(width=None if sys.stdout.isatty() else PIPED_WIDTH, highlight=False, emoji=False)
     for thing in things:
         console.print(thing)
 

@@ -105,6 +105,9 @@ def read_log(
 
     def choose(headers: Sequence[Header], place: str) -> list[Column]:
         columns = choose_columns(headers, sources, signals, (name, place))
+        dates = [one for one in headers if one.clock]
+        if period is None and TIME not in {one.signal for one in columns} and len(dates) == 1:
+            columns = [Column(TIME, dates[0], "s"), *columns]  # however it is called
         there = {one.signal for one in columns} | ({TIME} if period is not None else set())
         for signal in needed:
             if signal not in there:
@@ -116,9 +119,15 @@ def read_log(
     record = read_columns(file, choose, period)
     used = {one.header.place for one in record.columns}
     unused = [one.text for one in record.headers if one.place not in used and one.text]
-    texts = {one.signal: one.header.text for one in record.columns}
+    texts = {one.signal: column_text(one) for one in record.columns}
     rows = dict(record.samples)
     return checked(Log(name, rows.pop(TIME), rows, unused, texts))
+
+
+def column_text(column: Column) -> str:
+    """The header of a column, and the unit that is read where the mapping gives another."""
+    other = column.header.unit not in ("", column.unit) and not column.header.clock
+    return f"{column.header.text}, read in {column.unit}" if other else column.header.text
 
 
 def sources_in(mapping: Mapping[str, Any]) -> tuple[dict[str, ColumnSource], float | None]:

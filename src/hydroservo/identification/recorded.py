@@ -128,11 +128,12 @@ def unbroken(loop: Loop, segment: Segment, name: str) -> Iterator[dict[str, Samp
     given: Any = segment.inputs.get(COMMAND, nothing)
     controlled = np.asarray(loop.controls.of(MachineOutputs(*seen), given))
     there = np.flatnonzero(np.isfinite(controlled))
+    every = np.median(np.diff(there)) if there.size > 1 else 1  # sample, where it was measured more rarely
     if not there.size:
         signal = loop.controls.declared().meaning
         problem = f"does not hold what the loop controls, its {signal}; it has {', '.join(segment.measured)}"
         raise ScenarioError(name, "", problem)
-    for places in np.split(there, np.flatnonzero(np.diff(there) > LONGEST_BRIDGE + 1) + 1):
+    for places in np.split(there, np.flatnonzero(np.diff(there) > (LONGEST_BRIDGE + 1) * every) + 1):
         part = slice(places[0], places[-1] + 1)
         joined = np.interp(np.arange(part.start, part.stop), places, controlled[places])
         yield {"controlled": joined, **{drive: one[part] for drive, one in segment.inputs.items()}}

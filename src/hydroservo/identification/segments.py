@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from hydroservo.errors import ScenarioError
 from hydroservo.formatting import MINUS, quantity
 from hydroservo.identification.log import FEWEST, Log
-from hydroservo.identification.signals import EXTERNAL_FORCE, INPUTS, OUTPUTS, REFERENCE, SIGNALS
+from hydroservo.identification.signals import COMMAND, EXTERNAL_FORCE, INPUTS, OUTPUTS, REFERENCE, SIGNALS
 from hydroservo.identification.spikes import resolution_of, spikes_in
 
 __all__ = ["LONGEST_BRIDGE", "Segment", "Understood", "understood"]
@@ -20,6 +20,8 @@ MISSING = 1.5  # periods: a longer interval lacks samples
 NEAR = 0.9  # of a period, within which a sample must lie for one on the grid to follow from it
 DRIVING = (*INPUTS, REFERENCE)
 NAMED = 5  # columns, of more that are not used
+FINEST = 10  # parts of the time between two commands, on whose grid other signals are placed
+SHARED = 0.9  # of all instants: a command with fewer has instants of its own
 LONGEST_BRIDGE = 5  # samples that may lack in a row; beyond that, a new stretch begins
 
 Samples = NDArray[np.float64]
@@ -84,10 +86,14 @@ def understood(log: Log, number: int = 0) -> Understood:
         ScenarioError: nothing measured changes, or no stretch is long enough.
     """
     remarks = [f"columns that are not used: {some_of(log.unused)}"] if log.unused else []
+    gridded = on_one_clock(log)
+    if gridded is not None:
+        remarks.append("its signals have instants of their own: each counts where it was measured")
+        log = gridded
     rows = dict(changing(log, remarks))
     spikes = {signal: spikes_in(values) for signal, values in rows.items()}
     clean = {name: np.where(spikes[name] & (name in OUTPUTS), np.nan, one) for name, one in rows.items()}
-    remarks += list(said_of_samples(rows, spikes))
+    remarks += list(said_of_samples(rows, spikes, missing=gridded is None))
     period = float(np.median(np.diff(log.time)))
     parts = stretches(log.time, period)
     if len(parts) > 1:
@@ -99,6 +105,37 @@ def understood(log: Log, number: int = 0) -> Understood:
     if not kept:
         raise ScenarioError(log.name, "", f"has no stretch of {FEWEST} samples without a gap")
     return Understood(log, kept, spikes, list(dict.fromkeys(remarks)))
+
+
+def on_one_clock(log: Log) -> Log | None:
+    """A log whose signals have instants of their own, on one grid; None where they share theirs.
+
+    The grid divides the time between two commands by the least number, at most FINEST, for which all samples
+    lie on it or nearly. A command is held from one to the next, but over no gap, and a sample of another
+    signal goes to the nearest instant.
+    """
+    own = {name: np.flatnonzero(np.isfinite(values)) for name, values in log.signals.items()}
+    places = own.get(COMMAND, np.arange(0))
+    if not FEWEST <= places.size < SHARED * log.time.size:
+        return None
+    commanded = log.time[places]
+    usual = float(np.median(np.diff(commanded)))
+    for parts in range(1, FINEST + 1):
+        period = usual / parts
+        beside = np.abs((log.time - commanded[0]) / period - np.round((log.time - commanded[0]) / period))
+        if beside.max() <= JITTER:
+            break
+    count = round((commanded[-1] - commanded[0]) / period) + parts
+    time = commanded[0] + period * np.arange(count)
+    signals = {name: np.full(count, np.nan) for name in log.signals}
+    held = np.searchsorted(commanded, time + JITTER * period, side="right") - 1
+    signals[COMMAND] = log.signals[COMMAND][places][held]
+    for name in signals.keys() - {COMMAND}:
+        nearest = np.round((log.time[own[name]] - commanded[0]) / period).astype(int)
+        inside = (nearest >= 0) & (nearest < count)
+        signals[name][nearest[inside]] = log.signals[name][own[name][inside]]
+    there = time - commanded[held] < (LONGEST_BRIDGE + MISSING) * usual
+    return log._replace(time=time[there], signals={name: one[there] for name, one in signals.items()})
 
 
 def changing(log: Log, remarks: list[str]) -> Iterator[tuple[str, Samples]]:
@@ -129,12 +166,14 @@ def some_of(names: Sequence[str]) -> str:
     return ", ".join(names) if more <= 1 else f"{', '.join(names[:NAMED])} and {more} more"
 
 
-def said_of_samples(rows: Mapping[str, Samples], spikes: Mapping[str, NDArray[np.bool_]]) -> Iterator[str]:
+def said_of_samples(
+    rows: Mapping[str, Samples], spikes: Mapping[str, NDArray[np.bool_]], missing: bool
+) -> Iterator[str]:
     """What there is to say of each signal's samples."""
     for name, values in rows.items():
         absent, peaks = int(np.isnan(values).sum()), int(spikes[name].sum())
         driving = name in DRIVING
-        if absent:
+        if absent and missing:
             handled = "; those around are joined" if driving else ", and count for nothing"
             yield f"{name}: {absent} samples are missing{handled}"
         if peaks:

@@ -5,6 +5,7 @@ from collections.abc import Collection
 from hydroservo.block import leaves
 from hydroservo.loop import Loop
 from hydroservo.scenario.records.columns import column_source
+from hydroservo.scenario.records.series import sample_period
 from hydroservo.scenario.tables import Entry, Table
 
 __all__ = ["log_columns", "log_ranges"]
@@ -27,9 +28,9 @@ def log_columns(scenario: Table) -> dict[str, Entry]:
             raise table.entry(name).unknown(name, KEYS)
     columns = table.table(COLUMNS)
     found = {name: columns.entry(name) for name in columns.names()}
-    for entry in found.values():
+    for name, entry in found.items():
         try:
-            column_source(entry.value)
+            (sample_period if name == "period" else column_source)(entry.value)
         except ValueError as error:
             raise entry.error(str(error)) from None
     return found

@@ -1,11 +1,12 @@
 """Static maps of a machine from logs of it."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from enum import StrEnum
 from pathlib import Path
 from typing import Any
 
 from hydroservo.errors import ParameterError
+from hydroservo.formatting import MINUS, quantity
 from hydroservo.identification.log import Given, log_mapping
 from hydroservo.identification.maps.decay import decay
 from hydroservo.identification.maps.friction import friction
@@ -17,7 +18,7 @@ from hydroservo.identification.maps.valve_flow import valve_flow
 from hydroservo.identification.plausible import check_positions, stroke_of
 from hydroservo.identification.result import Estimate
 from hydroservo.identification.segments import Understood
-from hydroservo.identification.signals import COMMAND
+from hydroservo.identification.signals import COMMAND, EXTERNAL_FORCE
 from hydroservo.identification.written import tables_or_remark
 from hydroservo.loop import Loop
 from hydroservo.nearest import one_of
@@ -82,7 +83,8 @@ def map_logs(
     needed = (COMMAND,) if kind in (Kind.VALVE_FLOW, Kind.PRESSURE_GAIN) else ()
     taken = logs_of(logs, log_mapping({} if assembly is None else assembly.log_columns), needed)
     found = measured(Kind(kind), taken, assembly, str(scenario))
-    remarks = list(dict.fromkeys([*(line for log in taken for line in log.remarks), *found.remarks]))
+    load = () if assembly is None or kind != Kind.FRICTION else load_taken(taken, assembly.loop)
+    remarks = list(dict.fromkeys([*load, *(line for log in taken for line in log.remarks), *found.remarks]))
     tables: dict[str, Any] = nested(changes or {})
     if scenario is not None and found.values:
         tables, problems = tables_or_remark(scenario, changes or {}, plugins, estimates(found.values))
@@ -116,6 +118,15 @@ def measured(kind: Kind, logs: Sequence[Understood], assembly: Assembly | None, 
         raise ParameterError("scenario", "none", f"a {kind} map needs one, for areas, volumes and supply")
     check_positions(logs, stroke_of(loop.plant))
     return valve_flow(logs, loop, piston) if kind == Kind.VALVE_FLOW else decay(logs, piston)
+
+
+def load_taken(logs: Sequence[Understood], loop: Loop) -> Iterator[str]:
+    """That the scenario's load is taken off where no log has one of its own."""
+    measured = {name for log in logs for name in log.log.signals}
+    forces = [loop.load.force(t) for log in logs for t in log.log.time[:: max(log.log.time.size // 100, 1)]]
+    if not measured & {EXTERNAL_FORCE, "force"} and any(forces):
+        most = quantity(max(forces, key=abs), "N").replace(MINUS, "-")
+        yield f"the scenario's load, up to {most}, counts as acting on the rod: the log has no external_force"
 
 
 def estimates(values: Mapping[str, Interval]) -> dict[str, Estimate]:

@@ -1,5 +1,6 @@
 """Which column of a record holds which signal, and how its numbers become SI units."""
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from fractions import Fraction
@@ -106,10 +107,12 @@ def column_source(value: Any) -> ColumnSource:
     for key, text in value.items():
         if key not in KEYS:
             raise ValueError(f"has the unknown key {short(key)}; it {one_of(str(key), KEYS)}")
+        if key == "offset" and isinstance(text, int | float) and not isinstance(text, bool):
+            continue
         if not isinstance(text, str):
             example = {"column": "I [mA]", "scale": "0.25 V/mA"}.get(key, "-62.5 bar")
             raise ValueError(f'has {key} = {short(text)}, which must be a string such as "{example}"')
-    return ColumnSource(**value)
+    return ColumnSource(**{key: text if isinstance(text, str) else repr(text) for key, text in value.items()})
 
 
 def choose_columns(
@@ -178,9 +181,18 @@ def scaled_column(signal: str, field: Field, header: Header, unit: str, source: 
     """
     if header.clock and field.unit == "s":
         return Column(signal, header, "s")
-    unit = unit or header.unit
+    unit = known_unit(unit or header.unit)
     factor = column_factor(source.scale, unit, field.unit)
     return Column(signal, header, unit, factor, column_offset(source.offset, field.unit))
+
+
+def known_unit(unit: str) -> str:
+    """A unit, in lower case where only that is one, as of Volts, Bar and PSI."""
+    for text in (unit, unit.lower()):
+        with suppress(ValueError):
+            factor_and_dimension(text)
+            return text
+    return unit
 
 
 def column_offset(text: str, unit: str) -> float:
@@ -190,9 +202,16 @@ def column_offset(text: str, unit: str) -> float:
         ValueError: it is not a quantity of the signal's dimension.
     """
     try:
-        return si_value(text, unit) if text else 0.0
+        return (float(text) if is_number(text) else si_value(text, unit)) if text else 0.0
     except ValueError:
         raise ValueError(f"has the offset {short(text)}, which must be a quantity in {unit}") from None
+
+
+def is_number(text: str) -> bool:
+    """Whether a text is a number alone, which is in SI units."""
+    with suppress(ValueError):
+        return math.isfinite(float(text))
+    return False
 
 
 def column_factor(scale: str, unit: str, si_unit: str) -> Fraction:
@@ -215,7 +234,7 @@ def column_factor(scale: str, unit: str, si_unit: str) -> Fraction:
     product = f"({scale_unit}) ({unit})" if scale_unit and unit else scale_unit or unit
     products = [product]
     if slash and not unit:
-        products = [product, numerator]  # "0.25 V/count" of a column without a unit
+        products = [numerator, product]  # "0.25 V/count": the column is in counts
     elif slash and denominator.strip(" ()") == unit:
         products = [numerator, product]  # the column's unit cancels, whatever it is
     si_factor, si_dimension = factor_and_dimension(si_unit)

@@ -12,7 +12,7 @@ MARKS = re.compile(r"[.,]")
 WORDS = {".": "point", ",": "comma"}
 GROUPED = re.compile(r"[+-]?[1-9][0-9]{0,2}(?:[.,' \u00a0\u2009\u202f\u2019][0-9]{3})+(?:[.,][0-9]*)?")
 CLOCK = re.compile(r"[0-9]:[0-9]{2}")
-MISSING = ("", "nan", "na", "n/a", "#n/a", "null", "none", "-", "--")  # in lower case
+MISSING = ("", "nan", "na", "n/a", "null", "none", "-", "--", "#n/a", "#div/0!", "#num!", "#value!", "#ref!")
 
 
 class Decimals:

@@ -14,6 +14,8 @@ INDEX = re.compile(r"\S\[[0-9]+\]$")  # of a column of a matrix, as data[1]
 WORD_BREAK = re.compile(r"[\s_-]+")
 BRACKETS = " []()"
 DASHES = ("-", "--")  # for no unit; a 1 in a line would be a number
+RATIOS = ("%", "1/1")
+INDEX_NAME = "index"  # of a first column without a name, as pandas writes its index
 LABELS = ("unit", "units", "unit:", "units:")  # in front of a line of units
 
 
@@ -40,17 +42,20 @@ def header_of(text: str, place: int, unit: str = "", clock: bool = False) -> Hea
     name, own = name_and_unit(text.strip())
     unit = own or unit.strip().strip(BRACKETS)
     unit = "1" if unit in (*DASHES, "1") else "" if unit.casefold() in LABELS else unit
-    whole = text.strip() if own or not unit else f"{name} [{unit}]"
+    name = name or (INDEX_NAME if place == 0 else "")
+    whole = text.strip() if own else f"{name} [{unit}]" if unit else name
     return Header(whole, name, place, unit, clock)
 
 
 def name_and_unit(text: str) -> tuple[str, str]:
     """The parts of "velocity [mm/s]", "Force (kN)" or "time / s"; no unit is ""."""
+    name, stroke, unit = text.partition(" / ")
+    if stroke and is_unit(unit):
+        return name.strip(), unit.strip().strip(BRACKETS)
     match = UNIT.search(text)
     if match is not None and not INDEX.search(text):
         return text[: match.start()], (match[1] or match[2] or "").strip()
-    name, stroke, unit = text.rpartition(" / ")
-    return (name.strip(), unit.strip()) if stroke and is_unit(unit) else (text, "")
+    return text, ""
 
 
 def is_unit(text: str) -> bool:
@@ -59,7 +64,7 @@ def is_unit(text: str) -> bool:
     if text in DASHES or text.casefold() in LABELS:
         return True
     try:
-        return len(text) <= LONGEST_UNIT and bool(factor_and_dimension(text)[1])
+        return len(text) <= LONGEST_UNIT and (text in RATIOS or bool(factor_and_dimension(text)[1]))
     except OffsetUnitError:
         return True
     except ValueError:

@@ -94,7 +94,9 @@ def text_table(path: Path, largest: int, fewest: int = 2) -> TextTable:
             islice(zip_longest(names, layout.units, first, fillvalue=""), len(names))
         )
     ]
-    rows = numbered_rows(chain(below, lines), delimiter, len(names), name)
+    rows = numbered_rows(
+        chain(below, lines), delimiter, len(names), max(len(first), min(len(names), 2)), name
+    )
     return TextTable(headers, f"line {layout.line}", rows, Decimals(delimiter, name))
 
 
@@ -142,12 +144,12 @@ def layout_by(delimiter: str, head: Sequence[tuple[int, str]], fewest: int) -> L
         alike = all(is_data(other, delimiter, len(one.cells)) for other in follows)
         if alike and is_data(one, delimiter, fewest):
             width = max(filled_cells(other.cells) for other in [one, *follows])
-            if (found := header_above(lines[:i], head[: one.at], delimiter, width)) is not None:
-                return found
+            if (layout := header_above(lines[:i], head[: one.at], delimiter, width)) is not None:
+                return below_preamble(layout, lines[:i])
     names = lines[0] if lines else None
+    if names is not None and has_numbers(names, delimiter):  # beside texts
+        return header_in_comment(head[: names.at], delimiter, filled_cells(names.cells))
     if names is None or delimiter == BLANKS or filled_cells(names.cells) < fewest:
-        return None
-    if all(is_value(cell, delimiter) for cell in names.cells):
         return None
     columns = filled_cells(names.cells)
     below = next((one.cells for one in lines if one.at > names.at), [""] * columns)
@@ -169,14 +171,34 @@ def header_above(
     """The header of so many columns above the first row of numbers; None if there is none."""
     names = [one for one in lines if filled_cells(one.cells) >= width and not has_numbers(one, delimiter)]
     if not names:
-        number, line = head[-1] if head else (0, "")
-        cells = split_line(line.strip().lstrip(COMMENT_SIGNS), delimiter) if is_comment(line) else []
-        return Layout(delimiter, number, cells, [], len(head), 2) if filled_cells(cells) == width else None
+        return header_in_comment(head, delimiter, width)
     last = names[-1]
     previous = names[-2] if len(names) > 1 and names[-2] is lines[lines.index(last) - 1] else None
     if previous is not None and all(is_unit(cell) for cell in last.cells if cell.strip()):
         return Layout(delimiter, previous.number, previous.cells, last.cells, last.at + 1, 2)
     return Layout(delimiter, last.number, last.cells, [], last.at + 1, 2)
+
+
+def header_in_comment(head: Sequence[tuple[int, str]], delimiter: str, width: int) -> Layout | None:
+    """The header of so many columns in a comment just above the rows; None if there is none."""
+    line_number, line = head[-1] if head else (0, "")
+    cells = split_line(line.strip().lstrip(COMMENT_SIGNS), delimiter) if is_comment(line) else []
+    if filled_cells(cells) != width:
+        return None
+    return Layout(delimiter, line_number, cells, [], len(head), 2)
+
+
+def below_preamble(layout: Layout, lines: Sequence[Line]) -> Layout:
+    """A layout without the lines below its header that begin with a word, and are half of words or more."""
+    preamble = [
+        one.at
+        for one in lines
+        if one.at >= layout.start
+        and not is_value(one.cells[0], layout.delimiter)
+        and 2 * sum(not is_value(cell, layout.delimiter) for cell in one.cells)
+        >= sum(bool(cell.strip()) for cell in one.cells)
+    ]
+    return layout._replace(start=max(preamble, default=layout.start - 1) + 1)
 
 
 def is_data(line: Line, delimiter: str, fewest: int) -> bool:

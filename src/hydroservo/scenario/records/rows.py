@@ -60,9 +60,16 @@ def filled_cells(row: Sequence[str]) -> int:
 
 
 def numbered_rows(
-    lines: Iterable[tuple[int, str]], delimiter: str, columns: int, name: str
+    lines: Iterable[tuple[int, str]], delimiter: str, columns: int, fewest: int, name: str
 ) -> Iterator[tuple[int, list[str]]]:
     """The rows with the number of their line, each with as many cells as there are columns.
+
+    Args:
+        lines: and their numbers; comments among them are left out.
+        delimiter: what separates their cells.
+        columns: that the header has.
+        fewest: cells that a row may have, as the first one does; what it lacks at its end is empty.
+        name: the file that an error names.
 
     Raises:
         ScenarioError: one has more or fewer, or quotes that do not match.
@@ -72,7 +79,7 @@ def numbered_rows(
     def cells() -> Iterator[str]:
         nonlocal number
         for number, line in lines:  # noqa: B007 - it is the place of an error
-            if not is_comment(line):
+            if not is_comment(line) or filled_cells(split_line(line, delimiter)) >= columns:
                 yield line
 
     reader: Iterator[list[str]] = (
@@ -83,9 +90,10 @@ def numbered_rows(
     try:
         for row in reader:
             filled = filled_cells(row)
-            if len(row) != columns and filled and not filled <= columns <= len(row):
+            fits = filled <= columns if len(row) >= columns else len(row) >= fewest
+            if filled and not fits:
                 raise ScenarioError(name, f"line {number}", misfit(row, columns, delimiter))
-            yield number, row[:columns] if len(row) >= columns else [""] * columns
+            yield number, [*row[:columns], *[""] * (columns - len(row))]
     except csv.Error as error:
         raise ScenarioError(name, f"line {number}", f"is not CSV: {error}") from None
 

@@ -1,9 +1,11 @@
 """Recorded signals of a scenario: a demand, a load."""
 
+import math
 import warnings
 from collections.abc import Sequence
 from fractions import Fraction
 from pathlib import Path
+from typing import Any
 
 from hydroservo.errors import HydroservoWarning, ParameterError, ScenarioError, one_line, short
 from hydroservo.field import Field
@@ -29,6 +31,7 @@ __all__ = ["axis_key", "curve_keys", "read_series", "recorded", "sample_period"]
 
 VALUE = "value"
 KEYS = ("file", "column", "scale", "offset")
+NUMBERS = ("period", "offset")  # which may be numbers, in SI units
 
 
 def recorded(table: Table, field: Field | None) -> TimeSeries:
@@ -46,13 +49,13 @@ def recorded(table: Table, field: Field | None) -> TimeSeries:
     for name in table.names():
         if name not in keys:
             raise table.entry(name).unknown(name, (*keys, "points"))
-        if not isinstance(table.entry(name).value, str):
+        if name not in NUMBERS and not isinstance(table.entry(name).value, str):
             raise table.entry(name).error("must be a string")
     file = table.entry("file")
     path = file.origin.folder / file.value
     if not exists(path):
         raise file.error(f"there is no such file in {short(str(file.origin.folder.absolute()))}")
-    texts = {name: table.entry(name).value for name in keys[1:] if table.has(name)}
+    texts = {name: str(table.entry(name).value) for name in keys[1:] if table.has(name)}
     period = period_in(table) if axis == TIME else None
     if period is not None and table.has(TIME):
         raise table.entry("period").error(f"stands beside {table.key(TIME)}; give one of them")
@@ -86,14 +89,16 @@ def curve_keys(field: Field | None) -> tuple[str, ...]:
     return (*KEYS, axis, "period") if axis == TIME else (*KEYS, axis)
 
 
-def sample_period(text: str) -> float:
-    """The time between samples that a text says [s].
+def sample_period(value: Any) -> float:
+    """The time between samples that a quantity or a number says [s].
 
     Raises:
         ValueError: it says none above 0.
     """
-    period = si_value(text, "s")
-    if period <= 0.0:
+    if isinstance(value, bool) or not isinstance(value, str | int | float):
+        raise ValueError('must be a time, such as "10 ms"')
+    period = si_value(value, "s") if isinstance(value, str) else float(value)
+    if not 0.0 < period < math.inf:
         raise ValueError("must be above 0")
     return period
 

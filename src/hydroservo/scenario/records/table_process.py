@@ -207,16 +207,19 @@ def mdf(path: str) -> FileTable:
 
     file: Any = MDF(path)
     channels: dict[str, tuple[int, int]] = {}
+    twice: set[str] = set()
     samples = 0
     for group, part in enumerate(file.groups):
         master, count = file.masters_db.get(group), int(part.channel_group.cycles_nr)
         samples += count
         for index, channel in enumerate(part.channels):
-            if index != master and channel.name not in channels:
-                channels[channel.name] = (group, index)
+            if index != master:
+                twice |= {channel.name} & channels.keys()
+                channels.setdefault(channel.name, (group, index))
 
     units = {name: file.get_channel_unit(name, *place) for name, place in channels.items()}
     columns = [(name, unit, samples, False) for name, unit in {"time": "s", **units}.items()]
+    columns += [(name, "", samples, False) for name in sorted(twice)]  # so that they are seen to be two
 
     def read(places: Sequence[int]) -> Iterable[Any]:
         wanted = [(columns[i][0], *channels[columns[i][0]]) for i in places if i]
@@ -227,17 +230,55 @@ def mdf(path: str) -> FileTable:
 
 
 def tdms(path: str) -> FileTable:
-    """The channels of a TDMS file, by their groups, with the instants that waveforms imply."""
+    """The channels of a TDMS file, by their groups, with the instants that waveforms imply.
+
+    Where waveforms have clocks of their own, each is nan at the instants that others have.
+    """
     from nptdms import TdmsFile
 
-    return table_of(*all_of([group_columns(group) for group in TdmsFile.open(path).groups()]))
+    groups = TdmsFile.open(path).groups()
+    waveforms = [one for group in groups for one in group.channels() if is_waveform(one)]
+    clocks = {(one.properties.get("wf_start_time"), *map(float, clock_of(one))) for one in waveforms}
+    instants = union_of(waveforms) if len(clocks) > 1 else None
+    return table_of(*all_of([group_columns(group, instants) for group in groups]))
 
 
-def group_columns(group: Any) -> Parts:
-    """The channels of a group of a TDMS file."""
+def is_waveform(channel: Any) -> bool:
+    return channel.properties.get("wf_increment", 0.0) > 0.0 and len(channel) > 0
+
+
+def clock_of(channel: Any) -> tuple[float, float, int]:
+    """The start of a waveform, the time between its samples, and how many it has."""
+    about = channel.properties
+    return about.get("wf_start_offset", 0.0), about["wf_increment"], len(channel)
+
+
+def instants_of(channel: Any, first: Any) -> Any:
+    """The instants of a waveform [s] after the start of the first one."""
+    offset, increment, count = clock_of(channel)
+    start = channel.properties.get("wf_start_time")
+    late = 0.0 if start is None or first is None else (start - first) / np.timedelta64(1, "s")
+    return np.round(offset + late + increment * np.arange(count), 9)
+
+
+def first_start(waveforms: Sequence[Any]) -> Any:
+    return min(
+        (one.properties["wf_start_time"] for one in waveforms if "wf_start_time" in one.properties),
+        default=None,
+    )
+
+
+def union_of(waveforms: Sequence[Any]) -> tuple[Any, Any]:
+    """The start of the first waveform, and all instants of all of them."""
+    first = first_start(waveforms)
+    return first, np.unique(np.concatenate([instants_of(one, first) for one in waveforms]))
+
+
+def group_columns(group: Any, instants: tuple[Any, Any] | None) -> Parts:
+    """The channels of a group of a TDMS file, on instants of all where waveforms have clocks of their own."""
     columns: list[FileColumn] = []
     others: list[str] = []
-    instants: FileColumn | None = None
+    time: FileColumn | None = None
     for channel in group.channels():
         name = f"{group.name}.{channel.name}"
         if channel.dtype is None or channel.dtype.kind not in "fiubM":
@@ -245,10 +286,21 @@ def group_columns(group: Any) -> Parts:
             continue
         unit = str(channel.properties.get("unit_string", ""))
         read = partial(channel.__getitem__, slice(None))
-        columns.append(FileColumn(name, unit, len(channel), read, channel.dtype.kind == "M"))
-        if "wf_increment" in channel.properties:
-            instants = FileColumn(f"{group.name}.time", "s", len(channel), channel.time_track)
-    return ([instants, *columns] if instants else columns), others
+        count = len(channel)
+        if is_waveform(channel):
+            times = channel.time_track if instants is None else partial(instants.__getitem__, 1)
+            if instants is not None:
+                read, count = partial(spread, channel, *instants), instants[1].size
+            time = FileColumn(f"{group.name}.time", "s", count, times)
+        columns.append(FileColumn(name, unit, count, read, channel.dtype.kind == "M"))
+    return ([time, *columns] if time else columns), others
+
+
+def spread(channel: Any, first: Any, instants: Any) -> Any:
+    """The samples of a waveform at its own instants among others, nan at these."""
+    values = np.full(instants.size, np.nan)
+    values[np.searchsorted(instants, instants_of(channel, first))] = channel[:]
+    return values
 
 
 FORMATS: dict[str, Callable[[str], FileTable]] = {
