@@ -56,6 +56,7 @@ TEXTS = {
         "\n0", "\n;;0"
     ),
     "units after a stroke": table(";", head="time / s;command / V;position / mm"),
+    "names that are numbers": table(head="x-axis,1,2\ns,V,mm"),
     "units in brackets after a stroke": table(";", head="time / (s);command / (V);position / (mm)"),
     "units in other cases": table(head="time [Sec],command [Volts],position [mm]"),
     "header in a comment, texts in a column": "% time [s],frame,command [V],position [mm]\n"
@@ -89,7 +90,8 @@ TEXTS = {
 def test_text_as_it_comes(form: str, tmp_path: Path) -> None:
     path = tmp_path / "log.txt"
     path.write_text(TEXTS[form], encoding="utf-8")
-    assert_is_the_log(read_log(path, {}))
+    names = dict(zip(NAMES, ("x-axis", "1", "2"), strict=True)) if "numbers" in form else {}
+    assert_is_the_log(read_log(path, names))
 
 
 @pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16", "cp1252"])

@@ -20,6 +20,7 @@ MISSING = 1.5  # periods: a longer interval lacks samples
 NEAR = 0.9  # of a period, within which a sample must lie for one on the grid to follow from it
 DRIVING = (*INPUTS, REFERENCE)
 NAMED = 5  # columns, of more that are not used
+SHORTEST, LONGEST = 1e-6, 10.0  # s between samples, beyond which the unit of time is asked for
 FINEST = 10  # parts of the time between two commands, on whose grid other signals are placed
 SHARED = 0.9  # of all instants: a command with fewer has instants of its own
 LONGEST_BRIDGE = 5  # samples that may lack in a row; beyond that, a new stretch begins
@@ -95,6 +96,8 @@ def understood(log: Log, number: int = 0) -> Understood:
     clean = {name: np.where(spikes[name] & (name in OUTPUTS), np.nan, one) for name, one in rows.items()}
     remarks += list(said_of_samples(rows, spikes, missing=gridded is None))
     period = float(np.median(np.diff(log.time)))
+    if not SHORTEST < period < LONGEST:
+        remarks.append(f"has a sample every {quantity(period, 's')}: is the unit of its time right?")
     parts = stretches(log.time, period)
     if len(parts) > 1:
         remarks.append(f"gaps longer than {LONGEST_BRIDGE} samples split it into {len(parts)} stretches")

@@ -173,8 +173,10 @@ def header_above(
     if not names:
         return header_in_comment(head, delimiter, width)
     last = names[-1]
-    previous = names[-2] if len(names) > 1 and names[-2] is lines[lines.index(last) - 1] else None
-    if previous is not None and all(is_unit(cell) for cell in last.cells if cell.strip()):
+    place = lines.index(last)
+    previous = lines[place - 1] if place and filled_cells(lines[place - 1].cells) >= width else None
+    units = all(is_unit(cell) for cell in last.cells if cell.strip())
+    if units and previous is not None and not is_value(previous.cells[0], delimiter):  # "x-axis,1,2" too
         return Layout(delimiter, previous.number, previous.cells, last.cells, last.at + 1, 2)
     return Layout(delimiter, last.number, last.cells, [], last.at + 1, 2)
 
