@@ -41,7 +41,8 @@ class MeteringEdges(Protocol):
 
     ``flow`` is the load flow [m^3/s] to a cylinder described by its load pressure, ``port_flows`` are the
     flows to one with two chambers, ``simplified`` is the Orifice that a design model takes the edges for.
-    Edges that overlap have their overlap as a field ``lap`` [m].
+    Edges that overlap have their overlap as a field ``lap`` [m], those that are not straight how they open as
+    a field ``shape``.
     """
 
     def flow(self, opening: float, supply_drop: float, load_pressure: float) -> float: ...
