@@ -149,8 +149,8 @@ def test_a_period_stands_for_a_column_of_instants(tmp_path: Path) -> None:
 def test_words_between_header_and_numbers_are_not_the_first_sample(tmp_path: Path) -> None:
     """As of a controller's scope, whose lines of settings hold numbers too."""
     path = tmp_path / "log.csv"
-    head = "Command [V];Name;Position [mm]\nSampleTime[ms];1;10\nComment;;"
-    rows = "\n".join(f"{u:g};7;{x:g}" for _, u, x in ROWS)
+    head = "Name;Command [V];Name;Position [mm]\nSampleTime[ms];1;SampleTime[ms];1\nComment;;Comment;"
+    rows = "\n".join(f"{t:g};{u:g};{t:g};{x:g}" for t, u, x in ROWS)
     path.write_text(f"{head}\n{rows}\n", encoding="utf-8")
     assert_is_the_log(read_log(path, {"period": 0.01}))
 

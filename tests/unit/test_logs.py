@@ -212,7 +212,20 @@ def test_signals_at_instants_of_their_own_count_there(late, parts):
     assert there.sum() == 100
     np.testing.assert_allclose(segment.time[there], measured, atol=1e-9)
     np.testing.assert_allclose(segment.measured["velocity"][there], np.cos(40.0 * measured), rtol=1e-9)
-    np.testing.assert_array_equal(segment.inputs["command"], np.repeat(np.sin(40.0 * commanded), parts))
+    held = np.repeat(np.sin(40.0 * commanded), parts)[: segment.samples]
+    np.testing.assert_array_equal(segment.inputs["command"], held)
+
+
+@pytest.mark.parametrize("every", [25, 7])
+def test_a_command_that_is_logged_more_rarely_is_held(every):
+    """And a measured signal keeps each of its samples, at its own instant."""
+    time = 0.001 * np.arange(400)
+    command = np.where(np.arange(400) % every == 0, np.sin(5.0 * time), np.nan)
+    log = checked_log({"time": time, "command": command, "velocity": np.cos(40.0 * time)}, "log")
+    (segment,) = understood(log).segments
+    np.testing.assert_allclose(segment.time, time, atol=1e-12)
+    np.testing.assert_array_equal(segment.measured["velocity"], np.cos(40.0 * time))
+    np.testing.assert_array_equal(segment.inputs["command"], command[np.arange(400) // every * every])
 
 
 def test_a_gap_in_a_command_of_its_own_instants_splits_the_log():

@@ -113,31 +113,33 @@ def understood(log: Log, number: int = 0) -> Understood:
 def on_one_clock(log: Log) -> Log | None:
     """A log whose signals have instants of their own, on one grid; None where they share theirs.
 
-    The grid divides the time between two commands by the least number, at most FINEST, for which all samples
-    lie on it or nearly. A command is held from one to the next, but over no gap, and a sample of another
-    signal goes to the nearest instant.
+    The grid divides the time between two samples of the signal that has most of them by the least number, at
+    most FINEST, for which all samples lie on it or nearly. A command is held from one to the next, and a
+    sample of another signal goes to the nearest instant; where nothing was recorded, there is no grid.
     """
     own = {name: np.flatnonzero(np.isfinite(values)) for name, values in log.signals.items()}
     places = own.get(COMMAND, np.arange(0))
     if not FEWEST <= places.size < SHARED * log.time.size:
         return None
     commanded = log.time[places]
-    usual = float(np.median(np.diff(commanded)))
+    usual = min(float(np.median(np.diff(log.time[one]))) for one in own.values() if one.size >= FEWEST)
+    after = log.time - commanded[0]
     for parts in range(1, FINEST + 1):
         period = usual / parts
-        beside = np.abs((log.time - commanded[0]) / period - np.round((log.time - commanded[0]) / period))
-        if beside.max() <= JITTER:
+        if np.abs(after / period - np.round(after / period)).max() <= JITTER:
             break
-    count = round((commanded[-1] - commanded[0]) / period) + parts
+    count = round(float(after[-1]) / period) + 1
     time = commanded[0] + period * np.arange(count)
     signals = {name: np.full(count, np.nan) for name in log.signals}
     held = np.searchsorted(commanded, time + JITTER * period, side="right") - 1
     signals[COMMAND] = log.signals[COMMAND][places][held]
     for name in signals.keys() - {COMMAND}:
-        nearest = np.round((log.time[own[name]] - commanded[0]) / period).astype(int)
-        inside = (nearest >= 0) & (nearest < count)
+        nearest = np.round(after[own[name]] / period).astype(int)
+        inside = nearest >= 0
         signals[name][nearest[inside]] = log.signals[name][own[name][inside]]
-    there = time - commanded[held] < (LONGEST_BRIDGE + MISSING) * usual
+    last = np.searchsorted(log.time, time + JITTER * period, side="right") - 1
+    wide = np.append(np.diff(log.time), usual) > (LONGEST_BRIDGE + MISSING) * usual
+    there = ~wide[last] | (time - log.time[last] < period)
     return log._replace(time=time[there], signals={name: one[there] for name, one in signals.items()})
 
 

@@ -1,6 +1,5 @@
 """Which column of a record holds which signal, and how its numbers become SI units."""
 
-import math
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from fractions import Fraction
@@ -46,12 +45,12 @@ class ColumnSource(NamedTuple):
         column: its name, with the unit that it is in where its header gives another or none; "" for the
             usual one.
         scale: of the signal per unit of the column, such as "0.25 V/mA"; "" where units convert.
-        offset: of the signal where the column is 0, such as "-62.5 bar"; "" for none.
+        offset: of the signal where the column is 0, such as "-62.5 bar", or a number in its SI unit.
     """
 
     column: str = ""
     scale: str = ""
-    offset: str = ""
+    offset: str | float = 0.0
 
 
 class Column(NamedTuple):
@@ -107,12 +106,11 @@ def column_source(value: Any) -> ColumnSource:
     for key, text in value.items():
         if key not in KEYS:
             raise ValueError(f"has the unknown key {short(key)}; it {one_of(str(key), KEYS)}")
-        if key == "offset" and isinstance(text, int | float) and not isinstance(text, bool):
-            continue
-        if not isinstance(text, str):
+        number = key == "offset" and isinstance(text, int | float) and not isinstance(text, bool)
+        if not number and not isinstance(text, str):
             example = {"column": "I [mA]", "scale": "0.25 V/mA"}.get(key, "-62.5 bar")
             raise ValueError(f'has {key} = {short(text)}, which must be a string such as "{example}"')
-    return ColumnSource(**{key: text if isinstance(text, str) else repr(text) for key, text in value.items()})
+    return ColumnSource(**value)
 
 
 def choose_columns(
@@ -195,23 +193,18 @@ def known_unit(unit: str) -> str:
     return unit
 
 
-def column_offset(text: str, unit: str) -> float:
-    """The offset of a signal in its SI unit; 0 where none is given.
+def column_offset(offset: str | float, unit: str) -> float:
+    """The offset of a signal in its SI unit.
 
     Raises:
         ValueError: it is not a quantity of the signal's dimension.
     """
+    if not isinstance(offset, str):
+        return float(offset)
     try:
-        return (float(text) if is_number(text) else si_value(text, unit)) if text else 0.0
-    except ValueError:
-        raise ValueError(f"has the offset {short(text)}, which must be a quantity in {unit}") from None
-
-
-def is_number(text: str) -> bool:
-    """Whether a text is a number alone, which is in SI units."""
-    with suppress(ValueError):
-        return math.isfinite(float(text))
-    return False
+        return si_value(offset, unit)
+    except ValueError as error:
+        raise ValueError(f"has the offset {short(offset)}, which {error}") from None
 
 
 def column_factor(scale: str, unit: str, si_unit: str) -> Fraction:
@@ -232,11 +225,8 @@ def column_factor(scale: str, unit: str, si_unit: str) -> Fraction:
         raise ValueError(f"has the scale {scale}, which must not be 0")
     numerator, slash, denominator = scale_unit.rpartition("/")
     product = f"({scale_unit}) ({unit})" if scale_unit and unit else scale_unit or unit
-    products = [product]
-    if slash and not unit:
-        products = [numerator, product]  # "0.25 V/count": the column is in counts
-    elif slash and denominator.strip(" ()") == unit:
-        products = [numerator, product]  # the column's unit cancels, whatever it is
+    cancels = slash and (not unit or denominator.strip(" ()") == unit)  # V/count of a column of counts, too
+    products = [numerator, product] if cancels else [product]
     si_factor, si_dimension = factor_and_dimension(si_unit)
     for text in products:
         with suppress(ValueError):

@@ -1,7 +1,7 @@
 """Where the header of a text of cells stands, and where its rows begin."""
 
 from collections.abc import Iterator, Sequence
-from itertools import chain, islice, zip_longest
+from itertools import chain, islice, takewhile, zip_longest
 from pathlib import Path
 from typing import NamedTuple
 
@@ -145,7 +145,7 @@ def layout_by(delimiter: str, head: Sequence[tuple[int, str]], fewest: int) -> L
         if alike and is_data(one, delimiter, fewest):
             width = max(filled_cells(other.cells) for other in [one, *follows])
             if (layout := header_above(lines[:i], head[: one.at], delimiter, width)) is not None:
-                return below_preamble(layout, lines[:i])
+                return below_settings(layout, lines[:i])
     names = lines[0] if lines else None
     if names is not None and has_numbers(names, delimiter):  # beside texts
         return header_in_comment(head[: names.at], delimiter, filled_cells(names.cells))
@@ -190,17 +190,19 @@ def header_in_comment(head: Sequence[tuple[int, str]], delimiter: str, width: in
     return Layout(delimiter, line_number, cells, [], len(head), 2)
 
 
-def below_preamble(layout: Layout, lines: Sequence[Line]) -> Layout:
-    """A layout without the lines below its header that begin with a word, and are half of words or more."""
-    preamble = [
-        one.at
-        for one in lines
-        if one.at >= layout.start
-        and not is_value(one.cells[0], layout.delimiter)
-        and 2 * sum(not is_value(cell, layout.delimiter) for cell in one.cells)
-        >= sum(bool(cell.strip()) for cell in one.cells)
-    ]
-    return layout._replace(start=max(preamble, default=layout.start - 1) + 1)
+def below_settings(layout: Layout, lines: Sequence[Line]) -> Layout:
+    """A layout without the lines of settings that stand between its header and the rows."""
+    below = takewhile(
+        lambda one: is_setting(one, layout.delimiter), (one for one in lines if one.at >= layout.start)
+    )
+    return layout._replace(start=max((one.at + 1 for one in below), default=layout.start))
+
+
+def is_setting(line: Line, delimiter: str) -> bool:
+    """True for a line that begins with a word, and has nothing but words or two words and no more numbers."""
+    cells = [cell for cell in line.cells if cell.strip()]
+    words = sum(not is_value(cell, delimiter) for cell in cells)
+    return not is_value(line.cells[0], delimiter) and (words == len(cells) or len(cells) <= 2 * words >= 4)
 
 
 def is_data(line: Line, delimiter: str, fewest: int) -> bool:

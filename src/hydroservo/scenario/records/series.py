@@ -49,13 +49,15 @@ def recorded(table: Table, field: Field | None) -> TimeSeries:
     for name in table.names():
         if name not in keys:
             raise table.entry(name).unknown(name, (*keys, "points"))
-        if name not in NUMBERS and not isinstance(table.entry(name).value, str):
+        value = table.entry(name).value
+        number = name in NUMBERS and isinstance(value, int | float) and not isinstance(value, bool)
+        if not number and not isinstance(value, str):
             raise table.entry(name).error("must be a string")
     file = table.entry("file")
     path = file.origin.folder / file.value
     if not exists(path):
         raise file.error(f"there is no such file in {short(str(file.origin.folder.absolute()))}")
-    texts = {name: str(table.entry(name).value) for name in keys[1:] if table.has(name)}
+    texts = {name: table.entry(name).value for name in keys[1:] if table.has(name)}
     period = period_in(table) if axis == TIME else None
     if period is not None and table.has(TIME):
         raise table.entry("period").error(f"stands beside {table.key(TIME)}; give one of them")
@@ -110,7 +112,7 @@ def read_series(
     time: str | None = None,
     period: float | None = None,
     scale: str = "",
-    offset: str = "",
+    offset: str | float = 0.0,
 ) -> TimeSeries:
     """A recorded signal from two columns of a file, in SI units.
 
@@ -125,7 +127,7 @@ def read_series(
         time: name of the column of instants, or of what else the curve is over; the first one if None.
         period: of the samples [s], where no column holds their instants.
         scale: of the signal per unit of the column, such as "0.25 V/mA".
-        offset: of the signal where the column is 0, such as "-62.5 bar".
+        offset: of the signal where the column is 0, such as "-62.5 bar", or a number in its SI unit.
 
     Raises:
         ScenarioError: naming the file, the line and the column.
