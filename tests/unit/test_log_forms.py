@@ -338,6 +338,25 @@ def test_wrong_mappings(mapping: dict[str, object], problem: str, tmp_path: Path
 
 
 @pytest.mark.parametrize(
+    ("offset", "problem"), [("-1", "has no unit; write '-1 m'"), ("1 V", "does not convert")]
+)
+def test_wrong_offsets_are_named_as_that(offset: str, problem: str, tmp_path: Path) -> None:
+    path = tmp_path / "log.csv"
+    path.write_text(table(head=HEAD), encoding="utf-8")
+    with pytest.raises(ScenarioError, match=f"has the offset '{offset}', which {problem}"):
+        read_log(path, {"position": {"offset": offset}})
+    log = read_log(path, {"position": {"offset": -0.1}})
+    np.testing.assert_allclose(log.signals["position"], POSITION * 1e-3 - 0.1)
+
+
+def test_a_row_with_a_bad_instant_is_refused_and_not_passed_over(tmp_path: Path) -> None:
+    path = tmp_path / "log.csv"
+    path.write_text(table(head=HEAD).replace("\n0,", "\nx,", 1), encoding="utf-8")
+    with pytest.raises(ScenarioError, match=r"line 2, column time .*: 'x' must be a finite number"):
+        read_log(path, {})
+
+
+@pytest.mark.parametrize(
     ("scale", "problem"),
     [
         ("0.25 bar/mA", r"column 'command \[mA\]' times 0.25 bar/mA does not convert to V"),

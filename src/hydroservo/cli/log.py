@@ -5,8 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from hydroservo.cli.completion import scenarios_like
-from hydroservo.cli.options import Changes, Json, Plugins, log_columns_of
+from hydroservo.cli.options import Changes, Json, LogScenario, Plugins, log_columns_of
 from hydroservo.cli.remarks import say_warning
 
 if TYPE_CHECKING:
@@ -21,15 +20,7 @@ def log(
     ],
     changes: Changes,
     plugins: Plugins,
-    scenario: Annotated[
-        str | None,
-        typer.Option(
-            "--scenario",
-            metavar="SCENARIO",
-            autocompletion=scenarios_like,
-            help="A scenario whose table `[identify.columns]` says which column holds which signal.",
-        ),
-    ] = None,
+    scenario: LogScenario = None,
     out: Annotated[
         Path | None,
         typer.Option(

@@ -5,7 +5,6 @@ from typing import Annotated
 
 import typer
 
-from hydroservo.cli.completion import scenarios_like
 from hydroservo.cli.options import (
     Changes,
     DecimalComma,
@@ -13,6 +12,7 @@ from hydroservo.cli.options import (
     FigureSize,
     Folder,
     Json,
+    LogScenario,
     Plugins,
     checked_decimal_comma,
     loaded,
@@ -35,15 +35,7 @@ def map_logs(
     ],
     changes: Changes,
     plugins: Plugins,
-    scenario: Annotated[
-        str | None,
-        typer.Option(
-            "--scenario",
-            metavar="SCENARIO",
-            autocompletion=scenarios_like,
-            help="A scenario file (TOML), or the name of a built-in one, with the machine's known numbers.",
-        ),
-    ] = None,
+    scenario: LogScenario = None,
     out: Folder = None,
     figure_size: FigureSize = None,
     figure_format: FigureFormat = None,

@@ -27,6 +27,7 @@ __all__ = [
     "Folder",
     "Force",
     "Json",
+    "LogScenario",
     "Plugins",
     "Scenario",
     "Several",
@@ -53,6 +54,16 @@ Scenario = Annotated[
         metavar="SCENARIO",
         help="A scenario file (TOML), or the name of a built-in one.",
         autocompletion=scenarios_like,
+    ),
+]
+LogScenario = Annotated[
+    str | None,
+    typer.Option(
+        "--scenario",
+        metavar="SCENARIO",
+        autocompletion=scenarios_like,
+        help="A scenario file (TOML), or the name of a built-in one: what is known of the machine, and in "
+        "`[identify.columns]` which column of a log holds which signal.",
     ),
 ]
 Several = Annotated[
