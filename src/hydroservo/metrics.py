@@ -43,12 +43,20 @@ class Divergence(NamedTuple):
 def usual(loop: Loop) -> dict[str, Block]:
     """The monitors that a loop usually has, by name.
 
-    Tracking error, step response, command and the piston's travel; pressures where the plant has chambers,
-    and the lumped disturbances where the law has a model and an observer that estimates them. Of an open loop
-    no error: its demand is the command itself.
+    Tracking error, step response, sustained oscillation, command and the piston's travel; pressures where the
+    plant has chambers, and the lumped disturbances where the law has a model and an observer that estimates
+    them. Of an open loop no error: its demand is the command itself.
     """
     open_loop = isinstance(loop.controls, Command)
-    found: list[Block] = [] if open_loop else [monitors.TrackingError(), monitors.StepResponse()]
+    found: list[Block] = (
+        []
+        if open_loop
+        else [
+            monitors.TrackingError(),
+            monitors.StepResponse(),
+            monitors.Oscillation(),
+        ]
+    )
     found.append(monitors.CommandEffort())
     if model_in(loop.controller) is not None and estimates_in(loop.controller.init()) is not None:
         found.append(monitors.Disturbance())

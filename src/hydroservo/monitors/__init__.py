@@ -6,6 +6,7 @@ from hydroservo.monitors.command_energy import CommandEnergy
 from hydroservo.monitors.disturbance import Disturbance
 from hydroservo.monitors.energy import Energy
 from hydroservo.monitors.integral_criteria import IntegralCriteria
+from hydroservo.monitors.oscillation import Oscillation
 from hydroservo.monitors.piston_travel import PistonTravel
 from hydroservo.monitors.rise_time import RiseTime
 from hydroservo.monitors.step_response import StepResponse
@@ -19,6 +20,7 @@ __all__ = [
     "Disturbance",
     "Energy",
     "IntegralCriteria",
+    "Oscillation",
     "PistonTravel",
     "RiseTime",
     "StepResponse",

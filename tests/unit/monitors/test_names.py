@@ -72,7 +72,7 @@ def test_a_group_is_a_block_that_pickles() -> None:
 
 
 def test_the_usual_monitors_are_those_that_the_loop_has_signals_for() -> None:
-    always = ["tracking_error", "step_response", "command_effort", "piston_travel"]
+    always = ["tracking_error", "step_response", "oscillation", "command_effort", "piston_travel"]
     assert list(usual(example(Loop))) == always
     assert list(usual(example(Loop, plant=example(Cylinder)))) == [*always, "chamber_pressures"]
     assert sorted(usual(example(Loop, controller=example(TSMC)))) == sorted([*always, "disturbance"])
