@@ -64,6 +64,7 @@ def test_json_is_one_object_with_the_quantiles_of_the_table(said, table):
             "metrics",
             "diverged",
             "stroke_left",
+            "oscillating",
             "warnings",
         )
     ]

@@ -333,7 +333,7 @@ def test_a_peak_beyond_a_panel_does_not_make_a_curve_lively(pi):
 def test_a_wrapped_law_has_its_name_and_its_colour(pi):
     wrapped = short_run(controllers.Delay(controller=example(PI)))
     fig = plot_run(wrapped)
-    assert fig.axes[0].get_title("left") == "PI in Delay"
+    assert fig.axes[0].get_title("left").startswith("PI in Delay")
     assert fig.axes[0].lines[0].get_color() == COLOURS["PI"]
 
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from hydroservo.formatting import common_unit, quantity, yes_or_no
 from hydroservo.hooks import has_chambers, is_valveless
 from hydroservo.loop import Loop
+from hydroservo.runs.behaviour import behaviour
 from hydroservo.runs.cautions import warnings_of
 from hydroservo.runs.results import metric_fields, metrics_of
 
@@ -76,7 +77,10 @@ def drawn_run(loop: Loop, run: "xr.Dataset", more: Sequence[str]) -> Drawn:
         "signals": signals,
         "metrics": metrics_shown(run),
         "machine": machine_shown(loop),
-        "warnings": warnings_of(run),
+        "warnings": [
+            *warnings_of(run),
+            *([] if bool(run["diverged"]) else behaviour(metrics_of(run), metric_fields(run))),
+        ],
         "diverged": lost(run),
         "duration": loop.simulation.duration,
         "substeps": run.attrs.get("substeps", loop.simulation.substeps),

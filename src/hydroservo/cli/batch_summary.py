@@ -40,6 +40,7 @@ class BatchSummary(NamedTuple):
     metrics: Mapping[str, Spread]
     diverged: int
     stroke_left: int
+    oscillating: int
     warnings: Sequence[str]
 
     def as_tables(self) -> dict[str, Any]:
@@ -62,6 +63,7 @@ def batch_summary(
         metrics=spreads_of(table),
         diverged=int(table["diverged"].sum()),
         stroke_left=int(table["stroke_left"].sum()) if "stroke_left" in table else 0,
+        oscillating=int((table["oscillation_command"] > 0.0).sum()) if "oscillation_command" in table else 0,
         warnings=warnings_of(table),
     )
 
@@ -130,13 +132,15 @@ def spreads_table(summary: BatchSummary, fields: Mapping[str, Field]) -> Table:
 
 
 def verdicts(summary: BatchSummary, fields: Mapping[str, Field]) -> list[str]:
-    """In a line or two: how many runs diverged, and in how many the piston left its stroke."""
+    """In a line each: how many runs diverged, left the stroke, and oscillate to the end."""
     lines = []
     if summary.diverged:
         tally = share(summary.diverged, summary.runs)
         lines.append(f"[bold red]DIVERGED[/]: {tally}: {fields['diverged'].meaning}.")
     if summary.stroke_left:
         lines.append(f"[bold yellow]LEFT THE STROKE[/]: {share(summary.stroke_left, summary.runs)}.")
+    if summary.oscillating:
+        lines.append(f"[bold yellow]OSCILLATES[/] to the end: {share(summary.oscillating, summary.runs)}.")
     if lines:
         return lines
     stroke = ", and no piston left its stroke" if "stroke_left" in fields else ""

@@ -13,6 +13,7 @@ from rich.table import Table
 from hydroservo.cli.summary import RunSummary
 from hydroservo.field import CONTROLLED, Field
 from hydroservo.formatting import common_unit, quantity, yes_or_no
+from hydroservo.runs.behaviour import behaviour
 from hydroservo.runs.divergence import BEYOND
 
 if TYPE_CHECKING:
@@ -40,6 +41,10 @@ __all__ = [
 ]
 
 NO_NUMBER = "-"
+WELL = (
+    "[green]The run did not diverge.[/]",
+    "[green]The run did not diverge, and the piston stayed inside its stroke.[/]",
+)
 PIPED_WIDTH = 120  # characters a line where there is no terminal to ask
 
 
@@ -52,7 +57,7 @@ def show(*things: "RenderableType") -> None:
 
 def show_run(summary: RunSummary, fields: Mapping[str, Field], said: str) -> None:
     """The metrics of one run, declared by their fields, its verdict, and what else is said of it."""
-    show(run_table(summary, fields), verdict(summary), *filter(None, [escape(said)]))
+    show(run_table(summary, fields), *verdict(summary, fields), *filter(None, [escape(said)]))
 
 
 def run_table(summary: RunSummary, fields: Mapping[str, Field]) -> Table:
@@ -78,7 +83,7 @@ def show_comparison(
 ) -> None:
     """The metrics of several runs side by side, the best of each row marked, and in what else they differ."""
     table = comparison_table(summaries, labels, fields, winners)
-    show(table, *map(escape, unequal), *verdicts_of(summaries, labels))
+    show(table, *map(escape, unequal), *verdicts_of(summaries, labels, fields))
 
 
 def comparison_table(
@@ -103,12 +108,15 @@ def comparison_table(
     return table
 
 
-def verdicts_of(summaries: Sequence[RunSummary], labels: Sequence[str]) -> list[str]:
-    """A line for each run that diverged or left the stroke."""
+def verdicts_of(
+    summaries: Sequence[RunSummary], labels: Sequence[str], fields: Mapping[str, Field]
+) -> list[str]:
+    """Lines for each run that diverged, left the stroke or oscillates."""
     return [
-        f"{escape(label)}: {verdict(summary)}"
+        f"{escape(label)}: {line}"
         for label, summary in zip(labels, summaries, strict=True)
-        if summary.metrics["diverged"] or summary.metrics.get("stroke_left")
+        for line in verdict(summary, fields)
+        if line not in WELL
     ]
 
 
@@ -141,19 +149,18 @@ def as_text(value: float | bool, factor: float) -> str:
     return f"{factor * value:.4g}" if math.isfinite(value) else NO_NUMBER
 
 
-def verdict(summary: RunSummary) -> str:
-    """In one line: did the run diverge and by what, did the piston leave its stroke?"""
+def verdict(summary: RunSummary, fields: Mapping[str, Field]) -> list[str]:
+    """In a line each: whether the run diverged and by what, left its stroke, oscillates or cavitates."""
     metrics = summary.metrics
     if metrics["diverged"]:
         cause, time = escape(summary.diverged_by), quantity(metrics["diverged_at"], "s")
         what = cause if BEYOND in cause else f"{cause} stopped being finite"
-        return f"[bold red]DIVERGED[/]: {what} at {time}."
-    if "stroke_left" not in metrics:
-        return "[green]The run did not diverge.[/]"
-    if metrics["stroke_left"]:
+        return [f"[bold red]DIVERGED[/]: {what} at {time}."]
+    lines = [WELL["stroke_left" in metrics]]
+    if metrics.get("stroke_left"):
         low, high = 1e3 * metrics["position_min"], 1e3 * metrics["position_max"]
-        return f"[bold yellow]LEFT THE STROKE[/]: the piston went from {low:.4g} mm to {high:.4g} mm."
-    return "[green]The run did not diverge, and the piston stayed inside its stroke.[/]"
+        lines = [f"[bold yellow]LEFT THE STROKE[/]: the piston went from {low:.4g} mm to {high:.4g} mm."]
+    return [*lines, *(f"[bold yellow]{escape(line)}[/]" for line in behaviour(metrics, fields))]
 
 
 def show_titles(titles: Mapping[str, str]) -> None:

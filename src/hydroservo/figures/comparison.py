@@ -11,7 +11,9 @@ from hydroservo.figures.style import COLOURS, GREY, PALETTE, style
 from hydroservo.figures.trace import trace_of
 from hydroservo.figures.tracking import TracedRun, tracking_figure
 from hydroservo.runs.arguments import check_one_signal
+from hydroservo.runs.behaviour import oscillation_note
 from hydroservo.runs.conditions import differences
+from hydroservo.runs.results import metrics_of
 from hydroservo.runs.titles import controller_name
 
 __all__ = ["plot_comparison"]
@@ -38,8 +40,13 @@ def plot_comparison(datasets: Sequence[xr.Dataset], labels: Sequence[str]) -> Fi
     """
     traces = [trace_of(dataset) for dataset in datasets]
     check_one_signal("results", [trace.name for trace in traces])
-    notes = [" (diverged)" if trace.diverged else "" for trace in traces]
-    names = [literal(label) + note for label, note in zip(labels, notes, strict=True)]
+    notes = [
+        "diverged" if trace.diverged else oscillation_note(metrics_of(dataset))
+        for trace, dataset in zip(traces, datasets, strict=True)
+    ]
+    names = [
+        literal(label) + (f" ({note})" if note else "") for label, note in zip(labels, notes, strict=True)
+    ]
     colours = distinct_colours([controller_name(dataset) for dataset in datasets])
     # Later curves are thinner, so that those beneath are seen where runs agree.
     widths = np.linspace(WIDEST, THINNEST, len(traces))

@@ -8,6 +8,8 @@ from hydroservo.figures.panels import Curve, Panel, draw_panel
 from hydroservo.figures.style import COLOURS, GREY, PALETTE, style
 from hydroservo.figures.trace import Trace, trace_of
 from hydroservo.figures.tracking import TracedRun, add_legend, calm_on_top, tracking_figure, truth, whole
+from hydroservo.runs.behaviour import oscillation_note
+from hydroservo.runs.results import metrics_of
 from hydroservo.runs.titles import controller_name, controller_title
 
 __all__ = ["plot_run"]
@@ -40,7 +42,8 @@ def plot_run(dataset: xr.Dataset) -> Figure:
             draw_pressures(spare[0], run)
         for index, axis in enumerate(spare[len(spare) - count :]):
             draw_estimate(axis, run, index)
-        fig.axes[0].set_title(title(controller_title(dataset), trace), loc="left")
+        note = oscillation_note(metrics_of(dataset))
+        fig.axes[0].set_title(title(controller_title(dataset), trace, note), loc="left")
     return fig
 
 
@@ -68,5 +71,6 @@ def draw_estimate(axis: Axes, run: TracedRun, index: int) -> None:
     add_legend(axis)
 
 
-def title(name: str, trace: Trace) -> str:
-    return f"{name}, diverged at {trace.time[-1]:.3g} s" if trace.diverged else name
+def title(name: str, trace: Trace, note: str) -> str:
+    note = f"diverged at {trace.time[-1]:.3g} s" if trace.diverged else note
+    return f"{name}, {note}" if note else name

@@ -44,7 +44,9 @@ class OscillationValues(NamedTuple):
     oscillation_command: Annotated[
         float, Field("V", "amplitude of the command in a sustained oscillation", smaller_is_better=True)
     ]
-    oscillation_frequency: Annotated[float, Field("Hz", "frequency of a sustained oscillation")]
+    oscillation_frequency: Annotated[
+        float, Field("Hz", "frequency of an oscillation, sustained or dying out")
+    ]
     oscillation_growth: Annotated[
         float, Field("", "growth of an oscillation from cycle to cycle at the end of the run")
     ]
@@ -111,22 +113,31 @@ class Oscillation(NamedTuple):
         )
 
     def values(self, m: OscillationState) -> OscillationValues:
-        faster = self.louder(self.own(m.fast.tone(m.time), m), self.own(m.middle.tone(m.time), m))
-        tone = self.louder(faster, self.own(m.slow.tone(m.time), m))
-        if tone.size >= self.threshold:
-            return OscillationValues(tone.error, tone.command, tone.frequency, tone.growth)
+        sustained = self.loudest(m, -SHRINKING, math.inf)
+        if sustained.size >= self.threshold:
+            return OscillationValues(
+                sustained.error, sustained.command, sustained.frequency, sustained.growth
+            )
         if self.undecided(m):
             return OscillationValues(math.nan, math.nan, math.nan, math.nan)
+        ringing = self.loudest(m, -math.inf, -SHRINKING)
+        if ringing.size >= self.threshold:
+            return OscillationValues(0.0, 0.0, ringing.frequency, ringing.growth)
         return OscillationValues(0.0, 0.0, math.nan, math.nan)
 
-    def own(self, tone: Tone, m: OscillationState) -> Tone:
-        """A tone, silent where it dies out or answers demand or load."""
-        answers = m.demand.explains(tone.frequency) or m.load.explains(tone.frequency)
-        sustained = tone.growth > -SHRINKING and not answers
-        return Tone(tone.size if sustained else 0.0, tone.command, tone.error, tone.frequency, tone.growth)
+    def loudest(self, m: OscillationState, least: float, most: float) -> Tone:
+        """The loudest tone of the bands whose growth lies between two numbers."""
+        fast, middle = self.own(m, m.fast, least, most), self.own(m, m.middle, least, most)
+        slow = self.own(m, m.slow, least, most)
+        faster = fast if fast.size >= middle.size else middle
+        return faster if faster.size >= slow.size else slow
 
-    def louder(self, a: Tone, b: Tone) -> Tone:
-        return a if a.size >= b.size else b
+    def own(self, m: OscillationState, band: BandState, least: float, most: float) -> Tone:
+        """The tone of a band, silent where demand or load explain it, or it grows otherwise."""
+        tone = band.tone(m.time)
+        explained = m.demand.explains(tone.frequency) or m.load.explains(tone.frequency)
+        silent = explained or not least < tone.growth <= most
+        return Tone(0.0 if silent else tone.size, tone.command, tone.error, tone.frequency, tone.growth)
 
     def undecided(self, m: OscillationState) -> bool:
         """Whether something moves at the end that could be an oscillation too slow for the run."""

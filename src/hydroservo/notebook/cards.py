@@ -8,8 +8,9 @@ from hydroservo.html_tables import Strong, html_heading, html_remarks, html_tabl
 from hydroservo.linear.reading import READ, read_as
 from hydroservo.metrics import Divergence
 from hydroservo.runs.arguments import is_result
+from hydroservo.runs.behaviour import behaviour
 from hydroservo.runs.cautions import warnings_of
-from hydroservo.runs.results import metric_fields, scenario_of
+from hydroservo.runs.results import metric_fields, metrics_of, scenario_of
 from hydroservo.runs.spreads import spreads_of
 from hydroservo.runs.titles import controller_title
 
@@ -45,9 +46,10 @@ def run_card(data: "xr.Dataset") -> str:
     at = quantity(float(data["diverged_at"]), "s")
     lost = Strong(f"diverged at {at}, by {data.attrs.get('diverged_by', NONE)}")
     verdict = lost if bool(data["diverged"]) else "did not diverge"
+    said = map(Strong, behaviour(metrics_of(data), metric_fields(data)))
     return (
         heading("run", data)
-        + html_remarks([verdict, *warnings_of(data)])
+        + html_remarks([verdict, *said, *warnings_of(data)])
         + html_table(("metric", "value", "meaning"), rows)
     )
 

@@ -51,7 +51,7 @@ def run_report(command: str, summary: RunSummary, dataset: "xr.Dataset", said: s
     caption = "What is controlled and its demand, error and command; then pressures and estimates, if any."
     return Report(
         f"Run of {summary.scenario}",
-        [*sentences([verdict(summary)]), *filter(None, [said])],
+        [*sentences(verdict(summary, metric_fields(dataset))), *filter(None, [said])],
         summary.warnings,
         [Picture("run", caption, plot_run(dataset))],
         [table_of("metrics", run_table(summary, metric_fields(dataset)), "Metrics of the run.")],
@@ -79,7 +79,7 @@ def comparison_report(
         unequal: in what else the runs differ, in lines.
     """
     fields = {name: field for one in datasets for name, field in metric_fields(one).items()}
-    lost = sentences(verdicts_of(summaries, labels))
+    lost = sentences(verdicts_of(summaries, labels, fields))
     remarks = [
         f"{label}: {line}" for label, one in zip(labels, summaries, strict=True) for line in one.warnings
     ]
