@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from hydroservo import ops
 
-__all__ = ["FEWEST", "BandState", "ReversalsState", "Tone", "band_at_rest", "no_reversals"]
+__all__ = ["FEWEST", "GROWING", "BandState", "ReversalsState", "Tone", "band_at_rest", "no_reversals"]
 
 ALIKE = 0.4  # largest change of period and of rms between regular cycles
 FEWEST = 3.0  # regular cycles that make a tone

@@ -5,10 +5,10 @@ from collections.abc import Mapping
 
 from hydroservo.field import Field
 from hydroservo.formatting import quantity
+from hydroservo.monitors.cycles import GROWING
 
 __all__ = ["behaviour", "oscillates", "oscillation_note"]
 
-GROWING = 0.04  # from cycle to cycle, above which an oscillation has not reached its amplitude
 LONG = 0.01  # s of low pressure that are worth a sentence
 
 Metrics = Mapping[str, float | bool]
