@@ -141,9 +141,9 @@ def metrics_table(runs: Mapping[str, xr.Dataset], *names: str) -> Markdown:
     header, columns = [""], []
     for name in names:
         values = [float(data[name]) for data in runs.values()]
-        unit, factor = readable_unit(next(iter(runs.values()))[name].attrs["units"], max(values))
+        unit, factor = readable_unit(next(iter(runs.values()))[name].attrs["units"], np.nanmax(values))
         header.append(f"{name} [{unit}]" if unit else name)
-        columns.append([f"{factor * value:.3g}" for value in values])
+        columns.append(["–" if np.isnan(value) else f"{factor * value:.3g}" for value in values])
     lost = [" (diverged)" if bool(data["diverged"]) else "" for data in runs.values()]
     names_shown = [label + note for label, note in zip(runs, lost, strict=True)]
     return table(header, zip(names_shown, *columns, strict=True))

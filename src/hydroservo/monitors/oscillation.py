@@ -34,6 +34,29 @@ class OscillationState(NamedTuple):
     demand: ReversalsState
     load: ReversalsState
 
+    def loudest(self, least: float, most: float) -> Tone:
+        """The loudest tone of the bands whose growth lies between two numbers."""
+        fast, middle = self.own(self.fast, least, most), self.own(self.middle, least, most)
+        slow = self.own(self.slow, least, most)
+        faster = fast if fast.size >= middle.size else middle
+        return faster if faster.size >= slow.size else slow
+
+    def own(self, band: BandState, least: float, most: float) -> Tone:
+        """The tone of a band, silent where demand or load explain it, or it grows otherwise."""
+        tone = band.tone(self.time)
+        explained = self.demand.explains(tone.frequency) or self.load.explains(tone.frequency)
+        silent = explained or not least < tone.growth <= most
+        return Tone(0.0 if silent else tone.size, tone.command, tone.error, tone.frequency, tone.growth)
+
+    def undecided(self, threshold: float) -> bool:
+        """Whether something moves at the end that could be an oscillation too slow for the run."""
+        swing = self.highest - self.lowest  # of a sine of amplitude A: 2 A, its mean square A^2/2
+        louder = max(self.fast.size, self.middle.size, 2.0 * threshold * threshold)
+        drifts = swing * swing > 8.0 * max(louder, self.slow.size)
+        few = self.slow.regular < 2.0 * FEWEST and self.slow.size > louder
+        repeats = self.demand.frequency() > 0.0 or self.load.frequency() > 0.0
+        return not self.time > 0.0 or (self.rest > 0.0 and not repeats and (drifts or few))
+
 
 class OscillationValues(NamedTuple):
     """The strongest oscillation; 0 where there is none, nan where the run is too short to tell."""
@@ -113,37 +136,14 @@ class Oscillation(NamedTuple):
         )
 
     def values(self, m: OscillationState) -> OscillationValues:
-        sustained = self.loudest(m, -SHRINKING, math.inf)
+        sustained = m.loudest(-SHRINKING, math.inf)
         if sustained.size >= self.threshold:
             return OscillationValues(
                 sustained.error, sustained.command, sustained.frequency, sustained.growth
             )
-        if self.undecided(m):
+        if m.undecided(self.threshold):
             return OscillationValues(math.nan, math.nan, math.nan, math.nan)
-        ringing = self.loudest(m, -math.inf, -SHRINKING)
+        ringing = m.loudest(-math.inf, -SHRINKING)
         if ringing.size >= self.threshold:
             return OscillationValues(0.0, 0.0, ringing.frequency, ringing.growth)
         return OscillationValues(0.0, 0.0, math.nan, math.nan)
-
-    def loudest(self, m: OscillationState, least: float, most: float) -> Tone:
-        """The loudest tone of the bands whose growth lies between two numbers."""
-        fast, middle = self.own(m, m.fast, least, most), self.own(m, m.middle, least, most)
-        slow = self.own(m, m.slow, least, most)
-        faster = fast if fast.size >= middle.size else middle
-        return faster if faster.size >= slow.size else slow
-
-    def own(self, m: OscillationState, band: BandState, least: float, most: float) -> Tone:
-        """The tone of a band, silent where demand or load explain it, or it grows otherwise."""
-        tone = band.tone(m.time)
-        explained = m.demand.explains(tone.frequency) or m.load.explains(tone.frequency)
-        silent = explained or not least < tone.growth <= most
-        return Tone(0.0 if silent else tone.size, tone.command, tone.error, tone.frequency, tone.growth)
-
-    def undecided(self, m: OscillationState) -> bool:
-        """Whether something moves at the end that could be an oscillation too slow for the run."""
-        swing = m.highest - m.lowest  # of a sine of amplitude A: 2 A, its mean square A^2/2
-        louder = max(m.fast.size, m.middle.size, 2.0 * self.threshold * self.threshold)
-        drifts = swing * swing > 8.0 * max(louder, m.slow.size)
-        few = m.slow.regular < 2.0 * FEWEST and m.slow.size > louder
-        repeats = m.demand.frequency() > 0.0 or m.load.frequency() > 0.0
-        return not m.time > 0.0 or (m.rest > 0.0 and not repeats and (drifts or few))
