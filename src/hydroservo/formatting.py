@@ -4,6 +4,8 @@ import math
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
+from hydroservo.command_scale import in_command_unit
+
 if TYPE_CHECKING:
     import xarray as xr
 
@@ -40,8 +42,13 @@ SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 def readable_unit(unit: str, largest: float) -> tuple[str, float]:
     """The unit in which an engineer reads SI numbers of up to this size, and the factor to it.
 
-    For instance ``("mm/s", 1e3)`` for "m/s", and ``("mV", 1e3)`` for "V" where everything is below 1 V.
+    For instance ``("mm/s", 1e3)`` for "m/s", and ``("mV", 1e3)`` for "V" where everything is below 1 V. What
+    has V in it comes in the unit of commands.
     """
+    own, per_volt = in_command_unit(unit)
+    if own != unit:
+        label, factor = COMMON.get(unit, (unit, 1.0))
+        return superscripts(in_command_unit(label)[0]), factor * per_volt
     if unit in COMMON:
         return COMMON[unit]
     if unit == "V" and largest < 1.0:
@@ -50,7 +57,11 @@ def readable_unit(unit: str, largest: float) -> tuple[str, float]:
         return ("ms", 1e3) if largest >= 1e-3 else ("µs", 1e6)
     if unit in ("N", "N/s") and largest >= 1e4:
         return (f"k{unit}", 1e-3) if largest < 1e7 else (f"M{unit}", 1e-6)
-    return unit.replace("^2", "²").replace("^3", "³"), 1.0
+    return superscripts(unit), 1.0
+
+
+def superscripts(unit: str) -> str:
+    return unit.replace("^2", "²").replace("^3", "³")
 
 
 def common_unit(values: Iterable[float], unit: str) -> tuple[str, float]:

@@ -4,6 +4,7 @@ from typing import Annotated, Any, NamedTuple
 
 from hydroservo import ops
 from hydroservo.block import Block, Field
+from hydroservo.command_scale import CommandScale
 from hydroservo.controlled.velocity import Velocity
 from hydroservo.drives.ports import Ports
 from hydroservo.drives.valve_on_supply import ValveOnSupply
@@ -107,7 +108,8 @@ class Loop(NamedTuple):
 
     ``controls`` is the signal that the demand is of, and every verdict; ``drive`` what lies between the valve
     and the cylinder, or stands in the valve's place. ``metrics`` are the monitors that judge a run: those of
-    :func:`~hydroservo.metrics.usual` where it is left as it is. What a law believes of the machine and what
+    :func:`~hydroservo.metrics.usual` where it is left as it is. ``command`` says in what a person reads and
+    writes commands, which are volts for all blocks. What a law believes of the machine and what
     sensors know of it is filled from the machine before a run where it is left open, as
     :func:`~hydroservo.wiring.wired` does.
     """
@@ -125,6 +127,7 @@ class Loop(NamedTuple):
     hold: Hold = ZeroOrderHold()
     start: Start = AsBuilt()
     metrics: Block = Usual()
+    command: CommandScale = CommandScale()
 
     def __repr__(self) -> str:
         return outline(self)

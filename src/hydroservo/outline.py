@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hydroservo.block import Block, in_signal, is_block, signal_below, signal_of
+from hydroservo.command_scale import is_volts
 from hydroservo.field import Field, declared_fields
 from hydroservo.formatting import common_unit
 from hydroservo.html_tables import Strong, html_row
@@ -79,7 +80,7 @@ def parts_of(block: Block, path: str = "", same: bool = False, outer: Field | No
     signal = signal_of(block, outer)
     yield Part(path, block, same, signal)
     for name, value in block._asdict().items():
-        if is_block(value):
+        if is_block(value) and not is_volts(value):
             known = path and type(block).__module__.startswith("hydroservo.")
             default = known and alike(value, block._field_defaults.get(name))
             if name == "controls" and path:  # a law's own, which is worth a line where it is not its loop's

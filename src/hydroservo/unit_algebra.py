@@ -4,7 +4,7 @@ import re
 from collections.abc import Iterator
 from functools import cache
 
-__all__ = ["exchanged"]
+__all__ = ["exchanged", "power_in"]
 
 FACTOR = re.compile(r"([^\s/()^]+)(?:\^(\([^)]*\)|[^\s/()]+))?")
 
@@ -30,6 +30,11 @@ def exchanged(unit: str, name: str, other: str) -> str:
     if not below:
         return above
     return f"{above or 1}/{below[0] if len(below) == 1 else '(' + ' '.join(below) + ')'}"
+
+
+def power_in(unit: str, name: str) -> int:
+    """The power of a name in a unit: -1 of V in "m^3/(s V)", 0 where it is not in it."""
+    return sum(power for one, power in powers(unit) if one == name)
 
 
 def powers(unit: str) -> Iterator[tuple[str, int]]:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hydroservo.command_scale import in_command_unit
 from hydroservo.linear.bode import bode
 from hydroservo.linear.operating_point import operating_point
 from hydroservo.linear.parts import parts_of
@@ -55,7 +56,8 @@ def rows_of(grid: NDArray[np.float64], curves: Mapping[str, NDArray[np.complex12
     rows = [grid]
     for name in CURVES:
         with np.errstate(divide="ignore"):
-            rows += [20.0 * np.log10(np.abs(curves[name])), np.degrees(np.unwrap(np.angle(curves[name])))]
+            size = np.abs(curves[name]) * (in_command_unit("1/V")[1] if name == "machine" else 1.0)
+            rows += [20.0 * np.log10(size), np.degrees(np.unwrap(np.angle(curves[name])))]
     return np.vstack(rows).astype(np.float32)
 
 
@@ -68,7 +70,7 @@ def drawn_bode(loop: Loop) -> tuple[dict[str, Any], NDArray[np.float32]]:
     data = bode(loop, measure=False)
     about = {
         "curves": [
-            {"name": name, "title": title, "unit": data[name].attrs["units"]}
+            {"name": name, "title": title, "unit": in_command_unit(data[name].attrs["units"])[0]}
             for name, title in CURVES.items()
         ],
         "points": int(data.sizes["frequency"]),

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 from hydroservo.app.failures import Stopped, failure
 from hydroservo.app.source import Home
+from hydroservo.command_scale import commands_in
 from hydroservo.work.processes import begin_worker, single_threaded_algebra
 
 __all__ = ["Message", "Worker"]
@@ -146,7 +147,8 @@ def answered(jobs: Any, job: str, request: Mapping[str, Any], home: Home, pipe: 
         pipe.send(Message("progress", {"done": done, "what": what}))
 
     try:
-        about, content = jobs[job](request, home, report)
+        with commands_in(None):
+            about, content = jobs[job](request, home, report)
     except Stopped:
         return Message("stopped", {})
     except Exception as error:

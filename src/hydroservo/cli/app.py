@@ -110,7 +110,8 @@ def run(
 
     With --out it also writes a report (report.html, its tables as CSV and LaTeX in tables), the trajectory
     in SI units (trajectory.csv, or as --format says), the metrics (metrics.csv, metrics.json) and a plot
-    (run.png, run.svg). Other files in the folder are left alone.
+    (run.png, run.svg). Other files in the folder are left alone. Where the scenario has commands in mA or %,
+    CSV has them too.
 
     Examples:
 

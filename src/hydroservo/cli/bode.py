@@ -80,7 +80,11 @@ def bode(
     ] = None,
     amplitude: Annotated[
         str,
-        typer.Option("--amplitude", metavar="VOLT", help="How far the excitation moves the command, rms."),
+        typer.Option(
+            "--amplitude",
+            metavar="COMMAND",
+            help="How far the excitation moves the command, rms: volts, or the scenario's unit of commands.",
+        ),
     ] = "10mV",
     excitation: Annotated[
         Excitation, typer.Option("--excitation", help="Many tones at once, or one of rising frequency.")
@@ -130,13 +134,13 @@ def bode(
     from hydroservo.reports.journal import journal_of
     from hydroservo.runs.results import as_json
 
+    loop = loaded(scenario, changes, plugins)  # first, for commands are read in its unit
     volts = quantity_of("--amplitude", amplitude, "V")
     point: dict[str, Any] = {
         "command": quantity_of("--command", command, "V"),
         "force": quantity_of("--load", force, "N"),
         "band": band_in(band),
     }
-    loop = loaded(scenario, changes, plugins)
     file, folder = destination(out)
     journal = journal_of(figure_format, figure_size, folder, checked_decimal_comma(decimal_comma, folder))
     if file:

@@ -15,6 +15,7 @@ from typer.core import TyperGroup
 
 from hydroservo.cli.interrupts import INTERRUPTED, heard
 from hydroservo.cli.remarks import SAID
+from hydroservo.command_scale import commands_in
 from hydroservo.errors import (
     HydroservoError,
     HydroservoWarning,
@@ -53,7 +54,8 @@ class Commands(TyperGroup):
             SAID.clear()  # of the command before, in one process
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore", HydroservoWarning)  # a result has them; the command says them
-                result = super().invoke(ctx)
+                with commands_in(None):
+                    result = super().invoke(ctx)
             sys.stdout.flush()
         except HydroservoError as error:
             say_error(str(error))

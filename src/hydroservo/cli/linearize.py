@@ -161,15 +161,19 @@ def gains_table(found: "Linearization") -> "Table":
     from rich.markup import escape
     from rich.table import Table
 
+    from hydroservo.command_scale import in_command_unit
     from hydroservo.formatting import number
 
+    inputs, outputs = (
+        [(one.name, *in_command_unit(one.unit)) for one in each] for each in (found.inputs, found.outputs)
+    )
     gains = Table(title="steady gain", title_justify="left")
     gains.add_column("of", no_wrap=True)
-    for one in found.inputs:
-        gains.add_column(escape(f"{one.name} [{one.unit}]"), justify="right")
-    for out in found.outputs:
-        shown = [number(found.steady_gain(out.name, one.name), 4) for one in found.inputs]
-        gains.add_row(escape(f"{out.name} [{out.unit}]"), *shown)
+    for name, unit, _ in inputs:
+        gains.add_column(escape(f"{name} [{unit}]"), justify="right")
+    for out, unit, factor in outputs:
+        shown = [number(factor * found.steady_gain(out, name) / own, 4) for name, _, own in inputs]
+        gains.add_row(escape(f"{out} [{unit}]"), *shown)
     return gains
 
 

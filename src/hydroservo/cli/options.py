@@ -147,8 +147,9 @@ CommandAt = Annotated[
     str | None,
     typer.Option(
         "--command",
-        metavar="VOLT",
-        help="Command under which the machine has settled: `0.2V`. Without it, that of a steady start, or 0.",
+        metavar="COMMAND",
+        help="Command under which the machine has settled: `0.2V`, or in the scenario's unit of commands. "
+        "Without it, that of a steady start, or 0.",
     ),
 ]
 Force = Annotated[

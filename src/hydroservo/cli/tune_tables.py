@@ -10,6 +10,7 @@ from rich.table import Table
 from hydroservo._version import __version__
 from hydroservo.block import field_at
 from hydroservo.cli.tables import as_text
+from hydroservo.command_scale import in_command_unit
 from hydroservo.formatting import common_unit
 from hydroservo.runs.aims import geometric_mean
 from hydroservo.runs.tuning import Tuned
@@ -60,8 +61,8 @@ def values_table(task: Task, found: Tuned) -> Table:
         shown.add_column(name, justify="right", no_wrap=True)
     shown.add_column("unit", no_wrap=True)
     for path, best in found.parameters.items():
-        unit = field_at(task.aim.loops[0], path).unit
-        shown.add_row(escape(path), *(f"{one:.5g}" for one in (best, *task.ranges[path])), unit)
+        unit, factor = in_command_unit(field_at(task.aim.loops[0], path).unit)
+        shown.add_row(escape(path), *(f"{factor * one:.5g}" for one in (best, *task.ranges[path])), unit)
     return shown
 
 

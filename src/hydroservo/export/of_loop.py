@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 from types import FunctionType
 from typing import Any, NamedTuple
@@ -10,6 +11,7 @@ import numpy as np
 
 from hydroservo._version import __version__
 from hydroservo.block import Block, field_at, leaves, state_field_at
+from hydroservo.command_scale import is_volts
 from hydroservo.cosimulation import refuse_foreign
 from hydroservo.errors import LoopError
 from hydroservo.export.c.counting import counted
@@ -17,14 +19,23 @@ from hydroservo.export.c.declared import declared_in
 from hydroservo.export.c.liveness import Needed
 from hydroservo.export.c.primitives import WRITTEN
 from hydroservo.export.c.source import Form, Translation, texts
+from hydroservo.export.converted import ConvertedController, ConvertedHold, ConvertedState
 from hydroservo.export.names import place_in_c
-from hydroservo.export.parts import Command, ExternalForce, Instant, block_of, with_its_substeps
+from hydroservo.export.parts import (
+    Command,
+    ConvertedEquationsUnit,
+    ExternalForce,
+    Instant,
+    MachineUnitState,
+    block_of,
+    with_its_substeps,
+)
 from hydroservo.export.prefix import checked_prefix, plain_title
 from hydroservo.export.translate.fixed import computed_once
 from hydroservo.export.translate.program import Program, check_law
 from hydroservo.export.translate.terms import REAL, Record
 from hydroservo.export.unit import INTEGRATED, RATES, Argument, Part, Precision, Signal, Unit
-from hydroservo.field import Field
+from hydroservo.field import Field, declared_fields
 from hydroservo.loop import Loop, MachineState
 from hydroservo.runs.cautions import quietly
 from hydroservo.runs.fitting import first_state
@@ -48,6 +59,14 @@ TAKES = {  # name and type of each argument of step besides the state
 }
 
 
+PER_VOLT = "per_volt"
+CONVERTED: Mapping[type | None, tuple[str, ...]] = {  # which numbers are in the scenario's unit of commands
+    Measurement: ("command",),
+    Command: ("u",),
+    MachineUnitState: ("command",),
+    ConvertedState: ("u",),
+    **dict.fromkeys((ConvertedController, ConvertedHold, ConvertedEquationsUnit), (PER_VOLT,)),
+}
 STEPPED = (Part.MACHINE, Part.LOOP)  # by an integrator of its own
 MACHINE = ("plant.", "valve.", "supply.", "drive.")  # records of a machine's state
 
@@ -100,7 +119,9 @@ def exported_unit(
     needed = needed_by(translation, init=True)
     digest, period = scenario_hash(loop), ready_loop.simulation.period
     sampled = "" if part is Part.EQUATIONS else f", for a sample period of {period!r} s"
-    about = ABOUT.format(title=title, hash=digest, version=__version__, sampled=sampled)
+    commands = "" if part in (Part.LOOP, Part.DEMAND) or is_volts(loop.command) else COMMANDS
+    commands = commands.format(unit=loop.command.unit, per_volt=float(loop.command.per_volt))
+    about = ABOUT.format(title=title, hash=digest, version=__version__, sampled=sampled, commands=commands)
     real = "float" if single else "double"
     header, source = texts(translation, needed, Form(prefix, real, inlined, about, digest, __version__))
     start = translation.start
@@ -132,10 +153,13 @@ def exported_unit(
 ABOUT = """\
 {title}
 
-Written by hydroservo {version} from the scenario with hash {hash}{sampled}.
+Written by hydroservo {version} from the scenario with hash {hash}{sampled}.{commands}
 What is computed here is, operation by operation, what the simulation computes: with IEEE 754 numbers, no
 contraction of a*b + c, which is switched off below, and no -ffast-math, results agree to the last bit.
 SPDX-License-Identifier: BSD-3-Clause"""
+
+COMMANDS = """
+The command comes and goes in {unit}, {per_volt:g} {unit} a volt; what is inside counts in volts."""
 
 
 def translated(loop: Loop, part: Part, prefix: str) -> Translation:
@@ -146,11 +170,20 @@ def translated(loop: Loop, part: Part, prefix: str) -> Translation:
         LoopError: an expression nests too deep.
     """
     try:
-        return translation_of(Program(WRITTEN, prefix), block_of(loop, part), part, loop.controls.declared())
+        program = Program(WRITTEN, prefix)
+        found = translation_of(program, block_of(loop, part), part, loop.controls.declared())
     except RecursionError:
         raise LoopError(
             f"{part}: an expression nests too deeply to be translated; give names to parts of it"
         ) from None
+    if part is not Part.LOOP and not is_volts(loop.command):
+        hold: type = type(loop.hold.init())
+        held = tuple(name for name, field in declared_fields(hold).items() if field.unit == "V")
+        converted = {**CONVERTED, hold: held}
+        for record in program.records.values():
+            names = converted.get(record.cls, ())
+            record.units = {one: f"{loop.command.unit}{'/V' * (one == PER_VOLT)}" for one in names}
+    return found
 
 
 def translation_of(program: Program, block: Block, part: Part, controlled: Field) -> Translation:
@@ -208,6 +241,7 @@ def parameter_signals(translation: Translation, needed: Needed, later: Needed) -
         path = "simulation.period" if place == "period" else place.removeprefix("loop.")
         fixed = not later.has(record, name) or place == "period"
         field = field_at(translation.block, place, translation.signal)
+        field = replace(field, unit=record.units.get(name, field.unit))
         parameter = signal(path, place, field, number_in(translation.block, place))
         least, most = bounds(field)
         yield parameter._replace(fixed=fixed, least=least, most=most)
@@ -237,11 +271,12 @@ def sizes(loop: Loop, start: Block) -> dict[str, Size]:
 def state_signals(translation: Translation, needed: Needed) -> Iterator[Signal]:
     """The numbers of the state, by their paths in the loop."""
     start, part = translation.start, translation.part
-    for place, _, _ in kept_numbers(translation.init.returns, needed):
+    for place, record, name in kept_numbers(translation.init.returns, needed):
         own = place.removeprefix("loop.")
         integrated = part is not Part.CONTROLLER and own.startswith(MACHINE)
         path = f"controller.{own}" if part is Part.CONTROLLER else own
         field = state_field_at(translation.stepped, start, place, translation.signal)
+        field = replace(field, unit=record.units.get(name, field.unit))
         state = signal(path, place, field, number_in(start, place))
         if own.startswith(RATES):
             state = state._replace(unit=f"{state.unit or 1}/s", meaning=f"rate of the {state.meaning}")

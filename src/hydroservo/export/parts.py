@@ -5,6 +5,8 @@ from typing import Annotated, Any, NamedTuple
 
 from hydroservo import ops
 from hydroservo.block import Block, Field, values
+from hydroservo.command_scale import is_volts
+from hydroservo.export.converted import PER_VOLT, ConvertedController, ConvertedHold
 from hydroservo.export.unit import Part
 from hydroservo.integrators.jumps import BEFORE
 from hydroservo.loop import AUTO, External, Loop, MachineState
@@ -19,6 +21,7 @@ from hydroservo.sources import CHOSEN
 __all__ = [
     "Command",
     "ControllerUnit",
+    "ConvertedEquationsUnit",
     "DemandUnit",
     "EquationsUnit",
     "ExternalForce",
@@ -29,6 +32,7 @@ __all__ = [
     "infinite",
     "with_its_substeps",
 ]
+
 
 PERIOD = Field("s", "sample period", CHOSEN, above=0)
 
@@ -220,6 +224,29 @@ class EquationsUnit(NamedTuple):
         )
 
 
+class ConvertedEquationsUnit(NamedTuple):
+    """The equations of a machine whose command comes in another unit than its volts: u_valve = u/k."""
+
+    loop: Loop
+    per_volt: Annotated[float, PER_VOLT]
+
+    def init(self) -> EquationsUnitState:
+        """At the start, without a command."""
+        return EquationsUnit(self.loop).init()
+
+    def step(
+        self,
+        state: EquationsUnitState,
+        instant: Instant,
+        machine: MachineState,
+        command: Command,
+        external: ExternalForce,
+    ) -> EquationsUnitState:
+        """At any instant, in any state; what was asked before does not matter."""
+        volts = Command(command.u / self.per_volt)
+        return EquationsUnit(self.loop).step(state, instant, machine, volts, external)
+
+
 class DemandUnitState(NamedTuple):
     """A demand at a sample."""
 
@@ -279,8 +306,16 @@ def with_its_substeps(loop: Loop) -> Loop:
 
 
 def block_of(loop: Loop, part: Part) -> Block:
-    """The block that is stepped, without metrics; the seed becomes a number that can be changed."""
-    loop = loop._replace(metrics=Usual())
+    """The block that is stepped, without metrics; the seed becomes a number that can be changed.
+
+    A controller and a machine have the command between them in the scenario's unit; a whole loop has volts.
+    """
+    loop, per_volt = loop._replace(metrics=Usual()), float(loop.command.per_volt)
+    if not is_volts(loop.command) and part is Part.EQUATIONS:
+        return ConvertedEquationsUnit(loop, per_volt)
+    if not is_volts(loop.command) and part is not Part.LOOP:
+        law, hold = ConvertedController(loop.controller, per_volt), ConvertedHold(loop.hold, per_volt)
+        loop = loop._replace(controller=law, hold=hold)
     period = loop.simulation.period
     if part is Part.CONTROLLER:
         return ControllerUnit(loop.controller, period)

@@ -14,6 +14,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, MultipleLocator
 from numpy.typing import NDArray
 
+from hydroservo.command_scale import in_command_unit
 from hydroservo.figures.style import GREY, PALETTE, figure, style
 from hydroservo.formatting import number, quantity
 
@@ -75,11 +76,11 @@ def plot_bode(data: xr.Dataset) -> Figure:
 def draw_column(data: xr.Dataset, axes: Sequence[Axes], column: Column) -> None:
     """The panels of a response, one above the other."""
     top, middle = axes[0], axes[1]
-    unit = data[column.name].attrs["units"]
-    scale = 1.0
+    unit, scale = in_command_unit(data[column.name].attrs["units"])
     if unit:
         largest = float(np.abs(data[column.name]).max())
-        scale, unit = readable(unit, largest)
+        prefix, unit = readable(unit, scale * largest)
+        scale *= prefix
         top.set_yscale("log")
         top.set_ylabel(f"[{unit}]")
     else:

@@ -11,7 +11,7 @@ from hydroservo.formatting import readable_unit
 __all__ = ["axis_unit", "largest", "limits"]
 
 MARGIN = 0.12  # of a range, above and below
-SMALLER = {"mm": "µm", "mm/s": "µm/s", "mV": "µV"}  # by a factor of 1000
+SMALLER = {"mm": "µm", "mm/s": "µm/s", "mV": "µV", "mA": "µA"}  # by a factor of 1000
 
 
 def largest(curves: Sequence[Samples], tail: float = 0.0) -> float:

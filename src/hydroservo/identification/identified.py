@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydroservo.block import Field, field_at, value_at
+from hydroservo.command_scale import commands_in
 from hydroservo.errors import ParameterError, ScenarioError
 from hydroservo.identification.conclusions import remarks_of
 from hydroservo.identification.experiment import LOAD, experiment, played_path
@@ -214,7 +215,8 @@ def read(logs: Sequence[Given], assembly: Assembly) -> list[Log]:
         ParameterError: there is none.
         ScenarioError: one is not what it must be.
     """
-    every = read_logs(logs, log_mapping(assembly.log_columns))
+    with commands_in(assembly.loop.command):
+        every = read_logs(logs, log_mapping(assembly.log_columns))
     period = assembly.loop.simulation.period
     for log in every:
         lasts = float(log.time[-1] - log.time[0])

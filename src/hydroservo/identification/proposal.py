@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from hydroservo.command_scale import in_command_unit
 from hydroservo.errors import HydroservoError
 from hydroservo.identification.bounds import Bounds, bounds_of
 from hydroservo.identification.candidates import candidates
@@ -62,8 +63,9 @@ class Proposal(NamedTuple):
 
     def csv(self) -> str:
         """A table of time and command, as a rig plays it and a ``Recorded`` demand takes it."""
-        rows = zip(self.time.tolist(), self.command.tolist(), strict=True)
-        return "time [s],command [V]\n" + "".join(f"{t:.9g},{u:.6g}\n" for t, u in rows)
+        unit, factor = in_command_unit("V")
+        rows = zip(self.time.tolist(), (factor * self.command).tolist(), strict=True)
+        return f"time [s],command [{unit}]\n" + "".join(f"{t:.9g},{u:.6g}\n" for t, u in rows)
 
 
 def propose(

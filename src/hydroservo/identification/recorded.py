@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from hydroservo.command_scale import commands_in
 from hydroservo.errors import ParameterError, ScenarioError
 from hydroservo.field import Field
 from hydroservo.identification.log import read_log
@@ -88,7 +89,8 @@ def recorded(loop: Loop, path: str | Path, columns: Mapping[str, str]) -> Record
         ScenarioError: it tells none.
     """
     demand = Field(loop.controls.declared().unit, "demand")
-    log = understood(read_log(path, columns, (TIME,), {**SIGNALS, REFERENCE: demand}))
+    with commands_in(loop.command):
+        log = understood(read_log(path, columns, (TIME,), {**SIGNALS, REFERENCE: demand}))
     name, segments = (
         log.log.name,
         [whole for one in log.segments for whole in unbroken(loop, one, log.log.name)],

@@ -10,6 +10,7 @@ import tomli_w
 
 from hydroservo._version import __version__
 from hydroservo.block import Block, is_block
+from hydroservo.command_scale import CommandScale
 from hydroservo.controlled.this_signal import ThisSignal
 from hydroservo.group import group_class
 
@@ -19,7 +20,8 @@ __all__ = ["describe", "provenance", "scenario_hash", "scenario_text", "toml"]
 def describe(block: Block) -> dict[str, Any]:
     """A block as nested tables: the type's name and every value in SI units.
 
-    Arrays (recorded signals) are named by their length and SHA-256, not written out.
+    Arrays (recorded signals) are named by their length and SHA-256, not written out. In what a person reads
+    commands is no part of it: the same loop in volts and in mA has one description.
     """
     named = type(block) is not group_class(block._fields)  # and no mere group of names
     table: dict[str, Any] = {"type": type(block).__name__} if named else {}
@@ -27,7 +29,7 @@ def describe(block: Block) -> dict[str, Any]:
         table["module"] = type(block).__module__  # of a plugin: holds a digest of its text
     for name in block._fields:
         value = getattr(block, name)
-        if name == "controls" or isinstance(value, ThisSignal):  # which a loop says once
+        if name == "controls" or isinstance(value, ThisSignal | CommandScale):  # which a loop says once
             continue
         if is_block(value):
             table[name] = describe(value)

@@ -9,6 +9,7 @@ from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from hydroservo.command_scale import in_command_unit
 from hydroservo.errors import HydroservoError, ParameterError
 from hydroservo.field import Field
 from hydroservo.outputs import atomic_path, digests, write_text
@@ -44,9 +45,10 @@ METRICS = "metrics.json"
 def save(dataset: "xr.Dataset", path: Path | str) -> Path:
     """Write the trajectory of a run, or the table of many, in the format that the file's ending names.
 
-    All are in SI units. ``.csv`` has the unit in each column's header, 0 or 1 for a flag, and nothing but
-    columns. ``.parquet`` (units, attributes and a run's metrics in the schema's metadata), ``.nc`` (NetCDF 3,
-    0 or 1 for a flag) and ``.mat`` (MATLAB 5, dots in names become underscores) hold everything.
+    All are in SI units, but on the command line the commands of a ``.csv``, which are in the scenario's.
+    ``.csv`` has the unit in each column's header, 0 or 1 for a flag, and nothing but columns. ``.parquet``
+    (units, attributes and a run's metrics in the schema's metadata), ``.nc`` (NetCDF 3, 0 or 1 for a flag)
+    and ``.mat`` (MATLAB 5, dots in names become underscores) hold everything.
 
     Returns:
         The path written.
@@ -133,10 +135,13 @@ def best_runs(runs: Sequence[Mapping[str, float | bool]], name: str) -> set[int]
 
 
 def metrics_csv(runs: "pd.DataFrame", fields: Mapping[str, Field]) -> str:
-    """A row for each run, in SI units that the headers name; flags are 0 or 1, and nan is nan."""
-    units = {name: f"{name} [{field.unit}]" for name, field in fields.items() if field.unit}
+    """A row for each run, in SI units and that of commands, which the headers name; flags are 0 or 1."""
+    named = {name: in_command_unit(field.unit) for name, field in fields.items() if field.unit}
+    factors = {name: factor for name, (_, factor) in named.items() if factor != 1.0 and name in runs}
+    units = {name: f"{name} [{unit}]" for name, (unit, _) in named.items()}
     flags = [name for name, kind in runs.dtypes.items() if kind.kind == "b"]
-    table = runs.astype(dict.fromkeys(flags, int)).rename(columns=units)
+    scaled = runs.assign(**{name: runs[name] * factor for name, factor in factors.items()})
+    table = scaled.astype(dict.fromkeys(flags, int)).rename(columns=units)
     return str(table.to_csv(index=False, na_rep="nan", lineterminator="\n"))
 
 
@@ -191,8 +196,9 @@ def save_csv(dataset: "xr.Dataset", path: Path) -> None:
 
     columns = {}
     for name, values in trajectory_of(dataset).items():
-        unit = unit_of(dataset, name)
-        columns[f"{name} [{unit}]" if unit else name] = values * 1 if values.dtype == bool else values
+        unit, factor = in_command_unit(unit_of(dataset, name))
+        scaled = values * 1 if values.dtype == bool else values if factor == 1.0 else values * factor
+        columns[f"{name} [{unit}]" if unit else name] = scaled
     pd.DataFrame(columns, copy=False).to_csv(path, index=False, na_rep="nan", lineterminator="\n")
 
 

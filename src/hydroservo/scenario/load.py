@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from hydroservo.block import Block, field_at, leaves
+from hydroservo.command_scale import command_scale, commands_in, note_command_scale
 from hydroservo.cosimulation import ForeignMachine, NoSupply, ThroughFmu
 from hydroservo.errors import ParameterError, ScenarioError
 from hydroservo.hooks import at_rest
@@ -18,6 +19,7 @@ from hydroservo.runs.arguments import as_list, checked_mapping, checked_path
 from hydroservo.scenario.build import Argument, Context, Draft, draft
 from hydroservo.scenario.declared import hints
 from hydroservo.scenario.fmus import names_fmu
+from hydroservo.scenario.full_scale import full_scale_in
 from hydroservo.scenario.layers import layered
 from hydroservo.scenario.log_columns import log_columns, log_ranges
 from hydroservo.scenario.metrics import metrics_in
@@ -33,7 +35,7 @@ from hydroservo.wiring import believed, is_open, wired, with_model
 
 __all__ = ["Assembly", "Machine", "assembled", "load_scenario"]
 
-FIRST = ("plant", "valve", "supply", "drive", "load", "metrics", "controls", "start")
+FIRST = ("plant", "valve", "supply", "drive", "load", "metrics", "controls", "start", "command")
 INSIDE: Mapping[str, Block] = {"valve": NoValve(), "supply": NoSupply(), "drive": ThroughFmu()}  # of an FMU
 DIGITAL = tuple(name for name in Loop._fields if name not in FIRST)
 
@@ -104,6 +106,19 @@ def assembled(
         load_plugin(checked_path("plugins", plugin))
     scenario = start_written_out(layered(source, given))
     check_tables(scenario)
+    scale = full_scale_in(scenario.table("command"))
+    with commands_in(scale):
+        found = assembly_of(scenario)
+    note_command_scale(scale)
+    return found
+
+
+def assembly_of(scenario: Table) -> Assembly:
+    """The loop that tables describe, and what it is made of.
+
+    Raises:
+        ScenarioError: in one line, the file, the key, the value and what is allowed.
+    """
     own = {} if not names_fmu(Plant, scenario.table("plant")) else INSIDE
     drafts = {name: part(scenario, name, default=own.get(name)) for name in Machine._fields}
     machine = Machine(**{name: one.made() for name, one in drafts.items()})
@@ -112,7 +127,8 @@ def assembled(
     drafts |= {name: part(scenario, name, context) for name in DIGITAL}
     digital = {name: drafts[name].made() for name in DIGITAL}
     with answers(scenario):
-        loop = wired(alone(Loop(**machine._asdict(), **digital, controls=controls)))
+        blocks = Loop(**machine._asdict(), **digital, controls=controls, command=command_scale())
+        loop = wired(alone(blocks))
     loop = loop._replace(metrics=metrics_in(scenario.table("metrics"), loop))
     loop = loop._replace(start=start_in(scenario.table("start"), loop))
     arguments = arguments_of(drafts, machine)

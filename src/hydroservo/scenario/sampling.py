@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydroservo.block import field_at, leaves, replace, value_at
+from hydroservo.command_scale import commands_in
 from hydroservo.errors import ParameterError, ScenarioError
 from hydroservo.loop import Loop
 from hydroservo.runs.arguments import checked_loop, checked_mapping, checked_table
@@ -186,7 +187,8 @@ def variation(assembly: Assembly, path: str, entry: Entry) -> Variation:
     check_path(path, entry, loop, arguments)
     nominal = loop._replace(**assembly.nominal._asdict())
     field, middle = arguments.get(path) or (field_at(loop, path), float(value_at(nominal, path)))
-    low, high = both_ends(entry, field, middle)
+    with commands_in(loop.command):
+        low, high = both_ends(entry, field, middle)
     known = middle not in (0.0, field.auto)
     machine = path.partition(".")[0] in Machine._fields
     return Variation(path, low, high, middle if machine and known else None, entry)

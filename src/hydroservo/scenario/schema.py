@@ -10,6 +10,7 @@ from hydroservo.roles import Monitor
 from hydroservo.roles.saying import is_role
 from hydroservo.scenario.catalogue import builtin_texts
 from hydroservo.scenario.descriptions import summary
+from hydroservo.scenario.full_scale import FULL_SCALE
 from hydroservo.scenario.keys import ANY_SIGNAL, Key, keys_of, range_of
 from hydroservo.scenario.records.series import curve_keys
 from hydroservo.scenario.registry import Maker, makers, makers_in_role
@@ -76,8 +77,10 @@ def scenario_schema() -> Schema:
     }
     definitions, tables = found["definitions"], found["properties"]
     for key in keys_of(Loop):
-        if key.name != "metrics":
+        if key.name not in ("metrics", "command"):
             tables[key.name] = block(key.kind, key.default, definitions)
+    scale = described(TEXT, 'what 10 V of command stand for: "40 mA", "100 %"; without it "10 V"')
+    tables["command"] = closed({FULL_SCALE: scale})
     usual = {"usual": described({"type": "boolean"}, "whether the usual metrics count too")}
     tables["metrics"] = closed(usual) | {"additionalProperties": block(Monitor, None, definitions)}
     tables["start"]["anyOf"].append({"const": "steady"})

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from hydroservo.block import field_at, leaves, value_at
+from hydroservo.command_scale import commands_in
 from hydroservo.errors import ParameterError, ScenarioError
 from hydroservo.loop import Loop
 from hydroservo.runs.aims import checked_effort, checked_weights, checked_whole, finite_numbers, metric_field
@@ -123,7 +124,8 @@ def searched_range(path: str, entry: Entry, loop: Loop, arguments: Mapping[str, 
     if path in arguments:
         problem = "is what a constructor takes; a search sets numbers of the block that it makes"
         raise ScenarioError(entry.origin.name, entry.key, problem)
-    return Range(*both_ends(entry, field_at(loop, path), float(value_at(loop, path))), entry)
+    with commands_in(loop.command):
+        return Range(*both_ends(entry, field_at(loop, path), float(value_at(loop, path))), entry)
 
 
 def sources(entry: Entry) -> Iterator[str | Path]:

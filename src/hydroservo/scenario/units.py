@@ -13,7 +13,7 @@ from hydroservo.errors import short
 from hydroservo.field import CONTROLLED
 from hydroservo.nearest import nearest
 
-__all__ = ["OffsetUnitError", "case_hint", "check_si", "factor_and_dimension"]
+__all__ = ["OffsetUnitError", "case_hint", "check_si", "factor_and_dimension", "power_of"]
 
 
 class OffsetUnitError(ValueError):
@@ -82,6 +82,11 @@ def factor_and_dimension(text: str) -> tuple[Fraction, Dimension]:
     except ArithmeticError:
         raise ValueError("has a unit that is out of range") from None
     return factor, {base: power for base, power in dimension.items() if power}
+
+
+def power_of(name: str, text: str) -> Fraction:
+    """The power of a name in a unit, 0 where it is not in it."""
+    return sum((power for one, power in powers(text) if one == name), Fraction(0))
 
 
 def powers(text: str) -> Iterator[tuple[str, Fraction]]:

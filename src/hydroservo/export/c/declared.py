@@ -21,7 +21,8 @@ def declared_in(record: Record, signals: Sequence[Field | None]) -> Mapping[str,
     """
     if record.cls is None:
         return {}
-    return {name: of_all(field, signals) for name, field in declared_fields(record.cls).items()}
+    declared = {name: of_all(field, signals) for name, field in declared_fields(record.cls).items()}
+    return declared | {name: replace(declared[name], unit=unit) for name, unit in record.units.items()}
 
 
 def of_all(field: Field, signals: Sequence[Field | None]) -> Field:

@@ -155,6 +155,7 @@ def names_in_c(unit: Unit) -> dict[str, object]:
         "mark": f"{OURS} {unit.version}",
         "init": ", ".join(("&state", *parameters)),
         "step": ", ".join(("&state", *parameters, *arguments)),
+        "unit": next((signal.unit for signal in unit.states if signal.place == "u"), ""),
         "reads_command": any(signal.path == "measurement.command" for signal in signals(unit)),
         "memory": memory(unit),
         "tolerance": TOLERANCE,

@@ -97,7 +97,7 @@ class Texts(NamedTuple):
 INIT = "The state before the first sample; also what brings a unit back to its start."
 STEP = "One sample: the state becomes the next one."
 PURPOSES = {  # of init and step
-    Part.CONTROLLER: (INIT, f"{STEP[:-1]}; returns the command [V], which is also state->u."),
+    Part.CONTROLLER: (INIT, f"{STEP[:-1]}; returns the command [{{command}}], which is also state->u."),
     Part.EQUATIONS: (
         "The state at the start, without a command.",
         "The rates of a machine, and what else can be seen of it, at an instant and in any state of it.",
@@ -208,7 +208,10 @@ def header_text(form: Form, records: Sequence[str], declared: Sequence[str]) -> 
 def declarations(translation: Translation, writer: Writer, inlined: bool) -> list[str]:
     """The declarations of ``init`` and ``step``, each below what it does."""
     purposes = PURPOSES.get(translation.part, (INIT, STEP))
-    pairs = zip(purposes, heads(translation, writer, inlined), strict=True)
+    state = translation.init.returns
+    command = state.units.get("u", "V") if isinstance(state, Record) else "V"
+    texts = [text.format(command=command) for text in purposes]
+    pairs = zip(texts, heads(translation, writer, inlined), strict=True)
     return [f"{comment(text)}{head};\n" for text, head in pairs]
 
 

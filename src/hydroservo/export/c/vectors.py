@@ -11,7 +11,13 @@ from numpy.typing import NDArray
 from hydroservo.block import Block, leaves, replace
 from hydroservo.errors import LoopError
 from hydroservo.export.names import place_in_c
-from hydroservo.export.parts import Command, ExternalForce, Instant, block_of, with_its_substeps
+from hydroservo.export.parts import (
+    Command,
+    ExternalForce,
+    Instant,
+    block_of,
+    with_its_substeps,
+)
 from hydroservo.export.unit import Part, Unit
 from hydroservo.loop import Loop, LoopState
 from hydroservo.runs.fitting import compilation, first_state
@@ -72,14 +78,15 @@ class Trial(NamedTuple):
 
 
 class Listener(NamedTuple):
-    """A law that changes nothing and writes down what it is given."""
+    """A law that changes nothing and writes down what it is given, its command in the scenario's unit."""
 
     heard: list[Records]
+    per_volt: float
 
     def init(self) -> None: ...
 
     def step(self, s: Block, y: Measurement, r: Demand, dt: float) -> Block:
-        self.heard.append({"measurement": y, "demand": r})
+        self.heard.append({"measurement": y.with_command(self.per_volt * y.command), "demand": r})
         return s
 
 
@@ -133,7 +140,7 @@ def listened(loop: Loop, part: Part) -> tuple[list[Records], str]:
         made = f"They are the first samples of the {part}, which has no inputs."
         return [{}] * (STRETCHES * IN_A_ROW), made
     period = loop.simulation.period
-    listener = Listener([])
+    listener = Listener([], float(loop.command.per_volt))
     watched = loop._replace(controller=listener) if part is Part.CONTROLLER else loop
     after = [(t, watched.sample(s, t, period)) for t, s in closed_loop(loop)]
     inputs = listener.heard if part is Part.CONTROLLER else driven(loop, part, after)
@@ -152,7 +159,7 @@ def driven(loop: Loop, part: Part, after: Iterable[tuple[float, LoopState]]) -> 
     for i, (t, s) in enumerate(after):
         pushes = (i // IN_A_ROW) % 2
         records: Records = {
-            "command": Command(s.controller.u),
+            "command": Command(float(loop.command.per_volt) * s.controller.u),
             "external": ExternalForce(0.1 * loop.plant.load_force(s.plant) * pushes),
         }
         if part is Part.EQUATIONS:

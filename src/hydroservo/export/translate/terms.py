@@ -63,11 +63,15 @@ BOOL = Scalar("bool")
 
 @dataclass(eq=False)
 class Record:
-    """A NamedTuple class whose fields have these types: a struct. ``cls`` is None for several values."""
+    """A NamedTuple class whose fields have these types: a struct. ``cls`` is None for several values.
+
+    ``units`` are those of numbers that come and go in others than the class declares.
+    """
 
     cls: type | None
     name: str
     fields: dict[str, "Type"]
+    units: Mapping[str, str] = field(default_factory=dict)
 
     def __str__(self) -> str:
         return self.name

@@ -5,6 +5,7 @@ from enum import StrEnum
 from pathlib import Path
 from typing import Any
 
+from hydroservo.command_scale import VOLTS, commands_in
 from hydroservo.errors import ParameterError
 from hydroservo.formatting import MINUS, quantity
 from hydroservo.identification.log import Given, log_mapping
@@ -81,7 +82,8 @@ def map_logs(
         raise ParameterError(given, changes or plugins, "need a scenario")
     assembly = None if scenario is None else assembled(scenario, changes, plugins)
     needed = (COMMAND,) if kind in (Kind.VALVE_FLOW, Kind.PRESSURE_GAIN) else ()
-    taken = logs_of(logs, log_mapping({} if assembly is None else assembly.log_columns), needed)
+    with commands_in(VOLTS if assembly is None else assembly.loop.command):
+        taken = logs_of(logs, log_mapping({} if assembly is None else assembly.log_columns), needed)
     found = measured(Kind(kind), taken, assembly, str(scenario))
     load = () if assembly is None or kind != Kind.FRICTION else load_taken(taken, assembly.loop)
     remarks = list(dict.fromkeys([*load, *(line for log in taken for line in log.remarks), *found.remarks]))
