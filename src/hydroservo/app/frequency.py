@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.linear.bode import bode
-from hydroservo.linear.operating_point import operating_point
+from hydroservo.linear.bode import bode, smoothest
 from hydroservo.linear.parts import parts_of
 from hydroservo.linear.reading import READ, read_as
 from hydroservo.linear.responses import responses
@@ -30,7 +29,7 @@ CURVES = {
     "compliance": "compliance, load to motion",
 }
 NONE = "\N{EN DASH}"  # for a margin that is no number
-MARGINS = ("gain_margin", "phase_margin", "delay_margin", "sensitivity_peak", "bandwidth")
+MARGINS = ("gain_margin", "phase_margin", "delay_margin", "sensitivity_peak", "oscillation_gain", "bandwidth")
 
 
 def sketched_bode(loop: Loop, low: float, high: float) -> tuple[dict[str, Any], NDArray[np.float32]]:
@@ -44,7 +43,7 @@ def sketched_bode(loop: Loop, low: float, high: float) -> tuple[dict[str, Any], 
     Raises:
         ParameterError: the loop has no point that it stays at.
     """
-    point = operating_point(loop, None)
+    point, _, _ = smoothest(loop, None, None)
     grid = np.geomspace(low, high, SKETCHED)
     found = responses(point, parts_of(point)[0], 2.0 * math.pi * grid)
     return {"points": SKETCHED}, rows_of(grid, found.curves)

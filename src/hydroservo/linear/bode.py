@@ -7,10 +7,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.errors import ParameterError
+from hydroservo.errors import HydroservoError, ParameterError
 from hydroservo.field import Field, declared_fields
+from hydroservo.formatting import quantity
 from hydroservo.linear.margins import Judged, Margins, margins_at
 from hydroservo.linear.measured import (
+    ADDED,
     ASKED,
     DEMAND,
     EXCITATIONS,
@@ -23,14 +25,16 @@ from hydroservo.linear.measured import (
     measured,
     moving,
 )
+from hydroservo.linear.onset import oscillation_gain
 from hydroservo.linear.operating_point import OperatingPoint, operating_point
 from hydroservo.linear.parts import Parts, parts_of
 from hydroservo.linear.response import rates_of
 from hydroservo.linear.responses import giving_way, responses
+from hydroservo.linear.trusted import Trusted, sliding, trusted_margins
 from hydroservo.loop import Loop
 from hydroservo.nearest import one_of
 from hydroservo.runs.arguments import checked_loop
-from hydroservo.runs.cautions import with_warning
+from hydroservo.runs.cautions import warnings_of, with_warning
 from hydroservo.runs.provenance import provenance
 from hydroservo.runs.run import complete
 from hydroservo.validation import number, whole_number
@@ -39,7 +43,7 @@ from hydroservo.work.notebook_bar import shows_progress
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["bode", "bode_over"]
+__all__ = ["bode", "bode_over", "smoothest"]
 
 Vector = NDArray[np.float64]
 Progress = Callable[[float], None]
@@ -54,7 +58,8 @@ LEAST, MOST = 20, 10**6  # samples in a period of all tones
 QUIET = 0.01  # [V] rms, by which tones move the command
 FAINTEST = 1e-12  # [V] rms, above what rounding does to a command
 PUSH = 1.0  # [N] of each tone, for a law that does not feel the load
-KINKED = "the loop has no slope here, and the linear model is of mean slopes: rely on what was measured"
+KINKED = "the loop has no slope here, and the linear model is of mean slopes"
+SLID = "a valve's hysteresis leaves no slope here; the linear model is that of motions that go on"
 UNSTABLE = "the loop is unstable here: nothing settles that could be measured"
 MEANINGS = {
     "machine": "what is controlled by the command, the loop opened",
@@ -88,8 +93,11 @@ def bode(
     ``amplitude``. Of realisations and periods it takes the best linear approximation, and the coherence,
     which noise and bends of the machine make less than 1.
 
-    Where the loop has no slope, at a valve's hysteresis for instance, the linear model is that of the mean of
-    both sides' slopes; the attribute ``warning`` says so.
+    Where the loop has no slope, as in friction at rest, the linear model is that of the mean of both sides'
+    slopes; a valve's hysteresis passes all of the command there, as of motions that go on. Margins are then
+    those while the loop moves, at commands of 10 % and 50 % of its run's largest, the worst of them; and nan
+    where they are not within 1.5 dB of the gain from which the loop itself oscillates
+    (``oscillation_gain``). The attribute ``warning`` says which, and why.
 
     Args:
         loop: the loop; its demand is exchanged for the one that is fulfilled at the point.
@@ -141,16 +149,22 @@ class View(NamedTuple):
     Attributes:
         asked: the loop as it was asked for.
         point: where it stays.
+        slid: whether its hysteresis passes all of the command there.
         parts: its derivatives there.
         judged: its margins.
+        trusted: those of them that hold, or those while it moves.
+        onset: the factor on its gain from which it oscillates; infinite for none, nan for unknown.
         low: the lowest frequency [Hz].
         high: the highest.
     """
 
     asked: Loop
     point: OperatingPoint
+    slid: bool
     parts: Parts
     judged: Judged
+    trusted: Trusted
+    onset: float
     low: float
     high: float
 
@@ -182,10 +196,40 @@ def viewed(loop: Loop, command: float | None, force: float | None, band: tuple[f
     """
     if force is not None:
         number(force, "force", Field("N", ""), float)
-    point = operating_point(loop, command, force)
-    judged = margins_at(point)
+    point, judged, slid = smoothest(loop, command, force)
     parts, _, _ = parts_of(point)
-    return View(complete(loop), point, parts, judged, *checked_band(band, judged.margins, point))
+    limits = checked_band(band, judged.margins, point)
+    onset = onset_of(loop)
+    trusted = trusted_margins(point, judged, loop, onset)
+    return View(complete(loop), point, slid, parts, judged, trusted, onset, *limits)
+
+
+def smoothest(loop: Loop, command: float | None, force: float | None) -> tuple[OperatingPoint, Judged, bool]:
+    """A point of a loop, and whether its hysteresis slides there, as it does where the loop has no slope.
+
+    Raises:
+        ParameterError: there is no such point, or no loop is closed there.
+    """
+    slid = sliding(loop)
+    try:
+        point = operating_point(loop, command, force)
+        judged = margins_at(point)
+    except ParameterError:
+        if slid == loop:
+            raise
+    else:
+        if judged.linear or slid == loop:
+            return point, judged, False
+    point = operating_point(slid, command, force)
+    return point, margins_at(point), True
+
+
+def onset_of(loop: Loop) -> float:
+    """From which gain a loop oscillates; nan where it cannot run."""
+    try:
+        return oscillation_gain(loop)
+    except HydroservoError:
+        return math.nan
 
 
 def linear_of(view: View, grid: Vector) -> "xr.Dataset":
@@ -200,7 +244,8 @@ def linear_of(view: View, grid: Vector) -> "xr.Dataset":
         attrs=provenance(point.loop, view.asked) | {"command": point.command, "force": point.force},
     )
     data = data.assign(scalars(view))
-    return with_warning(data, [] if view.judged.linear else [KINKED])
+    slid = SLID if view.slid else ""
+    return with_warning(data, [slid, "" if view.judged.linear else KINKED, view.trusted.remark])
 
 
 def bode_over(
@@ -239,7 +284,14 @@ def bode_over(
     grid = np.unique(np.concatenate([view.grid for view in views]))
     found = [linear_of(view, grid).drop_vars(["gain_crossovers", "phase_crossovers"]) for view in views]
     index = xr.DataArray(list(loops), dims="point", attrs={"units": unit, "long_name": path}, name="point")
-    return xr.concat(found, index, combine_attrs="override")
+    lines = [
+        f"at {quantity(value, unit)}: {line}"
+        for value, one in zip(loops, found, strict=True)
+        for line in warnings_of(one)
+    ]
+    data = xr.concat(found, index, combine_attrs="override")
+    data.attrs.pop("warning", None)  # the first point's
+    return with_warning(data, lines)
 
 
 def checked_band(
@@ -289,10 +341,12 @@ def measured_curves(
             raise ParameterError("amplitude", amplitude, problem) from None
         report((i + 1) / len(EXCITED))
     driven, ruled, loaded = (runs[name] for name in EXCITED)
-    gives = driven.response(moved, GIVEN)
+    driven = driven.beside(ADDED, driven.spectra[GIVEN] - driven.spectra[ASKED])
+    given = driven.response(GIVEN, ADDED)
+    gives = driven.response(moved, ADDED) / given
     curves = {
-        "machine": (driven.response(SIGNAL, GIVEN), driven.coherence(SIGNAL, GIVEN)),
-        "open": (-driven.response(ASKED, GIVEN), driven.coherence(ASKED, GIVEN)),
+        "machine": (driven.response(SIGNAL, ADDED) / given, driven.coherence(SIGNAL, ADDED)),
+        "open": (-driven.response(ASKED, ADDED) / given, driven.coherence(ASKED, ADDED)),
         "closed": (ruled.response(SIGNAL, DEMAND), ruled.coherence(SIGNAL, DEMAND)),
         "compliance": (-loaded.response(moved, FORCE), loaded.coherence(moved, FORCE)),
     }
@@ -319,7 +373,7 @@ def described(name: str, point: OperatingPoint) -> dict[str, str]:
 
 def scalars(view: View) -> dict[str, Any]:
     """Margins and bandwidths as variables of a Dataset."""
-    found = view.judged.margins
+    found = view.trusted.margins
     fields = declared_fields(Margins)
     said: dict[str, Any] = {
         name: ((), value, {"units": fields[name].unit, "long_name": fields[name].meaning})
@@ -329,16 +383,17 @@ def scalars(view: View) -> dict[str, Any]:
     for name in ("gain_crossovers", "phase_crossovers"):
         about = {"units": fields[name].unit, "long_name": fields[name].meaning}
         said[name] = (name.removesuffix("s"), np.array(getattr(found, name)), about)
-    return said | bandwidths(view)
+    about = {"units": "", "long_name": "least factor on the gain from which the loop oscillates for good"}
+    return said | {"oscillation_gain": ((), view.onset, about)} | bandwidths(view)
 
 
 def bandwidths(view: View) -> dict[str, Any]:
     """Where the closed loop falls 3 dB below its slow motions, and where it lags 90 degrees [Hz].
 
-    Both are nan of an unstable loop, which nothing settles in.
+    Both are nan of an unstable loop, which nothing settles in, and where the point's own margins do not hold.
     """
     fallen = late = math.nan
-    if view.judged.margins.stable:
+    if view.judged.margins.stable and view.trusted.here:
         grid = view.usual
         closed = responses(view.point, view.parts, 2.0 * math.pi * grid).curves["closed"]
         size, phase = np.abs(closed), np.unwrap(np.angle(closed))
