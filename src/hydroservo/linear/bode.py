@@ -57,6 +57,7 @@ HIGHEST = 0.9  # of Nyquist's frequency
 LEAST, MOST = 20, 10**6  # samples in a period of all tones
 QUIET = 0.01  # [V] rms, by which tones move the command
 FAINTEST = 1e-12  # [V] rms, above what rounding does to a command
+ONSET = 0.3  # of the time of a measurement, about, that the search of the onset takes
 PUSH = 1.0  # [N] of each tone, for a law that does not feel the load
 KINKED = "the loop has no slope here, and the linear model is of mean slopes"
 SLID = "a valve's hysteresis leaves no slope here; the linear model is that of motions that go on"
@@ -131,7 +132,9 @@ def bode(
         raise ParameterError("excitation", excitation, one_of(str(excitation), EXCITATIONS))
     whole_number("periods", periods, 1, 1000)
     whole_number("realisations", realisations, 1, 1000)
-    view = viewed(loop, command, force, band)
+    report = progress or (lambda _: None)
+    share = ONSET if measure else 1.0
+    view = viewed(loop, command, force, band, lambda done: report(share * done))
     data = linear_of(view, view.grid)
     if not measure:
         return data
@@ -139,8 +142,10 @@ def bode(
         return with_warning(data, [UNSTABLE])
     plan = planned(view.low, view.high, loop.simulation.period, periods, realisations)
     plan = plan._replace(excitation=excitation)
-    report = progress or (lambda _: None)
-    return data.assign(measured_curves(loop, view, plan, amplitude, report))
+    measuring = measured_curves(
+        loop, view, plan, amplitude, lambda done: report(share + (1.0 - share) * done)
+    )
+    return data.assign(measuring)
 
 
 class View(NamedTuple):
@@ -188,7 +193,13 @@ class View(NamedTuple):
         return np.unique(every[(every >= low) & (every <= high)])
 
 
-def viewed(loop: Loop, command: float | None, force: float | None, band: tuple[float, float] | None) -> View:
+def viewed(
+    loop: Loop,
+    command: float | None,
+    force: float | None,
+    band: tuple[float, float] | None,
+    progress: Progress | None = None,
+) -> View:
     """A loop about a point, as :func:`hydroservo.bode` has it.
 
     Raises:
@@ -199,7 +210,7 @@ def viewed(loop: Loop, command: float | None, force: float | None, band: tuple[f
     point, judged, slid = smoothest(loop, command, force)
     parts, _, _ = parts_of(point)
     limits = checked_band(band, judged.margins, point)
-    onset = onset_of(loop)
+    onset = onset_of(loop, progress)
     trusted = trusted_margins(point, judged, loop, onset)
     return View(complete(loop), point, slid, parts, judged, trusted, onset, *limits)
 
@@ -224,10 +235,10 @@ def smoothest(loop: Loop, command: float | None, force: float | None) -> tuple[O
     return point, margins_at(point), True
 
 
-def onset_of(loop: Loop) -> float:
+def onset_of(loop: Loop, progress: Progress | None) -> float:
     """From which gain a loop oscillates; nan where it cannot run."""
     try:
-        return oscillation_gain(loop)
+        return oscillation_gain(loop, progress=progress)
     except HydroservoError:
         return math.nan
 
@@ -245,7 +256,7 @@ def linear_of(view: View, grid: Vector) -> "xr.Dataset":
     )
     data = data.assign(scalars(view))
     slid = SLID if view.slid else ""
-    return with_warning(data, [slid, "" if view.judged.linear else KINKED, view.trusted.remark])
+    return with_warning(data, [slid if view.judged.linear else KINKED, view.trusted.remark])
 
 
 def bode_over(
@@ -342,11 +353,12 @@ def measured_curves(
         report((i + 1) / len(EXCITED))
     driven, ruled, loaded = (runs[name] for name in EXCITED)
     driven = driven.beside(ADDED, driven.spectra[GIVEN] - driven.spectra[ASKED])
-    given = driven.response(GIVEN, ADDED)
-    gives = driven.response(moved, ADDED) / given
+    gives = driven.response(moved, GIVEN)
+    circulates = -driven.response(ASKED, ADDED) / driven.response(GIVEN, ADDED)
+    coherent = np.minimum(driven.coherence(ASKED, ADDED), driven.coherence(GIVEN, ADDED))
     curves = {
-        "machine": (driven.response(SIGNAL, ADDED) / given, driven.coherence(SIGNAL, ADDED)),
-        "open": (-driven.response(ASKED, ADDED) / given, driven.coherence(ASKED, ADDED)),
+        "machine": (driven.response(SIGNAL, GIVEN), driven.coherence(SIGNAL, GIVEN)),
+        "open": (circulates, coherent),
         "closed": (ruled.response(SIGNAL, DEMAND), ruled.coherence(SIGNAL, DEMAND)),
         "compliance": (-loaded.response(moved, FORCE), loaded.coherence(moved, FORCE)),
     }

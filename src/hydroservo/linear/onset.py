@@ -14,6 +14,7 @@ from hydroservo.roles import Controller, role
 from hydroservo.runs.arguments import checked_loop
 from hydroservo.runs.batch import simulate_batch
 from hydroservo.runs.cautions import quietly
+from hydroservo.runs.run import Progress
 from hydroservo.signals import Demand, Measurement
 
 __all__ = ["MOST", "Amplified", "AmplifiedState", "oscillation_gain"]
@@ -54,7 +55,7 @@ class Amplified(NamedTuple):
         return AmplifiedState(self.factor * law.u, law)
 
 
-def oscillation_gain(loop: Loop, *, threshold: float = LARGE) -> float:
+def oscillation_gain(loop: Loop, *, threshold: float = LARGE, progress: Progress | None = None) -> float:
     """The least factor on a loop's gain from which it oscillates for good, on its simulation.
 
     The loop runs as it is, noise, steps, limits and all, under its own demand and load and 5 s longer, once
@@ -66,6 +67,7 @@ def oscillation_gain(loop: Loop, *, threshold: float = LARGE) -> float:
         loop: the loop.
         threshold: amplitude of the command from which it counts [V]. Small ones, as of a law that hunts about
             a valve's hysteresis or between two steps of an encoder, do not grow with the gain.
+        progress: called now and then with the fraction done.
 
     Returns:
         The factor; 1 where the loop oscillates as it stands, infinite where it does not up to a factor of 10,
@@ -81,7 +83,8 @@ def oscillation_gain(loop: Loop, *, threshold: float = LARGE) -> float:
     loop = longer(checked_loop(loop))
     factors = steps_of(loop)
     raised = loop._replace(controller=Amplified(loop.controller), start=started(loop.start))
-    data = quietly(simulate_batch)(raised, {"controller.factor": factors}, metrics=[Oscillation(threshold)])
+    run = quietly(simulate_batch)
+    data = run(raised, {"controller.factor": factors}, metrics=[Oscillation(threshold)], progress=progress)
     amplitude = data["oscillation_command"].values
     return first_of(factors, np.where(data["diverged"].values, math.inf, amplitude))
 
