@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.linear.bode import bode, smoothest
+from hydroservo.linear.bode import bode
 from hydroservo.linear.parts import parts_of
 from hydroservo.linear.reading import READ, read_as
 from hydroservo.linear.responses import responses
+from hydroservo.linear.view import smoothest
 from hydroservo.loop import Loop
 from hydroservo.runs.cautions import warnings_of
 

@@ -55,13 +55,15 @@ def trusted_margins(point: OperatingPoint, judged: Judged, loop: Loop, onset: fl
     """
     here = judged.margins
     known = not math.isnan(onset)
-    holds = here.stable and agrees(here.gain_margin, onset) and (known or judged.linear)
+    holds = here.stable and agrees(here.gain_margin, onset) and (judged.linear or onset < math.inf)
     if judged.linear and (not here.stable or (holds and known)):
         return Trusted(here, True, "")
     largest = largest_command(loop)
     if judged.linear and abs(point.command) >= LEAST * largest > 0.0:
         return Trusted(here, True, "")
     found = dict(while_moving(loop, [share * largest for share in SHARES]))
+    if not known and found:  # rest within an overlap is quieter than any motion
+        holds = holds and here.gain_margin <= max(one.gain_margin for one in found.values())
     if holds:
         found[point.command] = here
     problem = problem_of(found, judged, loop, onset)
@@ -180,8 +182,8 @@ def says(onset: float) -> str:
 
 def no_slope(judged: Judged, loop: Loop) -> str:
     """Which blocks leave a loop without a slope."""
-    causes = [f"{path.partition('.')[0]}'s hysteresis" for path, _ in kinked(loop, "hysteresis")]
-    causes += [f"{path.partition('.')[0]}'s overlap" for path, _ in kinked(loop, "lap")]
+    causes = [f"the {path.partition('.')[0]}'s hysteresis" for path, _ in kinked(loop, "hysteresis")]
+    causes += [f"the {path.partition('.')[0]}'s overlap" for path, _ in kinked(loop, "lap")]
     friction = getattr(loop.plant, "friction", None)
     if friction is not None and type(friction).__name__ != "Viscous":
         causes.append(f"friction ({type(friction).__name__})")
