@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from tests.support.commands.runner import failed, succeeded
+from tests.support.commands.runner import failed, hydroservo_, succeeded
 
 RIG = ("bode", "rig/1khz-pi-sine")
 
@@ -25,6 +25,7 @@ def test_bode_json_is_one_object_and_the_picture_is_there(tmp_path):
     assert said["closed"]["unit"] == ""
     assert said["compliance"]["unit"] == "m/(s N)"
     assert said["bandwidth"] > said["bandwidth_90"] > 0.0
+    assert abs(said["oscillation_gain"] / said["gain_margin"] - 1.0) < 0.1
     assert b"<svg" in out.read_bytes()[:500]
 
 
@@ -33,6 +34,20 @@ def test_bode_prints_margins_and_bandwidths():
     for word in ("gain margin", "phase margin", "disk margin", "sensitivity peak", "bandwidth"):
         assert word in text
     assert "coherence" not in text
+
+
+def test_bode_says_why_there_are_no_margins():
+    result = hydroservo_("bode", "axis/position", "--linear", "--json")
+    said = json.loads(result.stdout)
+    assert said["gain_margin"] is said["phase_margin"] is said["sensitivity_peak"] is None
+    assert 1.5 < said["oscillation_gain"] < 1.8  # 3.5 to 5.1 dB
+    assert "but the loop oscillates from 3." in result.stderr
+
+
+def test_bode_prints_a_dash_for_what_is_not_coherent():
+    text = " ".join(succeeded("bode", "axis/force", "--amplitude", "0.1V", "--realisations", "2").split())
+    assert "Measured: gain margin - (coherence 0." in text
+    assert "raise --amplitude" in text
 
 
 def test_bode_over_a_number(tmp_path):

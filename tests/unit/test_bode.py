@@ -7,12 +7,14 @@ import pytest
 import xarray as xr
 
 from hydroservo import Loop, ParameterError, bode, load_scenario, replace
-from hydroservo.controllers import PI, Saturation
+from hydroservo.controlled import Command
+from hydroservo.controllers import PI, OpenLoop, Saturation
 from hydroservo.figures.bode import plot_bode
 from hydroservo.holds import DelayedHold
 from hydroservo.linear import margins
 from hydroservo.linear.bode import bode_over
 from hydroservo.linear.excitation import Chirp
+from hydroservo.linear.measured_margins import measured_margins
 from hydroservo.linear.operating_point import operating_point
 from hydroservo.linear.parts import parts_of
 from hydroservo.linear.responses import responses
@@ -139,8 +141,79 @@ def test_large_tones_meet_what_is_not_linear(found: xr.Dataset) -> None:
 
 
 def test_a_kink_is_said_and_measured_all_the_same() -> None:
-    data = bode(load_scenario("axis/force"), command=0.1, measure=False)
+    data = bode(load_scenario("cases/stick-slip"), measure=False)
     assert "has no slope here" in data.attrs["warning"]
+    assert math.isnan(data["gain_margin"])
+
+
+def decibels(factor: xr.DataArray) -> float:
+    return 20.0 * math.log10(float(factor))
+
+
+def test_hysteresis_passes_all_of_the_command_where_it_alone_is_the_kink() -> None:
+    """Single runs of axis/force with its gains raised begin to oscillate at 4.25 to 4.5 dB."""
+    loop = load_scenario("axis/force")
+    data, smooth = (bode(one, measure=False) for one in (loop, replace(loop, {"valve.hysteresis": 0.0})))
+    assert "a valve's hysteresis leaves no slope here" in data.attrs["warning"]
+    assert float(data["gain_margin"]) == float(smooth["gain_margin"])
+    assert decibels(data["gain_margin"]) == pytest.approx(4.4, abs=0.5)
+    assert decibels(data["oscillation_gain"]) == pytest.approx(4.4, abs=0.25)
+
+
+@pytest.mark.parametrize("scenario", ["axis/position", "axis/pump-controlled"])
+def test_no_gain_margin_is_said_that_the_runs_contradict(scenario: str) -> None:
+    """28.3 dB of the mean slopes at rest, and 8.22 dB of small motions, where it oscillates from 3.5 dB."""
+    data = bode(load_scenario(scenario), measure=False)
+    assert 3.0 < decibels(data["oscillation_gain"]) < 5.1
+    assert "but the loop oscillates from 3." in data.attrs["warning"]
+    for name in (
+        "gain_margin",
+        "phase_margin",
+        "delay_margin",
+        "disk_margin",
+        "sensitivity_peak",
+        "bandwidth",
+    ):
+        assert math.isnan(data[name]), name
+
+
+def test_margins_at_a_kink_are_the_worst_of_those_at_rest_and_while_moving() -> None:
+    loop = load_scenario("rig/1khz-pi-square")
+    data = bode(loop, measure=False)
+    moving = min(
+        margins(loop, command=command).gain_margin for command in (-0.10665, -0.02133, 0.02133, 0.10665)
+    )
+    assert "worst under" in data.attrs["warning"]
+    assert float(data["gain_margin"]) == pytest.approx(moving, rel=1e-3)
+    assert decibels(data["gain_margin"]) == pytest.approx(decibels(data["oscillation_gain"]), abs=0.25)
+
+
+def test_a_point_that_is_asked_for_outside_the_overlap_has_its_own_margins() -> None:
+    loop = load_scenario("axis/position")
+    data, smooth = bode(loop, command=2.4, measure=False), replace(loop, {"valve.hysteresis": 0.0})
+    assert float(data["gain_margin"]) == pytest.approx(margins(smooth, command=2.4).gain_margin, rel=1e-9)
+
+
+def test_measured_margins_are_those_of_the_linear_model(found: xr.Dataset) -> None:
+    gain, phase = measured_margins(found)
+    assert gain.margin == pytest.approx(float(found["gain_margin"]), rel=0.03)
+    assert phase.margin == pytest.approx(float(found["phase_margin"]), rel=0.03)
+
+
+def test_nothing_is_measured_of_a_crossover_without_coherence(found: xr.Dataset) -> None:
+    data = found.assign(open_coherence=found["open_coherence"] * 0.5)
+    gain, phase = measured_margins(data)
+    assert math.isnan(gain.margin)
+    assert math.isnan(phase.margin)
+    assert gain.remark.startswith("coherence 0.50 at ")
+    assert gain.remark.endswith("Hz: raise --amplitude")
+
+
+def test_a_loop_that_oscillates_as_it_stands_says_so() -> None:
+    data = bode(load_scenario("axis/crane"), measure=False)
+    assert float(data["oscillation_gain"]) == 1.0
+    assert not bool(data["stable"])
+    assert "oscillates as it stands" in data.attrs["warning"]
 
 
 def test_the_same_call_gives_the_same_bits(found: xr.Dataset) -> None:
@@ -193,7 +266,7 @@ def test_of_an_unstable_loop_there_is_the_linear_model() -> None:
         (lambda: bode(rig(), command=1.0), "left its stroke, moving at "),
         (lambda: bode(rig(), force=math.nan), "force = nan: must be a finite number [N]"),
         (lambda: bode(rig(), amplitude=1e3), "cannot be measured with: the loop"),
-        (lambda: bode(load_scenario("axis/crane")), "closes no loop here"),
+        (lambda: bode(rig(controls=Command(), controller=OpenLoop())), "closes no loop here"),
     ],
 )
 def test_what_has_no_response_says_so_in_one_line(ask, said: str) -> None:  # type: ignore[no-untyped-def]

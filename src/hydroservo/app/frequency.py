@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 
 from hydroservo.command_scale import in_command_unit
 from hydroservo.linear.bode import bode
-from hydroservo.linear.operating_point import operating_point
 from hydroservo.linear.parts import parts_of
 from hydroservo.linear.reading import READ, read_as
 from hydroservo.linear.responses import responses
+from hydroservo.linear.view import smoothest
 from hydroservo.loop import Loop
 from hydroservo.runs.cautions import warnings_of
 
@@ -31,7 +31,7 @@ CURVES = {
     "compliance": "compliance, load to motion",
 }
 NONE = "\N{EN DASH}"  # for a margin that is no number
-MARGINS = ("gain_margin", "phase_margin", "delay_margin", "sensitivity_peak", "bandwidth")
+MARGINS = ("gain_margin", "phase_margin", "delay_margin", "sensitivity_peak", "oscillation_gain", "bandwidth")
 
 
 def sketched_bode(loop: Loop, low: float, high: float) -> tuple[dict[str, Any], NDArray[np.float32]]:
@@ -45,7 +45,7 @@ def sketched_bode(loop: Loop, low: float, high: float) -> tuple[dict[str, Any], 
     Raises:
         ParameterError: the loop has no point that it stays at.
     """
-    point = operating_point(loop, None)
+    point, _, _ = smoothest(loop, None, None)
     grid = np.geomspace(low, high, SKETCHED)
     found = responses(point, parts_of(point)[0], 2.0 * math.pi * grid)
     return {"points": SKETCHED}, rows_of(grid, found.curves)

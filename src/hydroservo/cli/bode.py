@@ -349,6 +349,21 @@ def margins_table(scenario: str, data: "xr.Dataset") -> "Table":
     return table
 
 
+def measured_line(data: "xr.Dataset") -> str:
+    """The margins that were measured, or why there are none."""
+    from hydroservo.cli.tables import NO_NUMBER
+    from hydroservo.formatting import number
+    from hydroservo.linear.measured_margins import measured_margins
+    from hydroservo.linear.reading import READ, read_as
+
+    said = []
+    for name, one in zip(("gain_margin", "phase_margin"), measured_margins(data), strict=True):
+        text, unit = READ[name]
+        why = one.remark or f"at {number(one.frequency)} Hz"
+        said.append(f"{text} {read_as(one.margin, unit, NO_NUMBER)} ({why})")
+    return f"Measured: {', '.join(said)}."
+
+
 def lines_of(data: "xr.Dataset") -> list[str]:
     """What a reader should know of the responses."""
     from rich.markup import escape
@@ -363,6 +378,7 @@ def lines_of(data: "xr.Dataset") -> list[str]:
             least = {name: float(one[f"{name}_coherence"].min()) for name in ("open", "closed", "compliance")}
             said = ", ".join(f"{name} {value:.3f}" for name, value in least.items())
             lines.append(f"Measured at {one.sizes['tone']} frequencies; least coherence: {said}.")
+            lines.append(measured_line(one))
     for told in of_logs(points[0]):
         for name in ("machine", "closed"):
             if name in told:

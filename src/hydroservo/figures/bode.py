@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 
 from hydroservo.command_scale import in_command_unit
 from hydroservo.figures.style import GREY, PALETTE, figure, style
-from hydroservo.formatting import number, quantity
+from hydroservo.formatting import NONE, quantity
+from hydroservo.linear.reading import READ, read_as
 
 __all__ = ["plot_bode"]
 
@@ -168,12 +169,9 @@ def mark(data: xr.Dataset, axes: Sequence[Axes], name: str) -> None:
 
 
 def margins_of(data: xr.Dataset) -> list[str]:
-    """The margins, a line each."""
-    return [
-        f"gain margin {number(20.0 * math.log10(float(data['gain_margin'])))} dB",
-        f"phase margin {number(math.degrees(float(data['phase_margin'])))}°",
-        f"disk margin {number(float(data['disk_margin']))}",
-    ]
+    """The margins and the onset of oscillation, a line each."""
+    shown = ("gain_margin", "phase_margin", "disk_margin", "oscillation_gain")
+    return [f"{READ[name][0]} {read_as(float(data[name]), READ[name][1], NONE)}" for name in shown]
 
 
 def level(axis: Axes, value: float) -> None:

@@ -2,15 +2,17 @@
 
 import math
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hydroservo.errors import ParameterError
 from hydroservo.field import Field, declared_fields
-from hydroservo.linear.margins import Judged, Margins, margins_at
+from hydroservo.formatting import quantity
+from hydroservo.linear.margins import Margins
 from hydroservo.linear.measured import (
+    ADDED,
     ASKED,
     DEMAND,
     EXCITATIONS,
@@ -23,16 +25,14 @@ from hydroservo.linear.measured import (
     measured,
     moving,
 )
-from hydroservo.linear.operating_point import OperatingPoint, operating_point
-from hydroservo.linear.parts import Parts, parts_of
-from hydroservo.linear.response import rates_of
+from hydroservo.linear.operating_point import OperatingPoint
 from hydroservo.linear.responses import giving_way, responses
+from hydroservo.linear.view import View, viewed
 from hydroservo.loop import Loop
 from hydroservo.nearest import one_of
 from hydroservo.runs.arguments import checked_loop
-from hydroservo.runs.cautions import with_warning
+from hydroservo.runs.cautions import warnings_of, with_warning
 from hydroservo.runs.provenance import provenance
-from hydroservo.runs.run import complete
 from hydroservo.validation import number, whole_number
 from hydroservo.work.notebook_bar import shows_progress
 
@@ -44,17 +44,14 @@ __all__ = ["bode", "bode_over"]
 Vector = NDArray[np.float64]
 Progress = Callable[[float], None]
 
-POINTS = 400  # of a linear curve, evenly by the logarithm
-AROUND = np.array([-8.0, -4.0, -2.0, -1.0, -0.5, -0.2, 0.2, 0.5, 1.0, 2.0, 4.0, 8.0])  # half widths
-SHARPEST = 1e-3  # damping of a resonance that a curve shows
 TONES = 40  # of a measurement, nearly so
-BELOW, ABOVE = 40.0, 12.0  # a crossover's share at which a picture begins, and its multiple at which it ends
-HIGHEST = 0.9  # of Nyquist's frequency
 LEAST, MOST = 20, 10**6  # samples in a period of all tones
 QUIET = 0.01  # [V] rms, by which tones move the command
 FAINTEST = 1e-12  # [V] rms, above what rounding does to a command
+ONSET = 0.3  # of the time of a measurement, about, that the search of the onset takes
 PUSH = 1.0  # [N] of each tone, for a law that does not feel the load
-KINKED = "the loop has no slope here, and the linear model is of mean slopes: rely on what was measured"
+KINKED = "the loop has no slope here, and the linear model is of mean slopes"
+SLID = "a valve's hysteresis leaves no slope here; the linear model is that of motions that go on"
 UNSTABLE = "the loop is unstable here: nothing settles that could be measured"
 MEANINGS = {
     "machine": "what is controlled by the command, the loop opened",
@@ -88,8 +85,11 @@ def bode(
     ``amplitude``. Of realisations and periods it takes the best linear approximation, and the coherence,
     which noise and bends of the machine make less than 1.
 
-    Where the loop has no slope, at a valve's hysteresis for instance, the linear model is that of the mean of
-    both sides' slopes; the attribute ``warning`` says so.
+    Where the loop has no slope, as in friction at rest, the linear model is that of the mean of both sides'
+    slopes; a valve's hysteresis passes all of the command there, as of motions that go on. Margins are then
+    those while the loop moves, at commands of 10 % and 50 % of its run's largest, the worst of them; and nan
+    where they are not within 1.5 dB of the gain from which the loop itself oscillates
+    (``oscillation_gain``). The attribute ``warning`` says which, and why.
 
     Args:
         loop: the loop; its demand is exchanged for the one that is fulfilled at the point.
@@ -123,7 +123,9 @@ def bode(
         raise ParameterError("excitation", excitation, one_of(str(excitation), EXCITATIONS))
     whole_number("periods", periods, 1, 1000)
     whole_number("realisations", realisations, 1, 1000)
-    view = viewed(loop, command, force, band)
+    report = progress or (lambda _: None)
+    share = ONSET if measure else 1.0
+    view = viewed(loop, command, force, band, lambda done: report(share * done))
     data = linear_of(view, view.grid)
     if not measure:
         return data
@@ -131,61 +133,10 @@ def bode(
         return with_warning(data, [UNSTABLE])
     plan = planned(view.low, view.high, loop.simulation.period, periods, realisations)
     plan = plan._replace(excitation=excitation)
-    report = progress or (lambda _: None)
-    return data.assign(measured_curves(loop, view, plan, amplitude, report))
-
-
-class View(NamedTuple):
-    """A loop about a point, and the frequencies at which one looks.
-
-    Attributes:
-        asked: the loop as it was asked for.
-        point: where it stays.
-        parts: its derivatives there.
-        judged: its margins.
-        low: the lowest frequency [Hz].
-        high: the highest.
-    """
-
-    asked: Loop
-    point: OperatingPoint
-    parts: Parts
-    judged: Judged
-    low: float
-    high: float
-
-    @property
-    def grid(self) -> Vector:
-        """Frequencies of the picture's curves [Hz]."""
-        return self.dense(self.low, self.high)
-
-    @property
-    def usual(self) -> Vector:
-        """Frequencies from far below the crossover up to Nyquist's [Hz], whatever the picture shows."""
-        low, _ = checked_band(None, self.judged.margins, self.point)
-        return self.dense(low, HIGHEST * 0.5 / self.point.loop.simulation.period)
-
-    def dense(self, low: float, high: float) -> Vector:
-        """Frequencies of a curve [Hz], dense where the loop resonates."""
-        rates = rates_of(self.judged.loop)
-        width = np.maximum(np.abs(rates.real), SHARPEST * np.abs(rates.imag))  # else a peak without damping
-        sharp = (np.abs(rates.imag)[:, np.newaxis] + width[:, np.newaxis] * AROUND).ravel()
-        every = np.concatenate([np.geomspace(low, high, POINTS), sharp / (2.0 * math.pi)])
-        return np.unique(every[(every >= low) & (every <= high)])
-
-
-def viewed(loop: Loop, command: float | None, force: float | None, band: tuple[float, float] | None) -> View:
-    """A loop about a point, as :func:`hydroservo.bode` has it.
-
-    Raises:
-        ParameterError: there is no such point, no loop is closed there, or the frequencies are none.
-    """
-    if force is not None:
-        number(force, "force", Field("N", ""), float)
-    point = operating_point(loop, command, force)
-    judged = margins_at(point)
-    parts, _, _ = parts_of(point)
-    return View(complete(loop), point, parts, judged, *checked_band(band, judged.margins, point))
+    measuring = measured_curves(
+        loop, view, plan, amplitude, lambda done: report(share + (1.0 - share) * done)
+    )
+    return data.assign(measuring)
 
 
 def linear_of(view: View, grid: Vector) -> "xr.Dataset":
@@ -200,7 +151,8 @@ def linear_of(view: View, grid: Vector) -> "xr.Dataset":
         attrs=provenance(point.loop, view.asked) | {"command": point.command, "force": point.force},
     )
     data = data.assign(scalars(view))
-    return with_warning(data, [] if view.judged.linear else [KINKED])
+    slid = SLID if view.slid else ""
+    return with_warning(data, [slid if view.judged.linear else KINKED, view.trusted.remark])
 
 
 def bode_over(
@@ -239,28 +191,14 @@ def bode_over(
     grid = np.unique(np.concatenate([view.grid for view in views]))
     found = [linear_of(view, grid).drop_vars(["gain_crossovers", "phase_crossovers"]) for view in views]
     index = xr.DataArray(list(loops), dims="point", attrs={"units": unit, "long_name": path}, name="point")
-    return xr.concat(found, index, combine_attrs="override")
-
-
-def checked_band(
-    band: tuple[float, float] | None, found: Margins, point: OperatingPoint
-) -> tuple[float, float]:
-    """The lowest and the highest frequency [Hz].
-
-    Raises:
-        ParameterError: they are none.
-    """
-    nyquist = 0.5 / point.loop.simulation.period
-    if band is None:
-        crossed = [w / (2.0 * math.pi) for w in (*found.gain_crossovers, *found.phase_crossovers)]
-        inside = [f for f in crossed if 0.0 < f < HIGHEST * nyquist] or [0.05 * nyquist]
-        return max(min(inside) / BELOW, nyquist / MOST), min(ABOVE * max(inside), HIGHEST * nyquist)
-    low, high = (number(one, "band", Field("Hz", "", above=0), float) for one in band)
-    if not low < high:
-        raise ParameterError("band", [low, high], "must rise from the lowest to the highest frequency [Hz]")
-    if not high < nyquist:
-        raise ParameterError("band", high, f"must be below Nyquist's frequency, {nyquist:g} [Hz]")
-    return float(low), float(high)
+    lines = [
+        f"at {quantity(value, unit)}: {line}"
+        for value, one in zip(loops, found, strict=True)
+        for line in warnings_of(one)
+    ]
+    data = xr.concat(found, index, combine_attrs="override")
+    data.attrs.pop("warning", None)  # the first point's
+    return with_warning(data, lines)
 
 
 def planned(low: float, high: float, h: float, periods: int, realisations: int) -> Experiment:
@@ -289,10 +227,13 @@ def measured_curves(
             raise ParameterError("amplitude", amplitude, problem) from None
         report((i + 1) / len(EXCITED))
     driven, ruled, loaded = (runs[name] for name in EXCITED)
+    driven = driven.beside(ADDED, driven.spectra[GIVEN] - driven.spectra[ASKED])
     gives = driven.response(moved, GIVEN)
+    circulates = -driven.response(ASKED, ADDED) / driven.response(GIVEN, ADDED)
+    coherent = np.minimum(driven.coherence(ASKED, ADDED), driven.coherence(GIVEN, ADDED))
     curves = {
         "machine": (driven.response(SIGNAL, GIVEN), driven.coherence(SIGNAL, GIVEN)),
-        "open": (-driven.response(ASKED, GIVEN), driven.coherence(ASKED, GIVEN)),
+        "open": (circulates, coherent),
         "closed": (ruled.response(SIGNAL, DEMAND), ruled.coherence(SIGNAL, DEMAND)),
         "compliance": (-loaded.response(moved, FORCE), loaded.coherence(moved, FORCE)),
     }
@@ -319,7 +260,7 @@ def described(name: str, point: OperatingPoint) -> dict[str, str]:
 
 def scalars(view: View) -> dict[str, Any]:
     """Margins and bandwidths as variables of a Dataset."""
-    found = view.judged.margins
+    found = view.trusted.margins
     fields = declared_fields(Margins)
     said: dict[str, Any] = {
         name: ((), value, {"units": fields[name].unit, "long_name": fields[name].meaning})
@@ -329,16 +270,17 @@ def scalars(view: View) -> dict[str, Any]:
     for name in ("gain_crossovers", "phase_crossovers"):
         about = {"units": fields[name].unit, "long_name": fields[name].meaning}
         said[name] = (name.removesuffix("s"), np.array(getattr(found, name)), about)
-    return said | bandwidths(view)
+    about = {"units": "", "long_name": "least factor on the gain from which the loop oscillates for good"}
+    return said | {"oscillation_gain": ((), view.onset, about)} | bandwidths(view)
 
 
 def bandwidths(view: View) -> dict[str, Any]:
     """Where the closed loop falls 3 dB below its slow motions, and where it lags 90 degrees [Hz].
 
-    Both are nan of an unstable loop, which nothing settles in.
+    Both are nan of an unstable loop, which nothing settles in, and where the point's own margins do not hold.
     """
     fallen = late = math.nan
-    if view.judged.margins.stable:
+    if view.judged.margins.stable and view.trusted.here:
         grid = view.usual
         closed = responses(view.point, view.parts, 2.0 * math.pi * grid).curves["closed"]
         size, phase = np.abs(closed), np.unwrap(np.angle(closed))

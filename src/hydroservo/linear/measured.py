@@ -30,6 +30,7 @@ Response = NDArray[np.complex128]
 EXCITED = ("command", "reference", "load")
 GIVEN, ASKED, SIGNAL = "controller.u", "controller.controller.u", "controlled.value"
 DEMAND, FORCE = "reference.value", "load.force"
+ADDED = "added"  # to the command, what is given less what is asked for
 LEAST_POWER = 1e-300
 BELOW, ABOVE, HIGHEST = 0.5, 1.1, 0.98  # a chirp's ends by those of the tones, and of Nyquist's frequency
 
@@ -67,6 +68,10 @@ class Heard(NamedTuple):
         """The best linear approximation: the mean of Y U* by that of |U|^2 of realisations and periods."""
         y, u = self.spectra[output], self.spectra[input_]
         return np.asarray((y * u.conj()).mean((0, 1)) / (np.abs(u) ** 2).mean((0, 1)))
+
+    def beside(self, name: str, spectrum: Response) -> "Heard":
+        """With one more signal."""
+        return Heard(self.spectra | {name: spectrum})
 
     def coherence(self, output: str, input_: str) -> Vector:
         """|mean of Y U*|^2 by the means of |Y|^2 and |U|^2: below 1 by noise, and by what is not linear."""

@@ -1,5 +1,6 @@
 """What the report of frequency responses says."""
 
+import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -44,14 +45,15 @@ def bode_report(command: str, scenario: str, data: "xr.Dataset", logs: Sequence[
 
 
 def in_short(data: "xr.Dataset") -> list[str]:
-    """The margins of one point, unless it is unstable, or what varied over several; in a sentence."""
+    """The margins of one point as far as it has any, or what varied over several; in a sentence."""
     points = points_of(data)
     if len(points) > 1:
         name, unit = data["point"].attrs["long_name"], data["point"].attrs["units"]
         low, high = (quantity(float(data["point"][end]), unit) for end in (0, -1))
         return [f"{name} at {len(points)} values from {low} to {high}."]
-    if not bool(points[0]["stable"]):
+    one, names = points[0], ("gain_margin", "phase_margin", "oscillation_gain", "bandwidth")
+    shown = [name for name in names if not math.isnan(float(one[name]))]
+    if not shown:
         return []
-    names = ("gain_margin", "phase_margin", "bandwidth")
-    gain, phase, band = (read_as(float(points[0][name]), READ[name][1], NONE) for name in names)
-    return [f"Gain margin {gain}, phase margin {phase}, bandwidth {band}."]
+    said = ", ".join(f"{READ[name][0]} {read_as(float(one[name]), READ[name][1], NONE)}" for name in shown)
+    return [f"{said[0].upper()}{said[1:]}."]

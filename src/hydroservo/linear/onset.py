@@ -1,0 +1,129 @@
+"""At which gain a loop starts to oscillate for good, found on its nonlinear simulation."""
+
+import math
+from typing import Annotated, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydroservo.block import Block, Field
+from hydroservo.group import group
+from hydroservo.loop import Loop
+from hydroservo.monitors import Oscillation
+from hydroservo.roles import Controller, role
+from hydroservo.runs.arguments import checked_loop
+from hydroservo.runs.batch import simulate_batch
+from hydroservo.runs.cautions import quietly
+from hydroservo.runs.run import Progress
+from hydroservo.signals import Demand, Measurement
+
+__all__ = ["MOST", "Amplified", "AmplifiedState", "oscillation_gain"]
+
+MOST = 20.0  # dB
+LARGE = 0.1  # V, a hundredth of the usual 10 V: less is hunting, as about a valve's hysteresis
+LONGER = 5.0  # s, by which a run goes on
+FINE, COARSE = 0.25, 0.5  # dB from factor to factor
+MANY = 50_000  # samples of a run from which steps are coarse
+
+
+class AmplifiedState(NamedTuple):
+    """What the machine is given, and the state of the law."""
+
+    u: Annotated[float, Field("V", "command given to the machine")]
+    controller: Block
+
+
+@role(Controller)
+class Amplified(NamedTuple):
+    """A law whose command is multiplied by a factor, of which it is told nothing.
+
+    u = factor u_law
+
+    Source: Astrom, Murray, Feedback Systems, 2008, sec. 9.3 (the gain margin, by experiment).
+    Fails to be the law with all its gains raised where that limits its command: its limit is raised too.
+    """
+
+    controller: Controller
+    factor: Annotated[float, Field("", "on the command", above=0)] = 1.0
+
+    def init(self) -> AmplifiedState:
+        return AmplifiedState(0.0, self.controller.init())
+
+    def step(self, s: AmplifiedState, y: Measurement, r: Demand, dt: float) -> AmplifiedState:
+        told = y.with_command(y.command / self.factor)
+        law = self.controller.step(s.controller, told, r, dt)
+        return AmplifiedState(self.factor * law.u, law)
+
+
+def oscillation_gain(loop: Loop, *, threshold: float = LARGE, progress: Progress | None = None) -> float:
+    """The least factor on a loop's gain from which it oscillates for good, on its simulation.
+
+    The loop runs as it is, noise, steps, limits and all, under its own demand and load and 5 s longer, once
+    for each factor on its command from 0 to 20 dB in steps of 0.25 dB (of 0.5 dB in runs of 50000 samples
+    or more), all side by side. It is the first factor with which the run oscillates, as
+    :class:`~hydroservo.monitors.Oscillation` has it, or diverges, and with the next one too.
+
+    Args:
+        loop: the loop.
+        threshold: amplitude of the command from which it counts [V]. Small ones, as of a law that hunts about
+            a valve's hysteresis or between two steps of an encoder, do not grow with the gain.
+        progress: called now and then with the fraction done.
+
+    Returns:
+        The factor; 1 where the loop oscillates as it stands, infinite where it does not up to a factor of 10,
+        nan where the runs are too short to tell.
+
+    Raises:
+        ParameterError: the loop cannot run.
+
+    Source: chosen here.
+    Fails to see what another demand or load would set off, as one at rest where the loop's own keeps it in
+    motion, which damps it; and an onset between two of the factors.
+    """
+    loop = longer(checked_loop(loop))
+    factors = steps_of(loop)
+    raised = loop._replace(controller=Amplified(loop.controller), start=started(loop.start))
+    run = quietly(simulate_batch)
+    data = run(raised, {"controller.factor": factors}, metrics=[Oscillation(threshold)], progress=progress)
+    amplitude = data["oscillation_command"].values
+    return first_of(factors, np.where(data["diverged"].values, math.inf, amplitude))
+
+
+def longer(loop: Loop) -> Loop:
+    """The loop with a run that goes on."""
+    duration, h = loop.simulation.duration + LONGER, loop.simulation.period
+    return loop._replace(simulation=loop.simulation._replace(duration=h * round(duration / h)))
+
+
+def steps_of(loop: Loop) -> NDArray[np.float64]:
+    """The factors, from 1 on."""
+    step = COARSE if loop.simulation.duration / loop.simulation.period >= MANY else FINE
+    found: NDArray[np.float64] = 10.0 ** (np.arange(0.0, MOST + 0.5 * step, step) / 20.0)
+    return found
+
+
+def started(start: Block) -> Block:
+    """A start, its states of the law where the wrapper has them."""
+    if "controller" not in start.given._fields:
+        return start
+    law = start.given.controller
+    outer = {"u": law.u} if "u" in law._fields else {}
+    return start._replace(given=start.given._replace(controller=group(outer | {"controller": law})))
+
+
+def first_of(factors: NDArray[np.float64], amplitude: NDArray[np.float64]) -> float:
+    """The first factor with which a loop oscillates, and with the next too.
+
+    Args:
+        factors: rising, the first one 1.
+        amplitude: of the oscillation with each; 0 for none, nan where it cannot be told.
+
+    Returns:
+        Infinite for none, nan where one before cannot be told.
+    """
+    swings = amplitude > 0.0
+    lasting = np.flatnonzero(swings & np.append(swings[1:], False))
+    first = 0 if swings[0] else int(lasting[0]) if lasting.size else len(factors)
+    if np.isnan(amplitude[:first]).any():
+        return math.nan
+    return float(factors[first]) if first < len(factors) else math.inf

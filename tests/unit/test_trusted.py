@@ -1,0 +1,64 @@
+"""Which margins of a loop are given, by what is known of its onset of oscillation."""
+
+import math
+
+import pytest
+
+from hydroservo import load_scenario, replace
+from hydroservo.linear.trusted import Trusted, agrees, sliding, trusted_margins
+from hydroservo.linear.view import smoothest
+from hydroservo.loop import Loop
+from hydroservo.runs.arguments import checked_loop
+
+
+def trusted(loop: Loop, onset: float, command: float | None = None) -> Trusted:
+    loop = checked_loop(loop)
+    point, judged, _ = smoothest(loop, command, None)
+    return trusted_margins(point, judged, loop, onset)
+
+
+@pytest.mark.parametrize(
+    ("margin", "onset", "said"),
+    [
+        (2.0, 2.0, True),
+        (2.0, 2.0 * 10.0 ** (1.4 / 20.0), True),
+        (2.0, 2.0 * 10.0 ** (1.6 / 20.0), False),
+        (2.0, math.inf, False),
+        (30.0, math.inf, True),  # both above 20 dB
+        (math.inf, math.inf, True),
+        (math.nan, 2.0, False),
+        (2.0, math.nan, True),
+    ],
+)
+def test_a_gain_margin_agrees_with_an_onset_within_a_decibel_and_a_half(
+    margin: float, onset: float, said: bool
+) -> None:
+    assert agrees(margin, onset) is said
+
+
+def test_a_smooth_loop_whose_runs_agree_has_its_own_margins() -> None:
+    found = trusted(load_scenario("rig/1khz-pi-sine"), 2.0)
+    assert found.here
+    assert found.remark == ""
+    assert found.margins.gain_margin == pytest.approx(1.916, abs=1e-3)
+
+
+def test_rest_in_an_overlap_does_not_count_even_where_no_onset_is_known() -> None:
+    loop = replace(load_scenario("axis/position"), {"valve.hysteresis": 0.0})
+    found = trusted(loop, math.nan)
+    assert not found.here
+    assert 20.0 * math.log10(found.margins.gain_margin) == pytest.approx(1.35, abs=0.05)
+    assert "24.8" not in found.remark
+
+
+def test_a_law_without_slopes_has_no_margins_and_names_what_takes_them() -> None:
+    found = trusted(load_scenario("paper/sine-tsmc"), math.inf)
+    assert math.isnan(found.margins.gain_margin)
+    assert "TSMC" in found.remark
+    assert "measure with a larger amplitude" in found.remark
+    assert "the valve's hysteresis" in trusted(load_scenario("axis/position-adrc"), 1.5).remark
+
+
+def test_only_hysteresis_slides() -> None:
+    loop = load_scenario("axis/position")
+    assert sliding(loop) == replace(loop, {"valve.hysteresis": 0.0})
