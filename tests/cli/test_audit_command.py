@@ -69,6 +69,17 @@ def test_json(found, tmp_path):
     assert said["chatter"]["frequency"] is None
 
 
+def test_the_oscillation_of_a_press_and_its_causes(tmp_path):
+    said = json.loads(succeeded("audit", "axis/force", "--json", "--out", tmp_path))
+    assert "without the valve's hysteresis" in text_of(tmp_path)
+    assert "No chatter" not in text_of(tmp_path)
+    found = said["oscillation"]
+    assert (found["unit"], found["frequency"]) == ("N", pytest.approx(35.0, rel=0.1))
+    assert found["causes"] == ["integral action", "valve hysteresis", "converter steps"]
+    assert {one["cause"]: one["ends"] for one in found["remains"]}["gain"] is False
+    assert said["strain"]["supply_pressure"] == pytest.approx(210e5)
+
+
 def test_a_mistake_is_one_line():
     assert "no-such" in failed("audit", "no-such")
 

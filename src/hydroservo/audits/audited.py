@@ -1,4 +1,4 @@
-"""What a law supposes of its loop, and the chatter that is foretold of it, in one answer."""
+"""What a law supposes of its loop, what a run of it shows, and the chatter that is foretold of it."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -7,6 +7,9 @@ from hydroservo.assumptions import Assumption
 from hydroservo.audits.auditor import Asked, asked
 from hydroservo.audits.chatter import Chatter, chatter
 from hydroservo.audits.facts import facts_of
+from hydroservo.audits.strain import Strain, strain, strain_monitors
+from hydroservo.audits.sustained import OSCILLATION, Sustained, sustained
+from hydroservo.audits.verdicts import verdicts
 from hydroservo.errors import ParameterError
 from hydroservo.formatting import number, quantity
 from hydroservo.html_tables import Strong, html_remarks, html_table
@@ -25,12 +28,16 @@ class Audit:
         lost: whether the run diverged that the measured ones are asked of.
         chatter: what is foretold; None where the loop has no steady state to foretell from.
         no_forecast: why there is none; else empty.
+        oscillation: of the run; None of an open loop, and of a run that diverged.
+        strain: extremes of the run; None where it diverged.
     """
 
     asked: tuple[Asked, ...]
     lost: bool
     chatter: Chatter | None
     no_forecast: str
+    oscillation: Sustained | None = None
+    strain: Strain | None = None
 
     def assumptions(self) -> Iterator[Assumption]:
         """All of them."""
@@ -39,7 +46,7 @@ class Audit:
 
     def _repr_html_(self) -> str:
         """What a notebook shows."""
-        verdicts = {True: "holds", False: Strong("fails"), None: Strong("cannot be told")}
+        words = {True: "holds", False: Strong("fails"), None: Strong("cannot be told")}
         rows = [
             (
                 one.block,
@@ -47,14 +54,14 @@ class Audit:
                 quantity(each.value, each.unit),
                 quantity(each.bound, each.unit),
                 number(each.margin),
-                verdicts[each.holds],
+                words[each.holds],
             )
             for one in self.asked
             for each in one.assumptions or ()
         ]
         heads = ("block", "it supposes that", "value", "bound", "margin", "verdict")
-        remarks = [Strong("the run diverged")] if self.lost else []
-        return html_table(heads, rows) + html_remarks([*remarks, forecast(self)])
+        said = (f"{one.lead}{one.rest}" for one in verdicts(self))
+        return html_table(heads, rows) + html_remarks(said)
 
     @property
     def holds(self) -> bool | None:
@@ -63,23 +70,15 @@ class Audit:
         return all(known) if known else None
 
 
-def forecast(found: Audit) -> str:
-    """The chatter that is foretold, in a line."""
-    one = found.chatter
-    if one is None:
-        return f"no chatter can be predicted: {found.no_forecast}"
-    if not one.chatters:
-        return f"no chatter is predicted of {quantity(one.threshold, 'V')} or more"
-    return f"chatter is predicted: {quantity(one.amplitude, 'V')} at {number(one.frequency)} Hz"
-
-
 def audit(loop: Loop, *, time: float | None = None) -> Audit:
-    """Ask whether a loop is what its law's theorems suppose, and whether it will chatter.
+    """Ask whether a loop is what its law's theorems suppose, and whether it oscillates or will chatter.
 
     The law, and each block in it with ``assumptions``, says what it supposes: bounds on disturbances against
     switching gains (Lemma 2), gains against the sample rate and the valve's lag, noise and limits as known,
     and more. Each has a margin, the factor by which it holds. Disturbances, their rates and the command are
-    the largest of one run of the loop; all else is of its numbers. The chatter is foretold by
+    the largest of one run of the loop; all else is of its numbers. An oscillation that the run keeps to its
+    end is measured on it, and what it dies out without is sought by
+    :func:`~hydroservo.audits.sustained`. Chatter is foretold by
     :func:`~hydroservo.audits.chatter`, from no run.
 
     Args:
@@ -93,10 +92,18 @@ def audit(loop: Loop, *, time: float | None = None) -> Audit:
     Fails to prove a loop good: it may be lost by what no block supposes in so many words. How often it is
     right is in the documentation.
     """
-    facts, data = facts_of(checked_loop(loop))
+    monitors = [OSCILLATION, *strain_monitors(checked_loop(loop))]
+    facts, data = facts_of(loop, ["controller.u"], monitors)
     found, reason = None, ""
     try:
         found = chatter(loop, time=time)
     except ParameterError as error:
         reason = str(error)
-    return Audit(tuple(asked(facts.loop.controller, facts)), bool(data["diverged"]), found, reason)
+    return Audit(
+        tuple(asked(facts.loop.controller, facts)),
+        bool(data["diverged"]),
+        found,
+        reason,
+        sustained(loop, data),
+        strain(loop, data),
+    )

@@ -238,17 +238,18 @@ def model_of(law: Block) -> Any:
     return model_in(law)
 
 
-def facts_of(loop: Loop, record: Sequence[str] = ()) -> tuple[LoopFacts, Any]:
+def facts_of(loop: Loop, record: Sequence[str] = (), watching: Sequence[Block] = ()) -> tuple[LoopFacts, Any]:
     """The facts of a loop, after a run of it, and that run.
 
     Args:
         loop: the loop.
         record: paths of the state to record of that run.
+        watching: monitors that are to judge it besides.
     """
     refuse_foreign(loop, "audit it")
     begun = ready(loop)
     monitor = lumped(begun)
-    data = quietly(simulate)(loop, record=record, metrics=[monitor] if monitor else [])
+    data = quietly(simulate)(loop, record=record, metrics=[*watching, *([monitor] if monitor else [])])
     found = None
     if monitor is not None and not bool(data["diverged"]):
         found = LumpedValues(*(float(data[name]) for name in LumpedValues._fields))

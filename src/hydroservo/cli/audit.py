@@ -20,6 +20,7 @@ from hydroservo.cli.options import (
 
 if TYPE_CHECKING:
     from hydroservo.audits import Asked, Audit
+    from hydroservo.audits.sustained import Sustained
 
 __all__ = ["audit"]
 
@@ -35,12 +36,14 @@ def audit(
     decimal_comma: DecimalComma = False,
     json: Json = False,
 ) -> None:
-    """Check what a scenario's law assumes of its loop, and predict its chatter.
+    """Check what a scenario's law assumes, whether its loop oscillates and why, and predict its chatter.
 
     Each assumption has a margin, the factor by which it holds: bounds on disturbances, the sample rate, the
-    valve's lag, noise, limits. Those marked "run" are measured on one run. Chatter is predicted by harmonic
-    balance, without a run. With --out it also writes a report (report.html, its tables as CSV and LaTeX in
-    tables), a picture of the margins (margins.png, margins.svg) and the numbers (metrics.json).
+    valve's lag, noise, limits. Those marked "run" are measured on one run. Where that run oscillates to its
+    end, it goes on without each possible cause in turn, and what ends the oscillation is named. Chatter is
+    predicted by harmonic balance, without a run. With --out it also writes a report (report.html, its tables
+    as CSV and LaTeX in tables), a picture of the margins (margins.png, margins.svg) and the numbers
+    (metrics.json).
 
     Examples:
 
@@ -91,7 +94,15 @@ def as_object(scenario: str, found: "Audit") -> dict[str, Any]:
         "silent": [{"path": one.path, "block": one.block} for one in found.asked if one.assumptions is None],
         "chatter": None if found.chatter is None else found.chatter._asdict(),
         "no_forecast": found.no_forecast,
+        "oscillation": None if found.oscillation is None else as_oscillation(found.oscillation),
+        "strain": None if found.strain is None else found.strain._asdict(),
     }
+
+
+def as_oscillation(one: "Sustained") -> dict[str, Any]:
+    """The oscillation of the run, and what ends it."""
+    remains = [each._asdict() for each in one.remains]
+    return {**one._asdict(), "causes": [each.cause for each in one.causes], "remains": remains}
 
 
 def lines(one: "Asked") -> list[dict[str, Any]]:

@@ -7,26 +7,28 @@ from rich.markup import escape
 from rich.table import Table
 
 from hydroservo.cli.tables import NO_NUMBER, show
-from hydroservo.formatting import quantity, readable_unit
+from hydroservo.formatting import readable_unit
 
 if TYPE_CHECKING:
     from hydroservo.assumptions import Assumption
-    from hydroservo.audits import Audit, Chatter
+    from hydroservo.audits import Audit
 
 __all__ = ["assumptions_table", "lines_of", "show_audit"]
 
+COLOURS = {True: "green", False: "bold red", None: "yellow"}
 VERDICTS = {True: "[green]holds[/]", False: "[bold red]fails[/]", None: "[yellow]cannot be told[/]"}
 
 
 def show_audit(scenario: str, found: "Audit") -> None:
-    """The assumptions of a law, each with its margin, and the chatter that is foretold."""
+    """The assumptions of a law, each with its margin, and what else is found."""
     show(assumptions_table(scenario, found), *lines_of(found))
 
 
 def lines_of(found: "Audit") -> list[str]:
-    """The chatter that is foretold, and that the run was lost, if it was."""
-    lost = "[bold red]The run diverged[/], and what is measured on it cannot be told."
-    return [foretold(found.chatter, found.no_forecast), *([lost] if found.lost else [])]
+    """What the run shows, and the chatter that is foretold."""
+    from hydroservo.audits.verdicts import verdicts
+
+    return [f"[{COLOURS[one.good]}]{one.lead}[/]{escape(one.rest)}" for one in verdicts(found)]
 
 
 def assumptions_table(scenario: str, found: "Audit") -> Table:
@@ -64,18 +66,3 @@ def cells(one: "Assumption") -> tuple[str, ...]:
 def margin(factor: float) -> str:
     """A factor as it is read."""
     return NO_NUMBER if math.isnan(factor) else "∞" if math.isinf(factor) else f"{factor:.3g}"
-
-
-def foretold(chatter: "Chatter | None", reason: str) -> str:
-    """The forecast in a sentence or two."""
-    if chatter is None:
-        return f"[yellow]No chatter can be predicted[/]: {escape(reason)}."
-    if chatter.chatters:
-        size, pace = quantity(chatter.amplitude, "V"), f"{chatter.frequency:.4g} Hz"
-        text = f"[bold red]Chatter is predicted[/], by {chatter.cause}: {size} at {pace}"
-    else:
-        text = f"[green]No chatter is predicted[/] of {quantity(chatter.threshold, 'V')} or more"
-    text += f", with demand and load as at {chatter.time:.4g} s."
-    if chatter.after_a_jolt:
-        text += f" A jolt could leave a swing of {quantity(chatter.after_a_jolt, 'V')}."
-    return text

@@ -1,0 +1,168 @@
+"""An oscillation that a run shows, and what keeps it up."""
+
+import math
+from contextlib import suppress
+from typing import Annotated, Any, NamedTuple
+
+from hydroservo.audits.causes import CAUSES, Cause
+from hydroservo.audits.later import LaterDemand, LaterLoad
+from hydroservo.audits.swing import swing
+from hydroservo.block import leaves
+from hydroservo.controlled import Command
+from hydroservo.errors import HydroservoError
+from hydroservo.field import Field
+from hydroservo.group import nested
+from hydroservo.loop import Loop
+from hydroservo.monitors import Oscillation
+from hydroservo.monitors.oscillation import END
+from hydroservo.runs.cautions import quietly
+from hydroservo.runs.run import ready, simulate
+from hydroservo.starts import AsBuilt
+from hydroservo.wiring import wired
+
+__all__ = ["OSCILLATION", "Remains", "Sustained", "sustained"]
+
+OSCILLATION = Oscillation()
+LOST = 0.7  # of its amplitude, by which an oscillation has died out
+LONGER = 4.0  # times its duration, for which a loop is run that is too short to tell
+CYCLES = 1000.0  # for which a loop goes on at the most
+
+
+class Remains(NamedTuple):
+    """What is left of an oscillation without one cause."""
+
+    cause: Annotated[str, Field("", "what is switched off")]
+    phrase: Annotated[str, Field("", "how the loop is without it")]
+    command: Annotated[float, Field("V", "amplitude of the command then; nan if there is no such run")]
+    ends: Annotated[bool, Field("", "whether the oscillation dies out")]
+
+
+class Sustained(NamedTuple):
+    """A sustained oscillation of a run; amplitudes of 0 if there is none, nan if it is too short to tell."""
+
+    amplitude: Annotated[float, Field("y", "amplitude of the {y}")]
+    unit: Annotated[str, Field("", "of that amplitude")]
+    command: Annotated[float, Field("V", "amplitude of the command")]
+    frequency: Annotated[float, Field("Hz", "frequency")]
+    growth: Annotated[float, Field("", "growth from cycle to cycle")]
+    longer: Annotated[float, Field("s", "length of a longer run that tells; 0: the loop's own does")] = 0.0
+    remains: tuple[Remains, ...] = ()
+
+    @property
+    def oscillates(self) -> bool:
+        return self.command > 0.0
+
+    @property
+    def causes(self) -> tuple[Remains, ...]:
+        """Those without which it dies out, each by itself."""
+        return tuple(one for one in self.remains if one.ends)
+
+
+def sustained(loop: Loop, run: Any) -> Sustained | None:
+    """The sustained oscillation of a run, and what keeps it up.
+
+    The machine and its law go on from where the run has ended, in the midst of the oscillation, with the
+    demand and the load that follow; once as they are, and once without each cause that the loop has. What
+    ends the oscillation keeps it up; a loop that rests if it is not struck, and swings once it does, has no
+    cause in what struck it. Where the oscillation does not last beyond the run, for the demand has changed,
+    the run is repeated from its start instead. A run that is too short to tell is repeated, four times as
+    long.
+
+    Args:
+        loop: the loop.
+        run: of it, with the metrics of :data:`OSCILLATION`.
+
+    Returns:
+        None of an open loop, and where the run diverged.
+
+    Fails to tell causes that only together, or in pairs, are enough each by themselves, as two that can both
+    keep it up: without either it goes on. It cannot switch off the integral action of observers, and of laws
+    whose gains are computed.
+    """
+    if isinstance(loop.controls, Command) or bool(run["diverged"]):
+        return None
+    found = measured(loop, run)
+    if math.isnan(found.command):
+        given = loop.simulation
+        loop = loop._replace(simulation=given._replace(duration=LONGER * given.duration))
+        try:
+            run = quietly(simulate)(loop, record=[], metrics=[OSCILLATION])
+        except HydroservoError:  # a recorded demand that ends
+            return found
+        if bool(run["diverged"]):
+            return found
+        found = measured(loop, run)._replace(longer=loop.simulation.duration)
+    return found._replace(remains=remains(loop, found)) if found.oscillates else found
+
+
+def measured(loop: Loop, run: Any) -> Sustained:
+    """The oscillation that a run shows."""
+    values = [float(run[f"oscillation_{name}"]) for name in ("amplitude", "command", "frequency", "growth")]
+    amplitude, command, frequency, growth = values
+    return Sustained(amplitude, loop.controls.declared().unit, command, frequency, growth)
+
+
+def remains(loop: Loop, shown: Sustained) -> tuple[Remains, ...]:
+    """What is left of an oscillation without each of the causes that a loop has."""
+    begun = wired(loop)
+    size = 0.0
+    with suppress(HydroservoError):  # a state, as it is then, that no run may begin in
+        going = continued(begun, shown.frequency)
+        size = left(going)
+    if not size > (1.0 - LOST) * shown.command:
+        going, size = begun, shown.command
+    found: list[Remains] = []
+    for cause in CAUSES:
+        ended = any(one.cause == cause.name and one.ends for one in found)
+        one = None if ended else without(going, cause, size)
+        found += [] if one is None else [one]
+    return tuple(found)
+
+
+def continued(loop: Loop, frequency: float) -> Loop:
+    """The loop from the end of its run on, for the same time or a thousand cycles."""
+    period, duration = loop.simulation.period, loop.simulation.duration
+    whole = period * round(duration / period)
+    sparse = loop._replace(simulation=loop.simulation._replace(record_period=whole))
+    run = quietly(simulate)(sparse, metrics=[])
+    state = {path: float(run[path][-1]) for path, _ in leaves(ready(loop).init()) if path in run}
+    known = {path: value for path, value in state.items() if math.isfinite(value)}
+    span = period * math.ceil(min(duration, CYCLES / frequency) / period)
+    end = float(run["time"][-1])
+    return loop._replace(
+        simulation=loop.simulation._replace(duration=span, record_period=period),
+        start=AsBuilt(nested(known)),
+        reference=LaterDemand(loop.reference, end),
+        load=LaterLoad(loop.load, end),
+    )
+
+
+def without(loop: Loop, cause: Cause, size: float) -> Remains | None:
+    """What is left without a cause; None where the loop has none of that kind.
+
+    Args:
+        loop: as it oscillates.
+        cause: the cause.
+        size: amplitude of its command as it is [V].
+    """
+    changed = cause.without(loop)
+    if changed is None:
+        return None
+    try:
+        command = left(changed)
+    except HydroservoError:  # a law that has no design at the shorter period
+        command = math.nan
+    return Remains(cause.name, cause.phrase, command, command <= (1.0 - LOST) * cause.scale * size)
+
+
+def left(loop: Loop) -> float:
+    """The amplitude of the command at the end of a run [V]; nan where it diverged.
+
+    It is that of a sustained oscillation; where the run is too short to tell, that of all that is no trend.
+    """
+    run = quietly(simulate)(loop, record=["controller.u"], metrics=[OSCILLATION])
+    command = float(run["oscillation_command"])
+    if bool(run["diverged"]) or math.isfinite(command):
+        return math.nan if bool(run["diverged"]) else command
+    late = run["time"] >= (1.0 - END) * loop.simulation.duration
+    return swing(run["controller.u"].to_numpy()[late.to_numpy()], loop.simulation.record_period).amplitude

@@ -1,0 +1,104 @@
+"""What an audit says of a run and of the forecast, in sentences."""
+
+from typing import TYPE_CHECKING, NamedTuple
+
+from hydroservo.audits.chatter import Chatter
+from hydroservo.audits.strain import Strain
+from hydroservo.audits.sustained import OSCILLATION, Sustained
+from hydroservo.formatting import number, quantity
+
+if TYPE_CHECKING:
+    from hydroservo.audits.audited import Audit
+
+__all__ = ["Verdict", "verdicts"]
+
+THRESHOLD = OSCILLATION.threshold
+
+
+class Verdict(NamedTuple):
+    """A sentence or two.
+
+    Attributes:
+        lead: how it begins, which stands out.
+        rest: what follows.
+        good: whether that is well; None where it cannot be told.
+    """
+
+    lead: str
+    rest: str
+    good: bool | None
+
+
+def verdicts(found: "Audit") -> list[Verdict]:
+    """What an audit says besides its assumptions."""
+    said = []
+    if found.lost:
+        said.append(Verdict("The run diverged", ", and what is measured on it cannot be told.", False))
+    if found.oscillation is not None:
+        said.append(oscillation(found.oscillation))
+    said.append(forecast(found.chatter, found.no_forecast, found.oscillation))
+    return [*said, *(strained(found.strain) if found.strain is not None else ())]
+
+
+def oscillation(one: Sustained) -> Verdict:
+    """What the run shows."""
+    run = f"A run of {number(one.longer)} s" if one.longer else "The run"
+    if one.oscillates:
+        sizes = f"{quantity(one.command, 'V')} and {quantity(one.amplitude, one.unit)}"
+        text = f", by {sizes} at {number(one.frequency)} Hz to its end. {kept_up(one)}"
+        return Verdict(f"{run} oscillates", text, False)
+    if one.command == 0.0:
+        return Verdict(f"{run} does not oscillate", f" by {quantity(THRESHOLD, 'V')} or more.", True)
+    return Verdict(f"{run} is too short to tell", " whether it oscillates.", None)
+
+
+def kept_up(one: Sustained) -> str:
+    """What keeps an oscillation up."""
+    names = [each.phrase for each in one.causes]
+    if not names:
+        tried = ", ".join(dict.fromkeys(each.cause for each in one.remains))
+        return f"No single cause was found; tried were {tried}."
+    if len(names) == 1:
+        return f"It dies out {names[0]}."
+    needs = "both" if len(names) == 2 else f"all {len(names)}"
+    return f"It needs {needs}: {', '.join(names[:-1])} or {names[-1]}, it dies out."
+
+
+def forecast(one: Chatter | None, reason: str, run: Sustained | None) -> Verdict:
+    """What harmonic balance predicts, held against the run."""
+    if one is None:
+        return Verdict("No chatter can be predicted", f": {reason}.", None)
+    size, at = quantity(one.threshold, "V"), f"with demand and load as at {one.time:.4g} s"
+    jolt = f" A jolt could leave a swing of {quantity(one.after_a_jolt, 'V')}." if one.after_a_jolt else ""
+    if one.chatters:
+        tone = f"{quantity(one.amplitude, 'V')} at {one.frequency:.4g} Hz"
+        text = f", by {one.cause}: {tone}, {at}.{jolt}"
+        if run is not None and run.command == 0.0:
+            text += " The run shows none that lasts to its end."
+        return Verdict("Chatter is predicted", text, False)
+    if run is not None and run.oscillates:
+        text = (
+            f" misses that: it predicts less than {size} {at}, and leaves out noise and steps of sensors, "
+            f"slow swings, swings far from a sine, and other instants.{jolt}"
+        )
+        return Verdict("Harmonic balance", text, None)
+    return Verdict("No chatter is predicted", f" of {size} or more, {at}.{jolt}", True)
+
+
+def strained(one: Strain) -> list[Verdict]:
+    """What a run asks of its machine that it may not have."""
+    said = []
+    low = f"its pressure falls to {quantity(one.pressure_min, 'Pa')}"
+    if one.cavitates:
+        said.append(Verdict("A chamber cavitates", f": {low}, nearly a vacuum.", False))
+    elif one.low_pressure_time > 0.0:
+        text = f" for {quantity(one.low_pressure_time, 's')}: {low}, where air leaves the oil."
+        said.append(Verdict("A chamber is below the atmosphere's pressure", text, None))
+    if one.above_supply:
+        high, supply = quantity(one.pressure_max, "Pa"), quantity(one.supply_pressure, "Pa")
+        text = f": it reaches {high}, and the supply {supply}. Cylinder and hoses must be rated for that."
+        said.append(Verdict("A chamber is above the supply", text, None))
+    if one.limited > 0.0:
+        text = f" for {number(100.0 * one.limited)} % of the run."
+        said.append(Verdict("The command is at its limit", text, None))
+    return said
