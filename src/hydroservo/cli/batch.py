@@ -54,9 +54,9 @@ def batch(
         list[str],
         varied(
             "Draw a number of the scenario, a block's or a datasheet constructor's, evenly between "
-            "two values, such as 500..900 MPa, or relative to the value it has, such as -30%..+30%. Of the "
-            "machine (plant, valve, supply, load) only the truth varies; the controller goes on believing in "
-            "the scenario's values."
+            "two values, such as 500..900 MPa, or relative to the value it has, such as -30%..+30% or "
+            "x0.5..x2. Of the machine (plant, valve, supply, load) only the truth varies; the controller "
+            "goes on believing in the scenario's values."
         ),
     ],
     out: Annotated[

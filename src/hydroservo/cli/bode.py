@@ -222,7 +222,8 @@ def band_in(text: str | None) -> tuple[float, float] | None:
     if text is None:
         return None
     (entry,) = as_entries({"--band": text}).values()
-    return both_ends(entry._replace(origin=entry.origin._replace(name="bode")), Field("Hz", "", above=0), 1.0)
+    entry = entry._replace(origin=entry.origin._replace(name="bode"))
+    return both_ends(entry, Field("Hz", "", above=0), None)
 
 
 def varied(

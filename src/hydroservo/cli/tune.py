@@ -47,8 +47,8 @@ def tune(
         list[str],
         varied(
             "Search a number of the controller or the sensors between two values, such as "
-            "0.1..30 V s/m, or relative to that of the first scenario, such as -50%..+100%; evenly in its "
-            "logarithm if the range does not hold 0. [default: `[tune.vary]`]"
+            "0.1..30 V s/m, or relative to that of the first scenario, such as -50%..+100% or "
+            "x0.5..x2; evenly in its logarithm if the range does not hold 0. [default: `[tune.vary]`]"
         ),
     ],
     metric: Annotated[
