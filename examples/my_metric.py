@@ -36,7 +36,7 @@ class Tolerance(NamedTuple):
         return Times(0.0, 0.0)
 
     def step(self, m: Times, loop: Loop, s: LoopState, t: float, dt: float) -> Times:
-        error = ops.absolute(s.plant.velocity - s.reference.value)
+        error = ops.absolute(s.reference.value - s.plant.velocity)
         return Times(m.outside + ops.where(error > self.tolerance, dt, 0.0), m.whole + dt)
 
     def values(self, m: Times) -> Share:

@@ -199,7 +199,7 @@ def draw(grid: np.ndarray, name: str, line: Mapping[str, Any]) -> None:
     """A law's four curves; of commands the calmer ones lie on top."""
     sine, square = (hs.simulate(hs.load_scenario(f"laws/{name}-{demand}")) for demand in ("sine", "square"))
     depth = 3.0 - 0.01 * float(sine["control_total_variation"])
-    error = (sine["controlled.value"] - sine["reference.value"]).rolling(time=MEAN, center=True).mean()
+    error = (sine["reference.value"] - sine["controlled.value"]).rolling(time=MEAN, center=True).mean()
     grid[0, 0].plot(sine["time"], 1e3 * error, **line)
     grid[1, 0].plot(sine["time"], 1e3 * sine["controller.u"], **line, zorder=depth)
     jump = about_jump(square)

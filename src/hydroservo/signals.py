@@ -157,7 +157,7 @@ class ReachingRate(NamedTuple):
 class VelocityError(NamedTuple):
     """The velocity's error, and how an observer's surfaces shift that of its rate."""
 
-    value: Annotated[float, Field("m/s", "error e, with the observer's surface s1 in it")]
+    value: Annotated[float, Field("m/s", "velocity less demand e, with the observer's surface s1 in it")]
     rate: Annotated[float, Field("m/s^2", "its rate de/dt by model and estimates")]
     force_surface: Annotated[float, Field("m/s^2", "g1 s2, of the observer's surface s2")]
     velocity_surface: Annotated[float, Field("m/s^2", "f1' s1, of the observer's surface s1")]

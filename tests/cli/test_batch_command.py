@@ -226,7 +226,6 @@ def test_the_worst_of_a_metric_that_no_run_has():
             ("--seeds", "--out", "runs.xlsx"),
             "runs.xlsx: the ending '.xlsx' is not a known format; use one of .csv, ",
         ),
-        (("--seeds", "--out", "runs"), "runs: the ending '' is not a known format"),
         (("--seeds", "--set", "plant.mass=-1"), "plant.mass: -1 must be"),
         (("--seeds", "--set", f"simulation.seed={2**53 - 1}"), "simulation.seed = "),
     ],

@@ -130,14 +130,13 @@ def test_an_attempt_that_left_no_part_does_not_bind_the_folder(tmp_path):
 @pytest.mark.parametrize(
     ("options", "said"),
     [
-        (("--workers", "2"), "--workers and --scheduler compute the parts of a folder: give --out DIR/"),
+        (("--workers", "2"), "--workers and --scheduler compute the parts of a folder: give --out DIR"),
         (("--scheduler", "tcp://127.0.0.1:1"), "--workers and --scheduler compute the parts of a folder"),
         (
             ("--out", "runs/", "--workers", "2", "--scheduler", "tcp://127.0.0.1:1"),
             "--workers run on this machine, and --scheduler has its own: give one of the two",
         ),
         (("--out", "a/", "--out", "b/"), "--out: a/ and b/ are both folders; give one, and files"),
-        (("--out", "runs"), "runs: the ending '' is not a known format; use one of .csv, "),
         (("--out", "runs/", "--runs", str(10**10)), "--runs = 10000000000: must be a whole number from 1 to"),
     ],
 )

@@ -43,7 +43,13 @@ def test_another_seed_and_another_path_draw_other_numbers():
         ("plant.bulk_modulus=-30%..+30%", 4.9e8, 9.1e8),
         ("plant.bulk_modulus = -30 .. 30 %", 4.9e8, 9.1e8),
         ("plant.bulk_modulus=\N{MINUS SIGN}30..30%", 4.9e8, 9.1e8),
+        ("plant.bulk_modulus=0%..+30%", 7e8, 9.1e8),
+        ("plant.bulk_modulus=x0.5..x2", 3.5e8, 14e8),
+        ("plant.bulk_modulus = x 1/2 .. x 2", 3.5e8, 14e8),
         ("valve.orifice.discharge_coefficient=1/2..5/7", 0.5, 5 / 7),
+        ("valve.orifice.discharge_coefficient=60..80%", 0.6, 0.8),
+        ("valve.orifice.discharge_coefficient=-10%..+10%", 0.558, 0.682),
+        ("valve.orifice.discharge_coefficient=x0.9..x1.1", 0.558, 0.682),
         ("load.offset=-50..50N", -50.0, 50.0),
         ("load.phase=-.5...5", -0.5, 0.5),
         ("controller.velocity_gain=1e2..2e2 1/s", 100.0, 200.0),
@@ -63,6 +69,11 @@ def test_percentages_of_a_negative_number_span_it():
     assert np.all(
         (found.parameters["load.amplitude"] > -120.0) & (found.parameters["load.amplitude"] < -90.0)
     )
+
+
+def test_a_percentage_without_a_sign_is_a_value():
+    _, found = drawn("plant.oil.air_content=0.1..3%", name="axis/position")  # in which it is 0.5 %
+    assert found.ranges["plant.oil.air_content"] == (0.001, 0.03)
 
 
 def test_seeds_count_from_that_of_the_scenario():
@@ -111,9 +122,18 @@ def test_what_a_law_believes_varies_alone():
         ("plant.mass=nan..8", "'nan' is not a quantity"),
         ("plant.mass=0..8kg", "'0..8kg' reaches 0; it must be a finite number above 0 [kg]"),
         ("plant.mass=-150%..0%", "reaches -3; it must be a finite number above 0 [kg]"),
+        (
+            "plant.mass=50..200%",
+            "plant.mass: '200%' has no sign; write '+50%..+200%' for so much more than the value, or "
+            "'x0.5..x2' for so many times it; it must be a finite number above 0 [kg]",
+        ),
+        ("valve.orifice.discharge_coefficient=0..60%", "reaches 0; it must be"),
+        ("plant.mass=x0.5..2", "'x0.5' is not a quantity"),
+        ("plant.mass=x2..x0.5", "'x2' is more than 'x0.5', its upper end"),
         ("plant.mass=-30%..8", "'8' has no % while '-30%' has one"),
         ("plant.mass=-30%..8kg", "'8kg' has no % while '-30%' has one"),
         ("load.offset=-30%..30%", "is 0 in the scenario, so no percentage of it can be taken"),
+        ("load.offset=x0.5..x2", "is 0 in the scenario, so no percentage of it can be taken"),
         ("plant.mass=1..2\n", "plant.mass"),
         ("plant.mass=1..2 k\ng", "plant.mass: "),
         ("plant.mass=" + "1" * 5000 + "..2", "must be of the form"),
@@ -130,7 +150,7 @@ def test_a_wrong_range_is_one_line_that_names_it(text, problem):
 
 
 @pytest.mark.slow
-@given(text=st.text(max_size=20) | st.text("0123456789.%-+ kgPa", max_size=12).map("plant.mass={}".format))
+@given(text=st.text(max_size=20) | st.text("0123456789.%-+x kgPa", max_size=12).map("plant.mass={}".format))
 def test_any_range_is_drawn_from_or_refused_in_one_line(text):
     try:
         (found,) = variations(assembled(NAME), ranges_in([text]))

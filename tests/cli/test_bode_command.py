@@ -82,6 +82,7 @@ def test_bode_beside_a_log(tmp_path):
         (("--band", "1..900Hz"), "band = 900.0: must be below Nyquist's frequency, 500 [Hz]"),
         (("--band", "1Hz"), "must be a range"),
         (("--band", "1..9 bar"), "does not convert to Hz"),
+        (("--band=-50%..+100%",), "is relative, and there is no value that it could be relative to"),
         (("--amplitude", "nan"), "amplitude = nan: must be a finite number at least 1e-12 [V]"),
         (("--amplitude", "2 bar"), "--amplitude = '2 bar': does not convert to V"),
         (("--out", "bode.txt"), "must end in one of .png, .svg, .pdf"),

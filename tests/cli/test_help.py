@@ -12,6 +12,7 @@ from typer.testing import CliRunner
 import hydroservo
 from hydroservo.cli.app import app
 from hydroservo.cli.options import ranges_in
+from hydroservo.cli.places import WHERE
 from hydroservo.scenario import load_scenario, parse_override, scenario_source, scenarios
 from hydroservo.studies.file import read_study, study_source
 from tests.support.bases import on_base
@@ -26,6 +27,51 @@ def test_version():
 
 def test_no_arguments_show_help():
     assert "Usage: hydroservo" in CliRunner().invoke(app, [], prog_name="hydroservo").output
+
+
+def commands_with_out(command, above=()):
+    """The words of each command that has --out, and the help of that option."""
+    for name, inner in getattr(command, "commands", {}).items():
+        yield from commands_with_out(inner, (*above, name))
+        yield from (((*above, name), one.help) for one in inner.params if "--out" in one.opts)
+
+
+def test_out_means_the_same_in_each_command():
+    found = dict(commands_with_out(get_command(app)))
+    assert {("run",), ("batch",), ("tune",), ("log",), ("schema",), ("export", "fmu")} <= set(found)
+    assert [words for words, text in found.items() if not text.endswith(WHERE)] == []
+
+
+@pytest.mark.parametrize(
+    ("words", "out", "said"),
+    [
+        (("run", "paper/sine-pi"), "run.csv", "is a file, by its ending; for a folder write 'run.csv/'"),
+        (("audit", "paper/sine-pi"), "audit.html", "is a file, by its ending"),
+        (("study", "small"), "study.d", "is a file, by its ending"),
+        (("paper",), "paper.html", "is a file, by its ending"),
+        (("export", "c", "paper/sine-pi"), "law.c", "is a file, by its ending"),
+        (("run", "paper/sine-pi"), "there", "'there' is a file, and this command writes into a folder"),
+        (("export", "fmu", "paper/sine-pi"), "law", "is a folder, and this command writes a file"),
+        (("export", "ssp", "paper/sine-pi"), "law.ssp/", "is a folder, and this command writes a file"),
+        (("schema",), "schema", "is a folder, and this command writes a file"),
+        (("log", "there"), "picture", "is a folder, and this command writes a file"),
+    ],
+)
+def test_a_place_of_the_other_kind_is_one_line(words, out, said, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("there").touch()
+    assert said in failed(*words, "--out", out)
+    assert [path.name for path in tmp_path.iterdir()] == ["there"]
+
+
+def test_a_name_without_an_ending_or_with_a_slash_is_a_folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for out in ("plain", "with.ending/", "with.ending"):  # the last of which is there by then
+        succeeded("run", "paper/sine-pi", *QUICK, "--out", out)
+        succeeded("bode", "rig/1khz-pi-sine", "--linear", "--out", out)
+        assert {"run.png", "bode.png"} <= {path.name for path in Path(out).iterdir()}
+    succeeded("batch", "paper/sine-pi", *SHORT, "--seeds", "--runs", "2", "--out", "runs")
+    assert Path("runs/batch.json").exists()
 
 
 def names_of(command, above=""):

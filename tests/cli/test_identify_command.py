@@ -110,6 +110,8 @@ def test_a_log_shorter_than_a_period_is_one_line(log, tmp_path):
         (("--vary", "controller.integral_gain=1..2"), "a log takes the place of the controller"),
         (("--vary", "plant.mas=1..2"), "plant.mass"),
         (("--vary", "plant.mass=1..2 bar"), "does not convert to kg"),
+        (("--vary", "plant.mass=50..200%"), "'200%' has no sign; write '+50%..+200%' for"),
+        ((*MASS, "--vary", "delay=x0.5..x2"), "is relative, and there is no value"),
         ((*MASS, "--set", "identify.columns.speed='v [m/s]'"), "identify.columns.speed"),
         ((*MASS, "--set", "identify.colums.speed='v [m/s]'"), "identify.colums"),
         ((*MASS, "--horizon=20ms"), "is of --form one-step; a simulation has none"),
@@ -132,6 +134,7 @@ def test_what_cannot_be_sought_is_one_line(log, arguments, said):
         ("speed=1..2", "speed: is not a signal"),
         ("position=80..20mm", "is more than"),
         ("position=1..2bar", "does not convert to m"),
+        ("position=-5%..5%", "is relative, and there is no value"),
     ],
 )
 def test_a_limit_that_is_none_is_one_line(log, tmp_path, limit, said):

@@ -183,6 +183,7 @@ def test_values_that_leave_a_loop_unstable_are_said():
         ("500..2000 mV s/m", 0.5, 2.0),
         ("5e-01..2", 0.5, 2.0),
         ("-50%..+100%", 0.5, 2.0),
+        ("x0.5..x2", 0.5, 2.0),
     ],
 )
 def test_ranges_take_units_and_percentages_of_the_scenarios_value(ends, low, high):

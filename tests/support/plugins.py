@@ -71,7 +71,7 @@ class ZeroCrossings(NamedTuple):
         return Crossings(0.0, 0.0)
 
     def step(self, m, loop, s, t, dt):
-        error = s.plant.velocity - s.reference.value
+        error = s.reference.value - s.plant.velocity
         return Crossings(m.count + ops.where(error * m.last < 0.0, 1.0, 0.0), error)
 
     def values(self, m):

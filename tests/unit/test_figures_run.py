@@ -57,7 +57,7 @@ def test_run_without_observer_has_velocity_error_and_command(pi):
     velocity, demand = pi["controlled.value"].values, pi["reference.value"].values
     np.testing.assert_array_equal(curve(fig.axes[0], 0), 1e3 * velocity)
     np.testing.assert_array_equal(curve(fig.axes[0], 1), 1e3 * demand)
-    np.testing.assert_array_equal(curve(fig.axes[1], 0), 1e3 * (velocity - demand))
+    np.testing.assert_array_equal(curve(fig.axes[1], 0), 1e3 * (demand - velocity))
     np.testing.assert_array_equal(curve(fig.axes[2], 0), 1e3 * pi["controller.u"].values)
     assert fig.axes[-1].get_xlabel() == "time [ms]"
     assert fig.axes[-1].get_xlim() == pytest.approx((0.0, 20.0))
@@ -132,7 +132,7 @@ def test_legends_lie_above_their_axes(tsmc, tmp_path):
 def test_peaks_that_press_a_curve_flat_bring_an_enlarged_panel(pi):
     error = 3e-4 * np.sin(np.linspace(0.0, 50.0, pi["time"].size))
     error[5:10] = 0.06
-    peaks = pi.assign({"controlled.value": pi["reference.value"] + error})
+    peaks = pi.assign({"controlled.value": pi["reference.value"] - error})
     fig = plot_run(peaks)
     assert labels(fig)[1:3] == ["error [mm/s]", "error [mm/s]\n(enlarged)"]
     whole, enlarged = fig.axes[1:3]
@@ -179,7 +179,7 @@ def test_every_curve_is_seen_in_some_panel():
 def test_an_enlarged_error_panel_shows_zero(pi):
     error = np.full(pi["time"].size, 3e-4)
     error[5:10] = 0.06
-    fig = plot_run(pi.assign({"controlled.value": pi["reference.value"] + error}))
+    fig = plot_run(pi.assign({"controlled.value": pi["reference.value"] - error}))
     low, high = fig.axes[2].get_ylim()
     assert low < 0.0
     assert 0.3 < high < 0.4

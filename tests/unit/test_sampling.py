@@ -22,10 +22,10 @@ MASS = "plant.mass"
 
 
 def test_ranges_are_numbers_texts_or_relative() -> None:
-    same = [(4.2, 7.8), "4.2..7.8 kg", "4200 g .. 7.8 kg", "-30%..+30%", relative(-0.3, 0.3)]
+    same = [(4.2, 7.8), "4.2..7.8 kg", "4200 g .. 7.8 kg", "x0.7..x1.3", "-30%..+30%", relative(-0.3, 0.3)]
     for one in same:
         assert draws(LOOP, {MASS: one}, 3).ranges[MASS] == pytest.approx((4.2, 7.8), rel=1e-12)
-    texts, numbers = (draws(LOOP, {MASS: one}, 9).parameters[MASS] for one in (same[3], same[4]))
+    texts, numbers = (draws(LOOP, {MASS: one}, 9).parameters[MASS] for one in same[-2:])
     np.testing.assert_array_equal(texts, numbers)
 
 

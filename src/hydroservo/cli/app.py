@@ -39,6 +39,7 @@ from hydroservo.cli.options import (
     loaded,
 )
 from hydroservo.cli.page import page
+from hydroservo.cli.places import WHERE, folder_at
 from hydroservo.cli.remarks import say_remarks
 from hydroservo.cli.study import study
 from hydroservo.cli.tune import tune
@@ -267,7 +268,10 @@ app.command()(cache)
 @app.command()
 def paper(
     out: Annotated[
-        Path, typer.Option("--out", metavar="DIR", file_okay=False, help="Write the report to this folder.")
+        Path,
+        typer.Option(
+            "--out", metavar="DIR", parser=folder_at, help=f"Write the report to this folder. {WHERE}"
+        ),
     ] = Path("hydroservo-paper"),
 ) -> None:
     """Reproduce the terminal sliding mode study of doi:10.1007/s42401-021-00087-w and judge its claims.

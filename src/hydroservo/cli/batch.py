@@ -25,6 +25,7 @@ from hydroservo.cli.options import (
     replay,
     varied,
 )
+from hydroservo.cli.places import WHERE
 from hydroservo.cli.remarks import say_remarks, say_sizes
 from hydroservo.runs.results import FORMATS
 
@@ -54,22 +55,22 @@ def batch(
         list[str],
         varied(
             "Draw a number of the scenario, a block's or a datasheet constructor's, evenly between "
-            "two values, such as 500..900 MPa, or relative to the value it has, such as -30%..+30%. Of the "
-            "machine (plant, valve, supply, load) only the truth varies; the controller goes on believing in "
-            "the scenario's values."
+            "two values, such as 500..900 MPa, or relative to the value it has, such as -30%..+30% or "
+            "x0.5..x2. Of the machine (plant, valve, supply, load) only the truth varies; the controller "
+            "goes on believing in the scenario's values."
         ),
     ],
     out: Annotated[
         list[str],
         typer.Option(
             "--out",
-            metavar="FILE|DIR/",
+            metavar="FILE|DIR",
             default_factory=list,
             show_default=False,
             help=f"Write the parameters and metrics of each run ({', '.join(FORMATS)}), or a picture of "
-            "them (.png, .svg, .pdf). May be given again. Into a folder, such as runs/, any number of runs "
-            "go part by part (Parquet), and the same command goes on where it was stopped; a report goes "
-            "there too.",
+            "them (.png, .svg, .pdf). May be given again. Into a folder any number of runs go part by part "
+            "(Parquet), and the same command goes on where it was stopped; a report goes there too. "
+            f"{WHERE}",
         ),
     ],
     figure_size: FigureSize = None,
@@ -131,7 +132,7 @@ def batch(
     - `hydroservo batch paper/sine-pi --runs 300 --vary plant.mass=4..8kg --out runs.csv --out runs.png`
     - `hydroservo batch paper/sine-tsmc --runs 100 --seeds --set sensors.type=NoisySensors
       --set sensors.velocity_noise="0.5 mm/s" --set sensors.load_force_noise="5 N" --json`
-    - `hydroservo batch paper/sine-pi --runs 1000000 --vary plant.mass=4..8kg --out runs/
+    - `hydroservo batch paper/sine-pi --runs 1000000 --vary plant.mass=4..8kg --out runs
       --scheduler tcp://head:8786`
     """
     from hydroservo.cli.batch_files import destinations, is_csv, write_batch
@@ -209,7 +210,7 @@ def page_of(
     from hydroservo.cli.reporting import again
     from hydroservo.cli.reports.batch import batch_report
 
-    return batch_report(again(context, "DIR/"), shown, table, pictured, alone)
+    return batch_report(again(context), shown, table, pictured, alone)
 
 
 def write_page(
@@ -290,7 +291,7 @@ def check_workers(workers: int | None, scheduler: str | None, folder: Path | Non
     from hydroservo.errors import HydroservoError
 
     if folder is None and (workers or scheduler):
-        raise HydroservoError("--workers and --scheduler compute the parts of a folder: give --out DIR/")
+        raise HydroservoError("--workers and --scheduler compute the parts of a folder: give --out DIR")
     check_one_place(workers, scheduler)
     if cuda and scheduler is None:
         device()

@@ -5,7 +5,8 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from hydroservo.cli.files import PICTURE_ENDINGS, is_folder
+from hydroservo.cli.files import PICTURE_ENDINGS
+from hydroservo.cli.places import is_folder
 from hydroservo.cli.writing import Written
 from hydroservo.errors import HydroservoError
 from hydroservo.outputs import OutputError, keep_elsewhere, staged, write_text

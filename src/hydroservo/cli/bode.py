@@ -24,6 +24,7 @@ from hydroservo.cli.options import (
     quantity_of,
     ranges_in,
 )
+from hydroservo.cli.places import WHERE, file_or_folder
 from hydroservo.cli.remarks import say_remarks
 
 if TYPE_CHECKING:
@@ -100,8 +101,8 @@ def bode(
         str | None,
         typer.Option(
             "--out",
-            metavar="FILE|DIR/",
-            help="Draw it: a .png, .svg or .pdf. Into a folder, such as bode/, goes a report too.",
+            metavar="FILE|DIR",
+            help=f"Draw it: a .png, .svg or .pdf. Into a folder goes a report too. {WHERE}",
         ),
     ] = None,
     figure_size: FigureSize = None,
@@ -122,7 +123,7 @@ def bode(
     - `hydroservo bode rig/1khz-pi-sine --out bode.png`
     - `hydroservo bode axis/force --command 0.1V --amplitude 50mV --band 0.5..100Hz --json`
     - `hydroservo bode rig/1khz-pi-sine --vary plant.mass=4..12kg --out masses.pdf`
-    - `hydroservo bode rig/1khz-pi-sine --log bench.csv --log warm.csv --out bench/`
+    - `hydroservo bode rig/1khz-pi-sine --log bench.csv --log warm.csv --out bench`
     """
     from hydroservo.cli.files import list_files, result_files, write_results
     from hydroservo.cli.progress import progress_bar
@@ -170,7 +171,7 @@ def bode(
             from hydroservo.cli.reporting import again
             from hydroservo.cli.reports.bode import bode_report
 
-            page = bode_report(again(context, "DIR/"), scenario, data, logs)
+            page = bode_report(again(context), scenario, data, logs)
             return write_results(place, {}, page, said, journal)
 
         left = write_or_keep(folder, write)
@@ -191,7 +192,7 @@ def destination(out: str | None) -> tuple[Path | None, Path | None]:
     Raises:
         ParameterError: its ending names no format.
     """
-    from hydroservo.cli.files import PICTURE_ENDINGS, file_or_folder
+    from hydroservo.cli.files import PICTURE_ENDINGS
     from hydroservo.errors import ParameterError
 
     file, folder = file_or_folder(out)
@@ -226,7 +227,8 @@ def band_in(text: str | None) -> tuple[float, float] | None:
     if text is None:
         return None
     (entry,) = as_entries({"--band": text}).values()
-    return both_ends(entry._replace(origin=entry.origin._replace(name="bode")), Field("Hz", "", above=0), 1.0)
+    entry = entry._replace(origin=entry.origin._replace(name="bode"))
+    return both_ends(entry, Field("Hz", "", above=0), None)
 
 
 def varied(

@@ -7,6 +7,7 @@ import typer
 
 from hydroservo.cli.completion import types_like
 from hydroservo.cli.options import Json, Plugins
+from hydroservo.cli.places import WHERE, file_at
 
 __all__ = ["describe", "schema"]
 
@@ -54,7 +55,8 @@ def describe(
 def schema(
     plugins: Plugins,
     out: Annotated[
-        Path | None, typer.Option("--out", metavar="FILE", dir_okay=False, help="Write it to this file.")
+        Path | None,
+        typer.Option("--out", metavar="FILE", parser=file_at, help=f"Write it to this file. {WHERE}"),
     ] = None,
 ) -> None:
     """Print the JSON Schema of scenarios, with which an editor completes and checks them as they are typed.

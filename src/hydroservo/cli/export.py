@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from hydroservo.cli.options import Changes, Json, Plugins, Scenario, loaded
+from hydroservo.cli.places import WHERE, file_at, folder_at
 from hydroservo.export.platforms import Platform, machine_name
 from hydroservo.export.unit import FmiVersion, Part, Precision
 
@@ -45,20 +46,32 @@ Prefix = Annotated[
 OutFolder = Annotated[
     Path,
     typer.Option(
-        "--out", metavar="DIR", file_okay=False, show_default=False, help="Write the C to this folder."
+        "--out",
+        metavar="DIR",
+        parser=folder_at,
+        show_default=False,
+        help=f"Write the C to this folder. {WHERE}",
     ),
 ]
 OutFile = Annotated[
     Path,
     typer.Option(
-        "--out", metavar="FILE.fmu", dir_okay=False, show_default=False, help="Write the FMU to this file."
+        "--out",
+        metavar="FILE.fmu",
+        parser=file_at,
+        show_default=False,
+        help=f"Write the FMU to this file. {WHERE}",
     ),
 ]
 
 OutSystem = Annotated[
     Path,
     typer.Option(
-        "--out", metavar="FILE.ssp", dir_okay=False, show_default=False, help="Write the system to this file."
+        "--out",
+        metavar="FILE.ssp",
+        parser=file_at,
+        show_default=False,
+        help=f"Write the system to this file. {WHERE}",
     ),
 ]
 Version = Annotated[FmiVersion, typer.Option("--fmi", help="Version of the standard.")]

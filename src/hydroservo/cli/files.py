@@ -1,6 +1,5 @@
 """The folder that a command leaves: its own files, its report, and its numbers with digests of them all."""
 
-import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -17,8 +16,6 @@ if TYPE_CHECKING:
 __all__ = [
     "PICTURE_ENDINGS",
     "OwnFiles",
-    "file_or_folder",
-    "is_folder",
     "list_files",
     "result_files",
     "write_results",
@@ -27,24 +24,6 @@ __all__ = [
 OwnFiles = Mapping[str, Callable[[Path], object]]  # files besides the report, by name, and what writes each
 
 PICTURE_ENDINGS = (".png", ".svg", ".pdf")
-
-
-def is_folder(text: str, endings: Sequence[str] = ()) -> bool:
-    """Whether ``--out`` means a folder where it may mean a file: there is one, or it ends in a slash.
-
-    Args:
-        text: as it was typed.
-        endings: of what is a file all the same.
-    """
-    path = Path(text)
-    return text.endswith(("/", os.sep)) or (path.suffix.lower() not in endings and path.is_dir())
-
-
-def file_or_folder(text: str | None) -> tuple[Path | None, Path | None]:
-    """The file that ``--out`` names, or else the folder; nothing where it was not given."""
-    if text is None:
-        return None, None
-    return (None, Path(text)) if is_folder(text) else (Path(text), None)
 
 
 def result_files(folder: Path, own: Iterable[str], report: "Files") -> list[Path]:

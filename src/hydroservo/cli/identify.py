@@ -60,7 +60,8 @@ def identify(
         list[str],
         varied(
             "Seek a number of the machine between two values, such as 5000..15000 bar, or relative to "
-            "that of the scenario, such as -50%..+100%; or the delay of each log, such as delay=0..3s."
+            "that of the scenario, such as -50%..+100% or x0.5..x2; or the delay of each log, such as "
+            "delay=0..3s."
         ),
     ],
     limits: Annotated[
@@ -255,7 +256,7 @@ def limits_in(texts: Sequence[str], propose: Path | None) -> dict[str, tuple[flo
     for name, entry in ranges_in(texts, LIMIT).items():
         if name not in (COMMAND, *OUTPUTS):
             raise ScenarioError(LIMIT, name, f"is not a signal; it {one_of(name, (COMMAND, *OUTPUTS))}")
-        found[name] = both_ends(entry, SIGNALS[name], 0.0)
+        found[name] = both_ends(entry, SIGNALS[name], None)
     return found
 
 

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from hydroservo.cli.options import Changes, Json, LogScenario, Plugins, log_columns_of
+from hydroservo.cli.places import WHERE, file_at
 from hydroservo.cli.remarks import say_warning
 
 if TYPE_CHECKING:
@@ -24,7 +25,10 @@ def log(
     out: Annotated[
         Path | None,
         typer.Option(
-            "--out", metavar="FILE", dir_okay=False, help="Write a picture of the log: a .png, .svg or .pdf."
+            "--out",
+            metavar="FILE",
+            parser=file_at,
+            help=f"Write a picture of the log: a .png, .svg or .pdf. {WHERE}",
         ),
     ] = None,
     json: Json = False,

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from hydroservo.cli.completion import scenarios_like
+from hydroservo.cli.places import WHERE, folder_at
 from hydroservo.cli.remarks import say_sizes, say_warning
 from hydroservo.errors import HydroservoError, HydroservoWarning
 from hydroservo.reports.journal import FIGURE_FORMATS, Size
@@ -99,7 +100,7 @@ Plugins = Annotated[
 ]
 Folder = Annotated[
     Path | None,
-    typer.Option("--out", metavar="DIR", file_okay=False, help="Write the results to this folder."),
+    typer.Option("--out", metavar="DIR", parser=folder_at, help=f"Write the results to this folder. {WHERE}"),
 ]
 FigureSize = Annotated[
     Size | None,

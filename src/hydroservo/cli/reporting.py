@@ -18,15 +18,10 @@ __all__ = ["again", "in_one_block", "sentences", "table_of"]
 MARK = " *"  # behind what is best, on a terminal
 
 
-def again(context: "typer.Context", folder: str = "DIR") -> str:
-    """The command that makes a report again.
-
-    Args:
-        context: of the command.
-        folder: what it calls its folder; with a slash where it takes files too.
-    """
+def again(context: "typer.Context") -> str:
+    """The command that makes a report again, into a folder."""
     first, *options = command_typed(context)
-    return " \\\n    ".join([f"{first} --out {folder}", *options])
+    return " \\\n    ".join([f"{first} --out DIR", *options])
 
 
 def sentences(lines: "Iterable[RenderableType]") -> list[str]:

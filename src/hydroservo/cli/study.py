@@ -7,6 +7,7 @@ import typer
 
 from hydroservo.cli.completion import studies_like
 from hydroservo.cli.options import DecimalComma, FigureFormat, Json, Plugins, check_one_place
+from hydroservo.cli.places import WHERE, folder_at
 
 __all__ = ["study"]
 
@@ -26,9 +27,9 @@ def study(
         typer.Option(
             "--out",
             metavar="DIR",
-            file_okay=False,
+            parser=folder_at,
             show_default=False,
-            help="The folder of the study; what is done there already is not done again.",
+            help=f"The folder of the study; what is done there already is not done again. {WHERE}",
         ),
     ],
     changes: Annotated[

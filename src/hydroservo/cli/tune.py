@@ -25,6 +25,7 @@ from hydroservo.cli.options import (
     replay,
     varied,
 )
+from hydroservo.cli.places import WHERE, file_or_folder
 from hydroservo.cli.remarks import say_remarks
 from hydroservo.cli.typed import command_typed
 
@@ -47,8 +48,8 @@ def tune(
         list[str],
         varied(
             "Search a number of the controller or the sensors between two values, such as "
-            "0.1..30 V s/m, or relative to that of the first scenario, such as -50%..+100%; evenly in its "
-            "logarithm if the range does not hold 0. [default: `[tune.vary]`]"
+            "0.1..30 V s/m, or relative to that of the first scenario, such as -50%..+100% or "
+            "x0.5..x2; evenly in its logarithm if the range does not hold 0. [default: `[tune.vary]`]"
         ),
     ],
     metric: Annotated[
@@ -112,9 +113,9 @@ def tune(
         str | None,
         typer.Option(
             "--out",
-            metavar="FILE|DIR/",
-            help="Write the values found as TOML tables to paste into a scenario. Into a folder, such as "
-            "found/, goes a report too.",
+            metavar="FILE|DIR",
+            help="Write the values found as TOML tables to paste into a scenario. Into a folder goes a "
+            f"report too. {WHERE}",
         ),
     ] = None,
     figure_size: FigureSize = None,
@@ -139,7 +140,7 @@ def tune(
 
     Examples:
 
-    - `hydroservo tune rig/1khz-pi-sine --out found/`
+    - `hydroservo tune rig/1khz-pi-sine --out found`
     - `hydroservo tune rig/1khz-pi-sine --vary controller.proportional_gain=0.3..30 --vary
       controller.integral_gain=10..5000`
     - `hydroservo tune rig/1khz-pi-sine rig/1khz-pi-square --weights 1,8 --vary
@@ -148,7 +149,7 @@ def tune(
     - `hydroservo tune rig/noisy-1khz-pi-sine --seeds 20 --metric max_error --vary
       controller.proportional_gain=-50%..+100%`
     """
-    from hydroservo.cli.files import file_or_folder, list_files, result_files
+    from hydroservo.cli.files import list_files, result_files
     from hydroservo.cli.kernels import log_kernels
     from hydroservo.cli.progress import progress_bar
     from hydroservo.cli.tables import show
@@ -212,7 +213,7 @@ def page_of(context: typer.Context, task: "Task", found: "Tuned", replayed: str)
     from hydroservo.cli.reporting import again
     from hydroservo.cli.reports.tune import tune_report
 
-    return tune_report(again(context, "DIR/"), task, found, replayed)
+    return tune_report(again(context), task, found, replayed)
 
 
 def write_page(

@@ -50,7 +50,7 @@ class AdaptiveRobustState(NamedTuple):
 
     u: Annotated[float, Field("V", "command")]
     unlimited: Annotated[float, Field("V", "command before saturation")]
-    z1: Annotated[float, Field("m/s", "velocity error z1")]
+    z1: Annotated[float, Field("m/s", "velocity less demand, z1")]
     z2: Annotated[float, Field("N", "error of the virtual control z2 = x2 - zeta1")]
     estimates: Unknowns
     observer: Block

@@ -20,7 +20,7 @@ class BacksteppingState(NamedTuple):
     """The last command and errors, and the states of the nested derivative and observer."""
 
     u: Annotated[float, Field("V", "command")]
-    z1: Annotated[float, Field("m/s", "velocity error z1")]
+    z1: Annotated[float, Field("m/s", "velocity less demand, z1")]
     z2: Annotated[float, Field("N", "error of the virtual control z2 = x2 - zeta1")]
     derivative: Block
     observer: Block

@@ -38,7 +38,7 @@ class InternalModelState(NamedTuple):
 
     u: Annotated[float, Field("V", "command")]
     opening: Annotated[float, Field("V", "modelled opening, as the command that would hold it")]
-    integral: Annotated[float, Field("m", "integral of the velocity's error, with anti-windup")]
+    integral: Annotated[float, Field("m", "integral of velocity less demand, with anti-windup")]
     resonator: ResonatorState
     unlimited: Annotated[float, Field("V", "command before saturation")]
 

@@ -36,7 +36,7 @@ class LQIState(NamedTuple):
 
     u: Annotated[float, Field("V", "command")]
     opening: Annotated[float, Field("V", "modelled opening, as the command that would hold it")]
-    integral: Annotated[float, Field("m", "integral of the velocity's error, with anti-windup")]
+    integral: Annotated[float, Field("m", "integral of velocity less demand, with anti-windup")]
     unlimited: Annotated[float, Field("V", "command before saturation")]
 
 

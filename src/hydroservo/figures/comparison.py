@@ -25,10 +25,10 @@ REMARK, LINE = 7, 100  # points, and the characters of that size that fit in a l
 def plot_comparison(datasets: Sequence[xr.Dataset], labels: Sequence[str]) -> Figure:
     """Velocity, error and command of several runs, overlaid.
 
-    The error is the controlled signal less demand. The first run of a PI, Backstepping or TSMC controller has
-    the colour that this controller has in all figures. A run that diverged is shown up to where its error is
-    lost, as a number of it was. Where the runs differ in more than their controllers, a line below says in
-    what.
+    The error is the demand less the controlled signal. The first run of a PI, Backstepping or TSMC
+    controller has the colour that this controller has in all figures. A run that diverged is shown up to
+    where its error is lost, as a number of it was. Where the runs differ in more than their controllers, a
+    line below says in what.
 
     Args:
         datasets: what ``simulate`` returned for each run.

@@ -22,7 +22,7 @@ def plot_run(dataset: xr.Dataset) -> Figure:
 
     Where both chambers' pressures were recorded, they are shown with the supply's.
 
-    The error is the controlled signal less demand. Where peaks press the error or the command flat, an
+    The error is the demand less the controlled signal. Where peaks press the error or the command flat, an
     enlarged panel follows. A run that diverged is shown up to where it was lost, as ``diverged_at`` has it.
 
     Args:

@@ -24,7 +24,7 @@ class Trace(NamedTuple):
     time: Samples
     demand: Samples
     signal: Samples  # that the loop controls
-    error: Samples  # signal less demand
+    error: Samples  # demand less signal
     command: Samples
     disturbances: tuple[Samples, ...]  # d_L1 [m/s^2] and d_L2 [N/s]
     estimates: tuple[Samples, ...]  # of both; empty without an observer
@@ -53,7 +53,7 @@ def trace_of(dataset: xr.Dataset) -> Trace:
         time=dataset["time"].values[:end],
         demand=demand[:end],
         signal=signal[:end],
-        error=(signal - demand)[:end],
+        error=(demand - signal)[:end],
         command=dataset["controller.u"].values[:end],
         disturbances=tuple(values[:end] for values in truths if both),
         estimates=tuple(values[:end] for values in estimates if both),

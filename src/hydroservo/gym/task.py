@@ -43,7 +43,7 @@ class Outcome(NamedTuple):
 class Task:
     """Runs of a scenario side by side, each with an agent in place of the law.
 
-    With e = (y - r)/E of the true signal y at the end of the sample period, E half of the demand's range, and
+    With e = (r - y)/E of the true signal y at the end of the sample period, E half of the demand's range, and
     the action a, the command u by its limit::
 
         reward = -error_weight min(e^2, 1) - effort_weight (a_k - a_(k-1))^2
@@ -154,7 +154,7 @@ class Task:
 
     def costs(self, change: Numbers) -> Numbers:
         """What the sample period cost; the most where the error is no number."""
-        error = (self.runs["controlled.value"] - self.runs["reference.value"]) / self.error_scale
+        error = (self.runs["reference.value"] - self.runs["controlled.value"]) / self.error_scale
         squares = np.minimum(np.nan_to_num(error * error, nan=1.0), 1.0)
         return self.error_weight * squares + self.effort_weight * change * change
 

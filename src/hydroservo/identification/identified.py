@@ -183,7 +183,7 @@ def delays_in(ranges: Mapping[str, Entry]) -> Ends:
     Raises:
         ScenarioError: that is no range of a time.
     """
-    return both_ends(ranges[DELAY], LATE, 0.0) if DELAY in ranges else None
+    return both_ends(ranges[DELAY], LATE, None) if DELAY in ranges else None
 
 
 def sought(assembly: Assembly, ranges: Mapping[str, Entry]) -> list[Variation]:

@@ -28,7 +28,7 @@ class IntegralCriteriaValues(NamedTuple):
 
 @role(Monitor)
 class IntegralCriteria(NamedTuple):
-    """IAE, ISE and ITAE of the error e = y - r of the controlled signal.
+    """IAE, ISE and ITAE of the error e = r - y of the controlled signal.
 
     IAE = integral of |e| dt, ISE = integral of e^2 dt, ITAE = integral of t |e| dt, by the left rule over the
     integrator's steps. ITAE counts the time from the start of the run.
@@ -43,7 +43,7 @@ class IntegralCriteria(NamedTuple):
     def step(
         self, m: IntegralCriteriaState, loop: Block, s: Block, t: float, dt: float
     ) -> IntegralCriteriaState:
-        error = s.controlled.value - s.reference.value
+        error = s.reference.value - s.controlled.value
         size = ops.absolute(error) * dt
         return IntegralCriteriaState(m.absolute + size, m.squares + error * error * dt, m.weighted + t * size)
 

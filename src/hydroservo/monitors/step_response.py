@@ -35,7 +35,9 @@ class StepResponseValues(NamedTuple):
     overshoot: Annotated[
         float,
         Field(
-            "y", "largest error in the direction of the last jump; 0 without a jump", smaller_is_better=True
+            "y",
+            "furthest beyond the demand in the direction of its last jump; 0 without a jump",
+            smaller_is_better=True,
         ),
     ]
 
@@ -47,8 +49,9 @@ class StepResponse(NamedTuple):
     A jump is a change of the demand, beyond what its rates at both instants explain, of more than the band;
     the start from rest counts, a kink does not. ``settling_time`` is the longest time from a jump (or the
     start) until the error is last outside the band, which is a share of the largest demand so far, counted
-    from the signal at the start. ``overshoot`` is the largest error in the direction of the demand's last
-    jump, 0 without one.
+    from the signal at the start. ``overshoot`` is the furthest that the signal goes beyond the demand in the
+    direction of its last jump, 0 without one. A demand that jumps at the very end, by however little, asks
+    for what no time is left for: there the signal is held against the demand before.
 
     Source: Ogata, Modern Control Engineering, 2010, sec. 5-3; what counts as a jump is chosen here.
     Fails for a demand that gets to its end without a jump, as a Ramp or a PointToPoint: its overshoot is 0,
@@ -67,12 +70,13 @@ class StepResponse(NamedTuple):
         demand, rate = s.reference.value, s.reference.rate
         first = m.last_step == 0.0
         start = ops.where(first, s.controlled.value, m.start)
-        demand_max = ops.maximum(m.demand_max, ops.absolute(demand - start))
-        band = self.band * demand_max
         half = 0.5 * m.last_step
         jump = demand - ops.where(first, start, m.last_demand) - half * (m.last_rate + rate)
-        jumped = ops.absolute(jump) - half * ops.absolute(rate - m.last_rate) > band
-        error = s.controlled.value - demand
+        asked = ops.where(dt > 0.0, demand, demand - jump)
+        demand_max = ops.maximum(m.demand_max, ops.absolute(asked - start))
+        band = self.band * demand_max
+        jumped = dt > 0.0 and ops.absolute(jump) - half * ops.absolute(rate - m.last_rate) > band
+        error = asked - s.controlled.value
         jump_time = ops.where(jumped, t, m.jump_time)
         jump_sign = ops.where(jumped, ops.sign(jump), m.jump_sign)
         outside = ops.where(ops.absolute(error) > band, t - jump_time, 0.0)
@@ -85,7 +89,7 @@ class StepResponse(NamedTuple):
             jump_time=jump_time,
             jump_sign=jump_sign,
             settling=ops.maximum(outside, m.settling),
-            overshoot=ops.maximum(jump_sign * error, m.overshoot),
+            overshoot=ops.maximum(-jump_sign * error, m.overshoot),
         )
 
     def values(self, m: StepResponseState) -> StepResponseValues:

@@ -37,7 +37,7 @@ class TrackingErrorValues(NamedTuple):
 
 @role(Monitor)
 class TrackingError(NamedTuple):
-    """The error e = y - r of the controlled signal over the run and over its second half.
+    """The error e = r - y of the controlled signal over the run and over its second half.
 
     rms = sqrt(1/T integral of e^2 dt), the integral by the left rule over the integrator's steps, so that
     what happens between samples counts. A demand that jumps at the very end asks for what no time is left
@@ -51,7 +51,7 @@ class TrackingError(NamedTuple):
         return TrackingErrorState(*[0.0] * len(TrackingErrorState._fields))
 
     def step(self, m: TrackingErrorState, loop: Block, s: Block, t: float, dt: float) -> TrackingErrorState:
-        error = s.controlled.value - s.reference.value
+        error = s.reference.value - s.controlled.value
         squares = error * error * dt
         steady = t >= HALF * loop.simulation.duration
         return TrackingErrorState(

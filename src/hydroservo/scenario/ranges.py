@@ -1,4 +1,4 @@
-"""Ranges of numbers of a loop, such as "0.1..30 V s/m" or "-50%..+100%"."""
+"""Ranges of numbers of a loop, such as "0.1..30 V s/m", "-50%..+100%" or "x0.5..x2"."""
 
 import re
 from collections.abc import Collection, Mapping
@@ -18,6 +18,7 @@ from hydroservo.validation import allowed, within
 
 __all__ = ["Relative", "as_entries", "both_ends", "check_path", "relative"]
 
+SIGNS = ("+", "-", "\N{MINUS SIGN}")
 QUANTITY = re.compile(r"[+-]?[0-9.]+(?:[eE][+-]?[0-9]+)?(?:\s*/\s*[0-9]+)?\s*(.*)", re.DOTALL)
 
 
@@ -88,14 +89,16 @@ def varies(path: str) -> bool:
     return not path.startswith(("simulation.", "hold.", "metrics."))
 
 
-def both_ends(entry: Entry, field: Field, nominal: float) -> tuple[float, float]:
+def both_ends(entry: Entry, field: Field, nominal: float | None) -> tuple[float, float]:
     """Both ends of a range in SI units, the lower one first.
 
     Args:
-        entry: the text LOW..HIGH; one unit at its end serves both. From Python also two numbers in SI units,
-            or a :class:`Relative`.
+        entry: the text LOW..HIGH; one unit at its end serves both. A percentage with a sign at either end is
+            relative to ``nominal``, "-50%..+100%", and so is a factor, "x0.5..x2"; one without a sign is a
+            value, "0.1..3%", which a number with a unit does not have. From Python also two numbers in SI
+            units, or a :class:`Relative`.
         field: the declaration of the number that it is for.
-        nominal: the value that percentages are of.
+        nominal: the value that relative ranges are around; None where there is none.
 
     Raises:
         ScenarioError: it is no such range, is out of the field's range, or both its ends are the same.
@@ -113,7 +116,7 @@ def both_ends(entry: Entry, field: Field, nominal: float) -> tuple[float, float]
     return low, high
 
 
-def ends_of(entry: Entry, field: Field, nominal: float) -> tuple[float, float]:
+def ends_of(entry: Entry, field: Field, nominal: float | None) -> tuple[float, float]:
     """Both ends of a range in SI units, as they are given.
 
     Raises:
@@ -124,9 +127,12 @@ def ends_of(entry: Entry, field: Field, nominal: float) -> tuple[float, float]:
     if isinstance(value, tuple) and len(value) == 2 and all(map(is_number, value)):
         low, high = map(float, value)
         check_order(low, high, *value)
-        return relative_ends(low, high, field, nominal) if isinstance(value, Relative) else (low, high)
+        if not isinstance(value, Relative):
+            return low, high
+        middle = middle_of(field, nominal)
+        return middle * (1.0 + low), middle * (1.0 + high)
     if not isinstance(value, str) or ".." not in value:
-        raise entry.error('must be a range, a string such as "0.1..30 V s/m" or "-50%..+100%"')
+        raise entry.error('must be a range, a string such as "0.1..30 V s/m", "-50%..+100%" or "x0.5..x2"')
     start, _, end = (part.strip() for part in value.partition(".."))
     return quantities(start, end, field, nominal)
 
@@ -151,24 +157,31 @@ def is_number(value: object) -> bool:
     return isinstance(value, Real) and not isinstance(value, bool)
 
 
-def relative_ends(low: float, high: float, field: Field, nominal: float) -> tuple[float, float]:
-    """Both ends of a range around a value.
+def middle_of(field: Field, nominal: float | None) -> float:
+    """The value that a relative range is around.
 
     Raises:
-        ValueError: there is no percentage of the value.
+        ValueError: there is none, or none that percentages could be of.
     """
+    if nominal is None:
+        raise ValueError("is relative, and there is no value that it could be relative to")
     if nominal in (0.0, field.auto):
         present = "0" if nominal == 0.0 else '"auto"'
         raise ValueError(f"is {present} in the scenario, so no percentage of it can be taken")
-    return nominal * (1.0 + low), nominal * (1.0 + high)
+    return nominal
 
 
-def quantities(low: str, high: str, field: Field, nominal: float) -> tuple[float, float]:
+def quantities(low: str, high: str, field: Field, nominal: float | None) -> tuple[float, float]:
     """Two texts in SI units; one unit at the end serves both.
 
     Raises:
         ValueError: they are not what they must be; the message says why.
     """
+    if low.startswith("x") and high.startswith("x"):
+        factors = value_of(low[1:], ""), value_of(high[1:], "")
+        check_order(*factors, low, high)
+        middle = middle_of(field, nominal)
+        return middle * factors[0], middle * factors[1]
     units = [unit_in(low), unit_in(high)]
     if units[1] and not units[0]:
         low, units[0] = f"{low} {units[1]}", units[1]
@@ -179,7 +192,18 @@ def quantities(low: str, high: str, field: Field, nominal: float) -> tuple[float
         raise ValueError(f"{short(high)} has no % while {short(low)} has one")
     ends = value_of(low, unit), value_of(high, unit)
     check_order(*ends, low, high)
-    return relative_ends(*ends, field, nominal) if percent else ends
+    if percent and (low.startswith(SIGNS) or high.startswith(SIGNS)):
+        middle = middle_of(field, nominal)
+        return middle * (1.0 + ends[0]), middle * (1.0 + ends[1])
+    if percent and field.unit:
+        raise ValueError(f"{short(high)} {unsigned(*ends)}")
+    return ends
+
+
+def unsigned(low: float, high: float) -> str:
+    """What to write in place of a percentage without a sign."""
+    more, factors = f"+{100.0 * low:g}%..+{100.0 * high:g}%", f"x{low:g}..x{high:g}"
+    return f"has no sign; write '{more}' for so much more than the value, or '{factors}' for so many times it"
 
 
 def unit_in(text: str) -> str:

@@ -15,9 +15,18 @@ from hydroservo.holds import DelayedHold
 from hydroservo.integrators import RK4, Rosenbrock, Tsit5
 from hydroservo.loads import Constant, Sine
 from hydroservo.metrics import judged_by
-from hydroservo.monitors import CommandEnergy, Energy, SupplyLine, TrackingError
+from hydroservo.monitors import (
+    CommandEnergy,
+    Energy,
+    IntegralCriteria,
+    RiseTime,
+    StepResponse,
+    SupplyLine,
+    TrackingError,
+)
 from hydroservo.plants import Cylinder, LoadPressurePlant
-from hydroservo.references import Ramp, Square
+from hydroservo.references import Ramp, Square, Step
+from hydroservo.runs.results import metrics_of
 from hydroservo.runs.run import ready
 from hydroservo.supplies import PumpSupply
 from hydroservo.testing.examples import example
@@ -186,3 +195,18 @@ def test_ripple_between_samples_counts(integrator: Block) -> None:
     sampled = (data["plant.velocity"] - data["reference.value"]).values[10:-1]
     assert float(data["steady_max_error"]) > 5.0 * np.abs(sampled).max()
     assert steady > 5.0 * rms(sampled)
+
+
+@pytest.mark.parametrize("compiled", [True, False])
+@pytest.mark.parametrize("final", [-0.03, 0.03155, 0.06])
+def test_a_jump_at_the_very_end_changes_no_error(compiled: bool, final: float) -> None:
+    """However large: the command that answers it moves nothing any more."""
+    loop = SHORT._replace(reference=Step(0.03, final, SHORT.simulation.duration), controller=PI(1.0, 100.0))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of a demand of which the run sees nothing
+        metrics = [TrackingError(), StepResponse(), RiseTime(), IntegralCriteria()]
+        jumps = simulate(loop, metrics=metrics, compiled=compiled)
+        stays = simulate(loop._replace(reference=Step(0.03, 0.03)), metrics=metrics, compiled=compiled)
+    assert float(jumps["reference.value"][-1]) == final
+    assert float(stays["settling_time"]) == 0.05
+    assert metrics_of(jumps) == pytest.approx(metrics_of(stays), rel=0.0, abs=0.0, nan_ok=True)

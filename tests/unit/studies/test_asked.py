@@ -106,6 +106,7 @@ def refused(tmp_path: Path, text: str) -> str:
             "is not a built-in name, and there is no such file in",
         ),
         (SMALL.replace('"-30%..+30%"', '"0 %"'), "must be a range"),
+        (SMALL.replace("-30%..+30%", "70..130%"), "'130%' has no sign; write '+70%..+130%' for"),
         (
             SMALL.replace("-30%..+30%", "-40%..+30%") + "conditions.stress = [1, 3]",
             "conditions.stress: leads to plant.mass = -",

@@ -103,7 +103,7 @@ def outcome(data: Any, demand: str) -> Outcome:
         worst = np.max(np.abs(values[mask]))
         return float(worst) if np.isfinite(worst) else math.inf
 
-    signals = {"error": data["controlled.value"] - data["reference.value"]}
+    signals = {"error": data["reference.value"] - data["controlled.value"]}
     if "controller.xi1" in data:
         signals |= {name: data[f"controller.{name}"] for name in ("xi1", "xi2")}
         signals |= {name: data[f"controller.observer.{name}"] for name in ("s1", "s2")}

@@ -96,7 +96,7 @@ def seen_velocities(trajectories: Trajectories, demand: str) -> str:
     return (
         f"{METRIC_FIELDS['settling_time'].meaning.capitalize()} ({JUMP:g} s: not before the next jump): "
         f"{settling}. "
-        f"Largest error in the direction of the last jump: {overshoot}."
+        f"Furthest beyond the demand in the direction of its last jump: {overshoot}."
     )
 
 
