@@ -78,4 +78,4 @@ def test_a_machine_without_a_point_says_why(name: str, said: str) -> None:
 
 @pytest.mark.parametrize("name", SLIDING)
 def test_a_machine_whose_valve_has_hysteresis_says_that_it_leaves_no_slope(name: str) -> None:
-    assert "hysteresis leaves no slope here" in bode(load_scenario(name), measure=False).attrs["warning"]
+    assert "no slope here" in bode(load_scenario(name), measure=False).attrs["warning"]
