@@ -62,11 +62,11 @@ def sustained(loop: Loop, run: Any) -> Sustained | None:
     """The sustained oscillation of a run, and what keeps it up.
 
     The machine and its law go on from where the run has ended, in the midst of the oscillation, with the
-    demand and the load that follow; once as they are, and once without each cause that the loop has. What
-    ends the oscillation keeps it up; a loop that rests if it is not struck, and swings once it does, has no
-    cause in what struck it. Where the oscillation does not last beyond the run, for the demand has changed,
-    the run is repeated from its start instead. A run that is too short to tell is repeated, four times as
-    long.
+    demand and the load that follow; once as they are, and once without each cause that the loop has. A cause
+    is what ends it there by 70 % or more. What merely sets an oscillation off is none: a run from the start
+    without that would rest, and this one goes on. Where the oscillation does not last beyond the run, for the
+    demand has changed, the run is repeated from its start instead. A run that is too short to tell is
+    repeated, four times as long.
 
     Args:
         loop: the loop.
@@ -75,9 +75,8 @@ def sustained(loop: Loop, run: Any) -> Sustained | None:
     Returns:
         None of an open loop, and where the run diverged.
 
-    Fails to tell causes that only together, or in pairs, are enough each by themselves, as two that can both
-    keep it up: without either it goes on. It cannot switch off the integral action of observers, and of laws
-    whose gains are computed.
+    Fails to tell causes of which each can keep it up by itself: without either of two it goes on. It cannot
+    switch off the integral action of observers, and of laws whose gains are computed.
     """
     if isinstance(loop.controls, Command) or bool(run["diverged"]):
         return None
@@ -161,8 +160,10 @@ def left(loop: Loop) -> float:
     It is that of a sustained oscillation; where the run is too short to tell, that of all that is no trend.
     """
     run = quietly(simulate)(loop, record=["controller.u"], metrics=[OSCILLATION])
+    if bool(run["diverged"]):
+        return math.nan
     command = float(run["oscillation_command"])
-    if bool(run["diverged"]) or math.isfinite(command):
-        return math.nan if bool(run["diverged"]) else command
+    if math.isfinite(command):
+        return command
     late = run["time"] >= (1.0 - END) * loop.simulation.duration
     return swing(run["controller.u"].to_numpy()[late.to_numpy()], loop.simulation.record_period).amplitude
