@@ -1,8 +1,9 @@
 """Numbers and quantities as an engineer reads them."""
 
 import math
-from collections.abc import Iterable
-from typing import TYPE_CHECKING
+from collections.abc import Iterable, Mapping
+from types import MappingProxyType
+from typing import TYPE_CHECKING, NamedTuple
 
 from hydroservo.command_scale import in_command_unit
 
@@ -10,15 +11,20 @@ if TYPE_CHECKING:
     import xarray as xr
 
 __all__ = [
+    "KELVIN",
     "MINUS",
     "NONE",
     "TIMES",
+    "Scale",
+    "cells_of",
     "column",
     "common_unit",
     "measured",
     "number",
     "quantity",
     "readable_unit",
+    "scale_of",
+    "scales_of",
     "yes_or_no",
 ]
 
@@ -37,6 +43,21 @@ COMMON = {  # the units of datasheets, whatever the size of a number
     "Pa/V": ("bar/V", 1e-5),
 }
 SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
+
+class Scale(NamedTuple):
+    """A unit to read SI numbers in: they are ``factor`` times the number, less ``zero``."""
+
+    label: str
+    factor: float
+    zero: float = 0.0
+
+    def of(self, value: float) -> float:
+        """The number to read."""
+        return self.factor * value - self.zero
+
+
+KELVIN, CELSIUS = "K", Scale("degC", 1.0, 273.15)
 
 
 def readable_unit(unit: str, largest: float) -> tuple[str, float]:
@@ -69,6 +90,26 @@ def common_unit(values: Iterable[float], unit: str) -> tuple[str, float]:
     return readable_unit(unit, max((abs(value) for value in values if math.isfinite(value)), default=0.0))
 
 
+def scale_of(values: Iterable[float], unit: str) -> Scale:
+    """The one unit that suits some SI numbers; of temperatures degrees Celsius."""
+    return CELSIUS if unit == KELVIN else Scale(*common_unit(values, unit))
+
+
+def scales_of(
+    rows: Iterable[tuple[str, Iterable[float]]], typed: Mapping[str, Scale] = MappingProxyType({})
+) -> dict[str, Scale]:
+    """The unit of each quantity of a table, by its SI unit: one for all rows that have it.
+
+    Args:
+        rows: of each its SI unit and its numbers in it.
+        typed: units that a user wrote, by SI unit; they go before those that suit the largest number.
+    """
+    numbers: dict[str, list[float]] = {}
+    for unit, values in rows:
+        numbers.setdefault(unit, []).extend(values)
+    return {unit: typed.get(unit) or scale_of(values, unit) for unit, values in numbers.items()}
+
+
 def number(value: float, digits: int = 3) -> str:
     """A number as it is read: so many significant digits, a true minus sign, far from 1 a power of ten."""
     if not math.isfinite(value):
@@ -88,8 +129,8 @@ def quantity(value: float, unit: str) -> str:
     """A number of SI unit as an engineer reads it, such as 0.266 mm/s."""
     if not math.isfinite(value):
         return number(value)
-    label, factor = readable_unit(unit, abs(value))
-    return f"{number(factor * value)} {label}".strip()
+    scale = scale_of([value], unit)
+    return f"{number(scale.of(value))} {scale.label}".strip()
 
 
 def measured(run: "xr.Dataset", metric: str) -> str:
@@ -100,8 +141,13 @@ def measured(run: "xr.Dataset", metric: str) -> str:
 def column(values: Iterable[float], unit: str) -> tuple[str, list[str]]:
     """SI numbers in the one unit that suits the largest of them, and that unit."""
     values = list(values)
-    label, factor = common_unit(values, unit)
-    return label, [NONE if math.isnan(value) else number(factor * value) for value in values]
+    scale = scale_of(values, unit)
+    return scale.label, cells_of(values, scale)
+
+
+def cells_of(values: Iterable[float], scale: Scale) -> list[str]:
+    """SI numbers as they are read in a unit."""
+    return [NONE if math.isnan(value) else number(scale.of(value)) for value in values]
 
 
 def yes_or_no(flag: object) -> str:

@@ -184,7 +184,7 @@ def made_up(runs=10, lost=(), left=()):
 def test_runs_that_diverged_are_counted_and_left_out(capsys):
     data = made_up(lost=(0, 9), left=(3,))
     data["rms_error"][9] = np.inf
-    summary = batch_summary("a[red]", 5, data, {})
+    summary = batch_summary("a[red]", 5, data, {}, [])
     assert (summary.diverged, summary.stroke_left) == (2, 1)
     assert summary.metrics["rms_error"].worst == data["rms_error"][8]
     assert summary.metrics["position_min"].worst == data["position_min"][1]
@@ -198,7 +198,7 @@ def test_runs_that_diverged_are_counted_and_left_out(capsys):
 
 
 def test_a_batch_of_nothing_but_divergence_has_no_quantiles():
-    summary = batch_summary("a", 0, made_up(lost=range(10)), {})
+    summary = batch_summary("a", 0, made_up(lost=range(10)), {}, [])
     assert all(np.isnan(list(spread)).all() for spread in summary.metrics.values())
 
 

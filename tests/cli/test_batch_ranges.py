@@ -1,5 +1,7 @@
 """``hydroservo batch``: the ranges that --vary takes, and what is drawn from them."""
 
+import json
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -10,7 +12,8 @@ from hydroservo.cli.options import ranges_in
 from hydroservo.scenario.load import assembled
 from hydroservo.scenario.sampling import variations
 from tests.support.commands.batches import NAME, drawn
-from tests.support.commands.runner import failed
+from tests.support.commands.runner import failed, succeeded
+from tests.support.commands.tuning import rows_of
 
 
 @pytest.mark.slow
@@ -157,3 +160,32 @@ def test_any_range_is_drawn_from_or_refused_in_one_line(text):
     except ScenarioError as error:
         found = str(error)
     assert found.isprintable() if isinstance(found, str) else 0.0 < found.low < found.high
+
+
+def test_a_table_has_one_unit_a_quantity_as_it_was_typed():
+    words = ("batch", "axis/position", "--set", "simulation.duration=2ms", "--runs", "2")
+    ends = {
+        "plant.line_volume_a": "100..200 ml",
+        "plant.line_volume_b": "2e-4..3e-4",
+        "plant.start_position": "0.1..0.2 m",
+        "plant.oil.air_content": "0.1..3%",
+        "plant.mechanism.mass": "-10%..+10%",
+    }
+    ranges = [word for path, text in ends.items() for word in ("--vary", f"{path}={text}")]
+    rows = rows_of(succeeded(*words, *ranges))
+    assert rows["plant.line_volume_a"][:3] == ["100", "200", "ml"]
+    assert rows["plant.line_volume_b"][:3] == ["200", "300", "ml"]
+    assert rows["plant.start_position"][:3] == ["0.1", "0.2", "m"]
+    assert rows["plant.oil.air_content"][:3] == ["0.1", "3", "%"]
+    assert rows["plant.mechanism.mass"][2] == "kg"
+
+
+def test_temperatures_are_shown_in_degrees_celsius():
+    oil = {"type": "AeratedOil.at_temperature", "cold": "293.15 K", "hot": "353.15 K"}
+    oil |= {"temperature": "313.15 K", "cold_bulk_modulus": "15000 bar", "hot_bulk_modulus": "11000 bar"}
+    changes = [word for name, text in oil.items() for word in ("--set", f"plant.oil.{name}={text}")]
+    words = ("batch", "axis/position", "--set", "simulation.duration=2ms", "--runs", "2", *changes)
+    vary = ("--vary", "plant.oil.temperature=293.15..333.15K")
+    assert rows_of(succeeded(*words, *vary))["plant.oil.temperature"][:3] == ["20", "60", "degC"]
+    said = json.loads(succeeded(*words, *vary, "--json"))
+    assert said["varied"]["plant.oil.temperature"] == [293.15, 333.15]

@@ -177,10 +177,10 @@ def test_values_that_leave_a_loop_unstable_are_said():
 
 
 @pytest.mark.parametrize(
-    ("ends", "low", "high"),
+    ("ends", "low", "high"),  # in the unit that was typed last
     [
         ("0.5 mV s/mm..2 V s/m", 0.5, 2.0),
-        ("500..2000 mV s/m", 0.5, 2.0),
+        ("500..2000 mV s/m", 500.0, 2000.0),
         ("5e-01..2", 0.5, 2.0),
         ("-50%..+100%", 0.5, 2.0),
         ("x0.5..x2", 0.5, 2.0),
@@ -190,6 +190,7 @@ def test_ranges_take_units_and_percentages_of_the_scenarios_value(ends, low, hig
     rows = rows_of(succeeded(*QUICK, "--set", f"{GAIN}=1", "--vary", f"{GAIN}={ends}"))
     assert [float(end) for end in rows[GAIN][1:3]] == [low, high]
     assert low <= float(rows[GAIN][0]) <= high
+    assert rows[GAIN][3] == ("mV s/m" if ends.endswith("mV s/m") else "V s/m")
 
 
 def test_a_users_own_controller_can_be_searched(tmp_path):

@@ -6,7 +6,18 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hydroservo.formatting import MINUS, NONE, TIMES, column, common_unit, number, quantity, readable_unit
+from hydroservo.formatting import (
+    MINUS,
+    NONE,
+    TIMES,
+    Scale,
+    column,
+    common_unit,
+    number,
+    quantity,
+    readable_unit,
+    scales_of,
+)
 
 
 @pytest.mark.parametrize(
@@ -120,3 +131,15 @@ def test_a_number_as_read_is_within_half_a_unit_of_its_last_digit(value):
 )
 def test_quantities_have_the_unit_an_engineer_reads(value, unit, text):
     assert quantity(value, unit) == text
+
+
+def test_rows_of_one_quantity_have_one_unit():
+    rows = [("V", [0.2, -0.3]), ("V", [2.0]), ("m^3", [1e-4]), ("s", [0.01]), ("s", [math.nan])]
+    cubic = Scale("ml", 1e6)
+    assert scales_of(rows) == {"V": ("V", 1.0, 0.0), "m^3": ("cm³", 1e6, 0.0), "s": ("ms", 1e3, 0.0)}
+    assert scales_of(rows, {"m^3": cubic, "Pa": Scale("psi", 1.0)})["m^3"] == cubic
+
+
+def test_temperatures_are_read_in_degrees_celsius():
+    assert quantity(313.15, "K") == "40.0 degC"
+    assert column([293.15, 353.15], "K") == ("degC", ["20.0", "80.0"])

@@ -175,7 +175,7 @@ def batch(
         report(1.0, "writing files")
         varying = [one.path for one in sampled.varied]
         left = write_batch(files, table, varying, metric, decimal_comma)
-        summary = batch_summary(scenario, seed, table, sampled.ranges(runs))
+        summary = batch_summary(scenario, seed, table, sampled.ranges(runs), sampled.varied)
         other_demands = any(path.startswith("reference.") for path in varying)
         shown = summary if other_demands else for_table(summary, assembly.loop)
         alone = run_alone(sampled, table, metric, (scenario, changes, plugins))

@@ -9,10 +9,12 @@ from rich.table import Table
 
 from hydroservo.cli.tables import as_text, show
 from hydroservo.field import Field
-from hydroservo.formatting import common_unit
+from hydroservo.formatting import Scale, scales_of
 from hydroservo.runs.cautions import warnings_of
 from hydroservo.runs.results import metric_fields
 from hydroservo.runs.spreads import Spread, spreads_of
+from hydroservo.scenario.ranges import typed_scales
+from hydroservo.scenario.sampling import Variation
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -29,7 +31,7 @@ __all__ = [
 
 
 class BatchSummary(NamedTuple):
-    """What identifies a batch, what varied, and how its metrics are spread; the fields of ``--json``."""
+    """What identifies a batch, what varied, and how its metrics are spread; what ``--json`` has."""
 
     scenario: str  # as the user named it
     hash: str
@@ -42,15 +44,20 @@ class BatchSummary(NamedTuple):
     stroke_left: int
     oscillating: int
     warnings: Sequence[str]
+    typed: Mapping[str, Scale]  # units in which ranges were typed, by SI unit
 
     def as_tables(self) -> dict[str, Any]:
         """What ``--json`` prints."""
         metrics = {name: spread._asdict() for name, spread in self.metrics.items()}
-        return {**self._asdict(), "metrics": metrics}
+        return {name: one for name, one in self._asdict().items() if name != "typed"} | {"metrics": metrics}
 
 
 def batch_summary(
-    scenario: str, seed: int, table: "xr.Dataset", varied: Mapping[str, tuple[float, float]]
+    scenario: str,
+    seed: int,
+    table: "xr.Dataset",
+    varied: Mapping[str, tuple[float, float]],
+    entries: Sequence[Variation],
 ) -> BatchSummary:
     """The summary of a batch, from its table."""
     return BatchSummary(
@@ -65,6 +72,7 @@ def batch_summary(
         stroke_left=int(table["stroke_left"].sum()) if "stroke_left" in table else 0,
         oscillating=int((table["oscillation_command"] > 0.0).sum()) if "oscillation_command" in table else 0,
         warnings=warnings_of(table),
+        typed=typed_scales((one.entry, table[one.path].attrs["units"]) for one in entries),
     )
 
 
@@ -99,7 +107,7 @@ def rate(value: float) -> str:
 
 
 def ranges_table(summary: BatchSummary, table: "xr.Dataset") -> Table:
-    """Between which ends what varied was drawn."""
+    """Between which ends what varied was drawn, in the units in which that was typed."""
     runs = "1 run" if summary.runs == 1 else f"{summary.runs:,} runs"
     heading = f"{escape(summary.scenario)}   (hash {summary.hash}, {runs}, drawn with seed {summary.seed})"
     shown = Table(title=heading, title_justify="left")
@@ -108,10 +116,12 @@ def ranges_table(summary: BatchSummary, table: "xr.Dataset") -> Table:
         shown.add_column(name, justify="right", no_wrap=True)
     shown.add_column("unit", no_wrap=True)
     shown.add_column("meaning")
+    rows = ((table[path].attrs["units"], ends) for path, ends in summary.varied.items())
+    scales = scales_of(rows, summary.typed)
     for path, ends in summary.varied.items():
         about = table[path].attrs
-        unit, factor = common_unit(ends, about["units"])
-        shown.add_row(escape(path), *(as_text(end, factor) for end in ends), unit, about["long_name"])
+        scale = scales[about["units"]]
+        shown.add_row(escape(path), *(as_text(end, scale) for end in ends), scale.label, about["long_name"])
     return shown
 
 
@@ -124,10 +134,11 @@ def spreads_table(summary: BatchSummary, fields: Mapping[str, Field]) -> Table:
         shown.add_column(name, justify="right", no_wrap=True)
     shown.add_column("unit", no_wrap=True)
     shown.add_column("meaning")
+    scales = scales_of((fields[name].unit, values) for name, values in summary.metrics.items())
     for name, values in summary.metrics.items():
         field = fields[name]
-        unit, factor = common_unit(values, field.unit)
-        shown.add_row(name, *(as_text(value, factor) for value in values), unit, field.meaning)
+        scale = scales[field.unit]
+        shown.add_row(name, *(as_text(value, scale) for value in values), scale.label, field.meaning)
     return shown
 
 

@@ -139,7 +139,7 @@ def identify(
       position=20..80mm`
     """
     from hydroservo.cli.files import list_files, result_files
-    from hydroservo.cli.identify_tables import Further, as_tables, tables_of
+    from hydroservo.cli.identify_tables import Further, as_tables, tables_of, typed_units
     from hydroservo.cli.kernels import log_kernels
     from hydroservo.cli.progress import progress_bar
     from hydroservo.cli.tables import show
@@ -165,7 +165,7 @@ def identify(
     with log_kernels(verbose), progress_bar(scenario) as report:
         say = partial(say_progress, report, scenario)
         found = identified(scenario, logs, asked, overrides, plugins, seed, memory, count, say)
-        more, failure = Further(), None
+        more, failure = Further(typed=typed_units(found, asked)), None
         try:  # whatever goes wrong here must not cost what was found
             if against is not None:
                 say = partial(say_progress, report, against)

@@ -1,16 +1,20 @@
 """What an identification found: on the terminal, and as JSON."""
 
+from collections.abc import Mapping
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from rich.markup import escape
 from rich.table import Table
 
 from hydroservo._version import __version__
-from hydroservo.formatting import common_unit, number
+from hydroservo.formatting import Scale, number, scales_of
 from hydroservo.identification import Comparison, Identified, LogFit, Proposal
 from hydroservo.runs.provenance import scenario_hash
+from hydroservo.scenario.ranges import typed_scales
+from hydroservo.scenario.tables import Entry
 
-__all__ = ["Further", "as_tables", "tables_of"]
+__all__ = ["Further", "as_tables", "tables_of", "typed_units"]
 
 
 class Further(NamedTuple):
@@ -20,11 +24,19 @@ class Further(NamedTuple):
         other: another scenario, fitted to the same logs.
         comparison: with it.
         proposal: for the next log.
+        typed: the units in which ranges were typed, by SI unit.
     """
 
     other: Identified | None = None
     comparison: Comparison | None = None
     proposal: Proposal | None = None
+    typed: Mapping[str, Scale] = MappingProxyType({})
+
+
+def typed_units(found: Identified, ranges: Mapping[str, Entry]) -> dict[str, Scale]:
+    """The units in which ranges were typed, by SI unit: those given, and those of the scenario."""
+    every = {**found.fitted.assembly.log_ranges, **ranges}
+    return typed_scales((every[path], one.unit) for path, one in found.parameters.items())
 
 
 def as_tables(found: Identified, more: Further) -> dict[str, Any]:
@@ -72,12 +84,12 @@ def log_tables(fit: LogFit) -> dict[str, Any]:
 
 def tables_of(found: Identified, more: Further) -> dict[str, Table]:
     """The numbers with their intervals, how each signal is met, and what else was asked, by name."""
-    tables = {"parameters": parameters_table(found)}
+    tables = {"parameters": parameters_table(found, more.typed)}
     tables |= {f"signals-{i}": signals_table(fit) for i, fit in enumerate(found.logs, 1)}
     if more.comparison:
         tables["comparison"] = comparison_table(found, more.comparison)
     if more.proposal:
-        tables["proposal"] = proposal_table(more.proposal)
+        tables["proposal"] = proposal_table(more.proposal, more.typed)
     return tables
 
 
@@ -91,41 +103,44 @@ def comparison_table(found: Identified, comparison: Comparison) -> Table:
     units = {
         (fit.understood.log.name, name): one.unit for fit in found.logs for name, one in fit.signals.items()
     }
+    scales = scales_of((units[key], both) for key, both in comparison.held_out.items())
     for key, both in comparison.held_out.items():
-        unit, factor = common_unit([*both], units[key])
+        scale = scales[units[key]]
         label = key[1] if len(found.logs) == 1 else f"{key[1]}, {key[0]}"
-        shown.add_row(escape(label), *(number(factor * value) for value in both), unit)
+        shown.add_row(escape(label), *(number(scale.of(value)) for value in both), scale.label)
     shown.caption, shown.caption_justify = escape(str(comparison)), "left"
     return shown
 
 
-def proposal_table(proposal: Proposal) -> Table:
+def proposal_table(proposal: Proposal, typed: Mapping[str, Scale]) -> Table:
     """What would become of each interval."""
     shown = Table(title=escape(f"proposed: {proposal.name}"), title_justify="left")
     shown.add_column("parameter", overflow="fold")
     for name in ("from", "to", "unit", "narrower"):
         shown.add_column(name, justify="right" if name != "unit" else "left", no_wrap=True)
+    scales = scales_of(((one.unit, (one.low, one.high)) for one in proposal.promises.values()), typed)
     for path, one in proposal.promises.items():
-        unit, factor = common_unit([one.low, one.high], one.unit)
-        numbers = (number(factor * value, 4) for value in (one.low, one.high))
-        shown.add_row(escape(path), *numbers, unit, f"{number(one.times)} times")
+        scale = scales[one.unit]
+        numbers = (number(scale.of(value), 4) for value in (one.low, one.high))
+        shown.add_row(escape(path), *numbers, scale.label, f"{number(one.times)} times")
     shown.caption = "from and to: 95 % interval that a log of it would leave, about what was found"
     return shown
 
 
-def parameters_table(found: Identified) -> Table:
+def parameters_table(found: Identified, typed: Mapping[str, Scale]) -> Table:
     shown = Table(title=escape(found.scenario), title_justify="left")
     shown.add_column("parameter", overflow="fold")
     for name in ("value", "from", "to", "unit"):
         shown.add_column(name, justify="right" if name != "unit" else "left", no_wrap=True)
     shown.add_column("the logs")
+    scales = scales_of(((one.unit, [one.value]) for one in found.parameters.values()), typed)
     for path, one in found.parameters.items():
-        unit, factor = common_unit([one.value], one.unit)
-        numbers = (number(factor * value, 4) for value in (one.value, one.low, one.high))
+        scale = scales[one.unit]
+        numbers = (number(scale.of(value), 4) for value in (one.value, one.low, one.high))
         said = "[green]tell it[/]" if one.identifiable else "[bold yellow]do not tell it[/]"
         if one.at_end:
             said += ", [bold yellow]at an end of its range[/]"
-        shown.add_row(escape(path), *numbers, unit, said)
+        shown.add_row(escape(path), *numbers, scale.label, said)
     shown.caption = "from and to: 95 % interval"
     return shown
 
@@ -138,9 +153,10 @@ def signals_table(fit: LogFit) -> Table:
         shown.add_column(name, justify="right" if name != "unit" else "left", no_wrap=True)
     shown.add_column("explained", justify="right")
     shown.add_column("white", justify="right")
+    scales = scales_of((one.unit, [one.rms]) for one in fit.signals.values())
     for name, one in fit.signals.items():
-        unit, factor = common_unit([one.rms], one.unit)
-        numbers = (number(factor * x) for x in (one.rms, one.held_in, one.held_out, one.offset[0]))
+        scale = scales[one.unit]
+        numbers = (number(scale.of(x)) for x in (one.rms, one.held_in, one.held_out, one.offset[0]))
         explained = number(100.0 * one.explained, 4)
-        shown.add_row(name, *numbers, unit, f"{explained} %", number(one.whiteness, 2))
+        shown.add_row(name, *numbers, scale.label, f"{explained} %", number(one.whiteness, 2))
     return shown

@@ -6,7 +6,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from hydroservo._version import __version__
-from hydroservo.formatting import common_unit
+from hydroservo.formatting import scales_of
 from hydroservo.identification.maps import StaticMap
 
 __all__ = ["as_tables", "numbers_table"]
@@ -41,9 +41,10 @@ def numbers_table(found: StaticMap) -> Table:
     for name in ("value", "from", "to", "unit"):
         shown.add_column(name, justify="right" if name != "unit" else "left", no_wrap=True)
     shown.add_column("meaning", overflow="fold")
+    scales = scales_of((one.unit, [one.value]) for one in found.numbers.values())
     for name, one in found.numbers.items():
-        unit, factor = common_unit([one.value], one.unit)
-        numbers = (f"{factor * number:.4g}" for number in (one.value, one.low, one.high))
-        shown.add_row(name, *numbers, unit, one.meaning)
+        scale = scales[one.unit]
+        numbers = (f"{scale.of(number):.4g}" for number in (one.value, one.low, one.high))
+        shown.add_row(name, *numbers, scale.label, one.meaning)
     shown.caption = "from and to: 95 % interval"
     return shown

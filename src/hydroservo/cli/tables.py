@@ -12,7 +12,7 @@ from rich.table import Table
 
 from hydroservo.cli.summary import RunSummary
 from hydroservo.field import CONTROLLED, Field
-from hydroservo.formatting import common_unit, quantity, yes_or_no
+from hydroservo.formatting import Scale, quantity, scales_of, yes_or_no
 from hydroservo.runs.behaviour import behaviour
 from hydroservo.runs.divergence import BEYOND
 
@@ -68,9 +68,11 @@ def run_table(summary: RunSummary, fields: Mapping[str, Field]) -> Table:
     table.add_column("value", justify="right", no_wrap=True)
     table.add_column("unit", no_wrap=True)
     table.add_column("meaning")
-    for name, field in had([summary], fields).items():
-        unit, (text,) = row([summary], name, field)
-        table.add_row(name, text, unit, field.meaning)
+    own = had([summary], fields)
+    scales = scales_in([summary], own)
+    for name, field in own.items():
+        scale = scales[field.unit]
+        table.add_row(name, *row([summary], name, scale), scale.label, field.meaning)
     return table
 
 
@@ -98,11 +100,13 @@ def comparison_table(
     table.add_column("unit", no_wrap=True)
     for label in labels:
         table.add_column(escape(label), justify="right", overflow="fold")
-    for name, field in had(summaries, fields).items():
-        unit, values = row(summaries, name, field)
+    own = had(summaries, fields)
+    scales = scales_in(summaries, own)
+    for name, field in own.items():
+        values = row(summaries, name, scales[field.unit])
         best = alike(values, winners.get(name, set()), summaries)
         marked = [f"[bold green]{text} *[/]" if i in best else f"{text}  " for i, text in enumerate(values)]
-        table.add_row(name, unit, *marked)
+        table.add_row(name, scales[field.unit].label, *marked)
         if best:
             table.caption = "* best of the runs that did not diverge"
     return table
@@ -135,18 +139,26 @@ def alike(texts: Sequence[str], best: set[int], summaries: Sequence[RunSummary])
     return found if found < judged else set()
 
 
-def row(summaries: Sequence[RunSummary], name: str, field: Field) -> tuple[str, list[str]]:
-    """One metric of each run as text, in a common unit; "-" for a run that does not have it."""
-    values = [summary.metrics.get(name, math.nan) for summary in summaries]
-    unit, factor = common_unit(values, field.unit)
-    return unit, [as_text(value, factor) for value in values]
+def row(summaries: Sequence[RunSummary], name: str, scale: Scale) -> list[str]:
+    """One metric of each run as text; "-" for a run that does not have it."""
+    return [as_text(value, scale) for value in values_of(summaries, name)]
 
 
-def as_text(value: float | bool, factor: float) -> str:
+def values_of(summaries: Sequence[RunSummary], name: str) -> list[float]:
+    """One metric of each run; nan for a run that does not have it."""
+    return [summary.metrics.get(name, math.nan) for summary in summaries]
+
+
+def scales_in(summaries: Sequence[RunSummary], fields: Mapping[str, Field]) -> dict[str, Scale]:
+    """The one unit of each quantity of a table of metrics, by its SI unit."""
+    return scales_of((field.unit, values_of(summaries, name)) for name, field in fields.items())
+
+
+def as_text(value: float | bool, scale: Scale) -> str:
     """A number in characters that every terminal has."""
     if isinstance(value, bool):
         return yes_or_no(value)
-    return f"{factor * value:.4g}" if math.isfinite(value) else NO_NUMBER
+    return f"{scale.of(value):.4g}" if math.isfinite(value) else NO_NUMBER
 
 
 def verdict(summary: RunSummary, fields: Mapping[str, Field]) -> list[str]:

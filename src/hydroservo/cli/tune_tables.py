@@ -10,8 +10,7 @@ from rich.table import Table
 from hydroservo._version import __version__
 from hydroservo.block import field_at
 from hydroservo.cli.tables import as_text
-from hydroservo.command_scale import in_command_unit
-from hydroservo.formatting import common_unit
+from hydroservo.formatting import Scale, scale_of, scales_of
 from hydroservo.runs.aims import geometric_mean
 from hydroservo.runs.tuning import Tuned
 from hydroservo.scenario.tuning import Task
@@ -60,32 +59,35 @@ def values_table(task: Task, found: Tuned) -> Table:
     for name in ("best", "from", "to"):
         shown.add_column(name, justify="right", no_wrap=True)
     shown.add_column("unit", no_wrap=True)
-    for path, best in found.parameters.items():
-        unit, factor = in_command_unit(field_at(task.aim.loops[0], path).unit)
-        shown.add_row(escape(path), *(f"{factor * one:.5g}" for one in (best, *task.ranges[path])), unit)
+    units = {path: field_at(task.aim.loops[0], path).unit for path in found.parameters}
+    rows = {path: (best, *task.ranges[path]) for path, best in found.parameters.items()}
+    scales = scales_of(((units[path], values) for path, values in rows.items()), task.typed)
+    for path, values in rows.items():
+        scale = scales[units[path]]
+        shown.add_row(escape(path), *(f"{scale.of(one):.5g}" for one in values), scale.label)
     return shown
 
 
 def metrics_table(task: Task, found: Tuned) -> Table:
     """The metric of each scenario before and after."""
     aim = task.aim
-    unit, factor = common_unit(found.after, found.tables[0][aim.metric].attrs["units"])
+    scale = scale_of(found.after, found.tables[0][aim.metric].attrs["units"])
     means = f", mean over {aim.seeds} seeds" if aim.seeds > 1 else ""
-    heading = escape(f"{aim.metric} [{unit}]{means}")
+    heading = escape(f"{aim.metric} [{scale.label}]{means}")
     shown = Table(title=heading, title_justify="left")
     shown.add_column("scenario", overflow="fold")
     for name in ("weight", "before", "after", "change"):
         shown.add_column(name, justify="right", no_wrap=True)
     for scenario, weight, *pair in zip(task.names, aim.weights, found.before, found.after, strict=True):
-        shown.add_row(escape(scenario), f"{weight:g}", *(result(one, factor) for one in pair), change(*pair))
+        shown.add_row(escape(scenario), f"{weight:g}", *(result(one, scale) for one in pair), change(*pair))
     if len(task.names) > 1:
         both = [geometric_mean(aim.weights, one) for one in (found.before, found.after)]
-        shown.add_row("geometric mean", "", *(result(one, factor) for one in both), change(*both))
+        shown.add_row("geometric mean", "", *(result(one, scale) for one in both), change(*both))
     return shown
 
 
-def result(metric: float, factor: float) -> str:
-    return "diverged" if metric == math.inf else as_text(metric, factor)
+def result(metric: float, scale: Scale) -> str:
+    return "diverged" if metric == math.inf else as_text(metric, scale)
 
 
 def change(before: float, after: float) -> str:

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from hydroservo.formatting import common_unit
+from hydroservo.formatting import scales_of
 from hydroservo.identification.segments import Understood
 from hydroservo.identification.signals import SIGNALS, TIME
 
@@ -38,11 +38,13 @@ def about(whole: Understood, name: str, values: "np.ndarray[Any, np.dtype[np.flo
 def signal_rows(summary: Mapping[str, Any]) -> list[list[str]]:
     """Of each signal its name, column and number of samples, the lowest and the highest, and their unit."""
     rows = []
-    for name, one in summary["signals"].items():
-        ends = [one[key] for key in ("lowest", "highest") if key in one]
-        unit, factor = common_unit(ends, one["unit"])
-        shown = [f"{factor * end:.4g}" for end in ends] or ["", ""]
-        rows.append([name, one["column"], str(one["samples"]), *shown, unit])
+    signals = summary["signals"]
+    ends = {name: [one[key] for key in ("lowest", "highest") if key in one] for name, one in signals.items()}
+    scales = scales_of((one["unit"], ends[name]) for name, one in signals.items())
+    for name, one in signals.items():
+        scale = scales[one["unit"]]
+        shown = [f"{scale.of(end):.4g}" for end in ends[name]] or ["", ""]
+        rows.append([name, one["column"], str(one["samples"]), *shown, scale.label])
     return rows
 
 

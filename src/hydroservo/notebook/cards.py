@@ -3,7 +3,7 @@
 import math
 from typing import TYPE_CHECKING, Any
 
-from hydroservo.formatting import NONE, column, number, quantity, readable_unit
+from hydroservo.formatting import NONE, cells_of, column, number, quantity, readable_unit, scales_of
 from hydroservo.html_tables import Strong, html_heading, html_remarks, html_table
 from hydroservo.linear.reading import READ, read_as
 from hydroservo.metrics import Divergence
@@ -67,12 +67,12 @@ def batch_card(data: "xr.Dataset") -> str:
     varied = [name for name in map(str, data.data_vars) if "." in name]
     ranges = [range_row(data, name) for name in varied if runs]
     fields = metric_fields(data)
+    found = {name: one for name, one in spreads_of(data).items() if name not in Divergence._fields}
+    scales = scales_of((fields[name].unit, spread) for name, spread in found.items())
     spreads = []
-    for name, spread in spreads_of(data).items():
-        if name in Divergence._fields:
-            continue
-        unit, texts = column(spread, fields[name].unit)
-        spreads.append((name, *texts, unit, fields[name].meaning))
+    for name, spread in found.items():
+        scale = scales[fields[name].unit]
+        spreads.append((name, *cells_of(spread, scale), scale.label, fields[name].meaning))
     verdict = Strong(f"{lost:,} of {runs:,} runs diverged") if lost else f"none of {runs:,} runs diverged"
     return (
         heading(f"{runs:,} runs", data)

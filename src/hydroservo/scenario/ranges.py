@@ -1,7 +1,7 @@
 """Ranges of numbers of a loop, such as "0.1..30 V s/m", "-50%..+100%" or "x0.5..x2"."""
 
 import re
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from numbers import Real
 from pathlib import Path
 from typing import NamedTuple
@@ -9,14 +9,15 @@ from typing import NamedTuple
 from hydroservo.block import Block, field_at, is_block, leaves
 from hydroservo.errors import ScenarioError, short
 from hydroservo.field import Field
+from hydroservo.formatting import KELVIN, Scale
 from hydroservo.loop import Loop
 from hydroservo.nearest import nearest, one_of
 from hydroservo.runs.columns import SEED
-from hydroservo.scenario.quantities import si_value
+from hydroservo.scenario.quantities import si_value, unit_factor
 from hydroservo.scenario.tables import Entry, Origin
 from hydroservo.validation import allowed, within
 
-__all__ = ["Relative", "as_entries", "both_ends", "check_path", "relative"]
+__all__ = ["Relative", "as_entries", "both_ends", "check_path", "relative", "typed_scales"]
 
 SIGNS = ("+", "-", "\N{MINUS SIGN}")
 QUANTITY = re.compile(r"[+-]?[0-9.]+(?:[eE][+-]?[0-9]+)?(?:\s*/\s*[0-9]+)?\s*(.*)", re.DOTALL)
@@ -135,6 +136,20 @@ def ends_of(entry: Entry, field: Field, nominal: float | None) -> tuple[float, f
         raise entry.error('must be a range, a string such as "0.1..30 V s/m", "-50%..+100%" or "x0.5..x2"')
     start, _, end = (part.strip() for part in value.partition(".."))
     return quantities(start, end, field, nominal)
+
+
+def typed_scales(ranges: Iterable[tuple[Entry, str]]) -> dict[str, Scale]:
+    """The units in which ranges were typed, by SI unit; the first of each counts, and of temperatures none.
+
+    Args:
+        ranges: each with the SI unit of its number.
+    """
+    found: dict[str, Scale] = {}
+    for entry, unit in ranges:
+        typed = unit_in(entry.value.partition("..")[2].strip()) if isinstance(entry.value, str) else ""
+        if typed and unit != KELVIN and (typed != "%" or not unit):
+            found.setdefault(unit, Scale(typed, float(1 / unit_factor(typed, unit))))
+    return found
 
 
 def check_order(low: float, high: float, first: object, last: object) -> None:

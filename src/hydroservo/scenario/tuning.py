@@ -3,6 +3,7 @@
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import tomli_w
@@ -10,6 +11,7 @@ import tomli_w
 from hydroservo._version import __version__
 from hydroservo.block import Block, field_at, leaves, replace
 from hydroservo.errors import HydroservoWarning, ParameterError, ScenarioError
+from hydroservo.formatting import Scale
 from hydroservo.linear.margins import is_unstable
 from hydroservo.loop import Loop
 from hydroservo.runs.aims import Aim, checked_aim
@@ -20,8 +22,8 @@ from hydroservo.runs.tuning import Progress, Tuned, searched
 from hydroservo.scenario.catalogue import same_place
 from hydroservo.scenario.load import Assembly, assembled, load_scenario
 from hydroservo.scenario.overrides import nested
-from hydroservo.scenario.ranges import Relative, as_entries
-from hydroservo.scenario.search import Search, checked_part, searched_range
+from hydroservo.scenario.ranges import Relative, as_entries, typed_scales
+from hydroservo.scenario.search import Range, Search, checked_part, searched_range
 from hydroservo.scenario.tables import Entry
 from hydroservo.wiring import wired
 from hydroservo.work.notebook_bar import shows_progress
@@ -41,6 +43,7 @@ class Task(NamedTuple):
         ranges: the lowest and highest value of each number, by its path, in SI units.
         candidates: how many sets of numbers are tried.
         seed: of the search.
+        typed: the units in which ranges were typed, by SI unit.
     """
 
     scenarios: Sequence[str]
@@ -49,6 +52,7 @@ class Task(NamedTuple):
     ranges: Mapping[str, tuple[float, float]]
     candidates: int
     seed: int
+    typed: Mapping[str, Scale] = MappingProxyType({})
 
 
 @shows_progress
@@ -211,14 +215,18 @@ def task_of(
     search = search_of(scenarios, assembled(scenarios[0], changes, plugins), parts)
     assemblies = {one: assembled(one, changes, plugins) for one in search.scenarios}
     wanted = ranges_of(ranges, search, assemblies)
+    ends = {path: (one.low, one.high) for path, one in wanted.items()}
     scales: Sequence[float | None] = search.scales or [None]
     each = [(one, scale) for one in search.scenarios for scale in scales]
     loops = [load(one, at_scale(changes, scale), plugins) for one, scale in each]
     weights = [weight for weight in search.weights for _ in scales]
     aim = Aim(loops, weights, search.metric, search.seeds, search.effort)
     check_together(aim, search.scales, parts)
+    typed = typed_scales((one.entry, field_at(loops[0], path).unit) for path, one in wanted.items())
     names = [str(one) if scale is None else f"{one}, scale {scale:g}" for one, scale in each]
-    return Task([str(one) for one in search.scenarios], names, aim, wanted, search.candidates, search.seed)
+    return Task(
+        [str(one) for one in search.scenarios], names, aim, ends, search.candidates, search.seed, typed
+    )
 
 
 def search_of(scenarios: Sequence[str | Path], first: Assembly, parts: Mapping[str, object]) -> Search:
@@ -273,8 +281,8 @@ def of_another_law(lost: Entry, law: Block) -> str:
 
 def ranges_of(
     ranges: Mapping[str, Entry], search: Search, assemblies: Mapping[str | Path, Assembly]
-) -> dict[str, tuple[float, float]]:
-    """Between what each number is searched, in SI units by path.
+) -> Mapping[str, Range]:
+    """Between what each number is searched, by path.
 
     Args:
         ranges: what is said of it; none for what ``[tune.vary]`` says.
@@ -297,7 +305,7 @@ def ranges_of(
         for name, assembly in assemblies.items():
             if path not in dict(leaves(assembly.loop)) or path in assembly.arguments:
                 raise ScenarioError(one.entry.origin.name, one.entry.key, f"is not a number of {name}")
-    return {path: (one.low, one.high) for path, one in wanted.items()}
+    return wanted
 
 
 def at_scale(changes: Mapping[str, object], scale: float | None) -> Mapping[str, object]:
