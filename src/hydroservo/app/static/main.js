@@ -61,10 +61,7 @@ const runs = new Follow("follow", async () => {
   settle();
   if (about.form) form.show(about.form);
   draw(run);
-}, (error) => {
-  state.refused = error instanceof Problem;
-  fail(error);
-}, () => document.body.classList.add("stale"));
+}, fail, () => document.body.classList.add("stale"));
 
 
 const curves = new Follow("follow-bode", async () => {
@@ -78,7 +75,7 @@ const curves = new Follow("follow-bode", async () => {
   byId("bode-problem").textContent = error.message;
   byId("bode-problem").hidden = false;
   panels.bode(null, []);
-}, () => ["bode", "margins"].forEach((id) => byId(id).classList.add("stale")));
+});
 
 function draw(run) {
   current = run;
@@ -106,7 +103,6 @@ function notes(run) {
 }
 
 function settle() {
-  state.refused = false;
   form.clear();
   byId("problem").hidden = true;
   byId("banner").hidden = true;
@@ -120,8 +116,6 @@ function fail(error) {
   if (!(error instanceof Problem)) throw error;
   wantsForm = true; // the next answer has what this one lacks
   document.body.classList.add("stale");
-  byId("metrics").replaceChildren();
-  byId("notes").replaceChildren();
   const there = form.problem(error.path, error.message);
   byId("problem-text").textContent = [error.path, error.message].filter(Boolean).join(": ");
   byId("problem-field").hidden = !there;
@@ -182,6 +176,7 @@ async function retype(path, type, given = null) {
     take(path, about.changes);
     if (about.origin) byId("work-text").textContent = `${type} begins with the numbers of ${about.origin}`;
   } catch (error) {
+    refresh(true);
     fail(error);
   }
 }

@@ -40,9 +40,8 @@ export class Panels {
   bode(now, pinned) {
     this.now = now;
     this.pinned = pinned;
-    byId("bode").classList.remove("stale");
-    for (const plot of [this.magnitude, this.phase]) plot.figure.hidden = !now;
-    if (!now) return byId("margins").replaceChildren();
+    byId("bode").classList.toggle("stale", now === null);
+    if (!now) return;
     options(byId("curve"), now.curves.map(({ name, title }) => [name, title]), this.curve);
     const shown = [...pinned.map((one, i) => ({ ...one, pin: i })), { ...now, pin: null }];
     const range = [now.frequency[0], now.frequency.at(-1)];

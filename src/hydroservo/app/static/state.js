@@ -17,7 +17,6 @@ export class State {
     this.pins = [];
     this.signals = [];
     this.before = null;
-    this.refused = false; // whether the server has refused this state
   }
 
   /** What the server is asked with. */
@@ -35,9 +34,9 @@ export class State {
     this.changes = { ...this.changes, ...changes };
   }
 
-  /** A step that undo takes back, a refused one aside; what is drawn already need not be told. */
+  /** A step that undo takes back; what is drawn already need not be told. */
   commit(next = this, tell = true) {
-    if (!this.refused) this.past.push(this.before ?? this.snapshot);
+    this.past.push(this.before ?? this.snapshot);
     this.past.splice(0, this.past.length - MOST);
     this.before = null;
     this.future = [];
@@ -50,7 +49,7 @@ export class State {
   move(from, to) {
     const there = from.pop();
     if (!there) return;
-    if (!this.refused) to.push(this.snapshot);
+    to.push(this.snapshot);
     this.source = there.source;
     this.changes = there.changes;
     this.before = null;
