@@ -4,18 +4,22 @@ import math
 import os
 
 import numpy as np
+import pandas as pd
 import pytest
 
 import hydroservo as hs
-from hydroservo.app.failures import failure
-from hydroservo.app.form import form_of
+from hydroservo.app.extent import beyond, extent_of
+from hydroservo.app.failures import failure, failure_at_field
+from hydroservo.app.form import form_of, numbers_in
 from hydroservo.app.jobs import JOBS
 from hydroservo.app.source import Home, source_of
 from hydroservo.app.trajectory import MOST_POINTS, thinned
-from hydroservo.errors import ParameterError, ScenarioError
+from hydroservo.errors import HydroservoError, ParameterError, ScenarioError
 from hydroservo.scenario import assembled, scenarios
+from tests.support.synthetic_logs import SCENARIO, exact_log, with_units
 
 RIG = "rig/1khz-pi-sine"
+KEY = "0123456789abcdef"  # of a log
 
 
 @pytest.fixture
@@ -31,18 +35,12 @@ def done(home):
     return one
 
 
-def numbers(blocks):
-    for block in blocks:
-        yield from block["numbers"]
-        yield from numbers(block["blocks"])
-
-
 @pytest.mark.parametrize("name", sorted(scenarios()))
 def test_what_the_form_shows_is_the_scenario(name):
     """Each text of the form, entered as it stands, changes nothing."""
     before = assembled(name)
     changes = {}
-    for one in numbers(form_of(before)):
+    for one in numbers_in(form_of(before)):
         changes[one["path"]] = before_text(one)
     assert hs.load_scenario(name, changes) == before.loop
 
@@ -200,7 +198,7 @@ def test_another_type_begins_with_numbers_of_its_like(done):
 def test_numbers_that_nobody_has_are_asked_for(done):
     about, _ = done("retype", name="axis/position", path="reference", type="Sine")
     assert {one["name"] for one in about["missing"]} == {"amplitude", "frequency"}
-    assert next(one for one in about["missing"] if one["name"] == "amplitude")["unit"] == "m"
+    assert next(one for one in about["missing"] if one["name"] == "amplitude")["unit"] == "mm"
 
 
 def test_errors_lead_to_their_fields():
@@ -210,3 +208,118 @@ def test_errors_lead_to_their_fields():
     }
     assert failure(ParameterError("plant.mass", 1, "no"))["path"] == "plant.mass"
     assert "a defect of hydroservo: ValueError" in failure(ValueError("x\ny"))["problem"]
+
+
+BEFORE = {"name": "axis/position", "before": {"plant.mechanism.mass": "0.2 t"}}
+
+
+@pytest.mark.parametrize(
+    ("path", "text", "said"),
+    [
+        ("plant.stroke", "63", "63 has no unit: 63 mm?"),
+        ("sensors.area_a", "63", "63 has no unit: 63 cm²?"),
+        ("load.final", "3", "3 has no unit: 3 kN?"),  # as its scenario writes it
+        ("plant.mechanism.mass", "3", "3 has no unit: 3 t?"),  # as the page had it before
+        ("plant.oil.air_content", "63", "63 has no unit: 63 %?"),
+        ("plant.stroke", "-3 mm", "'-3 mm' must be a finite number above 0 [mm]"),
+        (
+            "plant.stroke",
+            "",
+            "'' is not a quantity such as '300 mm'; it must be a finite number above 0 [mm]",
+        ),
+        (
+            "plant.stroke",
+            "3 bar",
+            "'3 bar' does not convert to mm; it must be a finite number above 0 [mm]",
+        ),
+        ("plant.start_position", "0.4 m", "0.4 m: must be at most the stroke, 300 mm"),
+        ("hold.delay", "50 ms", "50 ms: must be at most the sample period of 1 ms"),
+        ("controller.bits", "63", "'63' must be a whole number at least 1 and at most 32"),
+    ],
+)
+def test_what_is_wrong_is_said_in_the_unit_of_its_field(done, home, path, text, said):
+    request = {**BEFORE, "changes": {**BEFORE["before"], path: text}}
+    with pytest.raises(HydroservoError) as caught:
+        done("run", **request)
+    assert failure_at_field(caught.value, request, home) == {"path": path, "problem": said}
+
+
+def test_a_number_that_a_type_asked_for_is_refused_in_its_unit(done):
+    asked = {"name": "axis/position", "path": "reference", "type": "Sine"}
+    given = {"reference.amplitude": "63", "reference.frequency": "1 Hz"}
+    with pytest.raises(ScenarioError, match="63 has no unit: 63 mm"):
+        done("retype", **asked, given=given)
+    about, _ = done("retype", **asked, given={**given, "reference.amplitude": "63 mm"})
+    assert about["missing"] == []
+    assert hs.load_scenario("axis/position", about["changes"]).reference.amplitude == 0.063
+
+
+def test_a_signal_that_does_not_fit_says_why(done):
+    with pytest.raises(ScenarioError, match=r"controls.type: Velocity: reference.initial: .* m/s"):
+        done("retype", name="axis/position", path="controls", type="Velocity")
+
+
+def test_an_axis_leaves_out_a_spike_and_says_so():
+    wave = 4e5 * np.sin(np.linspace(0.0, 20.0, 2000))
+    wave[[300, 900, 1500]] = 12e5, 41e5, 41e5
+    found = extent_of([wave, np.zeros(2000)])
+    assert (found.low, found.high) == (wave.min(), 12e5)  # a little beyond the others is seen
+    assert beyond(found, "bar", 1e-5) == "2 samples up to 41.0 bar"
+
+
+def test_an_axis_shows_what_comes_again_and_a_step_whole():
+    kicks = np.zeros(3000)
+    kicks[::200] = 10.0
+    step = np.where(np.arange(3000) < 2990, 0.0, 1.0)
+    for line in (kicks, step):
+        assert extent_of([line])[:3] == (0.0, line.max(), 0)
+
+
+def test_an_axis_of_a_lost_run_shows_what_was_before():
+    time = np.arange(1000)
+    line = np.sin(0.1 * time) + np.where(time < 960, 0.0, 1.6 ** (time - 960.0))
+    line[990:] = np.nan
+    found = extent_of([line], diverged=True)
+    assert found.high < 10.0
+    assert found.most > 100.0 * found.high
+    assert extent_of([np.full(9, np.nan)]) is None
+
+
+def sent(home, signals):
+    pd.DataFrame(with_units(signals)).to_csv(home.folder / f"{KEY}.csv", index=False)
+
+
+def drawn(done, **request):
+    """The lines of a log, by signal and name, and what is said of its replay."""
+    about, content = done("log", log=KEY, **request)
+    rows = iter(np.frombuffer(content, dtype=np.float32).reshape(-1, about["points"])[1:])
+    lines = {(one["title"], line["name"]): next(rows) for one in about["panels"] for line in one["lines"]}
+    return lines, about["replay"]
+
+
+def test_a_log_has_its_replay_on_its_axes(done, home):
+    """The log is a run of the same machine, which its command must lead through the same motion."""
+    sent(home, exact_log())
+    lines, said = drawn(done, name=SCENARIO)
+    assert said == "Replayed: the recorded command drives the scenario's machine, under the scenario's load"
+    measured, replay = lines["velocity", "log"], lines["velocity", "replay"]
+    np.testing.assert_allclose(replay[50:], measured[50:], atol=0.01 * np.ptp(measured))
+    other, _ = drawn(done, name=SCENARIO, changes={"plant.mass": "20 kg"})
+    assert np.abs(other["velocity", "replay"] - measured).max() > 0.1 * np.ptp(measured)
+
+
+def test_a_log_is_replayed_whatever_its_scenario_records(done, home):
+    run = hs.simulate(hs.load_scenario("axis/position"))
+    sent(home, {"time": run.time, "command": run["controller.u"], "position": run["plant.position"]})
+    lines, _ = drawn(done, name="axis/position", changes={"simulation.record_period": "10 ms"})
+    np.testing.assert_array_equal(lines["position", "replay"], lines["position", "log"])
+
+
+def test_a_log_that_cannot_be_replayed_says_why(done, home):
+    log = exact_log()
+    sent(home, {name: values for name, values in log.items() if name != "command"})
+    assert drawn(done, name=SCENARIO)[1] == "Not replayed: the log has no command"
+    sent(home, {**log, "time": 0.1 * log["time"]})
+    lines, said = drawn(done, name="axis/position")
+    assert said.startswith("Not replayed: hold.delay = 0.0005: must be at most the sample period")
+    assert {name for _, name in lines} == {"log"}

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from hydroservo.formatting import NONE
 from hydroservo.scenario import load_scenario
 from tests.support.browser import answered, open_groups, served, shown
 from tests.support.synthetic_logs import exact_log, recorded, with_units
@@ -15,6 +16,7 @@ pytestmark = pytest.mark.slow
 
 MASS = "plant.mechanism.mass"
 GAIN = "controller.controller.controller.proportional_gain"
+MARGIN = f"#margins dd:not(:text-is('{NONE}'))"
 STEPS = 20  # of a slider
 
 
@@ -40,6 +42,20 @@ def enter(page, path, text):
 
 def metric(page, name):
     return page.locator(f"#metrics tr:has(th:text-is('{name}')) td").first.inner_text()
+
+
+def numbers_shown(page):
+    """Margins, metrics of this run and values in the circuit."""
+    places = page.locator("#margins dd, #metrics td:nth-child(2), #drawing .value")
+    return [text for text in places.all_text_contents() if any(map(str.isdigit, text))]
+
+
+def in_full_contrast(place):
+    """Whether nothing around a text makes it pale."""
+    pale = (
+        "for (let at = one; at; at = at.parentElement) if (getComputedStyle(at).opacity !== '1') return false"
+    )
+    return place.is_visible() and place.evaluate(f"(one) => {{ {pale}; return true; }}")
 
 
 def follows(page):
@@ -74,13 +90,85 @@ def test_a_wrong_unit_is_said_at_its_field_and_undone(page):
     problem(page, MASS).wait_for()
     assert "does not convert to kg" in problem(page, MASS).inner_text()
     assert field(page, MASS).get_attribute("aria-invalid") == "true"
-    assert "stale" in page.evaluate("document.body.className")
+    assert in_full_contrast(problem(page, MASS))
+    assert numbers_shown(page) == []
     page.keyboard.press("Control+z")
-    page.wait_for_selector("body:not(.stale)")
+    answered(page)
     assert not problem(page, MASS).is_visible()
     assert field(page, MASS).input_value() == "160 kg"
-    page.keyboard.press("Control+Shift+Z")
+
+
+def test_undo_and_redo_lead_to_what_ran_alone(page):
+    enter(page, MASS, "90 kg")
+    answered(page)
+    enter(page, MASS, "80 bar")
     problem(page, MASS).wait_for()
+    enter(page, MASS, "-3 kg")
+    problem(page, MASS).get_by_text("above 0").wait_for()
+    seen = []
+    for key in ("z", "z", "Shift+Z"):
+        page.keyboard.press(f"Control+{key}")
+        answered(page)
+        seen.append(field(page, MASS).input_value())
+    assert seen == ["90 kg", "160 kg", "90 kg"]
+    assert page.locator("#redo").is_disabled()
+
+
+def test_a_bare_number_is_asked_for_in_the_unit_that_the_field_shows(page):
+    shown = {"plant.stroke": "63 mm?", "sensors.area_a": "63 cm²?", "load.final": "63 kN?"}
+    for path, advice in shown.items():
+        enter(page, path, "63")
+        problem(page, path).get_by_text(advice).wait_for()
+        page.get_by_role("button", name="Go back").click()
+        answered(page)
+
+
+def test_what_is_typed_and_not_entered_has_no_numbers(page):
+    page.wait_for_selector(MARGIN)
+    field(page, MASS).fill("90")
+    assert numbers_shown(page) == []
+    field(page, MASS).fill("160 kg")
+    answered(page)
+    assert len(numbers_shown(page)) > 10
+
+
+def test_a_refused_curve_takes_its_margins_away(page):
+    page.wait_for_selector(MARGIN)
+    enter(page, "valve.gain", "1e-9 mm/V")
+    page.locator("#bode-problem", has_text="closes no loop").wait_for()
+    assert page.locator("#margins dd").count() == 0
+    assert not page.locator("#bode").is_visible()
+    page.keyboard.press("Control+z")
+    page.wait_for_selector(MARGIN)
+
+
+def test_a_refused_type_stays_with_its_message(page):
+    page.locator("[id='type-load']").select_option("Recorded")
+    problem(page, "load").get_by_text("a file is needed").wait_for()
+    page.wait_for_timeout(1000)
+    assert page.locator("[id='type-load']").input_value() == "Recorded"
+    assert in_full_contrast(problem(page, "load"))
+    assert numbers_shown(page) == []
+    page.keyboard.press("Control+z")
+    answered(page)
+    assert page.locator("[id='type-load']").input_value() == "Step"
+    page.locator("[id='type-reference']").select_option("Ramp")
+    page.locator("[id='needed-reference.initial']").fill("63")
+    page.get_by_role("button", name="Take it").click()
+    page.locator("[id='asked-reference.initial']", has_text="63 has no unit: 63 mm?").wait_for()
+    assert page.locator("[id='type-reference']").input_value() == "Ramp"
+    assert numbers_shown(page) == []
+
+
+def test_a_refused_file_leaves_no_numbers(page, tmp_path):
+    wrong = tmp_path / "wrong.toml"
+    wrong.write_text("base = 5")
+    page.locator("#open").set_input_files(wrong)
+    page.locator("#problem", has_text="wrong.toml").wait_for()
+    assert numbers_shown(page) == []
+    page.get_by_role("button", name="Go back").click()
+    answered(page)
+    assert page.locator("#scenario").input_value() == "axis/position"
 
 
 def test_a_number_without_unit_and_one_out_of_range_are_refused(page):
@@ -147,7 +235,7 @@ def test_another_law_and_demand_are_chosen_and_compared(page):
     needed = page.locator("[id='needed-reference'] input")
     needed.first.wait_for()
     for one in needed.all():
-        one.fill("0.5 Hz" if "frequency" in one.get_attribute("data-path") else "40 mm")
+        one.fill("0.5 Hz" if "frequency" in one.get_attribute("id") else "40 mm")
     page.get_by_role("button", name="Take it").click()
     page.locator("[id='field-reference.frequency']").wait_for()
     page.locator("[id='type-controller']").select_option("PID")
@@ -194,12 +282,17 @@ def test_a_log_is_drawn_and_tells_numbers(page, tmp_path):
     import pandas as pd
 
     log = tmp_path / "bench.csv"
-    pd.DataFrame(with_units(recorded(exact_log(), 0))).to_csv(log, index=False)
+    rows = with_units(recorded(exact_log(), 0))
+    rows["velocity [m/s]"][700] = 4.1
+    pd.DataFrame(rows).to_csv(log, index=False)
     page.locator("#scenario").select_option("rig/1khz-pi-square")
     page.wait_for_selector("#undo:enabled")
     answered(page)
     page.locator("#log-file").set_input_files(log)
     page.locator("#log h2", has_text="bench.csv").wait_for()
+    page.locator("#replay", has_text="recorded command drives the scenario's machine").wait_for()
+    assert "log, replay" in page.locator("#log-plots canvas").nth(1).get_attribute("aria-label")
+    assert page.locator("#log figcaption:visible", has_text="1 sample up to 4100 mm/s").count() == 1
     page.locator("#seek").select_option("plant.mass")
     page.get_by_role("button", name="Identify").click()
     page.get_by_role("button", name="Take these numbers").wait_for()

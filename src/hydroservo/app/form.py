@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 from functools import cache
 from typing import Any
 
@@ -14,9 +15,11 @@ from hydroservo.roles.saying import is_role
 from hydroservo.scenario import Assembly
 from hydroservo.scenario.build import SIGNALS, Context, Draft
 from hydroservo.scenario.declared import hints
+from hydroservo.scenario.quantities import number_and_unit, unit_factor
 from hydroservo.scenario.registry import makers, names_in_role
+from hydroservo.validation import allowed
 
-__all__ = ["form_of", "shown"]
+__all__ = ["entry_of", "form_of", "numbers_in"]
 
 MACHINE = ("load", "plant", "valve", "supply", "drive")
 ORDER = ("reference", "controller", *MACHINE, "sensors", "hold", "simulation")
@@ -94,19 +97,59 @@ def numbers_of(path: str, draft: Draft, context: Context) -> Iterator[dict[str, 
         if field.derived:
             continue
         given = draft.table.entry(name).value if draft.table.has(name) else None
-        unit, factor = unit_of(value, field)
+        text = given if isinstance(given, str) else shown(value, field)
         yield {
-            "path": f"{path}.{name}",
-            "name": name,
-            "kind": kind.__name__,
-            "unit": unit if kind is float else "",
-            "factor": factor if kind is float else 1.0,
+            **entry_of(f"{path}.{name}", kind, field, text),
             "value": value if math.isfinite(value) else None,
-            "text": given if isinstance(given, str) else shown(value, field),
-            "meaning": field.meaning,
             "low": bound(field.at_least, field.above),
             "high": bound(field.at_most, field.below),
         }
+
+
+def entry_of(path: str, kind: Any, field: Field, text: str) -> dict[str, Any]:
+    """What a page needs to have a number entered: its unit is the one of the text that stands there.
+
+    Args:
+        path: of the number.
+        kind: float, int or bool.
+        field: its declaration.
+        text: the number as it stands there, "" for none.
+    """
+    unit, factor = unit_in(text, field) if kind is float else ("", 1.0)
+    return {
+        "path": path,
+        "name": path.rpartition(".")[2],
+        "kind": kind.__name__,
+        "si": field.unit,
+        "unit": unit,
+        "factor": factor,
+        "text": text,
+        "meaning": field.meaning,
+        "allowed": allowed(in_unit(field, unit, factor), kind is int),
+    }
+
+
+def unit_in(text: str, field: Field) -> tuple[str, float]:
+    """The unit of a text, else the one in which an engineer reads such a number, and the factor from SI."""
+    try:
+        unit = number_and_unit(text)[1].strip()
+        return (unit, float(1 / unit_factor(unit, field.unit))) if unit else unit_of(1.0, field)
+    except ValueError:  # "auto", or no text
+        return unit_of(1.0, field)
+
+
+def in_unit(field: Field, unit: str, factor: float) -> Field:
+    """A declaration with its range in another unit."""
+    ends = (field.above, field.at_least, field.below, field.at_most)
+    above, at_least, below, at_most = (None if one is None else factor * one for one in ends)
+    return replace(field, unit=unit, above=above, at_least=at_least, below=below, at_most=at_most)
+
+
+def numbers_in(blocks: list[dict[str, Any]]) -> Iterator[dict[str, Any]]:
+    """The numbers of some blocks, and of those in them."""
+    for block in blocks:
+        yield from block["numbers"]
+        yield from numbers_in(block["blocks"])
 
 
 def bound(*bounds: float | None) -> float | None:

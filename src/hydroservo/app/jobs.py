@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from hydroservo.app.downloads import Report, exported
 from hydroservo.app.form import form_of
 from hydroservo.app.logs import drawn_log, found_in_log, log_file
-from hydroservo.app.retyped import retyped
+from hydroservo.app.retyped import completed, retyped
 from hydroservo.app.saved import scenario_text
 from hydroservo.app.sketch import sketched_run
 from hydroservo.app.source import Home, source_of
@@ -78,9 +78,11 @@ def is_band(band: list[Any]) -> bool:
 
 
 def retype(request: Request, home: Home, _: Report) -> Answer:
-    """Changes with another type for a block."""
+    """Changes with another type for a block, and with numbers that it asked for where these are given."""
     source = source_of(request, home)
-    found = retyped(source, str(request.get("path")), str(request.get("type")))
+    found, given = retyped(source, str(request.get("path")), str(request.get("type"))), request.get("given")
+    if isinstance(given, Mapping):
+        found = completed(source, found, given)
     return found._asdict(), b""
 
 
@@ -95,9 +97,9 @@ def export(request: Request, home: Home, report: Report) -> Answer:
     return {"name": file.name, "type": file.kind}, file.content
 
 
-def log(request: Request, home: Home, _: Report) -> Answer:
-    """A log to be drawn."""
-    about, rows = drawn_log(source_of(request, home), log_file(home, str(request.get("log"))))
+def log(request: Request, home: Home, report: Report) -> Answer:
+    """A log to be drawn, with its replay."""
+    about, rows = drawn_log(source_of(request, home), log_file(home, str(request.get("log"))), report)
     return about, rows.tobytes()
 
 

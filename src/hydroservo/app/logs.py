@@ -3,6 +3,7 @@
 import math
 import re
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -11,21 +12,27 @@ from numpy.typing import NDArray
 
 from hydroservo.app.downloads import Report
 from hydroservo.app.source import Home, Source
-from hydroservo.app.trajectory import thinned
+from hydroservo.app.trajectory import on_axes, thinned
 from hydroservo.errors import HydroservoError, ScenarioError, short
 from hydroservo.formatting import quantity
+from hydroservo.identification.experiment import experiment
 from hydroservo.identification.identified import identify
 from hydroservo.identification.log import log_mapping, read_log
 from hydroservo.identification.log_summary import log_summary, rate_lines, signal_rows
-from hydroservo.identification.segments import understood
-from hydroservo.identification.signals import SIGNALS
+from hydroservo.identification.segments import Understood, understood
+from hydroservo.identification.signals import COMMAND, EXTERNAL_FORCE, OUTPUTS, SIGNALS, TIME
+from hydroservo.identification.steps import first_steps
+from hydroservo.loop import Loop
+from hydroservo.runs.cautions import quietly
+from hydroservo.runs.run import simulate
 from hydroservo.scenario.records import RECORD_ENDINGS
 
 __all__ = ["drawn_log", "found_in_log", "log_file"]
 
 LOG_KEY = re.compile("[0-9a-f]{16}")
 MOST_SOUGHT = 8
-PLOTTED = {"command": "controller.u", "pressure_a": "plant.pressure_a", "pressure_b": "plant.pressure_b"}
+
+Vector = NDArray[np.float64]
 
 
 def log_file(home: Home, key: str) -> Path:
@@ -41,33 +48,75 @@ def log_file(home: Home, key: str) -> Path:
     return file
 
 
-def drawn_log(source: Source, file: Path) -> tuple[dict[str, Any], NDArray[np.float32]]:
-    """The signals of a log, each for the panel in which it is drawn.
+def drawn_log(source: Source, file: Path, report: Report) -> tuple[dict[str, Any], NDArray[np.float32]]:
+    """The signals of a log, each with what the scenario's machine shows under the command that was recorded.
 
     Raises:
         ScenarioError: the file is no log.
     """
     assembly = source.assembled()
-    controlled = assembly.loop.controls.declared()
     try:
-        whole = understood(read_log(file, log_mapping(assembly.log_columns)))
+        whole = understood(read_log(file, log_mapping(assembly.log_columns), (TIME,)))
     except ScenarioError as error:
         raise ScenarioError("", "", ": ".join(part for part in (error.key, error.problem) if part)) from None
     log, summary = whole.log, log_summary(whole)
-    lines = [
-        {"path": PLOTTED.get(name, "controlled.value" if name == controlled.meaning else ""), "name": name}
-        for name in log.signals
-    ]
-    units = [SIGNALS[name].unit for name in log.signals]
-    rows = thinned(log.time - log.time[0], list(log.signals.values()))
+    try:
+        replay, said = replay_of(assembly.loop, whole, report)
+    except HydroservoError as error:
+        replay, said = {}, f"Not replayed: {error}"
+    panels = [panel_of(name, log.signals[name], replay.get(name)) for name in SIGNALS if name in log.signals]
+    lines = [line.pop("values") for panel in panels for line in panel["lines"]]
+    rows = thinned(log.time - log.time[0], lines)
     about = {
-        "lines": [{**line, "unit": unit} for line, unit in zip(lines, units, strict=True)],
+        "panels": panels,
+        "duration": float(log.time[-1] - log.time[0]),
+        "replay": said,
         "points": int(rows.shape[1]),
-        "samples": len(log.time),
         "signals": signal_rows(summary),
         "remarks": [*rate_lines(summary), *whole.remarks],
     }
     return about, rows
+
+
+def replay_of(loop: Loop, whole: Understood, report: Report) -> tuple[dict[str, Vector], str]:
+    """What the machine of a loop shows under a log's command, at the log's instants, and a line about it.
+
+    Each stretch of the log begins in the state that was measured there, and else as the loop does.
+
+    Raises:
+        HydroservoError: the log has no command, or the loop cannot play it.
+    """
+    if any(COMMAND not in one.inputs for one in whole.segments):
+        raise HydroservoError("the log has no command")
+    found = {name: np.full(whole.log.time.size, np.nan) for name in OUTPUTS}
+    ends = []
+    for i, segment in enumerate(whole.segments):
+        every = loop._replace(simulation=loop.simulation._replace(record_period=segment.period))
+        played = experiment(every, segment, (), first_steps(every, segment)).given
+        progress = partial(of_segment, report, i, len(whole.segments))
+        run = quietly(simulate)(played, record=[f"seen.{name}" for name in OUTPUTS], progress=progress)
+        if bool(run["diverged"]):
+            ends.append(f"it is lost at {segment.start + float(run['diverged_at']):.3g} s")
+        near = (whole.log.time >= segment.time[0]) & (whole.log.time <= segment.time[-1])
+        for name, values in found.items():
+            values[near] = np.interp(whole.log.time[near], segment.time, run[f"seen.{name}"].values)
+    force = any(EXTERNAL_FORCE in one.inputs for one in whole.segments)
+    load = "the recorded external force" if force else "the scenario's load"
+    said = f"Replayed: the recorded command drives the scenario's machine, under {load}"
+    return found, "; ".join([said, *ends])
+
+
+def of_segment(report: Report, number: int, count: int, done: float) -> None:
+    """Report what is done of one of some segments."""
+    report((number + done) / count, "replaying the log")
+
+
+def panel_of(name: str, measured: Vector, replay: Vector | None) -> dict[str, Any]:
+    """A signal of a log as it was recorded, and as the machine shows it in a replay."""
+    lines = [{"name": "log", "values": measured}]
+    if replay is not None and np.isfinite(replay).any():  # the machine has such a signal
+        lines.append({"name": "replay", "values": replay})
+    return on_axes(name.replace("_", " "), SIGNALS[name].unit, lines)
 
 
 def found_in_log(source: Source, file: Path, ranges: Mapping[str, str], report: Report) -> dict[str, Any]:

@@ -4,7 +4,9 @@ from collections.abc import Iterator, Mapping
 from functools import cache
 from typing import Any, NamedTuple
 
-from hydroservo.app.source import Source
+from hydroservo.app.failures import failure, in_own_unit
+from hydroservo.app.form import entry_of
+from hydroservo.app.source import Source, checked_changes
 from hydroservo.errors import ScenarioError, short
 from hydroservo.field import Field, declared_fields
 from hydroservo.loop import Loop
@@ -15,9 +17,10 @@ from hydroservo.scenario.keys import defaults
 from hydroservo.scenario.quantities import si_value
 from hydroservo.scenario.tables import Entry, Origin
 
-__all__ = ["Retyped", "retyped"]
+__all__ = ["Retyped", "completed", "retyped"]
 
 MOST_TRIES = 12
+CONTROLS = "controls"  # the one block that is a name alone
 
 
 class Retyped(NamedTuple):
@@ -26,12 +29,12 @@ class Retyped(NamedTuple):
     Attributes:
         changes: by path.
         origin: the scenario that numbers without default are from; "" if there is none.
-        missing: numbers that are yet to be given: path, name, unit, meaning, and a text to begin with.
+        missing: numbers that are yet to be given, as a form has them, with a text to begin with.
     """
 
     changes: dict[str, object]
     origin: str
-    missing: list[dict[str, str]] = []  # noqa: RUF012, for it is never changed
+    missing: list[dict[str, Any]] = []  # noqa: RUF012, for it is never changed
 
 
 def retyped(source: Source, path: str, wanted: str) -> Retyped:
@@ -60,13 +63,36 @@ def retyped(source: Source, path: str, wanted: str) -> Retyped:
         except ScenarioError:
             continue
         return Retyped(filled, name)
-    missing = list(missing_numbers(source, path, wanted))
+    missing = [] if path == CONTROLS else list(missing_numbers(source, path, wanted))
     if not missing:
         raise ScenarioError(problem.file, f"{path}.type", f"{wanted}: {problem.key}: {problem.problem}")
     return Retyped(bare, "", missing)
 
 
-def missing_numbers(source: Source, path: str, wanted: str) -> Iterator[dict[str, str]]:
+def completed(source: Source, found: Retyped, given: Mapping[str, object]) -> Retyped:
+    """The changes of another type with the numbers that it asked for.
+
+    Args:
+        source: the scenario.
+        found: what :func:`retyped` returned.
+        given: those numbers, by path.
+
+    Raises:
+        ScenarioError: one of them is not what it must be, said in the unit in which it was asked for.
+    """
+    entries = {one["path"]: one for one in found.missing}
+    changes = dict(checked_changes({**found.changes, **{path: given.get(path, "") for path in entries}}))
+    try:
+        source._replace(changes=changes).assembled()
+    except ScenarioError as error:
+        path, problem = failure(error).values()
+        if path in entries:
+            problem = in_own_unit(problem, str(changes[path]), entries[path])
+        raise ScenarioError(error.file, path, problem) from None
+    return Retyped(changes, "")
+
+
+def missing_numbers(source: Source, path: str, wanted: str) -> Iterator[dict[str, Any]]:
     """The numbers without default of a type, with those of a built-in scenario where they are of the unit."""
     assembly = source.assembled()
     signal = assembly.loop.controls.declared()
@@ -78,13 +104,7 @@ def missing_numbers(source: Source, path: str, wanted: str) -> Iterator[dict[str
             field = fields.get(name, Field("", name)).of(signal)
             given = [numbers[name] for _, numbers in found if name in numbers]
             text = next((str(one) for one in given if is_of(one, field.unit)), "")
-            yield {
-                "path": f"{path}.{name}",
-                "name": name,
-                "unit": field.unit,
-                "meaning": field.meaning,
-                "text": text,
-            }
+            yield entry_of(f"{path}.{name}", kinds[name], field, text)
 
 
 def maker_at(assembly: Assembly, path: str, wanted: str) -> Any:

@@ -31,7 +31,7 @@ WORKERS = {  # who does which job: a run does not wait for a curve, nor either f
     "retype": "run",
     "toml": "run",
     "frequency": "frequency",
-    "log": "frequency",
+    "log": "long",
     "identify": "long",
     "export": "long",
 }

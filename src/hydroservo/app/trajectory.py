@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from hydroservo.app.extent import beyond, extent_of
 from hydroservo.formatting import common_unit, quantity, yes_or_no
 from hydroservo.hooks import has_chambers, is_valveless
 from hydroservo.loop import Loop
@@ -17,7 +18,7 @@ from hydroservo.runs.results import metric_fields, metrics_of
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["Drawn", "drawn_run"]
+__all__ = ["Drawn", "drawn_run", "on_axes", "thinned"]
 
 Vector = NDArray[np.float64]
 
@@ -91,22 +92,39 @@ def drawn_run(loop: Loop, run: "xr.Dataset", more: Sequence[str]) -> Drawn:
 
 def panel(title: str, run: "xr.Dataset", paths: Sequence[str]) -> dict[str, Any]:
     """Some signals of one unit on common axes."""
-    found = [(path, run[path].values, run[path].attrs) for path in paths]
-    largest = max((float(np.nanmax(np.abs(one), initial=0.0)) for _, one, _ in found), default=0.0)
-    unit, factor = common_unit([largest], found[0][2]["units"] if found else "")
     lines = [
-        {"path": path, "name": NAMES.get(path, about["long_name"]), "values": factor * one}
-        for path, one, about in found
+        {"path": path, "name": NAMES.get(path, run[path].attrs["long_name"]), "values": run[path].values}
+        for path in paths
     ]
-    return {"title": title, "unit": unit, "factor": factor, "lines": lines}
+    unit = run[paths[0]].attrs["units"] if paths else ""
+    return on_axes(title, unit, lines, bool(run["diverged"]))
 
 
 def error_panel(run: "xr.Dataset") -> dict[str, Any]:
     """Demand less what is controlled."""
-    error = run[DEMAND].values - run[CONTROLLED].values
-    unit, factor = common_unit(error, run[CONTROLLED].attrs["units"])
-    lines = [{"path": "error", "name": "", "values": factor * error}]
-    return {"title": "error", "unit": unit, "factor": factor, "lines": lines}
+    line = {"path": "error", "name": "", "values": run[DEMAND].values - run[CONTROLLED].values}
+    return on_axes("error", run[CONTROLLED].attrs["units"], [line], bool(run["diverged"]))
+
+
+def on_axes(title: str, si: str, lines: Sequence[dict[str, Any]], diverged: bool = False) -> dict[str, Any]:
+    """Lines on common axes, their values in the unit of these, which go over what the lines do.
+
+    Args:
+        title: of the panel.
+        si: the unit of the values.
+        lines: each with its ``values``.
+        diverged: whether they are of a run that did.
+    """
+    ends = extent_of([line["values"] for line in lines], diverged)
+    unit, factor = common_unit(ends or (), si)
+    return {
+        "title": title,
+        "unit": unit,
+        "factor": factor,
+        "lines": [{**line, "values": factor * line["values"]} for line in lines],
+        "extent": ends and [factor * ends.low, factor * ends.high],
+        "clipped": beyond(ends, unit, factor) if ends else "",
+    }
 
 
 def thinned(time: Vector, lines: Sequence[Vector]) -> NDArray[np.float32]:

@@ -6,7 +6,7 @@ from contextlib import suppress
 from multiprocessing import get_context
 from typing import Any, NamedTuple
 
-from hydroservo.app.failures import Stopped, failure
+from hydroservo.app.failures import Stopped, failure_at_field
 from hydroservo.app.source import Home
 from hydroservo.command_scale import commands_in
 from hydroservo.work.processes import begin_worker, single_threaded_algebra
@@ -152,5 +152,5 @@ def answered(jobs: Any, job: str, request: Mapping[str, Any], home: Home, pipe: 
     except Stopped:
         return Message("stopped", {})
     except Exception as error:
-        return Message("error", failure(error))
+        return Message("error", failure_at_field(error, request, home))
     return Message("result", about, content)

@@ -1,6 +1,6 @@
 // The machine as a hydraulic circuit with live values; its parts lead to their fields.
 
-import { byId } from "./page.js";
+import { NONE, byId } from "./page.js";
 
 const SVG = "http://www.w3.org/2000/svg";
 const BARREL = { x: 64, y: 40, w: 190, h: 46 };
@@ -123,16 +123,23 @@ export class Circuit {
       this.command, this.demand];
   }
 
+  /** Takes the values away. */
+  blank() {
+    this.run = null;
+    for (const one of byId("drawing").querySelectorAll(".value")) one.textContent = "";
+  }
+
   /** The values at a point of the run. */
   at(i) {
     const { run } = this;
     if (!run) return;
     const said = (path, digits = 3) => {
       const one = run.byPath.get(path);
+      if (one && !Number.isFinite(one.y[i])) return NONE; // the run was lost before
       return one ? `${Number(one.y[i].toPrecision(digits)).toString().replace("-", "\u2212")} ${one.unit}` : "";
     };
     const raw = (path) => run.byPath.get(path)?.y[i] ?? 0;
-    this.move(run, raw);
+    if (Number.isFinite(raw("plant.position"))) this.move(run, raw);
     this.motion.textContent = [said("plant.position"), said("plant.velocity")].filter(Boolean).join("   ");
     this.force.textContent = said("load.force");
     this.a.textContent = said("plant.pressure_a") || said("plant.load_pressure");

@@ -1,8 +1,9 @@
 // Files of the browser: scenarios opened and saved, exports, logs.
 
-import { showFound, showLog } from "./log.js";
+import { Follow } from "./follow.js";
+import { LogPlots, showFound, showLog } from "./log.js";
 import { byId, download } from "./page.js";
-import { Problem, rowsOf, sendLog } from "./server.js";
+import { Problem, ask, rowsOf, sendLog } from "./server.js";
 
 const LARGEST_TEXT = 2 ** 19; // characters of a scenario
 const LARGEST_LOG = 2 ** 26; // bytes
@@ -11,6 +12,8 @@ export class Files {
   constructor(page) {
     Object.assign(this, page);
     this.log = null;
+    this.plots = new LogPlots();
+    this.replays = new Follow("follow-log", () => this.log && this.replay(ask), (error) => this.say(error));
     byId("save").addEventListener("click", () => this.try(() => this.save()));
     byId("export").addEventListener("change", () => this.try(() => this.export()));
     byId("open").addEventListener("change", () => this.try(() => this.taken(byId("open"))));
@@ -22,7 +25,7 @@ export class Files {
     try {
       await act();
     } catch (error) {
-      this.fail(error);
+      this.say(error);
     }
   }
 
@@ -58,7 +61,7 @@ export class Files {
     try {
       await this.work.shown("form", { text, changes: {} });
     } catch (error) {
-      if (error instanceof Problem) throw new Problem([error.path, error.message].filter(Boolean).join(": "), file.name);
+      if (error instanceof Problem) return this.refuse(new Problem([error.path, error.message].filter(Boolean).join(": "), file.name));
       throw error;
     }
     this.state.commit({ source: { text, title: file.name }, changes: {} });
@@ -81,26 +84,52 @@ export class Files {
   async openLog(file) {
     if (file.size > LARGEST_LOG) throw new Problem(`${file.name} is larger than ${LARGEST_LOG >> 20} MiB`, "");
     const key = await sendLog(file);
-    const { about, content } = await this.work.shown("log", { ...this.state.request, log: key });
-    const rows = rowsOf(content, about.points);
-    const lines = about.lines.map((line, i) => ({ ...line, x: rows[0], y: rows[i + 1] }));
-    this.log = { ...about, lines, key, title: file.name };
-    this.redraw();
-    showLog(this.log, this.form.machine(), {
-      close: () => this.putAway(),
-      identify: (ranges) => this.try(() => this.identify(ranges)),
-    });
+    this.log = { key, title: file.name };
+    try {
+      const about = await this.replay((...asked) => this.work.shown(...asked));
+      showLog({ ...about, title: file.name }, () => this.form.machine(), {
+        close: () => this.putAway(),
+        identify: (ranges) => this.try(() => this.identify(ranges)),
+      });
+    } catch (error) {
+      this.putAway();
+      throw error;
+    }
     byId("log").scrollIntoView({ block: "nearest" });
+  }
+
+  /** Draws the log with what the machine that is entered shows under its command. */
+  async replay(asking) {
+    const { version } = this.state;
+    const { about, content } = await asking("log", { ...this.state.request, log: this.log.key });
+    if (version === this.state.version && this.log) this.plots.show(about, rowsOf(content, about.points));
+    return about;
+  }
+
+  /** Something was entered that the replay is not of. */
+  pending() {
+    this.plots.pending();
+    if (!this.taking) byId("found")?.replaceChildren();
+  }
+
+  redraw() {
+    this.plots.redraw();
   }
 
   putAway() {
     this.log = null;
     showLog(null);
-    this.redraw();
   }
 
   async identify(ranges) {
     const { about } = await this.work.shown("identify", { ...this.state.request, log: this.log.key, ranges });
-    showFound(about, { take: (changes) => this.state.commit({ changes: { ...this.state.changes, ...changes } }) });
+    showFound(about, { take: (changes) => this.take(changes) });
+  }
+
+  /** Enters what was found, which stays in sight. */
+  take(changes) {
+    this.taking = true;
+    this.state.commit({ changes: { ...this.state.changes, ...changes } });
+    this.taking = false;
   }
 }

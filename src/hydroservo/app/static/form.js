@@ -12,12 +12,13 @@ const TITLES = {
 };
 
 export class Form {
-  /** @param {{live: Function, slid: Function, commit: Function, retype: Function}} told what is done with what is entered */
+  /** @param {{typed: Function, live: Function, slid: Function, commit: Function, retype: Function, back: Function}} told what is done with what is entered */
   constructor(told) {
     this.told = told;
     this.shape = "";
     this.rows = new Map();
     this.groups = new Map();
+    this.begun = null; // which block has numbers of another scenario, and what is said of it
     byId("find").addEventListener("input", () => this.find());
   }
 
@@ -60,10 +61,11 @@ export class Form {
   types(block, title) {
     const id = `type-${block.path}`;
     const select = element("select", { id, "aria-describedby": `problem-${block.path}` },
-      ...block.types.map((type) => element("option", { value: type, selected: type === block.type }, type)));
-    select.addEventListener("change", () => this.told.retype(block.path, select.value));
+      ...[...new Set([block.type, ...block.types])].map((type) => element("option", { value: type, selected: type === block.type }, type)));
+    select.addEventListener("change", () => (select.value === select.dataset.type ? this.told.back() : this.told.retype(block.path, select.value)));
     const needed = element("div", { class: "needed", id: `needed-${block.path}` });
-    return element("div", { class: "type" }, element("label", { for: id }, `Type of ${title.toLowerCase()}`), select, needed);
+    const begun = this.begun?.path === block.path ? [element("p", { class: "about" }, this.begun.text)] : [];
+    return element("div", { class: "type" }, element("label", { for: id }, `Type of ${title.toLowerCase()}`), select, ...begun, needed);
   }
 
   row(number) {
@@ -88,7 +90,12 @@ export class Form {
 
   listen(entry) {
     const { field, slider } = entry;
+    if (field.type === "text") field.addEventListener("input", () => {
+      entry.typed = field.value !== entry.number.text;
+      this.told.typed(!this.typing);
+    });
     field.addEventListener("change", () => {
+      entry.typed = false;
       this.told.commit({ [entry.number.path]: valueOf(entry.number, field) });
     });
     if (!slider) return;
@@ -110,7 +117,11 @@ export class Form {
     for (const block of blocks) {
       for (const number of block.numbers) this.fillRow(number);
       const select = byId(`type-${block.path}`);
-      if (select) select.value = block.type;
+      if (select) {
+        select.value = block.type;
+        select.dataset.type = block.type;
+        byId(`needed-${block.path}`).replaceChildren();
+      }
       this.fill(block.blocks);
     }
   }
@@ -119,6 +130,7 @@ export class Form {
     const entry = this.rows.get(number.path);
     const { field, slider } = entry;
     entry.number = number;
+    if (entry.typed) return;
     if (number.kind === "bool") field.checked = number.text === "True";
     else if (field.value !== number.text) field.value = number.text;
     if (!slider || slider === document.activeElement && entry.range) return;
@@ -134,11 +146,12 @@ export class Form {
     this.clear();
     const at = this.nearest(path);
     if (!at) return false;
-    const place = byId(`problem-${at}`);
-    place.textContent = at === path || !path ? text : `${path}: ${text}`;
+    const asked = byId(`asked-${path}`);
+    const place = asked ?? byId(`problem-${at}`);
+    place.textContent = asked || at === path.replace(/\.type$/, "") ? text : `${path}: ${text}`;
     place.hidden = false;
-    const entry = this.rows.get(at);
-    entry?.field.setAttribute("aria-invalid", "true");
+    this.open(at);
+    (asked ? byId(`needed-${path}`) : this.rows.get(at)?.field)?.setAttribute("aria-invalid", "true");
     byId(`type-${at.replace(/\.type$/, "")}`)?.setAttribute("aria-invalid", "true");
     return true;
   }
@@ -155,6 +168,14 @@ export class Form {
     for (const one of byId("fields").querySelectorAll("[aria-invalid]")) one.removeAttribute("aria-invalid");
   }
 
+  /** Opens the groups around a block or field. */
+  open(at) {
+    for (let i = at.length; i > 0; i = at.lastIndexOf(".", i - 1)) {
+      const group = this.groups.get(at.slice(0, i));
+      if (group) group.open = true;
+    }
+  }
+
   /** Opens the groups around a block or field, and goes there. */
   reveal(path) {
     const at = this.nearest(path) || path;
@@ -162,10 +183,7 @@ export class Form {
       byId("find").value = "";
       this.find();
     }
-    for (let i = at.length; i > 0; i = at.lastIndexOf(".", i - 1)) {
-      const group = this.groups.get(at.slice(0, i));
-      if (group) group.open = true;
-    }
+    this.open(at);
     const there = this.rows.get(at)?.field ?? byId(`type-${at}`) ?? this.groups.get(at)?.querySelector("summary");
     there?.scrollIntoView({ block: "center", behavior: "auto" });
     there?.focus();
@@ -183,29 +201,38 @@ export class Form {
     }
   }
 
+  /** Whether something was typed that is not entered yet. */
+  get typing() {
+    return [...this.rows.values()].some(({ typed }) => typed);
+  }
+
+  /** Forgets what was typed and not entered, and numbers that were asked for. */
+  forget() {
+    for (const entry of this.rows.values()) entry.typed = false;
+    for (const one of byId("fields").querySelectorAll(".needed")) one.replaceChildren();
+  }
+
   /** Asks for numbers that a type has no default for. */
   need(path, missing, apply) {
     const place = byId(`needed-${path}`);
     const fields = missing.map((one) => {
       const id = `needed-${one.path}`;
-      const hint = one.unit ? `in ${one.unit}, with its unit` : "a number";
-      return element("div", { class: "number" }, element("label", { for: id, title: one.meaning }, words(one.name)),
-        element("input", { id, type: "text", value: one.text, placeholder: hint, "data-path": one.path }),
-        element("p", { class: "about" }, one.meaning));
+      const hint = one.unit ? `in ${one.unit}` : "a number";
+      const field = element("input", { id, type: "text", value: one.text, placeholder: hint, "aria-describedby": `asked-${one.path}` });
+      return { number: one, field, row: element("div", { class: "number" }, element("label", { for: id, title: one.meaning }, words(one.name)), field,
+        element("p", { class: "about" }, one.meaning), element("p", { class: "problem", id: `asked-${one.path}`, hidden: true })) };
     });
-    const form = element("form", {}, element("p", {}, "It has no default for these numbers:"), ...fields,
-      element("button", { type: "submit" }, "Take it"));
+    const back = element("button", { type: "button" }, "Go back");
+    back.addEventListener("click", () => this.told.back());
+    const form = element("form", {}, element("p", {}, "It has no default for these numbers:"), ...fields.map(({ row }) => row),
+      element("button", { type: "submit" }, "Take it"), " ", back);
     form.addEventListener("submit", (event) => {
       event.preventDefault();
-      const given = [...form.querySelectorAll("input")].map((one) => [one.dataset.path, one.value]);
-      apply(Object.fromEntries(given));
+      this.clear();
+      apply(Object.fromEntries(fields.map(({ number, field }) => [number.path, valueOf(number, field)])));
     });
     place.replaceChildren(form);
     form.querySelector("input").focus();
-  }
-
-  settled() {
-    for (const one of byId("fields").querySelectorAll(".needed")) one.replaceChildren();
   }
 
   /** The numbers that may be sought in a log. */

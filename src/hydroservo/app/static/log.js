@@ -1,8 +1,47 @@
 // A log that was dragged in: drawn beside the run, and the machine's numbers from it.
 
-import { byId, element, words } from "./page.js";
+import { byId, colour, element, words } from "./page.js";
+import { Plot } from "./plot.js";
 
 const MOST = 8;
+const HEIGHT = 130;
+
+/** A log's signals over its own time, each with what the machine that is entered shows under its command. */
+export class LogPlots {
+  constructor() {
+    this.plots = [];
+  }
+
+  show(about, [time, ...rows]) {
+    this.shown = { about, time, rows };
+    this.draw(about.replay, (line) => line.name);
+  }
+
+  /** Takes the replay away, for it is of another machine. */
+  pending() {
+    if (this.shown) this.draw("", (line) => line.name !== "replay");
+  }
+
+  redraw() {
+    if (this.shown) this.draw(byId("replay").textContent, () => true);
+  }
+
+  draw(said, wanted) {
+    const { about: { panels, duration }, time, rows } = this.shown;
+    byId("replay").textContent = said;
+    let i = 0;
+    panels.forEach(({ title, unit, lines, extent, clipped }, place) => {
+      const plot = (this.plots[place] ??= new Plot(byId("log-plots"), HEIGHT));
+      plot.figure.hidden = false;
+      const drawn = lines.map((line) => ({ ...line, x: time, y: rows[i++], ...LOOKS[line.name] })).filter(wanted);
+      plot.show({ title, unit, across: "s", range: [0, duration], extent, clipped, label: `${title} over ${duration} s: ${drawn.map(({ name }) => name).join(", ")}`,
+        lines: drawn.map((line) => ({ ...line, colour: colour(line.ink) })) });
+    });
+    for (const plot of this.plots.slice(panels.length)) plot.figure.hidden = true;
+  }
+}
+
+const LOOKS = { log: { ink: "log", width: 1.2 }, replay: { ink: "line-1", width: 1.8 } };
 
 /** Shows a log, and what may be sought in it. */
 export function showLog(log, machine, told) {
@@ -12,11 +51,8 @@ export function showLog(log, machine, told) {
   const close = element("button", {}, "Put away");
   close.addEventListener("click", () => told.close());
   const remarks = element("ul", {}, ...log.remarks.map((one) => element("li", {}, one)));
-  const drawn = log.lines.filter(({ path }) => path).map(({ name }) => words(name)).join(", ") || "nothing";
-  section.replaceChildren(
-    element("div", { class: "heading" }, element("h2", {}, `Log ${log.title}`), close),
-    signals(log), element("p", {}, `Drawn in the plots: ${drawn}.`), remarks,
-    sought(machine, told), element("div", { id: "found" }));
+  byId("log-about").replaceChildren(signals(log), remarks, sought(machine, told), element("div", { id: "found" }));
+  byId("log-heading").replaceChildren(element("h2", {}, `Log ${log.title}`), close);
 }
 
 function signals(log) {
@@ -31,9 +67,9 @@ function signals(log) {
 function sought(machine, told) {
   const rows = element("div", { class: "sought" });
   const select = element("select", { id: "seek" }, element("option", { value: "" }, "choose…"),
-    ...machine.map(({ path }) => element("option", { value: path }, words(path))));
+    ...machine().map(({ path }) => element("option", { value: path }, words(path))));
   select.addEventListener("change", () => {
-    const number = machine.find(({ path }) => path === select.value);
+    const number = machine().find(({ path }) => path === select.value);
     select.value = "";
     if (!number || rows.children.length >= MOST || [...rows.querySelectorAll("input")].some((one) => one.dataset.path === number.path)) return;
     rows.append(row(number));

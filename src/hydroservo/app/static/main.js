@@ -4,7 +4,7 @@ import { Circuit } from "./circuit.js";
 import { Files } from "./files.js";
 import { Follow } from "./follow.js";
 import { Form } from "./form.js";
-import { byId, options } from "./page.js";
+import { NONE, byId, options } from "./page.js";
 import { Panels } from "./panels.js";
 import { showMetrics } from "./metrics.js";
 import { Gone, Problem, ask, begin, rowsOf } from "./server.js";
@@ -26,12 +26,16 @@ const player = new Player((instant, i) => {
 });
 const panels = new Panels((instant) => player.to(instant));
 const form = new Form({
+  typed: (same) => (same && !refused ? refresh(false) : outdated()),
   live: (changes, when) => {
     state.live(changes);
+    if (refused) [refused, wantsForm] = [false, true];
     last = Object.keys(changes)[0];
     runs.ask(when);
     clearTimeout(sliding);
     sliding = setTimeout(rested, QUIET);
+    panels.pending();
+    files.pending();
     curves.ask(when);
   },
   slid: () => {
@@ -43,44 +47,71 @@ const form = new Form({
     state.commit(changes ? { changes: { ...state.changes, ...changes } } : undefined);
   },
   retype,
+  back,
 });
-const files = new Files({ state, work, form, fail, redraw: () => current && draw(current), started: () => state.keep() });
+const files = new Files({ state, work, form, say, refuse });
 
 let current = null; // the run that is drawn
 let last = ""; // the field that was changed last
 let wantsForm = true;
+let refused = false; // a type or a file was chosen that is not what the server ran
 let sliding = 0; // a timer, while a slider moves: what takes longer waits for its end
 
 const runs = new Follow("follow", async () => {
-  const withForm = wantsForm;
+  const [withForm, { version }] = [wantsForm, state];
   wantsForm = false;
-  const sketched = sliding && current && !withForm;
+  const sketched = Boolean(sliding && current && !withForm);
   const asked = { ...state.request, signals: state.signals, form: withForm, ...(sketched && { substeps: current.substeps }) };
-  const { about, content } = await work.shown("run", asked);
+  const answer = await asAsked(version, work.shown("run", asked), sketched);
+  if (!answer) {
+    wantsForm ||= withForm;
+    return;
+  }
+  const { about, content } = answer;
   const run = readRun(about, rowsOf(content, about.points));
+  if (!sketched) state.accept();
   settle();
   if (about.form) form.show(about.form);
   draw(run);
-}, fail, () => document.body.classList.add("stale"));
-
+  if (form.typing) outdated();
+}, refuse, outdated);
 
 const curves = new Follow("follow-bode", async () => {
+  const { version } = state;
   const sketched = Boolean(sliding && panels.now);
-  const { about, content } = await ask("frequency", { ...state.request, ...(sketched && { band: panels.band }) });
+  const answer = await asAsked(version, ask("frequency", { ...state.request, ...(sketched && { band: panels.band }) }), sketched);
+  if (!answer) return;
+  const { about, content } = answer;
   byId("bode-problem").hidden = true;
-  const drawn = readBode({ ...(sketched && panels.now), ...about, sketched }, rowsOf(content, about.points));
-  panels.bode(drawn, state.pins.map(({ bode, title }) => bode && { ...bode, title }).filter(Boolean));
+  panels.bode(readBode({ curves: panels.now?.curves, ...about, sketched }, rowsOf(content, about.points)), pinnedBodes());
+  buttons();
 }, (error) => {
   if (error instanceof Gone) return;
-  byId("bode-problem").textContent = error.message;
+  byId("bode-problem").textContent = [error.path, error.message].filter(Boolean).join(": ");
   byId("bode-problem").hidden = false;
-  panels.bode(null, []);
+  panels.bode(null, pinnedBodes());
+  buttons();
 });
+
+/** An answer; none where something else was chosen since, for that is asked for already. */
+async function asAsked(version, answer, sketched) {
+  const current = () => version === state.version && !refused;
+  try {
+    const found = await answer;
+    return sketched || current() ? found : null;
+  } catch (error) {
+    if (error instanceof Problem && !current()) return null;
+    throw error;
+  }
+}
+
+const pinnedBodes = () => state.pins.map(({ bode, title }) => bode && { ...bode, title }).filter(Boolean);
 
 function draw(run) {
   current = run;
+  buttons();
   circuit.show(run);
-  panels.runs(run, state.pins, files.log);
+  panels.runs(run, state.pins);
   player.show(run);
   showMetrics(run, state.pins, pinning);
   notes(run);
@@ -102,32 +133,67 @@ function notes(run) {
   byId("notes").classList.toggle("bad", Boolean(run.diverged));
 }
 
+/** Draws anew what is there. */
+function redraw() {
+  if (!current) return;
+  const stale = document.body.classList.contains("stale");
+  draw(current);
+  if (stale) outdated();
+}
+
 function settle() {
   form.clear();
-  byId("problem").hidden = true;
-  byId("banner").hidden = true;
+  for (const id of ["problem", "banner"]) byId(id).hidden = true;
   document.body.classList.remove("stale");
 }
 
-/** Shows what went wrong where it belongs. */
-function fail(error) {
+/** Takes away the numbers of a loop that is no longer the one that is entered; its pictures become grey. */
+function outdated() {
+  document.body.classList.add("stale");
+  const numbers = current?.metrics.map((one) => ({ ...one, text: NONE, value: null }));
+  if (current) showMetrics({ ...current, metrics: numbers }, state.pins, pinning);
+  byId("notes").replaceChildren();
+  circuit.blank();
+  panels.pending();
+  files.pending();
+  buttons();
+}
+
+/** What is entered was refused. */
+function refuse(error) {
+  if (error.name === "AbortError") return;
+  outdated();
+  wantsForm = true; // the next answer has what this one lacks
+  say(error);
+  byId("problem-back").hidden = !state.answered;
+}
+
+/** Says what went wrong where it belongs. */
+function say(error) {
   if (error.name === "AbortError") return;
   if (error instanceof Gone) return away();
   if (!(error instanceof Problem)) throw error;
-  wantsForm = true; // the next answer has what this one lacks
-  document.body.classList.add("stale");
-  const there = form.problem(error.path, error.message);
+  const path = form.nearest(error.path) ? error.path : last;
+  const there = form.problem(path, error.message);
   byId("problem-text").textContent = [error.path, error.message].filter(Boolean).join(": ");
   byId("problem-field").hidden = !there;
-  byId("problem-field").onclick = () => form.reveal(error.path);
+  byId("problem-field").onclick = () => form.reveal(path);
+  byId("problem-back").hidden = true;
   byId("problem").hidden = false;
+}
+
+/** Goes back to what ran last. */
+function back() {
+  form.forget();
+  if (refused || state.valid) refresh(true);
+  else state.undo();
 }
 
 let waiting = false;
 
 /** Waits for a server that is gone; nothing of what was entered is lost. */
 async function away() {
-  document.body.classList.add("stale");
+  outdated();
   byId("banner").textContent = "The server has ended. What you entered is kept here: start hydroservo app again, and the page goes on.";
   byId("banner").hidden = false;
   if (waiting) return;
@@ -148,51 +214,45 @@ async function away() {
 
 function rested() {
   sliding = 0;
-  runs.ask(performance.now());
-  curves.ask(performance.now());
+  for (const one of [runs, curves, files.replays]) one.ask(performance.now());
 }
 
 function buttons() {
-  byId("undo").disabled = !state.past.length;
+  byId("undo").disabled = !state.past.length && !refused;
   byId("redo").disabled = !state.future.length;
+  byId("pin").disabled = !current || document.body.classList.contains("stale") || panels.waiting;
 }
 
 /** Asks for everything anew. */
 function refresh(withForm) {
   wantsForm ||= withForm;
-  buttons();
+  refused = false;
+  outdated();
   byId("scenario").value = state.source.text ? "" : state.source.name;
-  runs.ask(performance.now());
-  curves.ask(performance.now());
+  for (const one of [runs, curves, files.replays]) one.ask(performance.now());
 }
 
 async function retype(path, type, given = null) {
+  refused = true;
+  outdated();
   try {
-    const { about } = await work.shown("retype", { ...state.request, path, type });
-    if (about.missing.length && !given) {
-      form.need(path, about.missing, (numbers) => take(path, { ...about.changes, ...numbers }));
-      return;
-    }
-    take(path, about.changes);
-    if (about.origin) byId("work-text").textContent = `${type} begins with the numbers of ${about.origin}`;
+    const { about } = await work.shown("retype", { ...state.request, path, type, ...(given && { given }) });
+    if (about.missing.length) return form.need(path, about.missing, (numbers) => retype(path, type, numbers));
+    last = path;
+    form.forget();
+    form.begun = about.origin ? { path, text: `${type} begins with the numbers of ${about.origin}.` } : null;
+    state.commit({ changes: about.changes });
   } catch (error) {
-    refresh(true);
-    fail(error);
+    refuse(error);
   }
-}
-
-function take(path, changes) {
-  last = path;
-  form.settled();
-  state.commit({ changes });
 }
 
 const pinning = {
   remove: (i) => {
     state.pins.splice(i, 1);
     state.keep();
-    draw(current);
-    curves.ask(performance.now());
+    redraw();
+    panels.bode(panels.now, pinnedBodes());
   },
   back: (i) => state.commit({ source: state.pins[i].source, changes: state.pins[i].changes }),
 };
@@ -203,7 +263,7 @@ function pin() {
   state.pins.push({ ...state.snapshot, title: `pin ${number}`, run: current, bode: panels.now });
   state.pins.splice(0, state.pins.length - MOST_PINS);
   state.keep();
-  draw(current);
+  redraw();
 }
 
 /** Runs what was pinned before a reload. */
@@ -213,11 +273,17 @@ async function runPins() {
     const { about, content } = await ask("run", { ...asked, signals: state.signals });
     one.run = readRun(about, rowsOf(content, about.points));
   }
-  if (state.pins.length && current) draw(current);
+  if (state.pins.length) redraw();
+}
+
+function undo() {
+  if (refused) back();
+  else state.undo();
 }
 
 function listen() {
-  byId("undo").addEventListener("click", () => state.undo());
+  byId("undo").addEventListener("click", undo);
+  byId("problem-back").addEventListener("click", back);
   byId("redo").addEventListener("click", () => state.redo());
   byId("pin").addEventListener("click", pin);
   byId("scenario").addEventListener("change", () => {
@@ -235,11 +301,12 @@ function listen() {
     event.preventDefault();
     if (document.activeElement?.matches("input[type=text]")) document.activeElement.blur();
     if (event.shiftKey) state.redo();
-    else state.undo();
+    else undo();
   });
   theme(() => {
-    if (current) draw(current);
+    redraw();
     panels.redraw();
+    files.redraw();
   });
 }
 
@@ -250,7 +317,7 @@ async function start() {
   options(byId("scenario"), [...own, ...Object.keys(about.scenarios).map((name) => [name, name]), ["", "opened file"]], about.name);
   if (!state.restore()) state.clear({ name: about.name }, about.changes);
   refresh(true);
-  runPins().catch(fail);
+  runPins().catch(say);
 }
 
 start();

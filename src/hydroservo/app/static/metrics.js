@@ -1,6 +1,6 @@
 // The metrics of this run beside those of the pinned ones.
 
-import { byId, element } from "./page.js";
+import { NONE, byId, element } from "./page.js";
 
 /**
  * @param {object} run this one
@@ -24,7 +24,7 @@ export function showMetrics(run, pins, told) {
 
 function cell(metric, best) {
   const least = best !== null && metric?.value === best;
-  return element("td", {}, least ? element("strong", {}, metric.text) : metric?.text ?? "\u2013");
+  return element("td", {}, least ? element("strong", {}, metric.text) : metric?.text ?? NONE);
 }
 
 function heading(column, i, told) {

@@ -1,5 +1,7 @@
 // Small helpers for the page's elements.
 
+export const NONE = "\u2013"; // stands where there is no number
+
 export const byId = (id) => document.getElementById(id);
 
 /** An element with attributes and children; a child that is a text stays one. */

@@ -1,9 +1,10 @@
 // Lines on a canvas, with axes: some thousand points in a few milliseconds.
 
-import { colour } from "./page.js";
+import { colour, element } from "./page.js";
 
 const MARGIN = { left: 56, right: 10, top: 24, bottom: 22 };
 const CROWDED = 3; // points to a pixel across, from which on not each is drawn
+const FAR = 50; // heights of a plot, beyond which a canvas need not draw
 const ROOM = 12; // px between two ticks' texts, at least
 
 export class Plot {
@@ -18,7 +19,8 @@ export class Plot {
     this.canvas = document.createElement("canvas");
     this.canvas.setAttribute("role", "img");
     this.canvas.style.height = `${height}px`;
-    this.figure.append(this.canvas);
+    this.note = element("figcaption", { class: "about", hidden: true });
+    this.figure.append(this.canvas, this.note);
     parent.append(this.figure);
     this.height = height;
     this.spec = null;
@@ -43,12 +45,20 @@ export class Plot {
 
   /**
    * @param {object} spec title, unit, label (for those who do not see), x range, log, unit across, and lines of
-   *   {x, y, colour, dash, width, name}; marks of {x, text}
+   *   {x, y, colour, dash, width, name}; the extent of their ordinates, and what of them is clipped by it
    */
   show(spec) {
     this.spec = spec;
     this.canvas.setAttribute("aria-label", spec.label);
+    this.note.textContent = `clipped: ${spec.clipped}`;
+    this.note.hidden = !spec.clipped;
     this.draw();
+  }
+
+  /** What it shows is of an earlier loop: its numbers are no longer said. */
+  unsaid() {
+    this.note.hidden = true;
+    if (this.spec) this.canvas.setAttribute("aria-label", `${this.spec.title} of the loop before`);
   }
 
   at(x) {
@@ -84,18 +94,18 @@ export class Plot {
 
 function scaleOf(spec, width, height) {
   const [x0, x1] = spec.log ? spec.range.map(Math.log10) : spec.range;
-  const [y0, y1] = extent(spec);
+  const [y0, y1] = aired(spec.extent ?? extent(spec));
   const inner = { w: width - MARGIN.left - MARGIN.right, h: height - MARGIN.top - MARGIN.bottom };
   const place = (x) => MARGIN.left + (inner.w * (x - x0)) / (x1 - x0 || 1);
   return {
     y0, y1, x0, x1, inner,
     x: spec.log ? (x) => place(Math.log10(x)) : place,
-    y: (y) => MARGIN.top + inner.h * (1 - (y - y0) / (y1 - y0)),
+    y: (y) => MARGIN.top + inner.h * (1 - Math.min(FAR, Math.max(-FAR, (y - y0) / (y1 - y0)))),
     xAt: (px) => x0 + ((px - MARGIN.left) / inner.w) * (x1 - x0),
   };
 }
 
-/** The least and largest ordinate, with some air. */
+/** The least and largest ordinate. */
 function extent(spec) {
   let [low, high] = [Infinity, -Infinity];
   for (const { y } of spec.lines) {
@@ -105,6 +115,11 @@ function extent(spec) {
       if (value > high && value < 1e30) high = value;
     }
   }
+  return [low, high];
+}
+
+/** An extent with some air. */
+function aired([low, high]) {
   if (!(low <= high)) return [-1, 1];
   const air = high > low ? 0.06 * (high - low) : Math.max(Math.abs(high) * 0.1, 1e-6);
   return [low - air, high + air];

@@ -8,24 +8,18 @@ export function readRun(about, rows) {
   for (const panel of [...about.panels, ...about.live]) {
     for (const line of panel.lines) {
       line.y = lines[i++];
-      byPath.set(line.path, { y: line.y, unit: panel.unit });
+      byPath.set(line.path, { y: line.y, unit: panel.unit, extent: panel.extent });
     }
   }
-  const largest = (path) => byPath.get(path)?.y.reduce((most, one) => Math.max(most, Math.abs(one)), 0) ?? 0;
-  const position = byPath.get("plant.position")?.y ?? new Float32Array([0, 1]);
+  const largest = (path) => Math.max(0, ...(byPath.get(path)?.extent ?? []).map(Math.abs));
   const stroke = about.machine.stroke;
   return {
     ...about, time, byPath,
-    factors: Object.fromEntries(about.panels.map(({ title, factor }) => [title, factor])),
-    reach: stroke ? [0, stroke * about.live[0].factor] : [Math.min(...extremes(position)), Math.max(...extremes(position))],
+    reach: stroke ? [0, stroke * about.live[0].factor] : byPath.get("plant.position")?.extent ?? [0, 1],
     largestPressure: Math.max(largest("plant.pressure_a"), largest("plant.pressure_b"), 1e-9),
     largestOpening: largest("valve.opening"),
     suppliedText: about.machine.supplied ? `${Number((about.machine.supplied / 1e5).toPrecision(3))} bar` : "",
   };
-}
-
-function extremes(values) {
-  return values.reduce(([low, high], one) => [Math.min(low, one), Math.max(high, one)], [Infinity, -Infinity]);
 }
 
 /** A loop in frequency. */
