@@ -78,10 +78,7 @@ def drawn_run(loop: Loop, run: "xr.Dataset", more: Sequence[str]) -> Drawn:
         "signals": signals,
         "metrics": metrics_shown(run),
         "machine": machine_shown(loop),
-        "warnings": [
-            *warnings_of(run),
-            *([] if bool(run["diverged"]) else behaviour(metrics_of(run), metric_fields(run))),
-        ],
+        "warnings": [*warnings_of(run), *behaviour(metrics_of(run), metric_fields(run))],
         "diverged": lost(run),
         "duration": loop.simulation.duration,
         "substeps": run.attrs.get("substeps", loop.simulation.substeps),
