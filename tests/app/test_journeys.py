@@ -311,6 +311,11 @@ def test_a_log_is_drawn_and_tells_numbers(page, tmp_path):
     assert "log, replay" in page.locator("#log-plots canvas").nth(1).get_attribute("aria-label")
     assert page.locator("#log figcaption:visible", has_text="1 sample up to 4100 mm/s").count() == 1
     page.locator("#seek").select_option("plant.mass")
+    usual = page.locator("[id='seek-plant.mass']").input_value()
+    page.locator("[id='seek-plant.mass']").fill("3..9")
+    page.get_by_role("button", name="Identify").click()
+    page.locator("[id='sought-plant.mass']", has_text="3..9 has no unit: 3..9 kg?").wait_for()
+    page.locator("[id='seek-plant.mass']").fill(usual)
     page.get_by_role("button", name="Identify").click()
     page.get_by_role("button", name="Take these numbers").wait_for()
     assert page.locator("#found td").count() >= 3
