@@ -132,6 +132,21 @@ def test_what_is_typed_and_not_entered_has_no_numbers(page):
     assert len(numbers_shown(page)) > 10
 
 
+def test_margins_wait_for_a_slider_that_undo_takes_back_whole(page):
+    page.wait_for_selector(MARGIN)
+    page.locator(f"[id='slider-{MASS}']").focus()
+    for _ in range(4):
+        page.keyboard.press("ArrowRight")
+        page.wait_for_timeout(60)
+    assert page.locator(MARGIN).count() == 0
+    assert page.locator("#pin").is_disabled()
+    page.wait_for_selector(MARGIN)
+    page.wait_for_selector("#pin:enabled")
+    page.keyboard.press("Control+z")
+    answered(page)
+    assert field(page, MASS).input_value() == "160 kg"
+
+
 def test_a_refused_curve_takes_its_margins_away(page):
     page.wait_for_selector(MARGIN)
     enter(page, GAIN, "0 V/m")
@@ -150,10 +165,12 @@ def test_a_refused_type_stays_with_its_message(page):
     page.wait_for_timeout(1000)
     assert page.locator("[id='type-load']").input_value() == "Recorded"
     assert in_full_contrast(problem(page, "load"))
+    assert not field(page, "load.final").is_visible()
     assert numbers_shown(page) == []
     page.keyboard.press("Control+z")
     answered(page)
     assert page.locator("[id='type-load']").input_value() == "Step"
+    assert field(page, "load.final").is_visible()
     page.locator("[id='type-reference']").select_option("Ramp")
     page.locator("[id='needed-reference.initial']").fill("63")
     page.get_by_role("button", name="Take it").click()
@@ -296,6 +313,11 @@ def test_a_log_is_drawn_and_tells_numbers(page, tmp_path):
     assert "log, replay" in page.locator("#log-plots canvas").nth(1).get_attribute("aria-label")
     assert page.locator("#log figcaption:visible", has_text="1 sample up to 4100 mm/s").count() == 1
     page.locator("#seek").select_option("plant.mass")
+    usual = page.locator("[id='seek-plant.mass']").input_value()
+    page.locator("[id='seek-plant.mass']").fill("3..9")
+    page.get_by_role("button", name="Identify").click()
+    page.locator("[id='sought-plant.mass']", has_text="3..9 has no unit: 3..9 kg?").wait_for()
+    page.locator("[id='seek-plant.mass']").fill(usual)
     page.get_by_role("button", name="Identify").click()
     page.get_by_role("button", name="Take these numbers").wait_for()
     assert page.locator("#found td").count() >= 3

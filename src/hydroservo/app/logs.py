@@ -11,6 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydroservo.app.downloads import Report
+from hydroservo.app.failures import NUMBER
+from hydroservo.app.form import form_of, numbers_in
 from hydroservo.app.source import Home, Source
 from hydroservo.app.trajectory import on_axes, thinned
 from hydroservo.errors import HydroservoError, ScenarioError, short
@@ -31,6 +33,7 @@ __all__ = ["drawn_log", "found_in_log", "log_file"]
 
 LOG_KEY = re.compile("[0-9a-f]{16}")
 MOST_SOUGHT = 8
+BARE = re.compile(rf"{NUMBER}\s*\.\.\s*{NUMBER}")  # a range that a page does not take for SI
 
 Vector = NDArray[np.float64]
 
@@ -136,6 +139,10 @@ def found_in_log(source: Source, file: Path, ranges: Mapping[str, str], report: 
     wrong = [path for path, text in ranges.items() if not isinstance(text, str)]
     if wrong:
         raise HydroservoError(f"{short(wrong[0])} must have a range such as 50..200 kg")
+    units = {one["path"]: one["unit"] for one in numbers_in(form_of(source.assembled()))}
+    for path, text in ranges.items():
+        if BARE.fullmatch(text.strip()) and units.get(path):
+            raise ScenarioError("", path, f"{text.strip()} has no unit: {text.strip()} {units[path]}?")
     found = identify(
         source.scenario,
         file,

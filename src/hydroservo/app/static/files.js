@@ -1,7 +1,7 @@
 // Files of the browser: scenarios opened and saved, exports, logs.
 
 import { Follow } from "./follow.js";
-import { LogPlots, showFound, showLog } from "./log.js";
+import { LogPlots, refuseRange, showFound, showLog } from "./log.js";
 import { byId, download } from "./page.js";
 import { Problem, ask, rowsOf, sendLog } from "./server.js";
 
@@ -122,7 +122,11 @@ export class Files {
   }
 
   async identify(ranges) {
-    const { about } = await this.work.shown("identify", { ...this.state.request, log: this.log.key, ranges });
+    const { about } = await this.work.shown("identify", { ...this.state.request, log: this.log.key, ranges }).catch((error) => {
+      if (!(error instanceof Problem) || !refuseRange(error)) throw error;
+      return {};
+    });
+    if (!about) return;
     showFound(about, { take: (changes) => this.take(changes) });
   }
 

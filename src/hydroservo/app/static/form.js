@@ -22,14 +22,21 @@ export class Form {
     byId("find").addEventListener("input", () => this.find());
   }
 
-  /** Shows blocks and numbers; what is open and has the focus stays so. */
-  show(blocks) {
+  /** Shows the blocks and numbers of a scenario; what is open and has the focus stays so. */
+  show(blocks, source) {
+    this.source = JSON.stringify(source);
+    this.shut(source);
     const shape = JSON.stringify(blocks, (key, value) => (["text", "value", "unit", "factor"].includes(key) ? undefined : value));
     if (shape !== this.shape) {
       this.shape = shape;
       this.build(blocks);
     }
     this.fill(blocks);
+  }
+
+  /** Keeps the fields shut where they are not those of a scenario. */
+  shut(source) {
+    byId("fields").inert = JSON.stringify(source) !== this.source;
   }
 
   build(blocks) {
@@ -62,7 +69,12 @@ export class Form {
     const id = `type-${block.path}`;
     const select = element("select", { id, "aria-describedby": `problem-${block.path}` },
       ...[...new Set([block.type, ...block.types])].map((type) => element("option", { value: type, selected: type === block.type }, type)));
-    select.addEventListener("change", () => (select.value === select.dataset.type ? this.told.back() : this.told.retype(block.path, select.value)));
+    select.addEventListener("change", () => {
+      const own = select.value === select.dataset.type;
+      this.groups.get(block.path).classList.toggle("other", !own);
+      if (own) this.told.back();
+      else this.told.retype(block.path, select.value);
+    });
     const needed = element("div", { class: "needed", id: `needed-${block.path}` });
     const begun = this.begun?.path === block.path ? [element("p", { class: "about" }, this.begun.text)] : [];
     return element("div", { class: "type" }, element("label", { for: id }, `Type of ${title.toLowerCase()}`), select, ...begun, needed);
@@ -121,6 +133,7 @@ export class Form {
         select.value = block.type;
         select.dataset.type = block.type;
         byId(`needed-${block.path}`).replaceChildren();
+        this.groups.get(block.path).classList.remove("other");
       }
       this.fill(block.blocks);
     }

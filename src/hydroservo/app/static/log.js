@@ -79,6 +79,7 @@ function sought(machine, told) {
     element("label", { for: "seek" }, "Add a number"), select, rows, find);
   form.addEventListener("submit", (event) => {
     event.preventDefault();
+    for (const one of rows.querySelectorAll(".problem")) one.hidden = true;
     told.identify(Object.fromEntries([...rows.querySelectorAll("input")].map((one) => [one.dataset.path, one.value])));
   });
   return form;
@@ -90,9 +91,19 @@ function row(number) {
   const [low, high] = number.value > 0 ? [0.5, 2] : [2, 0.5];
   const remove = element("button", { type: "button", "aria-label": `Do not seek ${words(number.path)}` }, "\u00d7");
   const made = element("div", { class: "number" }, element("label", { for: id }, words(number.path)),
-    element("input", { id, type: "text", "data-path": number.path, value: `${shown(low)}..${shown(high)} ${number.unit}`.trim() }), remove);
+    element("input", { id, type: "text", "data-path": number.path, value: `${shown(low)}..${shown(high)} ${number.unit}`.trim(), "aria-describedby": `sought-${number.path}` }),
+    remove, element("p", { class: "problem", id: `sought-${number.path}`, hidden: true }));
   remove.addEventListener("click", () => made.remove());
   return made;
+}
+
+/** Says what is wrong with a range at its field; says whether it has one. */
+export function refuseRange({ path, message }) {
+  const place = byId(`sought-${path}`);
+  if (!place) return false;
+  place.textContent = message;
+  place.hidden = false;
+  return true;
 }
 
 /** Shows what was found. */

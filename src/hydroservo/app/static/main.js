@@ -31,11 +31,11 @@ const form = new Form({
     state.live(changes);
     if (refused) [refused, wantsForm] = [false, true];
     last = Object.keys(changes)[0];
-    runs.ask(when);
     clearTimeout(sliding);
     sliding = setTimeout(rested, QUIET);
     panels.pending();
     files.pending();
+    runs.ask(when);
     curves.ask(when);
   },
   slid: () => {
@@ -71,10 +71,10 @@ const runs = new Follow("follow", async () => {
   const run = readRun(about, rowsOf(content, about.points));
   if (!sketched) state.accept();
   settle();
-  if (about.form) form.show(about.form);
+  if (about.form) form.show(about.form, state.source);
   draw(run);
   if (form.typing) outdated();
-}, refuse, outdated);
+}, (error) => refuse(error, form.nearest(error.path ?? "") ? error.path : last), outdated);
 
 const curves = new Follow("follow-bode", async () => {
   const { version } = state;
@@ -108,6 +108,7 @@ async function asAsked(version, answer, sketched) {
 const pinnedBodes = () => state.pins.map(({ bode, title }) => bode && { ...bode, title }).filter(Boolean);
 
 function draw(run) {
+  if (!current) for (const one of document.querySelectorAll(".before")) one.hidden = false;
   current = run;
   buttons();
   circuit.show(run);
@@ -153,6 +154,7 @@ function outdated() {
   const numbers = current?.metrics.map((one) => ({ ...one, text: NONE, value: null }));
   if (current) showMetrics({ ...current, metrics: numbers }, state.pins, pinning);
   byId("notes").replaceChildren();
+  form.shut(state.source);
   circuit.blank();
   panels.pending();
   files.pending();
@@ -160,20 +162,19 @@ function outdated() {
 }
 
 /** What is entered was refused. */
-function refuse(error) {
+function refuse(error, path = error.path) {
   if (error.name === "AbortError") return;
   outdated();
   wantsForm = true; // the next answer has what this one lacks
-  say(error);
+  say(error, path);
   byId("problem-back").hidden = !state.answered;
 }
 
 /** Says what went wrong where it belongs. */
-function say(error) {
+function say(error, path = error.path) {
   if (error.name === "AbortError") return;
   if (error instanceof Gone) return away();
   if (!(error instanceof Problem)) throw error;
-  const path = form.nearest(error.path) ? error.path : last;
   const there = form.problem(path, error.message);
   byId("problem-text").textContent = [error.path, error.message].filter(Boolean).join(": ");
   byId("problem-field").hidden = !there;
