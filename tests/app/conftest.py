@@ -2,7 +2,7 @@
 
 import pytest
 
-from tests.support.browser import CHROMIUM, browser, served
+from tests.support.browser import CHROMIUM, browser, open_groups, served, shown
 from tests.support.needs import needs
 
 
@@ -16,4 +16,11 @@ def chromium():
 @pytest.fixture(scope="session")
 def server():
     with served("axis/position") as found:
+        yield found
+
+
+@pytest.fixture
+def page(chromium, server):
+    with shown(chromium, server.url, viewport={"width": 1440, "height": 900}) as found:
+        open_groups(found)
         yield found

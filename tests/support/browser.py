@@ -8,10 +8,24 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any, NamedTuple
 
-__all__ = ["Served", "answered", "browser", "open_groups", "served", "shown"]
+__all__ = [
+    "MASS",
+    "Served",
+    "answered",
+    "browser",
+    "enter",
+    "field",
+    "in_full_contrast",
+    "numbers_shown",
+    "open_groups",
+    "problem",
+    "served",
+    "shown",
+]
 
 CHROMIUM = "chromium"
 START = "from hydroservo.cli import main; main()"
+MASS = "plant.mechanism.mass"
 PATIENCE = 30_000  # ms: a new combination of blocks is compiled first
 
 
@@ -83,3 +97,33 @@ def answered(page: Any) -> None:
 def open_groups(page: Any) -> None:
     """Open all groups of parameters."""
     page.evaluate("for (const one of document.querySelectorAll('details')) one.open = true")
+
+
+def field(page: Any, path: str) -> Any:
+    """The field of a number."""
+    return page.locator(f"[id='field-{path}']")
+
+
+def problem(page: Any, path: str) -> Any:
+    """Where it is said what is wrong with a number or block."""
+    return page.locator(f"[id='problem-{path}']")
+
+
+def enter(page: Any, path: str, text: str) -> None:
+    """Enter a number."""
+    field(page, path).fill(text)
+    field(page, path).press("Enter")
+
+
+def numbers_shown(page: Any) -> list[str]:
+    """Margins, metrics of this run and values in the circuit."""
+    places = page.locator("#margins dd, #metrics td:nth-child(2), #drawing .value")
+    return [text for text in places.all_text_contents() if any(map(str.isdigit, text))]
+
+
+def in_full_contrast(place: Any) -> bool:
+    """Whether nothing around a text makes it pale."""
+    pale = (
+        "for (let at = one; at; at = at.parentElement) if (getComputedStyle(at).opacity !== '1') return false"
+    )
+    return bool(place.is_visible() and place.evaluate(f"(one) => {{ {pale}; return true; }}"))
