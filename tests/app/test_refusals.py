@@ -61,9 +61,10 @@ def test_margins_wait_for_a_slider_that_undo_takes_back_whole(page):
 
 def test_a_refused_curve_takes_its_margins_away(page):
     page.wait_for_selector(MARGIN)
-    enter(page, GAIN, "0 V/m")
+    law = "controller.controller.controller"
+    enter(page, f"{law}.proportional_gain", "0 V/m")
     answered(page)
-    enter(page, GAIN.replace("proportional", "integral"), "0 V/(m s)")
+    enter(page, f"{law}.integral_gain", "0 V/(m s)")
     page.locator("#bode-problem", has_text="does not settle").wait_for()
     assert page.locator("#margins dd").count() == 0
     assert not page.locator("#bode").is_visible()
