@@ -84,6 +84,7 @@ const curves = new Follow("follow-bode", async () => {
   const { about, content } = answer;
   byId("bode-problem").hidden = true;
   panels.bode(readBode({ curves: panels.now?.curves, ...about, sketched }, rowsOf(content, about.points)), pinnedBodes());
+  if (form.typing) panels.pending();
   buttons();
 }, (error) => {
   if (error instanceof Gone) return;
