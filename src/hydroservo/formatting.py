@@ -57,7 +57,8 @@ class Scale(NamedTuple):
         return self.factor * value - self.zero
 
 
-KELVIN, CELSIUS = "K", Scale("degC", 1.0, 273.15)
+KELVIN = "K"
+CELSIUS = Scale("degC", 1.0, 273.15)
 
 
 def readable_unit(unit: str, largest: float) -> tuple[str, float]:

@@ -28,7 +28,7 @@ substeps = 20
 
 """
 LOOP = on_base(f'{SHORT}[controller]\ntype = "PI"\nproportional_gain = "0.3 V s/m"\n')
-USUAL = ["tracking_error", "step_response", "command_effort", "piston_travel"]
+USUAL = ["tracking_error", "step_response", "oscillation", "command_effort", "piston_travel"]
 PLUGIN = '''\
 from typing import Annotated, NamedTuple
 
@@ -152,7 +152,7 @@ def test_a_second_one_of_a_type_has_its_name_before_its_metrics(loaded) -> None:
 def test_the_usual_ones_are_those_of_the_law_that_runs(write) -> None:
     """Of one that is put into the loop after it was loaded, too."""
     loop = load_scenario(write(on_base(SHORT + '[metrics.energy]\ntype = "Energy"', "tsmc")))
-    assert list(monitors_of(loop)) == [*USUAL[:3], "disturbance", USUAL[3], "energy"]
+    assert list(monitors_of(loop)) == [*USUAL[:4], "disturbance", USUAL[4], "energy"]
     changed = loop._replace(controller=example(PI))
     assert list(monitors_of(changed)) == [*USUAL, "energy"]
     assert not run(changed)["diverged"]

@@ -115,7 +115,7 @@ class Worker:
             async with asyncio.timeout(GRACE):
                 while not (await self.heard()).last:
                     pass
-        except TimeoutError:
+        except (TimeoutError, RuntimeError):  # the latter where the server's threads have ended
             self.end()
         self.lock.release()
 
