@@ -70,7 +70,7 @@ def sustained(loop: Loop, run: Any) -> Sustained | None:
 
     Args:
         loop: the loop.
-        run: of it, with the metrics of :data:`OSCILLATION`.
+        run: of it, with the metrics of :class:`~hydroservo.monitors.Oscillation`.
 
     Returns:
         None of an open loop, and where the run diverged.
