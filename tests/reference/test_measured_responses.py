@@ -46,7 +46,7 @@ def assert_agree(name: str, changes: dict[str, Any], asked: dict[str, Any]) -> N
     """Within 0.1 dB and 1 degree wherever the coherence is high, the machine's at a fifth of the tones."""
     loop = replace(load_scenario(name), changes)
     data = bode(loop, **{"realisations": 16, **asked})
-    assert "warning" not in data.attrs
+    assert "slope" not in data.attrs.get("warning", "")
     point = operating_point(loop, asked.get("command"))
     model = responses(point, parts_of(point)[0], 2.0 * math.pi * data["tone"].values).curves
     for curve in RESPONSES:
