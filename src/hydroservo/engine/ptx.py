@@ -100,7 +100,7 @@ look:
   br i1 %goes, label %advance, label %end
 advance:
   %status = call i32 @{INNER}(ptr %result, ptr %constants, ptr %tables, ptr %memory, i64 %runs, i64 %thread,
-    i64 %first, i64 %last, double %dt)
+    i64 %first, i64 %last, double %dt) alwaysinline
   %fine = icmp eq i32 %status, 0
   %value = load i64, ptr %result, align 8
   %after = select i1 %fine, i64 %value, i64 {RAISED}
