@@ -154,7 +154,7 @@ def test_a_loop_that_hunts_is_said_to_and_marked(tmp_path):
         "The loop oscillates for good at 8.60 Hz: 1.35 mm in the controlled signal and 560 mV in the command."
     )
     assert line in shown
-    assert "below atmospheric pressure for 995 ms" in shown
+    assert "A chamber is below atmospheric pressure for 995 ms" in shown
     assert line in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
     assert "oscillates at 8.60" in (tmp_path / "out" / "run.svg").read_text(encoding="utf-8")
     assert "oscillates" not in succeeded("run", "cases/encoder")

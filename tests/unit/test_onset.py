@@ -8,7 +8,7 @@ import pytest
 import hydroservo as hs
 from hydroservo.block import leaves
 from hydroservo.group import nested
-from hydroservo.linear.onset import first_of, oscillation_gain, started
+from hydroservo.linear.onset import amplified, first_of, oscillation_gain
 from hydroservo.loop import Loop
 from hydroservo.monitors import Oscillation
 from hydroservo.starts import AsBuilt
@@ -79,8 +79,8 @@ def test_what_cannot_be_told_below_an_onset_is_not_told() -> None:
 
 def test_given_states_of_the_law_reach_it() -> None:
     loop = hs.load_scenario("rig/1khz-pi-square")
-    start = started(AsBuilt(nested({"controller.integral": 0.5, "plant.velocity": 0.1})))
-    assert start.given.controller.controller.integral == 0.5
+    given = AsBuilt(nested({"controller.integral": 0.5, "plant.velocity": 0.1}))
+    assert amplified(loop._replace(start=given)).start.given.controller.controller.integral == 0.5
     assert math.isfinite(
         oscillation_gain(loop._replace(start=AsBuilt(nested({"controller.integral": 0.01}))))
     )

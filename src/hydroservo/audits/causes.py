@@ -2,19 +2,17 @@
 
 import math
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any, NamedTuple
 
 from hydroservo.block import Block, is_block, leaves, replace
-from hydroservo.controllers.directional_gain import DirectionalGain
-from hydroservo.controllers.saturation import Saturation
-from hydroservo.group import group
+from hydroservo.linear.onset import amplified
 from hydroservo.loop import AUTO, Loop
 from hydroservo.observers import BoundaryLayer, Explicit, Implicit
 from hydroservo.pulls import ExplicitReaching, ImplicitReaching, SmoothReaching
 
 __all__ = ["CAUSES", "Cause"]
 
-FREE = 1e6  # [V] a limit that binds no more
 FINE_BITS = 32  # the most that a converter has
 FINE = 1e-15  # [m] a resolution that nothing tells from none
 LITTLE = 1e-3  # what is left of friction, whose laws do not allow none
@@ -60,21 +58,6 @@ def by_fields(place: str, changes: Mapping[str, Change]) -> Callable[[Loop], Loo
                     found[path] = new
         changed: Loop | None = replace(loop, found) if found else None
         return changed
-
-    return without
-
-
-def with_share(share: float) -> Callable[[Loop], Loop]:
-    """A loop with a share of its law's command."""
-
-    def without(loop: Loop) -> Loop:
-        start: Any = loop.start
-        if "controller" in start.given._fields:  # which the wrapper's state is then around
-            inner = start.given.controller
-            state = group({"u": share * inner.u, "gain": share, "controller": inner})
-            start = start._replace(given=start.given._replace(controller=state))
-        law = DirectionalGain(loop.controller, share, share, Saturation(FREE))
-        return loop._replace(controller=law, start=start)
 
     return without
 
@@ -161,6 +144,6 @@ CAUSES = (
     Cause("sensor noise", "without the sensors' noise", by_fields("sensors", {"noise": none})),
     Cause("switching", "with implicit steps in place of its switching", with_implicit_steps),
     Cause("sampling", "at a quarter of the sample period and delay", sampled_faster),
-    Cause("gain", "at half the gain", with_share(0.5), 0.5),
-    Cause("gain", "at a tenth of the gain", with_share(0.1), 0.1),
+    Cause("gain", "at half the gain", partial(amplified, factor=0.5), 0.5),
+    Cause("gain", "at a tenth of the gain", partial(amplified, factor=0.1), 0.1),
 )

@@ -7,7 +7,6 @@ import numpy as np
 
 from hydroservo.audits.describing import limit_of
 from hydroservo.block import Block
-from hydroservo.constants import ATMOSPHERE
 from hydroservo.drives.load_sensing import LoadSensing
 from hydroservo.field import Field
 from hydroservo.hooks import drives_in, has_chambers, is_valveless
@@ -16,7 +15,6 @@ from hydroservo.monitors import ChamberPressures, SupplyLine
 
 __all__ = ["Strain", "strain", "strain_monitors"]
 
-VAPOUR = 1e4  # [Pa] absolute, down to which oil may lose air without losing its flow; chosen here
 ABOVE = 1.01  # times the supply's pressure, from which a chamber is above it
 AT_LIMIT = 0.99  # of the limit, for a converter has one step less above zero
 
@@ -29,10 +27,6 @@ class Strain(NamedTuple):
     pressure_max: Annotated[float, Field("Pa", "highest gauge pressure in a chamber")]
     supply_pressure: Annotated[float, Field("Pa", "highest gauge pressure of the supply")]
     limited: Annotated[float, Field("", "share of the time with the command at its limit")]
-
-    @property
-    def cavitates(self) -> bool:
-        return self.pressure_min <= VAPOUR - ATMOSPHERE
 
     @property
     def above_supply(self) -> bool:

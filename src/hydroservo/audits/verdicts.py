@@ -6,6 +6,7 @@ from hydroservo.audits.chatter import Chatter
 from hydroservo.audits.strain import Strain
 from hydroservo.audits.sustained import OSCILLATION, Sustained
 from hydroservo.formatting import number, quantity
+from hydroservo.runs.behaviour import pressure_line
 
 if TYPE_CHECKING:
     from hydroservo.audits.audited import Audit
@@ -88,12 +89,9 @@ def forecast(one: Chatter | None, reason: str, run: Sustained | None) -> Verdict
 def strained(one: Strain) -> list[Verdict]:
     """What a run asks of its machine that it may not have."""
     said = []
-    low = f"its pressure falls to {quantity(one.pressure_min, 'Pa')}"
-    if one.cavitates:
-        said.append(Verdict("A chamber cavitates", f": {low}, nearly a vacuum.", False))
-    elif one.low_pressure_time > 0.0:
-        text = f" for {quantity(one.low_pressure_time, 's')}: {low}, where air leaves the oil."
-        said.append(Verdict("A chamber is below the atmosphere's pressure", text, None))
+    lead, stop, rest = pressure_line(one._asdict()).partition(": ")
+    if lead:
+        said.append(Verdict(lead, stop + rest, False))
     if one.above_supply:
         high, supply = quantity(one.pressure_max, "Pa"), quantity(one.supply_pressure, "Pa")
         text = f": it reaches {high}, and the supply {supply}. Cylinder and hoses must be rated for that."

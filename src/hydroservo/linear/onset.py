@@ -1,58 +1,28 @@
 """At which gain a loop starts to oscillate for good, found on its nonlinear simulation."""
 
 import math
-from typing import Annotated, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.block import Block, Field
+from hydroservo.controllers import DirectionalGain, Saturation
 from hydroservo.group import group
 from hydroservo.loop import Loop
 from hydroservo.monitors import Oscillation
-from hydroservo.roles import Controller, role
 from hydroservo.runs.arguments import checked_loop
 from hydroservo.runs.batch import simulate_batch
 from hydroservo.runs.cautions import quietly
 from hydroservo.runs.run import Progress
-from hydroservo.signals import Demand, Measurement
 
-__all__ = ["MOST", "Amplified", "AmplifiedState", "oscillation_gain"]
+__all__ = ["MOST", "amplified", "oscillation_gain"]
 
+FREE = 1e6  # [V] a limit that binds no more
 MOST = 20.0  # dB
 LARGE = 0.1  # V, a hundredth of the usual 10 V: less is hunting, as about a valve's hysteresis
 LONGER = 5.0  # s, by which a run goes on
 FINE, COARSE = 0.25, 0.5  # dB from factor to factor
 MANY = 50_000  # samples of a run from which steps are coarse
-
-
-class AmplifiedState(NamedTuple):
-    """What the machine is given, and the state of the law."""
-
-    u: Annotated[float, Field("V", "command given to the machine")]
-    controller: Block
-
-
-@role(Controller)
-class Amplified(NamedTuple):
-    """A law whose command is multiplied by a factor, of which it is told nothing.
-
-    u = factor u_law
-
-    Source: Astrom, Murray, Feedback Systems, 2008, sec. 9.3 (the gain margin, by experiment).
-    Fails to be the law with all its gains raised where that limits its command: its limit is raised too.
-    """
-
-    controller: Controller
-    factor: Annotated[float, Field("", "on the command", above=0)] = 1.0
-
-    def init(self) -> AmplifiedState:
-        return AmplifiedState(0.0, self.controller.init())
-
-    def step(self, s: AmplifiedState, y: Measurement, r: Demand, dt: float) -> AmplifiedState:
-        told = y.with_command(y.command / self.factor)
-        law = self.controller.step(s.controller, told, r, dt)
-        return AmplifiedState(self.factor * law.u, law)
 
 
 def oscillation_gain(loop: Loop, *, threshold: float = LARGE, progress: Progress | None = None) -> float:
@@ -82,9 +52,9 @@ def oscillation_gain(loop: Loop, *, threshold: float = LARGE, progress: Progress
     """
     loop = longer(checked_loop(loop))
     factors = steps_of(loop)
-    raised = loop._replace(controller=Amplified(loop.controller), start=started(loop.start))
+    gains = dict.fromkeys(("controller.extend_gain", "controller.retract_gain"), factors)
     run = quietly(simulate_batch)
-    data = run(raised, {"controller.factor": factors}, metrics=[Oscillation(threshold)], progress=progress)
+    data = run(amplified(loop), gains, metrics=[Oscillation(threshold)], progress=progress)
     amplitude = data["oscillation_command"].values
     return first_of(factors, np.where(data["diverged"].values, math.inf, amplitude))
 
@@ -102,13 +72,19 @@ def steps_of(loop: Loop) -> NDArray[np.float64]:
     return found
 
 
-def started(start: Block) -> Block:
-    """A start, its states of the law where the wrapper has them."""
-    if "controller" not in start.given._fields:
-        return start
-    law = start.given.controller
-    outer = {"u": law.u} if "u" in law._fields else {}
-    return start._replace(given=start.given._replace(controller=group(outer | {"controller": law})))
+def amplified(loop: Loop, factor: float = 1.0) -> Loop:
+    """The loop with its command multiplied by a factor, of which its law is told nothing, and no limit on it.
+
+    Its gains are the wrapper's, ``controller.extend_gain`` and ``controller.retract_gain``.
+    """
+    law = DirectionalGain(loop.controller, factor, factor, Saturation(FREE))
+    start: Any = loop.start
+    if "controller" in start.given._fields:  # its states go into the wrapper's
+        inner = start.given.controller
+        outer = {"u": factor * inner.u} if "u" in inner._fields else {}
+        state = group(outer | {"gain": factor, "controller": inner})
+        start = start._replace(given=start.given._replace(controller=state))
+    return loop._replace(controller=law, start=start)
 
 
 def first_of(factors: NDArray[np.float64], amplitude: NDArray[np.float64]) -> float:

@@ -3,12 +3,14 @@
 import math
 from collections.abc import Mapping
 
+from hydroservo.constants import ATMOSPHERE
 from hydroservo.field import Field
 from hydroservo.formatting import quantity
 from hydroservo.monitors.cycles import GROWING
 
-__all__ = ["behaviour", "oscillates", "oscillation_note"]
+__all__ = ["behaviour", "oscillates", "oscillation_note", "pressure_line"]
 
+VAPOUR = 1e4  # [Pa] absolute, down to which oil may lose air without losing its flow; chosen here
 LONG = 0.01  # s of low pressure that are worth a sentence
 
 Metrics = Mapping[str, float | bool]
@@ -59,10 +61,13 @@ def oscillation_line(metrics: Metrics, fields: Mapping[str, Field]) -> str:
 
 
 def pressure_line(metrics: Metrics) -> str:
+    """That a chamber cavitates, or that air leaves its oil; empty where its pressure stays above."""
     time, lowest = metrics.get("low_pressure_time", 0.0), metrics.get("pressure_min", 0.0)
+    if lowest <= VAPOUR - ATMOSPHERE:
+        return f"A chamber cavitates: its pressure falls to {quantity(lowest, 'Pa')}, nearly a vacuum."
     if not (time > LONG and lowest < 0.0):
         return ""
     return (
-        f"A chamber was below atmospheric pressure for {quantity(time, 's')}, down to "
-        f"{quantity(lowest, 'Pa')}: the oil cavitates there."
+        f"A chamber is below atmospheric pressure for {quantity(time, 's')}: it falls to "
+        f"{quantity(lowest, 'Pa')}, where air leaves the oil."
     )
