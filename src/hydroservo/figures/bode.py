@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from hydroservo.command_scale import in_command_unit
 from hydroservo.figures.style import GREY, PALETTE, figure, style
-from hydroservo.formatting import NONE, quantity
+from hydroservo.formatting import quantity
 from hydroservo.linear.reading import READ, read_as
 
 __all__ = ["plot_bode"]
@@ -156,7 +156,8 @@ def mark(data: xr.Dataset, axes: Sequence[Axes], name: str) -> None:
         level(axes[1], -180.0)
         write(axes[0], margins_of(data) if data["stable"] else ["unstable for small motions"])
         for w in data["gain_crossovers"].values[-1:]:
-            upright(axes[:2], w / (2.0 * math.pi))
+            if math.isfinite(data["phase_margin"]):
+                upright(axes[:2], w / (2.0 * math.pi))
     if name == "closed":
         level(axes[0], -20.0 * math.log10(math.sqrt(2.0)))
         level(axes[1], -QUARTER)
@@ -169,9 +170,10 @@ def mark(data: xr.Dataset, axes: Sequence[Axes], name: str) -> None:
 
 
 def margins_of(data: xr.Dataset) -> list[str]:
-    """The margins and the onset of oscillation, a line each."""
+    """The margins that there are and the onset of oscillation, a line each."""
     shown = ("gain_margin", "phase_margin", "disk_margin", "oscillation_gain")
-    return [f"{READ[name][0]} {read_as(float(data[name]), READ[name][1], NONE)}" for name in shown]
+    known = [name for name in shown if not math.isnan(data[name])]
+    return [f"{READ[name][0]} {read_as(float(data[name]), READ[name][1], '')}" for name in known]
 
 
 def level(axis: Axes, value: float) -> None:

@@ -13,7 +13,7 @@ READ = {
     "delay_margin": ("delay margin", "ms"),
     "disk_margin": ("disk margin", ""),
     "sensitivity_peak": ("sensitivity peak", "dB"),
-    "oscillation_gain": ("oscillates for good from", "onset"),
+    "oscillation_gain": ("oscillates from", "onset"),
     "bandwidth": ("bandwidth, \N{MINUS SIGN}3 dB", "Hz"),
     "bandwidth_90": ("bandwidth, \N{MINUS SIGN}90\N{DEGREE SIGN}", "Hz"),
 }

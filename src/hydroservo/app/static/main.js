@@ -109,7 +109,7 @@ async function asAsked(version, answer, sketched) {
 const pinnedBodes = () => state.pins.map(({ bode, title }) => bode && { ...bode, title }).filter(Boolean);
 
 function draw(run) {
-  if (!current) for (const one of document.querySelectorAll(".before")) one.hidden = false;
+  if (!current) for (const one of document.querySelectorAll(".before:not(#frequency *)")) one.hidden = false;
   current = run;
   buttons();
   circuit.show(run);

@@ -60,6 +60,7 @@ export class Panels {
     const margins = now?.margins ?? [];
     byId("bode").classList.remove("stale");
     byId("bode").hidden = !shown.length;
+    if (now) byId("frequency").querySelector(".before").hidden = false;
     if (!now?.sketched) tell(now, margins);
     if (!shown.length) return;
     const [{ curves, frequency }] = shown.slice(-1);
