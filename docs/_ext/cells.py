@@ -20,7 +20,7 @@ from matplotlib.figure import Figure
 
 from hydroservo import load_scenario, simulate
 from hydroservo.figures.style import figure, style
-from hydroservo.formatting import readable_unit
+from hydroservo.formatting import NONE, readable_unit
 
 __all__ = [
     "Image",
@@ -143,7 +143,7 @@ def metrics_table(runs: Mapping[str, xr.Dataset], *names: str) -> Markdown:
         values = [float(data[name]) for data in runs.values()]
         unit, factor = readable_unit(next(iter(runs.values()))[name].attrs["units"], np.nanmax(values))
         header.append(f"{name} [{unit}]" if unit else name)
-        columns.append(["–" if np.isnan(value) else f"{factor * value:.3g}" for value in values])
+        columns.append([NONE if np.isnan(value) else f"{factor * value:.3g}" for value in values])
     lost = [" (diverged)" if bool(data["diverged"]) else "" for data in runs.values()]
     names_shown = [label + note for label, note in zip(runs, lost, strict=True)]
     return table(header, zip(names_shown, *columns, strict=True))
