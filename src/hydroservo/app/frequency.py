@@ -9,10 +9,11 @@ from numpy.typing import NDArray
 
 from hydroservo.command_scale import in_command_unit
 from hydroservo.linear.bode import bode
+from hydroservo.linear.operating_point import operating_point
 from hydroservo.linear.parts import parts_of
 from hydroservo.linear.reading import READ, read_as
 from hydroservo.linear.responses import responses
-from hydroservo.linear.view import smoothest
+from hydroservo.linear.trusted import sliding
 from hydroservo.loop import Loop
 from hydroservo.runs.cautions import warnings_of
 
@@ -45,7 +46,7 @@ def sketched_bode(loop: Loop, low: float, high: float) -> tuple[dict[str, Any], 
     Raises:
         ParameterError: the loop has no point that it stays at.
     """
-    point, _, _ = smoothest(loop, None, None)
+    point = operating_point(sliding(loop), None)  # at rest hysteresis leaves no slope, so that it slides
     grid = np.geomspace(low, high, SKETCHED)
     found = responses(point, parts_of(point)[0], 2.0 * math.pi * grid)
     return {"points": SKETCHED}, rows_of(grid, found.curves)
