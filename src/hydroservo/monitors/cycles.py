@@ -5,13 +5,23 @@ from typing import NamedTuple
 
 from hydroservo import ops
 
-__all__ = ["FEWEST", "GROWING", "BandState", "ReversalsState", "Tone", "band_at_rest", "no_reversals"]
+__all__ = [
+    "FEWEST",
+    "GROWING",
+    "SHRINKING",
+    "BandState",
+    "ReversalsState",
+    "Tone",
+    "band_at_rest",
+    "no_reversals",
+]
 
-ALIKE = 0.4  # largest change of period and of rms between regular cycles
+ALIKE = 0.22  # largest change of period and of rms between regular cycles
 FEWEST = 3.0  # regular cycles that make a tone
 COVERED = 0.5  # share of the time that they must cover
 STEADY = 1.75  # largest mean of their powers' squares, over the square of the mean; 2 for narrow noise
 GROWING = 0.04  # from cycle to cycle, which explains unlike powers
+SHRINKING = 0.03  # from cycle to cycle, by which an oscillation dies out
 HYSTERESIS = 0.05  # of its range, by which a signal has reversed
 
 
@@ -90,6 +100,7 @@ class BandState(NamedTuple):
     regular_squares: float
     regular_fourths: float
     regular_growth: float
+    regular_late: float  # growth, the first cycle once, the second twice, and so on
 
     def step(
         self, entering: float, pole: float, begins: bool, u: float, e: float, dt: float, counts: bool
@@ -112,8 +123,9 @@ class BandState(NamedTuple):
         share = 1.0 / ops.maximum(self.samples, 1.0)
         size, mean_u, mean_e = share * self.squares, share * self.u, share * self.e
         longer, larger = ops.maximum(self.time, self.period), ops.maximum(size, self.size)
-        alike = ops.absolute(self.time - self.period) <= ALIKE * longer
-        same = ops.minimum(size, self.size) >= (1.0 - ALIKE) * (1.0 - ALIKE) * larger
+        unlike = ALIKE + 0.5 * dt / ops.maximum(longer, dt)  # and half a sample more, for it ends at one
+        alike = ops.absolute(self.time - self.period) <= unlike * longer
+        same = ops.minimum(size, self.size) >= (1.0 - unlike) * (1.0 - unlike) * larger
         regular = ends and alike and same and counts
         trend_u, trend_e = mean_u - self.mean_u, mean_e - self.mean_e
         own_uu = share * self.uu - mean_u * mean_u - trend_u * trend_u / 12.0
@@ -143,6 +155,7 @@ class BandState(NamedTuple):
             regular_squares=self.regular_squares + ops.where(regular, size, 0.0),
             regular_fourths=self.regular_fourths + ops.where(regular, size * size, 0.0),
             regular_growth=self.regular_growth + ops.where(regular, growth, 0.0),
+            regular_late=self.regular_late + ops.where(regular, (self.regular + 1.0) * growth, 0.0),
         )
 
     def tone(self, heard: float) -> Tone:
@@ -154,7 +167,7 @@ class BandState(NamedTuple):
         count = self.regular
         if not (count >= FEWEST and self.regular_time >= COVERED * heard):
             return Tone(0.0, 0.0, 0.0, math.nan, math.nan)
-        growth = self.regular_growth / count
+        growth, late = self.regular_growth / count, 2.0 * self.regular_late / (count * (count + 1.0))
         if growth < GROWING and self.regular_fourths * count > STEADY * self.regular_squares**2:
             return Tone(0.0, 0.0, 0.0, math.nan, math.nan)
         return Tone(
@@ -162,7 +175,7 @@ class BandState(NamedTuple):
             command=math.sqrt(2.0 * self.regular_uu / count),
             error=math.sqrt(2.0 * self.regular_ee / count),
             frequency=count / self.regular_time,
-            growth=growth,
+            growth=late if growth <= -SHRINKING < late else growth,
         )
 
 

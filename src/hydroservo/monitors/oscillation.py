@@ -6,7 +6,15 @@ from typing import Annotated, NamedTuple
 from hydroservo import ops
 from hydroservo.block import Block
 from hydroservo.field import Field
-from hydroservo.monitors.cycles import FEWEST, BandState, ReversalsState, Tone, band_at_rest, no_reversals
+from hydroservo.monitors.cycles import (
+    FEWEST,
+    SHRINKING,
+    BandState,
+    ReversalsState,
+    Tone,
+    band_at_rest,
+    no_reversals,
+)
 from hydroservo.roles import Monitor, at_samples, role
 from hydroservo.sources import CHOSEN
 
@@ -14,7 +22,7 @@ __all__ = ["Oscillation", "OscillationState", "OscillationValues"]
 
 END = 0.3  # of the duration, at its end, in which an oscillation must last
 FASTEST = 0.125  # corner of the fastest band, a share of the sampling rate
-SHRINKING = 0.03  # from cycle to cycle, by which an oscillation dies out
+LEAKING = 0.1  # share of a faster band's power that slower ones may hear
 SLOWEST = 5.0  # corner below the slowest band, in cycles of the whole run
 
 
@@ -51,11 +59,12 @@ class OscillationState(NamedTuple):
     def undecided(self, threshold: float) -> bool:
         """Whether something moves at the end that could be an oscillation too slow for the run."""
         swing = self.highest - self.lowest  # of a sine of amplitude A: 2 A, its mean square A^2/2
-        louder = max(self.fast.size, self.middle.size, 2.0 * threshold * threshold)
+        louder = max(LEAKING * max(self.fast.size, self.middle.size), 0.5 * threshold * threshold)
         drifts = swing * swing > 8.0 * max(louder, self.slow.size)
         few = self.slow.regular < 2.0 * FEWEST and self.slow.size > louder
         repeats = self.demand.frequency() > 0.0 or self.load.frequency() > 0.0
-        return not self.time > 0.0 or (self.rest > 0.0 and not repeats and (drifts or few))
+        moves = self.rest > 0.0 and swing >= 0.5 * threshold  # what was before may be the answer to a step
+        return not self.time > 0.0 or (moves and not repeats and (drifts or few))
 
 
 class OscillationValues(NamedTuple):
@@ -77,12 +86,11 @@ class Oscillation(NamedTuple):
     """Sustained oscillation of the command and the controlled signal, over the last 30 % of the run.
 
     The command is split into three bands. In each, the cycles between its rises through 0 are compared:
-    one is regular where its period and its rms are within 40 % of the last one's. An oscillation is three
-    regular cycles or more that cover half of the time, are of steady power or grow, do not shrink by 3 %
-    each, and have neither the frequency of demand or load nor a low multiple of it. Ringing shrinks,
-    noise is irregular, and what answers the demand has its frequency. Amplitudes are sqrt(2) of the rms
-    over these cycles, less a trend. An oscillation that still grows has the amplitude that it has
-    reached.
+    one is regular where its period and its rms are within 22 % and half a sample of the last one's. An
+    oscillation is three regular cycles or more that cover half of the time, are of steady power or grow, do
+    not shrink by 3 % each, on average or in an average in which later cycles weigh more, and have neither the
+    frequency of demand or load nor a low multiple of it. Ringing shrinks, noise is irregular, and what
+    answers the demand has its frequency. Amplitudes are sqrt(2) of the rms over these cycles, less a trend.
 
     All are nan where the run is too short to tell: where demand and load rest at its end and the command
     moves all the same, for fewer than three cycles.

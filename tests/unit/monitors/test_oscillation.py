@@ -74,8 +74,18 @@ def test_noise_answers_and_ringing_are_no_oscillation(case: object) -> None:
     assert case().oscillation_command == 0.0  # type: ignore[operator]
 
 
-def test_a_slow_motion_at_rest_cannot_be_told() -> None:
-    assert math.isnan(heard(0.3 * np.sin(2.0 * math.pi * 0.7 * TIME)).oscillation_command)
+@pytest.mark.parametrize("amplitude", [0.015, 0.3])
+def test_a_slow_motion_at_rest_cannot_be_told(amplitude: float) -> None:
+    assert math.isnan(heard(amplitude * np.sin(2.0 * math.pi * 0.7 * TIME)).oscillation_command)
+
+
+def test_an_oscillation_that_shrinks_to_its_limit_cycle_lasts() -> None:
+    """Van der Pol's amplitude by averaging: A^2 = A1^2/(1 + (A1^2/A0^2 - 1) exp(-8 t/s))."""
+    late = np.maximum(TIME - 2.0, 0.0)
+    amplitude = 0.1 / np.sqrt(1.0 + (0.4**2 - 1.0) * np.exp(-8.0 * late))
+    values = heard(amplitude * np.sin(2.0 * math.pi * 10.0 * TIME))
+    assert values.oscillation_command == pytest.approx(0.1, rel=0.1)
+    assert abs(values.oscillation_growth) < 0.03
 
 
 def test_an_oscillation_that_grows_is_one() -> None:
