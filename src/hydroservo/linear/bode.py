@@ -107,11 +107,13 @@ def bode(
         A Dataset with complex responses ``machine``, ``open``, ``closed``, ``sensitivity``, ``compliance``
         and ``open_compliance`` over ``frequency`` [Hz], the measured ones with ``_measured`` and their
         coherence with ``_coherence`` over ``tone`` [Hz], all :class:`~hydroservo.linear.Margins`,
-        ``bandwidth`` (-3 dB) and ``bandwidth_90`` (-90 degrees) [Hz]. Signals are those at the samples.
+        ``bandwidth`` (-3 dB) and ``bandwidth_90`` (-90 degrees) [Hz]. Signals are those at the samples. An
+        attribute ``warning`` says where margins are from, or why there are none, and why nothing was
+        measured, as of a loop that leaves its stroke meanwhile.
 
     Raises:
-        ParameterError: there is no such point, no loop is closed, a frequency is not below Nyquist's, or
-            the loop is lost while it is measured.
+        ParameterError: there is no such point, no loop is closed, or a frequency is not below Nyquist's.
+
 
     Source: Pintelon and Schoukens, System Identification, 2012, ch. 2-4 (tones, best linear approximation);
     Astrom, Murray, Feedback Systems, 2008, ch. 9 and 12 (what the responses are).
@@ -133,9 +135,12 @@ def bode(
         return with_warning(data, [UNSTABLE])
     plan = planned(view.low, view.high, loop.simulation.period, periods, realisations)
     plan = plan._replace(excitation=excitation)
-    measuring = measured_curves(
-        loop, view, plan, amplitude, lambda done: report(share + (1.0 - share) * done)
-    )
+    try:
+        measuring = measured_curves(
+            loop, view, plan, amplitude, lambda done: report(share + (1.0 - share) * done)
+        )
+    except ParameterError as error:
+        return with_warning(data, [f"not measured with {quantity(amplitude, 'V')}: {error.allowed}"])
     return data.assign(measuring)
 
 
@@ -223,8 +228,9 @@ def measured_curves(
         try:
             runs[name] = measured(loop, point, name, each, plan, [moved])
         except ParameterError as error:
-            problem = f"{error.allowed} while its {name} was excited; --linear shows its linear model"
-            raise ParameterError("amplitude", amplitude, problem) from None
+            raise ParameterError(
+                "amplitude", amplitude, f"{error.allowed} while its {name} was excited"
+            ) from None
         report((i + 1) / len(EXCITED))
     driven, ruled, loaded = (runs[name] for name in EXCITED)
     driven = driven.beside(ADDED, driven.spectra[GIVEN] - driven.spectra[ASKED])

@@ -115,7 +115,7 @@ def measured(
         loop = stepping_as(loop, data)
         if data["diverged"] or data["stroke_left"]:
             what = "diverged" if data["diverged"] else out_of_stroke(point)
-            raise ParameterError("amplitude", amplitude, f"cannot be measured with: the loop {what}")
+            raise ParameterError("amplitude", amplitude, f"the loop {what}")
         runs.append([steady(data, path, point) for path in paths])
     return heard(np.array(runs), paths, plan)
 
