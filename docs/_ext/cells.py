@@ -21,6 +21,8 @@ from matplotlib.figure import Figure
 from hydroservo import load_scenario, simulate
 from hydroservo.figures.style import figure, style
 from hydroservo.formatting import NONE, readable_unit
+from hydroservo.linear.bounds import Bounds, LoopGuard
+from hydroservo.linear.reading import READ, read_as
 
 __all__ = [
     "Image",
@@ -28,6 +30,7 @@ __all__ = [
     "curves",
     "examples",
     "function_in_c",
+    "margins",
     "metrics_table",
     "records_in_c",
     "refused",
@@ -147,6 +150,23 @@ def metrics_table(runs: Mapping[str, xr.Dataset], *names: str) -> Markdown:
     lost = [" (diverged)" if bool(data["diverged"]) else "" for data in runs.values()]
     names_shown = [label + note for label, note in zip(runs, lost, strict=True)]
     return table(header, zip(names_shown, *columns, strict=True))
+
+
+def margins(*names: str, scales: Sequence[float] = (-1.0, 0.0, 1.0)) -> Markdown:
+    """What scenarios leave to instability while they move, on the worst of some machines."""
+    columns = ("oscillation_gain", "gain_margin", "phase_margin", "sensitivity_peak")
+    rows = []
+    for name in names:
+        loops = {f"{scale}": load_scenario(name, {"uncertainty.scale": scale}) for scale in scales}
+        guard = LoopGuard(Bounds(), loops, None)
+        found = [guard.standing(one, {}) for one in loops]
+        worst = [
+            (np.max if column == "sensitivity_peak" else np.min)([getattr(one, column) for one in found])
+            for column in columns
+        ]
+        texts = [read_as(value, READ[column][1], NONE) for value, column in zip(worst, columns, strict=True)]
+        rows.append((f"`{name}`", *texts))
+    return table(("", *(READ[column][0] for column in columns)), rows)
 
 
 def curves(

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from hydroservo.identification.maps import StaticMap
     from hydroservo.limits import Limits
     from hydroservo.linear import Linearization
-    from hydroservo.runs.tuning import Tuned
+    from hydroservo.runs.tuned import Tuned
     from hydroservo.studies.running import Studied
 
     Records = Audit | Identified | LogFit | StaticMap | Limits | Linearization | Tuned | Studied
@@ -94,7 +94,7 @@ def picture_of_record(results: "Runs | Records") -> "Figure | None":
     from hydroservo.identification.maps import StaticMap
     from hydroservo.limits import Limits
     from hydroservo.linear import Linearization
-    from hydroservo.runs.tuning import Tuned
+    from hydroservo.runs.tuned import Tuned
     from hydroservo.studies.report.findings import findings
     from hydroservo.studies.report.pictures import the_map
     from hydroservo.studies.running import Studied

@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pytest
 
+from tests.support.brink import brink_file
 from tests.support.commands.runner import failed, hydroservo_, succeeded
 
 RIG = ("bode", "rig/1khz-pi-sine")
@@ -36,8 +37,8 @@ def test_bode_prints_margins_and_bandwidths():
     assert "coherence" not in text
 
 
-def test_bode_says_why_there_are_no_margins():
-    result = hydroservo_("bode", "axis/position", "--linear", "--json")
+def test_bode_says_why_there_are_no_margins(tmp_path):
+    result = hydroservo_("bode", brink_file(tmp_path, "axis/position"), "--linear", "--json")
     said = json.loads(result.stdout)
     assert said["gain_margin"] is said["phase_margin"] is said["sensitivity_peak"] is None
     assert 1.5 < said["oscillation_gain"] < 1.8  # 3.5 to 5.1 dB

@@ -14,6 +14,7 @@ from hydroservo.runs.divergence import BEYOND
 from hydroservo.runs.results import Format
 from hydroservo.scenario import load_scenario, scenario_source
 from tests.support.bases import on_base
+from tests.support.brink import brink_file
 from tests.support.commands.runner import PLUGIN, QUICK, SHORT, UNSTABLE, hydroservo_, succeeded
 
 METRICS = declared_metrics(usual(load_scenario("paper/sine-pi")))
@@ -149,7 +150,7 @@ def test_verdict_puts_divergence_first():
 
 def test_a_loop_that_hunts_is_said_to_and_marked(tmp_path):
     """The crane's truth by a run of 40 s: 559 mV at 8.625 Hz."""
-    shown = " ".join(succeeded("run", "axis/crane", "--out", tmp_path / "out").split())
+    shown = " ".join(succeeded("run", brink_file(tmp_path, "axis/crane"), "--out", tmp_path / "out").split())
     line = (
         "The loop oscillates for good at 8.60 Hz: 1.35 mm in the controlled signal and 560 mV in the command."
     )

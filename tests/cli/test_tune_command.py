@@ -51,6 +51,11 @@ def test_json_is_one_object_whose_metrics_can_be_had_again(said):
             "geometric_mean",
             "runs",
             "edges",
+            "bounds",
+            "margins",
+            "first_guess",
+            "front",
+            "interrupted",
             "unstable",
         )
     ]
@@ -104,8 +109,8 @@ def test_a_comment_stays_one_whatever_was_typed(tmp_path):
 def test_the_screen_shows_values_metrics_and_a_replay(done, said):
     text, file = done
     rows = rows_of(text)
-    assert rows[GAIN] == [f"{said['parameters'][GAIN]:.5g}", "0.3", "30", "V s/m"]
-    assert rows[FILTER] == [f"{said['parameters'][FILTER]:.5g}", "5e-05", "0.2", "s"]
+    assert rows[GAIN][-4:] == [f"{said['parameters'][GAIN]:.5g}", "0.3", "30", "V s/m"]
+    assert rows[FILTER][-4:] == [f"{said['parameters'][FILTER]:.5g}", "5e-05", "0.2", "s"]
     assert "rms_error [mm/s], mean over 3 seeds" in text
     for one in said["scenarios"]:
         weight, *numbers, change = rows[one["scenario"]]
@@ -188,9 +193,9 @@ def test_values_that_leave_a_loop_unstable_are_said():
 )
 def test_ranges_take_units_and_percentages_of_the_scenarios_value(ends, low, high):
     rows = rows_of(succeeded(*QUICK, "--set", f"{GAIN}=1", "--vary", f"{GAIN}={ends}"))
-    assert [float(end) for end in rows[GAIN][1:3]] == [low, high]
-    assert low <= float(rows[GAIN][0]) <= high
-    assert rows[GAIN][3] == ("mV s/m" if ends.endswith("mV s/m") else "V s/m")
+    assert [float(end) for end in rows[GAIN][-3:-1]] == [low, high]
+    assert low <= float(rows[GAIN][-4]) <= high
+    assert rows[GAIN][-1] == ("mV s/m" if ends.endswith("mV s/m") else "V s/m")
 
 
 def test_a_users_own_controller_can_be_searched(tmp_path):

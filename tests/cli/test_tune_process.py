@@ -2,6 +2,7 @@
 
 import json
 import time
+from types import SimpleNamespace
 
 import pytest
 
@@ -100,7 +101,9 @@ def test_steps_that_are_too_coarse_are_said():
 def test_progress_says_how_many_and_the_best_so_far():
     seen = []
     progress = command_module.progress_with_best(
-        lambda fraction, text: seen.append((fraction, text)), "m/s", 4096
+        lambda fraction, text: seen.append((fraction, text)),
+        "m/s",
+        SimpleNamespace(candidates=4096, bounds=None),
     )
     for fraction, best in ((0.25, float("inf")), (0.5, 2e-3), (1.0, 1.234e-3)):
         progress(fraction, best)

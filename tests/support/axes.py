@@ -9,6 +9,7 @@ __all__ = ["commanded_axis", "step", "viscous"]
 AXIS = Path(__file__).parents[2] / "examples" / "axis.toml"
 COMMANDED = {
     "controls": {"type": "Command"},
+    "plant.friction": {"type": "Viscous", "coefficient": 0.0},
     "controller": {"type": "OpenLoop"},
     "load": {"type": "Constant", "amplitude": 0.0},
     "valve": {

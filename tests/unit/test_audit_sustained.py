@@ -12,6 +12,7 @@ from hydroservo.audits.strain import Strain, strain, strain_monitors
 from hydroservo.audits.sustained import OSCILLATION, Remains, Sustained, sustained
 from hydroservo.audits.verdicts import verdicts
 from hydroservo.loop import Loop
+from tests.support.brink import at_the_brink
 
 STICKING = {  # and a valve without hysteresis and overlap, so that nothing but friction is left to hunt by
     "simulation.duration": "10 s",
@@ -38,16 +39,15 @@ def causes_of(found: Sustained) -> list[str]:
     return [one.cause for one in found.causes]
 
 
-def test_a_press_hunts_by_its_converter_hysteresis_and_integral_action() -> None:
-    """Each of the three by itself ends it in a run of its own, as friction, noise and less gain do not."""
-    loop = hs.load_scenario("axis/force")
+def test_a_press_hunts_by_its_hysteresis_and_integral_action() -> None:
+    """Each of the two by itself ends a run from the start, as friction, steps, noise and less gain do not."""
+    loop = at_the_brink("axis/force")
     found = oscillation_of(loop)
     assert (found.command, found.frequency) == (pytest.approx(0.04, rel=0.1), pytest.approx(35.0, rel=0.1))
-    assert causes_of(found) == ["integral action", "valve hysteresis", "converter steps"]
-    goes_on = ("dry friction", "sensor steps", "sensor noise", "sampling", "gain")
+    assert causes_of(found) == ["integral action", "valve hysteresis"]
+    goes_on = ("dry friction", "converter steps", "sensor steps", "sensor noise", "sampling", "gain")
     assert [one.cause for one in found.remains if not one.ends and one.command > 0.02] == [*goes_on, "gain"]
     for path, value in (
-        ("controller.bits", 24),
         ("valve.hysteresis", 0.0),
         ("controller.controller.integral_gain", 0.0),
     ):
@@ -58,7 +58,7 @@ def test_a_press_hunts_by_its_converter_hysteresis_and_integral_action() -> None
 
 def test_a_crane_swings_by_its_gain_and_not_by_what_strikes_it() -> None:
     """Its encoder of 5 um only starts a swing that is there with one of 20 um, and not with one of 6 um."""
-    loop = hs.load_scenario("axis/crane")
+    loop = at_the_brink("axis/crane")
     found = oscillation_of(loop)
     assert (found.command, found.frequency) == (pytest.approx(0.56, rel=0.1), pytest.approx(8.6, rel=0.05))
     assert causes_of(found) == ["gain"]
@@ -88,7 +88,7 @@ def test_a_smooth_loop_names_nothing() -> None:
 
 def test_a_run_that_is_too_short_is_prolonged() -> None:
     """The axis hunts at 1 Hz after a disturbance at 2.2 s, of which a run of 3 s shows no cycle."""
-    found = oscillation_of(hs.load_scenario("axis/position"))
+    found = oscillation_of(at_the_brink("axis/position"))
     assert (found.longer, found.frequency) == (12.0, pytest.approx(1.0, rel=0.1))
     assert causes_of(found) == ["integral action", "valve hysteresis"]
 
@@ -117,7 +117,7 @@ def test_the_run_wins_over_the_forecast() -> None:
 
 
 def test_pressures_and_the_limit_of_the_command() -> None:
-    loop = hs.load_scenario("axis/crane")
+    loop = at_the_brink("axis/crane")
     _, run = facts_of(loop, ["controller.u"], strain_monitors(loop))
     found = strain(loop, run)
     assert found is not None

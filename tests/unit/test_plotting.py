@@ -12,7 +12,8 @@ from hydroservo.audits import Asked, Audit
 from hydroservo.figures.style import PALETTE
 from hydroservo.limits import Limits
 from hydroservo.linear.linearization import Linearization, Quantity
-from hydroservo.runs.tuning import Tuned
+from hydroservo.runs.tried import Tried
+from hydroservo.runs.tuned import Tuned
 from hydroservo.testing.examples import example
 
 SHORT = hs.Simulation(duration=0.01)
@@ -76,7 +77,10 @@ def test_poles_that_are_not_stable_stand_out():
 
 def test_a_search_is_its_metric_before_and_after():
     runs = xr.Dataset({"rms_error": ("run", [1e-3], {"units": "m/s"})})
-    found = Tuned({}, [math.inf, 2e-3], [3e-3, 1e-3], 1e-3, 64, [], [runs], ["$a", "b"], "rms_error")
+    own = Tried({}, math.inf, math.nan, within=True)
+    found = Tuned(
+        {}, [math.inf, 2e-3], [3e-3, 1e-3], 1e-3, 64, [], [runs], ["$a", "b"], "rms_error", own, own
+    )
     axis = hs.plot(found).axes[0]
     dots = [line for line in axis.get_lines() if len(line.get_xdata()) == 1]
     assert [line.get_marker() for line in dots] == [">", "o", "o", "o"]

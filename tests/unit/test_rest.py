@@ -19,9 +19,9 @@ from hydroservo.plants import Cylinder, LoadPressurePlant
 from hydroservo.references import Step as StepReference
 from hydroservo.runs.batch import simulate_batch
 from hydroservo.runs.columns import starts
+from hydroservo.runs.objective import is_possible
 from hydroservo.runs.provenance import scenario_hash
 from hydroservo.runs.run import ready
-from hydroservo.runs.tuning import is_possible
 from hydroservo.scenario import load_scenario
 from hydroservo.scenario.sampling import draws
 from hydroservo.signals import Pressures

@@ -9,6 +9,7 @@ from hydroservo.linear.trusted import Trusted, agrees, sliding, trusted_margins
 from hydroservo.linear.view import smoothest
 from hydroservo.loop import Loop
 from hydroservo.runs.arguments import checked_loop
+from tests.support.brink import at_the_brink
 
 
 def trusted(loop: Loop, onset: float, command: float | None = None) -> Trusted:
@@ -44,7 +45,7 @@ def test_a_smooth_loop_whose_runs_agree_has_its_own_margins() -> None:
 
 
 def test_rest_in_an_overlap_does_not_count_even_where_no_onset_is_known() -> None:
-    loop = replace(load_scenario("axis/position"), {"valve.hysteresis": 0.0})
+    loop = replace(at_the_brink("axis/position"), {"valve.hysteresis": 0.0})
     found = trusted(loop, math.nan)
     assert not found.here
     assert 20.0 * math.log10(found.margins.gain_margin) == pytest.approx(1.35, abs=0.05)
@@ -56,7 +57,7 @@ def test_a_law_without_slopes_has_no_margins_and_names_what_takes_them() -> None
     assert math.isnan(found.margins.gain_margin)
     assert "TSMC" in found.remark
     assert "measure with a larger amplitude" in found.remark
-    assert "the valve's hysteresis" in trusted(load_scenario("axis/position-adrc"), 1.5).remark
+    assert "the valve's hysteresis" in trusted(at_the_brink("axis/position-adrc"), 1.5).remark
 
 
 def test_only_hysteresis_slides() -> None:

@@ -1,7 +1,7 @@
 """The command that searches gains."""
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -33,7 +33,8 @@ if TYPE_CHECKING:
     from hydroservo.cli.progress import Report
     from hydroservo.reports.journal import Journal
     from hydroservo.reports.report import Report as Page
-    from hydroservo.runs.tuning import Progress, Tuned
+    from hydroservo.runs.tuned import Tuned
+    from hydroservo.runs.tuning import Progress
     from hydroservo.scenario.tuning import Task
 
 __all__ = ["tune"]
@@ -109,6 +110,39 @@ def tune(
             "--seed", metavar="S", show_default="0", help="Seed of the search, a whole number >= 0."
         ),
     ] = None,
+    bounded: Annotated[
+        bool | None,
+        typer.Option(
+            "--bounded/--unbounded",
+            show_default="bounded",
+            help="Keep the bounds below on all machines of the scenarios' uncertainty, and allow no "
+            "oscillation that lasts; or search the least metric, whatever the margins.",
+        ),
+    ] = None,
+    gain_margin: Annotated[
+        str | None,
+        typer.Option(
+            "--gain-margin",
+            metavar="DB",
+            show_default="6 dB",
+            help="Least gain margin while moving, with which the loop does not oscillate either.",
+        ),
+    ] = None,
+    phase_margin: Annotated[
+        str | None,
+        typer.Option(
+            "--phase-margin", metavar="DEG", show_default="30 deg", help="Least phase margin while moving."
+        ),
+    ] = None,
+    max_sensitivity: Annotated[
+        str | None,
+        typer.Option(
+            "--max-sensitivity",
+            metavar="DB",
+            show_default="6 dB",
+            help="Largest sensitivity peak while moving.",
+        ),
+    ] = None,
     out: Annotated[
         str | None,
         typer.Option(
@@ -128,15 +162,17 @@ def tune(
     """Search for the numbers of one or more scenarios that minimise a metric.
 
     Several scenarios are tuned together, for one set of values that serves all: what is made small is the
-    geometric mean of their metrics. A run that diverges is worse than any that does not. The same seed finds
-    the same values again; another one may find better ones.
+    geometric mean of their metrics. A run that diverges is worse than any that does not. The best values
+    leave 6 dB of gain margin, 30 degrees of phase margin and a sensitivity peak of 6 dB, and no oscillation
+    that lasts, unless options say otherwise. The same seed finds the same values again; another one may find
+    better ones. Ctrl-C ends the search with the best values so far.
 
     What no option sets is taken from the table `[tune]` of the first scenario. Several scenarios on the
     command line replace those in `[tune]`, and their weights.
 
     A folder as --out gets a report (report.html, its tables as CSV and LaTeX in tables), the values as TOML
-    (gains.toml), a picture of the metric before and after (tuned.png, tuned.svg) and the numbers
-    (metrics.json).
+    (gains.toml), pictures of the metric before and after and of the error against the command's activity
+    (tuned.png, front.png, and as SVG), and the numbers (metrics.json).
 
     Examples:
 
@@ -149,11 +185,11 @@ def tune(
     - `hydroservo tune rig/noisy-1khz-pi-sine --seeds 20 --metric max_error --vary
       controller.proportional_gain=-50%..+100%`
     """
-    from hydroservo.cli.files import list_files, result_files
+    from hydroservo.cli.files import result_files
+    from hydroservo.cli.interrupts import INTERRUPTED, heard
     from hydroservo.cli.kernels import log_kernels
     from hydroservo.cli.progress import progress_bar
-    from hydroservo.cli.tables import show
-    from hydroservo.cli.tune_tables import as_tables, lines_of, metrics_table, values_table
+    from hydroservo.cli.tune_tables import as_tables
     from hydroservo.cli.writing import try_outputs, write_or_keep
     from hydroservo.outputs import write_text
     from hydroservo.reports.folder import Files
@@ -165,6 +201,9 @@ def tune(
 
     lists = given(weights=weights, scales=scales)
     plain = given(metric=metric, seeds=seeds, effort=effort, candidates=candidates, seed=seed)
+    plain |= given(
+        bounded=bounded, gain_margin=gain_margin, phase_margin=phase_margin, max_sensitivity=max_sensitivity
+    )
     parts = plain | {name: separated_numbers(text) for name, text in lists.items()}
     overrides = dict(map(parse_override, changes))
     with named_as_options(plain | lists):
@@ -174,12 +213,13 @@ def tune(
     if file:
         try_outputs([file])
     if folder:
-        try_outputs(result_files(folder, ["gains.toml"], Files(["tuned"], ["gains", "metrics"], journal)))
-    with log_kernels(verbose), progress_bar("preparing") as report:
-        progress = progress_with_best(
-            report, metric_field(task.aim.loops, task.aim.metric).unit, task.candidates
+        try_outputs(
+            result_files(folder, ["gains.toml"], Files(["tuned", "front"], ["gains", "metrics"], journal))
         )
-        found = found_by(task, threads, progress)
+    with log_kernels(verbose), progress_bar("preparing") as report:
+        unit = metric_field(task.aim.loops, task.aim.metric).unit
+        progress = progress_with_best(report, unit, task)
+        found = found_by(task, threads, progress, heard)
     for scenario, table in zip(task.names, found.tables, strict=True):
         say_remarks(scenario, table)
     command = command_typed(context)
@@ -197,15 +237,30 @@ def tune(
     left = write_or_keep(file.parent if file else folder, write)
     if json:
         typer.echo(as_json(said))
-        left.check()
-        return
-    show(values_table(task, found), metrics_table(task, found), *lines_of(task, found))
-    typer.echo(replayed)
-    if folder:
-        list_files(left.files)
-    elif left.files:
-        typer.echo(f"written: {file}")
+    else:
+        say_found(task, found, replayed)
+        say_files(file, left.files)
     left.check()
+    raise typer.Exit(INTERRUPTED if found.interrupted else 0)
+
+
+def say_found(task: "Task", found: "Tuned", replayed: str) -> None:
+    """Print the tables, and the command that runs the best values."""
+    from hydroservo.cli.tables import show
+    from hydroservo.cli.tune_tables import lines_of, tables_of
+
+    show(*tables_of(task, found), *lines_of(task, found))
+    typer.echo(replayed)
+
+
+def say_files(file: Path | None, files: Sequence[Path]) -> None:
+    """Print what was written: a file, or those in a folder."""
+    from hydroservo.cli.files import list_files
+
+    if not file:
+        list_files(files)
+    elif files:
+        typer.echo(f"written: {file}")
 
 
 def page_of(context: typer.Context, task: "Task", found: "Tuned", replayed: str) -> "Page":
@@ -257,15 +312,18 @@ def named_as_options(options: Mapping[str, object]) -> Iterator[None]:
         allowed, semicolon, count = error.allowed.partition(";")
         if error.path in ("weights", "scales") and allowed.startswith("must"):
             allowed += ", with commas between them"
-        raise ParameterError(f"--{error.path}", options[error.path], f"{allowed}{semicolon}{count}") from None
+        option = f"--{error.path.replace('_', '-')}"
+        raise ParameterError(option, options[error.path], f"{allowed}{semicolon}{count}") from None
 
 
-def progress_with_best(report: "Report", unit: str, candidates: int) -> "Progress":
+def progress_with_best(report: "Report", unit: str, task: "Task") -> "Progress":
     """Reports how many candidates are done, and the best so far."""
     from hydroservo.formatting import quantity
 
+    candidates, none = task.candidates, "none within bounds yet" if task.bounds else "best diverged"
+
     def progress(fraction: float, best: float) -> None:
-        text = quantity(best, unit) if best < float("inf") else "diverged"
-        report(fraction, f"{round(fraction * candidates):,} of {candidates:,} candidates, best {text}")
+        text = f"best {quantity(best, unit)}" if best < float("inf") else none
+        report(fraction, f"{round(fraction * candidates):,} of {candidates:,} candidates, {text}")
 
     return progress

@@ -10,12 +10,18 @@ from rich.table import Table
 from hydroservo._version import __version__
 from hydroservo.block import field_at
 from hydroservo.cli.tables import as_text
-from hydroservo.formatting import Scale, scale_of, scales_of
+from hydroservo.formatting import NONE, Scale, quantity, scale_of, scales_of
+from hydroservo.linear.bounds import Change
+from hydroservo.linear.reading import READ, read_as
 from hydroservo.runs.aims import geometric_mean
-from hydroservo.runs.tuning import Tuned
+from hydroservo.runs.tuned import Tuned
 from hydroservo.scenario.tuning import Task
 
-__all__ = ["as_tables", "lines_of", "metrics_table", "values_table"]
+__all__ = ["as_tables", "lines_of", "margins_table", "metrics_table", "tables_of", "values_table"]
+
+MARGINS = {
+    name: READ[name] for name in ("oscillation_gain", "gain_margin", "phase_margin", "sensitivity_peak")
+}
 
 
 def as_tables(command: Sequence[str], task: Task, found: Tuned) -> dict[str, Any]:
@@ -33,15 +39,52 @@ def as_tables(command: Sequence[str], task: Task, found: Tuned) -> dict[str, Any
         "geometric_mean": found.cost,
         "runs": found.runs,
         "edges": list(found.edges),
+        "bounds": task.bounds._asdict() if task.bounds else None,
+        "margins": [
+            {"scenario": one.name, "before": one.before._asdict(), "after": one.after._asdict()}
+            for one in found.margins
+        ],
+        "first_guess": found.guess._asdict() if found.guess else None,
+        "front": [one._asdict() for one in found.front],
+        "interrupted": found.interrupted,
         "unstable": list(found.unstable),
     }
+
+
+def tables_of(task: Task, found: Tuned) -> list[Table]:
+    """What the terminal shows: the values, their metric and, with bounds, the margins."""
+    tables = [values_table(task, found), metrics_table(task, found)]
+    return [*tables, margins_table(found)] if found.margins else tables
+
+
+def margins_table(found: Tuned) -> Table:
+    """The margins of each machine while it moves, before and after, and from which gain it oscillates."""
+    shown = Table(title="Margins while moving, before and after", title_justify="left")
+    shown.add_column("machine", overflow="fold")
+    for label, _ in MARGINS.values():
+        shown.add_column(label, justify="right")
+    for one in found.margins:
+        pairs = (
+            (getattr(one.before, name), getattr(one.after, name), unit) for name, (_, unit) in MARGINS.items()
+        )
+        shown.add_row(escape(one.name), *(from_to(*pair) for pair in pairs))
+    return shown
+
+
+def from_to(before: float, after: float, unit: str) -> str:
+    """A margin before and after."""
+    return " → ".join(read_as(value, unit, NONE) for value in (before, after))
 
 
 def lines_of(task: Task, found: Tuned) -> list[str]:
     """How much was simulated, and what there is to say of the values found."""
     lines = [f"{found.runs:,} closed loops were simulated."]
-    weights = task.aim.weights
-    if geometric_mean(weights, found.after) > geometric_mean(weights, found.before) and not task.aim.effort:
+    if found.interrupted:
+        lines.append("[bold yellow]INTERRUPTED[/]: the best of the candidates so far")
+    lines += swinging(found.margins)
+    if not found.own.within:
+        lines.append("What the scenario has is beyond the bounds.")
+    elif found.best.error > found.own.error and not task.aim.effort:
         lines.append("[bold yellow]NO BETTER[/] than what the scenario has; give the search more candidates")
     if found.edges:
         paths = ", ".join(map(escape, found.edges))
@@ -52,15 +95,26 @@ def lines_of(task: Task, found: Tuned) -> list[str]:
     return lines
 
 
+def swinging(margins: Sequence[Change]) -> list[str]:
+    """Which machines oscillated before."""
+    return [
+        f"{escape(one.name)} oscillated before: {quantity(one.before.oscillation_command, 'V')} of command."
+        for one in margins
+        if one.before.oscillation_command > 0.0
+    ]
+
+
 def values_table(task: Task, found: Tuned) -> Table:
-    """The values found, with their ranges."""
+    """The best values, those before, a first guess from the machine, and the ranges."""
+    guess = found.guess.parameters if found.guess else {}
     shown = Table()
     shown.add_column("parameter", overflow="fold")
-    for name in ("best", "from", "to"):
-        shown.add_column(name, justify="right", no_wrap=True)
+    for name in ("before", *(["first guess"] if guess else []), "best", "from", "to"):
+        shown.add_column(name, justify="right", no_wrap=name != "first guess")
     shown.add_column("unit", no_wrap=True)
     units = {path: field_at(task.aim.loops[0], path).unit for path in found.parameters}
-    rows = {path: (best, *task.ranges[path]) for path, best in found.parameters.items()}
+    columns = [found.own.parameters, *([guess] if guess else []), found.parameters]
+    rows = {path: (*(one[path] for one in columns), *task.ranges[path]) for path in found.parameters}
     scales = scales_of(((units[path], values) for path, values in rows.items()), task.typed)
     for path, values in rows.items():
         scale = scales[units[path]]

@@ -1,20 +1,36 @@
-"""The picture of a search for gains: the metric of each loop before and after."""
+"""The pictures of a search for gains: the metric of each loop before and after, and what it costs."""
 
 import math
+from collections.abc import Sequence
 
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import LogLocator, MaxNLocator, NullLocator
 
 from hydroservo.figures.ranges import axis_unit
 from hydroservo.figures.style import GREY, PALETTE, figure, style
 from hydroservo.formatting import number
-from hydroservo.runs.tuning import Tuned
+from hydroservo.runs.tried import Tried
+from hydroservo.runs.tuned import Tuned
 
-__all__ = ["plot_tuned"]
+__all__ = ["plot_front", "plot_tuned"]
 
 ROW = 0.34  # inch, of a loop
 MARGIN = 1.6  # factor of the axis beyond the outermost dots
 DOT = 6.0  # points
+HEIGHT = 3.0  # inch, of a front
+FRONT = "#8a8a8a"
+MARKS = {  # of what is compared on a front: marker, size, colour; a larger one shows below a smaller one
+    "before": ("s", 8.5, GREY),
+    "first guess": ("D", 7.0, PALETTE[1]),
+    "after": ("o", 5.0, PALETTE[0]),
+}
+EDGE = 0.06  # of a front's axes beyond the outermost points, by the logarithm
+NARROW, ALONE = 1.1, 1.5  # times the least, which an axis spans at least; and about a single point
+FEW = 8.0  # times the least number on an axis, up to which its ticks are evenly spaced
+MANY = 1e3  # times, from which they are powers of ten
 
 
 def plot_tuned(found: Tuned) -> Figure:
@@ -60,3 +76,96 @@ def draw_row(axis: Axes, row: int, before: float, after: float, edge: float) -> 
     dot = {"linestyle": "", "markersize": DOT, "clip_on": False}
     axis.plot([start], [row], marker=marker, color=GREY, label=labels[0], **dot)  # type: ignore[arg-type]
     axis.plot([after], [row], marker="o", color=PALETTE[0], label=labels[1], **dot)  # type: ignore[arg-type]
+
+
+def plot_front(found: Tuned) -> Figure:
+    """The least error of all that a search tried, by the command's activity, and what is compared there.
+
+    The line is what can be had: the least error with at most an activity. What is hollow is outside the
+    bounds on stability; what diverged, or did not move the command, is left out.
+
+    Args:
+        found: what :func:`~hydroservo.tune` returned.
+    """
+    front, own, guess, best = found.front, found.own, found.guess, found.best
+    front = sorted(filter(is_shown, front), key=lambda one: one.activity)
+    compared = {
+        name: one
+        for name, one in zip(MARKS, (own, guess, best), strict=True)
+        if one is not None and is_shown(one)
+    }
+    every = [*front, *compared.values()]
+    errors, activities = [one.error for one in every], [one.activity for one in every]
+    unit = found.tables[0][found.metric].attrs["units"]
+    y_label, y = axis_unit(unit, max(errors, default=1.0))
+    x_label, x = axis_unit("V", max(activities, default=1.0))
+    with style():
+        fig = figure(HEIGHT)
+        axis = fig.subplots()
+        axis.set(xscale="log", yscale="log", xlabel=f"total variation of the command [{x_label}]")
+        axis.set_ylabel(f"{found.metric.replace('_', ' ')} [{y_label}]".removesuffix(" []"))
+        axis.set(xlim=extent(activities, x), ylim=extent(errors, y))
+        for scale in (axis.xaxis, axis.yaxis):
+            set_ticks(scale)
+        draw_front(axis, front, x, y)
+        for name, one in compared.items():
+            marker, size, colour = MARKS[name]
+            (drawn,) = axis.plot([x * one.activity], [y * one.error], color=colour, label=name, zorder=4)
+            drawn.set(marker=marker, markersize=size, linestyle="", clip_on=False)
+            drawn.set_markerfacecolor(colour if one.within else "white")
+        handles = axis.get_legend_handles_labels()[0]
+        if not all(one.within for one in every):
+            handles.append(hollow("outside the bounds"))
+        axis.legend(handles=handles, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=max(len(handles), 1))
+    return fig
+
+
+def is_shown(one: Tried) -> bool:
+    """Whether a point has a place on logarithmic axes."""
+    return 0.0 < one.error < math.inf and 0.0 < one.activity < math.inf
+
+
+def draw_front(axis: Axes, front: Sequence[Tried], x: float, y: float) -> None:
+    """The points of a front, and the line of what can be had.
+
+    Args:
+        axis: to draw on.
+        front: with rising activity.
+        x: factor on activities.
+        y: factor on errors.
+    """
+    for within, face in ((True, FRONT), (False, "white")):
+        points = [one for one in front if one.within == within]
+        if not points:
+            continue
+        (drawn,) = axis.plot([x * one.activity for one in points], [y * one.error for one in points])
+        drawn.set(
+            color=FRONT, marker="o", markersize=3.2, markerfacecolor=face, markeredgewidth=0.8, zorder=3
+        )
+        drawn.set(drawstyle="steps-post", linewidth=0.9, linestyle="-" if within else "")
+        drawn.set_label("least error" if within else "_")
+
+
+def hollow(label: str) -> Line2D:
+    """What a legend shows for hollow points."""
+    return Line2D([], [], marker="o", linestyle="", color=GREY, markerfacecolor="white", label=label)
+
+
+def extent(values: Sequence[float], factor: float) -> tuple[float, float]:
+    """The range of a logarithmic axis that holds all values, with a margin."""
+    low, high = min(values, default=1.0), max(values, default=1.0)
+    span = high / low
+    beyond = max(span ** (1.0 + 2.0 * EDGE), NARROW if span > 1.0 else ALONE) / span
+    return factor * low / math.sqrt(beyond), factor * high * math.sqrt(beyond)
+
+
+def set_ticks(axis: Axis) -> None:
+    """Ticks of a logarithmic axis at round numbers, however much it spans."""
+    low, high = axis.get_view_interval()
+    if high < FEW * low:
+        axis.set_major_locator(MaxNLocator(7, steps=[1, 2, 2.5, 5, 10]))
+        axis.set_major_formatter(lambda value, _: f"{value:g}")
+    else:
+        axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if high < MANY * low else (1.0,)))
+        axis.set_major_formatter(lambda value, _: number(value, 1))
+    axis.set_minor_locator(NullLocator())

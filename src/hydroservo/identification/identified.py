@@ -30,7 +30,7 @@ from hydroservo.identification.uncertainty import NORMAL, Uncertainty, uncertain
 from hydroservo.identification.written import tables_or_remark
 from hydroservo.loop import AUTO
 from hydroservo.runs.arguments import checked_mapping
-from hydroservo.runs.tuning import Space
+from hydroservo.runs.space import Space
 from hydroservo.scenario.datasheets import columns_of
 from hydroservo.scenario.load import Assembly, Machine, assembled
 from hydroservo.scenario.ranges import as_entries, both_ends

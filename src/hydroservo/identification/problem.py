@@ -13,7 +13,7 @@ from hydroservo.identification.shift import shifted, slope_of_shift
 from hydroservo.identification.signals import OUTPUTS
 from hydroservo.identification.steps import automatic_steps, with_steps
 from hydroservo.runs.columns import Columns
-from hydroservo.runs.tuning import Space
+from hydroservo.runs.space import Space
 
 __all__ = [
     "DELAY",

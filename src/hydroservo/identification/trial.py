@@ -17,7 +17,7 @@ from hydroservo.identification.problem import are_possible, unknowns_of, usual_v
 from hydroservo.identification.result import Identified
 from hydroservo.identification.segments import Segment
 from hydroservo.identification.signals import COMMAND, OUTPUTS
-from hydroservo.runs.tuning import Space
+from hydroservo.runs.space import Space
 
 __all__ = ["Held", "Trial", "drawn", "held_still", "openness", "trial_of"]
 

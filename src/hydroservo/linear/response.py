@@ -33,12 +33,12 @@ class Crossings(NamedTuple):
     phase: tuple[float, ...]
 
 
-def grid(loop: OpenLoop) -> Vector:
+def grid(loop: OpenLoop, points: int = POINTS) -> Vector:
     """Frequencies [rad/s] up to Nyquist's, the last, dense where the loop, open or closed, resonates."""
     nyquist = math.pi / loop.period
     rates = rates_of(loop)
     own = (np.abs(rates.imag)[:, np.newaxis] + np.abs(rates.real)[:, np.newaxis] * AROUND).ravel()
-    every = np.concatenate([np.geomspace(LOWEST, 1.0, POINTS) * nyquist, own])
+    every = np.concatenate([np.geomspace(LOWEST, 1.0, points) * nyquist, own])
     return np.unique(every[(every >= LOWEST * nyquist) & (every <= nyquist)])
 
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from hydroservo.block import Block
 from hydroservo.linear.duals import Dual, dual, duals
 
-__all__ = ["Function", "Rows", "Slopes", "central", "differences", "reached", "slopes"]
+__all__ = ["Function", "Rows", "Slopes", "central", "differences", "exact_slopes", "reached", "slopes"]
 
 Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]

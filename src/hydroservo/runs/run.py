@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 
     from hydroservo.engine.kernel import CompiledRun, InterpretedRun, Study, Wanted
 
-__all__ = ["Mode", "Progress", "complete", "simulate", "trace_size", "traced"]
+__all__ = ["Mode", "Progress", "complete", "designed_law", "simulate", "trace_size", "traced"]
 
 Progress = Callable[[float], None]  # called with the fraction done, from 0 to 1
 
@@ -154,9 +154,17 @@ def ready(loop: Loop) -> Loop:
             allows no design or no start at rest, or does not go with another.
     """
     loop = with_exact_delay(complete(loop))
+    return started(resting(with_first_force(loop))._replace(controller=designed_law(loop)))
+
+
+def designed_law(loop: Loop) -> Block:
+    """The controller of a complete loop, designed for it.
+
+    Raises:
+        ParameterError: its parameters allow no design.
+    """
     law = with_signal(loop.controller, loop.controls)
-    controller = designed(law, loop.simulation.period, partial(believed, loop))
-    return started(resting(with_first_force(loop))._replace(controller=checked(controller, "controller")))
+    return checked(designed(law, loop.simulation.period, partial(believed, loop)), "controller")
 
 
 def trace_size(loop: Loop, record: Sequence[str] | None = None) -> int:

@@ -43,6 +43,8 @@ TUNE: Schema = {
     "effort": {"type": "number", "minimum": 0},
     "candidates": WHOLE,
     "seed": WHOLE,
+    "bounded": {"type": "boolean"},
+    **{name: {"type": ["string", "number"]} for name in ("gain_margin", "phase_margin", "max_sensitivity")},
 }
 IDENTIFY: Schema = {
     "columns": {"type": "object", "additionalProperties": TEXT},

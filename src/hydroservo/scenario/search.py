@@ -7,16 +7,24 @@ from typing import Any, NamedTuple
 from hydroservo.block import field_at, leaves, value_at
 from hydroservo.command_scale import commands_in
 from hydroservo.errors import ParameterError, ScenarioError
+from hydroservo.field import declared_fields
+from hydroservo.linear.bounds import Bounds
 from hydroservo.loop import Loop
 from hydroservo.runs.aims import checked_effort, checked_weights, checked_whole, finite_numbers, metric_field
 from hydroservo.scenario.catalogue import named_source
+from hydroservo.scenario.quantities import si_value
 from hydroservo.scenario.ranges import both_ends, check_path
 from hydroservo.scenario.tables import Entry, Table
+from hydroservo.validation import number
 
 __all__ = ["PARTS", "Range", "Search", "checked_part", "searched_range", "tune_search"]
 
 SEARCHED = ("controller", "sensors")  # what a search may set; the rest is given
-PARTS = ("weights", "scales", "metric", "seeds", "effort", "candidates", "seed")  # of a search, by name
+LIMITS = {"gain_margin": "dB", "phase_margin": "rad", "max_sensitivity": "dB"}  # bounds, by name
+PARTS = (  # of a search, by name
+    *("weights", "scales", "metric", "seeds", "effort", "candidates", "seed", "bounded"),
+    *LIMITS,
+)
 
 
 class Range(NamedTuple):
@@ -39,8 +47,19 @@ class Search(NamedTuple):
     effort: float = 0.0
     candidates: int = 4096
     seed: int = 0  # of the search
+    bounded: bool = True  # by margins, and by oscillation
+    gain_margin: float = Bounds().gain_margin
+    phase_margin: float = Bounds().phase_margin
+    max_sensitivity: float = Bounds().max_sensitivity
     lost: Entry | None = None  # a range of a base whose path is none any more
     together: Entry | None = None  # where the scenarios stand
+
+    @property
+    def bounds(self) -> Bounds | None:
+        """What the loops are to bear; None where the search has no bounds."""
+        if not self.bounded:
+            return None
+        return Bounds(self.gain_margin, self.phase_margin, self.max_sensitivity)
 
 
 def tune_search(scenario: Table, loop: Loop, arguments: Mapping[str, object]) -> Search:
@@ -155,6 +174,10 @@ def checked_part(name: str, value: object, count: int, loops: Sequence[Loop]) ->
     if name == "metric":
         metric_field(loops, value)
         return value
+    if name in LIMITS:
+        return checked_limit(name, value)
+    if name == "bounded":
+        return checked_switch(name, value)
     return checked_effort(value) if name == "effort" else checked_whole(name, value)
 
 
@@ -168,3 +191,43 @@ def checked_scales(value: object) -> tuple[float, ...]:
     if not found or len(set(found)) < len(found):
         raise ParameterError("scales", value, "must be different numbers")
     return found
+
+
+def checked_limit(name: str, value: object) -> float:
+    """A bound on the margins: a text with its unit, such as "6 dB" or "30 deg"; a number in SI units.
+
+    Raises:
+        ParameterError: it is not one.
+    """
+    unit, field = LIMITS[name], declared_fields(Bounds)[name]
+    found = value
+    if isinstance(value, str):
+        try:
+            found = factor_of(value) if unit == "dB" else si_value(value, unit)
+        except ValueError:
+            example = "6 dB" if unit == "dB" else "30 deg"
+            raise ParameterError(name, value, f"must be a number with its unit, such as {example}") from None
+    return float(number(found, name, field, float))
+
+
+def factor_of(text: str) -> float:
+    """The factor that a text in decibels is.
+
+    Raises:
+        ValueError: it is not in decibels.
+    """
+    digits, unit, rest = text.partition("dB")
+    if not unit or rest.strip():
+        raise ValueError
+    return float(10.0 ** (float(digits) / 20.0))
+
+
+def checked_switch(name: str, value: object) -> bool:
+    """True or false.
+
+    Raises:
+        ParameterError: it is neither.
+    """
+    if not isinstance(value, bool):
+        raise ParameterError(name, value, "must be true or false")
+    return value

@@ -1,7 +1,7 @@
 """Scenarios tuned by their names, as their tables ``[tune]`` say."""
 
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, NamedTuple
@@ -10,15 +10,18 @@ import tomli_w
 
 from hydroservo._version import __version__
 from hydroservo.block import Block, field_at, leaves, replace
-from hydroservo.errors import HydroservoWarning, ParameterError, ScenarioError
+from hydroservo.errors import HydroservoError, HydroservoWarning, ParameterError, ScenarioError
 from hydroservo.formatting import Scale
+from hydroservo.linear.bounds import Bounds, LoopGuard
+from hydroservo.linear.first_guess import first_guess
 from hydroservo.linear.margins import is_unstable
 from hydroservo.loop import Loop
 from hydroservo.runs.aims import Aim, checked_aim
-from hydroservo.runs.arguments import checked_mapping
+from hydroservo.runs.arguments import checked_loops, checked_mapping
 from hydroservo.runs.cautions import warnings_of
 from hydroservo.runs.provenance import scenario_hash
-from hydroservo.runs.tuning import Progress, Tuned, searched
+from hydroservo.runs.tuned import Tuned
+from hydroservo.runs.tuning import Progress, searched
 from hydroservo.scenario.catalogue import same_place
 from hydroservo.scenario.load import Assembly, assembled, load_scenario
 from hydroservo.scenario.overrides import nested
@@ -43,6 +46,9 @@ class Task(NamedTuple):
         ranges: the lowest and highest value of each number, by its path, in SI units.
         candidates: how many sets of numbers are tried.
         seed: of the search.
+        bounds: what the loops are to bear; None for none.
+        machines: the loops that are held against them, by name: those of the aim, and those of each scenario
+            at both ends and the middle of its uncertainty.
         typed: the units in which ranges were typed, by SI unit.
     """
 
@@ -52,6 +58,8 @@ class Task(NamedTuple):
     ranges: Mapping[str, tuple[float, float]]
     candidates: int
     seed: int
+    bounds: Bounds | None = None
+    machines: Mapping[str, Loop] = MappingProxyType({})
     typed: Mapping[str, Scale] = MappingProxyType({})
 
 
@@ -67,6 +75,10 @@ def tune(
     scales: Sequence[float] | None = None,
     candidates: int | None = None,
     seed: int | None = None,
+    bounded: bool | None = None,
+    gain_margin: float | str | None = None,
+    phase_margin: float | str | None = None,
+    max_sensitivity: float | str | None = None,
     changes: Mapping[str, object] | None = None,
     plugins: Sequence[str | Path] | None = None,
     threads: int | None = None,
@@ -99,18 +111,25 @@ def tune(
         scales: of the uncertainty, at each of which each scenario is taken.
         candidates: how many sets of numbers are tried; rounded up to a multiple of 64; 4096 if nothing says.
         seed: of the search; 0 if nothing says.
+        bounded: whether the best must keep the bounds that follow, and not oscillate, on the machines of the
+            search and of the scenarios' uncertainty; True if nothing says.
+        gain_margin: that the loops have at least while they move, a factor or a text; "6 dB" if nothing says.
+            They do not oscillate with that gain either.
+        phase_margin: that they have at least [rad], or a text; "30 deg" if nothing says.
+        max_sensitivity: the most that their sensitivity peak is, a factor or a text; "6 dB" if nothing says.
         changes: values by dotted path that override those of the scenarios, as for ``load_scenario``.
         plugins: Python files with blocks that the scenarios name; they are executed.
         threads: how many to use; all cores if None.
         progress: called after each generation with the fraction done and the best geometric mean so far.
 
     Returns:
-        The best values, and the metric of each loop before and after, named by its scenario.
+        The best values, and the metric of each loop before and after, named by its scenario. An interrupt
+        ends the search with the best values so far.
 
     Raises:
         ScenarioError: in one line, the file, the key, the value and what is allowed.
         ParameterError: an argument is not what it must be.
-        HydroservoError: with every candidate some run diverged.
+        HydroservoError: with every candidate some run diverged, or none keeps the bounds.
 
     Warns:
         HydroservoWarning: what is to be known of the runs with the best values, as for simulate_batch.
@@ -119,7 +138,9 @@ def tune(
     Fails to promise the best there is: another seed may find a better one.
     """
     parts = given(metric=metric, weights=weights, seeds=seeds, effort=effort, scales=scales)
-    length = given(candidates=candidates, seed=seed)
+    length = given(candidates=candidates, seed=seed, bounded=bounded) | given(
+        gain_margin=gain_margin, phase_margin=phase_margin, max_sensitivity=max_sensitivity
+    )
     ranges = checked_mapping("ranges", {} if ranges is None else ranges, "paths to ranges")
     if isinstance(aim, Aim):
         others = parts | given(changes=changes, plugins=plugins)
@@ -133,18 +154,45 @@ def tune(
     return found
 
 
-def found_by(task: Task, threads: int | None, progress: Progress | None) -> Tuned:
-    """What the search of a task found, under the names of its loops, and which of these it leaves unstable.
+def found_by(
+    task: Task,
+    threads: int | None,
+    progress: Progress | None,
+    interrupted: Callable[[], None] = lambda: None,
+) -> Tuned:
+    """The best values of a task's search, under the names of its loops, and how the loops stand with them.
+
+    Args:
+        task: what to search.
+        threads: how many to use.
+        progress: called after each generation.
+        interrupted: called when an interrupt has ended the search.
 
     Raises:
         ParameterError: as :func:`hydroservo.runs.tuning.searched` has it.
-        HydroservoError: with every candidate some run diverged.
+        HydroservoError: with every candidate some run diverged, or none keeps the bounds.
     """
-    found = searched(task.aim, task.ranges, task.candidates, task.seed, threads, progress)
+    guard = LoopGuard(task.bounds, task.machines, threads) if task.bounds else None
+    aim, ranges = task.aim, task.ranges
+    guess = guess_within(task)
+    found = searched(aim, ranges, task.candidates, task.seed, threads, progress, guard, guess, interrupted)
     names = task.names or found.names
-    loops = zip(names, task.aim.loops, strict=True)
-    unstable = [name for name, loop in loops if is_unstable(replace(wired(loop), found.parameters))]
-    return found._replace(names=names, unstable=unstable)
+    if guard is None:
+        loops = zip(names, task.aim.loops, strict=True)
+        unstable = [name for name, loop in loops if is_unstable(replace(wired(loop), found.parameters))]
+        return found._replace(names=names, unstable=unstable)
+    return found._replace(names=names, margins=guard.changes(found.parameters))
+
+
+def guess_within(task: Task) -> dict[str, float]:
+    """A first guess of what is searched, from the first loop's machine; empty where there is none."""
+    try:
+        guess = first_guess(task.aim.loops[0])
+    except HydroservoError:
+        return {}
+    values = guess.parameters if guess else {}
+    ends = {path: task.ranges[path] for path in values if path in task.ranges}
+    return {path: min(max(float(f"{values[path]:.5g}"), low), high) for path, (low, high) in ends.items()}
 
 
 def given(**arguments: object) -> dict[str, Any]:
@@ -186,8 +234,9 @@ def task_of_aim(
     for path, ends in ranges.items():
         if isinstance(ends, str | Relative):
             raise ParameterError(path, ends, "must be two numbers in SI units for an Aim")
-    search = Search(**length)
-    return Task((), (), aim, ranges, search.candidates, search.seed)
+    search = Search(**{name: checked_part(name, value, 1, aim.loops) for name, value in length.items()})
+    machines = {f"loop {i}": wired(loop) for i, loop in enumerate(checked_loops(aim.loops), 1)}
+    return Task((), (), aim, ranges, search.candidates, search.seed, search.bounds, machines)
 
 
 def task_of(
@@ -224,9 +273,23 @@ def task_of(
     check_together(aim, search.scales, parts)
     typed = typed_scales((one.entry, field_at(loops[0], path).unit) for path, one in wanted.items())
     names = [str(one) if scale is None else f"{one}, scale {scale:g}" for one, scale in each]
+    machines: dict[str, Loop] = dict(zip(names, loops, strict=True)) if search.bounded else {}
+    known = set(map(scenario_hash, loops))
+    others = machines_of(search.scenarios, changes, plugins) if machines else ()
+    machines |= {name: loop for name, loop in others if scenario_hash(loop) not in known}
     return Task(
-        [str(one) for one in search.scenarios], names, aim, ends, search.candidates, search.seed, typed
+        [str(one) for one in search.scenarios],
+        *(names, aim, ends, search.candidates, search.seed, search.bounds, machines, typed),
     )
+
+
+def machines_of(
+    scenarios: Sequence[str | Path], changes: Mapping[str, object], plugins: Sequence[str | Path]
+) -> Iterator[tuple[str, Loop]]:
+    """The machines of scenarios at both ends and the middle of their uncertainty, by name."""
+    for one in scenarios:
+        for scale in (-1.0, 0.0, 1.0):
+            yield f"{one}, scale {scale:g}", load_scenario(one, at_scale(changes, scale), plugins)
 
 
 def search_of(scenarios: Sequence[str | Path], first: Assembly, parts: Mapping[str, object]) -> Search:

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.runs.tuning import CANDIDATES
+from hydroservo.runs.space import CANDIDATES
 
 __all__ = ["evolved"]
 

@@ -14,7 +14,8 @@ from hydroservo.loop import Loop
 from hydroservo.runs.aims import ACTIVITY
 from hydroservo.runs.batch import simulate_batch
 from hydroservo.runs.cautions import quietly
-from hydroservo.runs.tuning import CANDIDATES, Space, is_possible, minimum, needed
+from hydroservo.runs.objective import is_possible, needed
+from hydroservo.runs.space import CANDIDATES, Space, minimum
 from hydroservo.studies.conditions import Drawn
 from hydroservo.studies.evolution import evolved
 from hydroservo.validation import within

@@ -28,6 +28,7 @@ __all__ = [
 NAMES = ("paper/sine-pi", "paper/square-pi")
 GIVEN = (
     *("simulation.duration=50 ms", "simulation.period=1 ms", "simulation.substeps=4"),
+    "tune.bounded=false",
     *("valve.type=FirstOrderValve", "valve.time_constant=10 ms"),
     *("sensors.type=RigSensors", "sensors.position={type='Encoder', resolution='1 um'}"),
     "sensors.velocity={type='FilteredDifference', time_constant='2 ms'}",

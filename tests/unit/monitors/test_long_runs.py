@@ -3,15 +3,16 @@
 import numpy as np
 import pytest
 
-from hydroservo import load_scenario, simulate
+from hydroservo import simulate
 from hydroservo.linear.onset import amplified
 from hydroservo.loop import Loop
 from hydroservo.monitors import Oscillation
 from hydroservo.runs.cautions import quietly
+from tests.support.brink import at_the_brink
 
 
 def with_gain(name: str, factor: float, times: float = 1.0) -> Loop:
-    loop = load_scenario(name)
+    loop = at_the_brink(name)
     given = loop.simulation
     simulation = given._replace(duration=times * given.duration, record_period=given.period)
     return amplified(loop._replace(simulation=simulation), factor)

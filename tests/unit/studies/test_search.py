@@ -9,7 +9,7 @@ import pytest
 
 from hydroservo import HydroservoError, load_scenario, simulate_batch
 from hydroservo.block import replace
-from hydroservo.runs.tuning import Space
+from hydroservo.runs.space import Space
 from hydroservo.studies import search as searching
 from hydroservo.studies.cells import entrants_of
 from hydroservo.studies.file import read_study

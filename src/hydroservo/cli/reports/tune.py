@@ -3,12 +3,12 @@
 import math
 
 from hydroservo.cli.reporting import sentences, table_of
-from hydroservo.cli.tune_tables import lines_of, metrics_table, values_table
-from hydroservo.figures.tuned import plot_tuned
+from hydroservo.cli.tune_tables import lines_of, margins_table, metrics_table, values_table
+from hydroservo.figures.tuned import plot_front, plot_tuned
 from hydroservo.formatting import quantity
 from hydroservo.reports.report import Picture, Report, origin_of_loop
 from hydroservo.runs.aims import geometric_mean
-from hydroservo.runs.tuning import Tuned
+from hydroservo.runs.tuned import Tuned
 from hydroservo.scenario.tuning import Task
 
 __all__ = ["tune_report"]
@@ -33,13 +33,19 @@ def tune_report(command: str, task: Task, found: Tuned, replayed: str) -> Report
                 "tuned",
                 "The metric with the values the scenarios have, and with the best ones.",
                 plot_tuned(found),
-            )
+            ),
+            Picture(
+                "front",
+                "The least error that candidates within the bounds have for the activity of their command.",
+                plot_front(found),
+            ),
         ],
         [
             table_of(
                 "gains", values_table(task, found), "The best values, and the ranges that were searched."
             ),
             metrics._replace(title=f"Before and after: {metrics.title}."),
+            *([table_of("margins", margins_table(found))] if found.margins else []),
         ],
         command,
         [origin_of_loop(name, loop) for name, loop in zip(task.names, task.aim.loops, strict=True)],

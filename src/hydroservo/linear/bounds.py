@@ -1,0 +1,213 @@
+"""Bounds on the stability of loops, which a search of their gains keeps."""
+
+import math
+from collections.abc import Iterator, Mapping
+from typing import Annotated, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydroservo.block import replace, value_at
+from hydroservo.errors import HydroservoError
+from hydroservo.field import Field
+from hydroservo.formatting import number, quantity
+from hydroservo.linear.margins import Margins
+from hydroservo.linear.onset import LARGE, amplified, first_of, longer
+from hydroservo.linear.places import Place, Reserve, places_of
+from hydroservo.linear.reading import read_as
+from hydroservo.linear.view import onset_of, viewed
+from hydroservo.loop import Loop
+from hydroservo.monitors import Oscillation
+from hydroservo.runs.batch import simulate_batch, with_steps
+from hydroservo.runs.cautions import quietly
+
+__all__ = ["Bounds", "Change", "LoopGuard", "Standing"]
+
+Numbers = NDArray[np.float64]
+Columns = Mapping[str, Numbers]
+
+UNSTABLE = 5.0  # violation of a loop that is unstable, and more by the logarithm of its growth
+LINEAR = 20.0  # on a violation by linear margins: these come first
+WILDEST = 10.0  # of a run that diverges
+FINE = 0.25  # dB from gain to gain, of a closer look
+
+
+class Bounds(NamedTuple):
+    """What the loops of a search bear at least, while their machines move."""
+
+    gain_margin: Annotated[float, Field("", "least gain margin, a factor", at_least=1)] = 10.0**0.3
+    phase_margin: Annotated[float, Field("rad", "least phase margin", at_least=0)] = math.pi / 6.0
+    max_sensitivity: Annotated[float, Field("", "largest sensitivity peak", above=1)] = 10.0**0.3
+
+
+class Standing(NamedTuple):
+    """How a loop stands, as ``bode`` shows it; nan where a number cannot be had."""
+
+    oscillation_gain: Annotated[float, Field("", "factor on the gain from which the loop oscillates")]
+    oscillation_command: Annotated[float, Field("V", "amplitude of the command in a sustained oscillation")]
+    gain_margin: Annotated[float, Field("", "least gain margin while moving")]
+    phase_margin: Annotated[float, Field("rad", "least phase margin while moving")]
+    sensitivity_peak: Annotated[float, Field("", "largest sensitivity peak while moving")]
+
+    def __str__(self) -> str:
+        named = {"gain margin": (self.gain_margin, "dB"), "phase margin": (self.phase_margin, "°")}
+        return ", ".join(f"{name} {read_as(value, unit, '-')}" for name, (value, unit) in named.items())
+
+
+class Change(NamedTuple):
+    """How a loop stands before a search and after it."""
+
+    name: str
+    before: Standing
+    after: Standing
+
+
+class LoopGuard:
+    """Holds candidates against bounds, on the loops of a search and on those of its uncertainty.
+
+    The margins are those of :class:`~hydroservo.linear.places.Place`. The loops also run, 5 s longer than
+    their own time, at their gain and at the bound on it: none may oscillate. A law without a slope is run at
+    its own gain alone.
+
+    Args:
+        bounds: what they are.
+        loops: by name.
+        threads: how many to use.
+    """
+
+    def __init__(self, bounds: Bounds, loops: Mapping[str, Loop], threads: int | None) -> None:
+        self.bounds, self.loops, self.threads = bounds, loops, threads
+        self.places = {name: places_of(loop) for name, loop in loops.items()}
+        self.longer = {name: with_steps(longer(loop), loop, strict=False)[0] for name, loop in loops.items()}
+        sloped = any(self.places.values())
+        self.gains = np.array([1.0, math.sqrt(bounds.gain_margin), bounds.gain_margin] if sloped else [1.0])
+
+    def violations(self, candidates: Columns) -> Numbers:
+        """How far each candidate is beyond the bounds; 0 within them.
+
+        Of several places beyond them the first counts, and runs only where no place is.
+        """
+        count = next(iter(candidates.values())).size
+        found = np.zeros(count)
+        for k in range(count):
+            own = {path: float(values[k]) for path, values in candidates.items()}
+            beyond = (self.beyond(place.reserve(own)) for place in self.every_place())
+            first = next((one for one in beyond if one > 0.0), 0.0)
+            found[k] = LINEAR + first if first else 0.0
+        due = np.flatnonzero(found == 0.0)
+        if due.size:
+            some = {path: values[due] for path, values in candidates.items()}
+            found[due] = np.max([self.swings(name, some, self.gains) for name in self.loops], axis=0)
+        return found
+
+    def every_place(self) -> Iterator[Place]:
+        for places in self.places.values():
+            yield from places
+
+    def beyond(self, reserve: Reserve) -> float:
+        """By how much, as a logarithm, a reserve is beyond the bounds."""
+        if math.isnan(reserve.gain_margin):
+            return UNSTABLE + math.log1p(1e3 * (reserve.growth - 1.0))
+        bounds = self.bounds
+        ratios = (
+            bounds.gain_margin / reserve.gain_margin,
+            bounds.phase_margin / max(reserve.phase_margin, 1e-9),
+            reserve.sensitivity_peak / bounds.max_sensitivity,
+        )
+        return max(0.0, math.log(max(ratios)))
+
+    def swings(self, name: str, candidates: Columns, gains: Numbers) -> Numbers:
+        """The logarithm of each candidate's oscillation over the least that counts, at the worst gain."""
+        amplitude = self.amplitudes(name, candidates, gains)
+        least = np.where(gains > 1.0, LARGE, Oscillation().threshold)
+        with np.errstate(divide="ignore"):
+            found = np.log(np.nan_to_num(amplitude, nan=0.0, posinf=math.inf) / least)
+        return np.asarray(np.clip(found, 0.0, WILDEST).max(axis=1))
+
+    def amplitudes(self, name: str, candidates: Columns, gains: Numbers) -> Numbers:
+        """The command's amplitude [V] in the oscillation of each candidate, shape (candidates, gains).
+
+        It is 0 for none, nan where it cannot be told, and infinite where the run diverged.
+        """
+        count = max((values.size for values in candidates.values()), default=1)
+        columns = {inside(path): np.repeat(values, gains.size) for path, values in candidates.items()}
+        tiled = np.tile(gains, count)
+        columns |= {"controller.extend_gain": tiled, "controller.retract_gain": tiled}
+        loop = amplified(self.longer[name])
+        data = quietly(simulate_batch)(loop, columns, metrics=[Oscillation()], threads=self.threads)
+        amplitude = np.where(data["diverged"].values, math.inf, data["oscillation_command"].values)
+        return np.asarray(amplitude.reshape(count, gains.size))
+
+    def objections(self, parameters: Mapping[str, float]) -> list[str]:
+        """What is beyond the bounds with some values: where their own law stays, and at finer gains."""
+        return [
+            f"{name}: {problem}"
+            for name, loop in self.loops.items()
+            for problem in [
+                *self.linear_problems(replace(loop, parameters)),
+                *self.run_problems(name, parameters),
+            ]
+        ]
+
+    def linear_problems(self, loop: Loop) -> Iterator[str]:
+        """What is beyond the bounds of a loop's margins at its places."""
+        reserves = {place.point.command: place.reserve({}) for place in places_of(loop)}
+        if not reserves:
+            return
+        worst = max(reserves, key=lambda command: self.beyond(reserves[command]))
+        reserve, bounds, where = reserves[worst], self.bounds, f"under {number(worst)} V"
+        if math.isnan(reserve.gain_margin):
+            yield f"small motions are unstable {where}"
+            return
+        if reserve.gain_margin < bounds.gain_margin:
+            yield f"gain margin {decibels(reserve.gain_margin)} {where}, below {decibels(bounds.gain_margin)}"
+        if reserve.phase_margin < bounds.phase_margin:
+            least = read_as(bounds.phase_margin, "°", "")
+            yield f"phase margin {read_as(reserve.phase_margin, '°', '')} {where}, below {least}"
+        if reserve.sensitivity_peak > bounds.max_sensitivity:
+            most = decibels(bounds.max_sensitivity)
+            yield f"sensitivity peak {decibels(reserve.sensitivity_peak)} {where}, above {most}"
+
+    def run_problems(self, name: str, parameters: Mapping[str, float]) -> Iterator[str]:
+        """What a loop's runs show."""
+        steps = np.arange(0.0, 20.0 * math.log10(self.gains[-1]) + 0.5 * FINE, FINE)
+        gains = np.minimum(10.0 ** (steps / 20.0), self.gains[-1])
+        columns = {path: np.array([value]) for path, value in parameters.items()}
+        (amplitude,) = self.amplitudes(name, columns, gains)
+        if amplitude[0] > 0.0:
+            yield f"oscillates as it stands, {quantity(amplitude[0], 'V')} in the command"
+            return
+        large = np.where(np.nan_to_num(amplitude) >= LARGE, amplitude, 0.0)
+        onset = first_of(gains, large)
+        if onset < math.inf:
+            yield f"oscillates from {decibels(onset)} more gain"
+
+    def changes(self, parameters: Mapping[str, float]) -> list[Change]:
+        """How each loop stands with its own values, and with others."""
+        found = []
+        for name, loop in self.loops.items():
+            own = {path: value_at(loop, path) for path in parameters}
+            found.append(Change(name, self.standing(name, own), self.standing(name, parameters)))
+        return found
+
+    def standing(self, name: str, parameters: Mapping[str, float]) -> Standing:
+        """How a loop stands with some values."""
+        loop = replace(self.loops[name], parameters)
+        columns = {path: np.array([value]) for path, value in parameters.items()}
+        amplitude = float(self.amplitudes(name, columns, np.ones(1))[0, 0])
+        try:
+            view = viewed(loop, None, None, None)
+        except HydroservoError:
+            return Standing(onset_of(loop, None), amplitude, math.nan, math.nan, math.nan)
+        found: Margins = view.trusted.margins
+        return Standing(view.onset, amplitude, found.gain_margin, found.phase_margin, found.sensitivity_peak)
+
+
+def inside(path: str) -> str:
+    """The path of a number of a law that is inside another."""
+    head, dot, rest = path.partition(".")
+    return f"controller.controller{dot}{rest}" if head == "controller" else path
+
+
+def decibels(factor: float) -> str:
+    return read_as(factor, "dB", "-")

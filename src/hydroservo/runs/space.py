@@ -1,0 +1,57 @@
+"""Ranges of numbers as a unit cube, and the search of the point in it at which a function is smallest."""
+
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["CANDIDATES", "Space", "minimum"]
+
+Numbers = NDArray[np.float64]
+
+CANDIDATES = 64  # of a generation: whole groups of lanes
+DIGITS = 5  # of a rounded point; a rig's gains have no more
+
+
+class Space(NamedTuple):
+    """Ranges as a unit cube."""
+
+    ranges: Mapping[str, tuple[float, float]]
+
+    def values(self, units: Numbers) -> dict[str, Numbers]:
+        """Parameters by path for points of shape (candidates, paths)."""
+        found = {}
+        for (path, (low, high)), unit in zip(self.ranges.items(), units.T, strict=True):
+            between = low * (high / low) ** unit if low * high > 0.0 else low + (high - low) * unit
+            found[path] = np.clip(between, low, high)
+        return found
+
+    def rounded(self, unit: Numbers) -> dict[str, float]:
+        """Parameters by path for one point of shape (paths,), with few digits."""
+        found = {}
+        for path, (value,) in self.values(unit[np.newaxis]).items():
+            low, high = self.ranges[path]
+            found[path] = min(max(float(f"{value:.{DIGITS}g}"), low), high)
+        return found
+
+
+def minimum(cost: Callable[[Numbers], Any], dimensions: int, generations: int, seed: int) -> Numbers:
+    """The point of the unit cube at which a function of points of shape (dimensions, points) is smallest."""
+    from scipy.optimize import differential_evolution
+    from scipy.stats import qmc
+
+    first = qmc.LatinHypercube(dimensions, rng=np.random.default_rng(seed)).random(CANDIDATES)
+    found = differential_evolution(
+        cost,
+        [(0.0, 1.0)] * dimensions,
+        init=first,
+        maxiter=generations - 1,
+        tol=0.0,
+        atol=-1.0,  # never ends early: every law gets as many candidates
+        polish=False,
+        updating="deferred",
+        vectorized=True,
+        rng=np.random.default_rng([seed, 1]),
+    )
+    return np.asarray(found.x)
