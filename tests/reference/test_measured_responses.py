@@ -10,6 +10,7 @@ from hydroservo import ParameterError, bode, load_scenario, replace
 from hydroservo.linear.operating_point import operating_point
 from hydroservo.linear.parts import parts_of
 from hydroservo.linear.responses import responses
+from tests.support.brink import BRINK
 
 CLEAN = 0.9995  # coherence: of 32 spectra or more a response spreads by 0.02 dB and 0.2 degrees then
 MIDDLE = {"plant.start_position": 0.039}  # of the stroke, away from its ends
@@ -32,7 +33,11 @@ SMOOTH: list[tuple[str, dict[str, Any], dict[str, Any]]] = [
     ("cases/encoder", MIDDLE, {"amplitude": 5e-3}),
     ("cases/limits", MIDDLE, {"amplitude": 0.01}),
     ("cases/load-step", MIDDLE, {"amplitude": 5e-3, "command": 0.0525}),
-    ("axis/pump-controlled", {}, {"amplitude": 0.05, "command": 0.3034, "band": (5.0, 100.0)}),
+    (
+        "axis/pump-controlled",
+        BRINK["axis/pump-controlled"],
+        {"amplitude": 0.05, "command": 0.3034, "band": (5.0, 100.0)},
+    ),
 ]
 WITHOUT = {  # built-in machines that have none, and what is said of their points
     "laws/adaptive-robust-sine": "has no operating point",  # its law switches at rest

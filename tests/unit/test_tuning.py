@@ -277,8 +277,7 @@ def test_ranges_that_hold_0_are_searched_evenly_others_in_their_logarithm(
     tried: list[Any], path: str, low: float, high: float, logarithmic: bool
 ) -> None:
     tune(Aim([replace(SINE, {GAIN: 1.0})], [1.0]), {path: (low, high)}, candidates=64)
-    _, first, _ = tried  # the loop's own value, the first generation, the best
-    values = first[path]
+    values = tried[1][path]  # of the first generation, after the loop's own value
     share = np.log(values / low) / np.log(high / low) if logarithmic else (values - low) / (high - low)
     assert sorted(np.floor(64.0 * share)) == list(range(64))  # a Latin hypercube: one in each part
 

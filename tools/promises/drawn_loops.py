@@ -20,7 +20,7 @@ GAINS = {
     "rig/1khz-pi-sine": ("controller.proportional_gain", 3.23),
     "axis/position": ("controller.controller.controller.proportional_gain", 2890.0),
     "axis/pump-controlled": ("controller.controller.proportional_gain", 1994.0),
-    "axis/crane": ("controller.controller.proportional_gain", 413.5),
+    "axis/crane": ("controller.controller.controller.proportional_gain", 300.93),
 }
 STIFF: Changes = {"plant.oil.type": "ConstantOil", "plant.oil.effective_bulk_modulus": 1e9}
 

@@ -123,7 +123,7 @@ def tune(
         str | None,
         typer.Option(
             "--gain-margin",
-            metavar="DB",
+            metavar="GAIN",
             show_default="6 dB",
             help="Least gain margin while moving, with which the loop does not oscillate either.",
         ),
@@ -131,14 +131,14 @@ def tune(
     phase_margin: Annotated[
         str | None,
         typer.Option(
-            "--phase-margin", metavar="DEG", show_default="30 deg", help="Least phase margin while moving."
+            "--phase-margin", metavar="ANGLE", show_default="30 deg", help="Least phase margin while moving."
         ),
     ] = None,
     max_sensitivity: Annotated[
         str | None,
         typer.Option(
             "--max-sensitivity",
-            metavar="DB",
+            metavar="GAIN",
             show_default="6 dB",
             help="Largest sensitivity peak while moving.",
         ),

@@ -8,10 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydroservo.block import replace, value_at
-from hydroservo.errors import HydroservoError
 from hydroservo.field import Field
 from hydroservo.formatting import number, quantity
-from hydroservo.linear.margins import Margins
+from hydroservo.linear.margins import UNTOLD, Margins
 from hydroservo.linear.onset import LARGE, amplified, first_of, longer
 from hydroservo.linear.places import Place, Reserve, places_of
 from hydroservo.linear.reading import read_as
@@ -26,14 +25,14 @@ __all__ = ["Bounds", "Change", "LoopGuard", "Standing"]
 Numbers = NDArray[np.float64]
 Columns = Mapping[str, Numbers]
 
-UNSTABLE = 5.0  # violation of a loop that is unstable, and more by the logarithm of its growth
-LINEAR = 20.0  # on a violation by linear margins: these come first
-WILDEST = 10.0  # of a run that diverges
+UNSTABLE = 5.0  # violation of an unstable loop, to which the logarithm of its growth is added
+LINEAR = 20.0  # added to a violation of linear margins, so that it outweighs any oscillation
+WILDEST = 10.0  # the most that an oscillation or its growth counts, as of a run that diverges
 FINE = 0.25  # dB from gain to gain, of a closer look
 
 
 class Bounds(NamedTuple):
-    """What the loops of a search bear at least, while their machines move."""
+    """The margins that loops must keep while their machines move."""
 
     gain_margin: Annotated[float, Field("", "least gain margin, a factor", at_least=1)] = 10.0**0.3
     phase_margin: Annotated[float, Field("rad", "least phase margin", at_least=0)] = math.pi / 6.0
@@ -61,13 +60,16 @@ class Change(NamedTuple):
     before: Standing
     after: Standing
 
+    def __str__(self) -> str:
+        return f"{self.name}: {self.before} -> {self.after}"
+
 
 class LoopGuard:
     """Holds candidates against bounds, on the loops of a search and on those of its uncertainty.
 
     The margins are those of :class:`~hydroservo.linear.places.Place`. The loops also run, 5 s longer than
-    their own time, at their gain and at the bound on it: none may oscillate. A law without a slope is run at
-    its own gain alone.
+    their own time, at their gain and at the bound on it: none may oscillate. Where no loop has a slope,
+    as of a sliding law, they run at their own gain alone.
 
     Args:
         bounds: what they are.
@@ -91,8 +93,8 @@ class LoopGuard:
         found = np.zeros(count)
         for k in range(count):
             own = {path: float(values[k]) for path, values in candidates.items()}
-            beyond = (self.beyond(place.reserve(own)) for place in self.every_place())
-            first = next((one for one in beyond if one > 0.0), 0.0)
+            beyond = (self.beyond(reserve_with(place, own)) for place in self.every_place())
+            first = next((excess for excess in beyond if excess > 0.0), 0.0)
             found[k] = LINEAR + first if first else 0.0
         due = np.flatnonzero(found == 0.0)
         if due.size:
@@ -107,7 +109,7 @@ class LoopGuard:
     def beyond(self, reserve: Reserve) -> float:
         """By how much, as a logarithm, a reserve is beyond the bounds."""
         if math.isnan(reserve.gain_margin):
-            return UNSTABLE + math.log1p(1e3 * (reserve.growth - 1.0))
+            return UNSTABLE + min(math.log1p(1e3 * (reserve.growth - 1.0)), WILDEST)
         bounds = self.bounds
         ratios = (
             bounds.gain_margin / reserve.gain_margin,
@@ -197,10 +199,18 @@ class LoopGuard:
         amplitude = float(self.amplitudes(name, columns, np.ones(1))[0, 0])
         try:
             view = viewed(loop, None, None, None)
-        except HydroservoError:
+        except UNTOLD:
             return Standing(onset_of(loop, None), amplitude, math.nan, math.nan, math.nan)
         found: Margins = view.trusted.margins
         return Standing(view.onset, amplitude, found.gain_margin, found.phase_margin, found.sensitivity_peak)
+
+
+def reserve_with(place: Place, parameters: Mapping[str, float]) -> Reserve:
+    """A place's reserve; that of a wildly unstable loop where the values allow no law on its machine."""
+    try:
+        return place.reserve(parameters)
+    except UNTOLD:
+        return Reserve(math.inf)
 
 
 def inside(path: str) -> str:

@@ -17,10 +17,11 @@ from hydroservo.linear.response import crossings, grid, largest
 from hydroservo.loop import Loop
 from hydroservo.runs.arguments import checked_loop
 
-__all__ = ["Judged", "Margins", "is_unstable", "margins", "margins_at"]
+__all__ = ["UNTOLD", "Judged", "Margins", "is_unstable", "margins", "margins_at"]
 
 SLOWEST = 1e-6  # growth per sample that counts as none: a slow drift of what nothing holds
 LINEAR = 1e-2  # largest error
+UNTOLD = (HydroservoError, ArithmeticError, ValueError)  # that a loop without slopes raises, a plug-in's too
 CAUSES = {
     "plant": "it or its valve, drive or supply switches, sticks, or rises without bound",
     "controller": "it or a sensor switches, sticks, or rises without bound",
@@ -103,7 +104,7 @@ def is_unstable(loop: Loop) -> bool:
     """
     try:
         found = margins_at(operating_point(checked_loop(loop), None))
-    except (HydroservoError, ArithmeticError, ValueError):
+    except UNTOLD:
         return False
     return found.linear and not found.margins.stable
 

@@ -9,9 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydroservo.block import replace, values
-from hydroservo.errors import HydroservoError
 from hydroservo.hooks import smoothed
-from hydroservo.linear.margins import SLOWEST, Judged, margins_at
+from hydroservo.linear.margins import SLOWEST, UNTOLD, Judged, margins_at
 from hydroservo.linear.open_loop import OpenLoop, put_together
 from hydroservo.linear.operating_point import OperatingPoint, operating_point
 from hydroservo.linear.parts import Parts, digital_rows, digital_slopes, parts_of
@@ -94,7 +93,7 @@ def places_of(loop: Loop) -> list[Place]:
     """
     largest = largest_command(loop)
     found: list[Place] = []
-    with suppress(HydroservoError):
+    with suppress(*UNTOLD):
         found += with_slopes(smoothest(loop, None, None)[:2], loop)
     if largest:
         slid = sliding(loop)
@@ -106,7 +105,7 @@ def places_of(loop: Loop) -> list[Place]:
 def places_under(loop: Loop, commands: Sequence[float]) -> Iterator[Place]:
     """Those under some commands [V]."""
     for command in commands:
-        with suppress(HydroservoError):
+        with suppress(*UNTOLD):
             point = operating_point(loop, command)
             yield from with_slopes((point, margins_at(point)), loop)
 
@@ -130,7 +129,10 @@ def reserve_of(loop: OpenLoop) -> Reserve:
     places = grid(loop, POINTS)
     with np.errstate(all="ignore"):
         response = loop.transfer(places)
-        peak = float(np.nanmax(np.abs(1.0 / (1.0 + response))))
+        sensitivity = np.abs(1.0 / (1.0 + response))
+    if not np.isfinite(sensitivity).any():
+        return Reserve(math.inf)
+    peak = float(np.nanmax(sensitivity))
     return Reserve(growth, gain_margin(response), phase_margin(response), peak)
 
 

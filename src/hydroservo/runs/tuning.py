@@ -111,7 +111,7 @@ def searched(
     tables, after = at_points(aim, alike, threads)
     best = tried(aim, parameters, after, within=True)
     if best.error == math.inf:
-        raise HydroservoError(search.lost())
+        raise HydroservoError("nothing found: with the best values some run diverged; try other ranges")
     return Tuned(
         parameters,
         before=errors_of(before),
@@ -239,13 +239,15 @@ class Search:
         every, count = self.every(), f"{self.done * CANDIDATES:,} candidates"
         least = int(every.cost.argmin())
         if self.guard is None or every.error[least] >= SAFE:
+            nearest = self.space.rounded(every.points[least])
+            at_points(self.aim, [nearest] * len(self.aim.loops), self.threads)  # which may say why
             return f"nothing found: with each of {count} some run diverged; try other ranges"
         nearest = self.space.rounded(every.points[least])
         values = ", ".join(f"{path} = {value:g}" for path, value in nearest.items())
         problems = self.guard.objections(nearest)
         more = f"; and {len(problems) - SHOWN} more" if len(problems) > SHOWN else ""
-        said = "; ".join(problems[:SHOWN])
-        return f"nothing found: none of {count} keeps the bounds. Nearest is {values}: {said}{more}"
+        reasons = "; ".join(problems[:SHOWN]) or "they are beyond them before they are rounded"
+        return f"nothing found: none of {count} keeps the bounds. Nearest is {values}: {reasons}{more}"
 
     def keeps(self, parameters: Mapping[str, float]) -> bool:
         """Whether some values keep the bounds."""

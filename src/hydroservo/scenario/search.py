@@ -204,7 +204,7 @@ def checked_limit(name: str, value: object) -> float:
     if isinstance(value, str):
         try:
             found = factor_of(value) if unit == "dB" else si_value(value, unit)
-        except ValueError:
+        except (ValueError, OverflowError):
             example = "6 dB" if unit == "dB" else "30 deg"
             raise ParameterError(name, value, f"must be a number with its unit, such as {example}") from None
     return float(number(found, name, field, float))

@@ -10,13 +10,13 @@ import tomli_w
 
 from hydroservo._version import __version__
 from hydroservo.block import Block, field_at, leaves, replace
-from hydroservo.errors import HydroservoError, HydroservoWarning, ParameterError, ScenarioError
+from hydroservo.errors import HydroservoWarning, ParameterError, ScenarioError
 from hydroservo.formatting import Scale
 from hydroservo.linear.bounds import Bounds, LoopGuard
 from hydroservo.linear.first_guess import first_guess
-from hydroservo.linear.margins import is_unstable
+from hydroservo.linear.margins import UNTOLD, is_unstable
 from hydroservo.loop import Loop
-from hydroservo.runs.aims import Aim, checked_aim
+from hydroservo.runs.aims import Aim, check_ranges, checked_aim
 from hydroservo.runs.arguments import checked_loops, checked_mapping
 from hydroservo.runs.cautions import warnings_of
 from hydroservo.runs.provenance import scenario_hash
@@ -172,6 +172,7 @@ def found_by(
         ParameterError: as :func:`hydroservo.runs.tuning.searched` has it.
         HydroservoError: with every candidate some run diverged, or none keeps the bounds.
     """
+    check_ranges([wired(loop) for loop in checked_loops(task.aim.loops)], task.ranges)
     guard = LoopGuard(task.bounds, task.machines, threads) if task.bounds else None
     aim, ranges = task.aim, task.ranges
     guess = guess_within(task)
@@ -188,7 +189,7 @@ def guess_within(task: Task) -> dict[str, float]:
     """A first guess of what is searched, from the first loop's machine; empty where there is none."""
     try:
         guess = first_guess(task.aim.loops[0])
-    except HydroservoError:
+    except UNTOLD:
         return {}
     values = guess.parameters if guess else {}
     ends = {path: task.ranges[path] for path in values if path in task.ranges}
