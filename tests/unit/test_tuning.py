@@ -1,6 +1,7 @@
 """The search for gains: it finds what a fine grid finds, and counts as it says."""
 
 import math
+from collections.abc import Mapping
 from functools import partial
 from typing import Annotated, Any, NamedTuple
 
@@ -26,6 +27,7 @@ from hydroservo.metrics import judged_by
 from hydroservo.monitors import CommandEnergy, IntegralCriteria
 from hydroservo.runs import objective
 from hydroservo.runs.tuned import Tuned
+from hydroservo.runs.tuning import searched
 from hydroservo.scenario import load_scenario
 from hydroservo.scenario.tuning import tune as bounded_tune
 from hydroservo.signals import Demand, Measurement
@@ -180,6 +182,27 @@ def test_an_interrupt_leaves_the_best_so_far() -> None:
     assert found.interrupted
     assert found.runs == 128
     assert found.after == tune(Aim([SINE], [1.0]), WIDE, candidates=128).after or found.after < found.before
+
+
+class Strict:
+    """Bounds that only a closer look sees, beyond which all of the best candidates lie."""
+
+    def __init__(self, most: float) -> None:
+        self.most = most
+
+    def violations(self, candidates: Mapping[str, Any]) -> Any:
+        return np.zeros(candidates[GAIN].size)
+
+    def objections(self, parameters: Mapping[str, float]) -> list[str]:
+        return [] if parameters[GAIN] <= self.most else ["too much"]
+
+
+def test_candidates_far_from_the_best_are_looked_at_too() -> None:
+    """The least error has a gain of about 6, around which hundreds of candidates lie."""
+    search = (Aim([SINE], [1.0]), {GAIN: (0.3, 30.0)}, 1024, 0, None, None)
+    assert searched(*search, Strict(4.0)).parameters[GAIN] <= 4.0
+    with pytest.raises(HydroservoError, match=r"keeps the bounds at a closer look\. Nearest is .*: too much"):
+        searched(*search, Strict(0.0))
 
 
 def test_an_interrupt_before_anything_is_found_is_one() -> None:

@@ -33,7 +33,9 @@ Numbers = NDArray[np.float64]
 Columns = Mapping[str, Numbers]
 Progress = Callable[[float, float], None]  # called with the fraction done and the best geometric mean so far
 
-CLOSEST = 30  # candidates that get a closer look, the best first, until one keeps the bounds
+CLOSEST = (
+    30  # candidates that get a closer look, by their rank evenly in its logarithm, until one keeps the bounds
+)
 SHOWN = 3  # problems of the nearest candidate
 ROUNDS = 4  # in which candidates on the front are held against the bounds
 
@@ -228,7 +230,9 @@ class Search:
             raise ParameterError("metric", self.aim.metric, problem)
         every, within = self.every(), self.within()
         order = np.argsort(np.where(within, every.cost, math.inf), kind="stable")
-        for i in order[: min(CLOSEST, int(within.sum()))]:
+        count = int(within.sum())  # the first ones lie together at the bounds
+        ranks = np.unique(np.geomspace(1.0, max(count, 1), CLOSEST).astype(np.int64)) - 1
+        for i in order[ranks[:count]]:
             parameters = self.space.rounded(every.points[i])
             if self.guard is None or not self.guard.objections(parameters):
                 return every.points[i], parameters
@@ -247,7 +251,10 @@ class Search:
         problems = self.guard.objections(nearest)
         more = f"; and {len(problems) - SHOWN} more" if len(problems) > SHOWN else ""
         reasons = "; ".join(problems[:SHOWN]) or "they are beyond them before they are rounded"
-        return f"nothing found: none of {count} keeps the bounds. Nearest is {values}: {reasons}{more}"
+        closely = " at a closer look" if self.within().any() else ""
+        return (
+            f"nothing found: none of {count} keeps the bounds{closely}. Nearest is {values}: {reasons}{more}"
+        )
 
     def keeps(self, parameters: Mapping[str, float]) -> bool:
         """Whether some values keep the bounds."""
