@@ -18,12 +18,11 @@ from IPython import get_ipython
 from IPython.display import Image, Markdown
 from matplotlib.figure import Figure
 
-from hydroservo import HydroservoError, load_scenario, simulate
+from hydroservo import load_scenario, simulate
 from hydroservo.figures.style import figure, style
 from hydroservo.formatting import NONE, readable_unit
 from hydroservo.linear.reading import READ, read_as
-from hydroservo.linear.view import onset_of, viewed
-from hydroservo.loop import Loop
+from hydroservo.linear.standing import standing_of
 
 __all__ = [
     "Image",
@@ -158,22 +157,12 @@ def margins(*names: str, scales: Sequence[float] = (-1.0, 0.0, 1.0)) -> Markdown
     columns = ("oscillation_gain", "gain_margin", "phase_margin", "sensitivity_peak")
     rows = []
     for name in names:
-        found = [standing(load_scenario(name, {"uncertainty.scale": scale})) for scale in scales]
-        *least, peaks = zip(*found, strict=True)
+        found = [standing_of(load_scenario(name, {"uncertainty.scale": scale})) for scale in scales]
+        *least, peaks, _ = zip(*found, strict=True)
         worst = [*map(np.min, least), np.max(peaks)]
         texts = [read_as(value, READ[column][1], NONE) for value, column in zip(worst, columns, strict=True)]
         rows.append((f"`{name}`", *texts))
     return table(("", *(READ[column][0] for column in columns)), rows)
-
-
-def standing(loop: Loop) -> tuple[float, float, float, float]:
-    """From which gain a loop oscillates, its gain and phase margins and sensitivity peak; nan for none."""
-    try:
-        view = viewed(loop, None, None, None)
-    except HydroservoError:
-        return onset_of(loop, None), np.nan, np.nan, np.nan
-    found = view.trusted.margins
-    return view.onset, found.gain_margin, found.phase_margin, found.sensitivity_peak
 
 
 def curves(

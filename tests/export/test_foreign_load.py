@@ -12,7 +12,7 @@ import xarray as xr
 from hydroservo import simulate, simulate_batch
 from hydroservo.cosimulation.instance import Instance
 from hydroservo.errors import LoopError
-from hydroservo.linear.margins import is_unstable
+from hydroservo.linear.places import is_unstable
 from hydroservo.loop import Loop
 from hydroservo.runs.provenance import scenario_hash
 from hydroservo.scenario import load_scenario

@@ -11,7 +11,7 @@ from hydroservo.controllers import PI, PID, Cascade, DirectionalGain, InvertedPo
 from hydroservo.errors import ParameterError
 from hydroservo.linear.axis import Axis, stable_gain
 from hydroservo.linear.first_guess import FirstGuess, feedforward_of, first_guess
-from hydroservo.linear.trusted import SHARES, largest_command, while_moving
+from hydroservo.linear.places import SHARES, largest_command, while_moving
 from hydroservo.references import Sine
 from hydroservo.theory import damping_ratio, natural_frequency
 
@@ -26,8 +26,10 @@ def guess_of(loop: Loop) -> FirstGuess:
 
 def least_margins(loop: Loop, changes: Mapping[str, float]) -> tuple[float, float]:
     """The least gain margin [dB] and phase margin [deg] of a loop with other gains, where it is guessed."""
-    commands = [share * largest_command(loop) for share in SHARES]
-    found = [one for _, one in while_moving(replace(loop, changes), commands)]
+    largest = largest_command(loop)
+    least = min(map(abs, SHARES)) * largest
+    every = while_moving(replace(loop, changes), largest)
+    found = [at.margins for point, at in every if abs(point.command) >= least]
     assert found
     assert all(one.stable for one in found)
     gain, phase = min(one.gain_margin for one in found), min(one.phase_margin for one in found)

@@ -11,7 +11,7 @@ from hydroservo.runs.provenance import scenario_hash
 from hydroservo.scenario import load_scenario, scenarios
 from hydroservo.scenario.load import assembled
 from hydroservo.scenario.search import Search
-from hydroservo.scenario.tuning import task_of
+from hydroservo.scenario.task import task_of
 from hydroservo.testing.examples import example
 from tests.support.bases import on_base
 

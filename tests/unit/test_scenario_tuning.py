@@ -8,7 +8,8 @@ import pytest
 import hydroservo as hs
 from hydroservo.scenario import assembled
 from hydroservo.scenario.ranges import as_entries
-from hydroservo.scenario.tuning import as_toml, task_of
+from hydroservo.scenario.task import task_of
+from hydroservo.scenario.tuning import as_toml
 from tests.support.equality import assert_same_block
 
 GAIN = "controller.proportional_gain"
@@ -95,9 +96,10 @@ def test_loops_that_no_scenario_names_are_counted() -> None:
 def test_loops_that_are_left_unstable_are_named() -> None:
     short = {"simulation.duration": "20 ms"}
     found = hs.tune(RIG, {GAIN: (50.0, 100.0)}, scales=[0.0], candidates=64, changes=short)
-    assert found.unstable == ["rig/1khz-pi-sine, scale 0"]  # under the load of the other there is no slope
-    assert "unstable for small motions: rig/1khz-pi-sine, scale 0" in repr(found)
-    assert "unstable for small motions: rig/1khz-pi-sine, scale 0" in found._repr_html_()
+    names = ["rig/1khz-pi-sine, scale 0", "rig/1khz-pi-square, scale 0"]
+    assert found.unstable == names
+    assert f"unstable for small motions: {'; '.join(names)}" in repr(found)
+    assert f"unstable for small motions: {'; '.join(names)}" in found._repr_html_()
 
 
 def test_values_are_tables_that_build_on_a_scenario(tmp_path: Path) -> None:

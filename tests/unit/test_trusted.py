@@ -5,7 +5,8 @@ import math
 import pytest
 
 from hydroservo import load_scenario, replace
-from hydroservo.linear.trusted import Trusted, agrees, sliding, trusted_margins
+from hydroservo.linear.places import sliding
+from hydroservo.linear.trusted import Trusted, agrees, trusted_margins
 from hydroservo.linear.view import smoothest
 from hydroservo.loop import Loop
 from hydroservo.runs.arguments import checked_loop

@@ -194,7 +194,7 @@ class Strict:
         return np.zeros(candidates[GAIN].size)
 
     def objections(self, parameters: Mapping[str, float]) -> list[str]:
-        return [] if parameters[GAIN] <= self.most else ["too much"]
+        return [] if parameters.get(GAIN, 0.0) <= self.most else ["too much"]
 
 
 def test_candidates_far_from_the_best_are_looked_at_too() -> None:

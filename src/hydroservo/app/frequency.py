@@ -11,9 +11,9 @@ from hydroservo.command_scale import in_command_unit
 from hydroservo.linear.bode import bode
 from hydroservo.linear.operating_point import operating_point
 from hydroservo.linear.parts import parts_of
+from hydroservo.linear.places import sliding
 from hydroservo.linear.reading import READ, read_as
 from hydroservo.linear.responses import responses
-from hydroservo.linear.trusted import sliding
 from hydroservo.loop import Loop
 from hydroservo.runs.cautions import warnings_of
 

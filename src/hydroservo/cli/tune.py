@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from hydroservo.reports.report import Report as Page
     from hydroservo.runs.tuned import Tuned
     from hydroservo.runs.tuning import Progress
-    from hydroservo.scenario.tuning import Task
+    from hydroservo.scenario.task import Task
 
 __all__ = ["tune"]
 
@@ -189,7 +189,7 @@ def tune(
     from hydroservo.cli.interrupts import INTERRUPTED, heard
     from hydroservo.cli.kernels import log_kernels
     from hydroservo.cli.progress import progress_bar
-    from hydroservo.cli.tune_tables import as_tables
+    from hydroservo.cli.tune_tables import as_tables, remarks_of
     from hydroservo.cli.writing import try_outputs, write_or_keep
     from hydroservo.outputs import write_text
     from hydroservo.reports.folder import Files
@@ -197,11 +197,12 @@ def tune(
     from hydroservo.runs.aims import metric_field
     from hydroservo.runs.results import as_json
     from hydroservo.scenario import parse_override
-    from hydroservo.scenario.tuning import as_toml, found_by, given, task_of
+    from hydroservo.scenario.task import task_of
+    from hydroservo.scenario.tuning import as_toml, best_values, without_none
 
-    lists = given(weights=weights, scales=scales)
-    plain = given(metric=metric, seeds=seeds, effort=effort, candidates=candidates, seed=seed)
-    plain |= given(
+    lists = without_none(weights=weights, scales=scales)
+    plain = without_none(metric=metric, seeds=seeds, effort=effort, candidates=candidates, seed=seed)
+    plain |= without_none(
         bounded=bounded, gain_margin=gain_margin, phase_margin=phase_margin, max_sensitivity=max_sensitivity
     )
     parts = plain | {name: separated_numbers(text) for name, text in lists.items()}
@@ -219,11 +220,11 @@ def tune(
     with log_kernels(verbose), progress_bar("preparing") as report:
         unit = metric_field(task.aim.loops, task.aim.metric).unit
         progress = progress_with_best(report, unit, task)
-        found = found_by(task, threads, progress, heard)
+        found = best_values(task, threads, progress, lambda: heard("; the best values so far are above"))
     for scenario, table in zip(task.names, found.tables, strict=True):
         say_remarks(scenario, table)
     command = command_typed(context)
-    text = as_toml(found.parameters, " \\\n    ".join(command))
+    text = as_toml(found.parameters, " \\\n    ".join(command), remarks_of(task, found))
     said = as_tables(command, task, found)
     one = " and the first seed" if task.aim.seeds > 1 else ""
     words = ["hydroservo", "run" if len(task.scenarios) == 1 else "compare", *task.scenarios]

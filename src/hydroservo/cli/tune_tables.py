@@ -11,13 +11,21 @@ from hydroservo._version import __version__
 from hydroservo.block import field_at
 from hydroservo.cli.tables import as_text
 from hydroservo.formatting import NONE, Scale, quantity, scale_of, scales_of
-from hydroservo.linear.bounds import Change
 from hydroservo.linear.reading import READ, read_as
+from hydroservo.linear.standing import Change
 from hydroservo.runs.aims import geometric_mean
 from hydroservo.runs.tuned import Tuned
-from hydroservo.scenario.tuning import Task
+from hydroservo.scenario.task import Task
 
-__all__ = ["as_tables", "lines_of", "margins_table", "metrics_table", "tables_of", "values_table"]
+__all__ = [
+    "as_tables",
+    "lines_of",
+    "margins_table",
+    "metrics_table",
+    "remarks_of",
+    "tables_of",
+    "values_table",
+]
 
 MARGINS = {
     name: READ[name] for name in ("oscillation_gain", "gain_margin", "phase_margin", "sensitivity_peak")
@@ -59,21 +67,33 @@ def tables_of(task: Task, found: Tuned) -> list[Table]:
 
 def margins_table(found: Tuned) -> Table:
     """The margins of each machine while it moves, before and after, and from which gain it oscillates."""
-    shown = Table(title="Margins while moving, before and after", title_justify="left")
+    shown = Table(title="\nMargins while moving", title_justify="left")
     shown.add_column("machine", overflow="fold")
+    shown.add_column("values")
     for label, _ in MARGINS.values():
         shown.add_column(label, justify="right")
-    for one in found.margins:
-        pairs = (
-            (getattr(one.before, name), getattr(one.after, name), unit) for name, (_, unit) in MARGINS.items()
-        )
-        shown.add_row(escape(one.name), *(from_to(*pair) for pair in pairs))
+    for change in found.margins:
+        for i, (label, standing) in enumerate((("before", change.before), ("after", change.after))):
+            cells = [read_as(getattr(standing, name), unit, NONE) for name, (_, unit) in MARGINS.items()]
+            shown.add_row(escape(change.name), label, *cells, end_section=i == 1)
     return shown
 
 
-def from_to(before: float, after: float, unit: str) -> str:
-    """A margin before and after."""
-    return " → ".join(read_as(value, unit, NONE) for value in (before, after))
+def remarks_of(task: Task, found: Tuned) -> list[str]:
+    """Comments in the file of values: why they may not be those of the command beside them."""
+    remarks = []
+    if found.interrupted:
+        done = found.runs // (task.aim.seeds * len(task.aim.loops))
+        remarks.append(f"The search was interrupted after {done:,} candidates.")
+    if no_better(task, found):
+        remarks.append("They are no better than those of the scenario.")
+    return remarks
+
+
+def no_better(task: Task, found: Tuned) -> bool:
+    """Whether the scenario's own values keep the bounds and are better."""
+    effort = task.aim.effort
+    return found.own.within and found.best.cost(effort) > found.own.cost(effort)
 
 
 def lines_of(task: Task, found: Tuned) -> list[str]:
@@ -84,14 +104,14 @@ def lines_of(task: Task, found: Tuned) -> list[str]:
     lines += swinging(found.margins)
     if not found.own.within:
         lines.append("What the scenario has is beyond the bounds.")
-    elif found.best.error > found.own.error and not task.aim.effort:
+    elif no_better(task, found):
         lines.append("[bold yellow]NO BETTER[/] than what the scenario has; give the search more candidates")
     if found.edges:
         paths = ", ".join(map(escape, found.edges))
         lines.append(f"[bold yellow]AT THE EDGE[/] of its range, so a wider one may hold better: {paths}")
     if found.unstable:
         names = "; ".join(map(escape, found.unstable))
-        lines.append(f"[bold yellow]UNSTABLE[/] about the operating point, as bode shows: {names}")
+        lines.append(f"[bold yellow]UNSTABLE[/] for small motions: {names}")
     return lines
 
 
@@ -127,7 +147,7 @@ def metrics_table(task: Task, found: Tuned) -> Table:
     aim = task.aim
     scale = scale_of(found.after, found.tables[0][aim.metric].attrs["units"])
     means = f", mean over {aim.seeds} seeds" if aim.seeds > 1 else ""
-    heading = escape(f"{aim.metric} [{scale.label}]{means}")
+    heading = escape(f"\n{aim.metric} [{scale.label}]{means}")
     shown = Table(title=heading, title_justify="left")
     shown.add_column("scenario", overflow="fold")
     for name in ("weight", "before", "after", "change"):

@@ -56,15 +56,9 @@ def plot_tuned(found: Tuned) -> Figure:
         axis.set_xlim(factor * min(finite, default=1.0) / MARGIN, edge)
         axis.grid(axis="y", visible=False)
         axis.set_xlabel(f"{found.metric.replace('_', ' ')} [{label}]" if label else found.metric)
-        axis.xaxis.set_major_formatter(number_ticks)
-        axis.xaxis.set_minor_formatter(number_ticks)
+        set_ticks(axis.xaxis)
         axis.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2)
     return fig
-
-
-def number_ticks(value: float, _: float) -> str:
-    """A tick with a plain number where its first digit is 1, 2 or 5."""
-    return number(value, 1) if value > 0.0 and f"{value:e}"[0] in "125" else ""
 
 
 def draw_row(axis: Axes, row: int, before: float, after: float, edge: float) -> None:
@@ -79,25 +73,23 @@ def draw_row(axis: Axes, row: int, before: float, after: float, edge: float) -> 
 
 
 def plot_front(found: Tuned) -> Figure:
-    """The least error of all that a search tried, by the command's activity, and what is compared there.
+    """The least error by the command's activity, of the candidates within the bounds.
 
-    The line is what can be had: the least error with at most an activity. What is hollow is outside the
-    bounds on stability; what diverged, or did not move the command, is left out.
+    The own values, the first guess and the best values are marked, hollow where they are outside the bounds.
+    What diverged, or did not move the command, is left out.
 
     Args:
         found: what :func:`~hydroservo.tune` returned.
     """
-    front, own, guess, best = found.front, found.own, found.guess, found.best
-    front = sorted(filter(is_shown, front), key=lambda one: one.activity)
+    front = [one for one in found.front if is_shown(one)]
     compared = {
         name: one
-        for name, one in zip(MARKS, (own, guess, best), strict=True)
+        for name, one in zip(MARKS, (found.own, found.guess, found.best), strict=True)
         if one is not None and is_shown(one)
     }
-    every = [*front, *compared.values()]
-    errors, activities = [one.error for one in every], [one.activity for one in every]
-    unit = found.tables[0][found.metric].attrs["units"]
-    y_label, y = axis_unit(unit, max(errors, default=1.0))
+    errors = [one.error for one in (*front, *compared.values())]
+    activities = [one.activity for one in (*front, *compared.values())]
+    y_label, y = axis_unit(found.tables[0][found.metric].attrs["units"], max(errors, default=1.0))
     x_label, x = axis_unit("V", max(activities, default=1.0))
     with style():
         fig = figure(HEIGHT)
@@ -105,16 +97,15 @@ def plot_front(found: Tuned) -> Figure:
         axis.set(xscale="log", yscale="log", xlabel=f"total variation of the command [{x_label}]")
         axis.set_ylabel(f"{found.metric.replace('_', ' ')} [{y_label}]".removesuffix(" []"))
         axis.set(xlim=extent(activities, x), ylim=extent(errors, y))
-        for scale in (axis.xaxis, axis.yaxis):
-            set_ticks(scale)
-        draw_front(axis, front, x, y)
+        set_ticks(axis.xaxis)
+        set_ticks(axis.yaxis)
+        if front:
+            line = [[x * one.activity for one in front], [y * one.error for one in front]]
+            axis.plot(*line, "o-", color=FRONT, ms=3.2, lw=0.9, drawstyle="steps-post", label="least error")
         for name, one in compared.items():
-            marker, size, colour = MARKS[name]
-            (drawn,) = axis.plot([x * one.activity], [y * one.error], color=colour, label=name, zorder=4)
-            drawn.set(marker=marker, markersize=size, linestyle="", clip_on=False)
-            drawn.set_markerfacecolor(colour if one.within else "white")
+            draw_mark(axis, name, x * one.activity, y * one.error, within=one.within)
         handles = axis.get_legend_handles_labels()[0]
-        if not all(one.within for one in every):
+        if not all(one.within for one in compared.values()):
             handles.append(hollow("outside the bounds"))
         axis.legend(handles=handles, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=max(len(handles), 1))
     return fig
@@ -125,25 +116,12 @@ def is_shown(one: Tried) -> bool:
     return 0.0 < one.error < math.inf and 0.0 < one.activity < math.inf
 
 
-def draw_front(axis: Axes, front: Sequence[Tried], x: float, y: float) -> None:
-    """The points of a front, and the line of what can be had.
-
-    Args:
-        axis: to draw on.
-        front: with rising activity.
-        x: factor on activities.
-        y: factor on errors.
-    """
-    for within, face in ((True, FRONT), (False, "white")):
-        points = [one for one in front if one.within == within]
-        if not points:
-            continue
-        (drawn,) = axis.plot([x * one.activity for one in points], [y * one.error for one in points])
-        drawn.set(
-            color=FRONT, marker="o", markersize=3.2, markerfacecolor=face, markeredgewidth=0.8, zorder=3
-        )
-        drawn.set(drawstyle="steps-post", linewidth=0.9, linestyle="-" if within else "")
-        drawn.set_label("least error" if within else "_")
+def draw_mark(axis: Axes, name: str, activity: float, error: float, *, within: bool) -> None:
+    """The mark of values that are compared."""
+    marker, size, colour = MARKS[name]
+    face = colour if within else "white"
+    (drawn,) = axis.plot([activity], [error], color=colour, label=name, zorder=4, clip_on=False)
+    drawn.set(marker=marker, markersize=size, linestyle="", markerfacecolor=face)
 
 
 def hollow(label: str) -> Line2D:

@@ -7,20 +7,19 @@ from typing import Annotated, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.block import replace, value_at
+from hydroservo.block import replace
 from hydroservo.field import Field
-from hydroservo.formatting import number, quantity
-from hydroservo.linear.margins import UNTOLD, Margins
+from hydroservo.formatting import NONE, number, quantity
+from hydroservo.linear.margins import UNTOLD
 from hydroservo.linear.onset import LARGE, amplified, first_of, longer
 from hydroservo.linear.places import Place, Reserve, places_of
-from hydroservo.linear.reading import read_as
-from hydroservo.linear.view import onset_of, viewed
+from hydroservo.linear.reading import READ, read_as
 from hydroservo.loop import Loop
 from hydroservo.monitors import Oscillation
 from hydroservo.runs.batch import simulate_batch, with_steps
 from hydroservo.runs.cautions import quietly
 
-__all__ = ["Bounds", "Change", "LoopGuard", "Standing"]
+__all__ = ["Bounds", "LoopGuard"]
 
 Numbers = NDArray[np.float64]
 Columns = Mapping[str, Numbers]
@@ -28,6 +27,7 @@ Columns = Mapping[str, Numbers]
 UNSTABLE = 5.0  # violation of an unstable loop, to which the logarithm of its growth is added
 LINEAR = 20.0  # added to a violation of linear margins, so that it outweighs any oscillation
 WILDEST = 10.0  # the most that an oscillation or its growth counts, as of a run that diverges
+DEGREES = READ["phase_margin"][1]
 FINE = 0.25  # dB from gain to gain, of a closer look
 
 
@@ -35,41 +35,18 @@ class Bounds(NamedTuple):
     """The margins that loops must keep while their machines move."""
 
     gain_margin: Annotated[float, Field("", "least gain margin, a factor", at_least=1)] = 10.0**0.3
-    phase_margin: Annotated[float, Field("rad", "least phase margin", at_least=0)] = math.pi / 6.0
+    phase_margin: Annotated[float, Field("rad", "least phase margin", at_least=0, below=math.pi)] = (
+        math.pi / 6.0
+    )
     max_sensitivity: Annotated[float, Field("", "largest sensitivity peak", above=1)] = 10.0**0.3
-
-
-class Standing(NamedTuple):
-    """How a loop stands, as ``bode`` shows it; nan where a number cannot be had."""
-
-    oscillation_gain: Annotated[float, Field("", "factor on the gain from which the loop oscillates")]
-    oscillation_command: Annotated[float, Field("V", "amplitude of the command in a sustained oscillation")]
-    gain_margin: Annotated[float, Field("", "least gain margin while moving")]
-    phase_margin: Annotated[float, Field("rad", "least phase margin while moving")]
-    sensitivity_peak: Annotated[float, Field("", "largest sensitivity peak while moving")]
-
-    def __str__(self) -> str:
-        named = {"gain margin": (self.gain_margin, "dB"), "phase margin": (self.phase_margin, "°")}
-        return ", ".join(f"{name} {read_as(value, unit, '-')}" for name, (value, unit) in named.items())
-
-
-class Change(NamedTuple):
-    """How a loop stands before a search and after it."""
-
-    name: str
-    before: Standing
-    after: Standing
-
-    def __str__(self) -> str:
-        return f"{self.name}: {self.before} -> {self.after}"
 
 
 class LoopGuard:
     """Holds candidates against bounds, on the loops of a search and on those of its uncertainty.
 
-    The margins are those of :class:`~hydroservo.linear.places.Place`. The loops also run, 5 s longer than
-    their own time, at their gain and at the bound on it: none may oscillate. Where no loop has a slope,
-    as of a sliding law, they run at their own gain alone.
+    The margins are those at the loops' places, :func:`~hydroservo.linear.places.places_of`. The loops also
+    run, 5 s longer than their own time, at their gain and at the bound on it: none may oscillate. Where no
+    loop has a slope, as of a sliding law, they run at their own gain alone.
 
     Args:
         bounds: what they are.
@@ -152,28 +129,29 @@ class LoopGuard:
         ]
 
     def linear_problems(self, loop: Loop) -> Iterator[str]:
-        """What is beyond the bounds of a loop's margins at its places."""
-        reserves = {place.point.command: place.reserve({}) for place in places_of(loop)}
-        if not reserves:
+        """What is beyond the bounds of a loop's margins, each where it is worst."""
+        places = {place.point.command: place.margins for place in places_of(loop)}
+        unstable = [number(command) for command, margins in places.items() if not margins.stable]
+        if unstable:
+            yield f"small motions are unstable under {', '.join(unstable)} V"
             return
-        worst = max(reserves, key=lambda command: self.beyond(reserves[command]))
-        reserve, bounds, where = reserves[worst], self.bounds, f"under {number(worst)} V"
-        if math.isnan(reserve.gain_margin):
-            yield f"small motions are unstable {where}"
-            return
-        if reserve.gain_margin < bounds.gain_margin:
-            yield f"gain margin {decibels(reserve.gain_margin)} {where}, below {decibels(bounds.gain_margin)}"
-        if reserve.phase_margin < bounds.phase_margin:
-            least = read_as(bounds.phase_margin, "°", "")
-            yield f"phase margin {read_as(reserve.phase_margin, '°', '')} {where}, below {least}"
-        if reserve.sensitivity_peak > bounds.max_sensitivity:
-            most = decibels(bounds.max_sensitivity)
-            yield f"sensitivity peak {decibels(reserve.sensitivity_peak)} {where}, above {most}"
+        for label, least, unit, side in (
+            ("gain_margin", self.bounds.gain_margin, "dB", "below"),
+            ("phase_margin", self.bounds.phase_margin, DEGREES, "below"),
+            ("sensitivity_peak", self.bounds.max_sensitivity, "dB", "above"),
+        ):
+            sign = 1.0 if side == "below" else -1.0
+            values = {command: getattr(margins, label) for command, margins in places.items()}
+            command = min(values, key=lambda one: sign * values[one], default=0.0)
+            if places and sign * values[command] < sign * least:
+                shown, bound = read_as(values[command], unit, NONE), read_as(least, unit, NONE)
+                yield f"{READ[label][0]} {shown} under {number(command)} V, {side} {bound}"
 
     def run_problems(self, name: str, parameters: Mapping[str, float]) -> Iterator[str]:
         """What a loop's runs show."""
-        steps = np.arange(0.0, 20.0 * math.log10(self.gains[-1]) + 0.5 * FINE, FINE)
-        gains = np.minimum(10.0 ** (steps / 20.0), self.gains[-1])
+        bound = self.gains[-1]
+        steps = np.arange(0.0, 20.0 * math.log10(bound) + 1.5 * FINE, FINE)  # one beyond the bound
+        gains = 10.0 ** (steps / 20.0)
         columns = {path: np.array([value]) for path, value in parameters.items()}
         (amplitude,) = self.amplitudes(name, columns, gains)
         if amplitude[0] > 0.0:
@@ -181,28 +159,8 @@ class LoopGuard:
             return
         large = np.where(np.nan_to_num(amplitude) >= LARGE, amplitude, 0.0)
         onset = first_of(gains, large)
-        if onset < math.inf:
+        if onset < bound:
             yield f"oscillates from {decibels(onset)} more gain"
-
-    def changes(self, parameters: Mapping[str, float]) -> list[Change]:
-        """How each loop stands with its own values, and with others."""
-        found = []
-        for name, loop in self.loops.items():
-            own = {path: value_at(loop, path) for path in parameters}
-            found.append(Change(name, self.standing(name, own), self.standing(name, parameters)))
-        return found
-
-    def standing(self, name: str, parameters: Mapping[str, float]) -> Standing:
-        """How a loop stands with some values."""
-        loop = replace(self.loops[name], parameters)
-        columns = {path: np.array([value]) for path, value in parameters.items()}
-        amplitude = float(self.amplitudes(name, columns, np.ones(1))[0, 0])
-        try:
-            view = viewed(loop, None, None, None)
-        except UNTOLD:
-            return Standing(onset_of(loop, None), amplitude, math.nan, math.nan, math.nan)
-        found: Margins = view.trusted.margins
-        return Standing(view.onset, amplitude, found.gain_margin, found.phase_margin, found.sensitivity_peak)
 
 
 def reserve_with(place: Place, parameters: Mapping[str, float]) -> Reserve:

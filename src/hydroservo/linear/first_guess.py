@@ -6,7 +6,7 @@ from typing import Annotated, Any, NamedTuple
 from hydroservo.block import Block, field_at
 from hydroservo.field import Field
 from hydroservo.linear.axis import Axis, axis_at
-from hydroservo.linear.trusted import SHARES, largest_command, sliding
+from hydroservo.linear.places import SHARES, largest_command, sliding
 from hydroservo.loop import Loop
 from hydroservo.runs.arguments import checked_loop
 

@@ -17,7 +17,7 @@ from hydroservo.linear.response import crossings, grid, largest
 from hydroservo.loop import Loop
 from hydroservo.runs.arguments import checked_loop
 
-__all__ = ["UNTOLD", "Judged", "Margins", "is_unstable", "margins", "margins_at"]
+__all__ = ["UNTOLD", "Judged", "Margins", "margins", "margins_at"]
 
 SLOWEST = 1e-6  # growth per sample that counts as none: a slow drift of what nothing holds
 LINEAR = 1e-2  # largest error
@@ -95,18 +95,6 @@ def margins(loop: Loop, *, command: float | None = None) -> Margins:
             block = type(getattr(loop, path)).__name__
             raise ParameterError(path, block, f"is not linear about its operating point: {CAUSES[path]}")
     return found.margins
-
-
-def is_unstable(loop: Loop) -> bool:
-    """Whether a loop is unstable about its operating point; False where that cannot be told.
-
-    That is so of an FMU, which has no slopes, and of a plug-in's law that raises an exception.
-    """
-    try:
-        found = margins_at(operating_point(checked_loop(loop), None))
-    except UNTOLD:
-        return False
-    return found.linear and not found.margins.stable
 
 
 class Judged(NamedTuple):

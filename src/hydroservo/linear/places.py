@@ -1,34 +1,41 @@
 """Where a machine moves, and the margins there of one law after another: fast enough for a search."""
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.block import replace, values
+from hydroservo.block import leaves, replace, values
+from hydroservo.errors import ParameterError
 from hydroservo.hooks import smoothed
-from hydroservo.linear.margins import SLOWEST, UNTOLD, Judged, margins_at
+from hydroservo.linear.margins import SLOWEST, UNTOLD, Judged, Margins, margins_at
 from hydroservo.linear.open_loop import OpenLoop, put_together
 from hydroservo.linear.operating_point import OperatingPoint, operating_point
 from hydroservo.linear.parts import Parts, digital_rows, digital_slopes, parts_of
 from hydroservo.linear.response import grid
 from hydroservo.linear.slopes import exact_slopes
-from hydroservo.linear.trusted import SHARES, largest_command, sliding
-from hydroservo.linear.view import smoothest
 from hydroservo.loop import Loop
-from hydroservo.runs.run import complete, designed_law
+from hydroservo.runs.cautions import quietly
+from hydroservo.runs.run import complete, designed_law, simulate
 
-__all__ = ["Place", "Reserve", "places_of"]
+__all__ = [
+    "SHARES",
+    "Place",
+    "Reserve",
+    "is_unstable",
+    "kinked",
+    "largest_command",
+    "places_of",
+    "sliding",
+    "while_moving",
+]
 
 POINTS = 400  # of a curve, besides those about its resonances
-NEAR = (-0.01, 0.01)  # of the largest command: as good as at rest, but a valve has left its null
-FAR = (-0.9, 0.9)  # where a law that has no slope at the others may have one, as beyond a dead band
-MILD = (
-    0.5  # error of a place whose slopes to either side differ and still say something, as at a valve's null
-)
+SHARES = (-0.5, -0.1, 0.1, 0.5)  # of the largest command of a run, under which a machine moves
+NEAR = (-0.01, 0.01)  # and nearly rests
 
 Vector = NDArray[np.float64]
 Response = NDArray[np.complex128]
@@ -57,11 +64,13 @@ class Place(NamedTuple):
         loop: complete, its law not yet designed.
         point: where it stays.
         parts: its derivatives, of the law that it has.
+        margins: there, with that law.
     """
 
     loop: Loop
     point: OperatingPoint
     parts: Parts
+    margins: Margins
 
     def reserve(self, parameters: Mapping[str, float]) -> Reserve:
         """The loop's reserve with other numbers of its law and sensors.
@@ -85,36 +94,67 @@ class Place(NamedTuple):
 
 
 def places_of(loop: Loop) -> list[Place]:
-    """The places of a loop at which its margins are judged, where it has a slope.
+    """The places of a loop at which its margins are judged: its own operating point, and while it moves.
 
-    These are its own operating point and those under 1 %, 10 % and 50 % of the largest command of its run,
-    both ways, with a hysteresis that passes all of the command; those under 90 % where it has a slope at none
-    of them.
+    They are those at which it has a slope.
     """
-    largest = largest_command(loop)
-    found: list[Place] = []
+    points: list[tuple[OperatingPoint, Judged]] = []
     with suppress(*UNTOLD):
-        found += with_slopes(smoothest(loop, None, None)[:2], loop)
-    if largest:
-        slid = sliding(loop)
-        found += places_under(slid, [share * largest for share in (*SHARES, *NEAR)])
-        found += [] if found else places_under(slid, [share * largest for share in FAR])
-    return found
+        own = operating_point(loop, None)
+        judged = margins_at(own)
+        points += [(own, judged)] if judged.linear else []
+    points += while_moving(loop, largest_command(loop))
+    return [Place(complete(loop), point, parts_of(point)[0], judged.margins) for point, judged in points]
 
 
-def places_under(loop: Loop, commands: Sequence[float]) -> Iterator[Place]:
-    """Those under some commands [V]."""
-    for command in commands:
+def is_unstable(loop: Loop) -> bool:
+    """Whether small motions of a loop are unstable at one of its places; False where it has none.
+
+    It has none with an FMU, which has no slopes, and with a plug-in's law that raises an exception.
+    """
+    return any(not place.margins.stable for place in places_of(loop))
+
+
+def while_moving(loop: Loop, largest: float) -> Iterator[tuple[OperatingPoint, Judged]]:
+    """The points under some commands, both ways, where a loop stays and has a slope, and its margins there.
+
+    The commands are 1 % of the largest one, as good as at rest but beyond the kink of a valve's null, 10 %
+    and 50 %. Friction slides there, and hysteresis passes all of the command, as it does of one that goes on
+    in one direction.
+
+    Args:
+        loop: the loop.
+        largest: command of its run [V]; where that is 0 there are no points.
+    """
+    loop = sliding(loop)
+    for command in (share * largest for share in (*SHARES, *NEAR) if largest):
         with suppress(*UNTOLD):
             point = operating_point(loop, command)
-            yield from with_slopes((point, margins_at(point)), loop)
+            judged = margins_at(point)
+            if judged.linear:
+                yield point, judged
 
 
-def with_slopes(judged: tuple[OperatingPoint, Judged], loop: Loop) -> Iterator[Place]:
-    """The place at a point, unless the loop has no slope there."""
-    point, found = judged
-    if all(error < MILD for error in found.errors.values()):
-        yield Place(complete(loop), point, parts_of(point)[0])
+def sliding(loop: Loop) -> Loop:
+    """The loop whose hysteresis passes all of a command, as it does of one that goes on in one direction."""
+    slid: Loop = replace(loop, {path: 0.0 for path, _ in kinked(loop, "hysteresis")})
+    return slid
+
+
+def kinked(loop: Loop, name: str) -> Iterator[tuple[str, float]]:
+    """Numbers of this name in a loop that are not 0, by their path."""
+    for path, value in leaves(loop):
+        if path.rpartition(".")[2] == name and value:
+            yield path, value
+
+
+def largest_command(loop: Loop) -> float:
+    """The largest command of a run of the loop [V]; 0 where it cannot run."""
+    try:
+        data = quietly(simulate)(loop, record=["controller.u"], metrics=[])
+    except ParameterError:
+        return 0.0
+    return float(np.nanmax(np.abs(data["controller.u"].values), initial=0.0))
 
 
 def reserve_of(loop: OpenLoop) -> Reserve:
@@ -132,8 +172,16 @@ def reserve_of(loop: OpenLoop) -> Reserve:
         sensitivity = np.abs(1.0 / (1.0 + response))
     if not np.isfinite(sensitivity).any():
         return Reserve(math.inf)
-    peak = float(np.nanmax(sensitivity))
+    peak = peak_of(sensitivity)
     return Reserve(growth, gain_margin(response), phase_margin(response), peak)
+
+
+def peak_of(sensitivity: Vector) -> float:
+    """The largest value of a curve, by a parabola through it and its neighbours."""
+    i = int(np.nanargmax(sensitivity))
+    before, here, after = np.take(sensitivity, (i - 1, i, i + 1), mode="clip")
+    bent = before - 2.0 * here + after
+    return float(here - 0.125 * (after - before) ** 2 / bent) if bent < 0.0 else float(here)
 
 
 def gain_margin(response: Response) -> float:
@@ -151,5 +199,5 @@ def phase_margin(response: Response) -> float:
     crossed = np.flatnonzero(logs[:-1] * logs[1:] < 0.0)
     share = logs[crossed] / (logs[crossed] - logs[crossed + 1])
     turn = np.angle(response[crossed + 1] / response[crossed])
-    late = np.abs(np.mod(np.angle(response[crossed]) + share * turn, 2.0 * math.pi) - math.pi)
-    return float(late.min(initial=math.pi))
+    distance = np.abs(np.mod(np.angle(response[crossed]) + share * turn, 2.0 * math.pi) - math.pi)
+    return float(distance.min(initial=math.pi))

@@ -1,26 +1,20 @@
 """The margins of a loop that has kinks: while it moves, and only where its nonlinear runs agree."""
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import NamedTuple
 
-import numpy as np
-
-from hydroservo.block import leaves, replace
-from hydroservo.errors import HydroservoError, ParameterError
 from hydroservo.formatting import number
-from hydroservo.linear.margins import Judged, Margins, margins_at
+from hydroservo.linear.margins import Judged, Margins
 from hydroservo.linear.onset import MOST
-from hydroservo.linear.operating_point import OperatingPoint, operating_point
+from hydroservo.linear.operating_point import OperatingPoint
+from hydroservo.linear.places import kinked, largest_command, while_moving
 from hydroservo.loop import Loop
-from hydroservo.runs.cautions import quietly
-from hydroservo.runs.run import simulate
 
-__all__ = ["Trusted", "sliding", "trusted_margins"]
+__all__ = ["Trusted", "trusted_margins"]
 
 AGREED = 1.5  # dB, by which a gain margin may miss the onset of oscillation
-SHARES = (-0.5, -0.1, 0.1, 0.5)  # of the largest command of the run, under which the machine moves
-LEAST = min(abs(share) for share in SHARES)
+LEAST = 0.1  # of the largest command of the run, from which a point that is asked for has margins of its own
 
 
 class Trusted(NamedTuple):
@@ -41,8 +35,8 @@ def trusted_margins(point: OperatingPoint, judged: Judged, loop: Loop, onset: fl
     """The margins of a loop about a point, or those while it moves where the point has none that hold.
 
     Those of a smooth loop are its own. Where it has a kink at the point, or rests within an overlap, which
-    the onset of oscillation shows, they are the worst at commands of 10 % and 50 % of the run's largest, both
-    ways: friction slides there, the spool has left its overlap, and hysteresis passes all of the command.
+    the onset of oscillation shows, they are the worst of those under which its machine moves, as of
+    :func:`~hydroservo.linear.places.while_moving`.
 
     Args:
         point: where the loop stays.
@@ -61,10 +55,12 @@ def trusted_margins(point: OperatingPoint, judged: Judged, loop: Loop, onset: fl
     largest = largest_command(loop)
     if judged.linear and abs(point.command) >= LEAST * largest > 0.0:
         return Trusted(here, True, "")
-    found = dict(while_moving(loop, [share * largest for share in SHARES]))
-    if not known and found:  # rest within an overlap is quieter than any motion
-        holds = holds and here.gain_margin <= max(one.gain_margin for one in found.values())
-    if holds:
+    found = {one.command: at.margins for one, at in while_moving(loop, largest)}
+    moving = [one.gain_margin for command, one in found.items() if abs(command) >= LEAST * largest]
+    if not known and moving:  # rest within an overlap is quieter than any motion
+        found = {command: one for command, one in found.items() if one.gain_margin <= max(moving)}
+        holds = holds and here.gain_margin <= max(moving)
+    if holds and judged.linear:
         found[point.command] = here
     problem = problem_of(found, judged, loop, onset)
     if problem:
@@ -103,40 +99,6 @@ def span_of(found: Mapping[float, Margins]) -> str:
     """The least and the largest gain margin [dB]."""
     every = [one.gain_margin for one in found.values()]
     return " to ".join(dict.fromkeys(number(decibels(one)) for one in (min(every), max(every))))
-
-
-def while_moving(loop: Loop, commands: Sequence[float]) -> Iterator[tuple[float, Margins]]:
-    """The margins under some commands [V], where the loop stays and is linear."""
-    loop = sliding(loop)
-    for command in commands:
-        try:
-            judged = margins_at(operating_point(loop, command))
-        except HydroservoError:
-            continue
-        if judged.linear and command:
-            yield command, judged.margins
-
-
-def sliding(loop: Loop) -> Loop:
-    """The loop whose hysteresis passes all of a command, as it does of one that goes on in one direction."""
-    slid: Loop = replace(loop, {path: 0.0 for path, _ in kinked(loop, "hysteresis")})
-    return slid
-
-
-def kinked(loop: Loop, name: str) -> Iterator[tuple[str, float]]:
-    """Numbers of this name in a loop that are not 0, by their path."""
-    for path, value in leaves(loop):
-        if path.rpartition(".")[2] == name and value:
-            yield path, value
-
-
-def largest_command(loop: Loop) -> float:
-    """The largest command of a run of the loop [V]; 0 where it cannot run."""
-    try:
-        data = quietly(simulate)(loop, record=["controller.u"], metrics=[])
-    except ParameterError:
-        return 0.0
-    return float(np.nanmax(np.abs(data["controller.u"].values), initial=0.0))
 
 
 def worst_of(every: Sequence[Margins], here: Margins) -> Margins:

@@ -13,8 +13,9 @@ from hydroservo.linear.margins import Judged, Margins, margins_at
 from hydroservo.linear.onset import oscillation_gain
 from hydroservo.linear.operating_point import OperatingPoint, operating_point
 from hydroservo.linear.parts import Parts, parts_of
+from hydroservo.linear.places import sliding
 from hydroservo.linear.response import rates_of
-from hydroservo.linear.trusted import Trusted, sliding, trusted_margins
+from hydroservo.linear.trusted import Trusted, trusted_margins
 from hydroservo.loop import Loop
 from hydroservo.runs.run import complete
 from hydroservo.validation import number

@@ -20,3 +20,7 @@ class Tried(NamedTuple):
     error: float
     activity: float
     within: bool
+
+    def cost(self, effort: float) -> float:
+        """The error, with a price on the activity: error activity^effort."""
+        return self.error * (self.activity**effort if effort else 1.0)

@@ -23,12 +23,13 @@ class Tuned(NamedTuple):
         tables: the runs of each loop with the best values, one for each seed, as simulate_batch returns them.
         names: of the loops.
         metric: what was made small.
-        own: the loops' own values.
+        own: the loops' own values; shown are those of the first.
+        best: the best values.
         guess: a first guess from the machine's natural frequency; None where there is none.
         front: the least errors of the candidates for the command's activity, from the calmest on.
         interrupted: whether the search ended before all its candidates were tried.
-        unstable: names of loops that the best values leave unstable for small motions about their operating
-            point; of a search without bounds.
+        unstable: names of loops that the best values leave unstable for small motions at one of the places
+            where margins are judged; of a search without bounds.
         margins: those of each loop of a search with bounds, before and after.
     """
 

@@ -124,7 +124,7 @@ def searched(
         tables=tables,
         names=[f"loop {i}" for i in range(1, len(aim.loops) + 1)],
         metric=aim.metric,
-        own=tried(aim, own[0], before, within=search.keeps(own[0])),
+        own=tried(aim, own[0], before, within=guard is None or not guard.objections({})),
         best=best,
         guess=search.trial(own[0] | dict(guess)) if guess else None,
         front=search.front(),
@@ -262,9 +262,12 @@ class Search:
             return True
         return not self.guard.violations({path: np.array([one]) for path, one in parameters.items()}).any()
 
-    def trial(self, parameters: Mapping[str, float]) -> Tried:
-        """Some values, the same for all loops."""
-        _, outcomes = at_points(self.aim, [parameters] * len(self.aim.loops), self.threads)
+    def trial(self, parameters: Mapping[str, float]) -> Tried | None:
+        """Some values, the same for all loops; None where they allow no controller."""
+        try:
+            _, outcomes = at_points(self.aim, [parameters] * len(self.aim.loops), self.threads)
+        except ParameterError:
+            return None
         return tried(self.aim, parameters, outcomes, within=self.keeps(parameters))
 
     def front(self) -> list[Tried]:

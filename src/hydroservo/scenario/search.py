@@ -17,7 +17,7 @@ from hydroservo.scenario.ranges import both_ends, check_path
 from hydroservo.scenario.tables import Entry, Table
 from hydroservo.validation import number
 
-__all__ = ["PARTS", "Range", "Search", "checked_part", "searched_range", "tune_search"]
+__all__ = ["LIMITS", "PARTS", "Range", "Search", "checked_part", "searched_range", "tune_search"]
 
 SEARCHED = ("controller", "sensors")  # what a search may set; the rest is given
 LIMITS = {"gain_margin": "dB", "phase_margin": "rad", "max_sensitivity": "dB"}  # bounds, by name
@@ -207,7 +207,11 @@ def checked_limit(name: str, value: object) -> float:
         except (ValueError, OverflowError):
             example = "6 dB" if unit == "dB" else "30 deg"
             raise ParameterError(name, value, f"must be a number with its unit, such as {example}") from None
-    return float(number(found, name, field, float))
+    try:
+        return float(number(found, name, field, float))
+    except ParameterError as error:
+        least = "must be above 0 dB" if name == "max_sensitivity" else "must be at least 0 dB"
+        raise ParameterError(name, value, least if unit == "dB" else error.allowed) from None
 
 
 def factor_of(text: str) -> float:

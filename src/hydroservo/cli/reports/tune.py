@@ -9,7 +9,7 @@ from hydroservo.formatting import quantity
 from hydroservo.reports.report import Picture, Report, origin_of_loop
 from hydroservo.runs.aims import geometric_mean
 from hydroservo.runs.tuned import Tuned
-from hydroservo.scenario.tuning import Task
+from hydroservo.scenario.task import Task
 
 __all__ = ["tune_report"]
 

@@ -1,0 +1,69 @@
+"""How far loops are from oscillating, before a search of their gains and after it."""
+
+import math
+from collections.abc import Mapping
+from typing import Annotated, NamedTuple
+
+from hydroservo.block import replace
+from hydroservo.field import Field
+from hydroservo.formatting import NONE
+from hydroservo.linear.margins import UNTOLD
+from hydroservo.linear.onset import longer
+from hydroservo.linear.reading import READ, read_as
+from hydroservo.linear.view import onset_of, viewed
+from hydroservo.loop import Loop
+from hydroservo.monitors import Oscillation
+from hydroservo.runs.cautions import quietly
+from hydroservo.runs.run import simulate
+
+__all__ = ["Change", "Standing", "changes_of", "standing_of"]
+
+
+class Standing(NamedTuple):
+    """How far a loop is from oscillating, as ``bode`` shows it; nan where a number cannot be had."""
+
+    oscillation_gain: Annotated[float, Field("", "factor on the gain from which the loop oscillates")]
+    gain_margin: Annotated[float, Field("", "least gain margin while moving")]
+    phase_margin: Annotated[float, Field("rad", "least phase margin while moving")]
+    sensitivity_peak: Annotated[float, Field("", "largest sensitivity peak while moving")]
+    oscillation_command: Annotated[float, Field("V", "amplitude of the command in a sustained oscillation")]
+
+    def __str__(self) -> str:
+        shown = {name: READ[name] for name in self._fields if name in READ}
+        texts = (
+            f"{label} {read_as(getattr(self, name), unit, NONE)}" for name, (label, unit) in shown.items()
+        )
+        return ", ".join(texts)
+
+
+class Change(NamedTuple):
+    """How a loop stands before a search and after it."""
+
+    name: str
+    before: Standing
+    after: Standing
+
+    def __str__(self) -> str:
+        return f"{self.name}: before, {self.before}; after, {self.after}"
+
+
+def standing_of(loop: Loop) -> Standing:
+    """How far a loop is from oscillating; the oscillation is that of a run 5 s longer than its own."""
+    run = quietly(simulate)(longer(loop), record=(), metrics=[Oscillation()])
+    amplitude = math.inf if run["diverged"] else float(run["oscillation_command"])
+    try:
+        view = viewed(loop, None, None, None)
+    except UNTOLD:
+        return Standing(onset_of(loop, None), math.nan, math.nan, math.nan, amplitude)
+    margins = view.trusted.margins
+    return Standing(
+        view.onset, margins.gain_margin, margins.phase_margin, margins.sensitivity_peak, amplitude
+    )
+
+
+def changes_of(loops: Mapping[str, Loop], parameters: Mapping[str, float]) -> list[Change]:
+    """How loops stand with their own values, and with others."""
+    return [
+        Change(name, standing_of(loop), standing_of(replace(loop, parameters)))
+        for name, loop in loops.items()
+    ]
