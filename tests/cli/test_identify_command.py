@@ -156,7 +156,8 @@ def test_what_was_found_is_not_lost_where_no_command_can_be_proposed(log, tmp_pa
 def test_a_command_that_never_changes_is_said(log, tmp_path):
     file = damaged(log, tmp_path, command=constant)
     result = hydroservo_("identify", SCENARIO, file, *MASS, *SETTINGS)
-    assert result.exit_code == 0, result.output
+    assert result.exit_code == 3, result.output
+    assert "THE MODEL DOES NOT FIT the logs, so they tell none of its numbers." in result.stderr
     assert "command never changes: nothing excites the machine" in result.stderr
 
 

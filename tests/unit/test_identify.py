@@ -10,6 +10,7 @@ from hydroservo.identification.identified import problem_of, sought
 from hydroservo.identification.lag import lag
 from hydroservo.identification.log import checked_log
 from hydroservo.identification.long_run import long_run_covariance
+from hydroservo.identification.quality import unfit_reason
 from hydroservo.identification.segments import understood
 from hydroservo.identification.shift import shifted, slope_of_shift
 from hydroservo.identification.signals import OUTPUTS
@@ -85,18 +86,20 @@ def test_delay_outliers_and_noise_are_found(found):
 def test_a_signal_of_something_else_is_said(found):
     (fit,) = found.logs
     wrong = fit.signals["velocity"]._replace(explained=0.2, whiteness=0.0, correlation=0.9)
-    (line,) = [line for line in of_log(fit._replace(signals={"velocity": wrong})) if "explains" in line]
-    assert "explains 20 % of the variance; are unit, sign and column right?" in line
+    problem = "the model explains 20 % of its variance; check its unit, its sign and its column"
+    assert unfit_reason(wrong, 0.0) == problem
+    of_fit = fit._replace(signals={"velocity": wrong._replace(problem=problem)})
+    assert f"the model does not fit velocity: {problem}" in list(of_log(of_fit))
 
 
-def test_of_what_only_rounding_leaves_nothing_is_said(found):
-    fit = found.logs[0]
-    exact = fit.signals["velocity"]._replace(explained=1.0, whiteness=0.0, correlation=0.9, held_in=1e-16)
-    assert not [line for line in of_log(fit._replace(signals={"velocity": exact})) if "noise" in line]
-    rough = exact._replace(explained=1.0 - 1e-9)
-    said = list(of_log(fit._replace(signals={"velocity": rough})))
-    assert any("is no white noise" in line for line in said)
-    assert any("held out" in line for line in said)
+def test_a_model_fits_where_only_rounding_or_the_sensors_noise_is_left(found):
+    good = found.logs[0].signals["velocity"]
+    assert found.fits
+    assert good.problem == unfit_reason(good, good.noise) == ""
+    rounding = good._replace(explained=1.0, whiteness=0.0, correlation=0.9)
+    assert unfit_reason(rounding, 0.0) == ""
+    assert "is not white noise" in unfit_reason(rounding._replace(explained=1.0 - 1e-9), 0.0)
+    assert "rms is left, and its sensor has a noise of" in unfit_reason(good, 0.7 * good.noise)
 
 
 def test_the_scenario_written_is_the_machine_found(found, tmp_path):
@@ -163,7 +166,7 @@ def test_arguments_of_constructors_are_sought_from_the_scenarios_own_values():
     varied = sought(assembly, as_entries({"valve.orifice.rated_flow": "-50%..+100%"}))
     time = 1e-3 * np.arange(50)
     log = understood(checked_log({"time": time, "command": np.sin(time), "position": 0.1 + time}, "log"))
-    problem = problem_of(assembly, varied, [log], 1)
+    problem = problem_of(assembly, varied, [], [log], 1)
     own = problem.columns(problem.space.values(problem.usual[np.newaxis, :1]))
     assert own["valve.orifice.area_gradient"] == pytest.approx(assembly.loop.valve.orifice.area_gradient)
 

@@ -54,8 +54,8 @@ def width(one):
 
 
 def test_a_log_of_the_proposed_command_narrows_intervals_as_promised(found, proposed, log, tmp_path):
-    assert not found.parameters["plant.mass"].identifiable
-    assert "plant.mass" in proposed.asked
+    assert not found.parameters["plant.bulk_modulus"].identifiable
+    assert "plant.bulk_modulus" in proposed.asked
     file = tmp_path / "next.csv"
     file.write_text(proposed.csv(), encoding="utf-8")
     played = exact_log(PLAYED | {"reference.series": {"file": str(file)}})

@@ -36,6 +36,7 @@ if TYPE_CHECKING:
 __all__ = ["identify"]
 
 FORM, HORIZON, LIMIT = "--form", "--horizon", "--limit"
+DOES_NOT_FIT = 3  # exit status
 
 
 class Form(StrEnum):
@@ -130,6 +131,9 @@ def identify(
     scenario with what was found (scenario.toml), all numbers (metrics.json), and of each log how it was
     understood (log-1.png, log-1.svg) and met (fit-1.png, fit-1.svg).
 
+    Where the model does not fit the logs, they tell none of its numbers. A table has what it may miss, and
+    the exit status is 3.
+
     Examples:
 
     - `hydroservo identify my.toml bench.csv --vary plant.mass=-50%..+100% --vary
@@ -187,8 +191,7 @@ def identify(
         show(*tables_of(found, more).values())
         list_files(left.files)
     left.check()
-    if failure is not None:
-        raise failure
+    raise failure or typer.Exit(0 if found.fits else DOES_NOT_FIT)
 
 
 def write_identified(

@@ -1,6 +1,7 @@
 """What an identification found: on the terminal, and as JSON."""
 
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
@@ -8,13 +9,17 @@ from rich.markup import escape
 from rich.table import Table
 
 from hydroservo._version import __version__
-from hydroservo.formatting import Scale, number, scales_of
+from hydroservo.formatting import NONE, Scale, number, quantity, scales_of
 from hydroservo.identification import Comparison, Identified, LogFit, Proposal
+from hydroservo.identification.left_out import Effect
+from hydroservo.identification.result import UNFIT, Estimate
 from hydroservo.runs.provenance import scenario_hash
 from hydroservo.scenario.ranges import typed_scales
 from hydroservo.scenario.tables import Entry
 
 __all__ = ["Further", "as_tables", "tables_of", "typed_units"]
+
+LEAST = 1e-6  # probability of white residuals that is shown
 
 
 class Further(NamedTuple):
@@ -46,7 +51,10 @@ def as_tables(found: Identified, more: Further) -> dict[str, Any]:
         "scenario": found.scenario,
         "hash": scenario_hash(found.loop),
         "version": __version__,
+        "fits": found.fits,
         "parameters": {path: one._asdict() for path, one in found.parameters.items()},
+        "uncertain": {path: one._asdict() for path, one in found.uncertain.items()},
+        "effects": [one._asdict() for one in found.effects],
         "correlations": found.correlations.tolist(),
         "logs": [log_tables(fit) for fit in found.logs],
         "remarks": list(found.remarks),
@@ -85,7 +93,12 @@ def log_tables(fit: LogFit) -> dict[str, Any]:
 def tables_of(found: Identified, more: Further) -> dict[str, Table]:
     """The numbers with their intervals, how each signal is met, and what else was asked, by name."""
     tables = {"parameters": parameters_table(found, more.typed)}
-    tables |= {f"signals-{i}": signals_table(fit) for i, fit in enumerate(found.logs, 1)}
+    tables |= {
+        f"signals-{i}": signals_table(fit, judged=found.horizon is None)
+        for i, fit in enumerate(found.logs, 1)
+    }
+    if found.effects:
+        tables["effects"] = effects_table(found.effects)
     if more.comparison:
         tables["comparison"] = comparison_table(found, more.comparison)
     if more.proposal:
@@ -133,19 +146,46 @@ def parameters_table(found: Identified, typed: Mapping[str, Scale]) -> Table:
     for name in ("value", "from", "to", "unit"):
         shown.add_column(name, justify="right" if name != "unit" else "left", no_wrap=True)
     shown.add_column("the logs")
-    scales = scales_of(((one.unit, [one.value]) for one in found.parameters.values()), typed)
-    for path, one in found.parameters.items():
+    every = {**found.parameters, **found.uncertain}
+    scales = scales_of(((one.unit, [one.value]) for one in every.values()), typed)
+    for path, one in every.items():
         scale = scales[one.unit]
-        numbers = (number(scale.of(value), 4) for value in (one.value, one.low, one.high))
-        said = "[green]tell it[/]" if one.identifiable else "[bold yellow]do not tell it[/]"
-        if one.at_end:
-            said += ", [bold yellow]at an end of its range[/]"
-        shown.add_row(escape(path), *numbers, scale.label, said)
-    shown.caption = "from and to: 95 % interval"
+        numbers = [number(scale.of(value), 4) for value in (one.value, one.low, one.high)]
+        if not found.fits:
+            numbers[1:] = [NONE, NONE]
+        last = path in found.parameters and path == [*found.parameters][-1]
+        shown.add_row(
+            escape(path), *numbers, scale.label, verdict(one, path in found.uncertain), end_section=last
+        )
+    shown.caption = "from and to: 95 % interval" if found.fits else UNFIT
     return shown
 
 
-def signals_table(fit: LogFit) -> Table:
+def verdict(one: Estimate, uncertain: bool) -> str:
+    """What the logs do of a number."""
+    end = ", [bold yellow]at an end of its range[/]" if one.at_end else ""
+    if uncertain:
+        return f"freed within its \\[uncertainty]{end}"
+    return ("[green]tell it[/]" if one.identifiable else "[bold yellow]do not tell it[/]") + end
+
+
+def effects_table(effects: Sequence[Effect]) -> Table:
+    """What the model may miss."""
+    shown = Table(title="What the model may miss", title_justify="left")
+    shown.add_column("effect", overflow="fold")
+    for name in ("amount", "explains"):
+        shown.add_column(name, justify="right", no_wrap=True)
+    shown.add_column("apart from the first")
+    for i, one in enumerate(effects):
+        amount = NONE if math.isnan(one.amount) else quantity(one.amount, one.unit)
+        apart = "" if not i else "no" if one.alike else "yes"
+        shown.add_row(escape(one.name), amount, f"{number(100.0 * one.share, 2)} %", apart)
+    shown.caption = "explains: of what is left"
+    return shown
+
+
+def signals_table(fit: LogFit, *, judged: bool) -> Table:
+    """How each signal of a log is met; whether the model fits it is judged of simulations alone."""
     title = f"{fit.understood.log.name}: {number(1e3 * fit.delay[0])} ms late"
     shown = Table(title=escape(title), title_justify="left")
     shown.add_column("signal", no_wrap=True)
@@ -153,10 +193,13 @@ def signals_table(fit: LogFit) -> Table:
         shown.add_column(name, justify="right" if name != "unit" else "left", no_wrap=True)
     shown.add_column("explained", justify="right")
     shown.add_column("white", justify="right")
+    shown.add_column("model")
     scales = scales_of((one.unit, [one.rms]) for one in fit.signals.values())
     for name, one in fit.signals.items():
         scale = scales[one.unit]
         numbers = (number(scale.of(x)) for x in (one.rms, one.held_in, one.held_out, one.offset[0]))
         explained = number(100.0 * one.explained, 4)
-        shown.add_row(name, *numbers, scale.label, f"{explained} %", number(one.whiteness, 2))
+        white = number(one.whiteness, 2) if one.whiteness >= LEAST else f"< {number(LEAST)}"
+        model = ("[bold yellow]does not fit[/]" if one.problem else "fits") if judged else NONE
+        shown.add_row(name, *numbers, scale.label, f"{explained} %", white, model)
     return shown

@@ -5,8 +5,9 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from hydroservo.formatting import MINUS, quantity
+from hydroservo.identification.left_out import Effect
 from hydroservo.identification.problem import Problem, Unknown
-from hydroservo.identification.result import Estimate, LogFit, SignalFit
+from hydroservo.identification.result import UNFIT, Estimate, LogFit
 from hydroservo.identification.uncertainty import Uncertainty
 
 __all__ = ["remarks_of"]
@@ -14,10 +15,9 @@ __all__ = ["remarks_of"]
 NOTHING = 12.0  # information, in units of a range, that is no more than the range itself says
 TOGETHER = 0.9  # correlation from which on two numbers are told together alone
 SURE = 3.0  # deviations, from which on an offset or a delay is one
-COLOURED = 1e-3  # probability that residuals are white, below which they are not
-HANGING = 0.1  # correlation of a residual with the next from which on that matters
+COLOURED = 1e-3  # probability that residuals of a prediction are white, below which they are not
+HANGING = 0.1  # correlation of such a residual with the next from which on that matters
 EXACT = 1e-12  # share of a signal's variance, below which what is left is of rounding
-LITTLE = 0.5  # share of a signal's variance, below which the model is of something else
 PREDICTED = (
     "numbers are of predictions: their intervals know nothing of the bias that noise leaves in these, the "
     "more the shorter the horizon"
@@ -32,16 +32,53 @@ def remarks_of(
     parameters: Mapping[str, Estimate],
     sure: Uncertainty,
     fits: Sequence[LogFit],
+    effects: Sequence[Effect],
 ) -> list[str]:
-    """Of each log, of each parameter, and of how well all is met."""
+    """Of each log, of each parameter, and of how well all is met.
+
+    Args:
+        problem: what was sought.
+        parameters: of it, with their intervals.
+        sure: how sure all is.
+        fits: how each log is met.
+        effects: what a model that does not fit may miss.
+    """
     late = {one.where: one for one in problem.unknowns if one.kind == "delay"}
     found = [
         f"{fit.understood.log.name}: {line}"
         for i, fit in enumerate(fits)
         for line in (*of_delay(fit, late[i]), *of_log(fit))
     ]
-    predicted = any(one.observer is not None for one in problem.experiments)
-    return [*found, *([PREDICTED] if predicted else []), *of_parameters(problem, parameters, sure)]
+    if any(one.observer is not None for one in problem.experiments):
+        found += [*coloured(fits), PREDICTED]
+    if any(one.problem for fit in fits for one in fit.signals.values()):
+        return [UNFIT, *found, *of_effects(effects), *at_ends(parameters)]
+    return [*found, *of_parameters(problem, parameters, sure), *at_ends(parameters)]
+
+
+def of_effects(effects: Sequence[Effect]) -> Iterator[str]:
+    """What the residuals look like."""
+    if not effects:
+        yield "what is left looks like none of the effects tried"
+        return
+    alike = [one.name for one in effects if one.alike]
+    also = f"; {some_of(alike)} cannot be told apart from it" if alike else ""
+    yield f"what is left looks most like {effects[0]}{also}"
+
+
+def some_of(names: Sequence[str]) -> str:
+    return " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
+
+
+def coloured(fits: Sequence[LogFit]) -> Iterator[str]:
+    """Of which signals more than noise is left in predictions."""
+    for fit in fits:
+        for name, one in fit.signals.items():
+            if one.whiteness < COLOURED and abs(one.correlation) > HANGING and 1.0 - one.explained > EXACT:
+                yield (
+                    f"{fit.understood.log.name}: {name}: what is left is not white noise (correlation "
+                    f"{one.correlation:.2f} of neighbouring samples): the model misses something"
+                )
 
 
 def of_delay(fit: LogFit, unknown: Unknown) -> Iterator[str]:
@@ -64,37 +101,26 @@ def of_log(fit: LogFit) -> Iterator[str]:
         offset, unsure = one.offset
         if abs(offset) > SURE * unsure:
             yield f"{name} reads {plain(offset, one.unit)} more than its model; that is taken out"
-        if 1.0 - one.explained < EXACT:
-            continue
-        if one.whiteness < COLOURED and abs(one.correlation) > HANGING:
-            yield f"{name}: {missed_of(one)}"
-        if one.held_out > WORSE * one.held_in:
+        if one.problem:
+            yield f"the model does not fit {name}: {one.problem}"
+        if one.held_out > WORSE * one.held_in and 1.0 - one.explained > EXACT:
             missed, met = plain(one.held_out, one.unit), plain(one.held_in, one.unit)
             yield f"{name}: the last fifth, held out, is missed by {missed} rms, and what was fitted by {met}"
 
 
-def missed_of(one: SignalFit) -> str:
-    """What is said of a signal of which more than noise is left."""
-    if one.explained < LITTLE:
-        explained = f"{100.0 * one.explained:.0f} %" if one.explained > 0.0 else "none"
-        return (
-            f"the machine found does not do this: it explains {explained} of the variance; are unit, sign "
-            "and column right? Until then intervals mean little"
-        )
-    return (
-        f"what is left of it is no white noise (correlation {one.correlation:.2f} from one sample to the "
-        "next): the model misses something"
-    )
-
-
 def of_parameters(problem: Problem, parameters: Mapping[str, Estimate], sure: Uncertainty) -> Iterator[str]:
-    """Which parameters the logs do not tell and why, and which lie at an end of their range."""
+    """Which parameters the logs do not tell and why, and which of them tell less than they seem to."""
     for i, (path, one) in enumerate(parameters.items()):
         if not one.identifiable:
             yield f"{path}: {reason(problem, sure, i)}"
         elif one.resampled > WIDER:
             times = f"{one.resampled:.1f} times as wide"
             yield f"{path}: over resampled stretches of the logs its interval is {times}"
+
+
+def at_ends(parameters: Mapping[str, Estimate]) -> Iterator[str]:
+    """Which parameters lie at an end of their range."""
+    for path, one in parameters.items():
         if one.at_end:
             end = plain(one.value, one.unit)
             yield f"{path}: ends at {end}, an end of its range; a wider one may fit better"

@@ -14,6 +14,7 @@ from hydroservo.identification.conclusions import remarks_of
 from hydroservo.identification.experiment import LOAD, experiment, played_path
 from hydroservo.identification.fitted import Fitted
 from hydroservo.identification.held_out import held_out
+from hydroservo.identification.left_out import left_out
 from hydroservo.identification.log import Given, Log, log_mapping, read_logs
 from hydroservo.identification.misfit import misfit
 from hydroservo.identification.one_step import best_prediction
@@ -26,6 +27,7 @@ from hydroservo.identification.segments import Segment, Understood, understood
 from hydroservo.identification.signals import EXTERNAL_FORCE
 from hydroservo.identification.steps import first_steps
 from hydroservo.identification.trust import identifiable
+from hydroservo.identification.uncertain import uncertain_numbers
 from hydroservo.identification.uncertainty import NORMAL, Uncertainty, uncertainty
 from hydroservo.identification.written import tables_or_remark
 from hydroservo.loop import AUTO
@@ -142,23 +144,30 @@ def identified(
     taken = [understood(one, i) for i, one in enumerate(read(logs, assembly))]
     check_positions(taken, longest_stroke(assembly, varied))
     check_loads(taken, varied)
-    problem = problem_of(assembly, varied, taken, threads, delays)
+    freed = uncertain_numbers(assembly, varied, [LOAD] if forces_recorded(taken) else [])
+    problem = problem_of(assembly, varied, freed, taken, threads, delays)
     problem, best = solved(problem, seed, horizon, report)
-    sure = uncertainty(problem, misfit(problem, best.x, best.weights), seed)
-    parameters = estimates(assembly, problem, best, sure)
+    shown = misfit(problem, best.x, best.weights)
+    sure = uncertainty(problem, shown, seed)
     report(0.9)
-    apart = held_out(problem, best)
-    fits = log_fits(problem, best, sure, taken, apart)
-    remarks = remarks_of(problem, parameters, sure, fits)
+    logs_met = log_fits(problem, best, sure, taken, held_out(problem, best), assembly.loop.sensors)
+    fits = not any(one.problem for fit in logs_met for one in fit.signals.values())
+    every = estimates(assembly, problem, best, sure, fits=fits)
+    parameters = {one.path: every[one.path] for one in varied}
+    effects = [] if fits else left_out(problem, best, shown)
+    remarks = remarks_of(problem, parameters, sure, logs_met, effects)
     count = len(parameters)
-    tables, problems = tables_or_remark(source, changes, plugins, parameters)
+    tables, problems = tables_or_remark(source, changes, plugins, every)
     report(1.0)
     return Identified(
         str(source),
         assembled(source, tables, plugins).loop,
         parameters,
-        sure.correlations[:count, :count],
+        {path: one for path, one in every.items() if path not in parameters},
         fits,
+        effects,
+        sure.correlations[:count, :count],
+        logs_met,
         [*remarks, *problems],
         tables,
         best.evaluations,
@@ -232,11 +241,16 @@ def check_loads(taken: Sequence[Understood], varied: Sequence[Variation]) -> Non
     Raises:
         ScenarioError: it is sought there.
     """
-    if all(EXTERNAL_FORCE in one.inputs for log in taken for one in log.segments):
+    if forces_recorded(taken):
         for one in varied:
             if one.path.startswith(LOAD):
                 problem = f"must not be sought here: the logs' {EXTERNAL_FORCE} takes the place of the load"
                 raise ScenarioError(one.entry.origin.name, one.path, problem)
+
+
+def forces_recorded(taken: Sequence[Understood]) -> bool:
+    """Whether each log recorded the force in the place of the load."""
+    return all(EXTERNAL_FORCE in one.inputs for log in taken for one in log.segments)
 
 
 def longest_stroke(assembly: Assembly, varied: Sequence[Variation]) -> float:
@@ -248,11 +262,24 @@ def longest_stroke(assembly: Assembly, varied: Sequence[Variation]) -> float:
 def problem_of(
     assembly: Assembly,
     varied: Sequence[Variation],
+    freed: Sequence[Variation],
     taken: Sequence[Understood],
     threads: int,
     delays: Ends = None,
 ) -> Problem:
-    """What is fitted to what."""
+    """What is fitted to what.
+
+    Args:
+        assembly: the scenario.
+        varied: what is sought.
+        freed: what is uncertain besides; the fit begins in the middle of it.
+        taken: the logs.
+        threads: how many to use.
+        delays: between which that of each log is sought [s].
+    """
+    own = {one.path: own_value(assembly, one.path) for one in varied}
+    own |= {one.path: 0.5 * (one.low + one.high) for one in freed}
+    varied = [*varied, *freed]
     space = Space({one.path: (one.low, one.high) for one in varied})
     numbers = tuple(parameters_of(assembly, varied, space.values(consistent_points(assembly, space))))
     constructed = [path for path in numbers if path in assembly.arguments or path not in space.ranges]
@@ -260,8 +287,7 @@ def problem_of(
     segments = [one for log in taken for one in log.segments]
     experiments = [experiment(assembly.loop, one, paths, first_steps(assembly.loop, one)) for one in segments]
     spread = spreads(segments)
-    unknowns = unknowns_of(space, experiments, spread, delays)
-    own = {one.path: own_value(assembly, one.path) for one in varied}
+    unknowns = unknowns_of(space, experiments, spread, delays, [one.path for one in freed])
     usual = usual_values(own, space, unknowns)
     automatic = assembly.loop.simulation.substeps == AUTO
     return Problem(experiments, space, columns, unknowns, spread, usual, threads, delays, automatic)
@@ -314,14 +340,24 @@ def spreads(segments: Sequence[Segment]) -> dict[tuple[int, str], float]:
     return {key: float(np.nanstd(np.concatenate(parts))) for key, parts in rows.items()}
 
 
-def estimates(assembly: Assembly, problem: Problem, best: Solution, sure: Uncertainty) -> dict[str, Estimate]:
-    """The parameters with their intervals, which are even in the units of the search."""
+def estimates(
+    assembly: Assembly, problem: Problem, best: Solution, sure: Uncertainty, *, fits: bool
+) -> dict[str, Estimate]:
+    """The parameters with their intervals, which are even in the units of the search.
+
+    Args:
+        assembly: the scenario.
+        problem: what was sought.
+        best: where.
+        sure: how sure that is.
+        fits: whether the model fits the logs; else they tell nothing.
+    """
     count = len(problem.space.ranges)
     half = NORMAL * sure.deviations
     low, value, high = (
         problem.space.values((best.x + sign * half)[np.newaxis, :count]) for sign in (-1.0, 0.0, 1.0)
     )
-    known = identifiable(problem, best.x, best.weights, sure)
+    told = identifiable(problem, best.x, best.weights, sure) if fits else np.zeros(count, dtype=bool)
     wider = sure.resampled / sure.deviations
     found = {}
     for i, path in enumerate(problem.space.ranges):
@@ -330,6 +366,6 @@ def estimates(assembly: Assembly, problem: Problem, best: Solution, sure: Uncert
         ends = float(low[path][0]), float(high[path][0])
         at_end = not END < best.x[i] < 1.0 - END
         found[path] = Estimate(
-            float(value[path][0]), *ends, bool(known[i]), float(wider[i]), at_end, field.unit, field.meaning
+            float(value[path][0]), *ends, bool(told[i]), float(wider[i]), at_end, field.unit, field.meaning
         )
     return found

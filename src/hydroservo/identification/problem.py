@@ -1,6 +1,6 @@
 """The residuals of logs as a function of all that is unknown: parameters, and how each log was taken."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -30,6 +30,7 @@ __all__ = [
 ]
 
 STEP = 3e-4  # of a parameter's range, for its central difference
+UNCERTAIN_STEP = 3e-3  # of the narrower range of a parameter that is not sought
 START_STEP = 1e-3  # of a signal's spread, for a state's at the start
 DELAY = "delay"  # as a range has it
 DELAY_STEP = 0.05  # of a period
@@ -49,7 +50,7 @@ class Unknown(NamedTuple):
 
     Attributes:
         name: of a parameter its path; else what it is of, for people.
-        kind: "parameter", "start", "delay" or "offset".
+        kind: "parameter", "uncertain" (a parameter that is not sought), "start", "delay" or "offset".
         where: of a start the segment's number, of a delay or an offset the log's; of a parameter -1.
         key: its path, or the signal of an offset.
         scale: SI units per unit of the search; of a parameter 1, for it is sought in its range as 0 to 1.
@@ -84,6 +85,7 @@ class Problem(NamedTuple):
         threads: how many to use.
         delays: least and largest delay of a log [s]; None for the default range.
         automatic: whether the number of integration steps adapts to the machine.
+        pinned: whether numbers that are uncertain but not sought stay where they are.
     """
 
     experiments: Sequence[Experiment]
@@ -95,6 +97,12 @@ class Problem(NamedTuple):
     threads: int
     delays: Ends = None
     automatic: bool = False
+    pinned: bool = False
+
+    @property
+    def uncertain(self) -> list[str]:
+        """Paths of parameters that are not sought, but freed within their uncertainty."""
+        return [one.key for one in self.unknowns if one.kind == "uncertain"]
 
     @property
     def bounds(self) -> tuple[Vector, Vector]:
@@ -119,15 +127,26 @@ def unknowns_of(
     experiments: Sequence[Experiment],
     spread: Mapping[tuple[int, str], float],
     delays: Ends = None,
+    uncertain: Collection[str] = (),
 ) -> list[Unknown]:
     """All that is sought: parameters, each segment's start, each log's delay and its sensors' offsets.
 
     A position has no offset: where its zero is and where the piston starts are the same to a machine.
 
+    Args:
+        space: the ranges of the parameters.
+        experiments: one for each segment.
+        spread: of each signal of each log.
+        delays: least and largest delay of a log [s]; None for the default range.
+        uncertain: paths of parameters that are not sought.
+
     Raises:
         ParameterError: the delays that are sought are longer than a log.
     """
-    found = [Unknown(path, "parameter", -1, path, 1.0, 0.0, 1.0) for path in space.ranges]
+    found = [
+        Unknown(path, "uncertain" if path in uncertain else "parameter", -1, path, 1.0, 0.0, 1.0)
+        for path in space.ranges
+    ]
     for i, one in enumerate(experiments):
         for path in one.start:
             signal = path.rpartition(".")[2]
@@ -192,7 +211,11 @@ def one_simulated(problem: Problem, number: int, x: Vector, slopes: bool) -> Sim
     """One segment at a point."""
     one = problem.experiments[number]
     log, signals = one.segment.log, list(one.segment.measured)
-    moved = [i for i, unknown in enumerate(problem.unknowns) if slopes and concerns(problem, unknown, number)]
+    moved = [
+        i
+        for i, unknown in enumerate(problem.unknowns)
+        if slopes and concerns(problem, unknown, number) and not is_pinned(problem, unknown)
+    ]
     points = nudged(problem, x, moved)
     try:
         shown = runs_at(problem, points, number)
@@ -228,17 +251,22 @@ def concerns(problem: Problem, unknown: Unknown, segment: int) -> bool:
     one = problem.experiments[segment]
     late = unknown.where == one.segment.log and unknown.key in one.varied
     followed = unknown.where == one.segment.log and one.observer is not None
-    of = {"parameter": True, "start": unknown.where == segment, "delay": late, "offset": followed}
-    return of.get(unknown.kind, False)
+    of = {"start": unknown.where == segment, "delay": late, "offset": followed}
+    return of.get(unknown.kind, True)
+
+
+def is_pinned(problem: Problem, unknown: Unknown) -> bool:
+    """Whether an unknown stays where it is."""
+    return problem.pinned and unknown.kind == "uncertain"
 
 
 def nudged(problem: Problem, x: Vector, moved: Sequence[int]) -> Vector:
     """The point, then beyond and short of it in each unknown that is moved; inside its range."""
     low, high = problem.bounds
     points = np.repeat(x[np.newaxis], 1 + 2 * len(moved), axis=0)
-    steps = {"parameter": STEP, "start": START_STEP, "offset": START_STEP, "delay": DELAY_STEP}
+    steps = {"uncertain": UNCERTAIN_STEP, "start": START_STEP, "offset": START_STEP, "delay": DELAY_STEP}
     for k, i in enumerate(moved):
-        step = steps[problem.unknowns[i].kind]
+        step = steps.get(problem.unknowns[i].kind, STEP)
         for row, sign in ((1 + 2 * k, 1.0), (2 + 2 * k, -1.0)):
             points[row, i] = min(max(x[i] + sign * step, low[i]), high[i])
     return points
@@ -312,7 +340,7 @@ def usual_values(own: Mapping[str, float], space: Space, unknowns: Sequence[Unkn
     """
     found = []
     for one in unknowns:
-        if one.kind == "parameter":
+        if one.kind in ("parameter", "uncertain"):
             found.append(unit_of(space.ranges[one.key], own[one.key]))
         else:
             usual = 0.5 * (one.low + one.high) if one.kind == "start" else 0.0

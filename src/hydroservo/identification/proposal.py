@@ -137,7 +137,8 @@ def proposal(
     found: Identified, trial: Trial, period: float, asked: Sequence[str], bounds: Bounds
 ) -> Proposal:
     """The best of all trials as it is proposed."""
-    space, count = found.fitted.problem.space, len(found.parameters)
+    space = found.fitted.problem.space
+    count = len(space.ranges)
     own = found.fitted.best.x[:count]
     after: Matrix = np.sqrt(np.diag(trial.covariance))
     low, high = (space.values((own + sign * NORMAL * after)[np.newaxis]) for sign in (-1.0, 1.0))

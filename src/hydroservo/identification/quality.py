@@ -1,25 +1,50 @@
-"""How well each log is met."""
+"""How well each log is met, and whether the model fits it."""
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
+from hydroservo.block import Block, leaves
+from hydroservo.formatting import MINUS, quantity
 from hydroservo.identification.held_out import HeldOut, rms
-from hydroservo.identification.misfit import misfit, residuals_by_signal
+from hydroservo.identification.misfit import Misfit, misfit
 from hydroservo.identification.problem import Problem, simulated
 from hydroservo.identification.result import LogFit, SignalFit
 from hydroservo.identification.search import Solution
 from hydroservo.identification.segments import Understood
 from hydroservo.identification.signals import SIGNALS
-from hydroservo.identification.spikes import TO_DEVIATION
+from hydroservo.identification.spikes import TO_DEVIATION, resolution_of
 from hydroservo.identification.uncertainty import Uncertainty
-from hydroservo.identification.whiteness import autocorrelation, whiteness
+from hydroservo.identification.whiteness import autocorrelation, rounded_like, whiteness
 
 if TYPE_CHECKING:
     import xarray as xr
 
 __all__ = ["log_fits"]
+
+BEGUN = 0.05  # of each stretch, after which states that were not measured do not matter any more
+WHITE = 1e-6  # probability, below which residuals are not white
+EXACT = 1e-10  # share of a signal's variance, below which what is left is of rounding
+LITTLE = 0.5  # share of a signal's variance, below which the model is of something else
+ABOVE = 1.25  # times the noise that a sensor has, from which more than noise is left
+
+Samples = NDArray[np.float64]
+
+
+class Residuals(NamedTuple):
+    """What is left of a signal of a log, weighted, a row for each segment.
+
+    Attributes:
+        left: measured less simulated.
+        measured: the signal.
+        interpolated: whether samples were moved onto a grid.
+    """
+
+    left: list[Samples]
+    measured: list[Samples]
+    interpolated: bool
 
 
 def log_fits(
@@ -28,31 +53,100 @@ def log_fits(
     sure: Uncertainty,
     taken: Sequence[Understood],
     apart: Mapping[tuple[int, str], HeldOut],
+    sensors: Block,
 ) -> list[LogFit]:
-    """Each log as it was met by what was found."""
-    every = residuals_by_signal(problem, misfit(problem, best.x, best.weights, slopes=False))
-    found = []
+    """Each log as it was met by the model.
+
+    Args:
+        problem: what was sought.
+        best: where.
+        sure: how sure it is.
+        taken: the logs.
+        apart: what is missed of the part held out.
+        sensors: of the scenario, whose noise is known.
+    """
+    shown = misfit(problem, best.x, best.weights, slopes=False)
+    predicted = any(one.observer is not None for one in problem.experiments)
+    fits = []
     for log, one in enumerate(taken):
-        names = list(dict.fromkeys(name for number, name in every if number == log))
         signals = {}
-        for name in names:
-            parts, weight = every[log, name], best.weights[log, name]
-            values = np.concatenate(parts) / weight
-            spread = problem.spread[log, name]
-            signals[name] = SignalFit(
-                rms=rms(values),
-                noise=TO_DEVIATION * float(np.median(np.abs(values))),
-                explained=1.0 - float(np.var(values)) / spread**2,
-                whiteness=whiteness(parts),
-                correlation=autocorrelation(parts, 1),
-                held_out=apart[log, name].outside,
-                held_in=apart[log, name].inside,
-                offset=of_log(problem, best, sure, log, "offset", name),
-                unit=SIGNALS[name].unit,
-            )
+        for name in dict.fromkeys(name for number, name in best.weights if number == log):
+            fit = signal_fit(problem, best, sure, (log, name), residuals_of(problem, shown, log, name), apart)
+            noise = noise_in(sensors, name)
+            signals[name] = fit if predicted else fit._replace(problem=unfit_reason(fit, noise))
         delay = of_log(problem, best, sure, log, "delay")
-        found.append(LogFit(one, delay, signals, data_of(problem, best, log)))
-    return found
+        fits.append(LogFit(one, delay, signals, data_of(problem, best, log)))
+    return fits
+
+
+def residuals_of(problem: Problem, shown: Misfit, log: int, name: str) -> Residuals:
+    """What is left of a signal, where it was measured."""
+    left, measured, interpolated = [], [], False
+    for (i, signal), place in shown.rows.items():
+        segment = problem.experiments[i].segment
+        if (segment.log, signal) == (log, name):
+            there = shown.there[place]
+            left.append(shown.residuals[place][there])
+            measured.append(segment.measured[name][there])
+            interpolated |= segment.interpolated
+    return Residuals(left, measured, interpolated)
+
+
+def signal_fit(
+    problem: Problem,
+    best: Solution,
+    sure: Uncertainty,
+    key: tuple[int, str],
+    rows: Residuals,
+    apart: Mapping[tuple[int, str], HeldOut],
+) -> SignalFit:
+    """How well a signal is met; whether the model fits it is left open."""
+    log, name = key
+    weight = best.weights[key]
+    values = np.concatenate(rows.left) / weight
+    step = weight * resolution_of(np.concatenate(rows.measured))
+    later = [one[int(BEGUN * one.size) :] for one in rows.left]
+    levels = [weight * one[int(BEGUN * one.size) :] for one in rows.measured]
+    return SignalFit(
+        rms=rms(values),
+        noise=TO_DEVIATION * float(np.median(np.abs(values))),
+        explained=1.0 - float(np.var(values)) / problem.spread[key] ** 2,
+        whiteness=whiteness(later, 2 if rows.interpolated else 1, rounded_like(later, levels, step)),
+        correlation=autocorrelation(later, 1),
+        held_out=apart[key].outside,
+        held_in=apart[key].inside,
+        offset=of_log(problem, best, sure, log, "offset", name),
+        problem="",
+        unit=SIGNALS[name].unit,
+    )
+
+
+def unfit_reason(fit: SignalFit, noise: float) -> str:
+    """Why the model does not fit a signal; empty where it does.
+
+    Args:
+        fit: how it is met.
+        noise: of its sensor, rms; 0 where it is not known.
+    """
+    if 1.0 - fit.explained < EXACT:
+        return ""
+    if fit.whiteness < WHITE and fit.explained < LITTLE:
+        share = f"{100.0 * fit.explained:.0f} %" if fit.explained > 0.0 else "none"
+        return f"the model explains {share} of its variance; check its unit, its sign and its column"
+    if fit.whiteness < WHITE:
+        return f"what is left is not white noise (correlation {fit.correlation:.2f} of neighbouring samples)"
+    if noise and fit.noise > ABOVE * noise:
+        left, usual = (quantity(one, fit.unit).replace(MINUS, "-") for one in (fit.noise, noise))
+        return f"{left} rms is left, and its sensor has a noise of {usual}"
+    return ""
+
+
+def noise_in(sensors: Block, signal: str) -> float:
+    """The rms of the noise that a scenario's sensor has [the signal's unit]; 0 where it has none."""
+    known = {path: value for path, value in leaves(sensors) if isinstance(value, float)}
+    share = known.get(f"{signal}.noise", 0.0)
+    span = known.get(f"{signal}.range_high", 1.0) - known.get(f"{signal}.range_low", 0.0)
+    return float(known.get(f"{signal}_noise", share * span))
 
 
 def of_log(

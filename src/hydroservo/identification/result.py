@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from hydroservo.formatting import MINUS, column, number, quantity
 from hydroservo.html_tables import Strong, html_heading, html_remarks, html_table
 from hydroservo.identification.fitted import Fitted
+from hydroservo.identification.left_out import Effect
 from hydroservo.identification.on_base import on_base
 from hydroservo.identification.segments import Understood
 from hydroservo.loop import Loop
@@ -17,7 +18,9 @@ from hydroservo.loop import Loop
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["Estimate", "Identified", "LogFit", "SignalFit"]
+__all__ = ["UNFIT", "Estimate", "Identified", "LogFit", "SignalFit"]
+
+UNFIT = "THE MODEL DOES NOT FIT the logs, so they tell none of its numbers."
 
 
 class Estimate(NamedTuple):
@@ -27,7 +30,7 @@ class Estimate(NamedTuple):
         value: the best one.
         low: lower end of its 95 % interval, inside its range.
         high: the upper end.
-        identifiable: whether the logs tell it.
+        identifiable: whether the logs tell it; they tell none where the model does not fit.
         resampled: how many times as wide the interval is that resampled stretches of the logs give.
         at_end: whether it lies at an end of its range.
         unit: SI.
@@ -62,6 +65,7 @@ class SignalFit(NamedTuple):
         held_out: rms over the last fifth, simulated with what the rest of the log gives.
         held_in: rms over the rest, of the same fit.
         offset: of the sensor, and its standard deviation; both 0 where none is sought.
+        problem: why the model does not fit it; empty where it does.
         unit: SI.
     """
 
@@ -73,6 +77,7 @@ class SignalFit(NamedTuple):
     held_out: float
     held_in: float
     offset: tuple[float, float]
+    problem: str
     unit: str
 
 
@@ -99,6 +104,9 @@ class Identified(NamedTuple):
         scenario: whose machine it is.
         loop: the scenario's loop with what was found.
         parameters: by path.
+        uncertain: numbers that were not sought, but freed within their ``[uncertainty]``, by path.
+        fits: whether the model fits all signals; predictions are not judged.
+        effects: what the scenario leaves out and a model that does not fit may miss, the likeliest first.
         correlations: of the parameters, shape (parameters, parameters).
         logs: each as it was met.
         remarks: what a user should know, in a line each.
@@ -111,6 +119,9 @@ class Identified(NamedTuple):
     scenario: str
     loop: Loop
     parameters: Mapping[str, Estimate]
+    uncertain: Mapping[str, Estimate]
+    fits: bool
+    effects: Sequence[Effect]
     correlations: NDArray[np.float64]
     logs: Sequence[LogFit]
     remarks: Sequence[str]
@@ -126,10 +137,12 @@ class Identified(NamedTuple):
             folder: where its file will stand, from which a scenario in a file is found again.
         """
         logs = ", ".join(one.understood.log.name for one in self.logs)
-        return on_base(self.scenario, self.tables, folder, f"identify {self.scenario} from {logs}")
+        remarks = [] if self.fits else self.remarks
+        return on_base(self.scenario, self.tables, folder, f"identify {self.scenario} from {logs}", remarks)
 
     def __repr__(self) -> str:
-        return "\n".join([*(f"{path} = {one!r}" for path, one in self.parameters.items()), *self.remarks])
+        numbers = [f"{path} = {one!r}" for path, one in {**self.parameters, **self.uncertain}.items()]
+        return "\n".join([*numbers, *self.remarks])
 
     def _repr_html_(self) -> str:
         """What a notebook shows."""

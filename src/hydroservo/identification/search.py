@@ -56,6 +56,7 @@ def best_fit(problem: Problem, seed: int, report: Report) -> tuple[Problem, Solu
     First each signal counts by its noise, from the scenario's values and from the best of 63 others over the
     ranges; from the best end on each signal counts by the deviation of its residuals, until that settles, and
     residuals beyond two deviations linearly. What the logs do not tell stays near the scenario's values.
+    Numbers that are uncertain but not sought are freed once the others are near their best values.
 
     Automatic steps are coarse at first: as many as the best of all tried machines needs, since others may hit
     end stops that the log never reached and need far more. If the machine found needs finer steps, the search
@@ -82,8 +83,9 @@ def best_fit(problem: Problem, seed: int, report: Report) -> tuple[Problem, Solu
     if problem.automatic:
         easier = adapt_steps(problem, best, max(COARSE, tolerance_for(problem, residual_share)))
         problem, begin_at = with_coarse_steps(problem, easier, begin_at, best, weights)
+    pinned = problem._replace(pinned=True)
     for number, x in enumerate(begin_at):
-        ends.append(refined(problem, x, weights, knee=None, tolerance=ROUGH, most=FIRST))
+        ends.append(refined(pinned, x, weights, knee=None, tolerance=ROUGH, most=FIRST))
         report(0.6 * (number + 1) / len(begin_at))
     found = min(ends, key=lambda one: one.cost)
     found = found._replace(evaluations=sum(one.evaluations for one in ends))
@@ -177,7 +179,7 @@ def refined(
         return last[0][1]
 
     low, high = problem.bounds
-    pull = np.sqrt([WEIGHT * one.prior for one in problem.unknowns])
+    pull = np.sqrt([(1.0 if one.kind == "uncertain" else WEIGHT) * one.prior for one in problem.unknowns])
     if not np.isfinite(at(x).residuals).all():
         raise HydroservoError("a run with these parameters diverges; try other ranges")
     found = least_squares(
@@ -216,7 +218,7 @@ def starts(problem: Problem, weights: Weights, seed: int) -> tuple[list[Vector],
     """
     from scipy.stats import qmc
 
-    own, count = problem.usual, len(problem.space.ranges)
+    own, count = problem.usual, len(problem.space.ranges) - len(problem.uncertain)
     others = qmc.LatinHypercube(count, rng=np.random.default_rng(seed)).random(CANDIDATES)
     points = np.repeat(own[np.newaxis], 1 + CANDIDATES, axis=0)
     points[1:, :count] = others

@@ -37,6 +37,7 @@ class Segment(NamedTuple):
         period: between samples [s].
         inputs: the command, the external force and the demand, if they were recorded, shape (n,).
         measured: by name, shape (n,); nan where nothing was measured or what was is no measurement.
+        interpolated: whether samples were moved onto the grid, so that noise is in two of them.
     """
 
     log: int
@@ -44,6 +45,7 @@ class Segment(NamedTuple):
     period: float
     inputs: Mapping[str, Samples]
     measured: Mapping[str, Samples]
+    interpolated: bool = False
 
     @property
     def samples(self) -> int:
@@ -224,7 +226,7 @@ def segment(
     inputs = {name: joined(whole, places, own[name]) for name in DRIVING if name in own}
     measured = {name: own[name] for name in OUTPUTS if name in own}
     on_grid = {name: placed(whole, places, values, beside) for name, values in measured.items()}
-    return Segment(number, float(time[0]), period, inputs, on_grid)
+    return Segment(number, float(time[0]), period, inputs, on_grid, bool(beside))
 
 
 def joined(whole: Samples, places: Samples, values: Samples) -> Samples:

@@ -163,7 +163,7 @@ def covariance_with(found: Identified, command: Matrix, shown: Matrix, like: Seg
         (0, name): max(float(np.std(row)), 1e-300 + fit.problem.spread[like.log, name] * 1e-6)
         for name, row in measured.items()
     }
-    unknowns = unknowns_of(fit.problem.space, [playing], spread, fit.problem.delays)
+    unknowns = unknowns_of(fit.problem.space, [playing], spread, fit.problem.delays, fit.problem.uncertain)
     x = np.array([*fit.best.x[:count], *usual_values({}, Space({}), unknowns[count:])])
     weights = {(0, name): fit.best.weights[like.log, name] for name in measured}
     problem = fit.problem._replace(experiments=[playing], unknowns=unknowns, spread=spread, usual=x)

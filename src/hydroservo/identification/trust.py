@@ -23,29 +23,52 @@ def identifiable(problem: Problem, x: Matrix, weights: Weights, sure: Uncertaint
     """Which of the parameters the logs tell, shape (parameters,).
 
     One is told if its 95 % interval is at most half of its range, and hardly any of its variance comes from
-    directions, mixtures of all unknowns, which the logs do not tell: that leave more than a tenth of a range
-    as a deviation, or along which what is lost by going to an end of the interval, simulated there, is not
-    between a quarter and four times what slopes at the optimum say, so that the interval means nothing.
+    directions, mixtures of all that is sought, which the logs do not tell: that leave more than a tenth of a
+    range as a deviation, or along which what is lost by going to an end of the interval, simulated there, is
+    not between a quarter and four times what slopes at the optimum say, so that the interval means nothing.
+    Numbers that are uncertain but not sought go along with each direction as the logs want it.
 
     Args:
         problem: what was sought.
         x: the optimum, in units of the search.
         weights: of each signal there.
         sure: the covariance there.
+
+    An uncertain number counts as told where its interval is at most half of its uncertainty.
     """
-    ranges = np.sqrt([12.0 / one.prior for one in problem.unknowns])
-    information = sure.information * np.outer(ranges, ranges)
-    values, vectors = np.linalg.eigh(information + 12.0 * np.eye(x.size))
+    sought = np.array([one.kind != "uncertain" for one in problem.unknowns])
+    along = following(problem, sure.information, sought)
+    ranges = np.sqrt([12.0 / one.prior for one in problem.unknowns])[sought]
+    prior = np.diag([0.0 if own else one.prior for one, own in zip(problem.unknowns, sought, strict=True)])
+    information = along.T @ (sure.information + prior) @ along * np.outer(ranges, ranges)
+    values, vectors = np.linalg.eigh(information + 12.0 * np.eye(ranges.size))
     deviations = 1.0 / np.sqrt(values)
-    steps = NORMAL * deviations * vectors * ranges[:, np.newaxis]
+    steps = along @ (NORMAL * deviations * vectors * ranges[:, np.newaxis])
     untold = (deviations > UNSURE) | ~straight(
         problem, x, weights, steps, sure.information, deviations > SURE
     )
     shares = vectors**2 / values
     doubtful = shares[:, untold].sum(axis=1) / shares.sum(axis=1)
-    narrow = 2.0 * NORMAL * sure.deviations <= WIDEST
-    found: NDArray[np.bool_] = (narrow & (doubtful < SHARE))[: len(problem.space.ranges)]
+    told = 2.0 * NORMAL * sure.deviations <= WIDEST
+    told[sought] &= doubtful < SHARE
+    found: NDArray[np.bool_] = told[: len(problem.space.ranges)]
     return found
+
+
+def following(problem: Problem, information: Matrix, sought: NDArray[np.bool_]) -> Matrix:
+    """How all unknowns move with those that are sought, shape (unknowns, sought): the others at their best.
+
+    Args:
+        problem: what was sought.
+        information: what the logs say at the optimum.
+        sought: which unknowns are.
+    """
+    along = np.eye(sought.size)[:, sought]
+    if not sought.all():
+        prior = np.diag([one.prior for one in problem.unknowns])
+        own = (information + prior)[np.ix_(~sought, ~sought)]
+        along[~sought] = -np.linalg.solve(own, information[np.ix_(~sought, sought)])
+    return along
 
 
 def straight(

@@ -9,6 +9,7 @@ from hydroservo.cli.reporting import in_one_block, table_of
 from hydroservo.figures.identified import plot_fit, plot_log
 from hydroservo.formatting import quantity
 from hydroservo.identification import Identified
+from hydroservo.identification.result import UNFIT
 from hydroservo.outputs import write_text
 from hydroservo.reports.report import Picture, Report, logs_of, origin_of_loop
 
@@ -17,6 +18,7 @@ __all__ = ["identified_files", "identify_report"]
 TITLES = {
     "parameters": "What was sought, and whether the logs tell it.",
     "comparison": "Both scenarios on what was held out.",
+    "effects": "What the model may miss.",
     "proposal": "What a log of the proposed command would tell.",
 }
 
@@ -71,7 +73,7 @@ def pictures(found: Identified) -> Iterator[Picture]:
 def in_short(found: Identified) -> list[str]:
     """The numbers that the logs tell, and those that they do not, in a sentence each."""
     told = {path: one for path, one in found.parameters.items() if one.identifiable}
-    lines = []
+    lines = [] if found.fits else [UNFIT]
     if told:
         shown = [
             f"{path} is {quantity(one.value, one.unit)} "
@@ -79,6 +81,7 @@ def in_short(found: Identified) -> list[str]:
             for path, one in told.items()
         ]
         lines.append(f"{'; '.join(shown)}, with 95 % intervals.")
-    if left := [path for path in found.parameters if path not in told]:
+    left = [path for path in found.parameters if path not in told]
+    if found.fits and left:
         lines.append(f"The logs do not tell {', '.join(left)}.")
     return lines

@@ -1,0 +1,315 @@
+"""Which effects that a scenario leaves out look like what a model misses."""
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
+from typing import Annotated, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydroservo.block import Block, Field, field_at, leaves, replace
+from hydroservo.errors import HydroservoError
+from hydroservo.formatting import MINUS, number, quantity
+from hydroservo.identification.experiment import Experiment, predicted
+from hydroservo.identification.misfit import Misfit
+from hydroservo.identification.problem import PLACES, Problem, columns_at, delay_of
+from hydroservo.identification.search import Solution
+from hydroservo.identification.shift import shifted
+from hydroservo.identification.signals import COMMAND, SIGNALS
+from hydroservo.roles import Load
+from hydroservo.runs.run import ready
+from hydroservo.scenario.load import Machine
+from hydroservo.signals import Demand, Measurement
+
+__all__ = ["Effect", "left_out"]
+
+SMALL = 1e-3  # of the largest command or force, by which an effect is tried
+STILL = 0.01  # of the largest speed, below which friction changes sign smoothly
+WIDTH = 0.02  # of the largest command, of a hysteresis and an overlap
+CUT = 3.0  # deviations, to which residuals are cut
+OWN = 1e-3  # share of an effect's square that what was sought must leave of it
+LEAST = 0.05  # share of what is left, from which an effect is named
+MOST = 5  # effects that are named
+ALIKE = 0.9  # correlation with the first effect, from which on the log does not tell them apart
+AIR = 1e5  # Pa, about where air in the oil counts
+
+Vector = NDArray[np.float64]
+
+
+class Effect(NamedTuple):
+    """An effect that a scenario leaves out, and how much of what the model misses it would explain.
+
+    Attributes:
+        name: of the effect.
+        amount: of it that fits best, in its unit; nan where it has none of its own.
+        unit: SI.
+        share: of the residuals' square that it explains, 0 to 1.
+        alike: whether the logs do not tell it apart from the first one.
+    """
+
+    name: str
+    amount: float
+    unit: str
+    share: float
+    alike: bool
+
+    def __str__(self) -> str:
+        amount = "" if math.isnan(self.amount) else f" of {quantity(self.amount, self.unit)}"
+        explained = f"explains {number(100.0 * self.share, 2)} % of what is left"
+        return f"{self.name}{amount} ({explained})".replace(MINUS, "-")
+
+
+class Direction(NamedTuple):
+    """An effect as a signal that drives the machine beside what was recorded.
+
+    Attributes:
+        name: of the effect.
+        unit: of its amount; "" where that means nothing by itself.
+        values: per amount of 1, shape (n,).
+        positive: whether only an amount above 0 makes sense.
+    """
+
+    name: str
+    unit: str
+    values: Vector
+    positive: bool
+
+
+class DisturbedPlayback(NamedTuple):
+    """u_k = recorded command + amount times one of several directions."""
+
+    commands: Annotated[NDArray[np.float64], Field("V", "command at each sample, shape (samples,)")]
+    directions: Annotated[NDArray[np.float64], Field("", "shape (directions, samples)")]
+    which: Annotated[float, Field("", "number of the direction")] = 0.0
+    amount: Annotated[float, Field("", "how much of it")] = 0.0
+
+    def init(self) -> "DisturbedState":
+        return DisturbedState(0.0, 0.0)
+
+    def step(self, s: "DisturbedState", y: Measurement, r: Demand, dt: float) -> "DisturbedState":
+        k = int(s.sample)
+        u = float(self.commands[k]) + self.amount * float(self.directions[int(self.which), k])
+        return DisturbedState(u, s.sample + 1.0)
+
+
+class DisturbedState(NamedTuple):
+    """The last command, and the number of the next one."""
+
+    u: Annotated[float, Field("V", "command")]
+    sample: Annotated[float, Field("", "samples so far")]
+
+
+class DisturbedLoad(NamedTuple):
+    """F(t) = force of a load + amount times one of several directions, held from sample to sample."""
+
+    load: Load
+    directions: Annotated[NDArray[np.float64], Field("", "shape (directions, samples)")]
+    period: Annotated[float, Field("s", "between samples")]
+    which: Annotated[float, Field("", "number of the direction")] = 0.0
+    amount: Annotated[float, Field("", "how much of it")] = 0.0
+
+    def force(self, t: float) -> float:
+        k = int(t / self.period)
+        return self.load.force(t) + self.amount * float(self.directions[int(self.which), k])
+
+    def next_jump(self, t: float) -> float:
+        return self.load.next_jump(t)
+
+
+def left_out(problem: Problem, best: Solution, found: Misfit) -> list[Effect]:
+    """The effects that would explain most of the residuals, the largest share first.
+
+    Each effect drives the machine a little beside what was recorded, as the motion found says it would: dry
+    friction as a force against it, hysteresis as the recorded command through a backlash. What the machine
+    then shows otherwise, less what the unknowns that were sought could do of it, is held against the
+    residuals: a score test, in the direction of the effect.
+
+    Args:
+        problem: what was sought.
+        best: where.
+        found: residuals and slopes there.
+
+    Source: Rao, Mathematical Proceedings of the Cambridge Philosophical Society 44, 1948 (score tests).
+    Fails for effects that change the motion much, which are not in proportion to their amount, and to name
+    one that is not among those tried.
+    """
+    columns: dict[tuple[str, str, bool], Vector] = {}
+    for i in range(len(problem.experiments)):
+        for part in (driven, of_numbers, of_sensors):
+            with suppress(HydroservoError):
+                for key, row in part(problem, best, found, i).items():
+                    columns[key] = columns.get(key, 0.0) + row
+    inverse = np.linalg.inv(found.slopes.T @ found.slopes + np.diag([one.prior for one in problem.unknowns]))
+
+    def apart(row: Vector) -> Vector:
+        rest: Vector = row - found.slopes @ (inverse @ (found.slopes.T @ row))
+        return rest
+
+    missed = apart(np.clip(found.residuals, -CUT, CUT))
+    scores = []
+    for (name, unit, positive), row in columns.items():
+        own = apart(row)
+        size = float(own @ own)
+        if size <= OWN * float(row @ row):
+            continue
+        amount = float(own @ missed) / size
+        share = amount**2 * size / float(missed @ missed)
+        if share > LEAST and (amount > 0.0 or not positive):
+            effect = Effect(name, amount if unit else math.nan, unit, share, alike=False)
+            scores.append((effect, own / math.sqrt(size)))
+    scores.sort(key=lambda score: -score[0].share)
+    return [
+        effect._replace(alike=i > 0 and abs(float(scores[0][1] @ own)) > ALIKE)
+        for i, (effect, own) in enumerate(scores[:MOST])
+    ]
+
+
+def driven(
+    problem: Problem, best: Solution, found: Misfit, number: int
+) -> dict[tuple[str, str, bool], Vector]:
+    """What effects that drive the machine of a segment would change, by name, unit and sign."""
+    one = problem.experiments[number]
+    numbers = columns_at(problem, best.x[np.newaxis], number)
+    shown = predicted(one, numbers, problem.threads)[:, :, 0]
+    machine = replace(one.given, {path: row.item() for path, row in numbers.items()})
+    signals = {name: np.nan_to_num(shown[:, place]) for name, place in PLACES.items()}
+    forces = list(force_directions(one, signals))
+    commands = list(command_directions(one.segment.inputs[COMMAND], signals, one.segment.period))
+    playing = disturbed(one, machine, forces, commands)
+    sizes = (
+        SMALL * max(float(np.abs(signals["load_force"]).max()), 1.0),
+        SMALL * max(float(np.abs(one.segment.inputs[COMMAND]).max()), 1e-3),
+    )
+    runs = [(0.0, 0.0, 0.0, 0.0)]
+    runs += [(k, sizes[0] / scale_of(own), 0.0, 0.0) for k, own in enumerate(forces)]
+    runs += [(0.0, 0.0, k, sizes[1] / scale_of(own)) for k, own in enumerate(commands)]
+    lanes = dict(zip(playing.varied, np.array(runs).T, strict=True))
+    traces = predicted(playing, lanes, problem.threads)
+    late = float(best.x[delay_of(problem, one.segment.log)])
+    rows = {}
+    for k, own in enumerate([*forces, *commands]):
+        amount = max(runs[k + 1][1], runs[k + 1][3])
+        change = shifted(traces[:, :, k + 1] - traces[:, :, 0], late) / amount
+        rows[own.name, own.unit, own.positive] = weighted(problem, best, found, number, change)
+    return rows
+
+
+def of_numbers(
+    problem: Problem, best: Solution, found: Misfit, number: int
+) -> dict[tuple[str, str, bool], Vector]:
+    """What other values of the machine's numbers that were not sought would change, by name."""
+    one = problem.experiments[number]
+    numbers = columns_at(problem, best.x[np.newaxis], number)
+    machine = replace(one.given, {path: row.item() for path, row in numbers.items()})
+    known = {*numbers, *one.start}
+    given = {
+        path: value
+        for path, value in leaves(machine)
+        if path.partition(".")[0] in Machine._fields
+        and path not in known
+        and isinstance(value, float)
+        and value not in (0.0, field_at(machine, path).auto)
+        and math.isfinite(value)
+    }
+    playing = Experiment(one.segment, machine, ready(machine), {}, tuple(given))
+    columns = {path: np.full(1 + len(given), value) for path, value in given.items()}
+    for k, (path, value) in enumerate(given.items()):
+        columns[path][k + 1] = value * (1.0 + SMALL)
+    traces = predicted(playing, columns, problem.threads)
+    late = float(best.x[delay_of(problem, one.segment.log)])
+    rows = {}
+    for k, path in enumerate(given):
+        change = shifted(traces[:, :, k + 1] - traces[:, :, 0], late) / SMALL
+        rows[f"a wrong {path}", "", False] = weighted(problem, best, found, number, change)
+    return rows
+
+
+def disturbed(
+    one: Experiment, machine: Block, forces: Sequence[Direction], commands: Sequence[Direction]
+) -> Experiment:
+    """The experiment of a machine that takes a direction of force or command."""
+    segment = one.segment
+    law = DisturbedPlayback(
+        np.ascontiguousarray(segment.inputs[COMMAND]), np.array([own.values for own in commands])
+    )
+    padded = np.array([np.append(own.values, own.values[-1]) for own in forces])
+    given = machine._replace(
+        controller=law,
+        load=DisturbedLoad(machine.load, padded, segment.period),
+    )
+    varied = ("load.which", "load.amount", "controller.which", "controller.amount")
+    return Experiment(segment, given, ready(given), {}, varied)
+
+
+def force_directions(one: Experiment, shown: Mapping[str, Vector]) -> Iterator[Direction]:
+    """Forces on the rod, positive against motion, per unit of their amount."""
+    speed, position = shown["velocity"], shown["position"]
+    time = one.segment.time - one.segment.start
+    still = STILL * max(float(np.abs(speed).max()), 1e-9)
+    yield Direction("dry friction", "N", np.tanh(speed / still), True)
+    yield Direction("friction that differs by direction", "N", np.abs(np.tanh(speed / still)), False)
+    yield Direction("viscous friction", "N s/m", speed, True)
+    yield Direction("a constant force", "N", np.ones(speed.size), False)
+    yield Direction("a force that drifts", "N/s", time - time.mean(), False)
+    yield Direction("a spring", "N/m", position - position.mean(), False)
+
+
+def command_directions(command: Vector, shown: Mapping[str, Vector], period: float) -> Iterator[Direction]:
+    """Changes of the command as the valve would feel it, per unit of their amount."""
+    largest = max(float(np.abs(command).max()), 1e-6)
+    width = WIDTH * largest
+    yield Direction("valve hysteresis", "V", (backlash(command, width) - command) / width, True)
+    yield Direction("valve overlap", "V", -np.clip(command, -width, width) / width, True)
+    yield Direction("a shift of the valve's null", "V", np.ones(command.size), False)
+    yield Direction("a valve gain that differs by direction", "", np.abs(command), False)
+    load = shown["load_force"]
+    yield Direction("leakage", "", -load / max(float(np.abs(load).max()), 1.0), True)
+    sides = [shown["pressure_a"], shown["pressure_b"]]
+    rates = [np.gradient(side, period) / np.maximum(side + AIR, 0.1 * AIR) ** 2 for side in sides]
+    air = rates[1] - rates[0]
+    yield Direction("air in the oil", "", air / max(float(np.abs(air).max()), 1e-30), True)
+
+
+def backlash(command: Vector, width: float) -> Vector:
+    """A command through a backlash of a full width: the play operator."""
+    played, at = np.empty(command.size), float(command[0])
+    for k, value in enumerate(command.tolist()):
+        at = min(max(at, value - 0.5 * width), value + 0.5 * width)
+        played[k] = at
+    return played
+
+
+def of_sensors(
+    problem: Problem, best: Solution, found: Misfit, number: int
+) -> dict[tuple[str, str, bool], Vector]:
+    """What a drift and a wrong scale of each sensor would change, by name, unit and sign."""
+    segment = problem.experiments[number].segment
+    time = segment.time - segment.start
+    rows = {}
+    for name in segment.measured:
+        nothing = np.zeros((segment.samples, len(PLACES)))
+        place = PLACES[name]
+        drift, scale = nothing.copy(), nothing.copy()
+        drift[:, place] = time - time.mean()
+        scale[:, place] = np.nan_to_num(segment.measured[name])
+        unit = f"{SIGNALS[name].unit}/s"
+        rows[f"drift of {name}", unit, False] = weighted(problem, best, found, number, drift)
+        rows[f"a wrong scale of {name}", "", False] = weighted(problem, best, found, number, scale)
+    return rows
+
+
+def weighted(problem: Problem, best: Solution, found: Misfit, number: int, change: Vector) -> Vector:
+    """A change of all signals of a segment as residuals count it, shape (rows,)."""
+    row = np.zeros(found.residuals.size)
+    for (i, name), place in found.rows.items():
+        if i == number:
+            weight = best.weights[problem.experiments[i].segment.log, name]
+            own = weight * np.nan_to_num(change[:, PLACES[name]])
+            row[place] = np.where(found.there[place], own, 0.0)
+    return row
+
+
+def scale_of(own: Direction) -> float:
+    """The largest value of a direction."""
+    return max(float(np.abs(own.values).max()), 1e-300)
