@@ -15,7 +15,8 @@ from hydroservo.audits.lumped import Lumped, LumpedValues
 from hydroservo.block import Block, model_in, values
 from hydroservo.cosimulation import refuse_foreign
 from hydroservo.errors import ParameterError
-from hydroservo.linear import Linearization, linearize, margins
+from hydroservo.linear import Linearization, linearize
+from hydroservo.linear.view import viewed
 from hydroservo.loop import Loop
 from hydroservo.runs.cautions import quietly
 from hydroservo.runs.run import ready, simulate
@@ -72,12 +73,12 @@ class LoopFacts:
 
     @cached_property
     def disk_margin(self) -> float:
-        """Of the loop for small motions; 0 where it is unstable, and nan where it has no slope."""
+        """For small motions, as ``bode`` has it; 0 of an unstable loop, and nan where there is none."""
         try:
-            found = margins(self.given)
+            view = viewed(self.given, None, None, None)
         except ParameterError:
             return math.nan
-        return found.disk_margin if found.stable else 0.0
+        return view.trusted.margins.disk_margin if view.judged.margins.stable else 0.0
 
     @cached_property
     def truth(self) -> Any:
