@@ -59,20 +59,21 @@ def law_row(found: Findings, law: str) -> Row:
         "largest": known(area.largest),
         "ratio": "1" if law == found.reference else with_interval(ratio),
         "lost": found.percent_lost(law),
-        "activity": known(activity_ratio(found, law)),
+        "activity": activity_range(found, law),
         "operations": operations(found, law),
         "bytes": taken(found, law),
     }
 
 
-def activity_ratio(found: Findings, law: str) -> float:
-    """A law's command activity over that of the reference, geometric mean over cells."""
-    logs = []
+def activity_range(found: Findings, law: str) -> str:
+    """A law's command activity over that of the reference, from the least to the largest over cells."""
+    ratios = []
     for cell in found.verdicts.cells.values():
         own, other = cell.standings.get(law), cell.standings.get(found.reference)
-        if own and other and own.activity > 0.0 and other.activity > 0.0:
-            logs.append(math.log(own.activity / other.activity))
-    return math.exp(math.fsum(logs) / len(logs)) if logs else math.nan
+        if own and other and other.activity > 0.0:
+            ratios.append(own.activity / other.activity)
+    ends = dict.fromkeys(number(ratio, 2) for ratio in (min(ratios), max(ratios))) if ratios else [NONE]
+    return " to ".join(ends)
 
 
 def cell_tables(found: Findings, again: Again) -> list[CellTable]:
