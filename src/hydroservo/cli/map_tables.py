@@ -6,6 +6,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from hydroservo._version import __version__
+from hydroservo.cli.tables import NO_NUMBER
 from hydroservo.formatting import scales_of
 from hydroservo.identification.maps import StaticMap
 
@@ -28,13 +29,14 @@ def as_tables(found: StaticMap) -> dict[str, Any]:
         "version": __version__,
         "logs": list(found.logs),
         "numbers": {name: one._asdict() for name, one in found.numbers.items()},
+        "undetermined": dict(found.undetermined),
         "curve": curve,
         "remarks": list(found.remarks),
     }
 
 
 def numbers_table(found: StaticMap) -> Table:
-    """The numbers with their intervals."""
+    """The numbers with their intervals, and a dash with the reason for those that cannot be determined."""
     title = f"{found.kind}: {', '.join(found.logs)}"
     shown = Table(title=escape(title), title_justify="left")
     shown.add_column("number", no_wrap=True)
@@ -46,5 +48,7 @@ def numbers_table(found: StaticMap) -> Table:
         scale = scales[one.unit]
         numbers = (f"{scale.of(number):.4g}" for number in (one.value, one.low, one.high))
         shown.add_row(name, *numbers, scale.label, one.meaning)
+    for name, why in found.undetermined.items():
+        shown.add_row(name, *[NO_NUMBER] * 3, "", f"cannot be determined: {why}")
     shown.caption = "from and to: 95 % interval"
     return shown

@@ -100,6 +100,7 @@ def map_logs(
         found.lines,
         remarks,
         tables,
+        found.undetermined,
     )
 
 

@@ -11,18 +11,16 @@ from hydroservo.formatting import quantity
 from hydroservo.hooks import line_pressures
 from hydroservo.identification.maps.piston import Piston
 from hydroservo.identification.maps.reading import demand, thinned
-from hydroservo.identification.maps.regression import Regression, regression
 from hydroservo.identification.maps.result import Drawn, Found, Interval, kept
-from hydroservo.identification.maps.sweeps import (
-    DENSE,
-    Pass,
+from hydroservo.identification.maps.sweep_line import (
+    Line,
     check_slow,
     hysteresis_of,
-    mean_rate,
-    passes,
-    span_of,
-    swept_curve,
+    lag_of,
+    line_through,
+    loops_of,
 )
+from hydroservo.identification.maps.sweeps import DENSE, Pass, chosen, passes, span_of, swept_curve
 from hydroservo.identification.segments import Segment, Understood
 from hydroservo.identification.signals import COMMAND
 from hydroservo.loop import Loop
@@ -32,7 +30,6 @@ from hydroservo.valves.four_edges import FourEdges, blocked_pressure
 __all__ = ["pressure_gain"]
 
 SHARE = 0.4  # of the largest load pressure, up to which either way the gain is taken
-FEWEST = 8  # samples on the line, of each direction of the command
 FEW = 100  # means of a stretch, by which it is seen to move
 MOVED = 1e-3  # m/s, from which on a port is not blocked
 WIDEST = 0.4  # of the command's span, that both its directions may lie apart
@@ -76,24 +73,27 @@ def pressure_gain(logs: Sequence[Understood], loop: Loop | None, piston: Piston 
     name = logs[0].log.name
     span_of(sweeps, name)
     most = largest_of(sweeps, loop, name)
-    line = line_of(sweeps, most, name)
-    slope, up, down = np.eye(3)
-    null = line.ratio(-0.5 * (up + down), slope)
-    width = line.ratio(down - up, slope)
-    remarks = list(check_slow(width[0], WIDEST, sweeps, loop, name))
-    rate = mean_rate(sweeps, lambda p: np.abs(p) < SHARE * most)
-    hysteresis, unknown = hysteresis_of(width, rate, loop)
+    steep = chosen(sweeps, -SHARE * most, SHARE * most)
+    line = line_of(steep, name)
+    null, (slope, half) = line.null(), line.slope()
+    values, left = ({}, []) if loop is None else values_of(slope, half, loop)
+    loops = loops_of([line], lag_of(loop) + oil_lag(values, loop, piston))
+    span = span_of(sweeps, name)
+    remarks = [*check_slow(loops, WIDEST, span, name)]
+    hysteresis, unknown = hysteresis_of(loops)
+    valve: Any = None if loop is None else loop.valve
+    if hasattr(valve, "hysteresis") and values and hysteresis:
+        values["valve.hysteresis"] = hysteresis["hysteresis"].times(valve.gain, "m")
     numbers = {
-        "pressure_gain": Interval.around(line.values[0], line.half(slope), "Pa/V", "pressure gain at null"),
+        "pressure_gain": Interval.around(slope, half, "Pa/V", "pressure gain at null"),
         "null_offset": Interval.around(*null, "V", "command at which the load pressure is 0"),
         **hysteresis,
     }
-    reach = SHARE * most / line.values[0]
+    reach = SHARE * most / slope
     ends = null[0] + reach * np.array([-1.0, 1.0])
     drawn = Drawn("line", ends, SHARE * most * np.array([-1.0, 1.0]))
-    values, left = ({}, []) if loop is None else values_of(numbers, loop)
     curve = swept_curve(sweeps, "load_pressure", "Pa", "load pressure p_A - p_B")
-    return Found(curve, numbers, [drawn], values, [*remarks, *unknown, *left])
+    return Found(curve, numbers, [drawn], values, [*remarks, *left], unknown)
 
 
 def check_blocked(one: Segment, name: str) -> None:
@@ -142,53 +142,57 @@ def largest_of(sweeps: Sequence[Pass], loop: Loop | None, name: str) -> float:
     return drop
 
 
-def line_of(sweeps: Sequence[Pass], most: float, name: str) -> Regression:
-    """The line within 40 % of the largest load pressure.
+def line_of(sweeps: Sequence[Pass], name: str) -> Line:
+    """The line through samples within 40 % of the largest load pressure.
 
     Raises:
-        ScenarioError: too few samples lie there, or the pressure does not follow the command.
+        ScenarioError: they are too few, or the pressure does not follow the command.
     """
-    parts, counts = [], {True: 0, False: 0}
-    for one in sweeps:
-        on = np.abs(one.answer) < SHARE * most
-        counts[one.rising] += int(on.sum())
-        ways = np.array([one.rising, not one.rising], dtype=np.float64)
-        columns = [one.command[on], *np.outer(ways, np.ones(on.sum()))]
-        parts.append((np.stack(columns, axis=1), one.answer[on]))
-    found = regression(parts) if min(counts.values()) >= FEWEST else None
+    found = line_through(sweeps)
     if found is None:
         problem = (
-            f"{min(counts.values())} samples lie within 40 % of the largest load pressure one way, and "
-            f"{FEWEST} must: sweep slower, or less far"
+            "too few samples within 40 % of the largest load pressure rise with the command, both ways: "
+            "block the ports, and sweep slower, more often or less far"
         )
         raise ScenarioError(name, "", problem)
-    if not found.values[0] > found.half(np.array([1.0, 0.0, 0.0])):
-        raise ScenarioError(
-            name, "", "the load pressure does not rise with the command: ports must be blocked"
-        )
     return found
 
 
-def values_of(numbers: Mapping[str, Interval], loop: Loop) -> tuple[dict[str, Interval], list[str]]:
+def values_of(slope: float, half: float, loop: Loop) -> tuple[dict[str, Interval], list[str]]:
     """The clearance of the scenario's edges that has the gain, and what has no place in the scenario."""
     valve: Any = loop.valve
     edges: Any = getattr(valve, "orifice", None)
-    gain = numbers["pressure_gain"]
     left = ["null_offset has no place in a scenario"]
     if not isinstance(edges, FourEdges) or any((edges.extra_lap_pa, edges.extra_lap_at, edges.extra_lap_pb)):
         return {}, [*left, f"{type(edges).__name__} has no clearance that the pressure gain would tell"]
     line = line_pressures(loop)
-    found = [clearance_of(edges, one / valve.gain, line) for one in (gain.value, gain.high, gain.low)]
+    gains = (slope, slope + half, slope - half)
+    found = [clearance_of(edges, one / valve.gain, line) for one in gains]
     if any(one is None for one in found):
         steepest = "edges of the scenario's lap cannot have this pressure gain"
         return {}, [*left, f"{steepest}: it says nothing of valve.orifice.clearance"]
     best, low, high = (float(one or 0.0) for one in found)
     meaning = "opening of an edge that is just closed"
     values = {"valve.orifice.clearance": Interval(best, low, high, "m", meaning)}
-    if hasattr(valve, "hysteresis") and "hysteresis" in numbers:
-        values["valve.hysteresis"] = numbers["hysteresis"].times(valve.gain, "m")
     values["valve.orifice.area_gradient"] = kept(edges.area_gradient)
     return values, left
+
+
+def oil_lag(values: Mapping[str, Interval], loop: Loop | None, piston: Piston | None) -> float:
+    """The time in which the valve's leakage fills the blocked volumes, V/(beta dQ/dp) at null [s].
+
+    0 where the edges or the volumes are not known.
+    """
+    if loop is None or piston is None or not piston.has_chambers or not values:
+        return 0.0
+    edges: Any = loop.valve
+    edges = edges.orifice._replace(clearance=values["valve.orifice.clearance"].value)
+    line = line_pressures(loop)
+    middle, step = 0.5 * (line.supply + line.tank), 1e-3 * (line.supply - line.tank)
+    flows = [edges.port_flows(0.0, line, p, p).a for p in (middle - step, middle + step)]
+    volumes = piston.volumes(np.array([piston.plant.start_position]))
+    volume = 0.5 * float(volumes[0][0] + volumes[1][0])
+    return float(volume / piston.plant.oil.bulk_modulus(middle) * 2.0 * step / (flows[0] - flows[1]))
 
 
 def clearance_of(edges: FourEdges, gain: float, line: Pressures) -> float | None:

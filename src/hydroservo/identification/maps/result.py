@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from hydroservo.formatting import MINUS, quantity
+from hydroservo.formatting import MINUS, NONE, quantity
 from hydroservo.html_tables import Strong, html_heading, html_remarks, html_table
 from hydroservo.identification.on_base import on_base
 
@@ -72,6 +72,7 @@ class Found(NamedTuple):
         lines: that are fitted to the curve.
         values: of the scenario's numbers, by their paths; all are written where one is.
         remarks: what a user should know, in a line each.
+        undetermined: numbers that it cannot give, and why.
     """
 
     curve: "xr.Dataset"
@@ -79,6 +80,7 @@ class Found(NamedTuple):
     lines: Sequence[Drawn] = ()
     values: Mapping[str, Interval] = {}
     remarks: Sequence[str] = ()
+    undetermined: Mapping[str, str] = {}
 
 
 class StaticMap(NamedTuple):
@@ -93,6 +95,7 @@ class StaticMap(NamedTuple):
         lines: that are fitted to the curve.
         remarks: what a user should know, in a line each.
         tables: of a scenario over the given one, with what was found.
+        undetermined: numbers that it cannot give, and why.
     """
 
     kind: str
@@ -103,6 +106,7 @@ class StaticMap(NamedTuple):
     lines: Sequence[Drawn]
     remarks: Sequence[str]
     tables: Mapping[str, Any]
+    undetermined: Mapping[str, str] = {}
 
     def toml(self, folder: Path | str = ".") -> str:
         """The text of a scenario with what was found, which builds on the given one.
@@ -113,14 +117,17 @@ class StaticMap(NamedTuple):
         return on_base(self.scenario, self.tables, folder, f"map {self.kind} {', '.join(self.logs)}")
 
     def __repr__(self) -> str:
-        return "\n".join([*(f"{name} = {one!r}" for name, one in self.numbers.items()), *self.remarks])
+        numbers = [f"{name} = {one!r}" for name, one in self.numbers.items()]
+        unknown = [f"{name} cannot be determined: {why}" for name, why in self.undetermined.items()]
+        return "\n".join([*numbers, *unknown, *self.remarks])
 
     def _repr_html_(self) -> str:
         """What a notebook shows."""
-        rows = []
+        rows: list[tuple[str, str | Strong, str, str]] = []
         for name, one in self.numbers.items():
             value, low, high = (quantity(end, one.unit) for end in one[:3])
             rows.append((name, Strong(value), f"{low} to {high}", one.meaning))
+        rows += [(name, NONE, NONE, why) for name, why in self.undetermined.items()]
         return (
             html_heading(self.kind, f"from {', '.join(self.logs)}")
             + html_table(("number", "value", "95 % interval", "meaning"), rows)

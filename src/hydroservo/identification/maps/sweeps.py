@@ -1,31 +1,30 @@
 """Slow sweeps of a command, up and down, and what answered."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.audits.facts import LoopFacts
-from hydroservo.block import replace
 from hydroservo.errors import ScenarioError
-from hydroservo.formatting import MINUS, quantity
-from hydroservo.identification.maps.reading import runs_of
 from hydroservo.identification.maps.regression import mean_of
-from hydroservo.identification.maps.result import Interval, curve_of
-from hydroservo.loop import Loop
+from hydroservo.identification.maps.result import curve_of
 
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["DENSE", "Pass", "check_slow", "hysteresis_of", "mean_rate", "passes", "span_of", "swept_curve"]
+__all__ = ["DENSE", "FEWEST", "Pass", "chosen", "mean_answer", "passes", "span_of", "swept_curve"]
 
 DENSE = 50_000  # samples of a stretch that count
 BINS = 60  # over the span of the command
 FEWEST = 8  # samples of a pass
 LEAST = 0.05  # of the span, that a pass goes
-NOTED = 0.1  # of the hysteresis, from which on it is said what of it is lag
+PLAY = 0.1  # of the span, after which a valve has taken up its play
+RESTS = 1e-3  # of the largest rate, below which the command rests
+WHOLE = 0.8  # of a range, through which a pass goes
+NEIGHBOURS = 25  # samples of a mean by which others are chosen
+WINDOWS = 50  # of a pass, over each of which a rate is taken
 
 Samples = NDArray[np.float64]
 
@@ -47,21 +46,54 @@ class Pass(NamedTuple):
 
 
 def passes(period: float, command: Samples, answer: Samples) -> Iterator[Pass]:
-    """The passes of a stretch, without samples at which nothing was measured.
+    """The passes of a stretch, without samples at which nothing was measured or the command rests.
+
+    Until the command has gone a tenth of its span from a turn, or from its first sample, a valve with play
+    may not follow yet: these samples are left out.
 
     Args:
         period: between samples [s].
-        command: [V], shape (n,).
+        command: [V], shape (n,); it may be noisy, or rise in steps.
         answer: shape (n,); nan where nothing was measured.
     """
-    change = np.gradient(command)
-    least = 1e-3 * np.abs(change).max()
-    for rising in (True, False):
-        for part in runs_of(change > least if rising else change < -least):
-            there = np.isfinite(answer[part])
-            u, y = command[part][there], answer[part][there]
-            if u.size >= FEWEST and np.ptp(u) > LEAST * np.ptp(command):
-                yield Pass(rising, np.abs(change[part][there]) / period, u, y)
+    span = float(np.ptp(command))
+    least = LEAST * span
+    parts = [slice(first, last + 1) for first, last in pairwise(turns(command, least))]
+    rates = [rate_of(command[part], period) for part in parts]
+    slowest = RESTS * max((float(rate.max()) for rate in rates), default=0.0)
+    for part, rate in zip(parts, rates, strict=True):
+        follows = np.abs(command[part] - command[part][0]) > PLAY * span
+        there = np.isfinite(answer[part]) & (rate > slowest) & follows
+        u, y = command[part][there], answer[part][there]
+        if u.size >= FEWEST and np.ptp(u) > least:
+            yield Pass(bool(command[part][-1] > command[part][0]), rate[there], u, y)
+
+
+def turns(command: Samples, least: float) -> list[int]:
+    """Where a command turns by more than so much, with its first and last sample."""
+    found, extreme, way = [0], 0, 0.0
+    values = command.tolist()
+    for i, u in enumerate(values):
+        if way == 0.0:
+            way = float(np.sign(u - values[0])) if abs(u - values[0]) > least else 0.0
+            extreme = i
+        elif way * (u - values[extreme]) >= 0.0:
+            extreme = i
+        elif way * (values[extreme] - u) > least:
+            found.append(extreme)
+            extreme, way = i, -way
+    return [*found, len(values) - 1] if values else []
+
+
+def rate_of(command: Samples, period: float) -> Samples:
+    """The size of a pass's rate [V/s], of means over a fiftieth of it; 0 where it goes the other way."""
+    width = max(command.size // WINDOWS, 1)
+    if command.size < 2 * width + 2:
+        return np.zeros(command.size)
+    edges = np.pad(command, width, mode="reflect", reflect_type="odd")
+    smooth = np.convolve(edges, np.full(width, 1.0 / width), mode="same")[width:-width]
+    way = np.sign(command[-1] - command[0])
+    return np.asarray(np.maximum(way * np.gradient(smooth, period), 0.0))
 
 
 def span_of(sweeps: Sequence[Pass], name: str) -> float:
@@ -77,6 +109,37 @@ def span_of(sweeps: Sequence[Pass], name: str) -> float:
         raise ScenarioError(name, "command", problem)
     every = np.concatenate([one.command for one in sweeps])
     return float(np.ptp(every))
+
+
+def chosen(sweeps: Sequence[Pass], low: float, high: float) -> list[Pass]:
+    """The samples at commands between which the mean answer rises from one value to another.
+
+    Samples chosen by their own answer would be those whose noise suits the choice, and bias a line. A pass
+    that goes through a part of the range alone would weigh that part more.
+
+    Args:
+        sweeps: the passes.
+        low: mean answer from which on samples count.
+        high: mean answer up to which they do.
+    """
+    found = []
+    for rising in {one.rising for one in sweeps}:
+        command, mean = mean_answer(sweeps, rising)
+        first, last = np.interp([low, high], np.maximum.accumulate(mean), command)
+        for one in sweeps:
+            on = (one.command >= first) & (one.command <= last)
+            if one.rising == rising and on.any() and np.ptp(one.command[on]) >= WHOLE * (last - first):
+                found.append(Pass(rising, one.rate[on], one.command[on], one.answer[on]))
+    return found
+
+
+def mean_answer(sweeps: Sequence[Pass], rising: bool) -> tuple[Samples, Samples]:
+    """Means of neighbours in the command, of one direction: the command and the answer."""
+    ways = [one for one in sweeps if one.rising == rising]
+    command, answer = (np.concatenate(rows) for rows in zip(*(one[2:] for one in ways), strict=True))
+    order = np.argsort(command, kind="stable")
+    parts = np.array_split(order, max(order.size // NEIGHBOURS, 1))
+    return np.array([command[one].mean() for one in parts]), np.array([answer[one].mean() for one in parts])
 
 
 def swept_curve(sweeps: Sequence[Pass], name: str, unit: str, meaning: str) -> "xr.Dataset":
@@ -121,75 +184,3 @@ def at_middle(inside: Sequence[tuple[Samples, Samples]], middle: float) -> tuple
     u, y = (np.concatenate(rows) for rows in zip(*inside, strict=True))
     slope = float(np.polyfit(u - middle, y, 1)[0]) if np.ptp(u) > 0.0 else 0.0
     return mean_of([answer - slope * (command - middle) for command, answer in inside])
-
-
-def lag_of(loop: Loop | None) -> float:
-    """The time by which a scenario's valve is behind its command [s]; 0 where none is known.
-
-    A command that is held from sample to sample comes half a period late on the mean, and by its delay. A
-    sweep goes one way, so that the play of a hysteresis adds none.
-    """
-    if loop is None:
-        return 0.0
-    if hasattr(loop.valve, "hysteresis"):
-        loop = replace(loop, {"valve.hysteresis": 0.0})
-    facts = LoopFacts(loop, loop, None, None)
-    lag = facts.valve_lag + facts.delay + 0.5 * float(loop.simulation.period)
-    return lag if np.isfinite(lag) else 0.0
-
-
-def mean_rate(sweeps: Sequence[Pass], on: Callable[[Samples], NDArray[np.bool_]] | None = None) -> float:
-    """The mean size of the command's rate [V/s], over all samples or those whose answer counts."""
-    every = [one.rate if on is None else one.rate[on(one.answer)] for one in sweeps]
-    return float(np.concatenate(every).mean())
-
-
-def hysteresis_of(
-    apart: tuple[float, float], rate: float, loop: Loop | None
-) -> tuple[dict[str, Interval], list[str]]:
-    """The hysteresis: by how much the curves of both directions lie apart, less what the valve's lag makes.
-
-    Where the valve's lag alone explains the width, there is no number, and a remark says so.
-
-    Args:
-        apart: the width and half its interval [V].
-        rate: the mean size of the command's rate where that was measured [V/s].
-        loop: of the scenario.
-    """
-    lag = 2.0 * lag_of(loop) * rate
-    width = Interval.around(apart[0] - lag, apart[1], "V", "full width of the hysteresis")
-    if width.high >= 0.0:
-        return {"hysteresis": width.at_least_0()}, []
-    shown, made = (quantity(one, "V").replace(MINUS, "-") for one in (apart[0], lag))
-    return {}, [f"hysteresis cannot be determined: directions lie {shown} apart, and the lag makes {made}"]
-
-
-def check_slow(
-    apart: float, widest: float, sweeps: Sequence[Pass], loop: Loop | None, name: str
-) -> Iterator[str]:
-    """What there is to say of how fast the command was swept.
-
-    Args:
-        apart: the width between both directions [V].
-        widest: share of the command's span that they may lie apart.
-        sweeps: the passes.
-        loop: of the scenario.
-        name: of the log.
-
-    Raises:
-        ScenarioError: it was too fast.
-    """
-    span = span_of(sweeps, name)
-    rate, lag = mean_rate(sweeps), lag_of(loop)
-    shown = quantity(apart, "V").replace(MINUS, "-")
-    made = quantity(2.0 * lag * rate, "V")
-    by_lag = f"; the lag of valve and sampling, {quantity(lag, 's')}, makes {made} of it"
-    said = by_lag if lag else ""
-    if abs(apart) > widest * span:
-        problem = (
-            f"rises and falls {shown} apart, {100.0 * abs(apart) / span:.2g} % of its span: the sweep is too "
-            f"fast at {quantity(rate, 'V')}/s{said}; at most {100.0 * widest:.0f} % are a static map"
-        )
-        raise ScenarioError(name, "command", problem)
-    if 2.0 * lag * rate > NOTED * abs(apart):
-        yield f"both directions lie {shown} apart{said}, which is taken off; a slower sweep shows it better"

@@ -7,20 +7,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydroservo.errors import ScenarioError
+from hydroservo.formatting import quantity
 from hydroservo.hooks import line_pressures
 from hydroservo.identification.maps.piston import Piston
 from hydroservo.identification.maps.reading import demand, thinned, velocity_of
-from hydroservo.identification.maps.regression import Regression, regression
 from hydroservo.identification.maps.result import Drawn, Found, Interval, kept
-from hydroservo.identification.maps.sweeps import (
-    Pass,
+from hydroservo.identification.maps.sweep_line import (
+    Line,
     check_slow,
     hysteresis_of,
-    mean_rate,
-    passes,
-    span_of,
-    swept_curve,
+    lag_of,
+    line_through,
+    loops_of,
+    too_fast,
 )
+from hydroservo.identification.maps.sweeps import Pass, chosen, mean_answer, passes, span_of, swept_curve
 from hydroservo.identification.segments import Segment, Understood
 from hydroservo.identification.signals import COMMAND
 from hydroservo.loop import Loop
@@ -31,33 +32,24 @@ __all__ = ["valve_flow"]
 LINEAR = (0.15, 0.85)  # of the largest flow, between which the curve is taken for a line
 LEAST_DROP = 0.05  # of half the supply's, below which none is divided by
 END = 1e-3  # of the stroke, within which the piston rests at its end
-FEWEST = 8  # samples on a line
+WINDOW = 25  # samples of a mean velocity, by which it has a sign
 WIDEST = 0.1  # of the command's span, that both its directions may lie apart
+DEAD_BAND = ("dead_band_plus", "dead_band_minus", "dead_band", "null_offset")
 BENT = 0.05  # of the largest flow, that may be left of a line
 
 Samples = NDArray[np.float64]
 
 
 class Side(NamedTuple):
-    """The line of one direction of flow, ``Q = k u + b``, with a ``b`` for each direction of the command.
+    """The line of one direction of flow.
 
     Attributes:
         line: the regression.
         largest: flow [m^3/s].
-        rate: mean size of the command's rate on the line [V/s].
     """
 
-    line: Regression
+    line: Line
     largest: float
-    rate: float
-
-    def edge(self) -> tuple[float, float]:
-        """Where flow begins, in the mean of both directions of the command, and half its interval [V]."""
-        return self.line.ratio(np.array([0.0, -0.5, -0.5]), np.array([1.0, 0.0, 0.0]))
-
-    def apart(self) -> tuple[float, float]:
-        """How far both directions of the command lie apart, and half the interval [V]."""
-        return self.line.ratio(np.array([0.0, -1.0, 1.0]), np.array([1.0, 0.0, 0.0]))
 
 
 def valve_flow(logs: Sequence[Understood], loop: Loop, piston: Piston) -> Found:
@@ -92,18 +84,20 @@ def valve_flow(logs: Sequence[Understood], loop: Loop, piston: Piston) -> Found:
             flow = at_no_load(rows, line, piston, period)
             sweeps += passes(period, rows[COMMAND], flow)
     name = logs[0].log.name
-    span_of(sweeps, name)
+    span = span_of(sweeps, name)
     sides = {sign: side_of(sweeps, sign, name) for sign in (1.0, -1.0)}
-    apart = [side.apart() for side in sides.values()]
-    width = (0.5 * (apart[0][0] + apart[1][0]), 0.5 * float(np.hypot(apart[0][1], apart[1][1])))
-    remarks = list(check_slow(width[0], WIDEST, sweeps, loop, name))
-    remarks += said_of(sides, normalised)
-    rate = float(np.mean([side.rate for side in sides.values()]))
-    hysteresis, unknown = hysteresis_of(width, rate, loop)
-    numbers = numbers_of(sides) | hysteresis
+    loops = loops_of([side.line for side in sides.values()], lag_of(loop), static=normalised)
+    remarks = [*check_slow(loops, WIDEST, span, name), *said_of(sides, normalised)]
+    hysteresis, unknown = hysteresis_of(loops)
+    numbers = gains_of(sides, "" if normalised else ", at the load that it met") | hysteresis
+    fast = too_fast(loops, WIDEST, span)
+    edges, crossed = dead_band_of(sides)
+    if fast:
+        edges, crossed = {}, dict.fromkeys(DEAD_BAND, fast)
+    numbers |= edges
     curve = swept_curve(sweeps, "flow", "m^3/s", "flow at port A without load")
     values, left = values_of(numbers, loop, line, normalised)
-    return Found(curve, numbers, [*lines_of(sides)], values, [*remarks, *unknown, *left])
+    return Found(curve, numbers, [*lines_of(sides)], values, [*remarks, *left], unknown | crossed)
 
 
 def rows_of(one: Segment, piston: Piston) -> dict[str, Samples]:
@@ -121,7 +115,7 @@ def rows_of(one: Segment, piston: Piston) -> dict[str, Samples]:
 
 def drops(rows: Mapping[str, Samples], line: Pressures, piston: Piston) -> dict[str, Samples]:
     """The drop over the open edge of port A [Pa], where pressures tell it."""
-    outwards = rows["velocity"] > 0.0
+    outwards = uniform_mean(rows["velocity"]) > 0.0
     if "pressure_a" in rows:
         a = rows["pressure_a"]
         return {"drop": np.where(outwards, line.supply - a, a - line.tank)}
@@ -129,6 +123,14 @@ def drops(rows: Mapping[str, Samples], line: Pressures, piston: Piston) -> dict[
         load = rows["load_force"] / piston.area_a
         return {"drop": 0.5 * (line.supply - line.tank - np.where(outwards, load, -load))}
     return {}
+
+
+def uniform_mean(values: Samples) -> Samples:
+    """Means over neighbours, by which a noisy velocity has a sign."""
+    there = np.isfinite(values)
+    window = np.ones(WINDOW)
+    sums = np.convolve(np.where(there, values, 0.0), window, mode="same")
+    return np.asarray(sums / np.maximum(np.convolve(there, window, mode="same"), 1.0))
 
 
 def at_no_load(rows: Mapping[str, Samples], line: Pressures, piston: Piston, period: float) -> Samples:
@@ -159,55 +161,52 @@ def side_of(sweeps: Sequence[Pass], sign: float, name: str) -> Side:
     Raises:
         ScenarioError: nothing flows that way.
     """
-    flows = np.concatenate([sign * one.answer for one in sweeps])
-    largest = float(np.quantile(flows, 0.995))
-    every = float(np.quantile(np.abs(flows), 0.995))
-    parts = []
-
-    def on_line(flow: Samples) -> NDArray[np.bool_]:
-        share = sign * flow / largest if largest > 0.0 else np.zeros(flow.size)
-        return np.asarray((share > LINEAR[0]) & (share < LINEAR[1]))
-
-    for one in sweeps:
-        on = on_line(one.answer)
-        ways = np.array([one.rising, not one.rising], dtype=np.float64)
-        columns = [one.command[on], *np.outer(ways, np.ones(on.sum()))]
-        parts.append((np.stack(columns, axis=1), one.answer[on]))
-    found = regression(parts) if largest > 0.05 * every else None
-    slope = np.array([1.0, 0.0, 0.0])
-    few = sum(len(y) for _, y in parts) < FEWEST
-    if found is None or few or not found.values[0] > found.half(slope):
+    means = np.concatenate([mean_answer(sweeps, rising)[1] for rising in (True, False)])
+    largest = float((sign * means).max())
+    found = None
+    if largest > 0.05 * float(np.abs(means).max()):
+        on_line = chosen(sweeps, *sorted(sign * share * largest for share in LINEAR))
+        found = line_through(on_line)
+    if found is None:
         way = "positive" if sign > 0.0 else "negative"
         problem = f"shows no {way} flow that follows the command: sweep farther, slower, or both ways"
         raise ScenarioError(name, "command", problem)
-    return Side(found, largest, mean_rate(sweeps, on_line))
+    return Side(found, largest)
 
 
-def numbers_of(sides: Mapping[float, Side]) -> dict[str, Interval]:
-    """What the lines say."""
-    plus, minus = sides[1.0], sides[-1.0]
-    above, below = plus.edge(), minus.edge()
-    half = 0.5 * float(np.hypot(above[1], below[1]))
-    gains = {
-        sign: (float(side.line.values[0]), side.line.half(np.array([1.0, 0.0, 0.0])))
-        for sign, side in sides.items()
-    }
+def gains_of(sides: Mapping[float, Side], at: str) -> dict[str, Interval]:
+    """The flow gains, and at which load."""
+    plus, minus = (sides[sign].line.slope() for sign in (1.0, -1.0))
     unit = "m^3/(s V)"
     return {
-        "flow_gain_plus": Interval.around(*gains[1.0], unit, "flow gain of positive flow"),
-        "flow_gain_minus": Interval.around(*gains[-1.0], unit, "flow gain of negative flow"),
+        "flow_gain_plus": Interval.around(*plus, unit, f"flow gain of positive flow{at}"),
+        "flow_gain_minus": Interval.around(*minus, unit, f"flow gain of negative flow{at}"),
+    }
+
+
+def dead_band_of(sides: Mapping[float, Side]) -> tuple[dict[str, Interval], dict[str, str]]:
+    """Where flow begins either way, and what of it cannot be determined."""
+    above, below = (sides[sign].line.null() for sign in (1.0, -1.0))
+    half = 0.5 * float(np.hypot(above[1], below[1]))
+    middle = Interval.around(0.5 * (above[0] + below[0]), half, "V", "middle of the dead band")
+    width = Interval.around(above[0] - below[0], 2.0 * half, "V", "width of the dead band")
+    if width.high < 0.0:
+        overlap = quantity(-width.value, "V")
+        why = f"both lines reach no flow {overlap} beyond each other, as those of an underlapped valve do"
+        return {"null_offset": middle}, dict.fromkeys(DEAD_BAND[:3], why)
+    return {
         "dead_band_plus": Interval.around(*above, "V", "command at which positive flow begins"),
         "dead_band_minus": Interval.around(*below, "V", "command at which negative flow begins"),
-        "dead_band": Interval.around(above[0] - below[0], 2.0 * half, "V", "width of the dead band"),
-        "null_offset": Interval.around(0.5 * (above[0] + below[0]), half, "V", "middle of the dead band"),
-    }
+        "dead_band": width.at_least_0(),
+        "null_offset": middle,
+    }, {}
 
 
 def lines_of(sides: Mapping[float, Side]) -> Iterator[Drawn]:
     """The lines, in the mean of both directions of the command."""
     x, y = [], []
     for sign, side in sides.items():
-        edge, gain = side.edge()[0], float(side.line.values[0])
+        edge, gain = side.line.null()[0], side.line.slope()[0]
         end = edge + sign * side.largest / gain
         x += [edge, end, np.nan]
         y += [0.0, sign * side.largest, np.nan]
@@ -222,9 +221,9 @@ def said_of(sides: Mapping[float, Side], normalised: bool) -> Iterator[str]:
             "and does not tell the area of the edges"
         )
     for sign, side in sides.items():
-        if side.line.scatter > BENT * side.largest:
+        if side.line.found.scatter > BENT * side.largest:
             way = "positive" if sign > 0.0 else "negative"
-            share = 100.0 * side.line.scatter / side.largest
+            share = 100.0 * side.line.found.scatter / side.largest
             yield f"{way} flow lies {share:.2g} % of its largest beside its line: it bends or swings"
 
 
@@ -236,14 +235,14 @@ def values_of(
     orifice: Any = getattr(valve, "orifice", None)
     if not hasattr(orifice, "area_gradient") or not hasattr(valve, "gain"):
         return {}, [f"{type(valve).__name__} has no gain and area gradient that would be written"]
-    left = ["null_offset has no place in a scenario"]
+    left = ["null_offset has no place in a scenario"] if "null_offset" in numbers else []
     found = {"valve.orifice.area_gradient": kept(orifice.area_gradient)}
     if normalised:
         gain = mean_gain(numbers)
         opening = 0.5 * valve.max_opening
         per_opening = slope_of(orifice._replace(area_gradient=1.0), opening, line.supply - line.tank)
         found["valve.orifice.area_gradient"] = gain.times(1.0 / (valve.gain * per_opening), "m")
-    if hasattr(orifice, "lap"):
+    if hasattr(orifice, "lap") and "dead_band" in numbers:
         overlap = numbers["dead_band"].times(0.5 * valve.gain, "m")
         value, low, high = (one - mean_extra(orifice) for one in overlap[:3])
         found["valve.orifice.lap"] = Interval(value, low, high, overlap.unit, overlap.meaning)
