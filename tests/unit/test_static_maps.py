@@ -7,8 +7,8 @@ import hydroservo as hs
 from hydroservo.errors import ParameterError, ScenarioError
 from hydroservo.identification.maps.friction import values_of
 from hydroservo.identification.maps.friction_law import fitted_friction
-from hydroservo.identification.maps.regression import regression
 from hydroservo.identification.maps.result import Interval
+from hydroservo.identification.regression import regression
 from hydroservo.mechanics import ElastoPlastic, LuGre
 from tests.support.map_logs import scenario
 

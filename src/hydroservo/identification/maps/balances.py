@@ -7,9 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydroservo.identification.maps.piston import Piston
-from hydroservo.identification.maps.reading import bridged, thinned
+from hydroservo.identification.maps.reading import bridged
 from hydroservo.identification.segments import Segment
 from hydroservo.identification.spikes import noise_of
+from hydroservo.identification.thinning import thinned
 
 __all__ = ["Balance", "Watched", "balances", "watched"]
 

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from hydroservo.identification.maps.balances import Balance, Watched, balances
 from hydroservo.identification.maps.piston import Piston
-from hydroservo.identification.maps.regression import Regression, regression
+from hydroservo.identification.regression import Regression, regression
 from hydroservo.identification.spikes import noise_of
 
 __all__ = ["DecayFit", "columns", "fitted_to"]

@@ -10,7 +10,7 @@ from hydroservo.errors import ScenarioError
 from hydroservo.formatting import quantity
 from hydroservo.hooks import line_pressures
 from hydroservo.identification.maps.piston import Piston
-from hydroservo.identification.maps.reading import demand, thinned
+from hydroservo.identification.maps.reading import demand
 from hydroservo.identification.maps.result import Drawn, Found, Interval, kept
 from hydroservo.identification.maps.sweep_line import (
     Line,
@@ -23,6 +23,7 @@ from hydroservo.identification.maps.sweep_line import (
 from hydroservo.identification.maps.sweeps import DENSE, Pass, chosen, passes, span_of, swept_curve
 from hydroservo.identification.segments import Segment, Understood
 from hydroservo.identification.signals import COMMAND
+from hydroservo.identification.thinning import thinned
 from hydroservo.loop import Loop
 from hydroservo.signals import Pressures
 from hydroservo.valves.four_edges import FourEdges, blocked_pressure
@@ -71,14 +72,12 @@ def pressure_gain(logs: Sequence[Understood], loop: Loop | None, piston: Piston 
             period, rows = thinned(one.period, {COMMAND: one.inputs[COMMAND], "p_L": signal}, DENSE)
             sweeps += passes(period, rows[COMMAND], rows["p_L"])
     name = logs[0].log.name
-    span_of(sweeps, name)
+    span = span_of(sweeps, name)
     most = largest_of(sweeps, loop, name)
-    steep = chosen(sweeps, -SHARE * most, SHARE * most)
-    line = line_of(steep, name)
+    line = line_of(sweeps, SHARE * most, name)
     null, (slope, half) = line.null(), line.slope()
     values, left = ({}, []) if loop is None else values_of(slope, half, loop)
     loops = loops_of([line], lag_of(loop) + oil_lag(values, loop, piston))
-    span = span_of(sweeps, name)
     remarks = [*check_slow(loops, WIDEST, span, name)]
     hysteresis, unknown = hysteresis_of(loops)
     valve: Any = None if loop is None else loop.valve
@@ -142,20 +141,29 @@ def largest_of(sweeps: Sequence[Pass], loop: Loop | None, name: str) -> float:
     return drop
 
 
-def line_of(sweeps: Sequence[Pass], name: str) -> Line:
+def line_of(sweeps: Sequence[Pass], reach: float, name: str) -> Line:
     """The line through samples within 40 % of the largest load pressure.
+
+    Args:
+        sweeps: the passes.
+        reach: 40 % of the largest load pressure [Pa].
+        name: of the log.
 
     Raises:
         ScenarioError: they are too few, or the pressure does not follow the command.
     """
-    found = line_through(sweeps)
-    if found is None:
-        problem = (
-            "too few samples within 40 % of the largest load pressure rise with the command, both ways: "
-            "block the ports, and sweep slower, more often or less far"
-        )
-        raise ScenarioError(name, "", problem)
-    return found
+    found = line_through(chosen(sweeps, -reach, reach))
+    if found is not None:
+        return found
+    mirrored = [one._replace(answer=-one.answer) for one in sweeps]
+    if line_through(chosen(mirrored, -reach, reach)) is not None:
+        problem = "p_A - p_B falls as the command rises: pressure_a and pressure_b are swapped, or command is"
+        raise ScenarioError(name, "", f"{problem} reversed")
+    problem = (
+        "too few samples within 40 % of the largest load pressure rise with the command, both ways: "
+        "block the ports, and sweep slower, more often or less far"
+    )
+    raise ScenarioError(name, "", problem)
 
 
 def values_of(slope: float, half: float, loop: Loop) -> tuple[dict[str, Interval], list[str]]:

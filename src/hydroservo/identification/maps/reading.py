@@ -1,7 +1,6 @@
 """The logs that a map is made from."""
 
-from collections.abc import Iterator, Mapping, Sequence
-from itertools import pairwise
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -12,9 +11,7 @@ from hydroservo.identification.log import Given, read_logs
 from hydroservo.identification.segments import Segment, Understood, understood
 from hydroservo.identification.signals import SIGNALS, TIME
 
-__all__ = ["bridged", "demand", "logs_of", "runs_of", "thinned", "velocity_of"]
-
-MOST = 4000  # samples of a stretch that count; of more, means are taken over several
+__all__ = ["bridged", "demand", "logs_of", "velocity_of"]
 
 Samples = NDArray[np.float64]
 
@@ -61,27 +58,6 @@ def velocity_of(one: Segment) -> Samples:
     return np.gradient(one.measured["position"], one.period)
 
 
-def thinned(period: float, rows: Mapping[str, Samples], most: int = MOST) -> tuple[float, dict[str, Samples]]:
-    """Signals as means over so many samples each that few are left, and the time between these.
-
-    Args:
-        period: between samples [s].
-        rows: by name, shape (n,); nan where nothing was measured.
-        most: that may be left.
-    """
-    size = next(iter(rows.values())).size
-    width = -(-size // most)
-    ends = [*range(0, size - width + 1, width)]
-    found = {name: np.full(len(ends), np.nan) for name in rows}
-    for name, values in rows.items():
-        blocks = values[: len(ends) * width].reshape(len(ends), width)
-        there = np.isfinite(blocks)
-        counts = there.sum(axis=1)
-        sums = np.where(there, blocks, 0.0).sum(axis=1)
-        found[name] = np.divide(sums, counts, out=found[name], where=counts > 0)
-    return width * period, found
-
-
 def bridged(values: Samples, log: int) -> Samples:
     """A signal with straight lines over what is missing.
 
@@ -101,11 +77,3 @@ def bridged(values: Samples, log: int) -> Samples:
         )
     found: Samples = np.interp(places, places[there], values[there])
     return found
-
-
-def runs_of(flags: NDArray[np.bool_]) -> Iterator[slice]:
-    """The parts of a row in which a flag is set throughout."""
-    edges = np.flatnonzero(np.diff(flags.astype(np.int8))) + 1
-    for first, last in pairwise([0, *edges.tolist(), flags.size]):
-        if last > first and flags[first]:
-            yield slice(first, last)

@@ -10,9 +10,9 @@ from hydroservo.audits.facts import LoopFacts
 from hydroservo.block import replace
 from hydroservo.errors import ScenarioError
 from hydroservo.formatting import MINUS, quantity
-from hydroservo.identification.maps.regression import Regression, regression
 from hydroservo.identification.maps.result import Interval
 from hydroservo.identification.maps.sweeps import FEWEST, Pass
+from hydroservo.identification.regression import Regression, regression
 from hydroservo.loop import Loop
 
 __all__ = ["Line", "Loops", "check_slow", "hysteresis_of", "lag_of", "line_through", "loops_of", "too_fast"]

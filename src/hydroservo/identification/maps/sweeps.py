@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydroservo.errors import ScenarioError
-from hydroservo.identification.maps.regression import mean_of
 from hydroservo.identification.maps.result import curve_of
+from hydroservo.identification.regression import mean_of
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -10,7 +10,7 @@ from hydroservo.errors import ScenarioError
 from hydroservo.formatting import quantity
 from hydroservo.hooks import line_pressures
 from hydroservo.identification.maps.piston import Piston
-from hydroservo.identification.maps.reading import demand, thinned, velocity_of
+from hydroservo.identification.maps.reading import demand, velocity_of
 from hydroservo.identification.maps.result import Drawn, Found, Interval, kept
 from hydroservo.identification.maps.sweep_line import (
     Line,
@@ -24,6 +24,7 @@ from hydroservo.identification.maps.sweep_line import (
 from hydroservo.identification.maps.sweeps import Pass, chosen, mean_answer, passes, span_of, swept_curve
 from hydroservo.identification.segments import Segment, Understood
 from hydroservo.identification.signals import COMMAND
+from hydroservo.identification.thinning import thinned
 from hydroservo.loop import Loop
 from hydroservo.signals import Pressures
 

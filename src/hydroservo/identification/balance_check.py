@@ -1,0 +1,209 @@
+"""Whether the signals of a log fit together: the balance of forces on the piston, and its command."""
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydroservo.formatting import MINUS, quantity
+from hydroservo.identification.regression import regression
+from hydroservo.identification.segments import Segment
+from hydroservo.identification.signals import COMMAND, EXTERNAL_FORCE
+from hydroservo.identification.spikes import noise_of
+from hydroservo.identification.thinning import thinned
+
+__all__ = ["balance_problem"]
+
+SIGMAS = 5.0  # of a speed's noise, within which the direction of motion is not known
+SLOW = 0.02  # of the largest speed, within which the piston may stick
+FEWEST = 20  # samples in either direction
+LEAST_SHARE = 0.02  # of the force's deviation: less friction may be an error of the sensors' gains
+SURE = 0.5  # correlation from which two signals go together
+CLEARER = 0.5  # times what other pressures leave unexplained, below which these are the right ones
+CLEARER_SHARE = 0.8  # times the share of their force that others leave so
+
+Samples = NDArray[np.float64]
+Rows = Mapping[str, Samples]
+
+
+class Resistance(NamedTuple):
+    """What the force on the piston works against, by the balance of forces.
+
+    Attributes:
+        friction: at the mean speed, and half its interval [N].
+        mass: and half its interval [kg].
+        swing: standard deviation of the force [N].
+        scatter: that of what is not explained [N].
+    """
+
+    friction: tuple[float, float]
+    mass: tuple[float, float]
+    swing: float
+    scatter: float
+
+    @property
+    def sign(self) -> float:
+        """1 where friction and mass, of which the surer one counts, are above 0, -1 below, 0 if unknown."""
+        (friction, half), (mass, wide) = self.friction, self.mass
+        half = max(half, LEAST_SHARE * self.swing)
+        value, unsure = (friction, half) if abs(friction) * wide >= abs(mass) * half else (mass, wide)
+        return float(np.sign(value)) if abs(value) > unsure else 0.0
+
+    @property
+    def shown(self) -> str:
+        """What is below 0 of it."""
+        if self.friction[0] < 0.0:
+            return f"a friction of {quantity(self.friction[0], 'N').replace(MINUS, '-')}"
+        return f"a mass of {self.mass[0]:.3g} kg"
+
+    def fits_better(self, other: "Resistance") -> bool:
+        """Whether it leaves clearly less unexplained than another one, of its own force too."""
+        less = self.scatter < CLEARER * other.scatter
+        return less and self.scatter * other.swing < CLEARER_SHARE * other.scatter * self.swing
+
+
+def balance_problem(
+    segments: Sequence[Segment], areas: tuple[float, float] | None, *, driven: bool = True
+) -> str:
+    """What in a log contradicts the machine, in one line with its cause where that is known; else empty.
+
+    The force of the pressures, less the force on the rod that was recorded, is explained by least squares::
+
+        A_A p_A - A_B p_B - F_ext = M dv/dt + F_c sgn(v) + b v + k x + F_0
+
+    A weight, a spring and an overrunning load are in F_0 and k and may have any sign, M and F_c + b |v| not.
+    A positive command must move the piston out.
+
+    Args:
+        segments: of the log.
+        areas: A_A and A_B [m^2]; None where the load force was measured.
+        driven: whether the log is wrong if its command alone contradicts the rest.
+
+    Fails to see a wrong log in which the piston moves one way only, or hardly at all, and takes a load that
+    acts along each motion, as a motor on the rod may, for a sign of wrong signals.
+    """
+    stretches = [(period, rows) for one in segments for period, rows in [rows_of(one)] if "v" in rows]
+    if correlation(stretches, "v", "slope") < -SURE:
+        return "velocity and position contradict each other: reverse the sign of one of them"
+    moved = "position" if all("position" in rows for _, rows in stretches) else "velocity"
+    follows = correlation(stretches, COMMAND, "v")
+    found = resistance(stretches, areas)
+    if found is None:
+        problem = ""
+    elif areas is None or not all("pressure_a" in rows for _, rows in stretches):
+        wrong = f"load_force or {moved} is reversed: together they give {found.shown}"
+        problem = wrong if found.sign < 0.0 else ""
+    else:
+        other = resistance([(period, exchanged(rows)) for period, rows in stretches], areas)
+        problem = pressure_problem(found, other or found, moved, follows)
+    if not problem and driven and follows < -SURE:
+        wrong = "command is" if found is not None and found.sign > 0.0 else f"command or {moved} is"
+        return f"{wrong} reversed: the piston goes in as the command rises"
+    return problem
+
+
+def pressure_problem(found: Resistance, other: Resistance, moved: str, follows: float) -> str:
+    """What contradicts the force of the pressures, and what makes it so as far as the log knows.
+
+    With areas that differ, pressures of the wrong chambers leave much of the force unexplained; with areas
+    that do not, the command says whether the motion or the pressures are the wrong way round.
+
+    Args:
+        found: by the pressures as they are.
+        other: by those of the other chambers.
+        moved: what shows the motion.
+        follows: correlation of the velocity with the command, 0 without one.
+    """
+    swapped, right = other.fits_better(found), found.fits_better(other)
+    if swapped and other.sign < 0.0:
+        return f"pressure_a and pressure_b are swapped, and {moved} is reversed"
+    if found.sign >= 0.0:
+        return ""
+    if swapped or (follows > SURE and not right):
+        return f"pressure_a and pressure_b are swapped: as they are, they give {found.shown}"
+    if follows > SURE:
+        return f"{moved} and command are reversed: the pressures, which contradict both, give {found.shown}"
+    if follows < -SURE or right:
+        beside = "command and pressures" if follows < -SURE else "the pressures"
+        return f"{moved} is reversed: the piston moves against {beside}, which gives {found.shown}"
+    return f"pressure_a and pressure_b are swapped, or {moved} is reversed: together they give {found.shown}"
+
+
+def exchanged(rows: Rows) -> Rows:
+    """The same with the pressures of both chambers exchanged."""
+    return {**rows, "pressure_a": rows["pressure_b"], "pressure_b": rows["pressure_a"]}
+
+
+def rows_of(one: Segment) -> tuple[float, Rows]:
+    """The signals of a stretch as means, with its velocity, its slope of position and its acceleration."""
+    names = {COMMAND, EXTERNAL_FORCE}
+    rows = {**{name: row for name, row in one.inputs.items() if name in names}, **one.measured}
+    period, few = thinned(one.period, rows)
+    if few[next(iter(few))].size < FEWEST:
+        return period, {}
+    if "position" in few:
+        few["slope"] = np.gradient(few["position"], period)
+    if "velocity" in few or "slope" in few:
+        few["v"] = few["velocity"] if "velocity" in few else few["slope"]
+        few["acceleration"] = np.gradient(few["v"], period)
+    return period, few
+
+
+def correlation(stretches: Sequence[tuple[float, Rows]], first: str, second: str) -> float:
+    """Of two signals, over the stretches that have both; 0 where none does."""
+    both = [np.stack([rows[first], rows[second]]) for _, rows in stretches if {first, second} <= rows.keys()]
+    if not both:
+        return 0.0
+    one, other = np.concatenate(both, axis=1)
+    there = np.isfinite(one + other)
+    if there.sum() < FEWEST or not np.ptp(one[there]) or not np.ptp(other[there]):
+        return 0.0
+    return float(np.corrcoef(one[there], other[there])[0, 1])
+
+
+def resistance(
+    stretches: Sequence[tuple[float, Rows]], areas: tuple[float, float] | None
+) -> Resistance | None:
+    """What the force works against; None where too little moves, or no force was measured."""
+    parts, speeds = [], []
+    for _, rows in stretches:
+        force, v = force_of(rows, areas), rows["v"]
+        if force is None:
+            continue
+        columns = [rows["acceleration"], np.sign(v), v, np.ones(v.size)]
+        design = np.stack([*columns, rows.get("position", np.zeros(v.size))], axis=1)
+        slowest = max(SIGMAS * noise_of(v), SLOW * float(np.nanmax(np.abs(v), initial=0.0)))
+        on = np.isfinite(design.sum(axis=1) + force) & (np.abs(v) > slowest)
+        parts.append((design[on], force[on]))
+        speeds.append(v[on])
+    every = np.concatenate([*speeds, np.zeros(0)])
+    if min((every > 0.0).sum(), (every < 0.0).sum()) < FEWEST:
+        return None
+    return resisting(parts, float(np.abs(every).mean()))
+
+
+def resisting(parts: Sequence[tuple[Samples, Samples]], speed: float) -> Resistance | None:
+    """The regression, with as many of its columns as can be told apart."""
+    swing = float(np.std(np.concatenate([force for _, force in parts])))
+    for kept in ([0, 1, 2, 3, 4], [0, 1, 2, 3], [0, 1, 3], [1, 3]):
+        found = regression([(columns[:, kept], force) for columns, force in parts])
+        if found is not None:
+            weights = np.array([(0.0, 1.0, speed, 0.0, 0.0)[one] for one in kept])
+            heavy = np.array([float(one == 0) for one in kept])
+            friction = float(weights @ found.values), found.half(weights)
+            mass = float(heavy @ found.values), found.half(heavy)
+            return Resistance(friction, mass, swing, found.scatter)
+    return None
+
+
+def force_of(rows: Rows, areas: tuple[float, float] | None) -> Samples | None:
+    """The force of the pressures, or the load force, less what was recorded at the rod [N]; None without."""
+    if areas is not None and {"pressure_a", "pressure_b"} <= rows.keys():
+        driving = areas[0] * rows["pressure_a"] - areas[1] * rows["pressure_b"]
+    elif "load_force" in rows:
+        driving = rows["load_force"]
+    else:
+        return None
+    against: Samples = rows.get("force", rows.get(EXTERNAL_FORCE, np.zeros(driving.size)))
+    return np.asarray(driving - against)
