@@ -18,7 +18,8 @@ __all__ = ["balance_problem"]
 SIGMAS = 5.0  # of a speed's noise, within which the direction of motion is not known
 SLOW = 0.02  # of the largest speed, within which the piston may stick
 FEWEST = 20  # samples in either direction
-LEAST_SHARE = 0.02  # of the force's deviation: less friction may be an error of the sensors' gains
+UNEXPLAINED = 0.4  # of the force's deviation: a force that no one recorded acts too, which has any sign
+LEAST_SHARE = 0.05  # of the force's deviation: less friction may be an error of the sensors' gains
 SURE = 0.5  # correlation from which two signals go together
 CLEARER = 0.5  # times what other pressures leave unexplained, below which these are the right ones
 CLEARER_SHARE = 0.8  # times the share of their force that others leave so
@@ -45,6 +46,8 @@ class Resistance(NamedTuple):
     @property
     def sign(self) -> float:
         """1 where friction and mass, of which the surer one counts, are above 0, -1 below, 0 if unknown."""
+        if self.scatter > UNEXPLAINED * self.swing:
+            return 0.0
         (friction, half), (mass, wide) = self.friction, self.mass
         half = max(half, LEAST_SHARE * self.swing)
         value, unsure = (friction, half) if abs(friction) * wide >= abs(mass) * half else (mass, wide)
@@ -53,6 +56,8 @@ class Resistance(NamedTuple):
     @property
     def shown(self) -> str:
         """What is below 0 of it."""
+        if self.sign >= 0.0:
+            return "a force that does not fit the motion"
         if self.friction[0] < 0.0:
             return f"a friction of {quantity(self.friction[0], 'N').replace(MINUS, '-')}"
         return f"a mass of {self.mass[0]:.3g} kg"
@@ -118,7 +123,7 @@ def pressure_problem(found: Resistance, other: Resistance, moved: str, follows: 
     swapped, right = other.fits_better(found), found.fits_better(other)
     if swapped and other.sign < 0.0:
         return f"pressure_a and pressure_b are swapped, and {moved} is reversed"
-    if found.sign >= 0.0:
+    if found.sign > 0.0 or (found.sign == 0.0 and not (swapped and other.sign > 0.0)):
         return ""
     if swapped or (follows > SURE and not right):
         return f"pressure_a and pressure_b are swapped: as they are, they give {found.shown}"

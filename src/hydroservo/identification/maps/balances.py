@@ -12,7 +12,7 @@ from hydroservo.identification.segments import Segment
 from hydroservo.identification.spikes import noise_of
 from hydroservo.identification.thinning import thinned
 
-__all__ = ["Balance", "Watched", "balances", "watched"]
+__all__ = ["Balance", "Watched", "balances", "exchanged", "shifted_by", "watched"]
 
 SIGMAS = 5.0  # of its noise: a pressure further below 0 is truly negative, and drives no oil out
 
@@ -26,13 +26,17 @@ class Balance(NamedTuple):
         raised: the integral of V dp [m^3 Pa].
         swept: what the piston leaves to the chamber [m^3].
         across: the integral of the pressure that drives oil in past the piston [Pa s].
-        outside: the integral of that which drives it in from outside [Pa s].
+        outside: the integral of that which drives it in from outside, none where it is below 0 [Pa s].
+        pressed: the same of any sign, as that of a sensor with an offset may have [Pa s].
+        duration: of the stretch [s].
     """
 
     raised: Samples
     swept: Samples
     across: Samples
     outside: Samples
+    pressed: Samples
+    duration: float
 
 
 class Watched(NamedTuple):
@@ -77,15 +81,29 @@ def watched(one: Segment, piston: Piston) -> Watched:
     return Watched(one, period, whole, balances(whole, period, piston))
 
 
+def shifted_by(offset: float, one: Watched, piston: Piston) -> Watched:
+    """A stretch whose sensor of pressure A shows so much more [Pa]."""
+    rows = one.rows | {"a": one.rows["a"] + offset}
+    return one._replace(rows=rows, balances=balances(rows, one.period, piston))
+
+
+def exchanged(one: Watched, piston: Piston) -> Watched:
+    """A stretch with the pressures of both chambers exchanged."""
+    rows = one.rows | {"a": one.rows["b"], "b": one.rows["a"]}
+    return one._replace(rows=rows, balances=balances(rows, one.period, piston))
+
+
 def balances(rows: Mapping[str, Samples], period: float, piston: Piston) -> list[Balance]:
     """The balances of both chambers."""
     a, b, x = rows["a"], rows["b"], rows["x"]
     volume_a, volume_b = piston.volumes(x)
-    gone, past = x - x[0], integral(a - b, period)
+    gone, past, lasts = x - x[0], integral(a - b, period), period * (x.size - 1)
     outside = [-integral(np.where(p > -SIGMAS * noise_of(p), p, 0.0), period) for p in (a, b)]
     return [
-        Balance(stieltjes(volume_a, a), -piston.area_a * gone, -past, outside[0]),
-        Balance(stieltjes(volume_b, b), piston.area_b * gone, past, outside[1]),
+        Balance(
+            stieltjes(volume_a, a), -piston.area_a * gone, -past, outside[0], -integral(a, period), lasts
+        ),
+        Balance(stieltjes(volume_b, b), piston.area_b * gone, past, outside[1], -integral(b, period), lasts),
     ]
 
 

@@ -8,8 +8,15 @@ from numpy.typing import NDArray
 
 from hydroservo.errors import ScenarioError
 from hydroservo.formatting import quantity
-from hydroservo.identification.maps.balances import Watched, watched
-from hydroservo.identification.maps.decay_fit import DecayFit, columns, fitted_to
+from hydroservo.identification.maps.balances import Watched, exchanged, shifted_by, watched
+from hydroservo.identification.maps.decay_fit import (
+    DecayFit,
+    columns,
+    fitted_to,
+    moves,
+    regressed,
+    with_offsets,
+)
 from hydroservo.identification.maps.decay_numbers import check_decays, numbers_of, values_of
 from hydroservo.identification.maps.piston import Piston
 from hydroservo.identification.maps.reading import demand
@@ -22,6 +29,8 @@ if TYPE_CHECKING:
 
 __all__ = ["decay"]
 
+OFFSET = 1e5  # Pa, of which it is said how far it moves a leakage
+CLEARER = 0.5  # times what pressures leave unexplained, below which others are the right ones
 OPENED = 1e-3  # V, by which the command of a closed valve may change
 
 Samples = NDArray[np.float64]
@@ -33,9 +42,10 @@ def decay(logs: Sequence[Understood], piston: Piston) -> Found:
         int V_A dp_A = c_A - beta A_A (x - x_0) - beta C_i int (p_A - p_B) dt - beta C_e int p_A dt
         int V_B dp_B = c_B + beta A_B (x - x_0) + beta C_i int (p_A - p_B) dt - beta C_e int p_B dt
 
-    Least squares give beta, beta C_i and beta C_e. Where the piston does not move, beta is not among them: a
-    decay alone tells the products. Leakages then go with the scenario's bulk modulus, and the bulk modulus
-    with the scenario's leakage.
+    An offset of a sensor adds a ramp to each, where the decay is long enough to tell it. Least squares give
+    beta, beta C_i and beta C_e. Where the piston does not move, beta is not among them: a decay alone tells
+    the products. Leakages then go with the scenario's bulk modulus, and the bulk modulus with the scenario's
+    leakage.
 
     Args:
         logs: with both pressures, or the load force of a plant described by it; and the position where the
@@ -54,14 +64,61 @@ def decay(logs: Sequence[Understood], piston: Piston) -> Found:
         check_signals(log, piston)
     stretches = [watched(one, piston) for log in logs for one in log.segments]
     name = logs[0].log.name
+    check_motion(stretches, piston, name)
     fit = fitted_to(stretches, piston)
     if fit is None:
         raise ScenarioError(name, "", "its pressures show no leakage: they are too similar")
-    check_decays(fit, stretches, name)
-    fit = fit.without_negative_leakage()
+    free = with_offsets(fit, stretches, piston)
+    check_decays(fit, free, stretches, name)
+    check_volumes(free, stretches, piston, name)
+    fit = free.without_negative_leakage()
     numbers = numbers_of(fit, piston, stretches)
     values, remarks = values_of(fit, numbers, piston)
+    if not fit.offsets:
+        remarks.append(offset_remark(fit, stretches, piston))
     return Found(pressures_of(fit, stretches, piston), numbers, (), values, remarks)
+
+
+def check_motion(stretches: Sequence[Watched], piston: Piston, name: str) -> None:
+    """Refuse pressures that a motion moves the wrong way.
+
+    Raises:
+        ScenarioError: they rise where the piston leaves them room.
+    """
+    fit = regressed(stretches, piston, True) if any(map(moves, stretches)) else None
+    if fit is not None and fit.modulus + fit.found.half(fit.weight(fit.stretches + fit.offsets)) < 0.0:
+        problem = (
+            "pressures rise where the motion leaves the oil more room: pressure_a and pressure_b are "
+            "swapped, or position is reversed"
+        )
+        raise ScenarioError(name, "", problem)
+
+
+def check_volumes(fit: DecayFit, stretches: Sequence[Watched], piston: Piston, name: str) -> None:
+    """Refuse pressures that the volumes of both chambers explain far better when exchanged.
+
+    Raises:
+        ScenarioError: they do.
+    """
+    other = regressed([exchanged(one, piston) for one in stretches], piston, fit.seen, fit.offsets)
+    if other is not None and other.found.scatter < CLEARER * fit.found.scatter:
+        problem = (
+            "the volumes of both chambers explain the decay far better with pressure_a and pressure_b "
+            "exchanged: these are swapped, or the scenario's volumes or the position wrong"
+        )
+        raise ScenarioError(name, "", problem)
+
+
+def offset_remark(fit: DecayFit, stretches: Sequence[Watched], piston: Piston) -> str:
+    """By how much an offset of a sensor, which this decay does not tell, would move the leakage."""
+    shifted = [shifted_by(OFFSET, one, piston) for one in stretches]
+    again = regressed(shifted, piston, fit.seen)
+    said = "the decay is too short to tell an offset of a pressure sensor from leakage"
+    own = float(fit.across @ fit.found.values)
+    if again is None or not own > 0.0:
+        return said
+    share = abs(float(again.across @ again.found.values) * fit.modulus / again.modulus / own - 1.0)
+    return f"{said}: one of {quantity(OFFSET, 'Pa')} moves internal_leakage by {100.0 * share:.2g} %"
 
 
 def check_signals(log: Understood, piston: Piston) -> None:
@@ -92,11 +149,10 @@ def fitted(fit: DecayFit, place: int, one: Watched, piston: Piston) -> dict[str,
         piston: of the plant.
     """
     found = {}
-    count = fit.found.values.size - 1 - fit.external - fit.seen
     volumes = piston.volumes(one.rows["x"])
     for j, chamber in enumerate("ab"):
         own = one.balances[j]
-        given = columns(own, place + j, count, fit.external, fit.seen) @ fit.found.values
+        given = columns(own, place + j, fit.stretches, fit.external, fit.seen, fit.offsets) @ fit.found.values
         beside = given - own.raised + (0.0 if fit.seen else fit.modulus * own.swept)
         found[chamber] = one.rows[chamber] + beside / volumes[j]
     return found

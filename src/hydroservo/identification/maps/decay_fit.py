@@ -11,7 +11,7 @@ from hydroservo.identification.maps.piston import Piston
 from hydroservo.identification.regression import Regression, regression
 from hydroservo.identification.spikes import noise_of
 
-__all__ = ["DecayFit", "columns", "fitted_to"]
+__all__ = ["DecayFit", "columns", "fitted_to", "moves", "regressed", "with_offsets"]
 
 SURE = 0.5  # half of an interval over its number, up to which a bulk modulus is told by a motion
 DRAWS = 40  # of noise, that say how much of it integrals gather
@@ -23,17 +23,42 @@ Samples = NDArray[np.float64]
 class DecayFit(NamedTuple):
     """What the regression tells.
 
+    Its columns are a constant for each chamber of each stretch, a ramp in time for each offset of a sensor,
+    the motion, leakage past the piston, and leakage to the outside.
+
     Attributes:
         found: the regression.
         modulus: the bulk modulus [Pa], as found, or that of the scenario.
         seen: whether a motion tells it.
         external: whether leakage to the outside is among the columns.
+        offsets: how many offsets of sensors are: 0, or 1 of a load force, or 2.
     """
 
     found: Regression
     modulus: float
     seen: bool
     external: bool
+    offsets: int
+
+    @property
+    def stretches(self) -> int:
+        """How many columns come before those of the offsets."""
+        return self.found.values.size - 1 - self.external - self.seen - self.offsets
+
+    @property
+    def leaks(self) -> bool:
+        """Whether a leakage is told: above 0, by intervals that are narrow enough."""
+        return any(
+            self.found.half(self.weight(place)) < SURE * self.found.values[place]
+            for place in range(-1 - self.external, 0)
+        )
+
+    @property
+    def drifts(self) -> bool:
+        """Whether a ramp is there that only an offset of a sensor makes."""
+        first = self.stretches
+        places = range(first, first + self.offsets)
+        return any(abs(self.found.values[i]) > self.found.half(self.weight(i)) for i in places)
 
     @property
     def across(self) -> Samples:
@@ -55,20 +80,37 @@ class DecayFit(NamedTuple):
 
 
 def fitted_to(stretches: Sequence[Watched], piston: Piston) -> DecayFit | None:
-    """What the balances tell, with the bulk modulus where a motion shows it; None if columns are too alike.
-
-    Noise of a pressure adds up in its integral, which no covariance of what is left knows of: how far the
-    numbers move when as much noise is added once more counts too, one way or to and fro.
-    """
+    """What the balances tell, the bulk modulus too where a motion shows it; None if columns are too alike."""
     fit = by_motion(stretches, piston) or regressed(stretches, piston, False)
-    if fit is None:
-        return None
+    return None if fit is None else with_noise(fit, stretches, piston)
+
+
+def with_offsets(fit: DecayFit, stretches: Sequence[Watched], piston: Piston) -> DecayFit:
+    """The same with the offsets of sensors among its unknowns, where the decay is long enough to tell them.
+
+    An offset drives a leakage at a constant rate, and a leakage one that falls as the pressures do.
+    """
+    free = regressed(stretches, piston, fit.seen, offsets=2 if piston.has_chambers else 1)
+    if free is None:
+        return fit
+    free = with_noise(free, stretches, piston)
+    return free if free.leaks or (free.drifts and not fit.leaks) else fit
+
+
+def with_noise(fit: DecayFit, stretches: Sequence[Watched], piston: Piston) -> DecayFit:
+    """The same with what the noise of pressures adds to its covariance.
+
+    Noise adds up in integrals, which no covariance of what is left knows of: how far the numbers move when
+    as much noise is added once more counts too, one way or to and fro.
+    """
     rng = np.random.default_rng(0)
-    again = [
-        regressed([noisier(one, rng, piston) for one in stretches], piston, fit.seen) for _ in range(DRAWS)
-    ]
-    apart = np.array([one.found.values - fit.found.values for one in again if one is not None])
-    covariance = fit.found.covariance + apart.T @ apart / len(apart)
+    scale = np.sqrt(np.maximum(np.diag(fit.found.covariance), 1e-300))
+    apart = []
+    for _ in range(DRAWS):
+        again = [noisier(one, rng, piston) for one in stretches]
+        design, aim = (np.concatenate(rows) for rows in zip(*parts_of(again, piston, fit), strict=True))
+        apart.append(np.linalg.lstsq(design * scale, aim, rcond=None)[0] * scale - fit.found.values)
+    covariance = fit.found.covariance + np.transpose(apart) @ np.array(apart) / DRAWS
     return fit._replace(found=fit.found._replace(covariance=covariance))
 
 
@@ -98,28 +140,45 @@ def noisier(one: Watched, rng: np.random.Generator, piston: Piston) -> Watched:
     return one._replace(rows=rows, balances=balances(rows, one.period, piston))
 
 
-def regressed(stretches: Sequence[Watched], piston: Piston, seen: bool) -> DecayFit | None:
+def regressed(stretches: Sequence[Watched], piston: Piston, seen: bool, offsets: int = 0) -> DecayFit | None:
     """The regression, with the bulk modulus or with that of the scenario; None if columns are too alike."""
     external = hasattr(piston.plant, "external_leakage")
-    place = 2 * len(stretches)
-    chambers = list(enumerate(one for stretch in stretches for one in stretch.balances))
-    known = modulus_of(piston, stretches)
-    found = regression(
-        [
-            (columns(one, i, place, external, seen), one.raised - (0.0 if seen else known * one.swept))
-            for i, one in chambers
-        ]
-    )
+    blank = Regression(np.zeros(0), np.zeros((0, 0)), 0.0)
+    fit = DecayFit(blank, modulus_of(piston, stretches), seen, external, offsets)
+    found = regression(parts_of(stretches, piston, fit))
     if found is None:
         return None
-    return DecayFit(found, float(found.values[place]) if seen else known, seen, external)
+    modulus = float(found.values[2 * len(stretches) + offsets]) if seen else fit.modulus
+    return fit._replace(found=found, modulus=modulus)
 
 
-def columns(one: Balance, place: int, count: int, external: bool, moved: bool) -> Samples:
-    """What a chamber's balance is owed to: a constant of its own, motion, leakages."""
+def parts_of(stretches: Sequence[Watched], piston: Piston, fit: DecayFit) -> list[tuple[Samples, Samples]]:
+    """Of each chamber of each stretch the columns, and what they explain."""
+    chambers = [one for stretch in stretches for one in stretch.balances]
+    known = 0.0 if fit.seen else modulus_of(piston, stretches)
+    shape = len(chambers), fit.external, fit.seen, fit.offsets
+    return [(columns(one, i, *shape), one.raised - known * one.swept) for i, one in enumerate(chambers)]
+
+
+def columns(one: Balance, place: int, count: int, external: bool, moved: bool, offsets: int) -> Samples:
+    """What a chamber's balance is owed to: a constant of its own, offsets of sensors, motion, leakages.
+
+    Args:
+        one: the balance.
+        place: of its constant; even for chamber A, odd for B.
+        count: of the constants.
+        external: whether leakage to the outside counts.
+        moved: whether motion does.
+        offsets: 2 of pressures, 1 of a load force, which chamber B has the other way round, or 0.
+    """
     own = np.zeros((one.raised.size, count))
     own[:, place] = 1.0
-    more = [one.swept] * moved + [one.across] + [one.outside] * external
+    ramp = np.linspace(0.0, 1.0, one.raised.size) * one.duration
+    chamber = place % 2
+    ways = (1.0 - chamber, float(chamber)) if offsets == 2 else (1.0 - 2.0 * chamber,)
+    ramps = [way * ramp for way in ways[:offsets]]
+    outside = one.pressed if offsets else one.outside
+    more = [*ramps, *([one.swept] if moved else []), one.across, *([outside] if external else [])]
     return np.column_stack([own, *more])
 
 

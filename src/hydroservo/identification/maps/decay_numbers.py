@@ -18,7 +18,7 @@ def numbers_of(fit: DecayFit, piston: Piston, stretches: Sequence[Watched]) -> d
     """Leakages, bulk modulus and time constant."""
     product = Interval.around(float(fit.across @ fit.found.values), fit.found.half(fit.across), "m^3/s", "")
     leakages = {key: one.at_least_0() for key, one in leakages_of(fit).items()}
-    numbers = leakages | modulus_of(fit, product, piston)
+    numbers = leakages | modulus_of(fit, product, piston) | offset_of(fit)
     if product.low > 0.0:
         numbers["time_constant"] = time_constant(product, piston, stretches)
     return numbers
@@ -43,6 +43,21 @@ def leakages_of(fit: DecayFit) -> dict[str, Interval]:
     return numbers
 
 
+def offset_of(fit: DecayFit) -> dict[str, Interval]:
+    """What pressure_a shows more than pressure_b where both are alike, by the ramps that it makes.
+
+    With offsets o_A, o_B and D = o_A - o_B the ramps are beta (C_i D + C_e o_A) and beta (-C_i D + C_e o_B).
+    """
+    if not fit.offsets or not fit.across @ fit.found.values > 0.0:
+        return {}
+    above, below = fit.weight(fit.stretches), fit.across.copy()
+    if fit.offsets > 1:
+        above, below = above - fit.weight(fit.stretches + 1), 2.0 * below
+        below += fit.weight(-1) if fit.external else 0.0
+    meaning = "offset of the sensor of pressure_a less that of pressure_b"
+    return {"pressure_offset": Interval.around(*fit.found.ratio(above, below), "Pa", meaning)}
+
+
 def modulus_of(fit: DecayFit, product: Interval, piston: Piston) -> dict[str, Interval]:
     """The bulk modulus: by a motion, or of the product that the decay tells, by the scenario's leakage."""
     if fit.seen:
@@ -64,8 +79,14 @@ def time_constant(product: Interval, piston: Piston, stretches: Sequence[Watched
     return Interval(joint / product.value, joint / product.high, joint / product.low, "s", meaning)
 
 
-def check_decays(fit: DecayFit, stretches: Sequence[Watched], name: str) -> None:
+def check_decays(fit: DecayFit, free: DecayFit, stretches: Sequence[Watched], name: str) -> None:
     """Refuse pressures that do not decay, unless a motion tells a bulk modulus from them.
+
+    Args:
+        fit: without offsets of sensors.
+        free: with them, where the decay tells them.
+        stretches: of the logs.
+        name: of the first log.
 
     Raises:
         ScenarioError: they do not.
@@ -75,6 +96,8 @@ def check_decays(fit: DecayFit, stretches: Sequence[Watched], name: str) -> None
     if rises and leak[0].low > 0.0:
         problem = "both pressures rise together, which leakage cannot cause; does the oil warm up?"
         raise ScenarioError(name, "", problem)
+    if free.offsets and free.leaks:
+        return
     if rises or not (fit.seen or any(one.low > 0.0 for one in leak)):
         apart = stretches[0].rows["a"] - stretches[0].rows["b"]
         ends = [quantity(float(one), "Pa").replace(MINUS, "-") for one in (apart[0], apart[-1])]
