@@ -15,6 +15,7 @@ from hydroservo.identification.thinning import thinned
 
 __all__ = ["balance_problem"]
 
+PRESSURES = frozenset({"pressure_a", "pressure_b"})
 SIGMAS = 5.0  # of a speed's noise, within which the direction of motion is not known
 SLOW = 0.02  # of the largest speed, within which the piston may stick
 FEWEST = 20  # samples in either direction
@@ -96,7 +97,7 @@ def balance_problem(
     found = resistance(stretches, areas)
     if found is None:
         problem = ""
-    elif areas is None or not all("pressure_a" in rows for _, rows in stretches):
+    elif areas is None or not all(rows.keys() >= PRESSURES for _, rows in stretches):
         wrong = f"load_force or {moved} is reversed: together they give {found.shown}"
         problem = wrong if found.sign < 0.0 else ""
     else:
@@ -204,7 +205,7 @@ def resisting(parts: Sequence[tuple[Samples, Samples]], speed: float) -> Resista
 
 def force_of(rows: Rows, areas: tuple[float, float] | None) -> Samples | None:
     """The force of the pressures, or the load force, less what was recorded at the rod [N]; None without."""
-    if areas is not None and {"pressure_a", "pressure_b"} <= rows.keys():
+    if areas is not None and rows.keys() >= PRESSURES:
         driving = areas[0] * rows["pressure_a"] - areas[1] * rows["pressure_b"]
     elif "load_force" in rows:
         driving = rows["load_force"]

@@ -218,8 +218,8 @@ def said_of(sides: Mapping[float, Side], normalised: bool) -> Iterator[str]:
     """What there is to say of the lines."""
     if not normalised:
         yield (
-            "no pressure_a was measured: the flow is that at the load that the piston met, not without load, "
-            "and does not tell the area of the edges"
+            "no pressure_a was measured: the flow is that at the load that the piston met, intervals do not "
+            "hold that without load, and the area of the edges is not told"
         )
     for sign, side in sides.items():
         if side.line.found.scatter > BENT * side.largest:
