@@ -71,6 +71,13 @@ def test_the_effect_that_is_missing_is_named_with_its_size(without_hysteresis: I
     assert any("what is left looks most like valve hysteresis" in line for line in without_hysteresis.remarks)
 
 
+def test_a_log_with_swapped_pressures_is_refused() -> None:
+    log = log_of(AXIS, RUN_OF_AXIS, NOISE_OF_AXIS)
+    swapped = log | {"pressure_a": log["pressure_b"], "pressure_b": log["pressure_a"]}
+    with pytest.raises(hs.ScenarioError, match=r"^log 1: pressure_a and pressure_b are swapped"):
+        hs.identify(AXIS, swapped, {"plant.mechanism.mass": "-40%..+70%"}, changes=RUN_OF_AXIS)
+
+
 def test_a_number_that_is_off_within_its_uncertainty_moves_no_other() -> None:
     """Damping 8 % off moves the mass by more than its interval where damping is taken for known."""
     log = log_of(RIG, RUN_OF_RIG | {"plant.damping": "54 N s/m"}, NOISE)

@@ -6,14 +6,16 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from hydroservo.errors import ScenarioError
 from hydroservo.formatting import MINUS, quantity
 from hydroservo.identification.regression import regression
-from hydroservo.identification.segments import Segment
+from hydroservo.identification.segments import Segment, Understood
 from hydroservo.identification.signals import COMMAND, EXTERNAL_FORCE
 from hydroservo.identification.spikes import noise_of
 from hydroservo.identification.thinning import thinned
+from hydroservo.loop import Loop
 
-__all__ = ["balance_problem"]
+__all__ = ["balance_problem", "check_balance"]
 
 PRESSURES = frozenset({"pressure_a", "pressure_b"})
 SIGMAS = 5.0  # of a speed's noise, within which the direction of motion is not known
@@ -22,6 +24,7 @@ FEWEST = 20  # samples in either direction
 UNEXPLAINED = 0.4  # of the force's deviation: a force that no one recorded acts too, which has any sign
 LEAST_SHARE = 0.05  # of the force's deviation: less friction may be an error of the sensors' gains
 SURE = 0.5  # correlation from which two signals go together
+CLEARLY = 2.0  # half intervals below 0
 CLEARER = 0.5  # times what other pressures leave unexplained, below which these are the right ones
 CLEARER_SHARE = 0.8  # times the share of their force that others leave so
 
@@ -55,9 +58,14 @@ class Resistance(NamedTuple):
         return float(np.sign(value)) if abs(value) > unsure else 0.0
 
     @property
+    def is_negative(self) -> bool:
+        """Whether both friction and mass are clearly below 0, however much is not explained."""
+        return all(value < -CLEARLY * half for value, half in (self.friction, self.mass))
+
+    @property
     def shown(self) -> str:
         """What is below 0 of it."""
-        if self.sign >= 0.0:
+        if self.sign >= 0.0 and not self.is_negative:
             return "a force that does not fit the motion"
         if self.friction[0] < 0.0:
             return f"a friction of {quantity(self.friction[0], 'N').replace(MINUS, '-')}"
@@ -67,6 +75,34 @@ class Resistance(NamedTuple):
         """Whether it leaves clearly less unexplained than another one, of its own force too."""
         less = self.scatter < CLEARER * other.scatter
         return less and self.scatter * other.swing < CLEARER_SHARE * other.scatter * self.swing
+
+
+def check_balance(
+    logs: Sequence[Understood], loop: Loop | None, areas: tuple[float, float] | None, *, driven: bool
+) -> None:
+    """Refuse a log whose signals contradict each other.
+
+    Args:
+        logs: what was measured.
+        loop: whose load counts where no force at the rod was recorded.
+        areas: A_A and A_B [m^2]; None where they are not known.
+        driven: whether a log is wrong if its command alone contradicts the rest.
+
+    Raises:
+        ScenarioError: one does.
+    """
+    for log in logs:
+        problem = balance_problem([loaded(one, loop) for one in log.segments], areas, driven=driven)
+        if problem:
+            raise ScenarioError(log.log.name, "", problem)
+
+
+def loaded(one: Segment, loop: Loop | None) -> Segment:
+    """A stretch with the scenario's load, where no force at the rod was recorded."""
+    if loop is None or EXTERNAL_FORCE in one.inputs or "force" in one.measured:
+        return one
+    force = np.array([loop.load.force(t) for t in one.time.tolist()])
+    return one._replace(inputs={**one.inputs, EXTERNAL_FORCE: force})
 
 
 def balance_problem(
@@ -121,7 +157,8 @@ def pressure_problem(found: Resistance, other: Resistance, moved: str, follows: 
         moved: what shows the motion.
         follows: correlation of the velocity with the command, 0 without one.
     """
-    swapped, right = other.fits_better(found), found.fits_better(other)
+    swapped = other.fits_better(found) or (found.is_negative and other.sign > 0.0)
+    right = found.fits_better(other)
     if swapped and other.sign < 0.0:
         return f"pressure_a and pressure_b are swapped, and {moved} is reversed"
     if found.sign > 0.0 or (found.sign == 0.0 and not (swapped and other.sign > 0.0)):

@@ -7,9 +7,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.block import Field, field_at, value_at
+from hydroservo.block import Block, Field, field_at, leaves, value_at
 from hydroservo.command_scale import commands_in
 from hydroservo.errors import ParameterError, ScenarioError
+from hydroservo.identification.balance_check import check_balance
 from hydroservo.identification.conclusions import remarks_of
 from hydroservo.identification.experiment import LOAD, experiment, played_path
 from hydroservo.identification.fitted import Fitted
@@ -97,7 +98,8 @@ def identify(
         what was found.
 
     Raises:
-        ScenarioError: in one line, the file, the place and what is wrong there.
+        ScenarioError: in one line, the file, the place and what is wrong there, such as signals that
+            contradict each other.
         ParameterError: an argument is not what it must be.
         HydroservoError: every run is lost.
 
@@ -144,6 +146,7 @@ def identified(
     taken = [understood(one, i) for i, one in enumerate(read(logs, assembly))]
     check_positions(taken, longest_stroke(assembly, varied))
     check_loads(taken, varied)
+    check_balance(taken, assembly.loop, areas_of(assembly.loop.plant), driven=False)
     freed = uncertain_numbers(assembly, varied, [LOAD] if forces_recorded(taken) else [])
     problem = problem_of(assembly, varied, freed, taken, threads, delays)
     problem, best = solved(problem, seed, horizon, report)
@@ -246,6 +249,13 @@ def check_loads(taken: Sequence[Understood], varied: Sequence[Variation]) -> Non
             if one.path.startswith(LOAD):
                 problem = f"must not be sought here: the logs' {EXTERNAL_FORCE} takes the place of the load"
                 raise ScenarioError(one.entry.origin.name, one.path, problem)
+
+
+def areas_of(plant: Block) -> tuple[float, float] | None:
+    """A_A and A_B [m^2]; None of a plant without pistons."""
+    known = dict(leaves(plant))
+    a, b = (known.get(f"area_{side}", known.get("piston_area")) for side in "ab")
+    return None if a is None or b is None else (float(a), float(b))
 
 
 def forces_recorded(taken: Sequence[Understood]) -> bool:

@@ -5,23 +5,21 @@ from enum import StrEnum
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from hydroservo.command_scale import VOLTS, commands_in
-from hydroservo.errors import ParameterError, ScenarioError
+from hydroservo.errors import ParameterError
 from hydroservo.formatting import MINUS, quantity
-from hydroservo.identification.balance_check import balance_problem
+from hydroservo.identification.balance_check import check_balance
 from hydroservo.identification.log import Given, log_mapping
 from hydroservo.identification.maps.decay import decay
 from hydroservo.identification.maps.friction import friction
-from hydroservo.identification.maps.piston import Piston, piston_of
+from hydroservo.identification.maps.piston import piston_of
 from hydroservo.identification.maps.pressure_gain import pressure_gain
 from hydroservo.identification.maps.reading import logs_of
 from hydroservo.identification.maps.result import Found, Interval, StaticMap
 from hydroservo.identification.maps.valve_flow import valve_flow
 from hydroservo.identification.plausible import check_positions, stroke_of
 from hydroservo.identification.result import Estimate
-from hydroservo.identification.segments import Segment, Understood
+from hydroservo.identification.segments import Understood
 from hydroservo.identification.signals import COMMAND, EXTERNAL_FORCE
 from hydroservo.identification.written import tables_or_remark
 from hydroservo.loop import Loop
@@ -119,34 +117,14 @@ def measured(kind: Kind, logs: Sequence[Understood], assembly: Assembly | None, 
     if kind == Kind.PRESSURE_GAIN:
         return pressure_gain(logs, loop, piston)
     if kind != Kind.DECAY:
-        check_balance(logs, loop, piston, driven=kind == Kind.VALVE_FLOW)
+        areas = None if piston is None else (piston.area_a, piston.area_b)
+        check_balance(logs, loop, areas, driven=kind == Kind.VALVE_FLOW)
     if kind == Kind.FRICTION:
         return friction(logs, loop, piston)
     if loop is None or piston is None:
         raise ParameterError("scenario", "none", f"a {kind} map needs one, for areas, volumes and supply")
     check_positions(logs, stroke_of(loop.plant))
     return valve_flow(logs, loop, piston) if kind == Kind.VALVE_FLOW else decay(logs, piston)
-
-
-def check_balance(logs: Sequence[Understood], loop: Loop | None, piston: Piston | None, driven: bool) -> None:
-    """Refuse a log whose signals contradict each other.
-
-    Raises:
-        ScenarioError: one does.
-    """
-    areas = None if piston is None else (piston.area_a, piston.area_b)
-    for log in logs:
-        problem = balance_problem([loaded(one, loop) for one in log.segments], areas, driven=driven)
-        if problem:
-            raise ScenarioError(log.log.name, "", problem)
-
-
-def loaded(one: Segment, loop: Loop | None) -> Segment:
-    """A stretch with the scenario's load, where no force at the rod was recorded."""
-    if loop is None or EXTERNAL_FORCE in one.inputs or "force" in one.measured:
-        return one
-    force = np.array([loop.load.force(t) for t in one.time.tolist()])
-    return one._replace(inputs={**one.inputs, EXTERNAL_FORCE: force})
 
 
 def load_taken(logs: Sequence[Understood], loop: Loop) -> Iterator[str]:
