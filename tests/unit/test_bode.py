@@ -182,11 +182,14 @@ def test_margins_at_a_kink_are_the_worst_of_those_at_rest_and_while_moving() -> 
     loop = load_scenario("rig/1khz-pi-square")
     data = bode(loop, measure=False)
     moving = min(
-        margins(loop, command=command).gain_margin for command in (-0.10665, -0.02133, 0.02133, 0.10665)
+        margins(loop, command=sign * share * 0.2133).gain_margin
+        for sign in (-1, 1)
+        for share in (0.01, 0.1, 0.5)
     )
     assert "worst under" in data.attrs["warning"]
     assert float(data["gain_margin"]) == pytest.approx(moving, rel=1e-3)
-    assert decibels(data["gain_margin"]) == pytest.approx(decibels(data["oscillation_gain"]), abs=0.25)
+    beyond = decibels(data["oscillation_gain"]) - decibels(data["gain_margin"])
+    assert 0.0 <= beyond <= 0.5
 
 
 def test_a_point_that_is_asked_for_outside_the_overlap_has_its_own_margins() -> None:

@@ -81,7 +81,7 @@ def plot_front(found: Tuned) -> Figure:
     Args:
         found: what :func:`~hydroservo.tune` returned.
     """
-    front = [one for one in found.front if is_shown(one)]
+    front = sorted(filter(is_shown, found.front), key=lambda one: one.activity)
     compared = {
         name: one
         for name, one in zip(MARKS, (found.own, found.guess, found.best), strict=True)

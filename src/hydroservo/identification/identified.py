@@ -282,13 +282,13 @@ def problem_of(
     Args:
         assembly: the scenario.
         varied: what is sought.
-        freed: what is uncertain besides; the fit begins in the middle of it.
+        freed: what is uncertain besides; the fit begins at its nominal values.
         taken: the logs.
         threads: how many to use.
         delays: between which that of each log is sought [s].
     """
     own = {one.path: own_value(assembly, one.path) for one in varied}
-    own |= {one.path: 0.5 * (one.low + one.high) for one in freed}
+    own |= {one.path: value for one in freed if (value := one.nominal) is not None}
     varied = [*varied, *freed]
     space = Space({one.path: (one.low, one.high) for one in varied})
     numbers = tuple(parameters_of(assembly, varied, space.values(consistent_points(assembly, space))))
@@ -365,7 +365,8 @@ def estimates(
     count = len(problem.space.ranges)
     half = NORMAL * sure.deviations
     low, value, high = (
-        problem.space.values((best.x + sign * half)[np.newaxis, :count]) for sign in (-1.0, 0.0, 1.0)
+        problem.space.values(np.clip(best.x + sign * half, 0.0, 1.0)[np.newaxis, :count])
+        for sign in (-1.0, 0.0, 1.0)
     )
     told = identifiable(problem, best.x, best.weights, sure) if fits else np.zeros(count, dtype=bool)
     wider = sure.resampled / sure.deviations

@@ -68,8 +68,8 @@ class Unknown(NamedTuple):
 
     @property
     def prior(self) -> float:
-        """The precision of the uniform distribution over its range."""
-        return 12.0 / (self.high - self.low) ** 2
+        """The precision of an even distribution over its range; of an uncertain number, over half of it."""
+        return (48.0 if self.kind == "uncertain" else 12.0) / (self.high - self.low) ** 2
 
 
 class Problem(NamedTuple):

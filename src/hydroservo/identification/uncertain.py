@@ -13,11 +13,13 @@ from hydroservo.scenario.sampling import Variation, parameters_of
 from hydroservo.scenario.truth import Deviation
 from hydroservo.validation import within
 
-__all__ = ["uncertain_numbers"]
+__all__ = ["FAR", "uncertain_numbers"]
+
+FAR = 2.0  # times an uncertainty, up to which a number is sought
 
 
 def uncertain_numbers(assembly: Assembly, varied: Sequence[Variation], but: Sequence[str]) -> list[Variation]:
-    """The numbers of ``[uncertainty]`` that are not sought, each between both ends of what it says.
+    """The numbers of ``[uncertainty]`` that are not sought, each from its nominal value up to twice as far.
 
     A number that follows from one that is sought, or from which one follows, is left out.
 
@@ -37,14 +39,21 @@ def uncertain_numbers(assembly: Assembly, varied: Sequence[Variation], but: Sequ
 
 
 def deviating(assembly: Assembly) -> Iterator[Variation]:
-    """The numbers whose ``[uncertainty]`` is not 0, from its lower end to its upper one."""
+    """The numbers whose ``[uncertainty]`` is not 0, twice as far to either side where that may be."""
     for path, one in {**assembly.truth.arguments, **assembly.truth.numbers}.items():
         if not isinstance(one, Deviation) or not one.relative:
             continue
         nominal, field = nominal_at(assembly, path)
-        low, high = sorted(nominal * (1.0 + sign * one.relative) for sign in (-1.0, 1.0))
-        if nominal not in (0.0, field.auto) and within(low, field) and within(high, field):
-            yield Variation(path, low, high, nominal, one.entry)
+        for times in (FAR, 1.0):
+            low, high = sorted(nominal * (1.0 + sign * times * one.relative) for sign in (-1.0, 1.0))
+            if (
+                nominal not in (0.0, field.auto)
+                and low * high > 0.0
+                and within(low, field)
+                and within(high, field)
+            ):
+                yield Variation(path, low, high, nominal, one.entry)
+                break
 
 
 def nominal_at(assembly: Assembly, path: str) -> tuple[float, Field]:

@@ -40,7 +40,7 @@ class OpenLoop(NamedTuple):
         z = np.exp(1j * np.asarray(frequencies) * self.period)
         left = z[:, np.newaxis, np.newaxis] * np.eye(len(self.a)) - self.a
         right = np.broadcast_to(self.b.astype(complex)[:, np.newaxis], (len(z), len(self.b), 1))
-        regular = np.linalg.det(left) != 0.0
+        regular = np.linalg.slogdet(left).sign != 0.0
         found = np.full(len(z), complex(math.inf))
         found[regular] = -(np.linalg.solve(left[regular], right[regular])[..., 0] @ self.c)
         return found

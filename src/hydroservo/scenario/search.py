@@ -211,7 +211,8 @@ def checked_limit(name: str, value: object) -> float:
         return float(number(found, name, field, float))
     except ParameterError as error:
         least = "must be above 0 dB" if name == "max_sensitivity" else "must be at least 0 dB"
-        raise ParameterError(name, value, least if unit == "dB" else error.allowed) from None
+        typed = isinstance(value, str) and unit == "dB"
+        raise ParameterError(name, value, least if typed else error.allowed) from None
 
 
 def factor_of(text: str) -> float:
