@@ -211,19 +211,23 @@ def segment(
         rows: signals of the whole log.
         remarks: to which is added what is done.
     """
-    places = np.round((time - time[0]) / usual)
-    count = int(places[-1]) + 1
+    ticks = np.append(0.0, np.cumsum(np.round(np.diff(time) / usual)))
+    count = int(ticks[-1]) + 1
     period = (time[-1] - time[0]) / max(count - 1, 1)
-    beside = np.abs(time - time[0] - period * places).max() > JITTER * period
+    beside = np.abs(time - time[0] - period * ticks).max() > JITTER * period
+    places = (time - time[0]) / period if beside else ticks
     if beside:
-        places = (time - time[0]) / period
         remarks.append(f"its instants are uneven: it is interpolated onto a grid of {period * 1e3:.6g} ms")
     lacking = count - time.size
     if lacking > 0 and not beside:
         remarks.append(f"{lacking} samples lack: inputs are joined over them, and nothing counts there")
     whole = np.arange(count, dtype=np.float64)
     own = {name: values[part] for name, values in rows.items()}
-    inputs = {name: joined(whole, places, own[name]) for name in DRIVING if name in own}
+    inputs = {
+        name: joined(whole, places if name == EXTERNAL_FORCE else ticks, own[name])
+        for name in DRIVING
+        if name in own
+    }
     measured = {name: own[name] for name in OUTPUTS if name in own}
     on_grid = {name: placed(whole, places, values, beside) for name, values in measured.items()}
     return Segment(number, float(time[0]), period, inputs, on_grid, bool(beside))
