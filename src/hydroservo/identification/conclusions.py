@@ -111,9 +111,9 @@ def of_log(fit: LogFit) -> Iterator[str]:
 def of_parameters(problem: Problem, parameters: Mapping[str, Estimate], sure: Uncertainty) -> Iterator[str]:
     """Which parameters the logs do not tell and why, and which of them tell less than they seem to."""
     for i, (path, one) in enumerate(parameters.items()):
-        if not one.identifiable:
+        if not one.identifiable and not one.at_end:
             yield f"{path}: {reason(problem, sure, i)}"
-        elif one.resampled > WIDER:
+        elif one.identifiable and one.resampled > WIDER:
             times = f"{one.resampled:.1f} times as wide"
             yield f"{path}: over resampled stretches of the logs its interval is {times}"
 

@@ -1,7 +1,8 @@
 """A scenario's machine under the inputs of a log, and what it would have shown."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from types import MappingProxyType
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -28,7 +29,17 @@ from hydroservo.validation import checked
 if TYPE_CHECKING:
     from hydroservo.engine.lanes import CompiledLanes
 
-__all__ = ["BEGUN", "LOAD", "Experiment", "experiment", "kernel_for", "played_path", "predicted", "runs_of"]
+__all__ = [
+    "BEGUN",
+    "GIVEN",
+    "LOAD",
+    "Experiment",
+    "experiment",
+    "kernel_for",
+    "played_path",
+    "predicted",
+    "runs_of",
+]
 
 BEGUN = "load.begun"  # where a recorded force, which the sensors' delay reached too, is put right
 GIVEN = "start.given."
@@ -45,6 +56,7 @@ class Experiment(NamedTuple):
         given: the loop that plays it, its plant's start open where the log says nothing.
         loop: the same, ready to run.
         start: the states in which it begins that the log shows, by their path in :attr:`loop`.
+        unseen: of those that it does not show, the scenario's value and how far it moves, by path.
         varied: paths that may differ between runs; one kernel serves all sets of them.
         observer: what lets it follow the segment; None simulates it.
     """
@@ -55,9 +67,12 @@ class Experiment(NamedTuple):
     start: Mapping[str, float]
     varied: tuple[str, ...]
     observer: Observer | None = None
+    unseen: Mapping[str, tuple[float, float]] = MappingProxyType({})
 
 
-def experiment(loop: Loop, segment: Segment, varied: Sequence[str], substeps: int) -> Experiment:
+def experiment(
+    loop: Loop, segment: Segment, varied: Sequence[str], substeps: int, moving: bool = False
+) -> Experiment:
     """A loop that plays a segment.
 
     It starts in the states that the log shows, from its first samples, and else where the scenario does.
@@ -68,16 +83,19 @@ def experiment(loop: Loop, segment: Segment, varied: Sequence[str], substeps: in
         varied: the paths that will differ between runs, as :func:`played_path` has them; those of a load
             whose place a recorded force takes are left out.
         substeps: of a period of the segment.
+        moving: whether the states that the log does not show may differ between runs, too.
     """
     refuse_foreign(loop, "identify it")
     played = playing(loop, segment, substeps)
     known = first_states(ready(played), segment)
-    fixed = played._replace(start=AsBuilt(nested(known | given_of(ready(played), known))))
+    every = dict(moving_states(ready(played))) | known if moving else known
+    fixed = played._replace(start=AsBuilt(nested(every | given_of(ready(played), every))))
     start = {f"{GIVEN}{path}": value for path, value in known.items()}
+    begins = [f"{GIVEN}{path}" for path in every]
     if EXTERNAL_FORCE not in segment.inputs:
-        return Experiment(segment, fixed, ready(fixed), start, (*varied, *start))
+        return Experiment(segment, fixed, ready(fixed), start, (*varied, *begins))
     others = (path for path in varied if not path.startswith(LOAD))
-    return Experiment(segment, fixed, ready(fixed), start, (*others, *start, BEGUN))
+    return Experiment(segment, fixed, ready(fixed), start, (*others, *begins, BEGUN))
 
 
 def played_path(path: str) -> str:
@@ -88,7 +106,10 @@ def played_path(path: str) -> str:
 def playing(loop: Loop, segment: Segment, substeps: int) -> Loop:
     """The loop with a recorded command in place of its law, and a recorded force in that of its load."""
     simulation = loop.simulation._replace(
-        duration=segment.period * (segment.samples - 1), period=segment.period, substeps=substeps
+        duration=segment.period * (segment.samples - 1),
+        period=segment.period,
+        record_period=segment.period,
+        substeps=substeps,
     )
     if EXTERNAL_FORCE in segment.inputs:
         series = TimeSeries.from_samples(segment.time - segment.start, segment.inputs[EXTERNAL_FORCE])
@@ -107,6 +128,14 @@ def first_states(loop: Loop, segment: Segment) -> dict[str, float]:
         if name in own and np.isfinite(values).any():
             found[f"plant.{name}"] = first_value(values)
     return found
+
+
+def moving_states(loop: Loop) -> Iterator[tuple[str, float]]:
+    """The states of what moves the oil and the rod, but the position, at the scenario's start."""
+    for path, value in leaves(loop.init()):
+        moves = path.startswith(("plant.", "valve.", "drive.")) and path != "plant.position"
+        if moves and isinstance(value, float) and np.isfinite(value):
+            yield path, value
 
 
 def first_value(values: NDArray[np.float64]) -> float:

@@ -12,7 +12,7 @@ from hydroservo.command_scale import commands_in
 from hydroservo.errors import ParameterError, ScenarioError
 from hydroservo.identification.balance_check import check_balance
 from hydroservo.identification.conclusions import remarks_of
-from hydroservo.identification.experiment import LOAD, experiment, played_path
+from hydroservo.identification.experiment import LOAD, Experiment, experiment, played_path
 from hydroservo.identification.fitted import Fitted
 from hydroservo.identification.held_out import held_out
 from hydroservo.identification.left_out import left_out
@@ -20,7 +20,15 @@ from hydroservo.identification.log import Given, Log, log_mapping, read_logs
 from hydroservo.identification.misfit import misfit
 from hydroservo.identification.one_step import best_prediction
 from hydroservo.identification.plausible import check_positions, stroke_of
-from hydroservo.identification.problem import DELAY, Ends, Problem, Values, unknowns_of, usual_values
+from hydroservo.identification.problem import (
+    DELAY,
+    Ends,
+    Problem,
+    Values,
+    lie_at_ends,
+    unknowns_of,
+    usual_values,
+)
 from hydroservo.identification.quality import log_fits
 from hydroservo.identification.result import Estimate, Identified
 from hydroservo.identification.search import Report, Solution, best_fit
@@ -30,8 +38,9 @@ from hydroservo.identification.steps import first_steps
 from hydroservo.identification.trust import identifiable
 from hydroservo.identification.uncertain import uncertain_numbers
 from hydroservo.identification.uncertainty import NORMAL, Uncertainty, uncertainty
+from hydroservo.identification.unseen import begins_in_motion, with_unseen
 from hydroservo.identification.written import tables_or_remark
-from hydroservo.loop import AUTO
+from hydroservo.loop import AUTO, Loop
 from hydroservo.runs.arguments import checked_mapping
 from hydroservo.runs.space import Space
 from hydroservo.scenario.datasheets import columns_of
@@ -50,7 +59,6 @@ HORIZON = Field("s", "time in which a prediction forgets", above=0)
 LATE = Field("s", "by which what is measured comes after the command")
 STROKE = "plant.stroke"
 TRIED = 16  # points of the ranges, besides three on their diagonal, that show which numbers differ
-END = 0.005  # of a range, within which a value lies at its end
 
 
 @shows_progress
@@ -295,12 +303,19 @@ def problem_of(
     constructed = [path for path in numbers if path in assembly.arguments or path not in space.ranges]
     columns, paths = partial(played_columns, assembly, varied, constructed), tuple(map(played_path, numbers))
     segments = [one for log in taken for one in log.segments]
-    experiments = [experiment(assembly.loop, one, paths, first_steps(assembly.loop, one)) for one in segments]
+    experiments = [played(assembly.loop, segments, i, paths) for i in range(len(segments))]
     spread = spreads(segments)
     unknowns = unknowns_of(space, experiments, spread, delays, [one.path for one in freed])
     usual = usual_values(own, space, unknowns)
     automatic = assembly.loop.simulation.substeps == AUTO
     return Problem(experiments, space, columns, unknowns, spread, usual, threads, delays, automatic)
+
+
+def played(loop: Loop, segments: Sequence[Segment], i: int, paths: Sequence[str]) -> Experiment:
+    """A loop that plays a segment; where that begins in motion, states that no sensor shows are sought."""
+    moving = begins_in_motion(segments, i)
+    one = experiment(loop, segments[i], paths, first_steps(loop, segments[i]), moving)
+    return with_unseen(one) if moving else one
 
 
 def played_columns(
@@ -368,15 +383,21 @@ def estimates(
         problem.space.values(np.clip(best.x + sign * half, 0.0, 1.0)[np.newaxis, :count])
         for sign in (-1.0, 0.0, 1.0)
     )
-    told = identifiable(problem, best.x, best.weights, sure) if fits else np.zeros(count, dtype=bool)
+    ended = lie_at_ends(problem, best.x)[:count]
+    told = fits & ~ended & identifiable(problem, best.x, best.weights, sure)
     wider = sure.resampled / sure.deviations
     found = {}
     for i, path in enumerate(problem.space.ranges):
         argument = assembly.arguments.get(path)
         field = argument.field if argument is not None else field_at(assembly.loop, path)
         ends = float(low[path][0]), float(high[path][0])
-        at_end = not END < best.x[i] < 1.0 - END
         found[path] = Estimate(
-            float(value[path][0]), *ends, bool(told[i]), float(wider[i]), at_end, field.unit, field.meaning
+            float(value[path][0]),
+            *ends,
+            bool(told[i]),
+            float(wider[i]),
+            bool(ended[i]),
+            field.unit,
+            field.meaning,
         )
     return found

@@ -13,7 +13,7 @@ from hydroservo.errors import HydroservoError
 from hydroservo.formatting import MINUS, number, quantity
 from hydroservo.identification.experiment import Experiment, predicted
 from hydroservo.identification.misfit import Misfit
-from hydroservo.identification.problem import PLACES, Problem, columns_at, delay_of
+from hydroservo.identification.problem import PLACES, Problem, columns_at, delay_of, lie_at_ends
 from hydroservo.identification.search import Solution
 from hydroservo.identification.shift import shifted
 from hydroservo.identification.signals import COMMAND, SIGNALS
@@ -29,7 +29,7 @@ STILL = 0.01  # of the largest speed, below which friction changes sign smoothly
 WIDTH = 0.02  # of the largest command, of a hysteresis and an overlap
 CUT = 3.0  # deviations, to which residuals are cut
 OWN = 1e-3  # share of an effect's square that what was sought must leave of it
-LEAST = 0.05  # share of what is left, from which an effect is named
+LEAST = 0.01  # share of what is left, from which an effect is named
 MOST = 5  # effects that are named
 ALIKE = 0.9  # correlation with the first effect, from which on the log does not tell them apart
 AIR = 1e5  # Pa, about where air in the oil counts
@@ -123,7 +123,8 @@ def left_out(problem: Problem, best: Solution, found: Misfit) -> list[Effect]:
     Each effect drives the machine a little beside what was recorded, as the motion found says it would: dry
     friction as a force against it, hysteresis as the recorded command through a backlash. What the machine
     then shows otherwise, less what the unknowns that were sought could do of it, is held against the
-    residuals: a score test, in the direction of the effect.
+    residuals: a score test, in the direction of the effect. An unknown at an end of its range could do no
+    more, and is an effect itself.
 
     Args:
         problem: what was sought.
@@ -134,16 +135,21 @@ def left_out(problem: Problem, best: Solution, found: Misfit) -> list[Effect]:
     Fails for effects that change the motion much, which are not in proportion to their amount, and to name
     one that is not among those tried.
     """
-    columns: dict[tuple[str, str, bool], Vector] = {}
+    columns = beyond_ranges(problem, best, found)
     for i in range(len(problem.experiments)):
         for part in (driven, of_numbers, of_sensors):
             with suppress(HydroservoError):
                 for key, row in part(problem, best, found, i).items():
                     columns[key] = columns.get(key, 0.0) + row
-    inverse = np.linalg.inv(found.slopes.T @ found.slopes + np.diag([one.prior for one in problem.unknowns]))
+    free = ~lie_at_ends(problem, best.x)
+    slopes, prior = (
+        found.slopes[:, free],
+        np.diag([one.prior for one in problem.unknowns])[np.ix_(free, free)],
+    )
+    inverse = np.linalg.inv(slopes.T @ slopes + prior)
 
     def apart(row: Vector) -> Vector:
-        rest: Vector = row - found.slopes @ (inverse @ (found.slopes.T @ row))
+        rest: Vector = row - slopes @ (inverse @ (slopes.T @ row))
         return rest
 
     missed = apart(np.clip(found.residuals, -CUT, CUT))
@@ -163,6 +169,16 @@ def left_out(problem: Problem, best: Solution, found: Misfit) -> list[Effect]:
         effect._replace(alike=i > 0 and abs(float(scores[0][1] @ own)) > ALIKE)
         for i, (effect, own) in enumerate(scores[:MOST])
     ]
+
+
+def beyond_ranges(problem: Problem, best: Solution, found: Misfit) -> dict[tuple[str, str, bool], Vector]:
+    """What unknowns at an end of their range would change beyond it, by name, unit and sign."""
+    rows = {}
+    for i in np.flatnonzero(lie_at_ends(problem, best.x)):
+        one = problem.unknowns[int(i)]
+        outwards = 1.0 if best.x[i] > 0.5 * (one.low + one.high) else -1.0
+        rows[f"{one.name} beyond its range", "", True] = -outwards * found.slopes[:, i]
+    return rows
 
 
 def driven(
@@ -202,7 +218,7 @@ def of_numbers(
     one = problem.experiments[number]
     numbers = columns_at(problem, best.x[np.newaxis], number)
     machine = replace(one.given, {path: row.item() for path, row in numbers.items()})
-    known = {*numbers, *one.start}
+    known = {*numbers}
     given = {
         path: value
         for path, value in leaves(machine)
@@ -283,7 +299,10 @@ def backlash(command: Vector, width: float) -> Vector:
 def of_sensors(
     problem: Problem, best: Solution, found: Misfit, number: int
 ) -> dict[tuple[str, str, bool], Vector]:
-    """What a drift and a wrong scale of each sensor would change, by name, unit and sign."""
+    """What a drift and a wrong scale of each sensor would change, by name, unit and sign.
+
+    The scale is that of the signal simulated, for the measured one's noise is in the residuals, too.
+    """
     segment = problem.experiments[number].segment
     time = segment.time - segment.start
     rows = {}
@@ -292,7 +311,8 @@ def of_sensors(
         place = PLACES[name]
         drift, scale = nothing.copy(), nothing.copy()
         drift[:, place] = time - time.mean()
-        scale[:, place] = np.nan_to_num(segment.measured[name])
+        noise = found.residuals[found.rows[number, name]] / best.weights[segment.log, name]
+        scale[:, place] = np.nan_to_num(segment.measured[name] - noise)
         unit = f"{SIGNALS[name].unit}/s"
         rows[f"drift of {name}", unit, False] = weighted(problem, best, found, number, drift)
         rows[f"a wrong scale of {name}", "", False] = weighted(problem, best, found, number, scale)

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydroservo.errors import ParameterError, ScenarioError
-from hydroservo.identification.experiment import BEGUN, Experiment, predicted, runs_of
+from hydroservo.identification.experiment import BEGUN, GIVEN, Experiment, predicted, runs_of
 from hydroservo.identification.segments import Segment
 from hydroservo.identification.shift import shifted, slope_of_shift
 from hydroservo.identification.signals import OUTPUTS
@@ -23,6 +23,7 @@ __all__ = [
     "Unknown",
     "adapt_steps",
     "are_possible",
+    "lie_at_ends",
     "runs_at",
     "simulated",
     "unknowns_of",
@@ -38,6 +39,7 @@ LONGEST_DELAY = 1.0  # [s]
 SHARE = 0.1  # of a log's samples, which a delay is at most, unless its range is given
 EARLIEST = 1.5  # periods by which a machine may seem to answer before it is asked
 FAR = 10.0  # spreads, up to which an offset or a start is sought
+END = 0.005  # of a range, within which a value lies at its end
 PLACES = {name: i for i, name in enumerate(OUTPUTS)}  # of a signal, in what is predicted
 
 Vector = NDArray[np.float64]
@@ -153,6 +155,9 @@ def unknowns_of(
             scale = spread[one.segment.log, signal]
             at = one.start[path] / scale
             name = f"{signal} at {one.segment.start:g} s"
+            found.append(Unknown(name, "start", i, path, scale, at - FAR, at + FAR))
+        for path, (value, scale) in one.unseen.items():
+            name, at = f"{path.removeprefix(GIVEN)} at {one.segment.start:g} s", value / scale
             found.append(Unknown(name, "start", i, path, scale, at - FAR, at + FAR))
     for log, segment in {
         one.segment.log: longest(experiments, one.segment.log) for one in experiments
@@ -355,3 +360,11 @@ def unit_of(ends: tuple[float, float], value: float) -> float:
     if low * high > 0.0:
         return float(np.log(inside / low) / np.log(high / low))
     return (inside - low) / (high - low)
+
+
+def lie_at_ends(problem: Problem, x: Vector) -> NDArray[np.bool_]:
+    """Which unknowns lie at an end of their range, shape (unknowns,)."""
+    low, high = problem.bounds
+    near = END * (high - low)
+    found: NDArray[np.bool_] = (x <= low + near) | (x >= high - near)
+    return found
