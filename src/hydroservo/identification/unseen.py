@@ -13,8 +13,8 @@ from hydroservo.identification.spikes import noise_of
 
 __all__ = ["begins_in_motion", "with_unseen"]
 
-FIRST = 8  # samples that show whether something moves
-CLEAR = 4.0  # deviations of noise, from which a change is one
+FIRST = 12  # samples that show whether something moves
+CLEAR = 3.0  # deviations of noise, from which a change is one
 
 
 def begins_in_motion(segments: Sequence[Segment], number: int) -> bool:
