@@ -98,7 +98,7 @@ def test_a_model_fits_where_only_rounding_or_the_sensors_noise_is_left(found):
     assert good.problem == unfit_reason(good, good.noise) == ""
     rounding = good._replace(explained=1.0, whiteness=0.0, correlation=0.9)
     assert unfit_reason(rounding, 0.0) == ""
-    assert "is not white noise" in unfit_reason(rounding._replace(explained=1.0 - 1e-8), 0.0)
+    assert "is not white noise" in unfit_reason(rounding._replace(explained=1.0 - 1e-7), 0.0)
     assert "rms is left, and its sensor has a noise of" in unfit_reason(good, 0.7 * good.noise)
 
 

@@ -26,7 +26,7 @@ __all__ = ["log_fits"]
 
 BEGUN = 0.05  # of each stretch, after which states that were not measured do not matter any more
 WHITE = 1e-6  # probability, below which residuals are not white
-EXACT = 1e-9  # share of a signal's variance, below which what is left may be of the integration
+EXACT = 1e-8  # share of a signal's variance, below which what is left may be of the integration
 LITTLE = 0.5  # share of a signal's variance, below which the model is of something else
 ABOVE = 1.25  # times the noise that a sensor has, from which more than noise is left
 

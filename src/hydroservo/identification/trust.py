@@ -42,7 +42,7 @@ def identifiable(problem: Problem, x: Matrix, weights: Weights, sure: Uncertaint
     prior = np.diag([0.0 if own else one.prior for one, own in zip(problem.unknowns, sought, strict=True)])
     information = along.T @ (sure.information + prior) @ along * np.outer(ranges, ranges)
     values, vectors = np.linalg.eigh(information + 12.0 * np.eye(ranges.size))
-    deviations = 1.0 / np.sqrt(values)
+    deviations = 1.0 / np.sqrt(np.maximum(values, 12.0))  # the least there is; large ones round it
     steps = along @ (NORMAL * deviations * vectors * ranges[:, np.newaxis])
     untold = (deviations > UNSURE) | ~straight(
         problem, x, weights, steps, sure.information, deviations > SURE
