@@ -154,6 +154,8 @@ def test_what_identify_writes_keeps_the_full_scale(tmp_path: Path) -> None:
     file.write_text(
         'base = "rig/1khz-pi-sine"\nsimulation.duration = "1 s"\n'
         'valve.gain = "125 um/mA"\ncommand.full_scale = "40 mA"\n'
+        "[uncertainty]\nplant = { damping = 0.0, bulk_modulus = 0.0, leakage = 0.0 }\n"
+        "valve.orifice = { discharge_coefficient = 0.0, area_gradient = 0.0, density = 0.0 }\n"
     )
     succeeded("run", file, "--out", tmp_path / "run")
     log, out = tmp_path / "run" / "trajectory.csv", tmp_path / "found"
