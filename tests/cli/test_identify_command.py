@@ -158,6 +158,9 @@ def test_a_command_that_never_changes_is_said(log, tmp_path):
     result = hydroservo_("identify", SCENARIO, file, *MASS, *SETTINGS)
     assert result.exit_code == 3, result.output
     assert "THE MODEL DOES NOT FIT the logs, so they tell none of its numbers." in result.stderr
+    written = json.loads(hydroservo_("identify", SCENARIO, file, *MASS, *SETTINGS, "--json").stdout)
+    assert written["fits"] is False
+    assert written["parameters"]["plant.mass"]["low"] is None
     assert "command never changes: nothing excites the machine" in result.stderr
 
 

@@ -61,6 +61,8 @@ def test_no_number_of_a_model_that_does_not_fit_is_told(without_hysteresis: Iden
     assert not any(one.identifiable for one in found.parameters.values())
     assert found.remarks[0] == UNFIT
     assert f"# {UNFIT}" in found.toml()
+    assert UNFIT in found._repr_html_()
+    assert " to " not in found._repr_html_().partition("</table>")[0]
     assert "mass" not in found.tables["uncertainty"].get("plant", {})
 
 

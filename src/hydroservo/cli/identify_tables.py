@@ -47,13 +47,14 @@ def typed_units(found: Identified, ranges: Mapping[str, Entry]) -> dict[str, Sca
 def as_tables(found: Identified, more: Further) -> dict[str, Any]:
     """The result as nested tables, in SI units."""
     comparison, proposal = more.comparison, more.proposal
+    ends = {} if found.fits else {"low": None, "high": None}
     tables: dict[str, Any] = {
         "scenario": found.scenario,
         "hash": scenario_hash(found.loop),
         "version": __version__,
         "fits": found.fits,
-        "parameters": {path: one._asdict() for path, one in found.parameters.items()},
-        "uncertain": {path: one._asdict() for path, one in found.uncertain.items()},
+        "parameters": {path: one._asdict() | ends for path, one in found.parameters.items()},
+        "uncertain": {path: one._asdict() | ends for path, one in found.uncertain.items()},
         "effects": [one._asdict() for one in found.effects],
         "correlations": found.correlations.tolist(),
         "logs": [log_tables(fit) for fit in found.logs],

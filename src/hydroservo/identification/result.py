@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.formatting import MINUS, column, number, quantity
+from hydroservo.formatting import MINUS, NONE, column, number, quantity
 from hydroservo.html_tables import Strong, html_heading, html_remarks, html_table
 from hydroservo.identification.fitted import Fitted
 from hydroservo.identification.left_out import Effect
@@ -147,21 +147,21 @@ class Identified(NamedTuple):
     def _repr_html_(self) -> str:
         """What a notebook shows."""
         heads = ("parameter", "value", "95 % interval", "the logs", "meaning")
-        found = [parameter_row(path, one) for path, one in self.parameters.items()]
+        rows = [parameter_row(path, one, fits=self.fits) for path, one in self.parameters.items()]
         logs = [row for fit in self.logs for row in signal_rows(fit)]
         return (
             html_heading(self.scenario, "with what its logs tell")
-            + html_table(heads, found)
+            + html_table(heads, rows)
             + html_table(("log", "signal", "left, rms", "held out", "explained"), logs)
             + html_remarks(self.remarks)
         )
 
 
-def parameter_row(path: str, one: Estimate) -> tuple[str, ...]:
-    """A number that was found, with its interval, in one unit."""
+def parameter_row(path: str, one: Estimate, *, fits: bool) -> tuple[str, ...]:
+    """A number with its interval, which it has where the model fits, in one unit."""
     unit, (low, value, high) = column([one.low, one.value, one.high], one.unit)
     told = "tell it" if one.identifiable else Strong("do not tell it")
-    return path, Strong(f"{value} {unit}".strip()), f"{low} to {high}", told, one.meaning
+    return path, Strong(f"{value} {unit}".strip()), f"{low} to {high}" if fits else NONE, told, one.meaning
 
 
 def signal_rows(fit: LogFit) -> Iterator[tuple[str, ...]]:
