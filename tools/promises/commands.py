@@ -11,7 +11,15 @@ __all__ = ["COMMANDS", "Command"]
 
 PI = ("paper/sine-pi", "--set", "simulation.duration=50 ms", "--set", "simulation.period=1 ms")
 BATCH = ("batch", *PI, "--runs", "600", "--vary", "plant.mass=4..8 kg")
-TUNE = ("tune", *PI, "--candidates", "16", "--vary", "controller.proportional_gain=0.3..30 V s/m")
+TUNE = (
+    "tune",
+    *PI,
+    "--unbounded",
+    "--candidates",
+    "16",
+    "--vary",
+    "controller.proportional_gain=0.3..30 V s/m",
+)
 STUDY = {
     **{"search.candidates": 64, "search.seeds": 1, "search.widen": 0, "set.simulation.duration": "0.1 s"},
     **{"conditions.train": 1, "conditions.validation": 1, "conditions.test": 2, "conditions.stress": [1.0]},
