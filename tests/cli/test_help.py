@@ -16,7 +16,7 @@ from hydroservo.cli.places import WHERE
 from hydroservo.scenario import load_scenario, parse_override, scenario_source, scenarios
 from hydroservo.studies.file import read_study, study_source
 from tests.support.bases import on_base
-from tests.support.commands.runner import PLUGIN, QUICK, SHORT, SMALL, failed, succeeded
+from tests.support.commands.runner import PLUGIN, QUICK, SHORT, SMALL, failed, hydroservo_, succeeded
 from tests.support.needs import needs
 from tests.support.synthetic_logs import exact_log, recorded, with_units
 
@@ -144,7 +144,9 @@ def test_each_example_of_the_help_runs(example, tmp_path, monkeypatch):
         "log": plugin if "--scenario" in args else (),
         "map": plugin,
     }
-    succeeded(*args, *more.get(args[0], ()))
+    result = hydroservo_(*args, *more.get(args[0], ()))
+    unfit = args[0] == "identify"  # the logs are of a machine whose valve lags, which these scenarios lack
+    assert result.exit_code == (3 if unfit else 0), result.output
 
 
 @pytest.mark.parametrize("change", CHANGES)
