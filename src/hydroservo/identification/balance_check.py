@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from hydroservo.block import Block, leaves
 from hydroservo.errors import ScenarioError
 from hydroservo.formatting import MINUS, quantity
 from hydroservo.identification.regression import regression
@@ -77,24 +78,29 @@ class Resistance(NamedTuple):
         return less and self.scatter * other.swing < CLEARER_SHARE * other.scatter * self.swing
 
 
-def check_balance(
-    logs: Sequence[Understood], loop: Loop | None, areas: tuple[float, float] | None, *, driven: bool
-) -> None:
+def check_balance(logs: Sequence[Understood], loop: Loop | None, *, driven: bool) -> None:
     """Refuse a log whose signals contradict each other.
 
     Args:
         logs: what was measured.
-        loop: whose load counts where no force at the rod was recorded.
-        areas: A_A and A_B [m^2]; None where they are not known.
+        loop: whose areas count, and whose load where no force at the rod was recorded; None for no loop.
         driven: whether a log is wrong if its command alone contradicts the rest.
 
     Raises:
         ScenarioError: one does.
     """
+    areas = None if loop is None else areas_of(loop.plant)
     for log in logs:
         problem = balance_problem([loaded(one, loop) for one in log.segments], areas, driven=driven)
         if problem:
             raise ScenarioError(log.log.name, "", problem)
+
+
+def areas_of(plant: Block) -> tuple[float, float] | None:
+    """A_A and A_B [m^2]; None of a plant without pistons."""
+    known = dict(leaves(plant))
+    a, b = (known.get(f"area_{side}", known.get("piston_area")) for side in "ab")
+    return None if a is None or b is None else (float(a), float(b))
 
 
 def loaded(one: Segment, loop: Loop | None) -> Segment:

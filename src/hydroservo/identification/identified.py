@@ -1,18 +1,16 @@
 """Parameters of a scenario's machine from logs."""
 
 from collections.abc import Mapping, Sequence
-from functools import partial
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
-from hydroservo.block import Block, Field, field_at, leaves, value_at
+from hydroservo.block import Field, field_at
 from hydroservo.command_scale import commands_in
 from hydroservo.errors import ParameterError, ScenarioError
 from hydroservo.identification.balance_check import check_balance
 from hydroservo.identification.conclusions import remarks_of
-from hydroservo.identification.experiment import LOAD, Experiment, experiment, played_path
+from hydroservo.identification.experiment import LOAD
 from hydroservo.identification.fitted import Fitted
 from hydroservo.identification.held_out import held_out
 from hydroservo.identification.left_out import left_out
@@ -24,29 +22,22 @@ from hydroservo.identification.problem import (
     DELAY,
     Ends,
     Problem,
-    Values,
     lie_at_ends,
-    unknowns_of,
-    usual_values,
 )
+from hydroservo.identification.problem_setup import problem_of
 from hydroservo.identification.quality import log_fits
 from hydroservo.identification.result import Estimate, Identified
 from hydroservo.identification.search import Report, Solution, best_fit
-from hydroservo.identification.segments import Segment, Understood, understood
+from hydroservo.identification.segments import Understood, understood
 from hydroservo.identification.signals import EXTERNAL_FORCE
-from hydroservo.identification.steps import first_steps
 from hydroservo.identification.trust import identifiable
 from hydroservo.identification.uncertain import uncertain_numbers
 from hydroservo.identification.uncertainty import NORMAL, Uncertainty, uncertainty
-from hydroservo.identification.unseen import begins_in_motion, with_unseen
 from hydroservo.identification.written import tables_or_remark
-from hydroservo.loop import AUTO, Loop
 from hydroservo.runs.arguments import checked_mapping
-from hydroservo.runs.space import Space
-from hydroservo.scenario.datasheets import columns_of
 from hydroservo.scenario.load import Assembly, Machine, assembled
 from hydroservo.scenario.ranges import as_entries, both_ends
-from hydroservo.scenario.sampling import Variation, parameters_of, variations
+from hydroservo.scenario.sampling import Variation, variations
 from hydroservo.scenario.tables import Entry
 from hydroservo.validation import number, whole_number
 from hydroservo.work.cores import checked_count
@@ -58,7 +49,6 @@ LARGEST_SEED = 2**53 - 1
 HORIZON = Field("s", "time in which a prediction forgets", above=0)
 LATE = Field("s", "by which what is measured comes after the command")
 STROKE = "plant.stroke"
-TRIED = 16  # points of the ranges, besides three on their diagonal, that show which numbers differ
 
 
 @shows_progress
@@ -154,7 +144,7 @@ def identified(
     taken = [understood(one, i) for i, one in enumerate(read(logs, assembly))]
     check_positions(taken, longest_stroke(assembly, varied))
     check_loads(taken, varied)
-    check_balance(taken, assembly.loop, areas_of(assembly.loop.plant), driven=False)
+    check_balance(taken, assembly.loop, driven=False)
     freed = uncertain_numbers(assembly, varied, [LOAD] if forces_recorded(taken) else [])
     problem = problem_of(assembly, varied, freed, taken, threads, delays)
     problem, best = solved(problem, seed, horizon, report)
@@ -259,13 +249,6 @@ def check_loads(taken: Sequence[Understood], varied: Sequence[Variation]) -> Non
                 raise ScenarioError(one.entry.origin.name, one.path, problem)
 
 
-def areas_of(plant: Block) -> tuple[float, float] | None:
-    """A_A and A_B [m^2]; None of a plant without pistons."""
-    known = dict(leaves(plant))
-    a, b = (known.get(f"area_{side}", known.get("piston_area")) for side in "ab")
-    return None if a is None or b is None else (float(a), float(b))
-
-
 def forces_recorded(taken: Sequence[Understood]) -> bool:
     """Whether each log recorded the force in the place of the load."""
     return all(EXTERNAL_FORCE in one.inputs for log in taken for one in log.segments)
@@ -275,94 +258,6 @@ def longest_stroke(assembly: Assembly, varied: Sequence[Variation]) -> float:
     """The stroke of the scenario's machine, or the longest that is sought [m]; inf without one."""
     highest = [one.high for one in varied if one.path == STROKE]
     return max([stroke_of(assembly.loop.plant), *highest])
-
-
-def problem_of(
-    assembly: Assembly,
-    varied: Sequence[Variation],
-    freed: Sequence[Variation],
-    taken: Sequence[Understood],
-    threads: int,
-    delays: Ends = None,
-) -> Problem:
-    """What is fitted to what.
-
-    Args:
-        assembly: the scenario.
-        varied: what is sought.
-        freed: what is uncertain besides; the fit begins at its nominal values.
-        taken: the logs.
-        threads: how many to use.
-        delays: between which that of each log is sought [s].
-    """
-    own = {one.path: own_value(assembly, one.path) for one in varied}
-    own |= {one.path: value for one in freed if (value := one.nominal) is not None}
-    varied = [*varied, *freed]
-    space = Space({one.path: (one.low, one.high) for one in varied})
-    numbers = tuple(parameters_of(assembly, varied, space.values(consistent_points(assembly, space))))
-    constructed = [path for path in numbers if path in assembly.arguments or path not in space.ranges]
-    columns, paths = partial(played_columns, assembly, varied, constructed), tuple(map(played_path, numbers))
-    segments = [one for log in taken for one in log.segments]
-    experiments = [played(assembly.loop, segments, i, paths) for i in range(len(segments))]
-    spread = spreads(segments)
-    unknowns = unknowns_of(space, experiments, spread, delays, [one.path for one in freed])
-    usual = usual_values(own, space, unknowns)
-    automatic = assembly.loop.simulation.substeps == AUTO
-    return Problem(experiments, space, columns, unknowns, spread, usual, threads, delays, automatic)
-
-
-def played(loop: Loop, segments: Sequence[Segment], i: int, paths: Sequence[str]) -> Experiment:
-    """A loop that plays a segment; where that begins in motion, states that no sensor shows are sought."""
-    moving = begins_in_motion(segments, i)
-    one = experiment(loop, segments[i], paths, first_steps(loop, segments[i]), moving)
-    return with_unseen(one) if moving else one
-
-
-def played_columns(
-    assembly: Assembly, varied: Sequence[Variation], constructed: Sequence[str], values: Values
-) -> Values:
-    """The numbers that follow from some values of what is sought, by path in a loop that plays a segment.
-
-    Args:
-        assembly: the scenario.
-        varied: what is sought.
-        constructed: paths of numbers that constructors make, there even where they are the scenario's.
-        values: of what is sought, by path.
-    """
-    columns = parameters_of(assembly, varied, values, always=constructed)
-    return {played_path(path): row for path, row in columns.items()}
-
-
-def consistent_points(assembly: Assembly, space: Space) -> NDArray[np.float64]:
-    """Points within ranges at which what constructors take goes together; all that were tried, if none."""
-    from scipy.stats import qmc
-
-    count = len(space.ranges)
-    others = qmc.LatinHypercube(count, rng=np.random.default_rng(0)).random(TRIED)
-    points = np.concatenate([np.repeat([[0.5], [0.25], [0.75]], count, axis=1), others])
-    there = np.ones(len(points), dtype=bool)
-    for i in range(len(points)):
-        values = space.values(points[i : i + 1])
-        try:
-            columns_of(assembly, {path: row for path, row in values.items() if path in assembly.arguments})
-        except ScenarioError:
-            there[i] = False
-    return points[there] if there.any() else points
-
-
-def own_value(assembly: Assembly, path: str) -> float:
-    """The value that the scenario has at a path."""
-    argument = assembly.arguments.get(path)
-    return argument.value if argument is not None else float(value_at(assembly.loop, path))
-
-
-def spreads(segments: Sequence[Segment]) -> dict[tuple[int, str], float]:
-    """The standard deviation of each log's signals."""
-    rows: dict[tuple[int, str], list[NDArray[np.float64]]] = {}
-    for one in segments:
-        for name, values in one.measured.items():
-            rows.setdefault((one.log, name), []).append(values)
-    return {key: float(np.nanstd(np.concatenate(parts))) for key, parts in rows.items()}
 
 
 def estimates(

@@ -8,7 +8,7 @@ from typing import Annotated, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.block import Block, Field, field_at, leaves, replace
+from hydroservo.block import Field, field_at, leaves, replace
 from hydroservo.errors import HydroservoError
 from hydroservo.formatting import MINUS, number, quantity
 from hydroservo.identification.experiment import Experiment, predicted
@@ -17,6 +17,7 @@ from hydroservo.identification.problem import PLACES, Problem, columns_at, delay
 from hydroservo.identification.search import Solution
 from hydroservo.identification.shift import shifted
 from hydroservo.identification.signals import COMMAND, SIGNALS
+from hydroservo.loop import Loop
 from hydroservo.roles import Load
 from hydroservo.runs.run import ready
 from hydroservo.scenario.load import Machine
@@ -35,6 +36,8 @@ ALIKE = 0.9  # correlation with the first effect, from which on the log does not
 AIR = 1e5  # Pa, about where air in the oil counts
 
 Vector = NDArray[np.float64]
+Key = tuple[str, str, bool]  # of an effect: its name, its unit, and whether it is above 0 alone
+Changes = dict[Key, Vector]  # of residuals, per amount of an effect
 
 
 class Effect(NamedTuple):
@@ -171,8 +174,8 @@ def left_out(problem: Problem, best: Solution, found: Misfit) -> list[Effect]:
     ]
 
 
-def beyond_ranges(problem: Problem, best: Solution, found: Misfit) -> dict[tuple[str, str, bool], Vector]:
-    """What unknowns at an end of their range would change beyond it, by name, unit and sign."""
+def beyond_ranges(problem: Problem, best: Solution, found: Misfit) -> Changes:
+    """What unknowns at an end of their range would change beyond it."""
     rows = {}
     for i in np.flatnonzero(lie_at_ends(problem, best.x)):
         one = problem.unknowns[int(i)]
@@ -181,68 +184,87 @@ def beyond_ranges(problem: Problem, best: Solution, found: Misfit) -> dict[tuple
     return rows
 
 
-def driven(
-    problem: Problem, best: Solution, found: Misfit, number: int
-) -> dict[tuple[str, str, bool], Vector]:
-    """What effects that drive the machine of a segment would change, by name, unit and sign."""
-    one = problem.experiments[number]
-    numbers = columns_at(problem, best.x[np.newaxis], number)
-    shown = predicted(one, numbers, problem.threads)[:, :, 0]
-    machine = replace(one.given, {path: row.item() for path, row in numbers.items()})
+def driven(problem: Problem, best: Solution, found: Misfit, number: int) -> Changes:
+    """What effects that drive the machine of a segment would change."""
+    one, machine = problem.experiments[number], machine_at(problem, best, number)
+    shown = predicted(one, columns_at(problem, best.x[np.newaxis], number), problem.threads)[:, :, 0]
     signals = {name: np.nan_to_num(shown[:, place]) for name, place in PLACES.items()}
+    command = one.segment.inputs[COMMAND]
     forces = list(force_directions(one, signals))
-    commands = list(command_directions(one.segment.inputs[COMMAND], signals, one.segment.period))
+    commands = list(command_directions(command, signals, one.segment.period))
+    force = SMALL * max(float(np.abs(signals["load_force"]).max()), 1.0)
+    volts = SMALL * max(float(np.abs(command).max()), 1e-3)
+    runs = [(float(k), force / scale_of(own), 0.0, 0.0) for k, own in enumerate(forces)]
+    runs += [(0.0, 0.0, float(k), volts / scale_of(own)) for k, own in enumerate(commands)]
     playing = disturbed(one, machine, forces, commands)
-    sizes = (
-        SMALL * max(float(np.abs(signals["load_force"]).max()), 1.0),
-        SMALL * max(float(np.abs(one.segment.inputs[COMMAND]).max()), 1e-3),
-    )
-    runs = [(0.0, 0.0, 0.0, 0.0)]
-    runs += [(k, sizes[0] / scale_of(own), 0.0, 0.0) for k, own in enumerate(forces)]
-    runs += [(0.0, 0.0, k, sizes[1] / scale_of(own)) for k, own in enumerate(commands)]
-    lanes = dict(zip(playing.varied, np.array(runs).T, strict=True))
-    traces = predicted(playing, lanes, problem.threads)
-    late = float(best.x[delay_of(problem, one.segment.log)])
-    rows = {}
-    for k, own in enumerate([*forces, *commands]):
-        amount = max(runs[k + 1][1], runs[k + 1][3])
-        change = shifted(traces[:, :, k + 1] - traces[:, :, 0], late) / amount
-        rows[own.name, own.unit, own.positive] = weighted(problem, best, found, number, change)
-    return rows
+    lanes = dict(zip(playing.varied, np.array([(0.0, 0.0, 0.0, 0.0), *runs]).T, strict=True))
+    keys = [(own.name, own.unit, own.positive) for own in (*forces, *commands)]
+    amounts = [run[1] + run[3] for run in runs]
+    return changes(problem, best, found, number, playing, lanes, dict(zip(keys, amounts, strict=True)))
 
 
-def of_numbers(
-    problem: Problem, best: Solution, found: Misfit, number: int
-) -> dict[tuple[str, str, bool], Vector]:
-    """What other values of the machine's numbers that were not sought would change, by name."""
-    one = problem.experiments[number]
-    numbers = columns_at(problem, best.x[np.newaxis], number)
-    machine = replace(one.given, {path: row.item() for path, row in numbers.items()})
-    known = {*numbers}
+def of_numbers(problem: Problem, best: Solution, found: Misfit, number: int) -> Changes:
+    """What other values of the machine's numbers that were not sought would change."""
+    machine = machine_at(problem, best, number)
+    sought = columns_at(problem, best.x[np.newaxis], number)
     given = {
         path: value
         for path, value in leaves(machine)
         if path.partition(".")[0] in Machine._fields
-        and path not in known
+        and path not in sought
         and isinstance(value, float)
         and value not in (0.0, field_at(machine, path).auto)
         and math.isfinite(value)
     }
-    playing = Experiment(one.segment, machine, ready(machine), {}, tuple(given))
-    columns = {path: np.full(1 + len(given), value) for path, value in given.items()}
-    for k, (path, value) in enumerate(given.items()):
-        columns[path][k + 1] = value * (1.0 + SMALL)
-    traces = predicted(playing, columns, problem.threads)
-    late = float(best.x[delay_of(problem, one.segment.log)])
+    segment = problem.experiments[number].segment
+    playing = Experiment(segment, machine, ready(machine), {}, tuple(given))
+    lanes = {path: np.full(1 + len(given), value) for path, value in given.items()}
+    for k, (path, value) in enumerate(given.items(), 1):
+        lanes[path][k] = value * (1.0 + SMALL)
+    amounts = {(f"a wrong {path}", "", False): SMALL for path in given}
+    return changes(problem, best, found, number, playing, lanes, amounts)
+
+
+def machine_at(problem: Problem, best: Solution, number: int) -> Loop:
+    """The loop that plays a segment, with what was found."""
+    numbers = columns_at(problem, best.x[np.newaxis], number)
+    loop: Loop = replace(
+        problem.experiments[number].given, {path: row.item() for path, row in numbers.items()}
+    )
+    return loop
+
+
+def changes(
+    problem: Problem,
+    best: Solution,
+    found: Misfit,
+    number: int,
+    playing: Experiment,
+    lanes: Mapping[str, Vector],
+    amounts: Mapping[Key, float],
+) -> Changes:
+    """What runs show otherwise than the first of them, per amount of their effect.
+
+    Args:
+        problem: what was sought.
+        best: where.
+        found: residuals there.
+        number: of the segment.
+        playing: what runs.
+        lanes: what differs between the runs, the first of which has no effect.
+        amounts: of the others, by effect.
+    """
+    traces = predicted(playing, lanes, problem.threads)
+    late = float(best.x[delay_of(problem, playing.segment.log)])
     rows = {}
-    for k, path in enumerate(given):
-        change = shifted(traces[:, :, k + 1] - traces[:, :, 0], late) / SMALL
-        rows[f"a wrong {path}", "", False] = weighted(problem, best, found, number, change)
+    for k, (key, amount) in enumerate(amounts.items(), 1):
+        change = shifted(traces[:, :, k] - traces[:, :, 0], late) / amount
+        rows[key] = weighted(problem, best, found, number, change)
     return rows
 
 
 def disturbed(
-    one: Experiment, machine: Block, forces: Sequence[Direction], commands: Sequence[Direction]
+    one: Experiment, machine: Loop, forces: Sequence[Direction], commands: Sequence[Direction]
 ) -> Experiment:
     """The experiment of a machine that takes a direction of force or command."""
     segment = one.segment
@@ -296,10 +318,8 @@ def backlash(command: Vector, width: float) -> Vector:
     return played
 
 
-def of_sensors(
-    problem: Problem, best: Solution, found: Misfit, number: int
-) -> dict[tuple[str, str, bool], Vector]:
-    """What a drift and a wrong scale of each sensor would change, by name, unit and sign.
+def of_sensors(problem: Problem, best: Solution, found: Misfit, number: int) -> Changes:
+    """What a drift and a wrong scale of each sensor would change.
 
     The scale is that of the signal simulated, for the measured one's noise is in the residuals, too.
     """

@@ -117,8 +117,7 @@ def measured(kind: Kind, logs: Sequence[Understood], assembly: Assembly | None, 
     if kind == Kind.PRESSURE_GAIN:
         return pressure_gain(logs, loop, piston)
     if kind != Kind.DECAY:
-        areas = None if piston is None else (piston.area_a, piston.area_b)
-        check_balance(logs, loop, areas, driven=kind == Kind.VALVE_FLOW)
+        check_balance(logs, loop, driven=kind == Kind.VALVE_FLOW)
     if kind == Kind.FRICTION:
         return friction(logs, loop, piston)
     if loop is None or piston is None:

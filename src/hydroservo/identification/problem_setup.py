@@ -1,0 +1,112 @@
+"""What is fitted to what: a scenario and its logs as a problem of least squares."""
+
+from collections.abc import Sequence
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydroservo.block import value_at
+from hydroservo.errors import ScenarioError
+from hydroservo.identification.experiment import Experiment, experiment, played_path
+from hydroservo.identification.problem import Ends, Problem, Values, unknowns_of, usual_values
+from hydroservo.identification.segments import Segment, Understood
+from hydroservo.identification.steps import first_steps
+from hydroservo.identification.unseen import begins_in_motion, with_unseen
+from hydroservo.loop import AUTO, Loop
+from hydroservo.runs.space import Space
+from hydroservo.scenario.datasheets import columns_of
+from hydroservo.scenario.load import Assembly
+from hydroservo.scenario.sampling import Variation, parameters_of
+
+__all__ = ["problem_of"]
+
+TRIED = 16  # points of the ranges, besides three on their diagonal, that show which numbers differ
+
+
+def problem_of(
+    assembly: Assembly,
+    varied: Sequence[Variation],
+    freed: Sequence[Variation],
+    taken: Sequence[Understood],
+    threads: int,
+    delays: Ends = None,
+) -> Problem:
+    """What is fitted to what.
+
+    Args:
+        assembly: the scenario.
+        varied: what is sought.
+        freed: what is uncertain besides; the fit begins at its nominal values.
+        taken: the logs.
+        threads: how many to use.
+        delays: between which that of each log is sought [s].
+    """
+    own = {one.path: own_value(assembly, one.path) for one in varied}
+    own |= {one.path: value for one in freed if (value := one.nominal) is not None}
+    varied = [*varied, *freed]
+    space = Space({one.path: (one.low, one.high) for one in varied})
+    numbers = tuple(parameters_of(assembly, varied, space.values(consistent_points(assembly, space))))
+    constructed = [path for path in numbers if path in assembly.arguments or path not in space.ranges]
+    columns, paths = partial(played_columns, assembly, varied, constructed), tuple(map(played_path, numbers))
+    segments = [one for log in taken for one in log.segments]
+    experiments = [played(assembly.loop, segments, i, paths) for i in range(len(segments))]
+    spread = spreads(segments)
+    unknowns = unknowns_of(space, experiments, spread, delays, [one.path for one in freed])
+    usual = usual_values(own, space, unknowns)
+    automatic = assembly.loop.simulation.substeps == AUTO
+    return Problem(experiments, space, columns, unknowns, spread, usual, threads, delays, automatic)
+
+
+def played(loop: Loop, segments: Sequence[Segment], i: int, paths: Sequence[str]) -> Experiment:
+    """A loop that plays a segment; where that begins in motion, states that no sensor shows are sought."""
+    moving = begins_in_motion(segments, i)
+    one = experiment(loop, segments[i], paths, first_steps(loop, segments[i]), moving)
+    return with_unseen(one) if moving else one
+
+
+def played_columns(
+    assembly: Assembly, varied: Sequence[Variation], constructed: Sequence[str], values: Values
+) -> Values:
+    """The numbers that follow from some values of what is sought, by path in a loop that plays a segment.
+
+    Args:
+        assembly: the scenario.
+        varied: what is sought.
+        constructed: paths of numbers that constructors make, there even where they are the scenario's.
+        values: of what is sought, by path.
+    """
+    columns = parameters_of(assembly, varied, values, always=constructed)
+    return {played_path(path): row for path, row in columns.items()}
+
+
+def consistent_points(assembly: Assembly, space: Space) -> NDArray[np.float64]:
+    """Points within ranges at which what constructors take goes together; all that were tried, if none."""
+    from scipy.stats import qmc
+
+    count = len(space.ranges)
+    others = qmc.LatinHypercube(count, rng=np.random.default_rng(0)).random(TRIED)
+    points = np.concatenate([np.repeat([[0.5], [0.25], [0.75]], count, axis=1), others])
+    there = np.ones(len(points), dtype=bool)
+    for i in range(len(points)):
+        values = space.values(points[i : i + 1])
+        try:
+            columns_of(assembly, {path: row for path, row in values.items() if path in assembly.arguments})
+        except ScenarioError:
+            there[i] = False
+    return points[there] if there.any() else points
+
+
+def own_value(assembly: Assembly, path: str) -> float:
+    """The value that the scenario has at a path."""
+    argument = assembly.arguments.get(path)
+    return argument.value if argument is not None else float(value_at(assembly.loop, path))
+
+
+def spreads(segments: Sequence[Segment]) -> dict[tuple[int, str], float]:
+    """The standard deviation of each log's signals."""
+    rows: dict[tuple[int, str], list[NDArray[np.float64]]] = {}
+    for one in segments:
+        for name, values in one.measured.items():
+            rows.setdefault((one.log, name), []).append(values)
+    return {key: float(np.nanstd(np.concatenate(parts))) for key, parts in rows.items()}
