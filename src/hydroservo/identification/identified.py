@@ -145,7 +145,8 @@ def identified(
     check_positions(taken, longest_stroke(assembly, varied))
     check_loads(taken, varied)
     check_balance(taken, assembly.loop, driven=False)
-    freed = uncertain_numbers(assembly, varied, [LOAD] if forces_recorded(taken) else [])
+    idle = [LOAD] if forces_recorded(taken) else []
+    freed = uncertain_numbers(assembly, varied, idle) if horizon is None else []
     problem = problem_of(assembly, varied, freed, taken, threads, delays)
     problem, best = solved(problem, seed, horizon, report)
     shown = misfit(problem, best.x, best.weights)
