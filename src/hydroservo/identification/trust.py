@@ -22,8 +22,9 @@ Matrix = NDArray[np.float64]
 def identifiable(problem: Problem, x: Matrix, weights: Weights, sure: Uncertainty) -> NDArray[np.bool_]:
     """Which of the parameters the logs tell, shape (parameters,).
 
-    One is told if its 95 % interval is at most half of its range, and hardly any of its variance comes from
-    directions, mixtures of all that is sought, which the logs do not tell: that leave more than a tenth of a
+    One is told if its 95 % interval is at most half of its range, and hardly any of its variance, or next to
+    nothing of its range, comes from directions, mixtures of all that is sought, which the logs do not tell:
+    that leave more than a tenth of a
     range as a deviation, or along which what is lost by going to an end of the interval, simulated there, is
     not between a quarter and four times what slopes at the optimum say, so that the interval means nothing.
     Numbers that are uncertain but not sought go along with each direction as the logs want it.
@@ -50,7 +51,8 @@ def identifiable(problem: Problem, x: Matrix, weights: Weights, sure: Uncertaint
     shares = vectors**2 / values
     doubtful = shares[:, untold].sum(axis=1) / shares.sum(axis=1)
     told = 2.0 * NORMAL * sure.deviations <= WIDEST
-    told[sought] &= doubtful < SHARE
+    part = sure.deviations[sought] * np.sqrt(doubtful)
+    told[sought] &= (doubtful < SHARE) | (part < SURE)
     found: NDArray[np.bool_] = told[: len(problem.space.ranges)]
     return found
 
