@@ -28,8 +28,6 @@ class Spreads(NamedTuple):
 
     conditions: float = 0.5  # that all laws meet alike
     own: float = 0.15  # of how one law does on a condition
-    searches: float = 0.04
-    runs: float = 0.05
 
 
 USUAL = Spreads()
@@ -38,7 +36,6 @@ USUAL = Spreads()
 def trials(
     rng: np.random.Generator,
     levels: Mapping[str, float],
-    searches: int = 5,
     conditions: int = 200,
     spreads: Spreads = USUAL,
     draw: Draw = normal,
@@ -47,11 +44,9 @@ def trials(
     common = spreads.conditions * draw(rng, conditions)
     found = {}
     for law, level in levels.items():
-        shape = (searches, conditions)
         log = np.log(level) + common + spreads.own * draw(rng, conditions)
-        log = log + spreads.searches * draw(rng, (searches, 1)) + spreads.runs * draw(rng, shape)
-        none, calm = np.zeros(shape, dtype=np.bool_), np.ones(shape)
-        found[law] = Trials(np.arange(conditions), np.exp(log), none, calm)
+        none, calm = np.zeros(conditions, dtype=np.bool_), np.ones(conditions)
+        found[law] = Trials(np.arange(conditions), np.exp(log), none, calm, np.zeros(conditions))
     return found
 
 
@@ -61,40 +56,44 @@ def with_lost(one: Trials, lost: NDArray[np.bool_]) -> Trials:
 
 
 def rows(one: Trials, law: str, cell: str, **columns: Any) -> pd.DataFrame:
-    """The table of a law's runs, half of the searches with each optimiser."""
-    searches, conditions = one.lost.shape
-    index = np.repeat(np.arange(searches), conditions)
+    """The table of a law's runs with the gains of one point of its front."""
     plain = {
         "law": law,
         "cell": cell,
-        "optimiser": np.where(index % 2, "cma", "de"),
-        "search_seed": index // 2,
-        "effort": 0.0,
-        "budget": 64,
+        "search_seed": 0,
+        "point": 0,
+        "candidates": 64,
+        "moved": 0.0,
         "split": "test",
-        "condition": np.tile(one.conditions, searches),
+        "condition": one.conditions,
         "scale": np.nan,
-        "error": np.where(one.lost, np.inf, one.error).ravel(),
-        "activity": one.activity.ravel(),
-        "lost": one.lost.ravel(),
+        "error": np.where(one.lost, np.inf, one.error),
+        "activity": one.activity,
+        "swing": one.swing,
+        "lost": one.lost,
         "parameters": "{}",
         "edges": "[]",
     }
     return pd.DataFrame(plain | columns)
 
 
-def manifest(laws: Mapping[str, Mapping[str, str]]) -> dict[str, Any]:
+def manifest(laws: Mapping[str, Mapping[str, str]], reference: str = "pi") -> dict[str, Any]:
     """What study.json says of laws: if nothing else, a family of its own, and sensors VP."""
     usual = {"observer": "", "wrapper": "", "class": "VP", "without": ""}
-    return {"laws": {name: {"family": name} | usual | dict(own) for name, own in laws.items()}}
+    return {
+        "laws": {name: {"family": name} | usual | dict(own) for name, own in laws.items()},
+        "reference": reference,
+        "kinds": ["sine", "square"],
+        "search": {"levels": [0.5, 1.0, 2.0]},
+    }
 
 
-def coverage(studies: int, searches: int, conditions: int, spreads: Spreads, draw: Draw) -> float:
+def coverage(studies: int, conditions: int, spreads: Spreads, draw: Draw) -> float:
     """The share of studies in which the interval of two laws' ratio of errors, 95 %, holds the true one."""
     rng = np.random.default_rng(11)
     held = 0
     for _ in range(studies):
-        runs = trials(rng, {"a": 0.9, "b": 1.0}, searches, conditions, spreads, draw)
+        runs = trials(rng, {"a": 0.9, "b": 1.0}, conditions, spreads, draw)
         found = difference(runs["a"].logs(), runs["b"].logs())
         held += bool(found.low <= np.log(0.9) <= found.high)
     return held / studies

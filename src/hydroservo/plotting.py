@@ -37,7 +37,8 @@ def plot(results: "Runs | Records", metric: str | None = None) -> "Figure":
     metric against each number that varied; frequency responses are shown by
     :func:`~hydroservo.figures.bode.plot_bode`, a linear model by its poles, a search by the metric before and
     after, an identification by how its first log is met, a map by its curve and its scatter, limits by the
-    best commands beside the law's, an audit by its margins, and a study by its map of who wins where.
+    best commands beside the law's, an audit by its margins, and a study by its fronts of error and
+    command activity.
     Notebooks show the picture; ``savefig`` writes it.
 
     Args:
@@ -96,7 +97,7 @@ def picture_of_record(results: "Runs | Records") -> "Figure | None":
     from hydroservo.linear import Linearization
     from hydroservo.runs.tuned import Tuned
     from hydroservo.studies.report.findings import findings
-    from hydroservo.studies.report.pictures import the_map
+    from hydroservo.studies.report.pictures import fronts
     from hydroservo.studies.running import Studied
 
     pictures: dict[type, Callable[[Any], Figure]] = {
@@ -106,7 +107,7 @@ def picture_of_record(results: "Runs | Records") -> "Figure | None":
         Linearization: plot_poles,
         LogFit: plot_fit,
         StaticMap: plot_static_map,
-        Studied: lambda found: the_map(findings(found.manifest, found.verdicts)),
+        Studied: lambda found: fronts(findings(found.manifest, found.verdicts)),
         Tuned: plot_tuned,
     }
     draw = pictures.get(type(results))

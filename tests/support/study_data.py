@@ -1,7 +1,7 @@
 """A study's manifest and table, made up: no loop is simulated.
 
 Six pulls with three observers each, and three laws without a part, in twelve cells; one of the cells is
-so hard that no law stays stable in it.
+so hard that no law stays stable in it. Each law has a front of five points in each cell.
 """
 
 import json
@@ -10,6 +10,8 @@ from itertools import product
 
 import numpy as np
 import pandas as pd
+
+from hydroservo.studies.search import COLUMNS
 
 __all__ = ["made_up_limits", "made_up_manifest", "made_up_table", "part_of", "write_conditions"]
 
@@ -29,10 +31,15 @@ AXES = {
     "valve": ("valve lag τ ωₕ", {"quick": "0.3", "lagging": "3"}),
 }
 HARDEST = {"rate": "slow", "noise": "high", "valve": "lagging"}
-EFFORTS = (0.0, 0.1, 0.3)
+POINTS = (
+    -0.9,
+    -0.45,
+    0.0,
+    0.6,
+    1.2,
+)  # of a front: logarithms of its activity over what the law is at home with
 SPLITS = {"train": 4, "validation": 6, "test": 16}
 SCALES = (1.0, 1.5, 2.0, 3.0)
-BUDGETS = (64, 128, 256, 512, 1024)
 LIMITED = 4  # test conditions of each cell
 
 
@@ -67,9 +74,9 @@ def made_up_manifest():
         "metric": "rms error",
         "unit": "m/s",
         "reference": "PI+ESO",
-        "kinds": ["sine"],
+        "kinds": ["sine", "square"],
         "conditions": {**SPLITS, "stress": list(SCALES)},
-        "search": {"candidates": BUDGETS[-1], "seeds": 5, "optimisers": ["de"], "efforts": list(EFFORTS)},
+        "search": {"candidates": 1024, "seeds": 1, "levels": [0.5, 1.0, 2.0]},
     }
     return json.loads(json.dumps(manifest, sort_keys=True))
 
@@ -102,15 +109,13 @@ def write_conditions(manifest, folder):
         file.write_text(json.dumps({"test": each}), "utf-8")
 
 
-def made_up_table(manifest=None, seeds=5, optimisers=("de",), budgets=BUDGETS, seed=1):
+def made_up_table(manifest=None, seed=1):
     """All parts of the study as one table, made of a few factors and noise."""
     manifest = manifest or made_up_manifest()
     parts = [
-        part(manifest, law, cell, optimiser, search, budgets, np.random.default_rng([seed, a, b, c, d]))
+        part(manifest, law, cell, np.random.default_rng([seed, a, b]))
         for a, law in enumerate(manifest["laws"])
         for b, cell in enumerate(manifest["cells"])
-        for c, optimiser in enumerate(optimisers)
-        for d, search in enumerate(range(1, seeds + 1))
     ]
     return pd.concat(parts, ignore_index=True)
 
@@ -127,57 +132,43 @@ def made_up_limits(table):
     return least.assign(clairvoyant=clairvoyant, causal=1.4 * clairvoyant, converged=ended)
 
 
-def part(manifest, law, cell, optimiser, search, budgets, random):
-    """One unit: a law's gains, searched once on a cell."""
+def part(manifest, law, cell, random):
+    """One unit: the front of a law in a cell."""
     conditions = [(split, i, math.nan) for split, count in SPLITS.items() for i in range(count)]
     conditions += [("stress", i, scale) for i, scale in enumerate(SCALES)]
-    rows = pd.DataFrame(product(EFFORTS, budgets, conditions), columns=["effort", "budget", "where"])
+    rows = pd.DataFrame(product(range(len(POINTS)), conditions), columns=["point", "where"])
     split, condition, scale = zip(*rows.pop("where"), strict=True)
     rows = rows.assign(split=split, condition=np.array(condition, np.int64), scale=scale)
     level, risk, restless = truth(manifest["laws"][law], manifest["cells"][cell])
     common = np.random.default_rng([99, list(manifest["cells"]).index(cell)]).normal(0.0, 0.25, 1000)
-    luck = random.exponential(0.4)
+    lively = np.array(POINTS)[rows["point"]]
     hard = np.nan_to_num(rows["scale"].to_numpy(), nan=1.0)
     error = 1e-3 * np.exp(
         level
         + common[rows["condition"] + 100 * rows["split"].map([*SPLITS, "stress"].index)]
-        + luck * (rows["budget"] / 64.0) ** -1.1
-        + 0.8 * rows["effort"]
+        - 0.3 * lively
         + 0.3 * (hard - 1.0)
         + random.normal(0.0, 0.04, len(rows))
     )
-    lost = random.random(len(rows)) < np.where(
+    lost = np.tile(random.random(len(conditions)), len(POINTS)) < np.where(
         hard > 1.0, np.minimum(risk + 0.12 * (hard - 1.0) * level**2, 1.0), risk
     )
+    swing = np.where(rows["split"] == "test", np.where(rows["condition"] == 5, 0.2, 0.0), np.nan)
+    gains = [json.dumps({"controller.gain": round(10.0 * math.exp(one), 3)}) for one in POINTS]
     rows = rows.assign(
         law=law,
         cell=cell,
-        optimiser=optimiser,
-        search_seed=search,
+        search_seed=0,
+        candidates=1024,
+        moved=0.004 + 0.01 * (manifest["laws"][law]["family"] == "TSMC"),
         error=np.where(lost, math.inf, error),
-        activity=restless * np.exp(-3.0 * rows["effort"] + random.normal(0.0, 0.05, len(rows))),
+        activity=restless * np.exp(lively + random.normal(0.0, 0.02, len(rows))),
+        swing=swing,
         lost=lost,
-        parameters=json.dumps({"controller.gain": round(10.0 * math.exp(luck), 3)}),
+        parameters=np.array(gains)[rows["point"]],
         edges="[]",
     )
-    return rows[
-        [
-            "law",
-            "cell",
-            "optimiser",
-            "search_seed",
-            "effort",
-            "budget",
-            "split",
-            "condition",
-            "scale",
-            "error",
-            "activity",
-            "lost",
-            "parameters",
-            "edges",
-        ]
-    ]
+    return rows[list(COLUMNS)]
 
 
 def truth(law, cell):
@@ -194,5 +185,5 @@ def truth(law, cell):
     level += WITHOUT.get(law["without"], 0.0) + (law["observer"] == "HGDO") * 0.2 * noisy
     risk = 0.03 * switching * noisy * slow
     if cell == HARDEST:
-        risk = 1.0
+        risk = 0.6
     return level, risk, 40.0 * math.exp(1.2 * noisy + 0.9 * switching - 0.3 * (law["family"] == "PI"))

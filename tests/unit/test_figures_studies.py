@@ -1,7 +1,7 @@
 """Pictures of a study: what is where, in which colour, and that no name covers another."""
 
 import math
-from itertools import combinations, pairwise, product
+from itertools import combinations, product
 
 import numpy as np
 import pytest
@@ -10,17 +10,15 @@ from hypothesis import strategies as st
 from matplotlib.colors import to_hex
 from matplotlib.text import Text
 
-from hydroservo.figures.studies.curves import BudgetCurve, plot_curves, shared_beginning
 from hydroservo.figures.studies.distance import Distance, plot_distance
 from hydroservo.figures.studies.factorial import Combination, FactorShare, plot_factorial
 from hydroservo.figures.studies.forest import LESS, MORE, TIE, RatioLine, in_brackets, plot_forest
-from hydroservo.figures.studies.front import FrontPoint, plot_front, staircase
+from hydroservo.figures.studies.fronts import FrontLine, FrontPanel, plot_fronts, staircase
 from hydroservo.figures.studies.grid import Axis, Grid, Level, Place
 from hydroservo.figures.studies.looks import family_colours
 from hydroservo.figures.studies.map import HATCH, Winner, plot_map, shade
 from hydroservo.figures.studies.names import Named, name_points
-from hydroservo.figures.studies.regret import FILLS, plot_regret
-from hydroservo.figures.studies.scales import round_ticks, spread_out
+from hydroservo.figures.studies.scales import round_ticks
 from hydroservo.figures.studies.target import TargetPoint, plot_target
 from hydroservo.figures.style import save_picture
 from hydroservo.formatting import NONE
@@ -91,19 +89,6 @@ def test_a_greater_margin_is_a_stronger_colour():
     assert red == sorted(red, reverse=True)
 
 
-@pytest.mark.parametrize(("ratio", "place"), [(1.0, 0), (1.1, 1), (1.11, 2), (1.5, 2), (2.0, 3), (2.01, 4)])
-def test_regret_has_a_colour_for_each_range(ratio, place):
-    fig = plot_regret(grid_of(1), {"PI": {"a0": ratio}})
-    assert to_hex(fig.axes[0].patches[0].get_facecolor()) == FILLS[place]
-
-
-def test_regret_counts_the_cells_near_the_best_among_those_that_any_law_masters():
-    ratios = dict(zip(grid_of(2, 2).cells, (1.0, 1.09, math.inf, math.nan), strict=True))
-    fig = plot_regret(grid_of(2, 2), {"PI": ratios}, near=1.1)
-    assert "near best: 2 of 3" in [text.get_text() for text in fig.axes[0].texts]
-    assert sum(patch.get_hatch() is not None for patch in fig.axes[0].patches) == 1
-
-
 def test_the_colours_of_a_forest_say_what_is_sure():
     lines = [
         RatioLine("a", 0.8, 0.7, 0.9, True),
@@ -127,10 +112,10 @@ def test_an_interval_beyond_the_axis_leaves_it_with_an_arrow():
 def test_names_of_points_cover_neither_each_other_nor_leave_the_panel():
     random = np.random.default_rng(3)
     points = [
-        FrontPoint(f"law number {i}", FAMILIES[i % 3], float(y), float(x), math.nan, i < 12)
-        for i, (x, y) in enumerate(np.exp(random.normal(0.0, 0.3, (40, 2))))
+        TargetPoint(f"law number {i}", FAMILIES[i % 3], float(y), float(x), "linear")
+        for i, (x, y) in enumerate(np.exp(random.normal(0.0, 0.5, (12, 2))))
     ]
-    fig = plot_front(points, FAMILIES, "rms error", "m/s")
+    fig = plot_target(points, FAMILIES, "rms error", "m/s")
     fig.draw_without_rendering()
     axis = fig.axes[0]
     boxes = [Text.get_window_extent(text) for text in axis.texts]
@@ -140,12 +125,33 @@ def test_names_of_points_cover_neither_each_other_nor_leave_the_panel():
 
 
 def test_where_all_is_taken_a_name_is_still_written():
-    fig = plot_front([FrontPoint("a", "PI", 1.0, 1.0, 2.0, True)], FAMILIES, "error", "m")
+    fig = plot_target([TargetPoint("a", "PI", 1.0, 1.0, "linear")], FAMILIES, "error", "m")
     axis = fig.axes[0]
     crowd = [(x, y) for x in np.geomspace(*axis.get_xlim(), 60) for y in np.geomspace(*axis.get_ylim(), 60)]
     before = len(axis.texts)
     name_points(fig, axis, [Named("b", 1.0, 1000.0, "black")], crowd)
     assert len(axis.texts) == before + 1
+
+
+@pytest.mark.parametrize(("cells", "rows"), [(1, 1), (3, 1), (4, 1), (5, 2), (8, 2)])
+def test_fronts_have_a_panel_a_cell_and_a_colour_for_each_named_law(cells, rows):
+    lines = [
+        FrontLine("pi", [0.5, 1.0], [(1.2, 1.1, 1.3), (1.0, 1.0, 1.0)], [(1.0, 1.0)]),
+        FrontLine("lq", [1.0, 4.0], [(0.9, 0.8, 1.0), (0.6, 0.5, 0.7)], [(1.0, 0.9), (4.0, 0.6)]),
+        FrontLine("other", [2.0], [(0.8, 0.7, 0.9)], []),
+    ]
+    panels = [FrontPanel(f"cell {i}", 1e-3, 2.5, lines) for i in range(cells)]
+    fig = plot_fronts(panels, ["pi", "lq"], "pi", [0.5, 1.0, 8.0], "m/s")
+    drawn = [axis for axis in fig.axes if axis.get_title(loc="left")]
+    assert [axis.get_title(loc="left") for axis in drawn] == [
+        f"cell {i}\n1.00 mm/s at 2.5 %/s" for i in range(cells)
+    ]
+    assert fig.axes[0].get_subplotspec().get_geometry()[0] == rows
+    assert [text.get_text() for text in fig.legends[0].texts] == ["pi", "lq", "other laws"]
+    colours = [to_hex(line.get_color()) for line in drawn[0].lines if len(line.get_xdata()) == 2]
+    assert len(set(colours)) == 3  # that of the reference's error, and of two laws
+    assert len([line for line in drawn[0].lines if line.get_marker() == "."]) == 3
+    assert len(drawn[0].collections) == 2  # bands
 
 
 def test_the_line_of_a_front_falls_in_steps():
@@ -164,40 +170,6 @@ def test_a_factorial_prints_each_pair_and_each_share():
     assert len(plot_factorial(pairs, [], "ratio").axes) == 1
 
 
-@pytest.mark.parametrize("laws", [3, 9])
-def test_each_law_has_a_line_with_its_name(laws):
-    curves = [
-        BudgetCurve(
-            f"{FAMILIES[i % 3]}+{i}",
-            FAMILIES[i % 3],
-            [64, 128],
-            [2.0 + i, 1.0 + i],
-            [1.0] * 2,
-            [9.0, math.inf],
-        )
-        for i in range(laws)
-    ]
-    fig = plot_curves(curves, FAMILIES, "error", "m/s")
-    names = [text.get_text() for axis in fig.axes for text in axis.texts]
-    expected = [curve.law for curve in curves] if laws == 3 else [str(i) for i in range(laws)]
-    assert sorted(names) == sorted(expected)
-    assert len(fig.axes) == (1 if laws == 3 else 3)
-
-
-@pytest.mark.parametrize(
-    ("names", "shared"),
-    [
-        (["PI+ESO", "PI+HGDO"], "PI+"),
-        (["PI+ESO"], ""),
-        (["PI", "PID"], ""),
-        (["a b c", "a b d"], "a b "),
-        (["a b", "a c"], "a "),
-    ],
-)
-def test_what_names_share_ends_at_a_word(names, shared):
-    assert shared_beginning(names) == shared
-
-
 def test_bars_begin_at_the_limit_and_those_below_it_are_seen():
     lines = [
         Distance("a", "PI", 2.0, 1.9, 2.2),
@@ -210,19 +182,6 @@ def test_bars_begin_at_the_limit_and_those_below_it_are_seen():
     assert [bar.get_width() for bar in bars] == pytest.approx([1.0, -0.2])
     assert axis.get_xlim()[0] < 0.7
     assert {"2.00", "0.800", " lost", " causal limit"} == {text.get_text() for text in axis.texts}
-
-
-@given(st.lists(st.floats(0.0, 1.0), max_size=12), st.floats(0.0, 0.2))
-def test_what_is_spread_out_keeps_its_order_range_and_distance(wanted, gap):
-    places = spread_out(wanted, gap, 0.0, 1.0)
-    assert all(-1e-9 <= place <= 1.0 + 1e-9 for place in places)
-    possible = min(gap, 1.0 / max(len(wanted) - 1, 1))
-    in_order = [places[i] for i in sorted(range(len(wanted)), key=lambda i: wanted[i])]
-    assert all(b - a >= possible - 1e-6 for a, b in pairwise(in_order))
-
-
-def test_what_does_not_touch_stays():
-    assert spread_out([0.9, 0.1, 0.5], 0.2, 0.0, 1.0) == pytest.approx([0.9, 0.1, 0.5])
 
 
 @given(st.floats(1e-6, 1e6), st.floats(1.05, 1e6))

@@ -1,62 +1,46 @@
 """A study's verdicts as tables of a terminal."""
 
-from math import isnan
 from typing import TYPE_CHECKING
 
 from rich.table import Table
 
 from hydroservo.cli.tables import show
-from hydroservo.formatting import number, quantity
-from hydroservo.studies.sentences import sentence
+from hydroservo.formatting import quantity
 
 if TYPE_CHECKING:
-    from hydroservo.studies.cell_verdict import CellVerdict
     from hydroservo.studies.running import Studied
 
 __all__ = ["show_study"]
 
-HEADS = (
-    "law",
-    "error, middle search",
-    "its quartiles",
-    "regret, all searches",
-    "lost",
-    "survives",
-    "activity",
-    "over the limit",
-)
+ABOUT = "Bold: the least error of those so calm, and what nobody is surely better than."
 
 
 def show_study(found: "Studied") -> None:
-    """A table a cell: each law's error over its searches, regret, lost runs, and what it survives.
-
-    Where limits were sought it has the law's multiple of the clairvoyant one, on the conditions that have it.
-    """
-    for cell, verdict in found.verdicts.cells.items():
-        show(cell_table(found, cell, verdict), sentence(verdict.best), "")
+    """A table a cell: the error of each law at each level of activity."""
+    for cell, activity in found.verdicts.activity.items():
+        show(cell_table(found, cell, activity), ABOUT, "")
 
 
-def cell_table(found: "Studied", cell: str, verdict: "CellVerdict") -> Table:
-    """The laws of a cell, the best first."""
-    levels = ", ".join(f"{axis} {level}" for axis, level in found.manifest["cells"][cell].items())
-    table = Table(title=levels or str(found.manifest["title"]), title_justify="left")
-    unit = found.manifest["unit"]
-    least = verdict.limit.laws
-    for name in HEADS if least else HEADS[:-1]:
-        table.add_column(name, justify="left" if name == "law" else "right")
-    order = sorted(verdict.standings, key=lambda law: verdict.regret[law])
-    for law in order:
-        one = verdict.standings[law]
-        ends = f"{quantity(one.error_low, unit)} to {quantity(one.error_high, unit)}"
-        tie = law in verdict.best.ties
-        table.add_row(
-            f"[bold]{law}[/bold]" if tie else law,
-            quantity(one.error, unit),
-            ends,
-            f"{verdict.regret[law]:.2f}",
-            f"{100.0 * one.lost.value:.1f} %",
-            "-" if isnan(one.survived) else f"{one.survived:g} x",
-            f"{one.activity:.1f} %/s",
-            *([f"{number(least[law].clairvoyant)} times"] if least else []),
-        )
+def cell_table(found: "Studied", cell: str, activity: float) -> Table:
+    """The laws of a cell, the one with the least error first."""
+    levels, unit = found.verdicts.levels, found.manifest["unit"]
+    where = ", ".join(f"{axis} {level}" for axis, level in found.manifest["cells"][cell].items())
+    title = f"{where or found.manifest['title']}: {found.manifest['metric']} at most so active"
+    table = Table(title=title, title_justify="left")
+    table.add_column("law")
+    for level in levels:
+        table.add_column(f"{quantity(float(level) * activity, '')} %/s", justify="right")
+    standings = [one.cells[cell] for one in levels.values() if cell in one.cells]
+    least: dict[str, float] = {}
+    for own in standings:
+        for law, standing in own.standings.items():
+            least[law] = min(least.get(law, standing.error), standing.error)
+    for law in sorted(least, key=lambda one: least[one]):
+        texts = []
+        for verdict in levels.values():
+            at = verdict.cells.get(cell)
+            there = at.standings.get(law) if at else None
+            text = quantity(there.error, unit) if there else "cannot"
+            texts.append(f"[bold]{text}[/bold]" if at and law in at.best.ties else text)
+        table.add_row(law, *texts)
     return table

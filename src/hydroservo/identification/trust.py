@@ -24,9 +24,9 @@ def identifiable(problem: Problem, x: Matrix, weights: Weights, sure: Uncertaint
 
     One is told if its 95 % interval is at most half of its range, and hardly any of its variance, or next to
     nothing of its range, comes from directions, mixtures of all that is sought, which the logs do not tell:
-    that leave more than a tenth of a
-    range as a deviation, or along which what is lost by going to an end of the interval, simulated there, is
-    not between a quarter and four times what slopes at the optimum say, so that the interval means nothing.
+    that leave more than a tenth of a range as a deviation, or along which what is lost by going to an end of
+    the interval, simulated there, is not between a quarter and four times what slopes at the optimum say, so
+    that the interval means nothing.
     Numbers that are uncertain but not sought go along with each direction as the logs want it.
 
     Args:

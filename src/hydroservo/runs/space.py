@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["CANDIDATES", "Space", "minimum"]
+__all__ = ["CANDIDATES", "Space", "first_points", "minimum"]
 
 Numbers = NDArray[np.float64]
 
@@ -27,6 +27,16 @@ class Space(NamedTuple):
             found[path] = np.clip(between, low, high)
         return found
 
+    def units(self, values: Numbers) -> Numbers:
+        """The points of the cube that have some parameters, both of shape (candidates, paths)."""
+        found = np.empty_like(values)
+        for k, (low, high) in enumerate(self.ranges.values()):
+            own = values[:, k]
+            found[:, k] = (
+                np.log(own / low) / np.log(high / low) if low * high > 0.0 else (own - low) / (high - low)
+            )
+        return np.clip(found, 0.0, 1.0)
+
     def rounded(self, unit: Numbers) -> dict[str, float]:
         """Parameters by path for one point of shape (paths,), with few digits."""
         found = {}
@@ -36,16 +46,22 @@ class Space(NamedTuple):
         return found
 
 
+def first_points(dimensions: int, seed: int) -> Numbers:
+    """Points spread over the unit cube, shape (CANDIDATES, dimensions)."""
+    from scipy.stats import qmc
+
+    found = qmc.LatinHypercube(dimensions, rng=np.random.default_rng(seed)).random(CANDIDATES)
+    return np.asarray(found)
+
+
 def minimum(cost: Callable[[Numbers], Any], dimensions: int, generations: int, seed: int) -> Numbers:
     """The point of the unit cube at which a function of points of shape (dimensions, points) is smallest."""
     from scipy.optimize import differential_evolution
-    from scipy.stats import qmc
 
-    first = qmc.LatinHypercube(dimensions, rng=np.random.default_rng(seed)).random(CANDIDATES)
     found = differential_evolution(
         cost,
         [(0.0, 1.0)] * dimensions,
-        init=first,
+        init=first_points(dimensions, seed),
         maxiter=generations - 1,
         tol=0.0,
         atol=-1.0,  # never ends early: every law gets as many candidates

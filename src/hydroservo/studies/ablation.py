@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from hydroservo.studies.paired import UNKNOWN, interval, mean_of
+from hydroservo.studies.paired import exponentials, mean
 from hydroservo.studies.pairs import Pair, compared, ratio_between
 
 __all__ = ["Ratio", "Worth", "over_cells", "worths"]
@@ -79,6 +79,4 @@ def over_cells(ratios: Mapping[str, tuple[float, float, float]], confidence: flo
     known = [one for one in ratios.values() if not math.isnan(one[0])]
     if len(known) == 1:
         return Ratio(*known[0])
-    logs = np.log([one[0] for one in known])
-    found = interval(float(logs.mean()), ([mean_of(logs)], 0.0), confidence) if known else UNKNOWN
-    return Ratio(*(float(one) for one in np.exp([found.value, found.low, found.high])))
+    return Ratio(*exponentials(mean(np.log([one[0] for one in known]), confidence)))

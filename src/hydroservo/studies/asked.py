@@ -70,20 +70,20 @@ class Conditions(NamedTuple):
 
 
 class Search(NamedTuple):
-    """How the gains of every law are searched.
+    """How the fronts of every law are searched.
 
     Attributes:
-        candidates: of one search.
-        seeds: how many searches of each law, optimiser and effort.
-        optimisers: of ``de`` and ``cma``.
-        efforts: exponents of the command's activity in what is made small.
-        widen: how often a range may be widened at whose end a search stopped.
+        candidates: the most that one search tries.
+        seeds: how many searches of each law there are.
+        step: the longest integration step while searching [s]; None for those of the machine.
+        levels: activities of the command at which laws are compared, over that of the reference.
+        widen: how often a range may be widened at whose end a point of the front lies.
     """
 
     candidates: int
     seeds: int
-    optimisers: Sequence[str]
-    efforts: Sequence[float]
+    step: float | None
+    levels: Sequence[float]
     widen: int
 
 

@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 from itertools import product
@@ -10,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hydroservo.errors import ParameterError, ScenarioError
-from hydroservo.loop import AUTO
+from hydroservo.loop import AUTO, Loop
 from hydroservo.metrics import judged_by
 from hydroservo.nearest import one_of
 from hydroservo.runs.provenance import describe, scenario_text
@@ -19,6 +20,8 @@ from hydroservo.studies.conditions import Drawn, conditions_of
 from hydroservo.studies.contenders import Contender, contender
 from hydroservo.studies.search import Group, Task, command_range, found_by
 from hydroservo.work.unit import Unit, address
+
+SLACK = 1.25  # beyond the first and the last level, that a search goes
 
 __all__ = ["Cell", "Entrant", "cells_of", "entrants_of", "units_of"]
 
@@ -96,17 +99,31 @@ def fitting(study: Study, law: Law, cell: Cell) -> Contender:
     return found
 
 
-def units_of(study: Study, entrant: Entrant) -> Iterator[Unit]:
-    """The searches of a law in a cell."""
+def units_of(study: Study, entrant: Entrant, activity: float | None) -> Iterator[Unit]:
+    """The searches of a law in a cell.
+
+    Args:
+        study: the study.
+        entrant: the law there.
+        activity: of the reference there, of the training conditions; None for the reference.
+    """
     groups = [
-        Group(one.loop, {split: own[kind] for split, own in entrant.drawn.items() if kind in own})
+        Group(
+            one.loop,
+            coarse(one.loop, study.search.step),
+            {split: own[kind] for split, own in entrant.drawn.items() if kind in own},
+        )
         for kind, one in entrant.contender.assemblies.items()
     ]
     search, ranges = study.search, entrant.contender.ranges
     law, cell = entrant.law.name, entrant.cell.name
+    calmest, liveliest = search.levels[0] / SLACK, search.levels[-1] * SLACK
+    window = None
+    if activity is not None:
+        window = math.log(calmest * activity), math.log(liveliest * activity)
     about = [about_group(group) for group in groups]
-    for optimiser, seed, effort in product(search.optimisers, range(search.seeds), search.efforts):
-        asked = (law, cell, optimiser, seed, effort, study.metric, search.candidates, search.widen)
+    for seed in range(search.seeds):
+        asked = (law, cell, seed, study.metric, search.candidates, search.widen, calmest, window)
         task = Task(*asked, ranges, groups)
         key = address(
             {
@@ -115,14 +132,24 @@ def units_of(study: Study, entrant: Entrant) -> Iterator[Unit]:
                 "groups": about,
             }
         )
-        yield Unit(key, partial(found_by, task), f"{law} in {cell}, {optimiser} {seed}, effort {effort:g}")
+        yield Unit(key, partial(found_by, task), f"{law} in {cell}, search {seed}")
+
+
+def coarse(loop: Loop, step: float | None) -> Loop:
+    """A loop with integration steps as long as they may be [s], and no shorter ones than it has."""
+    simulation = loop.simulation
+    if step is None or isinstance(simulation.substeps, str):
+        return loop
+    few = max(1, math.ceil(simulation.period / step - 1e-9))
+    return loop._replace(simulation=simulation._replace(substeps=min(few, simulation.substeps)))
 
 
 def about_group(group: Group) -> dict[str, Any]:
     """What a group is, as text."""
-    loop, judges = scenario_text(group.loop), describe(group.loop.metrics)
+    judges = describe(group.loop.metrics)
     return {
-        "loop": loop,
+        "loop": scenario_text(group.loop),
+        "substeps": group.coarse.simulation.substeps,
         "judges": json.dumps(judges),
         "drawn": {split: about_drawn(one) for split, one in group.drawn.items()},
     }

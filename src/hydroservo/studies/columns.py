@@ -7,12 +7,11 @@ from hydroservo.errors import HydroservoError
 if TYPE_CHECKING:
     import pandas as pd
 
-__all__ = ["JUDGED", "SEARCH", "TRIED", "judged_columns"]
+__all__ = ["GAINS", "JUDGED", "judged_columns"]
 
-SEARCH = ["law", "cell", "optimiser", "search_seed"]  # name one search
-TRIED = [*SEARCH, "budget"]  # one search, stopped after so many candidates
-NAMES = ["law", "cell", "optimiser", "split"]
-JUDGED = [*TRIED, "effort", "split", "condition", "scale", "error", "activity", "lost"]
+GAINS = ["law", "cell", "search_seed", "point"]  # name the gains of one point of a front
+NAMES = ["law", "cell", "split"]
+JUDGED = [*GAINS, "moved", "split", "condition", "scale", "error", "activity", "swing", "lost"]
 
 
 def judged_columns(table: "pd.DataFrame") -> "pd.DataFrame":

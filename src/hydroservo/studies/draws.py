@@ -1,4 +1,4 @@
-"""Bootstrap of a law's mean over searches and conditions, the same numbers whatever else is compared."""
+"""Bootstrap of a law's mean over conditions, the same draws whatever else is compared."""
 
 from hashlib import sha256
 
@@ -13,25 +13,19 @@ __all__ = ["drawn_mean", "weights"]
 Numbers = NDArray[np.float64]
 
 
-def drawn_mean(trials: Trials, of_searches: Numbers, of_conditions: Numbers) -> Numbers:
-    """The mean logarithm of a law's errors, over draws of its searches and of the conditions.
+def drawn_mean(trials: Trials, drawn: Numbers) -> Numbers:
+    """The mean logarithm of a law's errors, over draws of the conditions.
 
     Args:
         trials: the law's test runs; lost ones do not count.
-        of_searches: how often each is drawn, of shape (resamples, searches): :func:`weights` by cell and law.
-        of_conditions: likewise, the same for all laws of a cell: :func:`weights` by cell.
+        drawn: how often each condition is drawn, of shape (resamples, conditions): :func:`weights`.
 
     Returns:
-        A number a draw; nan where none of the drawn runs counts, and everywhere with one search or one
-        condition.
+        A number a draw; nan where none of the drawn runs counts, and everywhere with one condition.
     """
     kept = (~trials.lost).astype(np.float64)
     with np.errstate(invalid="ignore"):
-        each = (of_searches @ np.where(trials.lost, 0.0, trials.logs())) / (of_searches @ kept)
-        if trials.lost.any() or len(kept) < 2:
-            of_conditions = np.where(np.isnan(each), 0.0, of_conditions)
-            each = np.nan_to_num(each)
-        found: Numbers = np.einsum("bc,bc->b", of_conditions, each) / of_conditions.sum(axis=1)
+        found: Numbers = (drawn @ np.where(trials.lost, 0.0, trials.logs())) / (drawn @ kept)
     return found
 
 

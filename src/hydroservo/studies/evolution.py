@@ -1,46 +1,95 @@
-"""The evolution strategy with adapted covariance, CMA-ES."""
-
-from collections.abc import Callable
-from typing import Any
+"""The evolution of points that are good in two ways at once, NSGA-II."""
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.runs.space import CANDIDATES
-
-__all__ = ["evolved"]
+__all__ = ["fittest", "offspring"]
 
 Numbers = NDArray[np.float64]
 
-WORST = 1e300  # stands for infinite costs, whose differences are no numbers
-STEP = 0.3  # standard deviation at first, of the cube's sides
+CROSSING, MUTATION = 15.0, 20.0  # distribution indices: the larger, the nearer children are to their parents
 
 
-def evolved(cost: Callable[[Numbers], Any], dimensions: int, generations: int, seed: int) -> None:
-    """Search the unit cube by CMA-ES, from its middle; once it has converged, again from a point drawn there.
+def offspring(units: Numbers, costs: Numbers, random: np.random.Generator) -> Numbers:
+    """As many new points of the unit cube as there are, near those that are better or more alone.
+
+    Parents are drawn in tournaments of two; children come from simulated binary crossover and polynomial
+    mutation, and are reflected into the cube.
 
     Args:
-        cost: of points of shape (dimensions, points); it keeps the best.
-        dimensions: of the cube.
-        generations: how many, of 64 points each, whatever converges before.
-        seed: of the search.
+        units: the points, shape (points, dimensions).
+        costs: their two costs, shape (points, 2).
+        random: the source of all draws.
 
-    Source: Hansen, The CMA evolution strategy: a tutorial, arXiv:1604.00772.
-    Fails to promise the best there is: another seed may find a better one.
+    Source: Deb, Pratap, Agarwal, Meyarivan 2002, doi:10.1109/4235.996017; Deb and Agrawal 1995, Simulated
+    binary crossover for continuous search space, Complex Systems 9, 115-148.
     """
-    starts = np.random.default_rng([seed, 1])
-    search = started(np.full(dimensions, 0.5), seed)
-    for _ in range(generations):
-        if search.should_stop():
-            search = started(starts.random(dimensions), int(starts.integers(2**31)))
-        points = [search.ask() for _ in range(CANDIDATES)]
-        found = np.minimum(cost(np.array(points).T), WORST)
-        search.tell([(point, float(one)) for point, one in zip(points, found, strict=True)])
+    count = len(units)
+    place = np.empty(count, dtype=np.int64)
+    place[fittest(costs, count)] = np.arange(count)
+    pairs = random.integers(count, size=(2, count))
+    parents = units[np.where(place[pairs[0]] < place[pairs[1]], pairs[0], pairs[1])]
+    return reflected(mutated(crossed(parents, random), random))
 
 
-def started(middle: Numbers, seed: int) -> Any:
-    """A search from a point of the unit cube."""
-    from cmaes import CMA
+def crossed(parents: Numbers, random: np.random.Generator) -> Numbers:
+    """Children of neighbouring parents, each number crossed in half of the cases."""
+    one, other = parents, np.roll(parents, 1, axis=0)
+    u = random.random(parents.shape)
+    power = 1.0 / (CROSSING + 1.0)
+    spread = np.where(u <= 0.5, (2.0 * u) ** power, (0.5 / (1.0 - u)) ** power)
+    child = 0.5 * ((1.0 + spread) * one + (1.0 - spread) * other)
+    return np.where(random.random(parents.shape) < 0.5, child, one)
 
-    bounds = np.tile([0.0, 1.0], (middle.size, 1))
-    return CMA(middle, STEP, bounds=bounds, population_size=CANDIDATES, seed=seed)
+
+def mutated(children: Numbers, random: np.random.Generator) -> Numbers:
+    """Children of which one number each, on average, has moved."""
+    u = random.random(children.shape)
+    power = 1.0 / (MUTATION + 1.0)
+    step = np.where(u < 0.5, (2.0 * u) ** power - 1.0, 1.0 - (2.0 * (1.0 - u)) ** power)
+    return children + np.where(random.random(children.shape) < 1.0 / children.shape[1], step, 0.0)
+
+
+def reflected(points: Numbers) -> Numbers:
+    """Points inside the unit cube, folded at its faces."""
+    return 1.0 - np.abs(1.0 - np.mod(points, 2.0))
+
+
+def fittest(costs: Numbers, count: int) -> NDArray[np.int64]:
+    """Which points are the best, in order: by rank, and among equals those that are most alone.
+
+    Args:
+        costs: of shape (points, 2), finite.
+        count: how many.
+    """
+    ranks = ranked(costs)
+    crowds = np.zeros(len(costs))
+    for rank in range(int(ranks.max()) + 1):
+        members = np.flatnonzero(ranks == rank)
+        crowds[members] = gaps(costs[members])
+    return np.lexsort((-crowds, ranks))[:count]
+
+
+def ranked(costs: Numbers) -> NDArray[np.int64]:
+    """The rank of each point: 0 on the front of all, 1 on that of those that are left without it, and on."""
+    each = costs[:, np.newaxis]
+    beats = np.logical_and((each <= costs).all(axis=2), (each < costs).any(axis=2))
+    ranks = np.full(len(costs), -1)
+    left, rank = np.ones(len(costs), dtype=np.bool_), 0
+    while left.any():
+        best = left & ~beats[left, :].any(axis=0)
+        ranks[best] = rank
+        left, rank = left & ~best, rank + 1
+    return ranks
+
+
+def gaps(costs: Numbers) -> Numbers:
+    """How far the neighbours of each point of a front are from each other; infinite at its ends."""
+    found = np.zeros(len(costs))
+    for own in costs.T:
+        order = np.argsort(own, kind="stable")
+        span = own[order[-1]] - own[order[0]]
+        found[order[[0, -1]]] = np.inf
+        if span > 0.0:
+            found[order[1:-1]] += (own[order[2:]] - own[order[:-2]]) / span
+    return found

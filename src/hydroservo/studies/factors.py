@@ -45,8 +45,7 @@ def effects(means: Mapping[str, Means], levels: Levels, confidence: float) -> di
 
     Source: Yates 1934, doi:10.1080/01621459.1934.10502686, on unequal numbers in the classes.
 
-    Fails: a factor that does nothing explains a little by luck. Intervals of few searches are somewhat
-    narrow.
+    Fails: a factor that does nothing explains a little by luck.
     """
     used = {law for one in means.values() for law in one.laws}
     varied = [name for name in FACTORS if len({levels[law][name] for law in used}) > 1]

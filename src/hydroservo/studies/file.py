@@ -11,6 +11,7 @@ from hydroservo.nearest import nearest, one_of
 from hydroservo.scenario.catalogue import named_source
 from hydroservo.scenario.layers import layered
 from hydroservo.scenario.overrides import nested
+from hydroservo.scenario.quantities import si_value
 from hydroservo.scenario.tables import Layer, Origin, Table, parsed
 from hydroservo.studies.asked import Axis, Conditions, Kind, Law, Level, ObserverChoice, Search, Study
 from hydroservo.studies.reading import changes_in, finite, known_keys, numbers, ranges_in, text, texts, whole
@@ -18,7 +19,7 @@ from hydroservo.studies.reading import changes_in, finite, known_keys, numbers, 
 __all__ = ["read_study", "studies", "study_source"]
 
 LARGEST = 1 << 20  # bytes
-OPTIMISERS = ("de", "cma")
+LEVELS = (0.5, 1.0, 2.0, 4.0, 8.0)
 NAME = "abcdefghijklmnopqrstuvwxyz0123456789-"  # of laws, levels and kinds: they name files
 
 
@@ -294,14 +295,44 @@ def search(table: Table) -> Search:
     Raises:
         ScenarioError: a part is not what it must be.
     """
-    known_keys(table, ("candidates", "seeds", "optimisers", "efforts", "widen"))
+    known_keys(table, ("candidates", "seeds", "step", "levels", "widen"))
     return Search(
-        whole(table, "candidates", 64, 1_000_000, 1024),
-        whole(table, "seeds", 1, 1000, 5),
-        texts(table, "optimisers", OPTIMISERS, ["de"]),
-        numbers(table, "efforts", 0.0, 10.0, [0.1]),
-        whole(table, "widen", 0, 5, 1),
+        whole(table, "candidates", 256, 1_000_000, 2048),
+        whole(table, "seeds", 1, 1000, 1),
+        step_in(table),
+        levels_in(table),
+        whole(table, "widen", 0, 5, 2),
     )
+
+
+def levels_in(table: Table) -> list[float]:
+    """Activities over that of the reference, its own among them.
+
+    Raises:
+        ScenarioError: they are not that.
+    """
+    found = numbers(table, "levels", 1e-3, 1e3, LEVELS)
+    if 1.0 not in found:
+        raise table.entry("levels").error("must contain 1, the activity of the reference")
+    return found
+
+
+def step_in(table: Table) -> float | None:
+    """The longest integration step while searching [s]; None, as those of the machine, where it is silent.
+
+    Raises:
+        ScenarioError: it is no time.
+    """
+    if not table.has("step"):
+        return None
+    entry = table.entry("step")
+    try:
+        found = si_value(str(entry.value), "s")
+    except ValueError as error:
+        raise entry.error(str(error)) from None
+    if not found > 0.0:
+        raise entry.error("must be a time above 0")
+    return found
 
 
 def limits(table: Table, most: int) -> int:

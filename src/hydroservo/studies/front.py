@@ -1,57 +1,51 @@
-"""What no other choice beats in all: the front of error, activity and robustness."""
-
-from collections.abc import Sequence
-from typing import NamedTuple
+"""Fronts of error and command activity: the points that no other beats in both."""
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["Point", "on_front", "with_front"]
+__all__ = ["gain", "on_front", "spaced"]
 
+Numbers = NDArray[np.float64]
 
-class Point(NamedTuple):
-    """One law with one weight of effort in one cell, at the full budget on the test conditions.
-
-    Attributes:
-        law: its name.
-        effort: the exponent of the command's activity in what was searched.
-        error: as of a :class:`~hydroservo.studies.standing.Standing`.
-        activity: likewise [%/s].
-        survived: likewise.
-        lost: the share of lost runs.
-        front: whether no other point is as good in all and better in one, among those that lose no more than
-            the rules allow.
-    """
-
-    law: str
-    effort: float
-    error: float
-    activity: float
-    survived: float
-    lost: float
-    front: bool
+MOST = float(np.log(2.0))  # by which a point of a front moves, where there was none before
 
 
-def with_front(points: Sequence[Point], most_lost: float) -> list[Point]:
-    """Points of a cell, told which are on the front.
-
-    Args:
-        points: of all laws and efforts.
-        most_lost: a point that loses a greater share of its runs is not on the front, and keeps no other from
-            it.
-    """
-    running = [i for i, one in enumerate(points) if one.lost <= most_lost]
-    costs = [(p.error, p.activity, 0.0 if np.isnan(p.survived) else -p.survived) for p in points]
-    front = on_front([costs[i] for i in running])
-    members = {i for i, member in zip(running, front, strict=True) if member}
-    return [one._replace(front=i in members) for i, one in enumerate(points)]
-
-
-def on_front(costs: ArrayLike) -> list[bool]:
+def on_front(costs: ArrayLike) -> NDArray[np.bool_]:
     """Whether each row is on Pareto's front: no other is at most as large in all columns, and smaller in one.
 
     Args:
         costs: of shape (points, what is to be small).
     """
     rows = np.asarray(costs, dtype=np.float64)
-    return [not ((rows <= row).all(axis=1) & (rows < row).any(axis=1)).any() for row in rows]
+    return np.array([not ((rows <= row).all(axis=1) & (rows < row).any(axis=1)).any() for row in rows], bool)
+
+
+def gain(before: Numbers, now: Numbers) -> float:
+    """How far a front moved: by what its points are better, on average, than the front before them.
+
+    Of each point it is the least by which some point of the front before it would have to be better in both.
+
+    Args:
+        before, now: points of shape (points, 2): logarithms of error and of activity.
+
+    Source: Zitzler, Thiele, Laumanns, Fonseca, da Fonseca 2003, doi:10.1109/TEVC.2003.810758: the additive
+    epsilon indicator, of each point in place of the worst one.
+    """
+    short = (before - now[:, np.newaxis]).max(axis=2).min(axis=1)
+    return float(np.clip(short, 0.0, MOST).mean())
+
+
+def spaced(points: Numbers, count: int) -> NDArray[np.int64]:
+    """Members of a front at activities that are evenly spaced: of each, the one with the least error.
+
+    Args:
+        points: of shape (points, 2): logarithms of error and of activity.
+        count: the most there are to be.
+    """
+    members = np.flatnonzero(on_front(points))
+    own = points[members]
+    at = np.linspace(own[:, 1].min(), own[:, 1].max(), count)
+    calm = own[:, 1] <= at[:, np.newaxis] + 1e-12
+    best = np.where(calm, own[:, 0], np.inf).argmin(axis=1)
+    found: NDArray[np.int64] = members[np.unique(best)]
+    return found

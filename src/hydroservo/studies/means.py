@@ -49,13 +49,11 @@ def means_of(
     for cell, own in trials.items():
         running = [law for law in own if law in whole and own[law].lost.mean() <= rules.most_lost]
         if len(running) > 1:
-            of_conditions = weights(own[running[0]].conditions.size, rules, cell)
-            of_searches = {law: weights(len(own[law].lost), rules, cell, law) for law in running}
-            rows = [values_of(own[law], of_searches[law], of_conditions) for law in running]
-            found[cell] = Means(running, np.stack(rows, axis=1))
+            drawn = weights(own[running[0]].conditions.size, rules, cell)
+            found[cell] = Means(running, np.stack([values_of(own[law], drawn) for law in running], axis=1))
     return found
 
 
-def values_of(trials: Trials, of_searches: Numbers, of_conditions: Numbers) -> Numbers:
+def values_of(trials: Trials, drawn: Numbers) -> Numbers:
     """The mean logarithm of a law's errors, and after it the draws of it."""
-    return np.concatenate(([np.nanmean(trials.logs())], drawn_mean(trials, of_searches, of_conditions)))
+    return np.concatenate(([np.nanmean(trials.logs())], drawn_mean(trials, drawn)))

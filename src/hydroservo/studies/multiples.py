@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.studies.standing import quartiles
+from hydroservo.studies.paired import exponentials, mean
+from hydroservo.studies.standing import geometric_mean
 from hydroservo.studies.trials import Trials
 
 if TYPE_CHECKING:
@@ -25,8 +26,8 @@ class Multiple(NamedTuple):
 
     Attributes:
         clairvoyant: error over that of the best command which knows the future; geometric mean over the
-            conditions of the runs that were not lost; median over searches.
-        low, high: its quartiles over searches.
+            conditions of the runs that were not lost.
+        low, high: its interval.
         causal: error over that of the best command to which jumps are known once they are there; likewise.
         lost: how many of these runs were lost, which count in none of it.
         runs: how many there are.
@@ -61,12 +62,13 @@ class CellLimit(NamedTuple):
     laws: dict[str, Multiple]
 
 
-def limit_of(trials: Mapping[str, Trials], limits: "pd.DataFrame") -> CellLimit:
+def limit_of(trials: Mapping[str, Trials], limits: "pd.DataFrame", confidence: float = 0.95) -> CellLimit:
     """The laws of a cell beside the limits of its conditions.
 
     Args:
         trials: the test runs of each law.
         limits: a row for each condition of the cell whose limits were sought.
+        confidence: of the intervals.
     """
     counts = limits["converged"].astype(bool) & (limits["clairvoyant"] > 0.0)
     known = limits[counts].sort_values("condition")
@@ -81,19 +83,19 @@ def limit_of(trials: Mapping[str, Trials], limits: "pd.DataFrame") -> CellLimit:
         causal=float(np.exp(causal.mean())),
         open=len(limits) - numbers.size,
         below=sum(int((one.logs() < clairvoyant - BELOW).sum()) for one in own.values()),
-        laws={law: multiple(one, clairvoyant, causal) for law, one in own.items()},
+        laws={law: multiple(one, clairvoyant, causal, confidence) for law, one in own.items()},
     )
 
 
 def of_conditions(trials: Trials, numbers: NDArray[np.int64]) -> Trials:
     """The runs under some of the conditions, which all are there."""
     at = np.searchsorted(trials.conditions, numbers)
-    return Trials(numbers, trials.error[:, at], trials.lost[:, at], trials.activity[:, at])
+    conditions, error, lost, activity, swing = trials
+    return Trials(conditions[at], error[at], lost[at], activity[at], swing[at])
 
 
-def multiple(trials: Trials, clairvoyant: Numbers, causal: Numbers) -> Multiple:
+def multiple(trials: Trials, clairvoyant: Numbers, causal: Numbers, confidence: float) -> Multiple:
     """A law beside the logarithms of the limits of its conditions."""
-    kept = trials.logs()[~trials.lost.all(axis=1)]
-    low, middle, high = quartiles(np.exp(np.nanmean(kept - clairvoyant, axis=1)))
-    _, beside, _ = quartiles(np.exp(np.nanmean(kept - causal, axis=1)))
+    middle, low, high = exponentials(mean(trials.logs() - clairvoyant, confidence))
+    beside = geometric_mean(trials.error / np.exp(causal))
     return Multiple(middle, low, high, beside, int(trials.lost.sum()), trials.lost.size)

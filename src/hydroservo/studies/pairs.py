@@ -23,13 +23,13 @@ class Pair(NamedTuple):
         a, b: their names, in alphabetical order.
         winner: the name of the law that won; empty for a tie.
         by: ``"lost runs"`` or ``"error"``, which decided it; empty for a tie.
-        ratio, low, high: a's error over b's, geometric mean over conditions in which each law has a run that
-            was not lost, with its interval; nan, 0 and inf where nothing can be said.
+        ratio, low, high: a's error over b's, geometric mean over conditions in which neither lost its run,
+            with its interval; nan, 0 and inf where nothing can be said.
         chance: Holm's, of such a ratio where there is no difference.
         more_lost, more_lost_low, more_lost_high: a's share of lost runs less b's, with its interval.
         lost_chance: Holm's, of such a difference of shares where there is none.
         conditions: how many the ratio is over.
-        only_a_lost, only_b_lost: in how many conditions only a, or only b, lost a run.
+        only_a_lost, only_b_lost: in how many conditions only a, or only b, lost its run.
     """
 
     a: str
@@ -57,7 +57,7 @@ def pairs_of(trials: Mapping[str, Trials], rules: Rules) -> list[Pair]:
     """All pairs of a cell's laws.
 
     Two things are asked of a pair: whether one law loses a greater share of its runs, if any was lost, and
-    whose error is less over the conditions in which each has a run that was not lost. Holm's correction is
+    whose error is less over the conditions in which neither lost its run. Holm's correction is
     over all that is asked in the cell. The law that loses fewer runs wins, whatever the errors; no error
     makes up for an axis that went astray. If neither loses fewer the law with less error wins, where the
     ratio is at least the margin.
@@ -97,8 +97,6 @@ def verdict(
     elif errors.chance <= level and abs(errors.value) >= math.log(rules.margin):
         winner, by = b[0] if errors.value > 0.0 else a[0], "error"
     lost_a, lost_b = a[1].lost, b[1].lost
-    counted = ~(lost_a.all(axis=0) | lost_b.all(axis=0))
-    any_a, any_b = lost_a.any(axis=0), lost_b.any(axis=0)
     return Pair(
         a=a[0],
         b=b[0],
@@ -112,9 +110,9 @@ def verdict(
         more_lost_low=max(lost.low, -1.0),
         more_lost_high=min(lost.high, 1.0),
         lost_chance=lost.chance,
-        conditions=int(counted.sum()),
-        only_a_lost=int((any_a & ~any_b).sum()),
-        only_b_lost=int((any_b & ~any_a).sum()),
+        conditions=int((~(lost_a | lost_b)).sum()),
+        only_a_lost=int((lost_a & ~lost_b).sum()),
+        only_b_lost=int((lost_b & ~lost_a).sum()),
     )
 
 

@@ -1,6 +1,7 @@
 """What no run says of a law in a cell: its margins, and its price on the target; units of work."""
 
-from collections.abc import Iterator, Mapping, Sequence
+import json
+from collections.abc import Iterator, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -8,18 +9,18 @@ from hydroservo.block import replace
 from hydroservo.loop import Loop
 from hydroservo.runs.provenance import scenario_text
 from hydroservo.studies.cells import Entrant
+from hydroservo.studies.choice import level_name
 from hydroservo.studies.law_margins import LawMargins, law_margins
 from hydroservo.studies.on_target import OnTarget, on_target
 from hydroservo.work.unit import Unit, address
 
 if TYPE_CHECKING:
+    import pandas as pd
     import pyarrow as pa
 
     from hydroservo.work.store import Store
 
 __all__ = ["Examined", "Properties", "examined", "properties_in"]
-
-Gains = Mapping[tuple[str, str], Mapping[str, float]]  # by cell and law
 
 
 class Properties(NamedTuple):
@@ -35,25 +36,28 @@ class Properties(NamedTuple):
 
 
 class Examined(NamedTuple):
-    """A law in a cell, and the unit that computes its properties."""
+    """A law in a cell at a level, and the unit that computes its properties."""
 
+    level: str
     cell: str
     law: str
     unit: Unit
 
 
-def examined(entrants: Sequence[Entrant], gains: Gains) -> Iterator[Examined]:
-    """Each law in each cell, with the gains that stand for it.
+def examined(entrants: Sequence[Entrant], choice: "pd.DataFrame") -> Iterator[Examined]:
+    """Each law in each cell at each level that it reaches, with the gains that it has there.
 
     Args:
         entrants: each law in each cell.
-        gains: what :func:`~hydroservo.studies.middle.middle_gains` found.
+        choice: a row for each law, cell and level, with the gains as JSON in ``parameters``.
     """
-    for one in entrants:
-        cell, law = one.cell.name, one.law.name
-        loops = [replace(kind.loop, gains[cell, law]) for kind in one.contender.assemblies.values()]
+    assemblies = {(one.cell.name, one.law.name): one.contender.assemblies.values() for one in entrants}
+    columns = (choice[name].to_list() for name in ("level", "cell", "law", "parameters"))
+    for level, cell, law, gains in zip(*columns, strict=True):
+        loops = [replace(kind.loop, json.loads(gains)) for kind in assemblies[cell, law]]
         key = address({"properties": [scenario_text(loop) for loop in loops]})
-        yield Examined(cell, law, Unit(key, partial(found_by, loops), f"margins of {law} in {cell}"))
+        unit = Unit(key, partial(found_by, loops), f"margins of {law} in {cell}")
+        yield Examined(level_name(level), cell, law, unit)
 
 
 def found_by(loops: Sequence[Loop]) -> "pa.Table":
@@ -81,12 +85,13 @@ COLUMNS = {
 }
 
 
-def properties_in(store: "Store", found: Sequence[Examined]) -> dict[str, dict[str, Properties]]:
-    """The properties of each law, by cell and law, from the units that are done."""
-    properties: dict[str, dict[str, Properties]] = {}
+def properties_in(store: "Store", found: Sequence[Examined]) -> dict[str, dict[str, dict[str, Properties]]]:
+    """The properties of each law, by level, cell and law, from the units that are done."""
+    properties: dict[str, dict[str, dict[str, Properties]]] = {}
     for one in found:
         (row,) = store.read(one.unit.key).to_pylist()
         margins = LawMargins(**{name: row[name] for name in LawMargins._fields})
         target = OnTarget(**{name: row[name] for name in OnTarget._fields})
-        properties.setdefault(one.cell, {})[one.law] = Properties(margins, target)
+        cells = properties.setdefault(one.level, {})
+        cells.setdefault(one.cell, {})[one.law] = Properties(margins, target)
     return properties

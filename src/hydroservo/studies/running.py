@@ -3,27 +3,29 @@
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from hydroservo.block import Block
-from hydroservo.formatting import NONE, quantity
-from hydroservo.html_tables import Strong, html_heading, html_table
+from hydroservo.html_tables import html_heading, html_table
 from hydroservo.metrics import judged_by
 from hydroservo.runs.fitting import signals_used
 from hydroservo.studies.asked import Law, Study
 from hydroservo.studies.cells import Cell, Entrant, cells_of, entrants_of, units_of
+from hydroservo.studies.choice import chosen, points_of, reference_points, with_gains
+from hydroservo.studies.columns import GAINS, judged_columns
 from hydroservo.studies.contenders import blocks
 from hydroservo.studies.file import read_study
 from hydroservo.studies.limiting import limited, table_of_limits
-from hydroservo.studies.middle import middle_gains
 from hydroservo.studies.properties import examined, properties_in
 from hydroservo.studies.rules import Rules
 from hydroservo.studies.scenario_files import remove_dropped, seen_from, write_scenarios
-from hydroservo.studies.sentences import sentence
 from hydroservo.studies.verdicts import Verdicts, judged
 from hydroservo.work.doing import do
 from hydroservo.work.notebook_bar import shows_progress
 from hydroservo.work.store import Store, manifest_in
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 __all__ = ["MANIFEST", "Studied", "study"]
 
@@ -39,7 +41,7 @@ class Studied(NamedTuple):
     Attributes:
         folder: where it is kept.
         manifest: what it was: laws, cells, axes, rules.
-        table: a row for each search, budget and condition.
+        table: a row for each point of a front and condition.
         limits: a row for each condition whose limits were asked for.
         verdicts: what it says.
     """
@@ -51,19 +53,26 @@ class Studied(NamedTuple):
     verdicts: Verdicts
 
     def __repr__(self) -> str:
-        lines = [f"{cell}: {sentence(one.best)}" for cell, one in self.verdicts.cells.items()]
-        return "\n".join([str(self.manifest["title"]), *lines])
+        lines = [f"{cell}: {', '.join(texts)}" for cell, texts in self.winners().items()]
+        about = f"least error at most {', '.join(self.verdicts.levels)} times as active"
+        return "\n".join([str(self.manifest["title"]), f"{about} as {self.manifest['reference']}", *lines])
 
     def _repr_html_(self) -> str:
-        """What a notebook shows: who wins each cell, with which error."""
-        rows = []
-        for cell, one in self.verdicts.cells.items():
-            best = one.standings.get(one.best.law)
-            error = quantity(best.error, self.manifest["unit"]) if best else NONE
-            rows.append((cell, Strong(one.best.law or "none"), error, sentence(one.best)))
+        """What a notebook shows: who has the least error in each cell at each level of activity."""
+        rows = [(cell, *texts) for cell, texts in self.winners().items()]
         about = f"{len(self.manifest['laws'])} laws, {len(self.table):,} rows in {self.folder}"
-        heads = ("cell", "best", str(self.manifest["metric"]), "verdict")
-        return html_heading(str(self.manifest["title"]), about) + html_table(heads, rows)
+        levels = [f"{level} times {self.manifest['reference']}'s activity" for level in self.verdicts.levels]
+        return html_heading(str(self.manifest["title"]), about) + html_table(("cell", *levels), rows)
+
+    def winners(self) -> dict[str, list[str]]:
+        """Who has the least error in each cell at each level, and with how many it ties."""
+        found: dict[str, list[str]] = {}
+        for cell in self.verdicts.activity:
+            for level in self.verdicts.levels.values():
+                best = level.cells[cell].best if cell in level.cells else None
+                tied = f" (ties with {len(best.ties) - 1})" if best and len(best.ties) > 1 else ""
+                found.setdefault(cell, []).append(f"{best.law}{tied}" if best and best.law else "none")
+        return found
 
 
 @shows_progress
@@ -81,7 +90,7 @@ def study(
     """Hold laws against each other as a study's file asks, doing what is not done yet::
 
         found = hs.study("small", "small-study")
-        found.verdicts.cells["high"].best
+        found.verdicts.levels["1"].cells["high"].best
 
     Args:
         source: the path of a TOML file, or the name of a built-in study such as ``small``.
@@ -103,34 +112,72 @@ def study(
     asked = read_study(source, changes)
     asked = asked._replace(plugins=[*asked.plugins, *(Path(one) for one in plugins)])
     entrants = list(entrants_of(asked))
-    units = [unit for entrant in entrants for unit in units_of(asked, entrant)]
+    first = [unit for one in entrants if is_reference(asked, one) for unit in units_of(asked, one, None)]
     bounded = limited(asked, entrants)
     manifest = manifest_of(asked, entrants, Path(out))
     remove_dropped(Path(out), manifest_in(out, MANIFEST) or {}, manifest)
     store, least = Store(out, MANIFEST, manifest), Store(out, MANIFEST, manifest, LIMITS)
-    for one, own in ((store, units), (least, [limit.unit for limit in bounded])):
-        one.keep(unit.key for unit in own)
+    least.keep(limit.unit.key for limit in bounded)
     write_scenarios(asked, entrants, store.folder)
-    whole = len(units) + len(bounded) + len(entrants)
-    searched, all_but = len(units) / whole, (len(units) + len(bounded)) / whole
+    whole = len(entrants) * (asked.search.seeds + 1) + len(bounded)
+    report = Progress(progress, whole)
     done = partial(do, workers=workers, scheduler=scheduler, say=say)
-    done(units, store, progress=part_of(progress, 0.0, searched))
-    done([one.unit for one in bounded], least, progress=part_of(progress, searched, all_but))
+    done(first, store, progress=report.part(len(first)))
+    activity = training_activity(store.table([unit.key for unit in first]).to_pandas(), asked.reference)
+    rest = [
+        unit
+        for one in entrants
+        if not is_reference(asked, one)
+        for unit in units_of(asked, one, activity[one.cell.name])
+    ]
+    units = [*first, *rest]
+    store.keep(unit.key for unit in units)
+    done(rest, store, progress=report.part(len(rest)))
+    done([one.unit for one in bounded], least, progress=report.part(len(bounded)))
     table = store.table([unit.key for unit in units]).to_pandas()
-    laws = list(examined(entrants, middle_gains(table)))
+    choice = chosen(judged_columns(table), asked.reference, asked.search.levels, Rules())
+    laws = list(examined(entrants, with_gains(choice, table)))
     beside = Store(out, MANIFEST, manifest, PROPERTIES)
     beside.keep(one.unit.key for one in laws)
-    done([one.unit for one in laws], beside, progress=part_of(progress, all_but, 1.0))
+    done([one.unit for one in laws], beside, progress=report.part(len(entrants)))
     limits = table_of_limits(bounded, least)
     verdicts = judged(table, manifest, limits=limits, properties=properties_in(beside, laws))
     return Studied(store.folder, manifest, table, limits, verdicts)
 
 
-def part_of(
-    progress: Callable[[float], None] | None, start: float, end: float
-) -> Callable[[float], None] | None:
-    """What is to be told of the fraction done of a part that takes the work from one fraction to another."""
-    return None if progress is None else lambda fraction: progress(start + (end - start) * fraction)
+def is_reference(study: Study, entrant: Entrant) -> bool:
+    return entrant.law.name == study.reference
+
+
+def training_activity(table: "pd.DataFrame", reference: str) -> dict[str, float]:
+    """The activity of the reference in each cell [%/s], where searches see it: on the training conditions.
+
+    It is that of its first search, so that more searches change no other law's.
+    """
+    runs = judged_columns(table[table["search_seed"] == 0])
+    own = reference_points(points_of(runs, "validation"), reference, Rules())
+    found = points_of(runs, "train").merge(own[GAINS], on=GAINS)
+    return {str(cell): float(one) for cell, one in zip(found["cell"], found["activity"], strict=True)}
+
+
+class Progress:
+    """Tells of parts of a work one after the other, as the fraction of the whole that is done.
+
+    Args:
+        tell: called with that fraction; None for nobody.
+        whole: how much there is.
+    """
+
+    def __init__(self, tell: Callable[[float], None] | None, whole: int) -> None:
+        self.tell, self.whole, self.before = tell, whole, 0
+
+    def part(self, size: int) -> Callable[[float], None] | None:
+        """What is to be told of the fraction done of the next part."""
+        if self.tell is None:
+            return None
+        tell, start, share = self.tell, self.before / self.whole, size / self.whole
+        self.before += size
+        return lambda fraction: tell(start + share * fraction)
 
 
 def manifest_of(study: Study, entrants: list[Entrant], folder: Path) -> dict[str, Any]:
@@ -158,8 +205,7 @@ def manifest_of(study: Study, entrants: list[Entrant], folder: Path) -> dict[str
         "search": {
             "candidates": study.search.candidates,
             "seeds": study.search.seeds,
-            "optimisers": list(study.search.optimisers),
-            "efforts": list(study.search.efforts),
+            "levels": list(study.search.levels),
         },
         "limits": {"conditions": study.limits},
         "rules": Rules()._asdict(),

@@ -1,7 +1,6 @@
-"""One search of a law's gains in one cell, and how what it found does under conditions not seen before."""
+"""One search of a law's gains in one cell: its front of error and command activity, and its judgement."""
 
 import json
-import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -11,39 +10,49 @@ from numpy.typing import NDArray
 from hydroservo.block import field_at, leaves
 from hydroservo.errors import HydroservoError, ParameterError
 from hydroservo.loop import Loop
+from hydroservo.monitors import Oscillation
 from hydroservo.runs.aims import ACTIVITY
 from hydroservo.runs.batch import simulate_batch
 from hydroservo.runs.cautions import quietly
 from hydroservo.runs.objective import is_possible, needed
-from hydroservo.runs.space import CANDIDATES, Space, minimum
+from hydroservo.runs.space import CANDIDATES, Space, first_points
 from hydroservo.studies.conditions import Drawn
-from hydroservo.studies.evolution import evolved
+from hydroservo.studies.evolution import fittest, offspring
+from hydroservo.studies.front import gain, on_front, spaced
+from hydroservo.studies.rules import Rules
 from hydroservo.validation import within
 
 if TYPE_CHECKING:
     import pyarrow as pa
 
-__all__ = ["Group", "Task", "command_range", "found_by"]
+__all__ = ["STILL", "Group", "Task", "command_range", "found_by"]
 
 Numbers = NDArray[np.float64]
 Points = Mapping[str, Numbers]  # arrays of shape (candidates,) by path
+Window = tuple[float, float]  # logarithms of the least and the largest activity that count
 
+TIE = float(np.log(Rules().margin))  # between errors of points that are worth the same
 LOST = 60.0  # what a lost run adds to the mean logarithm: more than any metric and activity can differ by
 TINIEST = 1e-300  # of errors: below it they are alike
 CALMEST = 1e-6  # [% of the range a second] a command that varies less is not worth more
 DECADE = 10.0  # by which a range is widened
+EDGE = 0.01  # of a range, that is its end
+FIRST = 256  # candidates after which a front is looked at for the first time
+STILL = 0.01  # a front that moves less by as many candidates again is still
+POINTS = 32  # of a front, that are judged
 COLUMNS = {  # of the table of a search
     "law": "string",
     "cell": "string",
-    "optimiser": "string",
     "search_seed": "int64",
-    "effort": "float64",
-    "budget": "int64",
+    "point": "int64",
+    "candidates": "int64",
+    "moved": "float64",
     "split": "string",
     "condition": "int64",
     "scale": "float64",
     "error": "float64",
     "activity": "float64",
+    "swing": "float64",
     "lost": "bool_",
     "parameters": "string",
     "edges": "string",
@@ -51,9 +60,16 @@ COLUMNS = {  # of the table of a search
 
 
 class Group(NamedTuple):
-    """The loop for one kind of condition, and the conditions of that kind by split."""
+    """The loop for one kind of condition, and the conditions of that kind by split.
+
+    Attributes:
+        loop: as it is judged.
+        coarse: the same with the longer integration steps of a search.
+        drawn: the conditions, by split.
+    """
 
     loop: Loop
+    coarse: Loop
     drawn: Mapping[str, Drawn]
 
 
@@ -63,24 +79,24 @@ class Task(NamedTuple):
     Attributes:
         law: its name.
         cell: its name.
-        optimiser: ``de`` or ``cma``.
         seed: of the search.
-        effort: exponent of the command's activity in what is made small.
-        metric: what is to be small.
-        candidates: how many are tried; after each doubling from 64 on the best so far is judged.
-        widen: how often the ranges may be widened at whose ends a search stopped.
+        metric: what is to be small beside the command's activity.
+        candidates: the most that are tried.
+        widen: how often a range may be widened at whose end a point of the front lies.
+        calmest: the least activity that counts, over that of the law that others are held against.
+        window: the activities that count; None for that law, which finds its own.
         ranges: between what numbers are searched, in SI units, by path.
         groups: the loops and their conditions.
     """
 
     law: str
     cell: str
-    optimiser: str
     seed: int
-    effort: float
     metric: str
     candidates: int
     widen: int
+    calmest: float
+    window: Window | None
     ranges: Mapping[str, tuple[float, float]]
     groups: Sequence[Group]
 
@@ -90,96 +106,146 @@ class Judged(NamedTuple):
 
     error: Numbers  # inf where a run was lost
     activity: Numbers  # total variation of the command in percent of its range a second
+    swing: Numbers  # amplitude of the command in a sustained oscillation [V]; nan where it is not known
 
 
-class Best(NamedTuple):
-    """The best point of a search after a number of candidates."""
+class Search(NamedTuple):
+    """What a search came to.
 
-    budget: int
-    unit: Numbers  # in the unit cube
+    Attributes:
+        space: the ranges, as wide as they are at its end.
+        values: all points that were tried, shape (points, paths), in SI units.
+        costs: logarithms of their error and activity, shape (points, 2).
+        window: the activities that count.
+        moved: how far the last half of the candidates moved the front, as :func:`~.front.gain` has it.
+    """
+
+    space: Space
+    values: Numbers
+    costs: Numbers
+    window: Window
+    moved: float
 
 
 def found_by(task: Task) -> "pa.Table":
-    """The rows of one search: each budget's best point under each condition.
+    """The rows of one search: the points of its front under each condition.
+
+    All are judged on train and validation, those that are on the front of validation on the other splits.
 
     Raises:
         HydroservoError: no candidate allowed a controller, a condition no machine, or the metric is nan in a
             run that was not lost.
     """
-    ranges = dict(task.ranges)
-    for again in range(task.widen + 1):
-        space = Space(ranges)
-        best = searched(task, space)
-        if again == task.widen or not edges_of(space, best[-1].unit):
-            break
-        wider = widened(task, ranges, best[-1].unit)
-        if wider == ranges:
-            break
-        ranges = wider
-    points = [space.rounded(one.unit) for one in best]
-    return table_of(task, [one.budget for one in best], points, [edges_of(space, one.unit) for one in best])
+    found = searched(task)
+    members = spaced(seen_in(found.costs, found.window), POINTS)
+    rounded = [found.space.rounded(unit) for unit in found.space.units(found.values[members])]
+    points = list({json.dumps(one): one for one in rounded}.values())
+    seen = {split: judged(task, columns_of(points), split) for split in ("train", "validation")}
+    kept = np.flatnonzero(on_front(summary(seen["validation"])))
+    for split in splits_of(task.groups):
+        if split not in seen:
+            seen[split] = judged(task, columns_of([points[k] for k in kept]), split)
+    return table_of(task, found, points, kept, seen)
 
 
-def edges_of(space: Space, unit: Numbers) -> list[str]:
-    """The paths at an end of their range."""
-    return [path for path, one in zip(space.ranges, unit, strict=True) if not 0.01 < one < 0.99]
+def columns_of(points: Sequence[Mapping[str, float]]) -> dict[str, Numbers]:
+    return {path: np.array([one[path] for one in points]) for path in points[0]}
 
 
-def searched(task: Task, space: Space) -> list[Best]:
-    """The best points after 64, 128, 256 ... candidates and after all.
+def searched(task: Task) -> Search:
+    """The points that a search tries, by twice as many each time until its front is still.
 
     Raises:
         HydroservoError: no candidate allowed a controller.
     """
-    generations = math.ceil(task.candidates / CANDIDATES)
-    due = {2**k for k in range(generations.bit_length()) if 2**k <= generations} | {generations}
-    kept: list[Best] = []
-    best, at, count = math.inf, np.full(len(space.ranges), 0.5), 0
+    random = np.random.default_rng([task.seed, 1])
+    space, widened_by = Space(task.ranges), 0
+    window = task.window or (-np.inf, np.inf)
+    units = first_points(len(space.ranges), task.seed)
+    values = matrix(space, units)
+    costs = cost(task, space.values(units))
+    population, before, moved = np.arange(CANDIDATES), costs, np.inf
+    while len(values) < task.candidates:
+        units = offspring(space.units(values[population]), seen_in(costs[population], window), random)
+        values = np.concatenate([values, matrix(space, units)])
+        costs = np.concatenate([costs, cost(task, space.values(units))])
+        young = np.arange(len(values) - CANDIDATES, len(values))
+        both = np.concatenate([population, young])
+        population = both[fittest(seen_in(costs[both], window), CANDIDATES)]
+        count = len(values)
+        if count < FIRST or count & (count - 1):
+            continue
+        if not np.isfinite(costs).any():
+            raise HydroservoError(f"{task.law} in {task.cell}: no candidate makes a valid controller")
+        window = task.window or own_window(costs, task.calmest)
+        now = seen_in(costs, window)
+        moved = gain(seen_in(before, window), now[spaced(now, POINTS)])
+        before = costs
+        may = widened_by < task.widen and count < task.candidates
+        wider = widened(task, space, values[on_front(now)]) if may else space
+        if wider.ranges != space.ranges:
+            space, widened_by = wider, widened_by + 1
+        elif moved < STILL and count > FIRST:
+            break
+    return Search(space, values, costs, window, moved)
 
-    def generation(units: Numbers) -> Numbers:
-        nonlocal best, at, count
-        found = cost(task, space.values(units.T))
-        count += 1
-        if found.min() < best:
-            best, at = found.min(), units[:, found.argmin()].copy()
-        if count in due:
-            kept.append(Best(count * CANDIDATES, at))
-        return found
 
-    search = {"de": minimum, "cma": evolved}[task.optimiser]
-    search(generation, len(space.ranges), generations, task.seed)
-    if math.isinf(best):
-        raise HydroservoError(f"{task.law} in {task.cell}: no candidate makes a valid controller")
-    return kept
+def matrix(space: Space, units: Numbers) -> Numbers:
+    """The values of points of the unit cube, shape (points, paths)."""
+    return np.stack(list(space.values(units).values()), axis=1)
 
 
-def widened(
-    task: Task, ranges: Mapping[str, tuple[float, float]], unit: Numbers
-) -> dict[str, tuple[float, float]]:
-    """Ranges that go a decade further where a search stopped at an end, and their numbers may go there."""
-    found = dict(ranges)
+def seen_in(costs: Numbers, window: Window) -> Numbers:
+    """Costs as a search compares them: calm alike below a window, and lost beyond it; all finite."""
+    low, high = window
+    error, activity = np.minimum(costs, 1e300).T
+    beyond = np.maximum(activity - high, 0.0)
+    worse = np.where(beyond > 0.0, LOST + np.minimum(beyond, LOST), 0.0)
+    return np.stack([error + worse, np.maximum(activity, low)], axis=1)
+
+
+def own_window(costs: Numbers, calmest: float) -> Window:
+    """The activities that count of the law that others are held against: up to its own, and beyond."""
+    return float(np.log(calmest)) + activity_of(costs), np.inf
+
+
+def activity_of(costs: Numbers) -> float:
+    """The logarithm of the activity of the calmest point that ties with the one of the least error."""
+    error, activity = costs.T
+    return float(activity[error <= error.min() + TIE].min())
+
+
+def widened(task: Task, space: Space, front: Numbers) -> Space:
+    """Ranges that go a decade further where a point of the front is at an end, and numbers may go there."""
+    found = dict(space.ranges)
     loop = task.groups[0].loop
-    for (path, (low, high)), one in zip(ranges.items(), unit, strict=True):
+    for (path, (low, high)), own in zip(space.ranges.items(), space.units(front).T, strict=True):
         field = field_at(loop, path)
-        if one <= 0.01 and low > 0.0 and within(low / DECADE, field):
-            found[path] = low / DECADE, high
-        if one >= 0.99 and high > 0.0 and within(high * DECADE, field):
-            found[path] = low, high * DECADE
-    return found
+        down = own.min() <= EDGE and low > 0.0 and within(low / DECADE, field)
+        up = own.max() >= 1.0 - EDGE and high > 0.0 and within(high * DECADE, field)
+        found[path] = low / DECADE if down else low, high * DECADE if up else high
+    return Space(found)
 
 
 def cost(task: Task, points: Points) -> Numbers:
-    """What a search makes small: the mean over the training conditions of log(metric activity^effort).
+    """The two costs of points on the training conditions, shape (points, 2)."""
+    return summary(judged(task, points, "train"))
 
-    A lost run adds more than any other run can; a point that allows no controller is worse than any.
+
+def summary(found: Judged) -> Numbers:
+    """The mean logarithms of error and of activity, shape (points, 2).
+
+    Means are over the runs that were not lost, and each lost one adds more than any other run can; a point
+    that allows no controller is infinitely bad.
     """
-    found = judged(task, points, "train")
-    impossible, lost = np.isnan(found.error), np.isinf(found.error)
-    error = np.where(impossible | lost, 1.0, np.maximum(found.error, TINIEST))
-    activity = np.where(impossible | lost, 1.0, np.maximum(found.activity, CALMEST))
-    logs = np.log(error) + task.effort * np.log(activity)
-    total: Numbers = np.where(lost, LOST, logs).mean(axis=1) + np.where(lost.any(axis=1), LOST, 0.0)
-    return np.where(impossible.any(axis=1), np.inf, total)
+    impossible, lost = np.isnan(found.error).any(axis=1), np.isinf(found.error)
+    kept = np.maximum((~lost).sum(axis=1), 1)
+    worse = LOST * lost.sum(axis=1)
+    columns = []
+    for values, smallest in ((found.error, TINIEST), (found.activity, CALMEST)):
+        logs = np.log(np.where(lost, 1.0, np.maximum(values, smallest)))
+        columns.append(np.where(impossible, np.inf, logs.sum(axis=1) / kept + worse))
+    return np.stack(columns, axis=1)
 
 
 def judged(task: Task, points: Points, split: str) -> Judged:
@@ -205,11 +271,10 @@ def judged(task: Task, points: Points, split: str) -> Judged:
                 if allowed.all():
                     raise HydroservoError(f"{task.law} in {task.cell}: {refusal}") from None
                 possible = possible[allowed]
-        size = group.drawn[split].numbers.size
-        error, activity = (np.full((count, size), np.nan) for _ in range(2))
+        whole = np.full((len(Judged._fields), count, group.drawn[split].numbers.size), np.nan)
         if possible.size:
-            error[possible], activity[possible] = part
-        parts.append((error, activity))
+            whole[:, possible] = part
+        parts.append(whole)
     return Judged(*(np.concatenate(one, axis=1) for one in zip(*parts, strict=True)))
 
 
@@ -219,19 +284,21 @@ def simulated(task: Task, group: Group, points: Points, split: str) -> Judged:
     Raises:
         ParameterError: one does not, or the metric is nan in a run that was not lost.
     """
-    drawn = group.drawn[split]
+    drawn, loop = group.drawn[split], group.coarse if split == "train" else group.loop
     count, size = next(iter(points.values())).size, drawn.numbers.size
     columns = {path: np.repeat(values, size) for path, values in points.items()}
     columns |= {path: np.tile(values, count) for path, values in drawn.columns.items()}
-    monitors = needed(group.loop, {task.metric, ACTIVITY})
-    runs = quietly(simulate_batch)(group.loop, columns, metrics=monitors, threads=1, strict=True)
+    monitors = needed(loop, {task.metric, ACTIVITY})
+    if split == "test":
+        monitors |= {"oscillation": Oscillation()}
+    runs = quietly(simulate_batch)(loop, columns, metrics=monitors, threads=1, strict=True)
     error = np.where(runs["diverged"].values, np.inf, runs[task.metric].values)
     if np.isnan(error).any():
         raise ParameterError("metric", task.metric, "is nan in runs that were not lost; use another")
-    simulation = group.loop.simulation
-    share = 100.0 / (command_range(group.loop) * simulation.duration)
+    share = 100.0 / (command_range(loop) * loop.simulation.duration)
     activity = runs[ACTIVITY].values * share
-    return Judged(error.reshape(count, size), activity.reshape(count, size))
+    swing = runs["oscillation_command"].values if split == "test" else np.full(error.shape, np.nan)
+    return Judged(*(one.reshape(count, size) for one in (error, activity, swing)))
 
 
 def command_range(loop: Loop) -> float:
@@ -250,48 +317,60 @@ def command_range(loop: Loop) -> float:
 
 
 def table_of(
-    task: Task, budgets: Sequence[int], points: Sequence[Mapping[str, float]], edges: Sequence[Sequence[str]]
+    task: Task,
+    found: Search,
+    points: Sequence[Mapping[str, float]],
+    kept: NDArray[np.int64],
+    judgements: Mapping[str, Judged],
 ) -> "pa.Table":
-    """The rows of a search: split by split, budget by budget, condition by condition.
+    """The rows of a search: split by split, point by point, condition by condition.
 
     Args:
         task: the search.
-        budgets: the numbers of candidates after which its best was judged.
-        points: that best after each of them, by path, in SI units.
-        edges: the paths that are at an end of their range there.
+        found: what it came to.
+        points: the points of its front, by path, in SI units.
+        kept: those that were judged on other splits than train and validation.
+        judgements: how points did, by split.
     """
     import pyarrow as pa
 
-    values = {path: np.array([one[path] for one in points]) for path in points[0]}
     schema = pa.schema([(name, getattr(pa, kind)()) for name, kind in COLUMNS.items()])
     tables = []
     for split in splits_of(task.groups):
-        found, (numbers, scales) = judged(task, values, split), of_conditions(task.groups, split)
+        own, (numbers, scales) = judgements[split], of_conditions(task.groups, split)
         order = np.argsort(numbers)
-        for i, budget in enumerate(budgets):
-            error = np.where(np.isnan(found.error[i]), np.inf, found.error[i])
+        whole = split in ("train", "validation")
+        for row, point in enumerate(range(len(points)) if whole else kept.tolist()):
+            error = np.where(np.isnan(own.error[row]), np.inf, own.error[row])
             of_runs = {
                 "condition": numbers,
                 "scale": scales,
                 "error": error,
-                "activity": found.activity[i],
+                "activity": own.activity[row],
+                "swing": own.swing[row],
                 "lost": np.isinf(error),
             }
             of_all = {
                 "law": task.law,
                 "cell": task.cell,
-                "optimiser": task.optimiser,
                 "search_seed": task.seed,
-                "effort": task.effort,
-                "budget": budget,
+                "point": point,
+                "candidates": len(found.values),
+                "moved": found.moved,
                 "split": split,
-                "parameters": json.dumps(dict(points[i])),
-                "edges": json.dumps(list(edges[i])),
+                "parameters": json.dumps(points[point]),
+                "edges": json.dumps(edges_of(found.space, points[point])),
             }
             rows = {name: column[order] for name, column in of_runs.items()}
             rows |= {name: [value] * order.size for name, value in of_all.items()}
             tables.append(pa.table(rows, schema=schema))
     return pa.concat_tables(tables).combine_chunks()
+
+
+def edges_of(space: Space, point: Mapping[str, float]) -> list[str]:
+    """The paths at an end of their range."""
+    units = space.units(np.array([list(point.values())]))[0]
+    return [path for path, unit in zip(point, units, strict=True) if not EDGE < unit < 1.0 - EDGE]
 
 
 def splits_of(groups: Sequence[Group]) -> list[str]:

@@ -1,106 +1,85 @@
-"""How one law stands in one cell, by itself: error, tail, lost runs, activity, what it survives."""
+"""How one law stands in one cell at one level: error, tail, lost runs, activity, what it survives."""
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hydroservo.studies.losses import Share, lost_share
+from hydroservo.studies.paired import exponentials, mean
 from hydroservo.studies.rules import Rules
 from hydroservo.studies.trials import Trials
 
-__all__ = ["Standing", "search_errors", "standing_of", "tails"]
+__all__ = ["Standing", "geometric_mean", "standing_of"]
 
 Numbers = NDArray[np.float64]
 
 
 class Standing(NamedTuple):
-    """One law in one cell at the full budget, on the test conditions.
+    """One law in one cell at one level, on the test conditions.
 
     Attributes:
-        error: geometric mean over the conditions of the runs that were not lost; median over searches.
-        error_low, error_high: the quartiles over searches.
+        error: geometric mean over the conditions of the runs that were not lost.
+        error_low, error_high: its interval.
+        kinds: the same over the conditions of each kind, by its place among the study's kinds.
         lost: the share of lost runs.
-        tail: the 90th percentile of the error over conditions, a lost run being beyond all; median over
-            searches.
-        worst: the mean of the worst share of conditions; likewise.
-        activity: of the command [%/s]; median over all runs that were not lost.
-        survived: the largest multiple of the nominal uncertainty at and below which no run was lost, median
-            over searches; nan where the study has no stress runs.
-        searches, conditions: how many.
+        tail: the 90th percentile of the error over conditions, a lost run being beyond all.
+        worst: the mean of the worst share of conditions, infinite if one of them was lost.
+        activity: of the command, geometric mean over the runs that were not lost [%/s].
+        hunting: the share of runs, of those in which it can be told, whose command oscillates for good; nan
+            where it can be told in none.
+        survived: the largest multiple of the nominal uncertainty at and below which no run was lost; nan
+            where the study has no stress runs.
+        conditions: how many.
     """
 
     error: float
     error_low: float
     error_high: float
+    kinds: list[float]
     lost: Share
     tail: float
     worst: float
     activity: float
+    hunting: float
     survived: float
-    searches: int
     conditions: int
 
 
-def standing_of(trials: Trials, survived: float, rules: Rules) -> Standing:
+def standing_of(trials: Trials, survived: float, rules: Rules, kinds: int) -> Standing:
     """How a law stands.
 
     Args:
         trials: its test runs.
         survived: what :func:`~hydroservo.studies.stress.survived` says of it.
         rules: of the comparison.
+        kinds: how many kinds of conditions take turns.
+
+    Source: Rockafellar and Uryasev 2000, Optimization of conditional value-at-risk,
+    doi:10.21314/JOR.2000.038, for the mean of the worst.
     """
-    low, middle, high = quartiles(search_errors(trials))
-    tail, worst = tails(trials, rules.worst)
-    kept = trials.activity[~trials.lost]
+    ordered = np.sort(np.where(trials.lost, np.inf, trials.error))
+    count = ordered.size
+    told = trials.swing[~np.isnan(trials.swing)]
+    error, low, high = exponentials(mean(trials.logs(), rules.confidence))
     return Standing(
-        error=middle,
+        error=error,
         error_low=low,
         error_high=high,
+        kinds=[geometric_mean(trials.error[trials.conditions % kinds == kind]) for kind in range(kinds)],
         lost=lost_share(trials.lost, rules.confidence),
-        tail=tail,
-        worst=worst,
-        activity=float(np.median(kept)) if kept.size else np.nan,
+        tail=float(ordered[math.ceil(0.9 * count) - 1]),
+        worst=float(ordered[count - math.ceil(rules.worst * count) :].mean()),
+        activity=geometric_mean(np.where(trials.lost, np.nan, trials.activity)),
+        hunting=float((told > 0.0).mean()) if told.size else math.nan,
         survived=survived,
-        searches=len(trials.lost),
-        conditions=trials.conditions.size,
+        conditions=count,
     )
 
 
-def search_errors(trials: Trials) -> Numbers:
-    """The geometric mean error of each search, over its runs that were not lost; left out where all were."""
-    some = ~trials.lost.all(axis=1)
-    found: Numbers = np.exp(np.nanmean(trials.logs()[some], axis=1))
-    return found
-
-
-def quartiles(values: Numbers) -> tuple[float, float, float]:
-    """The quartiles and the median between them; nan of nothing."""
-    if not values.size:
-        return np.nan, np.nan, np.nan
-    low, middle, high = np.quantile(values, [0.25, 0.5, 0.75])
-    return float(low), float(middle), float(high)
-
-
-def tails(trials: Trials, worst: float) -> tuple[float, float]:
-    """The 90th percentile of the error over conditions, and the mean of the worst; medians over searches.
-
-    A lost run is infinitely bad in both: the mean of the worst is infinite if any run of the search was lost.
-
-    Args:
-        trials: the test runs of a law.
-        worst: the share of conditions, rounded up to whole ones.
-
-    Source: Rockafellar and Uryasev 2000, Optimization of conditional value-at-risk,
-    doi:10.21314/JOR.2000.038.
-    """
-    ordered = np.sort(np.where(trials.lost, np.inf, trials.error), axis=1)
-    count = ordered.shape[1]
-    ninetieth = ordered[:, int(np.ceil(0.9 * count)) - 1]
-    means = ordered[:, count - int(np.ceil(worst * count)) :].mean(axis=1)
-    return middle_of(ninetieth), middle_of(means)
-
-
-def middle_of(values: Numbers) -> float:
-    """The median, of two middle ones the larger; that of infinite numbers is infinite."""
-    return float(np.sort(values)[values.size // 2])
+def geometric_mean(values: Numbers) -> float:
+    """Of those that are not nan; nan where all are, and 0 where one is."""
+    known = values[~np.isnan(values)]
+    with np.errstate(divide="ignore"):
+        return float(np.exp(np.log(known).mean())) if known.size else math.nan

@@ -11,10 +11,10 @@ __all__ = ["survived"]
 
 
 def survived(runs: "pd.DataFrame") -> float:
-    """The largest scale of uncertainty at and below which no run was lost; median over searches.
+    """The largest scale of uncertainty at and below which no run was lost.
 
     Args:
-        runs: of one law in one cell, of the split ``stress``.
+        runs: of one law in one cell at one level, of the split ``stress``.
 
     Returns:
         A multiple of the nominal uncertainty; 0 where runs were lost at the smallest, nan where there are
@@ -24,7 +24,6 @@ def survived(runs: "pd.DataFrame") -> float:
     """
     if runs.empty:
         return np.nan
-    lost = runs.groupby(["optimiser", "search_seed", "scale"], observed=True)["lost"].any().unstack("scale")
-    scales = np.concatenate(([0.0], lost.columns.to_numpy(np.float64)))
-    steps = (~lost.fillna(True).to_numpy(np.bool_)).cumprod(axis=1).sum(axis=1)
-    return float(np.median(scales[steps]))
+    lost = runs.groupby("scale")["lost"].any().sort_index()
+    steps = int((~lost.to_numpy(np.bool_)).cumprod().sum())
+    return float(lost.index[steps - 1]) if steps else 0.0

@@ -6,9 +6,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from hydroservo.errors import HydroservoError
 from hydroservo.studies.ablation import Ratio, Worth, over_cells, worths
 from hydroservo.studies.cell_verdict import CellVerdict, cell_verdict
-from hydroservo.studies.choice import chosen
-from hydroservo.studies.columns import judged_columns
+from hydroservo.studies.choice import activities_of, chosen, level_name, points_of
+from hydroservo.studies.columns import GAINS, judged_columns
 from hydroservo.studies.factors import Effect, effects
+from hydroservo.studies.fronts import LawFront, fronts_of
 from hydroservo.studies.means import FACTORS, means_of
 from hydroservo.studies.multiples import OF_LIMITS
 from hydroservo.studies.plain import plain
@@ -16,21 +17,22 @@ from hydroservo.studies.properties import Properties
 from hydroservo.studies.regret import Area, areas
 from hydroservo.studies.rules import Rules, checked_rules
 from hydroservo.studies.sensing import CLASSES
-from hydroservo.studies.trials import Trials
+from hydroservo.studies.trials import Trials, trials_of
 
 if TYPE_CHECKING:
     import pandas as pd
 
-__all__ = ["Verdicts", "judged"]
+__all__ = ["LevelVerdict", "Verdicts", "judged"]
 
 Laws = Mapping[str, Mapping[str, Any]]
+PropertiesByCell = Mapping[str, Mapping[str, Properties]]
+PropertiesByLevel = Mapping[str, PropertiesByCell]
 
 
-class Verdicts(NamedTuple):
-    """All that a study says.
+class LevelVerdict(NamedTuple):
+    """All that a study says at one level of activity.
 
     Attributes:
-        rules: that it goes by.
         cells: of each cell.
         areas: over how much of the map each law is near the best.
         effects: of family, observer and wrapper, of laws that lack nothing.
@@ -38,12 +40,27 @@ class Verdicts(NamedTuple):
         prices: of sensors over all cells, such as ``"V over VP"``.
     """
 
-    rules: Rules
     cells: dict[str, CellVerdict]
     areas: dict[str, Area]
     effects: dict[str, Effect]
     worths: dict[str, Worth]
     prices: dict[str, Ratio]
+
+
+class Verdicts(NamedTuple):
+    """All that a study says.
+
+    Attributes:
+        rules: that it goes by.
+        activity: of the reference in each cell, on validation: what levels are multiples of [%/s].
+        levels: at each level of activity, by its multiple as text, such as ``"0.5"``.
+        fronts: of each law, by cell and law.
+    """
+
+    rules: Rules
+    activity: dict[str, float]
+    levels: dict[str, LevelVerdict]
+    fronts: dict[str, dict[str, LawFront]]
 
     def as_dict(self) -> dict[str, Any]:
         """The same as JSON has it; null where there is no number, or an infinite one."""
@@ -56,17 +73,18 @@ def judged(
     manifest: Mapping[str, Any],
     rules: Rules | None = None,
     limits: "pd.DataFrame | None" = None,
-    properties: Mapping[str, Mapping[str, Properties]] | None = None,
+    properties: PropertiesByLevel | None = None,
 ) -> Verdicts:
     """What a study says, from the table of its runs.
 
     Args:
         table: a row a run, with the columns of a study's parts, in any order.
-        manifest: what ``study.json`` holds; its ``laws`` are used.
+        manifest: what ``study.json`` holds; its ``laws``, ``reference``, ``search.levels`` and ``kinds`` are
+            used.
         rules: of the comparison.
         limits: a row a condition whose limits were sought, with the columns
             :data:`~hydroservo.studies.multiples.OF_LIMITS`; None if there are none.
-        properties: of the laws, by cell and law; None if nobody computed them.
+        properties: of the laws, by level, cell and law; None if nobody computed them.
 
     Raises:
         HydroservoError: the table or the manifest does not say what it must, or laws met different
@@ -78,23 +96,77 @@ def judged(
     rules = checked_rules(rules or Rules())
     runs = judged_columns(table)
     laws = checked_laws(manifest, {str(law) for law in runs["law"].unique()})
-    choice = chosen(runs)
+    reference, levels = str(manifest["reference"]), manifest["search"]["levels"]
+    choice = chosen(runs, reference, levels, rules)
     limits = pd.DataFrame(columns=OF_LIMITS) if limits is None else limits
-    properties = properties or {}
-    cells: dict[str, CellVerdict] = {}
-    trials: dict[str, dict[str, Trials]] = {}
-    for name, own in runs.groupby("cell", observed=True):
-        cells[str(name)], trials[str(name)] = cell_verdict(
-            own, choice, laws, rules, limits, properties.get(str(name), {})
+    tests, stress = (runs[runs["split"] == split].merge(choice, on=GAINS) for split in ("test", "stress"))
+    check_tested(choice, tests)
+    own = tests[(tests["law"] == reference) & (tests["level"] == 1.0)]
+    bases = {str(cell): trials_of(one) for cell, one in own.groupby("cell", observed=True)}
+    found = {}
+    for level in levels:
+        found[level_name(level)] = at_level(
+            tests[tests["level"] == level],
+            stress[stress["level"] == level],
+            bases,
+            laws,
+            len(manifest["kinds"]),
+            rules,
+            limits,
+            (properties or {}).get(level_name(level), {}),
         )
     return Verdicts(
         rules=rules,
+        activity=activities_of(points_of(runs, "validation"), reference, rules),
+        levels=found,
+        fronts=fronts_of(runs, choice, bases, rules),
+    )
+
+
+def at_level(
+    tests: "pd.DataFrame",
+    stress: "pd.DataFrame",
+    bases: Mapping[str, Trials],
+    laws: Laws,
+    kinds: int,
+    rules: Rules,
+    limits: "pd.DataFrame",
+    properties: PropertiesByCell,
+) -> LevelVerdict:
+    """What a study says at one level, from the runs there with the gains that validation chose."""
+    cells: dict[str, CellVerdict] = {}
+    trials: dict[str, dict[str, Trials]] = {}
+    for key, own in tests.groupby("cell", observed=True):
+        name = str(key)
+        cells[name], trials[name] = cell_verdict(
+            own,
+            stress[stress["cell"] == name],
+            bases[name],
+            laws,
+            kinds,
+            rules,
+            limits[limits["cell"] == name],
+            properties.get(name, {}),
+        )
+    return LevelVerdict(
         cells=cells,
         areas=areas({name: one.regret for name, one in cells.items()}, rules),
         effects=effects(means_of(trials, laws, rules), laws, rules.confidence),
         worths=worths({name: one.pairs for name, one in cells.items()}, laws, rules.confidence),
         prices=prices_over(cells, rules),
     )
+
+
+def check_tested(choice: "pd.DataFrame", tests: "pd.DataFrame") -> None:
+    """Refuse gains that were chosen and not tested.
+
+    Raises:
+        HydroservoError: there are some.
+    """
+    seen = set(zip(tests["law"], tests["cell"], tests["level"], strict=True))
+    for law, cell, level in zip(choice["law"], choice["cell"], choice["level"], strict=True):
+        if (law, cell, level) not in seen:
+            raise HydroservoError(f"the study's table: law {law}, cell {cell}: no test runs")
 
 
 def checked_laws(manifest: Mapping[str, Any], used: set[str]) -> dict[str, dict[str, str]]:

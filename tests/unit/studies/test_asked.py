@@ -37,15 +37,14 @@ def refused(tmp_path: Path, text: str) -> str:
         (SMALL + 'reference = "lp"', "reference: 'lp' must be one of pi, lq"),
         (SMALL + 'metric = "rms"', "metric: 'rms' must be one of"),
         (SMALL + "conditions.test = 0", "conditions.test: 0 must be a whole number from 1 to 100000"),
-        (
-            SMALL + 'search.optimisers = ["sgd"]',
-            "search.optimisers: ['sgd'] names 'sgd'; it must be one of de, cma",
-        ),
         (SMALL + "limits.conditions = 201", "limits.conditions: 201 must be a whole number from 0 to 200"),
         (SMALL + "limits.condition = 2", "limits.condition: unknown key (value 2); it must be one of"),
-        (SMALL + "search.efforts = [1, 0]", "search.efforts: [1, 0] must be a list of numbers from 0 to 10"),
-        (SMALL + "search.efforts = [nan]", "search.efforts: [nan] must be a list of numbers from 0 to 10"),
-        (SMALL + "search.candidates = 63", "search.candidates: 63 must be a whole number from 64"),
+        (SMALL + "search.levels = [1, 0]", "search.levels: [1, 0] must be a list of numbers from 0.001 to"),
+        (SMALL + "search.levels = [nan]", "search.levels: [nan] must be a list of numbers from 0.001 to"),
+        (SMALL + "search.levels = [2]", "search.levels: [2] must contain 1, the activity of the reference"),
+        (SMALL + 'search.step = "1 mm"', "search.step: '1 mm' does not convert to s"),
+        (SMALL + 'search.step = "0 s"', "search.step: '0 s' must be a time above 0"),
+        (SMALL + "search.candidates = 255", "search.candidates: 255 must be a whole number from 256"),
         (SMALL + 'laws.lq.observers = ["eso"]', "laws.lq.observers: ['eso'] names 'eso'; it "),
         (
             SMALL + 'laws.less = { of = "tsmc", without = "it" }',
@@ -135,8 +134,8 @@ def test_what_is_no_name_and_no_path_is_refused() -> None:
 
 
 def test_changes_lie_over_the_file() -> None:
-    study = read_study("small", {"search.candidates": 64, "laws.pi.family": "P"})
-    assert (study.search.candidates, study.laws["pi"].family) == (64, "P")
+    study = read_study("small", {"search.candidates": 300, "laws.pi.family": "P"})
+    assert (study.search.candidates, study.laws["pi"].family) == (300, "P")
     assert study.search.seeds == read_study("small").search.seeds
 
 

@@ -11,17 +11,16 @@ from hydroservo.studies.regret import Area, areas, regrets
 from hydroservo.studies.rules import Rules
 from hydroservo.studies.sensing import prices, ranks
 from hydroservo.studies.standing import standing_of
-from tools.planted import Spreads, trials, with_lost
+from tools.planted import trials, with_lost
 
 RULES = Rules()
 
 
 def cell(lost=(), seed=0, of_200=30, **levels):
-    runs = trials(np.random.default_rng(seed), levels, spreads=Spreads(searches=0.01))
-    some = np.zeros((5, 200), dtype=bool)
-    some[:, :of_200] = True
+    runs = trials(np.random.default_rng(seed), levels)
+    some = np.arange(200) < of_200
     runs |= {law: with_lost(runs[law], some) for law in lost}
-    return {law: standing_of(one, math.nan, RULES) for law, one in runs.items()}, pairs_of(runs, RULES)
+    return {law: standing_of(one, math.nan, RULES, 1) for law, one in runs.items()}, pairs_of(runs, RULES)
 
 
 def test_one_law_wins():

@@ -1,65 +1,76 @@
-"""CMA-ES: it finds minima that are known, alike each time, and outlives its own convergence."""
-
-from collections.abc import Callable
+"""NSGA-II: known fronts are found, inside the cube, the same each time."""
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from hydroservo.studies.evolution import evolved
-
-MIDDLE = np.array([[0.3], [0.7], [0.45]])
-
-
-def best(
-    cost: Callable[[np.ndarray], np.ndarray], dimensions: int, generations: int, seed: int = 0
-) -> np.ndarray:
-    """All points that were asked for, the best first; each generation is one array of them."""
-    asked = []
-
-    def heard(points: np.ndarray) -> np.ndarray:
-        asked.append(points.T)
-        return cost(points)
-
-    evolved(heard, dimensions, generations, seed)
-    assert len(asked) == generations
-    points = np.concatenate(asked)
-    assert points.shape == (64 * generations, dimensions)
-    assert points.min() >= 0.0
-    assert points.max() <= 1.0
-    return points[np.argsort(cost(points.T), kind="stable")]
+from hydroservo.studies.evolution import fittest, gaps, offspring, ranked, reflected
+from hydroservo.studies.front import on_front
 
 
-def valley(points: np.ndarray) -> np.ndarray:
-    """A quadratic a thousand times as steep across its diagonals as along them, smallest at MIDDLE."""
-    x = points - MIDDLE
-    return x.sum(axis=0) ** 2 + 1e3 * (x[0] - x[1]) ** 2 + 1e3 * (x[1] - x[2]) ** 2
+def evolved(costs_of, dimensions, generations=40, size=64, seed=0):
+    random = np.random.default_rng(seed)
+    units = random.random((size, dimensions))
+    costs = costs_of(units)
+    for _ in range(generations):
+        children = offspring(units, costs, random)
+        units, costs = np.concatenate([units, children]), np.concatenate([costs, costs_of(children)])
+        kept = fittest(costs, size)
+        units, costs = units[kept], costs[kept]
+    return units, costs
 
 
-def test_it_finds_the_bottom_of_a_narrow_valley() -> None:
-    np.testing.assert_allclose(best(valley, 3, 30)[0], MIDDLE[:, 0], atol=1e-3)
+def schaffer(units):
+    """The front is where the first number lies between 0.25 and 0.75 and the others are 0.5."""
+    rest = ((units[:, 1:] - 0.5) ** 2).sum(axis=1)
+    return np.stack([(units[:, 0] - 0.25) ** 2 + rest, (units[:, 0] - 0.75) ** 2 + rest], axis=1)
 
 
-def test_it_finds_a_corner() -> None:
-    np.testing.assert_allclose(best(lambda x: x[0] - x[1], 2, 30)[0], [0.0, 1.0], atol=1e-3)
+@pytest.mark.parametrize("dimensions", [1, 3, 8])
+def test_a_known_front_is_found_from_end_to_end(dimensions):
+    units, costs = evolved(schaffer, dimensions, generations=80)
+    assert on_front(costs).mean() > 0.9
+    assert np.abs(units[:, 1:] - 0.5).max(initial=0.0) < 0.1
+    first = np.sort(units[:, 0])
+    assert (first[0], first[-1]) == pytest.approx((0.25, 0.75), abs=0.03)
+    assert np.diff(first).max() < 0.06  # spread evenly, as crowding wants it
 
 
-def test_the_same_seed_asks_for_the_same_points_and_another_for_others() -> None:
-    first, again, other = (best(valley, 3, 5, seed) for seed in (3, 3, 4))
-    assert first.tobytes() == again.tobytes()
-    assert first.tobytes() != other.tobytes()
+def test_zdt1_comes_near_its_front():
+    """Source: Zitzler, Deb, Thiele 2000, doi:10.1162/106365600568202: the best has f2 = 1 - sqrt(f1)."""
+
+    def zdt1(units):
+        g = 1.0 + 9.0 * units[:, 1:].mean(axis=1)
+        return np.stack([units[:, 0], g * (1.0 - np.sqrt(units[:, 0] / g))], axis=1)
+
+    _, costs = evolved(zdt1, 10, generations=150)
+    above = costs[:, 1] - (1.0 - np.sqrt(costs[:, 0]))
+    assert above.min() >= 0.0
+    assert np.median(above) < 0.06
 
 
-@pytest.mark.parametrize(
-    "cost",
-    [lambda x: (x[0] - 0.3) ** 2, lambda x: 0.0 * x[0], lambda x: np.where(x[0] < 0.5, np.inf, x[0])],
-    ids=["one number", "flat", "half of it impossible"],
-)
-def test_a_search_that_has_converged_goes_on_elsewhere(cost: Callable[[np.ndarray], np.ndarray]) -> None:
-    """With one number it converges after some 15 generations; without a new start its step becomes 0 / 0."""
-    points = best(cost, 1, 200)
-    assert np.isfinite(points).all()
-    assert np.ptp(points) > 0.4
+def test_the_same_seed_gives_the_same_points():
+    first, again, other = (evolved(schaffer, 3, 5, seed=seed)[0] for seed in (1, 1, 2))
+    assert np.array_equal(first, again)
+    assert not np.array_equal(first, other)
 
 
-def test_nothing_possible_is_no_error() -> None:
-    assert len(best(lambda x: np.full(x.shape[1], np.inf), 2, 40)) == 64 * 40
+@given(st.lists(st.tuples(st.integers(0, 4), st.integers(0, 4)), min_size=1, max_size=20))
+def test_ranks_peel_fronts(costs):
+    costs = np.array(costs, dtype=float)
+    ranks = ranked(costs)
+    for rank in range(ranks.max() + 1):
+        left = ranks >= rank
+        assert np.array_equal(ranks[left] == rank, on_front(costs[left]))
+
+
+def test_ends_are_kept_and_crowds_thinned():
+    line = np.array([[0.0, 9.0], [1.0, 8.0], [1.1, 7.9], [5.0, 4.0], [9.0, 0.0]])
+    assert np.isinf(gaps(line)[[0, 4]]).all()
+    assert set(fittest(line, 4)) == {0, 1, 3, 4} or set(fittest(line, 4)) == {0, 2, 3, 4}
+    assert fittest(np.vstack([line, [[9.0, 9.0]]]), 6)[-1] == 5
+
+
+def test_points_are_folded_into_the_cube():
+    assert reflected(np.array([-0.25, 0.5, 1.25, 1.0])) == pytest.approx([0.25, 0.5, 0.75, 1.0])

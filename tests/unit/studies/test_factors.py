@@ -10,7 +10,6 @@ from hydroservo.studies.ablation import over_cells
 from hydroservo.studies.draws import drawn_mean, weights
 from hydroservo.studies.factors import effects
 from hydroservo.studies.means import means_of
-from hydroservo.studies.paired import spread
 from hydroservo.studies.rules import Rules
 from hydroservo.studies.trials import Trials
 from tools.planted import Spreads, trials, with_lost
@@ -23,7 +22,7 @@ LEVELS = {
     for law, (family, observer) in EVERY.items()
 }
 TRUE = {law: FAMILY[family] * OBSERVER[observer] for law, (family, observer) in EVERY.items()}
-CLEAR = Spreads(own=0.05, searches=0.01)
+CLEAR = Spreads(own=0.05)
 
 
 def study(true, cells="12"):
@@ -75,13 +74,11 @@ def test_one_law_has_no_factors():
 
 
 def test_the_bootstrap_spreads_as_the_mean_does():
-    one = trials(
-        np.random.default_rng(0), {"a": 1.0}, searches=9, spreads=Spreads(conditions=0.2, searches=0.1)
-    )["a"]
-    draws = drawn_mean(one, weights(9, Rules(), "c", "a"), weights(200, Rules(), "c"))
+    one = trials(np.random.default_rng(0), {"a": 1.0}, spreads=Spreads(conditions=0.2))["a"]
+    draws = drawn_mean(one, weights(200, Rules(), "c"))
     assert draws.size == 10_000
     assert draws.mean() == pytest.approx(one.logs().mean(), abs=4 * draws.std() / 100)
-    assert draws.var() == pytest.approx(spread(one.logs()), rel=0.1)
+    assert draws.var() == pytest.approx(one.logs().var(ddof=1) / 200, rel=0.1)
 
 
 def test_draws_depend_on_names_alone():
@@ -98,22 +95,17 @@ def test_draws_depend_on_names_alone():
 
 
 def test_draws_leave_lost_runs_out():
-    one = trials(np.random.default_rng(0), {"a": 1.0}, searches=4, conditions=30)["a"]
-    lost = np.zeros(one.lost.shape, dtype=bool)
-    lost[1] = lost[:, 3] = True
-    without = Trials(*(x[..., np.arange(30) != 3] for x in one))
-    of_searches, of_conditions = weights(4, RULES, "c", "a"), weights(30, RULES, "c")
-    found = drawn_mean(with_lost(one, lost), of_searches, of_conditions)
-    of_searches[:, 1] = 0.0
-    expected = drawn_mean(without, of_searches, np.delete(of_conditions, 3, axis=1))
-    some = of_searches.any(axis=1)
-    assert found[some] == pytest.approx(expected[some], rel=1e-9)
-    assert np.isnan(found[~some]).all()
+    one = trials(np.random.default_rng(0), {"a": 1.0}, conditions=30)["a"]
+    lost = np.arange(30) == 3
+    drawn = weights(30, RULES, "c")
+    without = Trials(*(x[~lost] for x in one))
+    expected = drawn_mean(without, drawn[:, ~lost])
+    assert drawn_mean(with_lost(one, lost), drawn) == pytest.approx(expected, rel=1e-9)
 
 
-def test_one_search_has_no_interval():
-    one = trials(np.random.default_rng(0), {"a": 1.0}, searches=1)["a"]
-    assert np.isnan(drawn_mean(one, weights(1, RULES, "c", "a"), weights(200, RULES, "c"))).all()
+def test_one_condition_has_no_interval():
+    one = trials(np.random.default_rng(0), {"a": 1.0}, conditions=1)["a"]
+    assert np.isnan(drawn_mean(one, weights(1, RULES, "c"))).all()
 
 
 def test_a_ratio_over_cells():

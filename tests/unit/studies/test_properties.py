@@ -1,18 +1,14 @@
-"""What no run says of a law: margins that hold, the gains that stand for it, and how both are shown."""
+"""What no run says of a law: margins that hold, its price on the target, and how both are shown."""
 
 import json
 import math
 
-import numpy as np
 import pytest
 
 from hydroservo import load_scenario
 from hydroservo.block import replace, value_at
 from hydroservo.linear import Margins, margins
-from hydroservo.studies.choice import chosen, of_choice
-from hydroservo.studies.columns import judged_columns
 from hydroservo.studies.law_margins import LawMargins, law_margins, least
-from hydroservo.studies.middle import middle_gains
 from hydroservo.studies.on_target import ENDLESS, UNTRANSLATED, OnTarget, on_target
 from hydroservo.studies.plain import plain
 from hydroservo.studies.properties import Properties
@@ -96,41 +92,16 @@ def test_a_law_that_cannot_be_counted_says_why(body: str, why: str, tmp_path) ->
     assert found.operations is None
 
 
-def small_study(seeds: int):
-    manifest = part_of(made_up_manifest(), LAWS, CELLS)
-    return manifest, made_up_table(manifest, seeds=seeds, budgets=(64, 256))
-
-
-@pytest.mark.parametrize("seeds", [1, 4, 5])
-def test_the_gains_are_those_of_the_search_in_the_middle(seeds: int) -> None:
-    _, table = small_study(seeds)
-    runs = judged_columns(table)
-    tests = of_choice(runs, chosen(runs), "test").query("budget == 256")
-    for (cell, name), gains in middle_gains(table).items():
-        own = tests[(tests["law"] == name) & (tests["cell"] == cell)]
-        means = np.log(own["error"]).groupby(own["search_seed"]).mean().sort_values()
-        own = table[(table["law"] == name) & (table["cell"] == cell)]
-        seed = means.index[(seeds - 1) // 2]
-        assert {json.dumps(gains)} == set(own[own["search_seed"] == seed]["parameters"])
-    assert len(middle_gains(table)) == len(LAWS) * len(CELLS)
-
-
-def test_a_search_that_lost_all_its_runs_is_not_in_the_middle() -> None:
-    _, table = small_study(3)
-    wrong = (table["law"] == LAWS[0]) & (table["search_seed"] <= 2)
-    table.loc[wrong, ["error", "lost"]] = (math.inf, True)
-    left = table[(table["law"] == LAWS[0]) & (table["cell"] == CELLS[0]) & (table["search_seed"] == 3)]
-    assert {json.dumps(middle_gains(table)[CELLS[0], LAWS[0]])} == set(left["parameters"])
-
-
 def test_a_report_shows_margins_and_prices_and_says_what_has_none(tmp_path) -> None:
-    manifest, table = small_study(2)
+    manifest = part_of(made_up_manifest(), LAWS, CELLS)
+    table = made_up_table(manifest)
     rough = least([])._replace(points=3, nonlinear="it switches")
     one = least([STABLE])._replace(points=3)
     target = OnTarget(1234, 600, 500, 30, 4, 100, 2, 64, 216)
     own = {LAWS[0]: Properties(one, target), LAWS[1]: Properties(one, target._replace(operations=12))}
     own[LAWS[2]] = Properties(rough, OnTarget(uncounted=ENDLESS))
-    verdicts = judged(table, manifest, Rules(resamples=100), properties=dict.fromkeys(CELLS, own))
+    properties = {"1": dict.fromkeys(CELLS, own)}
+    verdicts = judged(table, manifest, Rules(resamples=100), properties=properties)
     found = findings(manifest, verdicts)
     assert "target" in [picture.name for picture in pictures(found)]
     said = " ".join(sentences(found))
@@ -139,6 +110,8 @@ def test_a_report_shows_margins_and_prices_and_says_what_has_none(tmp_path) -> N
     page = (tmp_path / "report.html").read_text("utf-8")
     assert page.count('colspan="5">not linear</td>') == len(CELLS)
     assert page.count('<td class="n">1,234</td>') == len(CELLS) + 1
-    cell = json.loads((tmp_path / "verdicts.json").read_text("utf-8"))["cells"][CELLS[0]]
+    assert page.count('<td class="n">not linear in 2</td>') == 1
+    levels = json.loads((tmp_path / "verdicts.json").read_text("utf-8"))["levels"]
+    cell = levels["1"]["cells"][CELLS[0]]
     assert cell["properties"][LAWS[2]]["margins"]["nonlinear"] == "it switches"
     assert cell["properties"][LAWS[1]]["target"]["operations"] == 12

@@ -3,8 +3,6 @@
 1000 studies leave a rate of 95 % uncertain by 0.7 %.
 """
 
-import math
-
 import numpy as np
 import pytest
 
@@ -15,38 +13,19 @@ from tools.planted import Spreads, coverage, normal, student, trials, with_lost
 pytestmark = pytest.mark.slow
 
 STUDIES = 1000
-SPREADS = {
-    "searches": Spreads(own=0.05, searches=0.1),
-    "both": Spreads(own=0.15, searches=0.05, runs=0.1),
-    "conditions": Spreads(own=0.15, searches=0.01),
-}
+SPREADS = {"alike": Spreads(own=0.05), "unlike": Spreads(own=0.3)}
 
 
-@pytest.mark.parametrize("conditions", [20, 200])
-@pytest.mark.parametrize("searches", [3, 5, 9])
+@pytest.mark.parametrize("conditions", [20, 66, 200])
 @pytest.mark.parametrize("draw", [normal, student])
 @pytest.mark.parametrize("spreads", SPREADS.values(), ids=SPREADS)
-def test_intervals_hold_the_truth(spreads, draw, searches, conditions, record_property):
-    share = coverage(STUDIES, searches, conditions, spreads, draw)
+def test_intervals_hold_the_truth(spreads, draw, conditions, record_property):
+    share = coverage(STUDIES, conditions, spreads, draw)
     record_property("coverage", share)
     assert 0.93 <= share <= 0.985  # Student's t is a little wide where tails are long
 
 
-def test_percentiles_of_resampled_searches_are_too_narrow(record_property):
-    """Why the intervals are Student's: the usual bootstrap of three searches misses the truth too often."""
-    rng, held = np.random.default_rng(13), 0
-    for _ in range(200):
-        runs = trials(rng, {"a": 1.0, "b": 1.0}, searches=3, spreads=SPREADS["searches"])
-        means = [one.logs().mean(axis=1) for one in runs.values()]
-        # conditions hardly matter here; each law's searches are drawn as often as there are
-        draws = [mean[rng.integers(3, size=(1000, 3))].mean(axis=1) for mean in means]
-        low, high = np.quantile(draws[0] - draws[1], [0.025, 0.975])
-        held += bool(low <= 0.0 <= high)
-    record_property("coverage", held / 200)
-    assert held / 200 < 0.9
-
-
-def winners(levels, spreads=SPREADS["both"], studies=200, lost=None):
+def winners(levels, spreads=SPREADS["unlike"], studies=200, lost=None):
     """Who won each pair, and by what, in each of some studies."""
     rng = np.random.default_rng(12)
     found = []
@@ -59,7 +38,7 @@ def winners(levels, spreads=SPREADS["both"], studies=200, lost=None):
 
 
 def test_a_better_law_is_found(record_property):
-    found = winners({"good": 0.9, "poor": 1.0}, Spreads(own=0.15, searches=0.03, runs=0.1))
+    found = winners({"good": 0.9, "poor": 1.0}, Spreads(own=0.2))
     right = sum(one == [("good", "error")] for one in found) / len(found)
     record_property("found", right)
     assert right >= 0.95
@@ -81,15 +60,10 @@ def test_six_copies_are_ties(record_property):
 
 
 @pytest.mark.parametrize("share", [0.005, 0.05])
-@pytest.mark.parametrize("together", [0.0, 1.0, 2.0])
-def test_equal_losses_are_a_tie(share, together, record_property):
-    """Runs are lost as a level is passed that is drawn for each run, and more or less for whole searches."""
-    height = math.sqrt(1.0 + 0.25 * together**2) * -normal_quantile(share)
-
-    def lost(rng, shape, law):
-        return rng.standard_normal(shape) + 0.5 * together * rng.standard_normal((shape[0], 1)) > height
-
-    found = winners({"one": 1.0, "other": 1.0}, lost=lost, studies=STUDIES)
+def test_equal_losses_are_a_tie(share, record_property):
+    found = winners(
+        {"one": 1.0, "other": 1.0}, lost=lambda rng, shape, _: rng.random(shape) < share, studies=STUDIES
+    )
     wrong = sum(by == "lost runs" for ((_, by),) in found) / len(found)
     record_property("false", wrong)
     assert wrong <= 0.05 + 0.02
@@ -97,15 +71,9 @@ def test_equal_losses_are_a_tie(share, together, record_property):
 
 def test_greater_losses_are_found(record_property):
     def lost(rng, shape, law):
-        return rng.random(shape) < (0.05 if law == "good" else 0.005)
+        return rng.random(shape) < (0.12 if law == "good" else 0.01)
 
     found = winners({"good": 0.8, "poor": 1.0}, lost=lost)
     right = sum(one == [("poor", "lost runs")] for one in found) / len(found)
     record_property("found", right)
     assert right >= 0.95
-
-
-def normal_quantile(share):
-    from scipy.stats import norm
-
-    return float(norm.ppf(share))

@@ -1,7 +1,7 @@
-"""One search of a law's gains: its ranges, its best points, and what it refuses."""
+"""One search of a law's front: its ranges, its window, its points, and what it refuses."""
 
-import json
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -11,18 +11,33 @@ from hydroservo import HydroservoError, load_scenario, simulate_batch
 from hydroservo.block import replace
 from hydroservo.runs.space import Space
 from hydroservo.studies import search as searching
-from hydroservo.studies.cells import entrants_of
+from hydroservo.studies.cells import coarse, entrants_of
 from hydroservo.studies.file import read_study
-from hydroservo.studies.search import Group, Task, command_range, edges_of, found_by, searched, widened
+from hydroservo.studies.front import on_front
+from hydroservo.studies.search import (
+    LOST,
+    POINTS,
+    Group,
+    Judged,
+    Task,
+    command_range,
+    edges_of,
+    found_by,
+    own_window,
+    searched,
+    seen_in,
+    summary,
+    widened,
+)
 
 GAIN = "controller.proportional_gain"
+INTEGRAL = "controller.integral_gain"
 RANGE = {GAIN: (0.03, 30.0)}
-BARE = Task("", "", "de", 0, 0.1, "rms_error", 64, 0, {}, [])
 SHORT = {
     "set.simulation.duration": "0.2 s",
     "conditions.train": 2,
-    "conditions.validation": 2,
-    "conditions.test": 2,
+    "conditions.validation": 4,
+    "conditions.test": 4,
     "conditions.stressed": 2,
 }
 
@@ -32,94 +47,125 @@ def task() -> Task:
     """A search of the PI's in the study small, cut short."""
     entrant = next(entrants_of(read_study("small", SHORT)))
     groups = [
-        Group(one.loop, {split: own[kind] for split, own in entrant.drawn.items() if kind in own})
+        Group(
+            one.loop,
+            coarse(one.loop, 0.25e-3),
+            {split: own[kind] for split, own in entrant.drawn.items() if kind in own},
+        )
         for kind, one in entrant.contender.assemblies.items()
     ]
-    return Task("pi", "low", "de", 0, 0.1, "rms_error", 128, 1, entrant.contender.ranges, groups)
+    return Task("pi", "low", 0, "rms_error", 256, 1, 0.4, None, entrant.contender.ranges, groups)
 
 
-def with_best_at(monkeypatch: pytest.MonkeyPatch, gain: float) -> list[Mapping[str, tuple[float, float]]]:
-    """Have the gain's best value known; the ranges that searches have are heard."""
-    heard: list[Mapping[str, tuple[float, float]]] = []
+def with_best_at(monkeypatch: pytest.MonkeyPatch, gain: float) -> None:
+    """Have the error known: it is least at a gain, and the activity is as large as the gain."""
 
     def cost(_: Task, points: Mapping[str, np.ndarray]) -> np.ndarray:
-        return np.log(points[GAIN] / gain) ** 2
-
-    def search(task: Task, space: Space) -> Sequence[searching.Best]:
-        heard.append(space.ranges)
-        return searched(task, space)
+        return np.stack([np.log(points[GAIN] / gain) ** 2, np.log(points[GAIN])], axis=1)
 
     monkeypatch.setattr(searching, "cost", cost)
-    monkeypatch.setattr(searching, "searched", search)
-    return heard
 
 
-@pytest.mark.parametrize("optimiser", ["de", "cma"])
 def test_a_best_value_inside_is_found_and_no_range_widened(
-    task: Task, monkeypatch: pytest.MonkeyPatch, optimiser: str
+    task: Task, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    heard = with_best_at(monkeypatch, 2.0)
-    table = found_by(task._replace(ranges=RANGE, optimiser=optimiser, candidates=1024, widen=3)).to_pandas()
-    assert heard == [RANGE]
-    found = [json.loads(one)[GAIN] for one in table.sort_values("budget")["parameters"]]
-    assert found[-1] == pytest.approx(2.0, rel=1e-2)
-    assert set(table[table["budget"] == 1024]["edges"]) == {"[]"}
+    with_best_at(monkeypatch, 2.0)
+    found = searched(task._replace(ranges=RANGE, candidates=1024, widen=3))
+    assert found.space.ranges == RANGE
+    assert found.values[found.costs[:, 0].argmin(), 0] == pytest.approx(2.0, rel=1e-2)
 
 
 @pytest.mark.parametrize(
     ("best", "widen", "ends"),
     [
-        (100.0, 1, [(0.03, 30.0), (0.03, 300.0)]),
-        (100.0, 0, [(0.03, 30.0)]),
-        (1e6, 2, [(0.03, 30.0), (0.03, 300.0), (0.03, 3000.0)]),
-        (1e-3, 2, [(0.03, 30.0), (0.003, 30.0), (0.0003, 30.0)]),
+        (100.0, 1, (0.03, 300.0)),
+        (100.0, 0, (0.03, 30.0)),
+        (1e6, 2, (0.03, 3000.0)),
+        (1e-3, 2, (0.0003, 30.0)),
     ],
 )
-def test_a_range_at_whose_end_a_search_stopped_is_a_decade_wider(
-    task: Task,
-    monkeypatch: pytest.MonkeyPatch,
-    best: float,
-    widen: int,
-    ends: list[tuple[float, float]],
+def test_a_range_at_whose_end_the_front_lies_is_a_decade_wider(
+    task: Task, monkeypatch: pytest.MonkeyPatch, best: float, widen: int, ends: tuple[float, float]
 ) -> None:
-    heard = with_best_at(monkeypatch, best)
-    table = found_by(task._replace(ranges=RANGE, widen=widen, candidates=512)).to_pandas()
-    assert [pytest.approx(one[GAIN]) for one in heard] == ends
-    last = table[table["budget"] == 512]
-    low, high = ends[-1]
-    assert set(last["edges"]) == ({"[]"} if low < best < high else {f'["{GAIN}"]'})
+    with_best_at(monkeypatch, best)
+    found = searched(task._replace(ranges=RANGE, widen=widen, candidates=4096))
+    assert found.space.ranges[GAIN] == pytest.approx(ends)
+    reached = found.values[found.costs[:, 0].argmin(), 0]
+    assert reached == pytest.approx(min(max(best, ends[0]), ends[1]), rel=0.3)
+
+
+def test_a_search_ends_when_its_front_is_still(task: Task, monkeypatch: pytest.MonkeyPatch) -> None:
+    with_best_at(monkeypatch, 2.0)
+    found = searched(task._replace(ranges=RANGE, candidates=65_536))
+    assert len(found.values) < 4096
+    assert found.moved < searching.STILL
 
 
 def test_a_range_stays_where_its_number_may_be(task: Task) -> None:
     """An exponent may be from 0.1 to below 1."""
     path = "controller.controller.pull.exponent_1"
     groups = [one._replace(loop=load_scenario("laws/fast-terminal-sine")) for one in task.groups]
-    terminal, ranges = task._replace(groups=groups), {path: (0.2, 0.9)}
-    for end in (0.0, 1.0):
-        assert widened(terminal, ranges, np.array([end])) == ranges
+    terminal, space = task._replace(groups=groups), Space({path: (0.2, 0.9)})
+    assert widened(terminal, space, np.array([[0.2], [0.9]])).ranges == space.ranges
 
 
 def test_an_end_at_zero_has_no_decade_below(task: Task) -> None:
-    assert widened(task, {GAIN: (0.0, 3.0)}, np.array([0.0])) == {GAIN: (0.0, 3.0)}
-    assert widened(task, {GAIN: (0.0, 3.0)}, np.array([1.0])) == {GAIN: (0.0, 30.0)}
+    space = Space({GAIN: (0.0, 3.0)})
+    assert widened(task, space, np.array([[0.0]])).ranges == {GAIN: (0.0, 3.0)}
+    assert widened(task, space, np.array([[0.0], [3.0]])).ranges == {GAIN: (0.0, 30.0)}
 
 
-@pytest.mark.parametrize(("unit", "edges"), [(0.005, [GAIN]), (0.5, []), (0.995, [GAIN])])
-def test_edges_are_the_last_hundredths_of_a_range(unit: float, edges: list[str]) -> None:
-    assert edges_of(Space(RANGE), np.array([unit])) == edges
+@pytest.mark.parametrize(("value", "edges"), [(0.0301, [GAIN]), (1.0, []), (29.9, [GAIN])])
+def test_edges_are_the_last_hundredths_of_a_range(value: float, edges: list[str]) -> None:
+    assert edges_of(Space(RANGE), {GAIN: value}) == edges
 
 
-@pytest.mark.parametrize("optimiser", ["de", "cma"])
-def test_a_search_is_the_same_each_time_and_its_best_gets_no_worse(task: Task, optimiser: str) -> None:
-    short = task._replace(optimiser=optimiser, widen=0)
-    first, again = found_by(short).to_pandas(), found_by(short).to_pandas()
+def test_units_are_where_values_come_from() -> None:
+    space = Space({GAIN: (0.03, 30.0), INTEGRAL: (0.0, 5.0)})
+    units = np.random.default_rng(0).random((9, 2))
+    values = np.stack(list(space.values(units).values()), axis=1)
+    assert space.units(values) == pytest.approx(units)
+
+
+def test_a_search_is_the_same_each_time_and_its_points_are_judged(task: Task) -> None:
+    first, again = found_by(task).to_pandas(), found_by(task).to_pandas()
     assert first.equals(again)
-    assert set(first["optimiser"]) == {optimiser}
-    best = searched(short, Space(short.ranges))
-    values = [Space(short.ranges).values(one.unit[np.newaxis]) for one in best]
-    costs = [searching.cost(short, one)[0] for one in values]
-    assert [one.budget for one in best] == [64, 128]
-    assert costs[1] <= costs[0]
+    sizes = first.groupby("split")["point"].nunique()
+    assert sizes["train"] == sizes["validation"] <= POINTS
+    assert 0 < sizes["test"] == sizes["stress"] <= sizes["validation"]
+    assert (first.groupby(["split", "point"])["condition"].count().unstack("split").max() == [8, 4, 2, 4])[
+        ["stress", "test", "train", "validation"]
+    ].all()
+    assert first[first["split"] == "test"]["swing"].notna().any()
+    validation = first[first["split"] == "validation"].groupby("point")
+    costs = np.stack(
+        [
+            np.log(validation["error"].agg(list).tolist()).mean(axis=1),
+            np.log(validation["activity"].agg(list).tolist()).mean(axis=1),
+        ],
+        axis=1,
+    )
+    assert set(np.flatnonzero(on_front(costs))) == set(first[first["split"] == "test"]["point"])
+
+
+def test_the_search_is_coarse_and_its_judgement_is_not(task: Task) -> None:
+    group = task.groups[0]
+    assert (group.loop.simulation.substeps, group.coarse.simulation.substeps) == (10, 4)
+    assert coarse(group.loop, None) == group.loop
+    assert coarse(group.loop, 1e-9) == group.loop  # never finer than it is judged
+
+
+def test_a_window_ends_what_counts() -> None:
+    costs = np.log([[3.0, 0.1], [2.0, 0.2], [1.0, 1.0], [0.5, 9.0]])
+    seen = seen_in(costs, (math.log(0.4), math.log(2.0)))
+    assert seen[:2, 1] == pytest.approx(math.log(0.4))
+    assert on_front(seen).tolist() == [False, True, True, False]
+    assert seen[3, 0] > LOST
+
+
+def test_the_references_window_begins_below_its_own_activity() -> None:
+    costs = np.log([[3.0, 0.1], [1.04, 1.0], [1.0, 4.0]])
+    assert own_window(costs, 0.4) == (pytest.approx(math.log(0.4)), math.inf)
 
 
 def test_a_metric_that_is_nan_is_refused(task: Task, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -128,13 +174,13 @@ def test_a_metric_that_is_nan_is_refused(task: Task, monkeypatch: pytest.MonkeyP
 
     monkeypatch.setattr(searching, "simulate_batch", runs)
     with pytest.raises(HydroservoError, match="is nan in runs that were not lost"):
-        found_by(task._replace(candidates=64))
+        found_by(task)
 
 
 def test_a_search_in_which_nothing_is_possible_is_refused(
     task: Task, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(searching, "cost", lambda _, points: np.full(points[GAIN].size, np.inf))
+    monkeypatch.setattr(searching, "cost", lambda _, points: np.full((points[GAIN].size, 2), np.inf))
     with pytest.raises(HydroservoError, match="pi in low: no candidate makes a valid controller"):
         found_by(task)
 
@@ -142,16 +188,14 @@ def test_a_search_in_which_nothing_is_possible_is_refused(
 def test_a_lost_run_costs_more_than_any_other() -> None:
     """However small the errors of the others, and however calm their commands."""
 
-    def of(error: list[float], activity: list[float]) -> float:
-        judged = searching.Judged(np.array([error]), np.array([activity]))
-        with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(searching, "judged", lambda *_: judged)
-            return float(searching.cost(BARE, {GAIN: np.ones(1)})[0])
+    def of(error: list[float], activity: list[float]) -> np.ndarray:
+        return summary(Judged(np.array([error]), np.array([activity]), np.zeros((1, len(error)))))[0]
 
-    assert of([np.inf, 1e-9], [np.nan, 1e-9]) > of([1e9, 1e9], [1e6, 1e6])
-    assert of([np.inf, np.inf], [0.0, 0.0]) > of([np.inf, 1.0], [0.0, 1.0])
-    assert of([np.nan, 1.0], [np.nan, 1.0]) == np.inf
-    assert of([0.0, 1.0], [0.0, 1.0]) > -np.inf
+    assert (of([np.inf, 1e-9], [np.nan, 1e-9]) > of([1e9, 1e9], [1e6, 1e6])).all()
+    assert (of([np.inf, np.inf], [0.0, 0.0]) > of([np.inf, 1.0], [0.0, 1.0])).all()
+    assert (of([np.nan, 1.0], [np.nan, 1.0]) == np.inf).all()
+    assert np.isfinite(of([0.0, 1.0], [0.0, 1.0])).all()
+    assert of([1.0, 4.0], [1.0, 9.0]) == pytest.approx(np.log([2.0, 3.0]))
 
 
 def test_the_commands_range_is_that_of_the_outermost_limiter() -> None:

@@ -3,63 +3,77 @@
 import numpy as np
 import pandas as pd
 import pytest
+from scipy import stats
 
 from hydroservo.studies.rules import Rules
-from hydroservo.studies.standing import standing_of, tails
+from hydroservo.studies.standing import standing_of
 from hydroservo.studies.stress import survived
 from hydroservo.studies.trials import Trials
 from tools.planted import with_lost
 
 
-def known(errors):
+def known(errors, swing=0.0):
     error = np.array(errors, dtype=float)
-    return Trials(np.arange(error.shape[1]), error, np.zeros(error.shape, dtype=bool), 2.0 * error)
+    return Trials(np.arange(error.size), error, np.zeros(error.size, bool), 2.0 * error, swing + 0.0 * error)
 
 
-def test_the_error_is_the_median_search():
-    found = standing_of(known([[1.0, 4.0], [1.0, 9.0], [4.0, 4.0]]), 1.5, Rules())
-    assert (found.error_low, found.error, found.error_high) == pytest.approx((2.5, 3.0, 3.5))
-    assert (found.activity, found.survived, found.searches, found.conditions) == (8.0, 1.5, 3, 2)
+def standing(trials, worst=0.1, kinds=1):
+    return standing_of(trials, 1.5, Rules(worst=worst), kinds)
+
+
+def test_the_error_is_the_geometric_mean_with_students_interval():
+    found = standing(known([1.0, 4.0, 2.0]))
+    logs = np.log([1.0, 4.0, 2.0])
+    interval = stats.ttest_1samp(logs, 0.0).confidence_interval(0.95)
+    assert found.error == pytest.approx(2.0)
+    assert (found.error_low, found.error_high) == pytest.approx((np.exp(interval.low), np.exp(interval.high)))
+    assert (found.activity, found.survived, found.conditions) == (pytest.approx(4.0), 1.5, 3)
+
+
+def test_each_kind_has_its_own_error():
+    assert standing(known([1.0, 5.0, 4.0, 5.0]), kinds=2).kinds == pytest.approx([2.0, 5.0])
+    assert standing(known([2.0]), kinds=2).kinds == pytest.approx([2.0, np.nan], nan_ok=True)
 
 
 def test_tails_are_of_the_worst_conditions():
-    hundred = known([np.arange(1.0, 101.0)])
-    assert tails(hundred, 0.1) == (90.0, 95.5)
-    assert tails(hundred, 0.05) == (90.0, 98.0)
+    hundred = known(np.arange(1.0, 101.0))
+    assert (standing(hundred).tail, standing(hundred).worst) == (90.0, 95.5)
+    assert standing(hundred, worst=0.05).worst == 98.0
 
 
 def test_lost_runs_are_beyond_all():
-    lost = np.zeros((1, 100), dtype=bool)
-    lost[0, :5] = True
-    few = with_lost(known([np.arange(1.0, 101.0)]), lost)
-    assert tails(few, 0.1) == (95.0, np.inf)
-    lost[0, :11] = True
-    assert tails(with_lost(few, lost), 0.1) == (np.inf, np.inf)
+    hundred = known(np.arange(1.0, 101.0))
+    few = standing(with_lost(hundred, np.arange(100) < 5))
+    assert (few.tail, few.worst) == (95.0, np.inf)
+    assert standing(with_lost(hundred, np.arange(100) < 11)).tail == np.inf
+
+
+def test_hunting_is_a_share_of_the_runs_that_can_tell():
+    swings = np.array([0.0, 0.2, np.nan, 0.0])
+    assert standing(known([1.0, 1.0, 1.0, 1.0], swings)).hunting == pytest.approx(1 / 3)
+    assert np.isnan(standing(known([1.0, 1.0], np.nan)).hunting)
 
 
 def test_all_lost():
-    one = with_lost(known([[1.0, 2.0], [3.0, 4.0]]), np.ones((2, 2), dtype=bool))
-    found = standing_of(one, 0.0, Rules())
+    found = standing(with_lost(known([1.0, 2.0]), np.ones(2, dtype=bool)))
     assert found.lost.value == 1.0
     assert found.worst == np.inf
-    assert np.isnan([found.error, found.error_low, found.activity]).all()
+    assert np.isnan([found.error, found.activity]).all()
 
 
 def strained(lost):
-    """Runs that are lost of some seeds at some scales."""
-    places = [(seed, scale, i) for seed in (0, 1, 2) for scale in (1.0, 2.0, 3.0) for i in (0, 1)]
-    rows = [(seed, scale, i, (seed, scale, i) in lost) for seed, scale, i in places]
-    return pd.DataFrame(rows, columns=["search_seed", "scale", "condition", "lost"]).assign(optimiser="de")
+    """Runs that are lost at some scales."""
+    rows = [(scale, i, (scale, i) in lost) for scale in (1.0, 2.0, 3.0) for i in (0, 1)]
+    return pd.DataFrame(rows, columns=["scale", "condition", "lost"])
 
 
 @pytest.mark.parametrize(
     ("lost", "expected"),
     [
         (set(), 3.0),
-        ({(0, 2.0, 1), (1, 3.0, 0)}, 2.0),
-        ({(0, 2.0, 1), (1, 2.0, 0)}, 1.0),  # that they survive 3 does not help
-        ({(0, 1.0, 1), (1, 1.0, 0)}, 0.0),
-        ({(0, 1.0, 1)}, 3.0),
+        ({(3.0, 0)}, 2.0),
+        ({(2.0, 1)}, 1.0),  # that it survives 3 does not help
+        ({(1.0, 1)}, 0.0),
     ],
 )
 def test_survived(lost, expected):

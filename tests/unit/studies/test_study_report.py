@@ -10,18 +10,19 @@ import pandas as pd
 import pytest
 
 from hydroservo import HydroservoError
-from hydroservo.formatting import number
+from hydroservo.formatting import NONE, number
 from hydroservo.reports.decimal_commas import decimal_commas
 from hydroservo.reports.journal import Journal
 from hydroservo.runs.results import foreign_files
 from hydroservo.studies.ablation import Ratio
-from hydroservo.studies.choice import chosen, of_choice
-from hydroservo.studies.columns import judged_columns
+from hydroservo.studies.choice import chosen
+from hydroservo.studies.columns import GAINS, judged_columns
 from hydroservo.studies.report.commands import conditions_in, repeats
 from hydroservo.studies.report.findings import findings, grid_of
 from hydroservo.studies.report.folder import write_report
 from hydroservo.studies.report.pictures import pictures
 from hydroservo.studies.report.sentences import lead, sentences
+from hydroservo.studies.report.tables import law_rows
 from hydroservo.studies.rules import Rules
 from hydroservo.studies.verdicts import judged
 from tests.support.study_data import (
@@ -41,6 +42,7 @@ LAWS = [
     "TSMC+Kalman without terminal powers",
 ]
 CELLS = ["fast-high-quick", "fast-low-quick", "slow-high-lagging"]
+LEVELS = ["0.5", "1", "2"]
 RULES = Rules(resamples=100)
 
 
@@ -48,7 +50,7 @@ RULES = Rules(resamples=100)
 def study():
     """Manifest, table and verdicts of a small study."""
     manifest = part_of(made_up_manifest(), LAWS, CELLS)
-    table = made_up_table(manifest, seeds=3, budgets=(64, 1024))
+    table = made_up_table(manifest)
     return manifest, table, judged(table, manifest, RULES, made_up_limits(table))
 
 
@@ -59,7 +61,7 @@ def folder(study, tmp_path_factory):
     write_conditions(manifest, out)
     steps = []
     write_report(table, manifest, verdicts, out, progress=lambda *step: steps.append(step))
-    assert steps[-1] == (8, 8)
+    assert steps[-1] == (5, 5)
     return out
 
 
@@ -79,21 +81,23 @@ def text_of(page):
 
 def test_the_folder_holds_the_page_and_each_picture(folder, study):
     names = [one.name for one in pictures(findings(study[0], study[2]))]
-    assert names == ["map", "regret", "pairs", "factorial", "parts", "front", "curves", "limit"]
+    assert names == ["fronts", "map", "factorial", "parts", "limit"]
     files = [f"pictures/{name}.{ending}" for name in names for ending in ("png", "svg")]
     written = contents(folder)
-    tables = ["laws", *(f"cell-{cell}" for cell in CELLS)]
+    tables = ["fronts", *(f"laws-{level}" for level in LEVELS), *(f"cell-{cell}" for cell in CELLS)]
     files += [f"tables/{name}.{ending}" for name in tables for ending in ("csv", "tex")]
     assert sorted(name for name in written if "conditions" not in name) == sorted(
         ["report.html", "verdicts.json", "metrics.json", *files]
     )
     assert foreign_files(folder) == []
-    assert json.loads(written["verdicts.json"])["cells"].keys() == set(CELLS)
+    found = json.loads(written["verdicts.json"])
+    assert found["levels"].keys() == set(LEVELS)
+    assert all(level["cells"].keys() == set(CELLS) for level in found["levels"].values())
 
 
 def test_tables_have_what_the_page_shows(folder, page):
     shown = text_of(page)
-    for file in (folder / "tables").glob("*.csv"):
+    for file in (folder / "tables").glob("*-*.csv"):
         for row in pd.read_csv(file, dtype=str, keep_default_na=False).itertuples(index=False, name=None):
             assert " ".join(row) in shown
 
@@ -124,26 +128,54 @@ def test_equal_studies_give_equal_bytes(study, folder, tmp_path):
     assert contents(tmp_path) == contents(folder)
 
 
+def with_cells(verdicts, **cells):
+    """The verdicts, but for some cells at the reference's own activity."""
+    own = verdicts.levels["1"]
+    return verdicts._replace(levels={**verdicts.levels, "1": own._replace(cells={**own.cells, **cells})})
+
+
 def with_best(verdicts, **bests):
-    """The verdicts, but for who wins each cell."""
+    """The verdicts, but for who wins each cell at the reference's own activity."""
     cells = {
-        name: cell._replace(best=cell.best._replace(**bests[name])) for name, cell in verdicts.cells.items()
+        name: cell._replace(best=cell.best._replace(**bests[name]))
+        for name, cell in verdicts.levels["1"].cells.items()
     }
-    return verdicts._replace(cells=cells)
+    return with_cells(verdicts, **cells)
 
 
-def test_the_lead_counts_wins_ties_and_what_nobody_masters(study):
+def test_the_lead_counts_who_has_the_least_error_and_how_surely(study):
     manifest, _, verdicts = study
-    won = {"state": "won", "families": ["PI"], "law": "PI+ESO", "next_family": "ADRC+ESO", "margin": 1.25}
-    tie = {"state": "tie", "families": ["ADRC", "PI"]}
-    none = {"state": "none", "families": [], "law": ""}
+    won = {"state": "won", "law": "PI+ESO", "ties": ["PI+ESO"]}
+    tie = {"state": "tie", "law": "PI+ESO", "ties": ["PI+ESO", "ADRC+ESO"]}
+    none = {"state": "none", "families": [], "law": "", "ties": []}
     found = findings(manifest, with_best(verdicts, **dict(zip(CELLS, (won, tie, none), strict=True))))
-    said = lead(found)
-    assert said == "Of 3 cells PI wins 1; 1 is a tie between families; in 1 no law stays stable."
-    assert (
-        "PI wins where sample period h ωₕ = 0.05; noise / amplitude [%] = 2; valve lag τ ωₕ = 0.3 "
-        "(1 of the 1 cell there), by 1.25 times over the next family."
-    ) in sentences(found)
+    assert lead(found) == (
+        "At PI+ESO's own activity, the least error of 3 cells has PI+ESO in 2 (1 of them surely); in 1 no "
+        "law stays stable."
+    )
+
+
+def test_each_level_has_its_sentence(study):
+    manifest, _, verdicts = study
+    found = findings(manifest, verdicts)
+    said = [lead(found), *sentences(found)]
+    for text in ("At PI+ESO's own activity, the", "At 0.5 times PI+ESO's", "At 2 times PI+ESO's"):
+        assert sum(one.startswith(text) and "least error of" in one for one in said) == 1
+    assert any("oscillates for good in some test runs" in one for one in said)
+    assert any(re.match("The last half of the candidates moved fronts by", one) for one in said)
+
+
+def test_who_cannot_be_so_calm_is_said_and_has_no_error(study):
+    manifest, table, _ = study
+    lively = (table["law"] == "ADRC+ESO") & (table["cell"] == CELLS[0])
+    table = table.assign(activity=np.where(lively, 1e3 * table["activity"], table["activity"]))
+    verdicts = judged(table, manifest, RULES)
+    assert "ADRC+ESO" not in verdicts.levels["2"].cells[CELLS[0]].standings
+    found = findings(manifest, verdicts)
+    assert np.isnan(found.to_reference("ADRC+ESO").value)
+    (row,) = (row for row in law_rows(found) if row["law"] == "ADRC+ESO")
+    assert (row["cannot"], row["ratio"]) == ("1", NONE)
+    assert any("1 law cannot be so calm in each cell" in one for one in sentences(found))
 
 
 def test_an_interval_that_no_verdict_is_by_says_so(study, page):
@@ -161,30 +193,37 @@ def test_the_page_says_each_sentence_and_each_number(study, page):
     for law in LAWS:
         ratio = found.to_reference(law)
         assert law == "PI+ESO" or f"{number(ratio.value)} [{number(ratio.low)}, {number(ratio.high)}]" in text
-    for cell in verdicts.cells.values():
+    for cell in verdicts.levels["1"].cells.values():
         for one in cell.standings.values():
             assert np.isnan(one.error) or f"{number(1e3 * one.error)} [" in text
 
 
+def runs_at_own(manifest, table):
+    """The test runs at the reference's own activity."""
+    runs = judged_columns(table)
+    choice = chosen(runs, manifest["reference"], [1.0], RULES)
+    return runs[runs["split"] == "test"].merge(choice, on=GAINS)
+
+
 def test_lost_runs_are_said(study):
     manifest, table, verdicts = study
-    runs = judged_columns(table)
-    tests = of_choice(runs, chosen(runs), "test")
-    tests = tests[tests["budget"] == 1024]
-    said = next(one for one in sentences(findings(manifest, verdicts)) if "test runs" in one)
+    tests = runs_at_own(manifest, table)
+    said = next(one for one in sentences(findings(manifest, verdicts)) if "test runs were lost" in one)
     assert tests["lost"].sum() > 0
     assert said.startswith(f"{tests['lost'].sum():,} of the {len(tests):,} test runs were lost")
 
 
 def test_what_a_part_earns_is_said_as_its_interval_has_it(study):
     manifest, _, verdicts = study
-    worth = verdicts.worths[LAWS[-1]]
+    own = verdicts.levels["1"]
+    worth = own.worths[LAWS[-1]]
     for ratio, said in (
         ((1.4, 1.3, 1.5), "earns its place"),
         ((1.0, 0.9, 1.1), "earns nothing"),
         ((0.8, 0.7, 0.9), "does harm"),
     ):
-        changed = verdicts._replace(worths={LAWS[-1]: worth._replace(over_cells=Ratio(*ratio))})
+        at = own._replace(worths={LAWS[-1]: worth._replace(over_cells=Ratio(*ratio))})
+        changed = verdicts._replace(levels={**verdicts.levels, "1": at})
         assert any(
             said in one and "[" in one for one in sentences(findings(manifest, changed)) if "terminal" in one
         )
@@ -194,11 +233,14 @@ def test_the_page_says_how_far_each_law_is_from_the_limits(study, page):
     manifest, _, verdicts = study
     text = text_of(page)
     assert text.count("over clairvoyant limit") == sum(
-        bool(cell.limit.conditions) for cell in verdicts.cells.values()
+        bool(cell.limit.conditions) for cell in verdicts.levels["1"].cells.values()
     )
-    for cell in verdicts.cells.values():
+    for cell in verdicts.levels["1"].cells.values():
         for one in cell.limit.laws.values():
-            assert f"{number(one.clairvoyant)} [{number(one.low)}, {number(one.high)}]" in text
+            assert (
+                np.isnan(one.clairvoyant)
+                or f"{number(one.clairvoyant)} [{number(one.low)}, {number(one.high)}]" in text
+            )
     said = sentences(findings(manifest, verdicts))
     assert any("the least error of any command that knows the future" in one for one in said)
     assert any(re.match("Of [23] conditions the search for the limit did not end", one) for one in said)
@@ -214,9 +256,9 @@ def test_without_limits_nothing_is_said_of_them(study):
 
 
 def test_a_command_repeats_the_run_in_the_middle(study, folder):
-    _, table, _ = study
+    manifest, table, verdicts = study
     law, cell = LAWS[-1], "fast-low-quick"
-    one = repeats(table, conditions_in(folder))[cell, law]
+    one = repeats(table, findings(manifest, verdicts), conditions_in(folder))[cell, law]
     words = shlex.split(one.command)
     assert words[:4] == ["hydroservo", "run", "--strict", f"scenarios/{cell}/{law}/sine.toml"]
     sets = dict(word.split("=") for word in words[5::2])
@@ -225,9 +267,8 @@ def test_a_command_repeats_the_run_in_the_middle(study, folder):
     assert {
         json.loads(gains)["controller.gain"] for gains in own["parameters"][own["error"] == one.error]
     } == {float(sets["controller.gain"])}
-    runs = judged_columns(table)
-    tests = of_choice(runs, chosen(runs), "test")
-    tests = tests[(tests["law"] == law) & (tests["cell"] == cell) & (tests["budget"] == 1024)]
+    tests = runs_at_own(manifest, table)
+    tests = tests[(tests["law"] == law) & (tests["cell"] == cell)]
     assert one.error == tests["error"].quantile(0.5, interpolation="lower")
 
 
@@ -238,7 +279,7 @@ def test_the_page_has_a_command_for_each_law_of_each_cell(page):
 
 @pytest.mark.parametrize(
     ("keys", "said"),
-    [({"reference": "PI+ES"}, "did you mean PI+ESO"), ({"cell": "here"}, "must be one of fast")],
+    [({"level": "3"}, "must be one of 0.5, 1, 2"), ({"cell": "here"}, "must be one of fast")],
 )
 def test_a_wrong_name_is_one_line(study, keys, said):
     with pytest.raises(HydroservoError, match=re.escape(said)):
@@ -275,16 +316,16 @@ def test_a_study_of_one_law_in_one_cell_has_a_report(tmp_path):
         "cells": {"fast-low-quick": {}},
     }
     whole = part_of(made_up_manifest(), ["PI+ESO"], ["fast-low-quick"])
-    table = made_up_table(whole, seeds=2, budgets=(64,))
+    table = made_up_table(whole)
     write_report(table, manifest, judged(table, manifest, RULES), tmp_path)
     text = text_of((tmp_path / "report.html").read_text(encoding="utf-8"))
-    assert "Of 1 cell PI wins 1" in text
+    assert "At PI+ESO's own activity, the least error of 1 cell has PI+ESO in 1 (1 of them surely)." in text
     assert "This folder does not hold the conditions" in text
 
 
 def test_tables_have_decimal_commas_where_asked(tmp_path):
     manifest = part_of(made_up_manifest(), LAWS[:3], ["slow-high-lagging"])
-    table = made_up_table(manifest, seeds=2, budgets=(64, 128))
+    table = made_up_table(manifest)
     for name, journal in (("points", Journal()), ("commas", Journal(decimal_comma=True))):
         write_report(table, manifest, judged(table, manifest, RULES), tmp_path / name, journal=journal)
     points = {path.name: path.read_text() for path in (tmp_path / "points" / "tables").glob("*.csv")}
@@ -295,8 +336,6 @@ def test_tables_have_decimal_commas_where_asked(tmp_path):
 
 def test_a_study_that_nobody_masters_has_a_report(tmp_path):
     manifest = part_of(made_up_manifest(), LAWS[:3], ["slow-high-lagging"])
-    table = made_up_table(manifest, seeds=2, budgets=(64, 128))
+    table = made_up_table(manifest)
     write_report(table, manifest, judged(table, manifest, RULES), tmp_path)
-    assert "Of 1 cell in 1 no law stays stable" in text_of(
-        (tmp_path / "report.html").read_text(encoding="utf-8")
-    )
+    assert "no law stays stable in any cell" in text_of((tmp_path / "report.html").read_text("utf-8"))

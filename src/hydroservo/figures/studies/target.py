@@ -6,7 +6,7 @@ from typing import NamedTuple
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from hydroservo.figures.studies.front import staircase
+from hydroservo.figures.studies.fronts import staircase
 from hydroservo.figures.studies.looks import INK, SOFT, family_colours
 from hydroservo.figures.studies.names import Named, name_points
 from hydroservo.figures.studies.scales import plain_log

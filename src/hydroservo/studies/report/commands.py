@@ -1,21 +1,20 @@
 """The command that repeats a number: a law in a cell, with the gains of a search, under one condition."""
 
 import json
-import math
 import shlex
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from hydroservo.studies.choice import chosen, of_choice
-from hydroservo.studies.columns import TRIED, judged_columns
+from hydroservo.studies.choice import chosen
+from hydroservo.studies.columns import GAINS, judged_columns
+from hydroservo.studies.report.findings import Findings
 
 if TYPE_CHECKING:
     import pandas as pd
 
 __all__ = ["Repeat", "conditions_in", "repeats"]
 
-ONE = [*TRIED, "effort"]  # set of gains
 PLACE = ["law", "cell"]
 
 Conditions = Mapping[str, Any]  # of a cell, by split and number: what each sets, and of which kind it is
@@ -36,26 +35,25 @@ class Repeat(NamedTuple):
 
 
 def repeats(
-    table: "pd.DataFrame", conditions: Mapping[str, Conditions], plugins: Sequence[str] = ()
+    table: "pd.DataFrame", found: Findings, conditions: Mapping[str, Conditions]
 ) -> dict[tuple[str, str], Repeat]:
-    """The run in the middle of each law in each cell: the median error of all searches and test conditions.
+    """The run in the middle of each law in each cell at the level shown: the median error of its test runs.
 
     Of an even number it is the better one in the middle; a lost run's error counts as infinite.
 
     Args:
         table: the study's, with the column ``parameters``: JSON, path -> number in SI units.
+        found: what is reported.
         conditions: of each cell whose runs can be repeated.
-        plugins: files with blocks of the study, seen from its folder.
     """
-    runs = judged_columns(table)
-    choice = chosen(runs)
-    last = choice.groupby(PLACE, observed=True)["budget"].transform("max")
-    tests = of_choice(runs, choice[choice["budget"] == last], "test")
-    tests["error"] = tests["error"].fillna(math.inf)
-    ordered = tests.sort_values([*PLACE, "error", "condition", "optimiser", "search_seed"])
+    levels = found.manifest["search"]["levels"]
+    choice = chosen(judged_columns(table), found.reference, levels, found.verdicts.rules)
+    own = choice[choice["level"] == float(found.level)]
+    tests = table[table["split"] == "test"].merge(own, on=GAINS)
+    ordered = tests.sort_values([*PLACE, "error", "condition"])
     places = ordered.groupby(PLACE, observed=True)
     middle = ordered[places.cumcount() == (places["error"].transform("size") - 1) // 2]
-    found = middle.merge(table[[*ONE, "parameters"]].drop_duplicates(ONE), on=ONE)
+    plugins = found.manifest.get("plugins", ())
     names = [*PLACE, "condition", "error", "parameters"]
     return {
         (str(cell), str(law)): Repeat(
@@ -65,7 +63,7 @@ def repeats(
             int(condition),
             float(error),
         )
-        for law, cell, condition, error, gains in zip(*(found[name] for name in names), strict=True)
+        for law, cell, condition, error, gains in zip(*(middle[name] for name in names), strict=True)
         if cell in conditions
     }
 

@@ -1,13 +1,26 @@
 """The report's tables as a spreadsheet and LaTeX take them: what each column is, and its rows."""
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 
 from hydroservo.reports.table import Column, Table
+from hydroservo.studies.report.captions import at_level
 from hydroservo.studies.report.findings import Findings
 from hydroservo.studies.report.property_tables import KINDS, property_rows
 from hydroservo.studies.report.tables import CellTable, law_rows
 
-__all__ = ["CELL", "LAWS", "LIMITS", "PROPERTIES", "columns_of", "confidence_of", "exported", "headed"]
+__all__ = [
+    "CELL",
+    "LAWS",
+    "LIMITS",
+    "PROPERTIES",
+    "columns_of",
+    "confidence_of",
+    "exported",
+    "front_table",
+    "headed",
+    "law_columns",
+]
 
 Columns = Mapping[str, Column]  # by the key of their texts in a row
 
@@ -15,12 +28,16 @@ LAWS: Columns = {
     "law": Column("law"),
     "sensors": Column("sensors"),
     "gains": Column("gains", number=True),
-    "near": Column("near best", number=True),
-    "out": Column("out", number=True),
-    "largest": Column("largest regret", number=True),
     "ratio": Column("error, {confidence} interval", number=True),
+    "best": Column("best", number=True),
+    "tie": Column("ties", number=True),
+    "behind": Column("behind", number=True),
+    "out": Column("out", number=True),
+    "cannot": Column("cannot", number=True),
     "lost": Column("lost runs", number=True),
     "activity": Column("command activity", number=True),
+    "hunting": Column("hunting [%]", number=True),
+    "margins": Column("max |S| [dB]", number=True),
     "operations": Column("operations", number=True),
     "bytes": Column("bytes", number=True),
 }
@@ -33,6 +50,7 @@ CELL: Columns = {
     "tail": Column("tail [{unit}]", number=True),
     "lost": Column("lost runs [%]", number=True),
     "activity": Column("activity [%/s]", number=True),
+    "hunting": Column("hunting [%]", number=True),
     "survived": Column("survives", number=True),
     "rank": Column("rank"),
 }
@@ -55,6 +73,19 @@ PROPERTIES: Columns = {
     "state": Column("state [B]", number=True),
     "parameters": Column("parameters [B]", number=True),
 }
+FRONTS = ("activity", "error", "error_low", "error_high", "ratio", "ratio_low", "ratio_high")
+HEADS = (
+    ("cell", "cell"),
+    ("law", "law"),
+    ("level", "level"),
+    ("activity", "activity [%/s]"),
+    ("error", "error [{unit}]"),
+    ("error_low", "low [{unit}]"),
+    ("error_high", "high [{unit}]"),
+    ("ratio", "error over the reference's"),
+    ("ratio_low", "low"),
+    ("ratio_high", "high"),
+)
 MARGINS = ("gain", "phase", "delay", "disk", "peak")  # which only a linear loop has
 
 
@@ -79,16 +110,30 @@ def confidence_of(found: Findings) -> str:
     return f"{100.0 * found.verdicts.rules.confidence:g} %"
 
 
+def law_columns(found: Findings) -> dict[str, Column]:
+    """The columns of the table of laws: after the error, that of each kind of conditions."""
+    kinds = found.manifest["kinds"]
+    columns = headed(LAWS, confidence=confidence_of(found))
+    if len(kinds) > 1:
+        own = {f"kind-{k}": Column(str(kind), number=True) for k, kind in enumerate(kinds)}
+        place = list(columns).index("ratio") + 1
+        columns = dict([*list(columns.items())[:place], *own.items(), *list(columns.items())[place:]])
+    return columns
+
+
 def exported(found: Findings, cells: Sequence[CellTable]) -> Iterator[Table]:
-    """The table of laws over all cells; of each cell its laws, and where they are known their properties.
+    """At each level the table of laws over all cells; of each cell its laws, and their properties if known.
 
     Args:
         found: what is reported.
         cells: the tables of the page.
     """
     confidence = confidence_of(found)
-    about = f"Each law over all cells. Errors and activity are over those of {found.reference}."
-    yield table("laws", headed(LAWS, confidence=confidence), law_rows(found), about)
+    yield front_table(found)
+    for level in found.verdicts.levels:
+        own = found._replace(level=level)
+        about = f"Each law over all cells, {at_level(own)}. Errors are over those of {found.reference} there."
+        yield table(f"laws-{level}", law_columns(found), law_rows(own), about)
     properties = property_rows(found)
     for cell in cells:
         best = frozenset((i, 0) for i, row in enumerate(cell.rows) if row["class"] == "best")
@@ -96,9 +141,28 @@ def exported(found: Findings, cells: Sequence[CellTable]) -> Iterator[Table]:
             f"cell-{cell.name}", columns_of(cell, confidence), cell.rows, f"{cell.where}. {cell.best}."
         )
         yield one._replace(marked=best)
-        if own := properties.get(cell.name):
-            rows = [{"law": row["law"], **plain(own[row["law"]])} for row in cell.rows if row["law"] in own]
+        if own_rows := properties.get(cell.name):
+            laws = [row["law"] for row in cell.rows if row["law"] in own_rows]
+            rows = [{"law": law, **plain(own_rows[law])} for law in laws]
             yield table(f"properties-{cell.name}", PROPERTIES, rows, f"{cell.where}. Margins and price.")
+
+
+def front_table(found: Findings) -> Table:
+    """Each point of each front, in SI units but for the activity."""
+    rows = [
+        {
+            "cell": cell,
+            "law": law,
+            "level": "" if math.isnan(one.level) else f"{one.level:g}",
+            **{name: f"{value:.5g}" for name, value in zip(FRONTS, (*one[:4], *one.ratio), strict=False)},
+        }
+        for cell, own in found.verdicts.fronts.items()
+        for law, (points, _) in own.items()
+        for one in points
+    ]
+    columns = {name: Column(heading.format(unit=found.unit), number=name != "law") for name, heading in HEADS}
+    about = "The fronts of all laws on test conditions. Level: the smallest at which these gains are taken."
+    return table("fronts", columns, rows, about)
 
 
 def plain(row: Mapping[str, str]) -> dict[str, str]:

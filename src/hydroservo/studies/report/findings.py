@@ -9,11 +9,13 @@ from hydroservo.figures.studies.grid import Axis, Grid, Level
 from hydroservo.formatting import NONE, number
 from hydroservo.nearest import one_of
 from hydroservo.studies.ablation import Ratio, over_cells
-from hydroservo.studies.pairs import ratio_between
 from hydroservo.studies.rules import Rules
-from hydroservo.studies.verdicts import Verdicts
+from hydroservo.studies.verdicts import LevelVerdict, Verdicts
 
-__all__ = ["Findings", "findings", "grid_of"]
+__all__ = ["Findings", "cell_at", "findings", "grid_of", "sure", "with_levels"]
+
+ACTIVITY = "activity over the reference's"  # an axis that no study's axis is named like
+UNKNOWN = Ratio(math.nan, 0.0, math.inf)
 
 
 class Findings(NamedTuple):
@@ -23,15 +25,25 @@ class Findings(NamedTuple):
         manifest: what ``study.json`` holds.
         verdicts: what was found.
         grid: the cells and their axes.
-        reference: the law that others are held against over all cells.
-        cell: the one whose front and curves are shown.
+        cell: the one that is shown where there is room for one.
+        level: the level of activity that is shown where there is room for one.
     """
 
     manifest: Mapping[str, Any]
     verdicts: Verdicts
     grid: Grid
-    reference: str
     cell: str
+    level: str
+
+    @property
+    def at(self) -> LevelVerdict:
+        """What was found at the level that is shown."""
+        return self.verdicts.levels[self.level]
+
+    @property
+    def reference(self) -> str:
+        """The law that others are held against."""
+        return str(self.manifest["reference"])
 
     @property
     def laws(self) -> dict[str, Mapping[str, Any]]:
@@ -54,20 +66,22 @@ class Findings(NamedTuple):
         return str(self.manifest["unit"])
 
     def to_reference(self, law: str) -> Ratio:
-        """A law's error over that of the reference, geometric mean over cells."""
-        ratios = {
-            name: ratio_between(cell.pairs, law, self.reference)
-            for name, cell in self.verdicts.cells.items()
-            if {law, self.reference} <= cell.standings.keys()
-        }
+        """A law's error over that of the reference at its own activity, geometric mean over cells.
+
+        It is nan where the law is not so calm in each cell.
+        """
+        cells = self.at.cells
+        ratios = {name: cell.to_own[law] for name, cell in cells.items() if law in cell.to_own}
+        if len(ratios) < len(self.verdicts.activity):
+            return UNKNOWN
         return over_cells(ratios, self.verdicts.rules.confidence)
 
     def lost(self, law: str) -> float:
         """The share of test runs that a law loses in the cells that any law masters; nan where it is in "
         "none."""
-        lived = [cell.standings for cell in self.verdicts.cells.values() if cell.best.law]
+        lived = [cell.standings for cell in self.at.cells.values() if cell.best.law]
         own = [standings[law] for standings in lived if law in standings]
-        runs = sum(one.searches * one.conditions for one in own)
+        runs = sum(one.conditions for one in own)
         return sum(one.lost.lost for one in own) / runs if runs else math.nan
 
     def percent_lost(self, law: str) -> str:
@@ -92,29 +106,26 @@ class Findings(NamedTuple):
         return ", ".join(parts) or cell
 
 
-def findings(
-    manifest: Mapping[str, Any], verdicts: Verdicts, reference: str = "", cell: str = ""
-) -> Findings:
+def findings(manifest: Mapping[str, Any], verdicts: Verdicts, cell: str = "", level: str = "1") -> Findings:
     """A study as its report reads it.
 
     Args:
         manifest: what ``study.json`` holds.
         verdicts: what :func:`~hydroservo.studies.verdicts.judged` found.
-        reference: a law; if empty the manifest's ``reference``, or the first of its whole laws.
-        cell: one whose front and curves are shown; if empty the first in which any law stays.
+        cell: one that is shown where there is room for one; if empty the first in which any law stays.
+        level: of activity, likewise.
 
     Raises:
-        ParameterError: there is no such law, or no such cell.
+        ParameterError: there is no such cell, or no such level.
     """
-    whole = [name for name, law in manifest["laws"].items() if not law.get("without")]
-    reference = reference or str(manifest.get("reference", "")) or whole[0]
-    if reference not in manifest["laws"]:
-        raise ParameterError("reference", reference, one_of(reference, manifest["laws"]))
-    lived = [name for name, one in verdicts.cells.items() if one.best.law]
-    cell = cell or [*lived, *verdicts.cells][0]
-    if cell not in verdicts.cells:
-        raise ParameterError("cell", cell, one_of(cell, verdicts.cells))
-    return Findings(manifest, verdicts, grid_of(manifest), reference, cell)
+    if level not in verdicts.levels:
+        raise ParameterError("level", level, one_of(level, verdicts.levels))
+    cells = verdicts.levels[level].cells
+    lived = [name for name, one in cells.items() if one.best.law]
+    cell = cell or [*lived, *cells][0]
+    if cell not in cells:
+        raise ParameterError("cell", cell, one_of(cell, cells))
+    return Findings(manifest, verdicts, grid_of(manifest), cell, level)
 
 
 def grid_of(manifest: Mapping[str, Any]) -> Grid:
@@ -130,6 +141,23 @@ def grid_of(manifest: Mapping[str, Any]) -> Grid:
     found = {axis: None for own in cells.values() for axis in own}
     about = manifest.get("axes") or list(found)
     return Grid([axis_of(one if isinstance(one, Mapping) else {"name": one}, cells) for one in about], cells)
+
+
+def with_levels(found: Findings) -> Grid:
+    """The cells at each level of activity: the first axis is the activity's."""
+    levels = [Level(name, name) for name in found.verdicts.levels]
+    activity = Axis(ACTIVITY, f"activity over {found.reference}'s", levels)
+    cells = {
+        cell_at(cell, level.name): {ACTIVITY: level.name, **own}
+        for level in levels
+        for cell, own in found.grid.cells.items()
+    }
+    return Grid([activity, *found.grid.axes], cells)
+
+
+def cell_at(cell: str, level: str) -> str:
+    """The name of a cell at a level."""
+    return f"{cell} {level}"
 
 
 def axis_of(about: Mapping[str, Any], cells: Mapping[str, Mapping[str, str]]) -> Axis:

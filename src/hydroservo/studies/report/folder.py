@@ -39,7 +39,6 @@ def write_report(
     verdicts: Verdicts,
     folder: Path,
     *,
-    reference: str = "",
     cell: str = "",
     progress: Progress | None = None,
     journal: Journal = NO_JOURNAL,
@@ -56,8 +55,7 @@ def write_report(
         manifest: what ``study.json`` holds.
         verdicts: what :func:`~hydroservo.studies.verdicts.judged` found.
         folder: the study's; numbers whose conditions it has get the command that repeats them.
-        reference: the law that others are held against over all cells; if empty the manifest's, or the first.
-        cell: the one whose front and curves are shown; if empty the first in which any law stays.
+        cell: the one that is shown where there is room for one; if empty the first in which any law stays.
         progress: called after each picture.
         journal: what figures a journal is to have.
         command: makes the study again.
@@ -67,13 +65,13 @@ def write_report(
 
     Raises:
         HydroservoError: a file cannot be written.
-        ParameterError: there is no such law, or no such cell.
+        ParameterError: there is no such cell.
     """
-    found = findings(manifest, verdicts, reference, cell)
+    found = findings(manifest, verdicts, cell)
     asked = {key: value for key, value in manifest.items() if key not in VERSIONS}
     fingerprint = digest({"manifest": asked, "verdicts": verdicts.as_dict()})
     drawn = pictures(found)
-    again = repeats(table, conditions_in(folder), manifest.get("plugins", ()))
+    again = repeats(table, found, conditions_in(folder))
     cells = cell_tables(found, again)
     with staged(folder, last=METRICS) as stage:
         for done, one in enumerate(drawn, start=1):

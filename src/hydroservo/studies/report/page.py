@@ -8,7 +8,8 @@ from hydroservo._version import __version__
 from hydroservo.reports.picture import address
 from hydroservo.reports.templating import environment
 from hydroservo.studies.report import tables
-from hydroservo.studies.report.exported import LAWS, PROPERTIES, columns_of, confidence_of, headed
+from hydroservo.studies.report.captions import at_level
+from hydroservo.studies.report.exported import PROPERTIES, columns_of, confidence_of, law_columns
 from hydroservo.studies.report.findings import Findings
 from hydroservo.studies.report.pictures import Picture
 from hydroservo.studies.report.property_tables import KINDS, property_rows
@@ -39,8 +40,9 @@ def page(
         cells: the tables of its cells.
         command: makes the study again; empty where it is not known.
     """
-    standings = [one for cell in found.verdicts.cells.values() for one in cell.standings.values()]
+    standings = [one for cell in found.at.cells.values() for one in cell.standings.values()]
     confidence = confidence_of(found)
+    levels = [found._replace(level=level) for level in found.verdicts.levels]
     return template().render(
         manifest=found.manifest,
         reference=found.reference,
@@ -50,8 +52,9 @@ def page(
         lead=lead(found),
         sentences=sentences(found),
         pictures=[(one, address(folder / f"{one.name}.svg")) for one in drawn],
-        laws=tables.law_rows(found),
-        law_columns=headed(LAWS, confidence=confidence),
+        levels=[(at_level(one), tables.law_rows(one)) for one in levels],
+        shown=at_level(found),
+        law_columns=law_columns(found),
         cells=cells,
         cell_columns={one.name: columns_of(one, confidence) for one in cells},
         property_columns=PROPERTIES,
@@ -62,7 +65,7 @@ def page(
         metric=found.metric,
         axes=found.grid.axes,
         confidence=confidence,
-        runs=sum(one.searches * one.conditions for one in standings),
+        runs=sum(one.conditions for one in standings),
     )
 
 

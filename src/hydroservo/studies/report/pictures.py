@@ -1,25 +1,27 @@
 """The pictures of a study, from what was found."""
 
 import math
-from collections.abc import Callable, Mapping
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from hydroservo.figures.studies.curves import BudgetCurve, plot_curves
 from hydroservo.figures.studies.distance import Distance, plot_distance
 from hydroservo.figures.studies.factorial import Combination, FactorShare, plot_factorial
 from hydroservo.figures.studies.forest import RatioLine, plot_forest
-from hydroservo.figures.studies.front import FrontPoint, plot_front
+from hydroservo.figures.studies.fronts import FrontLine, FrontPanel, plot_fronts
 from hydroservo.figures.studies.map import Winner, plot_map
-from hydroservo.figures.studies.regret import plot_regret
 from hydroservo.figures.studies.target import TargetPoint, plot_target
+from hydroservo.studies.fronts import FrontPoint
 from hydroservo.studies.report.captions import CAPTIONS
-from hydroservo.studies.report.findings import Findings, sure
+from hydroservo.studies.report.findings import Findings, cell_at, sure, with_levels
 from hydroservo.studies.report.property_tables import kind_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["Picture", "pictures", "the_map"]
+__all__ = ["Picture", "named", "pictures", "the_map"]
+
+MOST = 6  # laws beside the reference whose fronts are told apart
 
 
 class Picture(NamedTuple):
@@ -38,70 +40,87 @@ class Picture(NamedTuple):
 
 def pictures(found: Findings) -> list[Picture]:
     """Those that a study has something to show in."""
-    whole, verdicts = found.laws, found.verdicts
-    shown = verdicts.cells[found.cell]
-    lived = any(cell.best.law for cell in verdicts.cells.values())
+    at = found.at
+    lived = any(cell.best.law for cell in at.cells.values())
     has = {
+        "fronts": any(one.points for own in found.verdicts.fronts.values() for one in own.values()),
         "map": True,
-        "regret": lived,
-        "pairs": lived and len(whole) > 1,
         "factorial": lived and bool(found.rows()),
-        "parts": bool(verdicts.worths),
-        "front": any(math.isfinite(one.error) for one in shown.front),
+        "parts": bool(at.worths),
         "target": bool(target_points(found)),
-        "curves": any(
-            len([one for one in stages if math.isfinite(one.error)]) > 1 for stages in shown.curves.values()
-        ),
-        "limit": bool(shown.best.law and shown.limit.conditions),
+        "limit": bool(at.cells[found.cell].best.law and at.cells[found.cell].limit.conditions),
     }
     draws = {
+        "fronts": fronts,
         "map": the_map,
-        "regret": regret,
-        "pairs": pairs,
         "factorial": factorial,
         "parts": parts,
-        "front": front,
         "target": target,
-        "curves": curves,
         "limit": limit,
     }
     return [Picture(name, CAPTIONS[name](found), draws[name]) for name, there in has.items() if there]
 
 
+def fronts(found: Findings, also: Sequence[str] = ()) -> "Figure":
+    """The error of each law over its activity, in each cell.
+
+    Args:
+        found: what is reported.
+        also: laws that are told apart beside those of :func:`named`.
+    """
+    panels = []
+    for name in found.manifest["cells"]:
+        own = found.verdicts.fronts.get(name, {})
+        base = found.verdicts.levels["1"].cells[name].standings[found.reference]
+        lines = [
+            front_line(law, points, base.activity)
+            for law, (points, _) in own.items()
+            if law in found.laws and points
+        ]
+        panels.append(FrontPanel(name, base.error, base.activity, lines))
+    levels = list(map(float, found.verdicts.levels))
+    laws = list(dict.fromkeys([*named(found), *also]))
+    return plot_fronts(panels, laws, found.reference, levels, found.unit)
+
+
+def front_line(law: str, points: Sequence[FrontPoint], activity: float) -> FrontLine:
+    """The points of a law that none of it beats, and those at which it is compared."""
+    front, least = [], math.inf
+    for one in points:
+        if one.error < least:
+            front.append(one)
+            least = one.error
+    taken = [(one.activity / activity, one.ratio.value) for one in points if not math.isnan(one.level)]
+    return FrontLine(law, [one.activity / activity for one in front], [one.ratio for one in front], taken)
+
+
+def named(found: Findings) -> list[str]:
+    """The laws whose fronts are told apart: the reference, and those that are best most often.
+
+    Of laws that differ in their observer alone it is the best one.
+    """
+    verdicts = found.verdicts.levels.values()
+    best = Counter(cell.best.law for level in verdicts for cell in level.cells.values() if cell.best.law)
+    laws = [found.reference, *(law for law, _ in best.most_common() if law in found.laws)]
+    stems = {str(found.laws[law].get("stem") or law): law for law in reversed(laws)}
+    return [law for law in dict.fromkeys(laws) if law in stems.values()][: MOST + 1]
+
+
 def the_map(found: Findings) -> "Figure":
-    """Who wins in which cell."""
+    """Who wins in which cell at which level of activity."""
     laws = found.manifest["laws"]
     winners = []
-    for name, cell in found.verdicts.cells.items():
-        best = cell.best
-        if not best.law:
-            winners.append(Winner(name, (), "", math.nan))
-            continue
-        own = str(laws[best.law]["family"])
-        families = [own, *(family for family in best.families if family != own)]
-        margin = best.margin if best.next_family else math.inf
-        winners.append(Winner(name, families, observer_of(laws[best.law]), margin))
-    return plot_map(found.grid, winners, found.families)
-
-
-def regret(found: Findings) -> "Figure":
-    cells = found.verdicts.cells
-    ratios = {
-        law: {name: cell.regret[law] for name, cell in cells.items() if law in cell.regret}
-        for law in found.laws
-    }
-    return plot_regret(found.grid, ratios, found.verdicts.rules.near_best)
-
-
-def pairs(found: Findings) -> "Figure":
-    lines = []
-    for law in found.laws:
-        if law != found.reference:
-            ratio = found.to_reference(law)
-            lines.append(RatioLine(law, *ratio, sure(ratio, found.verdicts.rules), found.percent_lost(law)))
-    lines.sort(key=lambda line: (math.isnan(line.value), line.value))
-    label = f"error over that of {found.reference}, all cells"
-    return plot_forest(lines, label, found.verdicts.rules.margin, "lost runs")
+    for level, verdict in found.verdicts.levels.items():
+        for name, cell in verdict.cells.items():
+            best = cell.best
+            if not best.law:
+                winners.append(Winner(cell_at(name, level), (), "", math.nan))
+                continue
+            own = str(laws[best.law]["family"])
+            families = [own, *(family for family in best.families if family != own)]
+            margin = best.margin if best.next_family else math.inf
+            winners.append(Winner(cell_at(name, level), families, observer_of(laws[best.law]), margin))
+    return plot_map(with_levels(found), winners, found.families)
 
 
 def factorial(found: Findings) -> "Figure":
@@ -110,7 +129,7 @@ def factorial(found: Findings) -> "Figure":
         for row, laws in found.rows().items()
         for law in laws
     ]
-    effects = found.verdicts.effects.items()
+    effects = found.at.effects.items()
     shares = [FactorShare(name, *one[:3]) for name, one in effects if not math.isnan(one.share)]
     return plot_factorial(combinations, shares, f"error over that of {found.reference}, all cells")
 
@@ -128,7 +147,7 @@ def parts(found: Findings) -> "Figure":
             sure(one.over_cells, found.verdicts.rules),
             f"{one.wins} / {one.ties} / {one.losses}",
         )
-        for one in found.verdicts.worths.values()
+        for one in found.at.worths.values()
     ]
     lines.sort(key=lambda line: (math.isnan(line.value), -line.value))
     return plot_forest(
@@ -139,23 +158,13 @@ def parts(found: Findings) -> "Figure":
     )
 
 
-def front(found: Findings) -> "Figure":
-    laws = found.manifest["laws"]
-    points = [
-        FrontPoint(one.law, str(laws[one.law]["family"]), one.error, one.activity, one.survived, one.front)
-        for one in found.verdicts.cells[found.cell].front
-        if math.isfinite(one.error) and one.activity > 0.0 and one.lost <= found.verdicts.rules.most_lost
-    ]
-    return plot_front(points, found.families, found.metric, found.unit)
-
-
 def target(found: Findings) -> "Figure":
     return plot_target(target_points(found), found.families, found.metric, found.unit)
 
 
 def target_points(found: Findings) -> list[TargetPoint]:
     """The laws of the cell shown that run, and whose price on the target is known."""
-    cell, most = found.verdicts.cells[found.cell], found.verdicts.rules.most_lost
+    cell, most = found.at.cells[found.cell], found.verdicts.rules.most_lost
     points = []
     for law, one in cell.properties.items():
         standing, operations = cell.standings[law], one.target.operations
@@ -165,24 +174,8 @@ def target_points(found: Findings) -> list[TargetPoint]:
     return points
 
 
-def curves(found: Findings) -> "Figure":
-    drawn = []
-    for law, about in found.laws.items():
-        stages = found.verdicts.cells[found.cell].curves.get(law, [])
-        stages = [stage for stage in stages if math.isfinite(stage.error)]
-        if stages:
-            budgets = [stage.budget for stage in stages]
-            columns = (
-                [stage.error for stage in stages],
-                [stage.low for stage in stages],
-                [stage.high for stage in stages],
-            )
-            drawn.append(BudgetCurve(law, str(about["family"]), budgets, *columns))
-    return plot_curves(drawn, found.families, f"{found.metric} on test", found.unit)
-
-
 def limit(found: Findings) -> "Figure":
-    cell = found.verdicts.cells[found.cell]
+    cell = found.at.cells[found.cell]
     lines = []
     for law, one in cell.limit.laws.items():
         if law in found.laws:

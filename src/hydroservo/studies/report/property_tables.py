@@ -18,7 +18,7 @@ def property_rows(found: Findings) -> dict[str, dict[str, Row]]:
     """The margins and the prices of laws, as far as they are known, by cell and law."""
     return {
         name: {law: {**margins(one.margins), **target(one.target)} for law, one in cell.properties.items()}
-        for name, cell in found.verdicts.cells.items()
+        for name, cell in found.at.cells.items()
     }
 
 
@@ -65,7 +65,7 @@ def taken(found: Findings, law: str) -> str:
 
 
 def targets(found: Findings, law: str) -> list[OnTarget]:
-    cells = found.verdicts.cells.values()
+    cells = found.at.cells.values()
     return [cell.properties[law].target for cell in cells if law in cell.properties]
 
 

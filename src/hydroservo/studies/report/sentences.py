@@ -3,11 +3,14 @@
 import math
 from collections import Counter
 from collections.abc import Sequence
+from statistics import fmean
 
 from hydroservo.formatting import number
 from hydroservo.studies.ablation import Ratio
+from hydroservo.studies.report.captions import at_level
 from hydroservo.studies.report.findings import Findings, sure
 from hydroservo.studies.report.property_tables import kind_of
+from hydroservo.studies.search import STILL
 
 __all__ = ["interval", "lead", "listed", "sentences"]
 
@@ -15,26 +18,19 @@ MOST = 3  # names in a row
 
 
 def lead(found: Findings) -> str:
-    """Who wins how often."""
-    cells = found.verdicts.cells.values()
-    wins = Counter(cell.best.families[0] for cell in cells if cell.best.state == "won").most_common()
-    ties = sum(cell.best.state == "tie" for cell in cells)
-    none = sum(cell.best.state == "none" for cell in cells)
-    won = [f"{family} {'wins ' if not place else ''}{count}" for place, (family, count) in enumerate(wins)]
-    parts = [listed(won)] if won else []
-    parts += [f"{ties} {'is a tie' if ties == 1 else 'are ties'} between families"] if ties else []
-    parts += [f"in {none} no law stays stable"] if none else []
-    return f"Of {counted(len(cells), 'cell')} {'; '.join(parts)}."
+    """Who has the least error at the activity that is shown."""
+    return f"{capital(at_level(found))}, {winners(found)}."
 
 
 def sentences(found: Findings) -> list[str]:
-    """What else is to be said: where, how much, how surely, at what price."""
+    """What else is to be said: at which activity, how much, how surely, at what price."""
+    others = [found._replace(level=level) for level in found.verdicts.levels if level != found.level]
     parts = [
-        *where_won(found),
+        *(lead(one) for one in others),
         nearest_to_best(found),
         against_reference(found),
         lost_runs(found),
-        price(found),
+        hunting(found),
         on_target(found),
         margins(found),
         factors(found),
@@ -46,44 +42,30 @@ def sentences(found: Findings) -> list[str]:
     return [part for part in parts if part]
 
 
-def where_won(found: Findings) -> list[str]:
-    """For each family that wins cells: what these have in common, and by how much it wins."""
-    said = []
-    for family in found.families:
-        cells = {
-            name: cell.best
-            for name, cell in found.verdicts.cells.items()
-            if cell.best.state == "won" and cell.best.families == [family]
-        }
-        if cells:
-            margins = [best.margin for best in cells.values() if best.next_family]
-            by = f", by {span(margins)} over the next family" if margins else ""
-            said.append(f"{family} wins {common_levels(found, list(cells))}{by}.")
-    return said
-
-
-def common_levels(found: Findings, cells: Sequence[str]) -> str:
-    """Where some cells lie: on each axis the levels they have, if these are not all."""
+def winners(found: Findings) -> str:
+    """Who has the least error in how many cells, and in how many of them surely."""
+    cells = found.at.cells.values()
+    best = Counter(cell.best.law for cell in cells if cell.best.law)
+    if not best:
+        return "no law stays stable in any cell"
     parts = []
-    for axis in found.grid.axes:
-        met = {found.grid.cells[cell][axis.name] for cell in cells}
-        if len(met) < len(axis.levels):
-            labels = [level.label for level in axis.levels if level.name in met]
-            parts.append(f"{axis.label} = {listed(labels, 'or')}")
-    inside = sum(
-        all(
-            levels[axis.name] in {found.grid.cells[cell][axis.name] for cell in cells}
-            for axis in found.grid.axes
-        )
-        for levels in found.grid.cells.values()
-    )
-    where = f"where {'; '.join(parts)}" if parts else "on all levels of every axis"
-    return f"{where} ({len(cells)} of the {counted(inside, 'cell')} there)"
+    for law, count in best.most_common(MOST):
+        alone = sum(cell.best.ties == [law] for cell in cells)
+        parts.append(f"{law} in {count}{f' ({alone} of them surely)' if alone else ''}")
+    rest = sum(best.values()) - sum(count for _, count in best.most_common(MOST))
+    parts += [f"others in {rest}"] if rest else []
+    none = len(cells) - sum(best.values())
+    stable = f"; in {none} no law stays stable" if none else ""
+    return f"the least error of {counted(len(cells), 'cell')} has {listed(parts)}{stable}"
+
+
+def capital(text: str) -> str:
+    return text[:1].upper() + text[1:]
 
 
 def nearest_to_best(found: Findings) -> str:
     """The law that is near the best most often."""
-    areas = {law: area for law, area in found.verdicts.areas.items() if law in found.laws and area.cells}
+    areas = {law: area for law, area in found.at.areas.items() if law in found.laws and area.cells}
     if len(areas) < 2:
         return ""
     law = max(areas, key=lambda one: (areas[one].near_best, -areas[one].lost, -areas[one].largest))
@@ -94,8 +76,8 @@ def nearest_to_best(found: Findings) -> str:
     )
     lost = f" It loses too many runs in {round(area.lost * area.cells)} of them." if area.lost else ""
     return (
-        f"{law} is within {found.verdicts.rules.near_best:g} of the best in {near} of the {area.cells} "
-        f"cells that any law masters, and no other more often{largest}.{lost}"
+        f"{capital(at_level(found))}, {law} is within {found.verdicts.rules.near_best:g} of the best in "
+        f"{near} of the {area.cells} cells that any law masters, and no other more often{largest}.{lost}"
     )
 
 
@@ -115,15 +97,17 @@ def against_reference(found: Findings) -> str:
     counts = f"{len(less)} surely better, {ties} {'ties' if ties == 1 else 'tie'}, {len(more)} surely worse"
     best = [f"{law} ({interval(known[law])})" for law in less[:MOST]]
     named = f" Least error: {listed(best)}." if best else ""
-    return f"Over all cells, against {found.reference}: of {counted(len(known), 'law')} {counts}.{named}"
+    cannot = len(ratios) - len(known)
+    calm = f" {counted(cannot, 'law')} cannot be so calm in each cell." if cannot else ""
+    return f"Over all cells, {at_level(found)}: of {counted(len(known), 'law')} {counts}.{named}{calm}"
 
 
 def lost_runs(found: Findings) -> str:
     """How many test runs were lost, and by whom in the cells that any law masters."""
     runs, lost, losing = 0, 0, set()
-    for cell in found.verdicts.cells.values():
+    for cell in found.at.cells.values():
         for law, one in cell.standings.items():
-            runs += one.searches * one.conditions
+            runs += one.conditions
             lost += one.lost.lost
             losing |= {law} if one.lost.lost and cell.best.law else set()
     if not lost:
@@ -141,26 +125,25 @@ def lost_runs(found: Findings) -> str:
     return f"{total}; in the cells that any law masters {by}, and all others none."
 
 
-def price(found: Findings) -> str:
-    """What the winners of cells pay in command activity against the reference."""
-    ratios = []
-    for cell in found.verdicts.cells.values():
-        own, other = cell.standings.get(cell.best.law), cell.standings.get(found.reference)
-        if own and other and other.activity > 0.0 and cell.best.law != found.reference:
-            ratios.append(own.activity / other.activity)
-    ratios = [one for one in ratios if math.isfinite(one)]
-    if not ratios:
+def hunting(found: Findings) -> str:
+    """In how many pairs of law and cell some test runs oscillate for good."""
+    shares = [one.hunting for cell in found.at.cells.values() for one in cell.standings.values()]
+    known = [one for one in shares if not math.isnan(one)]
+    if not known:
         return ""
+    some, most = sum(one > 0.0 for one in known), max(known)
+    if not some:
+        return f"No command oscillates for good in any of the {len(known)} pairs of law and cell."
     return (
-        f"Price: the law with the least error moves the command {span(ratios)} as much as "
-        f"{found.reference}, in {counted(len(ratios), 'cell')}."
+        f"In {some} of {counted(len(known), 'pair')} of law and cell the command oscillates for good in some "
+        f"test runs, in one of them in {100.0 * most:.0f} % of them."
     )
 
 
 def on_target(found: Findings) -> str:
     """What the winners of cells take on the target against the reference."""
     ratios = []
-    for cell in found.verdicts.cells.values():
+    for cell in found.at.cells.values():
         own, other = cell.properties.get(cell.best.law), cell.properties.get(found.reference)
         counts = [one.target.operations for one in (own, other) if one]
         if len(counts) == 2 and all(counts) and cell.best.law != found.reference:
@@ -175,7 +158,7 @@ def on_target(found: Findings) -> str:
 
 def margins(found: Findings) -> str:
     """How many loops have margins, and how small those of winners are."""
-    cells = found.verdicts.cells.values()
+    cells = found.at.cells.values()
     known = [one.margins for cell in cells for one in cell.properties.values()]
     if not known:
         return ""
@@ -192,7 +175,7 @@ def margins(found: Findings) -> str:
 
 def factors(found: Findings) -> str:
     """What differences between laws are owed to."""
-    known = {name: one for name, one in found.verdicts.effects.items() if not math.isnan(one.share)}
+    known = {name: one for name, one in found.at.effects.items() if not math.isnan(one.share)}
     if not known or not found.rows():
         return ""
     ordered = sorted(known.items(), key=lambda one: -one[1].share)
@@ -204,7 +187,7 @@ def factors(found: Findings) -> str:
 def worths(found: Findings) -> list[str]:
     """What parts of laws earn."""
     said = []
-    for one in found.verdicts.worths.values():
+    for one in found.at.worths.values():
         ratio = one.over_cells
         if math.isnan(ratio.value):
             continue
@@ -223,7 +206,7 @@ def sensors(found: Findings) -> list[str]:
     """What sensors are worth."""
     words = {"V": "velocity or position alone", "VP": "load pressure too", "VPX": "the spool's place too"}
     said = []
-    for name, ratio in found.verdicts.prices.items():
+    for name, ratio in found.at.prices.items():
         without, _, with_it = name.partition(" over ")
         if not math.isnan(ratio.value):
             said.append(
@@ -235,7 +218,7 @@ def sensors(found: Findings) -> list[str]:
 
 def limits(found: Findings) -> list[str]:
     """How far the best are from the least that is possible, and what the limits leave open."""
-    cells = found.verdicts.cells.values()
+    cells = found.at.cells.values()
     best = [cell.limit.laws[cell.best.law] for cell in cells if cell.best.law in cell.limit.laws]
     own = [one for one in best if not math.isnan(one.clairvoyant)]
     said = []
@@ -262,19 +245,14 @@ def limits(found: Findings) -> list[str]:
 
 
 def search(found: Findings) -> str:
-    """How many laws a longer search might still have helped."""
-    falls, count = 0, 0
-    for cell in found.verdicts.cells.values():
-        for stages in cell.curves.values():
-            ends = [stage.error for stage in stages if math.isfinite(stage.error)]
-            if len(ends) > 1:
-                count += 1
-                falls += ends[-1] * found.verdicts.rules.margin < ends[-2]
-    if not count:
+    """How still the fronts are."""
+    moved = [one.moved for own in found.verdicts.fronts.values() for one in own.values()]
+    if not moved:
         return ""
+    still = sum(one < STILL for one in moved)
     return (
-        f"In {falls} of {count} pairs of law and cell the last step of the budget still lowered the error "
-        f"by more than a factor of {found.verdicts.rules.margin:g}."
+        f"The last half of the candidates moved fronts by {100.0 * fmean(moved):.1f} % on average and "
+        f"{100.0 * max(moved):.0f} % at most; {still} of {len(moved)} moved by less than {100.0 * STILL:g} %."
     )
 
 

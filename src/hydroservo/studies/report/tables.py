@@ -1,32 +1,34 @@
 """The rows of the report's tables."""
 
 import math
-from collections.abc import Mapping
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from statistics import fmean
 from typing import NamedTuple
 
 from hydroservo.formatting import NONE, common_unit, number
 from hydroservo.studies.ablation import Ratio
+from hydroservo.studies.cell_verdict import CellVerdict
 from hydroservo.studies.losses import Share
 from hydroservo.studies.multiples import CellLimit
 from hydroservo.studies.pairs import compared, ratio_between
 from hydroservo.studies.report.commands import Repeat
 from hydroservo.studies.report.findings import Findings
-from hydroservo.studies.report.property_tables import operations, taken
+from hydroservo.studies.report.property_tables import KINDS, kind_of, operations, taken
 from hydroservo.studies.report.sentences import interval, listed
 
-__all__ = ["CellTable", "cell_tables", "law_rows", "rule_rows"]
+__all__ = ["CellTable", "activity_range", "cell_tables", "law_rows", "rule_rows", "state_in"]
 
 Row = dict[str, str]
 Again = Mapping[tuple[str, str], Repeat]  # by cell and law
 
 
 class CellTable(NamedTuple):
-    """All numbers of a cell.
+    """All numbers of a cell at the level that is shown.
 
     Attributes:
         name: of the cell.
         where: its levels in words.
-        budget: candidates that all laws were given.
         best: who wins, in words.
         unit: of the errors below.
         rows: a law each, the best first.
@@ -34,56 +36,102 @@ class CellTable(NamedTuple):
 
     name: str
     where: str
-    budget: int
     best: str
     unit: str
     rows: list[Row]
 
 
 def law_rows(found: Findings) -> list[Row]:
-    """Each law over all cells, those that are near the best most often first."""
-    areas = found.verdicts.areas
-    order = sorted(areas, key=lambda law: -areas[law].near_best if areas[law].cells else 1.0)
+    """Each law over all cells at the level that is shown, those with the least error first."""
+    laws = found.manifest["laws"]
+    order = sorted(laws, key=lambda law: (math.isnan(found.to_reference(law).value), found.to_reference(law)))
     return [law_row(found, law) for law in order]
 
 
 def law_row(found: Findings, law: str) -> Row:
-    about, area = found.manifest["laws"][law], found.verdicts.areas[law]
-    ratio = found.to_reference(law)
+    about, cells = found.manifest["laws"][law], found.at.cells.values()
+    own = [cell for cell in cells if law in cell.standings]
+    states = Counter(state_in(cell, law) for cell in own)
+    kinds = {f"kind-{k}": kind_ratio(found, law, k) for k in range(len(found.manifest["kinds"]))}
     return {
         "law": law,
         "sensors": str(about["class"]),
         "gains": str(about.get("gains", NONE)),
-        "near": f"{round(area.near_best * area.cells)} of {area.cells}" if area.cells else NONE,
-        "out": str(round(area.lost * area.cells)) if area.cells else NONE,
-        "largest": known(area.largest),
-        "ratio": "1" if law == found.reference else with_interval(ratio),
+        "ratio": with_interval(found.to_reference(law)) if own else NONE,
+        **(kinds if len(kinds) > 1 else {}),
+        "best": str(states["best"]),
+        "tie": str(states["tie"]),
+        "behind": str(states["behind"]),
+        "out": str(states["out"]),
+        "cannot": str(len(found.verdicts.activity) - len(own)),
         "lost": found.percent_lost(law),
         "activity": activity_range(found, law),
+        "hunting": hunting(own, law),
+        "margins": margin_range(own, law),
         "operations": operations(found, law),
         "bytes": taken(found, law),
     }
 
 
+def state_in(cell: CellVerdict, law: str) -> str:
+    """How a law stands in a cell: best alone, tie with the best, behind it, or out."""
+    if law in cell.best.ties:
+        return "best" if cell.best.ties == [law] else "tie"
+    return "out" if math.isinf(cell.regret[law]) or not cell.best.law else "behind"
+
+
+def kind_ratio(found: Findings, law: str, kind: int) -> str:
+    """A law's error over that of the reference at its own activity, under one kind of conditions."""
+    logs = []
+    for name, cell in found.at.cells.items():
+        if law in cell.standings:
+            base = found.verdicts.levels["1"].cells[name].standings[found.reference]
+            logs.append(math.log(cell.standings[law].kinds[kind] / base.kinds[kind]))
+    if len(logs) < len(found.verdicts.activity) or not all(map(math.isfinite, logs)):
+        return NONE
+    return number(math.exp(fmean(logs)), 3)
+
+
 def activity_range(found: Findings, law: str) -> str:
-    """A law's command activity over that of the reference, from the least to the largest over cells."""
+    """A law's command activity over that of the reference at its own, from the least to the largest cell."""
     ratios = []
-    for cell in found.verdicts.cells.values():
-        own, other = cell.standings.get(law), cell.standings.get(found.reference)
-        if own and other and other.activity > 0.0:
-            ratios.append(own.activity / other.activity)
-    ends = dict.fromkeys(number(ratio, 2) for ratio in (min(ratios), max(ratios))) if ratios else [NONE]
+    for name, cell in found.at.cells.items():
+        own = cell.standings.get(law)
+        base = found.verdicts.levels["1"].cells[name].standings.get(found.reference)
+        if own and base and base.activity > 0.0 and not math.isnan(own.activity):
+            ratios.append(own.activity / base.activity)
+    return ends_of(ratios, 2)
+
+
+def hunting(cells: Sequence[CellVerdict], law: str) -> str:
+    """The share of test runs whose command oscillates for good, over cells."""
+    shares = [100.0 * cell.standings[law].hunting for cell in cells]
+    return ends_of([one for one in shares if not math.isnan(one)], 2)
+
+
+def margin_range(cells: Sequence[CellVerdict], law: str) -> str:
+    """The largest sensitivity peaks over cells [dB], and in how many there is none."""
+    known = [cell.properties[law].margins for cell in cells if law in cell.properties]
+    peaks = [20.0 * math.log10(one.sensitivity_peak) for one in known if one.stable]
+    others = Counter(KINDS[kind_of(one)] for one in known if not one.stable)
+    parts = [f"{text} in {count}" for text, count in others.items()]
+    return "; ".join([*([ends_of(peaks, 2)] if peaks else []), *parts]) or NONE
+
+
+def ends_of(values: Sequence[float], digits: int) -> str:
+    """The least and the largest of some numbers."""
+    ends = dict.fromkeys(number(one, digits) for one in (min(values), max(values))) if values else [NONE]
     return " to ".join(ends)
 
 
 def cell_tables(found: Findings, again: Again) -> list[CellTable]:
     """A table for each cell, in the manifest's order."""
-    cells = [name for name in found.manifest["cells"] if name in found.verdicts.cells]
+    cells = [name for name in found.manifest["cells"] if name in found.at.cells]
     return [cell_table(found, name, again) for name in cells]
 
 
 def cell_table(found: Findings, name: str, again: Again) -> CellTable:
-    cell = found.verdicts.cells[name]
+    cell = found.at.cells[name]
     most = found.verdicts.rules.most_lost
 
     def place(law: str) -> tuple[bool, float]:
@@ -95,7 +143,7 @@ def cell_table(found: Findings, name: str, again: Again) -> CellTable:
         {"law": law, **standing(found, name, law, factor), **repeat(again.get((name, law)), factor)}
         for law in sorted(cell.standings, key=place)
     ]
-    return CellTable(name, found.where(name), cell.budget, winner(found, name), unit, rows)
+    return CellTable(name, found.where(name), winner(found, name), unit, rows)
 
 
 def repeat(one: Repeat | None, factor: float) -> Row:
@@ -108,7 +156,7 @@ def repeat(one: Repeat | None, factor: float) -> Row:
 
 def standing(found: Findings, name: str, law: str, factor: float) -> Row:
     """The numbers of one law in one cell."""
-    cell = found.verdicts.cells[name]
+    cell = found.at.cells[name]
     one = cell.standings[law]
     best = cell.best.law
     row = {
@@ -120,6 +168,7 @@ def standing(found: Findings, name: str, law: str, factor: float) -> Row:
         "tail": known(factor * one.tail),
         "lost": share(one.lost),
         "activity": known(one.activity),
+        "hunting": NONE if math.isnan(one.hunting) else number(100.0 * one.hunting, 2),
         "survived": NONE if math.isnan(one.survived) else f"{one.survived:g}",
         "rank": f"{found.manifest['laws'][law]['class']} {cell.ranks[law] if best else NONE}",
         **beside_limits(cell.limit, law),
@@ -148,18 +197,18 @@ def beside_limits(limit: CellLimit, law: str) -> Row:
 
 def verdict(found: Findings, name: str, law: str) -> str:
     """How a law stands to the best one of the cell."""
-    best = found.verdicts.cells[name].best
+    best = found.at.cells[name].best
     if law == best.law:
         return "best"
-    if found.verdicts.cells[name].standings[law].lost.value > found.verdicts.rules.most_lost:
+    if found.at.cells[name].standings[law].lost.value > found.verdicts.rules.most_lost:
         return "out"
-    by = compared(found.verdicts.cells[name].pairs, law, best.law).by
+    by = compared(found.at.cells[name].pairs, law, best.law).by
     return {"error": "behind", "lost runs": "loses more"}.get(by, "tie")
 
 
 def winner(found: Findings, name: str) -> str:
     """Who wins a cell, in words."""
-    best = found.verdicts.cells[name].best
+    best = found.at.cells[name].best
     if not best.law:
         return "No law stays stable"
     margin = Ratio(best.margin, best.margin_low, best.margin_high)
@@ -195,7 +244,7 @@ def rule_rows(found: Findings) -> list[tuple[str, str]]:
         (
             "intervals",
             f"{percent}, paired: all laws meet the same conditions; Holm's correction over all pairs of a "
-            "cell",
+            "cell at a level",
         ),
         (
             "a tie",
@@ -211,9 +260,18 @@ def rule_rows(found: Findings) -> list[tuple[str, str]]:
             f"a law that loses more than {100.0 * rules.most_lost:g} % of its test runs in a cell",
         ),
         (
+            "activity",
+            "the command's total variation in percent of its range a second, geometric mean over conditions",
+        ),
+        (
+            "own activity",
+            f"of {found.reference}: that of the calmest of its gains whose error on validation is at most "
+            f"{rules.margin:g} times its least",
+        ),
+        (
             "gains",
-            "searched on train conditions; the weight of activity chosen on validation; all numbers here "
-            "are of test conditions",
+            "fronts searched on train conditions; at each level those with the least error on validation "
+            "that are calm enough there; all numbers here are of test conditions",
         ),
         ("seed of the bootstrap", f"{rules.seed}, {rules.resamples:,} draws, for shares of factors"),
     ]
@@ -228,13 +286,14 @@ def asked(found: Findings) -> list[tuple[str, str]]:
     ]
     stress = ", ".join(f"{scale:g}" for scale in conditions.get("stress", ()))
     of_limits = found.manifest.get("limits", {}).get("conditions", 0)
-    texts = {name: listed([f"{one}" for one in search.get(name, ())]) for name in ("optimisers", "efforts")}
-    seeds = f"{search['seeds']} seeds" if "seeds" in search else ""
+    levels = ", ".join(f"{one:g}" for one in search.get("levels", ()))
+    searches = f"at most {search['candidates']:,} candidates" if "candidates" in search else ""
+    seeds = f"{search['seeds']} of each law" if search.get("seeds", 1) > 1 else "one of each law"
     return [
         ("conditions", f"{listed(counts)} in each cell" if counts else ""),
         ("kinds of conditions", ", ".join(map(str, found.manifest.get("kinds", ())))),
         ("stress", f"{stress} times the nominal uncertainty" if stress else ""),
         ("limits", f"of the first {of_limits} test conditions of each cell" if of_limits else ""),
-        ("searches", ", ".join(part for part in (texts["optimisers"], seeds) if part)),
-        ("weights of activity", texts["efforts"]),
+        ("searches", f"{seeds}, {searches}" if searches else ""),
+        ("levels of activity", f"{levels} times that of {found.reference}" if levels else ""),
     ]
