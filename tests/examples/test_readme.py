@@ -70,15 +70,12 @@ def test_the_first_table_is_what_its_script_makes() -> None:
     assert f"{axis['BEGIN']}{axis['table'](run)}{axis['END']}" in README
 
 
-def test_the_picture_of_who_wins_has_a_tile_for_each_law_in_each_condition(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    monkeypatch.syspath_prepend(str(ROOT / "scripts"))
-    who_wins = run_path(str(ROOT / "scripts" / "who_wins.py"))
-    data = who_wins["read"](ROOT / "docs" / "_static" / "velocity.csv")
-    (axis,) = who_wins["draw"](data).axes
-    shown = [text.get_text() for text in axis.texts]
-    wanted = [
-        f"{data['regret'].loc[cell, law]:.1f}" for law in who_wins["LAWS"] for cell in who_wins["places"]()
-    ]
-    assert [text for text in shown if re.fullmatch(r"\d+\.\d", text)] == wanted
+def test_the_fronts_have_points_of_each_law_in_each_cell_at_the_references_own_activity() -> None:
+    import pandas as pd
+
+    assert "docs/_static/velocity-fronts.svg" in README
+    points = pd.read_csv(ROOT / "docs" / "_static" / "velocity-fronts.csv")
+    assert points.groupby(["cell", "law"]).ngroups == points["cell"].nunique() * points["law"].nunique()
+    own = points[(points["law"] == "pi") & (points["level"] == 1.0)]
+    assert len(own) == points["cell"].nunique() == 8
+    assert (own["error over the reference's"] == 1.0).all()

@@ -39,7 +39,7 @@ def study(
             metavar="a.b=VALUE",
             default_factory=list,
             show_default=False,
-            help="Change one entry of the study: `search.candidates=64`, `conditions.test=50`. "
+            help="Change one entry of the study: `search.candidates=512`, `conditions.test=50`. "
             "May be given again.",
         ),
     ],
@@ -61,19 +61,19 @@ def study(
     decimal_comma: DecimalComma = False,
     json: Json = False,
 ) -> None:
-    """Search and judge laws alike, under conditions drawn alike, and print who wins where.
+    """Search and judge laws alike, under conditions drawn alike, and print the error of each at equal activity of the command.
 
     The folder has the table of all runs as Parquet (parts), margins and prices on the target (properties),
     what they say (verdicts.json, report.html, its tables as CSV and LaTeX in tables), a scenario for each law
     in each cell, and the limits of its conditions where the study asks for them, which needs CasADi. Stopped
     at any instant, the same command carries on; with another file or --set it does only what is new.
 
-    Built in are `small`, which takes about a minute on two idle cores, and `velocity`, which takes hours.
+    Built in are `small`, which takes about a minute on two idle cores, and `velocity`, which takes an hour and a half.
 
     Examples:
 
     - `hydroservo study small --out small-study`
-    - `hydroservo study my-study.toml --out my-study --set search.candidates=256 --json`
+    - `hydroservo study my-study.toml --out my-study --set search.candidates=512 --json`
     """
     from hydroservo.cli.interrupts import heard
     from hydroservo.cli.progress import progress_bar

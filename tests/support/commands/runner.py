@@ -36,7 +36,7 @@ class Fixed(NamedTuple):
 SMALL = [  # of a study
     f"--set={path}={value}"
     for path, value in {
-        "search.candidates": 64,
+        "search.candidates": 256,
         "search.seeds": 1,
         "search.widen": 0,
         "conditions.train": 2,
