@@ -61,14 +61,15 @@ def study(
     decimal_comma: DecimalComma = False,
     json: Json = False,
 ) -> None:
-    """Search and judge laws alike, under conditions drawn alike, and print the error of each at equal activity of the command.
+    """Search and judge laws alike, and print the error of each at equal activity of its command.
 
     The folder has the table of all runs as Parquet (parts), margins and prices on the target (properties),
     what they say (verdicts.json, report.html, its tables as CSV and LaTeX in tables), a scenario for each law
     in each cell, and the limits of its conditions where the study asks for them, which needs CasADi. Stopped
     at any instant, the same command carries on; with another file or --set it does only what is new.
 
-    Built in are `small`, which takes about a minute on two idle cores, and `velocity`, which takes an hour and a half.
+    Built in are `small`, which takes about a minute on two idle cores, and `velocity`, which takes an hour
+    and a half.
 
     Examples:
 
