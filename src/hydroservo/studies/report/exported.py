@@ -80,11 +80,11 @@ HEADS = (
     ("level", "level"),
     ("activity", "activity [%/s]"),
     ("error", "error [{unit}]"),
-    ("error_low", "low [{unit}]"),
-    ("error_high", "high [{unit}]"),
+    ("error_low", "error low [{unit}]"),
+    ("error_high", "error high [{unit}]"),
     ("ratio", "error over the reference's"),
-    ("ratio_low", "low"),
-    ("ratio_high", "high"),
+    ("ratio_low", "ratio low"),
+    ("ratio_high", "ratio high"),
 )
 MARGINS = ("gain", "phase", "delay", "disk", "peak")  # which only a linear loop has
 
