@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from hydroservo.studies.ablation import Ratio
 from hydroservo.studies.columns import GAINS
-from hydroservo.studies.front import on_front
 from hydroservo.studies.paired import exponentials, mean
+from hydroservo.studies.pareto import on_front
 from hydroservo.studies.rules import Rules
 from hydroservo.studies.standing import geometric_mean
 from hydroservo.studies.trials import Trials, trials_of

@@ -48,10 +48,6 @@ class Pair(NamedTuple):
     only_a_lost: int
     only_b_lost: int
 
-    def loser(self) -> str:
-        """The name of the law that lost; empty for a tie."""
-        return {self.a: self.b, self.b: self.a}.get(self.winner, "")
-
 
 def pairs_of(trials: Mapping[str, Trials], rules: Rules) -> list[Pair]:
     """All pairs of a cell's laws.

@@ -18,14 +18,14 @@ from hydroservo.runs.objective import is_possible, needed
 from hydroservo.runs.space import CANDIDATES, Space, first_points
 from hydroservo.studies.conditions import Drawn
 from hydroservo.studies.evolution import fittest, offspring
-from hydroservo.studies.front import gain, on_front, spaced
+from hydroservo.studies.pareto import STILL, gain, on_front, spaced
 from hydroservo.studies.rules import Rules
 from hydroservo.validation import within
 
 if TYPE_CHECKING:
     import pyarrow as pa
 
-__all__ = ["STILL", "Group", "Task", "command_range", "found_by"]
+__all__ = ["Group", "Task", "command_range", "found_by"]
 
 Numbers = NDArray[np.float64]
 Points = Mapping[str, Numbers]  # arrays of shape (candidates,) by path
@@ -38,7 +38,6 @@ CALMEST = 1e-6  # [% of the range a second] a command that varies less is not wo
 DECADE = 10.0  # by which a range is widened
 EDGE = 0.01  # of a range, that is its end
 FIRST = 256  # candidates after which a front is looked at for the first time
-STILL = 0.01  # a front that moves less by as many candidates again is still
 POINTS = 32  # of a front, that are judged
 COLUMNS = {  # of the table of a search
     "law": "string",
@@ -117,7 +116,7 @@ class Search(NamedTuple):
         values: all points that were tried, shape (points, paths), in SI units.
         costs: logarithms of their error and activity, shape (points, 2).
         window: the activities that count.
-        moved: how far the last half of the candidates moved the front, as :func:`~.front.gain` has it.
+        moved: how far the last half of the candidates moved the front, as :func:`~.pareto.gain` has it.
     """
 
     space: Space

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hydroservo.studies.evolution import fittest, gaps, offspring, ranked, reflected
-from hydroservo.studies.front import on_front
+from hydroservo.studies.pareto import on_front
 
 
 def evolved(costs_of, dimensions, generations=40, size=64, seed=0):

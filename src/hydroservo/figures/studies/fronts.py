@@ -1,6 +1,6 @@
 """What error costs in command activity: the fronts of laws, a panel a cell."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from itertools import cycle
 from typing import NamedTuple
 
@@ -14,7 +14,7 @@ from hydroservo.figures.studies.scales import plain_log
 from hydroservo.figures.style import figure, style
 from hydroservo.formatting import quantity
 
-__all__ = ["FrontLine", "FrontPanel", "plot_fronts", "staircase"]
+__all__ = ["FrontLine", "FrontPanel", "plot_fronts"]
 
 ACROSS = 4  # panels in a row
 HEIGHT, ALONE = 1.75, 2.6  # inch, of a panel: of several rows, and of one
@@ -99,14 +99,3 @@ def key(colours: Mapping[str, str]) -> list[Line2D]:
     """What colours mean."""
     own = [Line2D([], [], color=colour, linewidth=1.2, label=law) for law, colour in colours.items()]
     return [*own, Line2D([], [], color=PALE, linewidth=0.8, label="other laws")]
-
-
-def staircase(points: Iterable[tuple[float, float]]) -> list[tuple[float, float]]:
-    """The corners of the least error that is to be had for each price, from points (price, error)."""
-    found: list[tuple[float, float]] = []
-    for price, error in sorted(points):
-        if not found:
-            found.append((price, error))
-        elif error < found[-1][1]:
-            found += [(price, found[-1][1]), (price, error)]
-    return found

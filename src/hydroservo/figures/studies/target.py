@@ -1,19 +1,18 @@
 """What error costs on the target: error against operations a sample."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from hydroservo.figures.studies.fronts import staircase
 from hydroservo.figures.studies.looks import INK, SOFT, family_colours
 from hydroservo.figures.studies.names import Named, name_points
 from hydroservo.figures.studies.scales import plain_log
 from hydroservo.figures.style import figure, style
 from hydroservo.formatting import readable_unit
 
-__all__ = ["TargetPoint", "plot_target"]
+__all__ = ["TargetPoint", "plot_target", "staircase"]
 
 SIZE = 5.5  # points
 MARGIN = 1.4  # about the points
@@ -61,6 +60,17 @@ def plot_target(points: Sequence[TargetPoint], families: Sequence[str], metric: 
         names = [Named(one.law, one.operations, factor * one.error, INK) for one in points]
         name_points(fig, axis, names, [], steps)
     return fig
+
+
+def staircase(points: Iterable[tuple[float, float]]) -> list[tuple[float, float]]:
+    """The corners of the least error that is to be had for each price, from points (price, error)."""
+    found: list[tuple[float, float]] = []
+    for price, error in sorted(points):
+        if not found:
+            found.append((price, error))
+        elif error < found[-1][1]:
+            found += [(price, found[-1][1]), (price, error)]
+    return found
 
 
 def mark(kind: str, colour: str, x: float, y: float) -> Line2D:

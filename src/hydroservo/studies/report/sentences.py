@@ -7,10 +7,10 @@ from statistics import fmean
 
 from hydroservo.formatting import number
 from hydroservo.studies.ablation import Ratio
+from hydroservo.studies.pareto import STILL
 from hydroservo.studies.report.captions import at_level
 from hydroservo.studies.report.findings import Findings, sure
 from hydroservo.studies.report.property_tables import kind_of
-from hydroservo.studies.search import STILL
 
 __all__ = ["interval", "lead", "listed", "sentences"]
 

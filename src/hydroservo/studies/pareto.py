@@ -3,10 +3,11 @@
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["gain", "on_front", "spaced"]
+__all__ = ["STILL", "gain", "on_front", "spaced"]
 
 Numbers = NDArray[np.float64]
 
+STILL = 0.01  # a front that moves less by as many candidates again is still
 MOST = float(np.log(2.0))  # by which a point of a front moves, where there was none before
 
 

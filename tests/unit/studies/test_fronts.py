@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hydroservo.studies.columns import judged_columns
-from hydroservo.studies.front import MOST, gain, on_front, spaced
 from hydroservo.studies.fronts import fronts_of
+from hydroservo.studies.pareto import MOST, gain, on_front, spaced
 from hydroservo.studies.rules import Rules
 from hydroservo.studies.trials import trials_of
 from tools.planted import rows, trials, with_lost
