@@ -18,7 +18,8 @@ from hydroservo.runs.provenance import describe, scenario_text
 from hydroservo.studies.asked import Law, Level, Study
 from hydroservo.studies.conditions import Drawn, conditions_of
 from hydroservo.studies.contenders import Contender, contender
-from hydroservo.studies.search import Group, Task, command_range, found_by
+from hydroservo.studies.judging import Group, Task, command_range
+from hydroservo.studies.search import found_by
 from hydroservo.work.unit import Unit, address
 
 SLACK = 1.25  # beyond the first and the last level, that a search goes

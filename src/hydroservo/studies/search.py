@@ -2,22 +2,16 @@
 
 import json
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hydroservo.block import field_at, leaves
-from hydroservo.errors import HydroservoError, ParameterError
-from hydroservo.loop import Loop
-from hydroservo.monitors import Oscillation
-from hydroservo.runs.aims import ACTIVITY
-from hydroservo.runs.batch import simulate_batch
-from hydroservo.runs.cautions import quietly
-from hydroservo.runs.objective import is_possible, needed
+from hydroservo.block import field_at
+from hydroservo.errors import HydroservoError
 from hydroservo.runs.space import CANDIDATES, Space, first_points
-from hydroservo.studies.conditions import Drawn
 from hydroservo.studies.evolution import fittest, offspring
+from hydroservo.studies.judging import LOST, Group, Judged, Points, Task, Window, judged, summary
 from hydroservo.studies.pareto import STILL, gain, on_front, spaced
 from hydroservo.studies.rules import Rules
 from hydroservo.validation import within
@@ -25,16 +19,11 @@ from hydroservo.validation import within
 if TYPE_CHECKING:
     import pyarrow as pa
 
-__all__ = ["Group", "Task", "command_range", "found_by"]
+__all__ = ["COLUMNS", "found_by"]
 
 Numbers = NDArray[np.float64]
-Points = Mapping[str, Numbers]  # arrays of shape (candidates,) by path
-Window = tuple[float, float]  # logarithms of the least and the largest activity that count
 
 TIE = float(np.log(Rules().margin))  # between errors of points that are worth the same
-LOST = 60.0  # what a lost run adds to the mean logarithm: more than any metric and activity can differ by
-TINIEST = 1e-300  # of errors: below it they are alike
-CALMEST = 1e-6  # [% of the range a second] a command that varies less is not worth more
 DECADE = 10.0  # by which a range is widened
 EDGE = 0.01  # of a range, that is its end
 FIRST = 256  # candidates after which a front is looked at for the first time
@@ -56,56 +45,6 @@ COLUMNS = {  # of the table of a search
     "parameters": "string",
     "edges": "string",
 }
-
-
-class Group(NamedTuple):
-    """The loop for one kind of condition, and the conditions of that kind by split.
-
-    Attributes:
-        loop: as it is judged.
-        coarse: the same with the longer integration steps of a search.
-        drawn: the conditions, by split.
-    """
-
-    loop: Loop
-    coarse: Loop
-    drawn: Mapping[str, Drawn]
-
-
-class Task(NamedTuple):
-    """One search of a law's gains in one cell.
-
-    Attributes:
-        law: its name.
-        cell: its name.
-        seed: of the search.
-        metric: what is to be small beside the command's activity.
-        candidates: the most that are tried.
-        widen: how often a range may be widened at whose end a point of the front lies.
-        calmest: the least activity that counts, over that of the law that others are held against.
-        window: the activities that count; None for that law, which finds its own.
-        ranges: between what numbers are searched, in SI units, by path.
-        groups: the loops and their conditions.
-    """
-
-    law: str
-    cell: str
-    seed: int
-    metric: str
-    candidates: int
-    widen: int
-    calmest: float
-    window: Window | None
-    ranges: Mapping[str, tuple[float, float]]
-    groups: Sequence[Group]
-
-
-class Judged(NamedTuple):
-    """How points do under conditions: arrays of shape (points, conditions)."""
-
-    error: Numbers  # inf where a run was lost
-    activity: Numbers  # total variation of the command in percent of its range a second
-    swing: Numbers  # amplitude of the command in a sustained oscillation [V]; nan where it is not known
 
 
 class Search(NamedTuple):
@@ -229,90 +168,6 @@ def widened(task: Task, space: Space, front: Numbers) -> Space:
 def cost(task: Task, points: Points) -> Numbers:
     """The two costs of points on the training conditions, shape (points, 2)."""
     return summary(judged(task, points, "train"))
-
-
-def summary(found: Judged) -> Numbers:
-    """The mean logarithms of error and of activity, shape (points, 2).
-
-    Means are over the runs that were not lost, and each lost one adds more than any other run can; a point
-    that allows no controller is infinitely bad.
-    """
-    impossible, lost = np.isnan(found.error).any(axis=1), np.isinf(found.error)
-    kept = np.maximum((~lost).sum(axis=1), 1)
-    worse = LOST * lost.sum(axis=1)
-    columns = []
-    for values, smallest in ((found.error, TINIEST), (found.activity, CALMEST)):
-        logs = np.log(np.where(lost, 1.0, np.maximum(values, smallest)))
-        columns.append(np.where(impossible, np.inf, logs.sum(axis=1) / kept + worse))
-    return np.stack(columns, axis=1)
-
-
-def judged(task: Task, points: Points, split: str) -> Judged:
-    """How points do under the conditions of a split, these in the order of their groups.
-
-    The error of a point that allows no controller is nan.
-
-    Raises:
-        HydroservoError: a condition allows no machine, or the metric is nan in a run that was not lost.
-    """
-    count = next(iter(points.values())).size
-    parts = []
-    for group in task.groups:
-        if split not in group.drawn:
-            continue
-        possible = np.arange(count)
-        while possible.size:
-            try:
-                part = simulated(task, group, {path: one[possible] for path, one in points.items()}, split)
-                break
-            except ParameterError as refusal:
-                allowed = np.array([is_possible(group.loop, points, int(k)) for k in possible])
-                if allowed.all():
-                    raise HydroservoError(f"{task.law} in {task.cell}: {refusal}") from None
-                possible = possible[allowed]
-        whole = np.full((len(Judged._fields), count, group.drawn[split].numbers.size), np.nan)
-        if possible.size:
-            whole[:, possible] = part
-        parts.append(whole)
-    return Judged(*(np.concatenate(one, axis=1) for one in zip(*parts, strict=True)))
-
-
-def simulated(task: Task, group: Group, points: Points, split: str) -> Judged:
-    """The same of one group, all of whose points allow a controller.
-
-    Raises:
-        ParameterError: one does not, or the metric is nan in a run that was not lost.
-    """
-    drawn, loop = group.drawn[split], group.coarse if split == "train" else group.loop
-    count, size = next(iter(points.values())).size, drawn.numbers.size
-    columns = {path: np.repeat(values, size) for path, values in points.items()}
-    columns |= {path: np.tile(values, count) for path, values in drawn.columns.items()}
-    monitors = needed(loop, {task.metric, ACTIVITY})
-    if split == "test":
-        monitors |= {"oscillation": Oscillation()}
-    runs = quietly(simulate_batch)(loop, columns, metrics=monitors, threads=1, strict=True)
-    error = np.where(runs["diverged"].values, np.inf, runs[task.metric].values)
-    if np.isnan(error).any():
-        raise ParameterError("metric", task.metric, "is nan in runs that were not lost; use another")
-    share = 100.0 / (command_range(loop) * loop.simulation.duration)
-    activity = runs[ACTIVITY].values * share
-    swing = runs["oscillation_command"].values if split == "test" else np.full(error.shape, np.nan)
-    return Judged(*(one.reshape(count, size) for one in (error, activity, swing)))
-
-
-def command_range(loop: Loop) -> float:
-    """From the least command to the largest [V]: of the law's outermost limiter, or what opens the valve.
-
-    Raises:
-        ParameterError: neither says so.
-    """
-    limits = {path: value for path, value in leaves(loop.controller) if path.endswith("saturation.limit")}
-    if limits:
-        return 2.0 * float(limits[min(limits, key=lambda path: path.count("."))])
-    valve: Any = loop.valve
-    if not hasattr(valve, "max_opening") or not hasattr(valve, "gain"):
-        raise ParameterError("controller", type(loop.controller).__name__, "must limit its command")
-    return 2.0 * float(valve.max_opening / valve.gain)
 
 
 def table_of(

@@ -10,23 +10,19 @@ import pytest
 from hydroservo import HydroservoError, load_scenario, simulate_batch
 from hydroservo.block import replace
 from hydroservo.runs.space import Space
+from hydroservo.studies import judging
 from hydroservo.studies import search as searching
 from hydroservo.studies.cells import coarse, entrants_of
 from hydroservo.studies.file import read_study
+from hydroservo.studies.judging import LOST, Group, Judged, Task, command_range, summary
 from hydroservo.studies.pareto import STILL, on_front
 from hydroservo.studies.search import (
-    LOST,
     POINTS,
-    Group,
-    Judged,
-    Task,
-    command_range,
     edges_of,
     found_by,
     own_window,
     searched,
     seen_in,
-    summary,
     widened,
 )
 
@@ -172,7 +168,7 @@ def test_a_metric_that_is_nan_is_refused(task: Task, monkeypatch: pytest.MonkeyP
     def runs(*arguments: Any, **named: Any) -> Any:
         return simulate_batch(*arguments, **named).assign(rms_error=lambda one: np.nan * one.rms_error)
 
-    monkeypatch.setattr(searching, "simulate_batch", runs)
+    monkeypatch.setattr(judging, "simulate_batch", runs)
     with pytest.raises(HydroservoError, match="is nan in runs that were not lost"):
         found_by(task)
 
