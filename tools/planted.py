@@ -72,7 +72,6 @@ def rows(one: Trials, law: str, cell: str, **columns: Any) -> pd.DataFrame:
         "swing": one.swing,
         "lost": one.lost,
         "parameters": "{}",
-        "edges": "[]",
     }
     return pd.DataFrame(plain | columns)
 

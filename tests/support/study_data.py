@@ -166,7 +166,6 @@ def part(manifest, law, cell, random):
         swing=swing,
         lost=lost,
         parameters=np.array(gains)[rows["point"]],
-        edges="[]",
     )
     return rows[list(COLUMNS)]
 

@@ -210,7 +210,7 @@ def test_nothing_is_measured_of_a_crossover_without_coherence(found: xr.Dataset)
     assert math.isnan(gain.margin)
     assert math.isnan(phase.margin)
     assert gain.remark.startswith("coherence 0.50 at ")
-    assert gain.remark.endswith("Hz: raise --amplitude")
+    assert gain.remark.endswith("Hz; try a larger --amplitude or another --band")
 
 
 def test_a_loop_that_oscillates_as_it_stands_says_so() -> None:

@@ -152,6 +152,15 @@ def test_fronts_have_a_panel_a_cell_and_a_colour_for_each_named_law(cells, rows)
     assert len(set(colours)) == 3  # that of the reference's error, and of two laws
     assert len([line for line in drawn[0].lines if line.get_marker() == "."]) == 3
     assert len(drawn[0].collections) == 2  # bands
+    below = drawn[max(cells - min(cells, 4), 0) :]
+    assert all(axis.get_xlabel() and axis.xaxis.get_tick_params()["labelbottom"] for axis in below)
+
+
+@pytest.mark.parametrize("error", [[], [(math.nan, 0.0, math.inf)]])
+def test_fronts_without_a_known_error_can_be_drawn(error):
+    lines = [FrontLine("lq", [1.0] * len(error), error, [])] if error else []
+    fig = plot_fronts([FrontPanel("cell", math.nan, 2.5, lines)], ["pi"], "pi", [1.0, 8.0], "m/s")
+    assert fig.axes[0].get_ylim()[0] < 1.0
 
 
 def test_the_line_of_a_front_falls_in_steps():

@@ -114,7 +114,8 @@ def bode(
 
     Each response comes twice: from the linear model about a point, and measured on the simulation with many
     tones at once or a chirp, noise, resolution and all, with its coherence. With it come the margins, the
-    sensitivity peak and the bandwidth. A log shows what the real machine does. A folder as --out gets a
+    sensitivity peak, the bandwidth, and the gain from which the simulation oscillates for good, with 0.1 V
+    or more in its command. A log shows what the real machine does. A folder as --out gets a
     report (report.html, its tables as CSV and LaTeX in tables), the picture (bode.png, bode.svg) and all
     curves (metrics.json).
 

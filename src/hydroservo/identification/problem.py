@@ -1,6 +1,6 @@
 """The residuals of logs as a function of all that is unknown: parameters, and how each log was taken."""
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -58,6 +58,7 @@ class Unknown(NamedTuple):
         scale: SI units per unit of the search; of a parameter 1, for it is sought in its range as 0 to 1.
         low: the least that it may be, in units of the search.
         high: the most.
+        share: the part of that range over which it is taken as even before anything is measured.
     """
 
     name: str
@@ -67,11 +68,12 @@ class Unknown(NamedTuple):
     scale: float
     low: float
     high: float
+    share: float = 1.0
 
     @property
     def prior(self) -> float:
-        """The precision of an even distribution over its range; of an uncertain number, over half of it."""
-        return (48.0 if self.kind == "uncertain" else 12.0) / (self.high - self.low) ** 2
+        """The precision of an even distribution over its share of the range."""
+        return 12.0 / (self.share * (self.high - self.low)) ** 2
 
 
 class Problem(NamedTuple):
@@ -102,9 +104,9 @@ class Problem(NamedTuple):
     pinned: bool = False
 
     @property
-    def uncertain(self) -> list[str]:
-        """Paths of parameters that are not sought, but freed within their uncertainty."""
-        return [one.key for one in self.unknowns if one.kind == "uncertain"]
+    def uncertain(self) -> dict[str, float]:
+        """The shares of parameters that are not sought, but freed within their uncertainty, by path."""
+        return {one.key: one.share for one in self.unknowns if one.kind == "uncertain"}
 
     @property
     def bounds(self) -> tuple[Vector, Vector]:
@@ -129,7 +131,7 @@ def unknowns_of(
     experiments: Sequence[Experiment],
     spread: Mapping[tuple[int, str], float],
     delays: Ends = None,
-    uncertain: Collection[str] = (),
+    uncertain: Mapping[str, float] | None = None,
 ) -> list[Unknown]:
     """All that is sought: parameters, each segment's start, each log's delay and its sensors' offsets.
 
@@ -140,14 +142,15 @@ def unknowns_of(
         experiments: one for each segment.
         spread: of each signal of each log.
         delays: least and largest delay of a log [s]; None for the default range.
-        uncertain: paths of parameters that are not sought.
+        uncertain: shares of parameters that are not sought, by path.
 
     Raises:
         ParameterError: the delays that are sought are longer than a log.
     """
+    shares = uncertain or {}
+    kinds = {path: "uncertain" if path in shares else "parameter" for path in space.ranges}
     found = [
-        Unknown(path, "uncertain" if path in uncertain else "parameter", -1, path, 1.0, 0.0, 1.0)
-        for path in space.ranges
+        Unknown(path, kind, -1, path, 1.0, 0.0, 1.0, shares.get(path, 1.0)) for path, kind in kinds.items()
     ]
     for i, one in enumerate(experiments):
         for path in one.start:

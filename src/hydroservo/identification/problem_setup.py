@@ -12,6 +12,7 @@ from hydroservo.identification.experiment import Experiment, experiment, played_
 from hydroservo.identification.problem import Ends, Problem, Values, unknowns_of, usual_values
 from hydroservo.identification.segments import Segment, Understood
 from hydroservo.identification.steps import first_steps
+from hydroservo.identification.uncertain import Uncertain
 from hydroservo.identification.unseen import begins_in_motion, with_unseen
 from hydroservo.loop import AUTO, Loop
 from hydroservo.runs.space import Space
@@ -27,7 +28,7 @@ TRIED = 16  # points of the ranges, besides three on their diagonal, that show w
 def problem_of(
     assembly: Assembly,
     varied: Sequence[Variation],
-    freed: Sequence[Variation],
+    freed: Sequence[Uncertain],
     taken: Sequence[Understood],
     threads: int,
     delays: Ends = None,
@@ -43,8 +44,8 @@ def problem_of(
         delays: between which that of each log is sought [s].
     """
     own = {one.path: own_value(assembly, one.path) for one in varied}
-    own |= {one.path: value for one in freed if (value := one.nominal) is not None}
-    varied = [*varied, *freed]
+    own |= {one.path: value for one, _ in freed if (value := one.nominal) is not None}
+    varied = [*varied, *(one for one, _ in freed)]
     space = Space({one.path: (one.low, one.high) for one in varied})
     numbers = tuple(parameters_of(assembly, varied, space.values(consistent_points(assembly, space))))
     constructed = [path for path in numbers if path in assembly.arguments or path not in space.ranges]
@@ -52,7 +53,7 @@ def problem_of(
     segments = [one for log in taken for one in log.segments]
     experiments = [played(assembly.loop, segments, i, paths) for i in range(len(segments))]
     spread = spreads(segments)
-    unknowns = unknowns_of(space, experiments, spread, delays, [one.path for one in freed])
+    unknowns = unknowns_of(space, experiments, spread, delays, {one.path: share for one, share in freed})
     usual = usual_values(own, space, unknowns)
     automatic = assembly.loop.simulation.substeps == AUTO
     return Problem(experiments, space, columns, unknowns, spread, usual, threads, delays, automatic)

@@ -1,6 +1,7 @@
 """The numbers that are not sought but uncertain, which a fit frees within what a scenario says of them."""
 
 from collections.abc import Iterator, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -13,13 +14,25 @@ from hydroservo.scenario.sampling import Variation, parameters_of
 from hydroservo.scenario.truth import Deviation
 from hydroservo.validation import within
 
-__all__ = ["FAR", "uncertain_numbers"]
+__all__ = ["Uncertain", "uncertain_numbers"]
 
 FAR = 2.0  # times an uncertainty, up to which a number is sought
 
 
-def uncertain_numbers(assembly: Assembly, varied: Sequence[Variation], but: Sequence[str]) -> list[Variation]:
-    """The numbers of ``[uncertainty]`` that are not sought, each from its nominal value up to twice as far.
+class Uncertain(NamedTuple):
+    """A number that is not sought but uncertain.
+
+    Attributes:
+        variation: between which values it is freed.
+        share: the part of that range that its uncertainty is.
+    """
+
+    variation: Variation
+    share: float
+
+
+def uncertain_numbers(assembly: Assembly, varied: Sequence[Variation], but: Sequence[str]) -> list[Uncertain]:
+    """The numbers of ``[uncertainty]`` that are not sought, each freed to twice as far where that may be.
 
     A number that follows from one that is sought, or from which one follows, is left out.
 
@@ -28,17 +41,18 @@ def uncertain_numbers(assembly: Assembly, varied: Sequence[Variation], but: Sequ
         varied: what is sought.
         but: the beginnings of paths that have no influence, as of a load in whose place a force was recorded.
     """
-    freed: list[Variation] = []
+    freed: list[Uncertain] = []
     sought = {one.path for one in varied}
     for one in deviating(assembly):
-        if one.path in sought or one.path.startswith(tuple(but)):
+        path = one.variation.path
+        if path in sought or path.startswith(tuple(but)):
             continue
-        if go_together(assembly, [*varied, *freed, one]):
+        if go_together(assembly, [*varied, *(other.variation for other in freed), one.variation]):
             freed.append(one)
     return freed
 
 
-def deviating(assembly: Assembly) -> Iterator[Variation]:
+def deviating(assembly: Assembly) -> Iterator[Uncertain]:
     """The numbers whose ``[uncertainty]`` is not 0, twice as far to either side where that may be."""
     for path, one in {**assembly.truth.arguments, **assembly.truth.numbers}.items():
         if not isinstance(one, Deviation) or not one.relative:
@@ -52,7 +66,7 @@ def deviating(assembly: Assembly) -> Iterator[Variation]:
                 and within(low, field)
                 and within(high, field)
             ):
-                yield Variation(path, low, high, nominal, one.entry)
+                yield Uncertain(Variation(path, low, high, nominal, one.entry), 1.0 / times)
                 break
 
 

@@ -64,8 +64,8 @@ def least(crossed: Vector, margin: Vector, tones: Vector, coherence: Vector, lev
         frequency = float(tones[i] * (tones[i + 1] / tones[i]) ** share)
         weakest = float(coherence[i : i + 2].min())
         if weakest < COHERENT:
-            remark = f"coherence {weakest:.2f} at {number(frequency)} Hz: raise --amplitude"
-            return Crossing(math.nan, frequency, remark)
+            heard = f"coherence {weakest:.2f} at {number(frequency)} Hz"
+            return Crossing(math.nan, frequency, f"{heard}; try a larger --amplitude or another --band")
         value = float(margin[i] + share * (margin[i + 1] - margin[i]))
         if value > 0.0:
             found.append(Crossing(value, frequency, ""))

@@ -12,7 +12,7 @@ from hydroservo.studies.properties import Properties
 from hydroservo.studies.regret import regrets
 from hydroservo.studies.rules import Rules
 from hydroservo.studies.sensing import Price, prices, ranks
-from hydroservo.studies.standing import Standing, standing_of
+from hydroservo.studies.standing import Standing, geometric_mean, standing_of
 from hydroservo.studies.stress import survived
 from hydroservo.studies.trials import Trials, trials_of_cell
 
@@ -32,6 +32,7 @@ class CellVerdict(NamedTuple):
         standings: each law by itself.
         pairs: each law against each other.
         to_own: the error of each law over that of the reference at its own activity, on the same conditions.
+        kinds: the same on the conditions of each kind, by its place among the study's kinds.
         regret: of each law.
         ranks: of each law among those with the same sensors.
         prices: of sensors.
@@ -43,6 +44,7 @@ class CellVerdict(NamedTuple):
     standings: dict[str, Standing]
     pairs: list[Pair]
     to_own: dict[str, Ratio]
+    kinds: dict[str, list[float]]
     regret: dict[str, float]
     ranks: dict[str, int]
     prices: list[Price]
@@ -76,8 +78,7 @@ def cell_verdict(
     """
     trials = trials_of_cell(tests)
     standings = {
-        law: standing_of(one, survived(stress[stress["law"] == law]), rules, kinds)
-        for law, one in trials.items()
+        law: standing_of(one, survived(stress[stress["law"] == law]), rules) for law, one in trials.items()
     }
     pairs = pairs_of(trials, rules)
     classes = {law: str(laws[law]["class"]) for law in trials}
@@ -86,6 +87,7 @@ def cell_verdict(
         standings=standings,
         pairs=pairs,
         to_own={law: ratio_of(one, base, rules) for law, one in trials.items()},
+        kinds={law: kind_ratios(one, base, kinds) for law, one in trials.items()},
         regret=regrets(standings, pairs, rules),
         ranks=ranks(pairs, classes),
         prices=prices(standings, pairs, classes, rules),
@@ -93,3 +95,9 @@ def cell_verdict(
         properties=properties,
     )
     return found, trials
+
+
+def kind_ratios(trials: Trials, base: Trials, kinds: int) -> list[float]:
+    """The error over another under each kind of conditions, where neither run was lost; nan for none."""
+    ratios, kind = trials.error / base.error, trials.conditions % kinds
+    return [geometric_mean(ratios[kind == k]) for k in range(kinds)]

@@ -54,7 +54,7 @@ def reference_points(points: "pd.DataFrame", reference: str, rules: Rules) -> "p
     found = own[near].sort_values(["cell", "activity", *GAINS[2:]]).drop_duplicates("cell")
     lacking = sorted(set(points["cell"]) - set(found["cell"]))
     if lacking:
-        problem = "has no runs that were not lost, of whose activity levels are multiples; take another one"
+        problem = "loses all its runs, so it sets no activity to compare laws at; choose another reference"
         raise HydroservoError(f"cell {lacking[0]}: the reference, {reference}, {problem}")
     return found
 

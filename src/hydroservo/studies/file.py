@@ -297,12 +297,24 @@ def search(table: Table) -> Search:
     """
     known_keys(table, ("candidates", "seeds", "step", "levels", "widen"))
     return Search(
-        whole(table, "candidates", 256, 1_000_000, 2048),
+        candidates_in(table),
         whole(table, "seeds", 1, 1000, 1),
         step_in(table),
         levels_in(table),
         whole(table, "widen", 0, 5, 2),
     )
+
+
+def candidates_in(table: Table) -> int:
+    """The most that a search tries: a power of 2, for a search looks at its front after each.
+
+    Raises:
+        ScenarioError: it is not that.
+    """
+    found = whole(table, "candidates", 256, 2**20, 2048)
+    if found & (found - 1):
+        raise table.entry("candidates").error("must be a power of 2 from 256 on, such as 512 or 4096")
+    return found
 
 
 def levels_in(table: Table) -> list[float]:

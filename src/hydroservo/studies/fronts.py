@@ -40,7 +40,8 @@ class LawFront(NamedTuple):
     """The front of one law in one cell.
 
     Attributes:
-        points: those that no other beats in error and activity on test, the calmest first.
+        points: those that no other beats in error and activity on test, and those that are compared at a
+            level; the calmest first.
         moved: how far the last half of the candidates moved the front, of the search that moved most.
     """
 
@@ -61,7 +62,6 @@ def fronts_of(
         choice: what :func:`~hydroservo.studies.choice.chosen` gives.
         bases: the test runs of the reference at its own activity, by cell.
         rules: of the comparison.
-
     """
     levels = choice.groupby(GAINS, observed=True)["level"].min().to_dict()
     most = runs.groupby(["cell", "law"], observed=True, as_index=False)["moved"].max()

@@ -16,7 +16,7 @@ from hydroservo.runs.cautions import quietly
 from hydroservo.runs.objective import is_possible, needed
 from hydroservo.studies.conditions import Drawn
 
-__all__ = ["LOST", "Group", "Judged", "Points", "Task", "Window", "command_range", "judged", "summary"]
+__all__ = ["LOST", "Group", "Judged", "Points", "Task", "Window", "command_range", "judged", "mean_logs"]
 
 Numbers = NDArray[np.float64]
 Points = Mapping[str, Numbers]  # arrays of shape (points,) by path
@@ -77,19 +77,21 @@ class Judged(NamedTuple):
     swing: Numbers  # amplitude of the command in a sustained oscillation [V]; nan where it is not known
 
 
-def summary(found: Judged) -> Numbers:
-    """The mean logarithms of error and of activity, shape (points, 2).
+def mean_logs(found: Judged, *penalties: float) -> Numbers:
+    """The mean logarithms of error and of activity over the runs that were not lost, shape (points, 2).
 
-    Means are over the runs that were not lost, and each lost one adds more than any other run can; a point
-    that allows no controller is infinitely bad.
+    A point that allows no controller is infinitely bad.
+
+    Args:
+        found: how the points do.
+        penalties: what each lost run adds to the error and to the activity.
     """
     impossible, lost = np.isnan(found.error).any(axis=1), np.isinf(found.error)
     kept = np.maximum((~lost).sum(axis=1), 1)
-    worse = LOST * lost.sum(axis=1)
     columns = []
-    for values, smallest in ((found.error, TINIEST), (found.activity, CALMEST)):
+    for values, smallest, penalty in zip(found[:2], (TINIEST, CALMEST), penalties, strict=True):
         logs = np.log(np.where(lost, 1.0, np.maximum(values, smallest)))
-        columns.append(np.where(impossible, np.inf, logs.sum(axis=1) / kept + worse))
+        columns.append(np.where(impossible, np.inf, logs.sum(axis=1) / kept + penalty * lost.sum(axis=1)))
     return np.stack(columns, axis=1)
 
 

@@ -5,11 +5,9 @@ from collections.abc import Mapping
 from itertools import combinations
 from typing import NamedTuple
 
-import numpy as np
-
 from hydroservo.studies.holm import corrected
 from hydroservo.studies.losses import fewer_lost
-from hydroservo.studies.paired import Difference, difference
+from hydroservo.studies.paired import Difference, difference, exponentials
 from hydroservo.studies.rules import Rules
 from hydroservo.studies.trials import Trials
 
@@ -93,14 +91,15 @@ def verdict(
     elif errors.chance <= level and abs(errors.value) >= math.log(rules.margin):
         winner, by = b[0] if errors.value > 0.0 else a[0], "error"
     lost_a, lost_b = a[1].lost, b[1].lost
+    ratio, low, high = exponentials(errors)
     return Pair(
         a=a[0],
         b=b[0],
         winner=winner,
         by=by,
-        ratio=math.exp(errors.value),
-        low=math.exp(errors.low),
-        high=exponential(errors.high),
+        ratio=ratio,
+        low=low,
+        high=high,
         chance=errors.chance,
         more_lost=lost.value,
         more_lost_low=max(lost.low, -1.0),
@@ -110,11 +109,6 @@ def verdict(
         only_a_lost=int((lost_a & ~lost_b).sum()),
         only_b_lost=int((lost_b & ~lost_a).sum()),
     )
-
-
-def exponential(value: float) -> float:
-    """The exponential, infinite where it is too large for a number."""
-    return float(np.exp(min(value, 709.0))) if value < 709.0 else math.inf
 
 
 def ratio_between(pairs: list[Pair], one: str, other: str) -> tuple[float, float, float]:

@@ -15,10 +15,9 @@ class Area(NamedTuple):
     """Over how much of the map a law is near the best.
 
     Attributes:
-        near_best: the share of cells, of those in which the law is and some law can be lived with, where its
-            regret is below the rules' limit.
-        lost: the share where it loses too many runs.
-        cells: how many cells these are shares of.
+        near_best: the share of the cells with a best law in which the law's regret is below the rules' limit.
+        lost: the share in which it loses too many runs.
+        cells: how many cells have a best law.
         largest: the largest regret where it does not.
     """
 
@@ -57,12 +56,12 @@ def areas(regret: Mapping[str, Mapping[str, float]], rules: Rules) -> dict[str, 
         rules: of the comparison.
     """
     laws = sorted({law for cell in regret.values() for law in cell})
+    cells = [cell for cell in regret.values() if not all(map(math.isnan, cell.values()))]
+    count = len(cells)
     found = {}
     for law in laws:
-        own = [cell[law] for cell in regret.values() if law in cell and not math.isnan(cell[law])]
-        kept = [one for one in own if one < math.inf]
-        near = sum(one < rules.near_best for one in own)
-        count = len(own)
-        shares = (near / count, 1.0 - len(kept) / count) if count else (math.nan, math.nan)
-        found[law] = Area(*shares, count, max(kept, default=math.nan))
+        own = [cell[law] for cell in cells if law in cell]
+        near, lost = sum(one < rules.near_best for one in own), sum(map(math.isinf, own))
+        shares = (near / count, lost / count) if count else (math.nan, math.nan)
+        found[law] = Area(*shares, count, max((one for one in own if one < math.inf), default=math.nan))
     return found

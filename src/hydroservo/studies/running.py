@@ -54,18 +54,18 @@ class Studied(NamedTuple):
 
     def __repr__(self) -> str:
         lines = [f"{cell}: {', '.join(texts)}" for cell, texts in self.winners().items()]
-        about = f"least error at most {', '.join(self.verdicts.levels)} times as active"
-        return "\n".join([str(self.manifest["title"]), f"{about} as {self.manifest['reference']}", *lines])
+        about = f"best law at {', '.join(self.verdicts.levels)} times the activity"
+        return "\n".join([str(self.manifest["title"]), f"{about} of {self.manifest['reference']}", *lines])
 
     def _repr_html_(self) -> str:
-        """What a notebook shows: who has the least error in each cell at each level of activity."""
+        """What a notebook shows: the best law in each cell at each level of activity."""
         rows = [(cell, *texts) for cell, texts in self.winners().items()]
         about = f"{len(self.manifest['laws'])} laws, {len(self.table):,} rows in {self.folder}"
         levels = [f"{level} times {self.manifest['reference']}'s activity" for level in self.verdicts.levels]
         return html_heading(str(self.manifest["title"]), about) + html_table(("cell", *levels), rows)
 
     def winners(self) -> dict[str, list[str]]:
-        """Who has the least error in each cell at each level, and with how many it ties."""
+        """The best law in each cell at each level, and with how many it ties."""
         found: dict[str, list[str]] = {}
         for cell in self.verdicts.activity:
             for level in self.verdicts.levels.values():

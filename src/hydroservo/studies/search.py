@@ -11,7 +11,7 @@ from hydroservo.block import field_at
 from hydroservo.errors import HydroservoError
 from hydroservo.runs.space import CANDIDATES, Space, first_points
 from hydroservo.studies.evolution import fittest, offspring
-from hydroservo.studies.judging import LOST, Group, Judged, Points, Task, Window, judged, summary
+from hydroservo.studies.judging import LOST, Group, Judged, Points, Task, Window, judged, mean_logs
 from hydroservo.studies.pareto import STILL, gain, on_front, spaced
 from hydroservo.studies.rules import Rules
 from hydroservo.validation import within
@@ -43,7 +43,6 @@ COLUMNS = {  # of the table of a search
     "swing": "float64",
     "lost": "bool_",
     "parameters": "string",
-    "edges": "string",
 }
 
 
@@ -79,11 +78,19 @@ def found_by(task: Task) -> "pa.Table":
     rounded = [found.space.rounded(unit) for unit in found.space.units(found.values[members])]
     points = list({json.dumps(one): one for one in rounded}.values())
     seen = {split: judged(task, columns_of(points), split) for split in ("train", "validation")}
-    kept = np.flatnonzero(on_front(summary(seen["validation"])))
+    kept = np.flatnonzero(may_be_chosen(seen["validation"]))
     for split in splits_of(task.groups):
         if split not in seen:
             seen[split] = judged(task, columns_of([points[k] for k in kept]), split)
     return table_of(task, found, points, kept, seen)
+
+
+def may_be_chosen(validation: Judged) -> NDArray[np.bool_]:
+    """Whether each point is the best at some activity: no calmer one loses fewer runs or has less error.
+
+    A lost run counts against the error alone, for a point that loses some may be the only one so calm.
+    """
+    return on_front(mean_logs(validation, LOST, 0.0))
 
 
 def columns_of(points: Sequence[Mapping[str, float]]) -> dict[str, Numbers]:
@@ -102,7 +109,7 @@ def searched(task: Task) -> Search:
     units = first_points(len(space.ranges), task.seed)
     values = matrix(space, units)
     costs = cost(task, space.values(units))
-    population, before, moved = np.arange(CANDIDATES), costs, np.inf
+    population, moved = np.arange(CANDIDATES), np.inf
     while len(values) < task.candidates:
         units = offspring(space.units(values[population]), seen_in(costs[population], window), random)
         values = np.concatenate([values, matrix(space, units)])
@@ -117,8 +124,7 @@ def searched(task: Task) -> Search:
             raise HydroservoError(f"{task.law} in {task.cell}: no candidate makes a valid controller")
         window = task.window or own_window(costs, task.calmest)
         now = seen_in(costs, window)
-        moved = gain(seen_in(before, window), now[spaced(now, POINTS)])
-        before = costs
+        moved = gain(seen_in(costs[: count // 2], window), now[spaced(now, POINTS)])
         may = widened_by < task.widen and count < task.candidates
         wider = widened(task, space, values[on_front(now)]) if may else space
         if wider.ranges != space.ranges:
@@ -167,7 +173,7 @@ def widened(task: Task, space: Space, front: Numbers) -> Space:
 
 def cost(task: Task, points: Points) -> Numbers:
     """The two costs of points on the training conditions, shape (points, 2)."""
-    return summary(judged(task, points, "train"))
+    return mean_logs(judged(task, points, "train"), LOST, LOST)
 
 
 def table_of(
@@ -213,18 +219,11 @@ def table_of(
                 "moved": found.moved,
                 "split": split,
                 "parameters": json.dumps(points[point]),
-                "edges": json.dumps(edges_of(found.space, points[point])),
             }
             rows = {name: column[order] for name, column in of_runs.items()}
             rows |= {name: [value] * order.size for name, value in of_all.items()}
             tables.append(pa.table(rows, schema=schema))
     return pa.concat_tables(tables).combine_chunks()
-
-
-def edges_of(space: Space, point: Mapping[str, float]) -> list[str]:
-    """The paths at an end of their range."""
-    units = space.units(np.array([list(point.values())]))[0]
-    return [path for path, unit in zip(point, units, strict=True) if not EDGE < unit < 1.0 - EDGE]
 
 
 def splits_of(groups: Sequence[Group]) -> list[str]:

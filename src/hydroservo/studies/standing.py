@@ -22,7 +22,6 @@ class Standing(NamedTuple):
     Attributes:
         error: geometric mean over the conditions of the runs that were not lost.
         error_low, error_high: its interval.
-        kinds: the same over the conditions of each kind, by its place among the study's kinds.
         lost: the share of lost runs.
         tail: the 90th percentile of the error over conditions, a lost run being beyond all.
         worst: the mean of the worst share of conditions, infinite if one of them was lost.
@@ -37,7 +36,6 @@ class Standing(NamedTuple):
     error: float
     error_low: float
     error_high: float
-    kinds: list[float]
     lost: Share
     tail: float
     worst: float
@@ -47,39 +45,37 @@ class Standing(NamedTuple):
     conditions: int
 
 
-def standing_of(trials: Trials, survived: float, rules: Rules, kinds: int) -> Standing:
+def standing_of(trials: Trials, survived: float, rules: Rules) -> Standing:
     """How a law stands.
 
     Args:
         trials: its test runs.
         survived: what :func:`~hydroservo.studies.stress.survived` says of it.
         rules: of the comparison.
-        kinds: how many kinds of conditions take turns.
 
     Source: Rockafellar and Uryasev 2000, Optimization of conditional value-at-risk,
     doi:10.21314/JOR.2000.038, for the mean of the worst.
     """
     ordered = np.sort(np.where(trials.lost, np.inf, trials.error))
     count = ordered.size
-    told = trials.swing[~np.isnan(trials.swing)]
+    known = trials.swing[~np.isnan(trials.swing)]
     error, low, high = exponentials(mean(trials.logs(), rules.confidence))
     return Standing(
         error=error,
         error_low=low,
         error_high=high,
-        kinds=[geometric_mean(trials.error[trials.conditions % kinds == kind]) for kind in range(kinds)],
         lost=lost_share(trials.lost, rules.confidence),
         tail=float(ordered[math.ceil(0.9 * count) - 1]),
         worst=float(ordered[count - math.ceil(rules.worst * count) :].mean()),
         activity=geometric_mean(np.where(trials.lost, np.nan, trials.activity)),
-        hunting=float((told > 0.0).mean()) if told.size else math.nan,
+        hunting=float((known > 0.0).mean()) if known.size else math.nan,
         survived=survived,
         conditions=count,
     )
 
 
 def geometric_mean(values: Numbers) -> float:
-    """Of those that are not nan; nan where all are, and 0 where one is."""
+    """Of those that are not nan; nan where all are, and 0 if any of them is 0."""
     known = values[~np.isnan(values)]
     with np.errstate(divide="ignore"):
         return float(np.exp(np.log(known).mean())) if known.size else math.nan

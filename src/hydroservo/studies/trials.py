@@ -47,7 +47,7 @@ def trials_of(runs: "pd.DataFrame") -> Trials:
     conditions = ordered["condition"].to_numpy(np.int64)
     if np.unique(conditions).size < conditions.size:
         where = f"law {ordered['law'].iloc[0]}, cell {ordered['cell'].iloc[0]}"
-        raise HydroservoError(f"the study's table: {where}: must have each condition once")
+        raise HydroservoError(f"the study's table: {where}: has a condition twice")
     numbers = (ordered[name].to_numpy(np.float64) for name in ("error", "activity", "swing"))
     error, activity, swing = numbers
     return Trials(conditions, error, ordered["lost"].to_numpy(np.bool_), activity, swing)

@@ -166,7 +166,8 @@ def check_tested(choice: "pd.DataFrame", tests: "pd.DataFrame") -> None:
     seen = set(zip(tests["law"], tests["cell"], tests["level"], strict=True))
     for law, cell, level in zip(choice["law"], choice["cell"], choice["level"], strict=True):
         if (law, cell, level) not in seen:
-            raise HydroservoError(f"the study's table: law {law}, cell {cell}: no test runs")
+            where = f"law {law}, cell {cell}, level {level_name(level)}"
+            raise HydroservoError(f"the study's table: {where}: no test runs")
 
 
 def checked_laws(manifest: Mapping[str, Any], used: set[str]) -> dict[str, dict[str, str]]:

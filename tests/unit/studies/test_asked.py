@@ -134,8 +134,8 @@ def test_what_is_no_name_and_no_path_is_refused() -> None:
 
 
 def test_changes_lie_over_the_file() -> None:
-    study = read_study("small", {"search.candidates": 300, "laws.pi.family": "P"})
-    assert (study.search.candidates, study.laws["pi"].family) == (300, "P")
+    study = read_study("small", {"search.candidates": 512, "laws.pi.family": "P"})
+    assert (study.search.candidates, study.laws["pi"].family) == (512, "P")
     assert study.search.seeds == read_study("small").search.seeds
 
 

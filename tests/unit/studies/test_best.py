@@ -20,7 +20,7 @@ def cell(lost=(), seed=0, of_200=30, **levels):
     runs = trials(np.random.default_rng(seed), levels)
     some = np.arange(200) < of_200
     runs |= {law: with_lost(runs[law], some) for law in lost}
-    return {law: standing_of(one, math.nan, RULES, 1) for law, one in runs.items()}, pairs_of(runs, RULES)
+    return {law: standing_of(one, math.nan, RULES) for law, one in runs.items()}, pairs_of(runs, RULES)
 
 
 def test_one_law_wins():
@@ -77,7 +77,7 @@ def test_areas():
         },
         RULES,
     )
-    assert found["a"] == (pytest.approx(2 / 3), pytest.approx(1 / 3), 3, 1.0)
+    assert found["a"] == Area(0.5, 0.25, 4, 1.0)
     assert found["b"] == Area(0.75, 0.0, 4, 1.5)
 
 

@@ -71,7 +71,7 @@ def test_each_cell_has_its_own_activity():
     other = {point: (errors, 10.0 * activity) for point, (errors, activity) in PI.items()}
     points = points_of(judged_columns(pd.concat([table(PI), table(other, cell="d")])), "validation")
     assert activities_of(points, "pi", RULES) == {"c": pytest.approx(3.0), "d": pytest.approx(30.0)}
-    with pytest.raises(HydroservoError, match="cell d: the reference, pi, has no runs that were not lost"):
+    with pytest.raises(HydroservoError, match="cell d: the reference, pi, loses all its runs"):
         choice(table(PI), table(other, "law", cell="d"))
 
 

@@ -14,12 +14,12 @@ from hydroservo.studies import judging
 from hydroservo.studies import search as searching
 from hydroservo.studies.cells import coarse, entrants_of
 from hydroservo.studies.file import read_study
-from hydroservo.studies.judging import LOST, Group, Judged, Task, command_range, summary
+from hydroservo.studies.judging import LOST, Group, Judged, Task, command_range, mean_logs
 from hydroservo.studies.pareto import STILL, on_front
 from hydroservo.studies.search import (
     POINTS,
-    edges_of,
     found_by,
+    may_be_chosen,
     own_window,
     searched,
     seen_in,
@@ -111,11 +111,6 @@ def test_an_end_at_zero_has_no_decade_below(task: Task) -> None:
     assert widened(task, space, np.array([[0.0], [3.0]])).ranges == {GAIN: (0.0, 30.0)}
 
 
-@pytest.mark.parametrize(("value", "edges"), [(0.0301, [GAIN]), (1.0, []), (29.9, [GAIN])])
-def test_edges_are_the_last_hundredths_of_a_range(value: float, edges: list[str]) -> None:
-    assert edges_of(Space(RANGE), {GAIN: value}) == edges
-
-
 def test_units_are_where_values_come_from() -> None:
     space = Space({GAIN: (0.03, 30.0), INTEGRAL: (0.0, 5.0)})
     units = np.random.default_rng(0).random((9, 2))
@@ -185,13 +180,21 @@ def test_a_lost_run_costs_more_than_any_other() -> None:
     """However small the errors of the others, and however calm their commands."""
 
     def of(error: list[float], activity: list[float]) -> np.ndarray:
-        return summary(Judged(np.array([error]), np.array([activity]), np.zeros((1, len(error)))))[0]
+        swing = np.zeros((1, len(error)))
+        return mean_logs(Judged(np.array([error]), np.array([activity]), swing), LOST, LOST)[0]
 
     assert (of([np.inf, 1e-9], [np.nan, 1e-9]) > of([1e9, 1e9], [1e6, 1e6])).all()
     assert (of([np.inf, np.inf], [0.0, 0.0]) > of([np.inf, 1.0], [0.0, 1.0])).all()
     assert (of([np.nan, 1.0], [np.nan, 1.0]) == np.inf).all()
     assert np.isfinite(of([0.0, 1.0], [0.0, 1.0])).all()
     assert of([1.0, 4.0], [1.0, 9.0]) == pytest.approx(np.log([2.0, 3.0]))
+
+
+def test_a_calm_point_that_loses_a_run_may_be_chosen() -> None:
+    """For where only it is so calm, it is compared, though a livelier one loses none."""
+    error = np.array([[np.inf, 2.0], [1.0, 1.0], [1.0, 3.0]])
+    activity = np.array([[np.nan, 1.0], [2.0, 2.0], [2.0, 2.0]])
+    assert may_be_chosen(Judged(error, activity, 0.0 * activity)).tolist() == [True, True, False]
 
 
 def test_the_commands_range_is_that_of_the_outermost_limiter() -> None:

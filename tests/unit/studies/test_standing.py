@@ -5,6 +5,7 @@ import pandas as pd
 import pytest
 from scipy import stats
 
+from hydroservo.studies.cell_verdict import kind_ratios
 from hydroservo.studies.rules import Rules
 from hydroservo.studies.standing import standing_of
 from hydroservo.studies.stress import survived
@@ -17,8 +18,8 @@ def known(errors, swing=0.0):
     return Trials(np.arange(error.size), error, np.zeros(error.size, bool), 2.0 * error, swing + 0.0 * error)
 
 
-def standing(trials, worst=0.1, kinds=1):
-    return standing_of(trials, 1.5, Rules(worst=worst), kinds)
+def standing(trials, worst=0.1):
+    return standing_of(trials, 1.5, Rules(worst=worst))
 
 
 def test_the_error_is_the_geometric_mean_with_students_interval():
@@ -30,9 +31,12 @@ def test_the_error_is_the_geometric_mean_with_students_interval():
     assert (found.activity, found.survived, found.conditions) == (pytest.approx(4.0), 1.5, 3)
 
 
-def test_each_kind_has_its_own_error():
-    assert standing(known([1.0, 5.0, 4.0, 5.0]), kinds=2).kinds == pytest.approx([2.0, 5.0])
-    assert standing(known([2.0]), kinds=2).kinds == pytest.approx([2.0, np.nan], nan_ok=True)
+def test_each_kind_has_its_own_ratio_on_the_same_conditions():
+    base = known([1.0, 5.0, 1.0, 10.0])
+    assert kind_ratios(known([1.0, 5.0, 4.0, 5.0]), base, 2) == pytest.approx([2.0, 0.5**0.5])
+    lost = with_lost(known([1.0, 5.0, 4.0, 5.0]), np.array([False, False, True, False]))
+    assert kind_ratios(lost, base, 2) == pytest.approx([1.0, 0.5**0.5])
+    assert kind_ratios(known([2.0]), known([1.0]), 2) == pytest.approx([2.0, np.nan], nan_ok=True)
 
 
 def test_tails_are_of_the_worst_conditions():

@@ -260,7 +260,7 @@ def test_a_study_of_files_of_ones_own_can_move_with_its_folder(
     found = hs.study(study, tmp_path / "there" / "deep" / "out", workers=2)
     (tmp_path / "there").rename(tmp_path / "elsewhere")
     folder = tmp_path / "elsewhere" / "deep" / "out"
-    report = findings(found.manifest, found.verdicts, level="8")
+    report = findings(found.manifest, found.verdicts)._replace(level="8")
     one = repeats(found.table, report, conditions_in(folder))["all", "own"]
     monkeypatch.chdir(folder)
     result = CliRunner().invoke(app, [*shlex.split(one.command)[1:], "--json"])

@@ -116,7 +116,7 @@ def test_most_lost():
 
 
 def test_a_reference_that_loses_all_has_no_activity():
-    with pytest.raises(HydroservoError, match="cell calm: the reference, pi, has no runs that were not lost"):
+    with pytest.raises(HydroservoError, match="cell calm: the reference, pi, loses all its runs"):
         judged(table(lost=np.ones(40, dtype=bool)), manifest(LAWS), RULES)
 
 
@@ -137,8 +137,8 @@ def without(rows_, **values):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (lambda rows_: without(rows_, split="test"), "law lq, cell calm: no test runs"),
-        (lambda rows_: without(rows_, split="test", law="pi"), "law pi, cell calm: no test runs"),
+        (lambda rows_: without(rows_, split="test"), "law lq, cell calm, level 1: no test runs"),
+        (lambda rows_: without(rows_, split="test", law="pi"), "law pi, cell calm, level 1: no test runs"),
         (lambda rows_: without(rows_, split="validation"), "no validation runs"),
         (
             lambda rows_: without(rows_, split="test", law="pi", condition=3),
@@ -146,7 +146,7 @@ def without(rows_, **values):
         ),
         (
             lambda rows_: pd.concat([rows_, rows_[rows_["split"] == "test"].head(1)]),
-            "law lq, cell calm: must have each condition once",
+            "law lq, cell calm: has a condition twice",
         ),
         (lambda rows_: rows_.assign(law="mine"), "study.json: laws: no mine"),
     ],

@@ -60,24 +60,27 @@ def plot_fronts(
     colours = dict(zip(named, cycle(FAMILIES), strict=False)) | {reference: INK}
     across = min(ACROSS, len(panels))
     down = -(-len(panels) // across)
-    shown = [ratio[0] for panel in panels for line in panel.lines for ratio in line.error]
+    errors = [ratio[0] for panel in panels for line in panel.lines for ratio in line.error]
+    least = min([1.0, *(one for one in errors if one > 0.0)])
+    pale = any(line.law not in colours for panel in panels for line in panel.lines)
     with style(maths=False):
         fig = figure((HEIGHT if down > 1 else ALONE) * down + KEY)
         axes = fig.subplots(down, across, sharex=True, sharey=True, squeeze=False)
         for axis, panel in zip(axes.flat, panels, strict=False):
             plain_log(axis.xaxis, levels[0] / MARGIN, levels[-1] * MARGIN)
-            plain_log(axis.yaxis, min(*shown, 1.0) / MARGIN**0.3, WORST)
+            plain_log(axis.yaxis, least / MARGIN**0.3, WORST)
             axis.axhline(1.0, color=SOFT, linewidth=0.6, zorder=1)
             draw_lines(axis, panel.lines, colours)
             about = f"{quantity(panel.error, unit)} at {panel.activity:.2g} %/s"
             axis.set_title(f"{panel.title}\n{about}", fontsize=7.5, loc="left", linespacing=1.3)
         for axis in axes.flat[len(panels) :]:
             axis.set_axis_off()
-        for axis in axes[-1]:
+        for axis in axes.flat[max(len(panels) - across, 0) : len(panels)]:
+            axis.tick_params(labelbottom=True)
             axis.set_xlabel(f"activity over {reference}'s")
         for axis in axes[:, 0]:
             axis.set_ylabel(f"error over {reference}'s")
-        fig.legend(handles=key(colours), loc="outside lower center", ncols=4)
+        fig.legend(handles=key(colours, pale), loc="outside lower center", ncols=4)
         fix_layout(fig)
     return fig
 
@@ -95,7 +98,7 @@ def draw_lines(axis: Axes, lines: Sequence[FrontLine], colours: Mapping[str, str
             axis.fill_between(line.activity, low, high, color=colour, alpha=0.15, linewidth=0, zorder=2)
 
 
-def key(colours: Mapping[str, str]) -> list[Line2D]:
+def key(colours: Mapping[str, str], pale: bool) -> list[Line2D]:
     """What colours mean."""
     own = [Line2D([], [], color=colour, linewidth=1.2, label=law) for law, colour in colours.items()]
-    return [*own, Line2D([], [], color=PALE, linewidth=0.8, label="other laws")]
+    return [*own, Line2D([], [], color=PALE, linewidth=0.8, label="other laws")] if pale else own

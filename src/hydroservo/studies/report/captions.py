@@ -9,19 +9,20 @@ __all__ = ["CAPTIONS", "at_level"]
 
 def of_fronts(found: Findings) -> str:
     return (
-        "What error costs in command activity: the fronts of all laws in each cell, on test conditions. Both "
-        f"axes are over {found.reference} at its own activity, which the heading gives: that of the calmest "
-        "of its gains that tie with its least error. Bands are intervals of the ratio on the same conditions."
+        "What error costs in command activity: the fronts of all laws in each cell, on test conditions; "
+        "errors far above the reference's are cut off. Both axes are over "
+        f"{found.reference} at its own activity: the calmest of its gains that tie with its least error. The "
+        "heading gives both. Bands are intervals of the ratio on the same conditions."
     )
 
 
 def of_map(found: Findings) -> str:
     return (
         "Who wins where, and at what activity. A cell is a combination of conditions; its colour is the "
-        "family of the law with the least error on the test conditions of those that are calm enough, the "
-        "stronger the further the best law of any other family is behind. Grey is a tie, and the strip says "
-        "between which families; the sign is the observer of the law with the least error. Hatched: every "
-        f"law loses more than {percent(found.verdicts.rules.most_lost)} of its runs."
+        "family of the best law on the test conditions, of those that are calm enough, the stronger the "
+        "further the best law of any other family is behind. Grey is a tie, and the strip says between which "
+        "families; the sign is the observer of the best law. Hatched: every law loses more than "
+        f"{percent(found.verdicts.rules.most_lost)} of its runs. Empty: no law is so calm."
     )
 
 
@@ -29,7 +30,8 @@ def of_factorial(found: Findings) -> str:
     return (
         f"Law by observer, {at_level(found)}: the error of each pair over that of {found.reference}, with "
         "its interval over cells and its lost runs. Right: how much of what errors differ by within cells "
-        "each factor explains beyond the others; the rest is interaction."
+        "each factor explains beyond the others; the rest is interaction, and what the combinations tried "
+        "cannot tell apart."
     )
 
 

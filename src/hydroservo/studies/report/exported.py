@@ -9,18 +9,7 @@ from hydroservo.studies.report.findings import Findings
 from hydroservo.studies.report.property_tables import KINDS, property_rows
 from hydroservo.studies.report.tables import CellTable, law_rows
 
-__all__ = [
-    "CELL",
-    "LAWS",
-    "LIMITS",
-    "PROPERTIES",
-    "columns_of",
-    "confidence_of",
-    "exported",
-    "front_table",
-    "headed",
-    "law_columns",
-]
+__all__ = ["PROPERTIES", "columns_of", "confidence_of", "exported", "front_table", "law_columns"]
 
 Columns = Mapping[str, Column]  # by the key of their texts in a row
 
@@ -33,7 +22,7 @@ LAWS: Columns = {
     "tie": Column("ties", number=True),
     "behind": Column("behind", number=True),
     "out": Column("out", number=True),
-    "cannot": Column("cannot", number=True),
+    "cannot": Column("no gains", number=True),
     "lost": Column("lost runs", number=True),
     "activity": Column("command activity", number=True),
     "hunting": Column("hunting [%]", number=True),
@@ -73,30 +62,29 @@ PROPERTIES: Columns = {
     "state": Column("state [B]", number=True),
     "parameters": Column("parameters [B]", number=True),
 }
-FRONTS = ("activity", "error", "error_low", "error_high", "ratio", "ratio_low", "ratio_high")
-HEADS = (
-    ("cell", "cell"),
-    ("law", "law"),
-    ("level", "level"),
-    ("activity", "activity [%/s]"),
-    ("error", "error [{unit}]"),
-    ("error_low", "error low [{unit}]"),
-    ("error_high", "error high [{unit}]"),
-    ("ratio", "error over the reference's"),
-    ("ratio_low", "ratio low"),
-    ("ratio_high", "ratio high"),
-)
+FRONTS: Columns = {
+    "cell": Column("cell"),
+    "law": Column("law"),
+    "level": Column("level", number=True),
+    "activity": Column("activity [%/s]", number=True),
+    "error": Column("error [{unit}]", number=True),
+    "error_low": Column("error low [{unit}]", number=True),
+    "error_high": Column("error high [{unit}]", number=True),
+    "ratio": Column("error over the reference's", number=True),
+    "ratio_low": Column("ratio low", number=True),
+    "ratio_high": Column("ratio high", number=True),
+}
 MARGINS = ("gain", "phase", "delay", "disk", "peak")  # which only a linear loop has
 
 
-def headed(columns: Columns, **said: str) -> dict[str, Column]:
+def headed(columns: Columns, **words: str) -> dict[str, Column]:
     """The columns with what their headings leave open.
 
     Args:
         columns: such as ``CELL``.
-        said: ``confidence`` of intervals, ``unit`` of errors.
+        words: ``confidence`` of intervals, ``unit`` of errors.
     """
-    return {key: one._replace(heading=one.heading.format(**said)) for key, one in columns.items()}
+    return {key: one._replace(heading=one.heading.format(**words)) for key, one in columns.items()}
 
 
 def columns_of(cell: CellTable, confidence: str) -> dict[str, Column]:
@@ -132,7 +120,8 @@ def exported(found: Findings, cells: Sequence[CellTable]) -> Iterator[Table]:
     yield front_table(found)
     for level in found.verdicts.levels:
         own = found._replace(level=level)
-        about = f"Each law over all cells, {at_level(own)}. Errors are over those of {found.reference} there."
+        about = f"Each law over all cells, {at_level(own)}."
+        about = f"{about} Errors are over those of {found.reference} at its own activity."
         yield table(f"laws-{level}", law_columns(found), law_rows(own), about)
     properties = property_rows(found)
     for cell in cells:
@@ -149,20 +138,20 @@ def exported(found: Findings, cells: Sequence[CellTable]) -> Iterator[Table]:
 
 def front_table(found: Findings) -> Table:
     """Each point of each front, in SI units but for the activity."""
+    numbers = list(FRONTS)[3:]
     rows = [
         {
             "cell": cell,
             "law": law,
             "level": "" if math.isnan(one.level) else f"{one.level:g}",
-            **{name: f"{value:.5g}" for name, value in zip(FRONTS, (*one[:4], *one.ratio), strict=False)},
+            **{key: f"{value:.5g}" for key, value in zip(numbers, (*one[:4], *one.ratio), strict=True)},
         }
         for cell, own in found.verdicts.fronts.items()
         for law, (points, _) in own.items()
         for one in points
     ]
-    columns = {name: Column(heading.format(unit=found.unit), number=name != "law") for name, heading in HEADS}
     about = "The fronts of all laws on test conditions. Level: the smallest at which these gains are taken."
-    return table("fronts", columns, rows, about)
+    return table("fronts", headed(FRONTS, unit=found.unit), rows, about)
 
 
 def plain(row: Mapping[str, str]) -> dict[str, str]:

@@ -4,12 +4,11 @@ import math
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
-from hydroservo.errors import ParameterError
 from hydroservo.figures.studies.grid import Axis, Grid, Level
 from hydroservo.formatting import NONE, number
-from hydroservo.nearest import one_of
 from hydroservo.studies.ablation import Ratio, over_cells
 from hydroservo.studies.rules import Rules
+from hydroservo.studies.standing import Standing
 from hydroservo.studies.verdicts import LevelVerdict, Verdicts
 
 __all__ = ["Findings", "cell_at", "findings", "grid_of", "sure", "with_levels"]
@@ -68,17 +67,20 @@ class Findings(NamedTuple):
     def to_reference(self, law: str) -> Ratio:
         """A law's error over that of the reference at its own activity, geometric mean over cells.
 
-        It is nan where the law is not so calm in each cell.
+        It is nan unless the law has a ratio in every cell.
         """
         cells = self.at.cells
         ratios = {name: cell.to_own[law] for name, cell in cells.items() if law in cell.to_own}
-        if len(ratios) < len(self.verdicts.activity):
+        if len(ratios) < len(self.verdicts.activity) or any(math.isnan(one.value) for one in ratios.values()):
             return UNKNOWN
         return over_cells(ratios, self.verdicts.rules.confidence)
 
+    def reference_standing(self, cell: str) -> Standing:
+        """How the reference stands in a cell at its own activity."""
+        return self.verdicts.levels["1"].cells[cell].standings[self.reference]
+
     def lost(self, law: str) -> float:
-        """The share of test runs that a law loses in the cells that any law masters; nan where it is in "
-        "none."""
+        """The share of test runs that a law loses in the cells with a best law; nan without any."""
         lived = [cell.standings for cell in self.at.cells.values() if cell.best.law]
         own = [standings[law] for standings in lived if law in standings]
         runs = sum(one.conditions for one in own)
@@ -106,26 +108,19 @@ class Findings(NamedTuple):
         return ", ".join(parts) or cell
 
 
-def findings(manifest: Mapping[str, Any], verdicts: Verdicts, cell: str = "", level: str = "1") -> Findings:
+def findings(manifest: Mapping[str, Any], verdicts: Verdicts) -> Findings:
     """A study as its report reads it.
 
     Args:
         manifest: what ``study.json`` holds.
         verdicts: what :func:`~hydroservo.studies.verdicts.judged` found.
-        cell: one that is shown where there is room for one; if empty the first in which any law stays.
-        level: of activity, likewise.
 
-    Raises:
-        ParameterError: there is no such cell, or no such level.
+    Returns:
+        With the reference's own activity as the level shown, and the first cell with a best law there.
     """
-    if level not in verdicts.levels:
-        raise ParameterError("level", level, one_of(level, verdicts.levels))
-    cells = verdicts.levels[level].cells
-    lived = [name for name, one in cells.items() if one.best.law]
-    cell = cell or [*lived, *cells][0]
-    if cell not in cells:
-        raise ParameterError("cell", cell, one_of(cell, cells))
-    return Findings(manifest, verdicts, grid_of(manifest), cell, level)
+    cells = verdicts.levels["1"].cells
+    stable = [name for name, one in cells.items() if one.best.law]
+    return Findings(manifest, verdicts, grid_of(manifest), [*stable, *cells][0], "1")
 
 
 def grid_of(manifest: Mapping[str, Any]) -> Grid:
@@ -170,8 +165,7 @@ def axis_of(about: Mapping[str, Any], cells: Mapping[str, Mapping[str, str]]) ->
 
 
 def label_of(level: str, about: Mapping[str, Any]) -> str:
-    """A level as axes show it: its label, or else its value in a group without dimension, or else its "
-    "name."""
+    """A level as axes show it: its label, else its value in a group without dimension, else its name."""
     if "label" in about:
         return str(about["label"])
     return number(float(about["value"])) if "value" in about else level

@@ -39,7 +39,6 @@ def write_report(
     verdicts: Verdicts,
     folder: Path,
     *,
-    cell: str = "",
     progress: Progress | None = None,
     journal: Journal = NO_JOURNAL,
     command: str = "",
@@ -55,7 +54,6 @@ def write_report(
         manifest: what ``study.json`` holds.
         verdicts: what :func:`~hydroservo.studies.verdicts.judged` found.
         folder: the study's; numbers whose conditions it has get the command that repeats them.
-        cell: the one that is shown where there is room for one; if empty the first in which any law stays.
         progress: called after each picture.
         journal: what figures a journal is to have.
         command: makes the study again.
@@ -65,9 +63,8 @@ def write_report(
 
     Raises:
         HydroservoError: a file cannot be written.
-        ParameterError: there is no such cell.
     """
-    found = findings(manifest, verdicts, cell)
+    found = findings(manifest, verdicts)
     asked = {key: value for key, value in manifest.items() if key not in VERSIONS}
     fingerprint = digest({"manifest": asked, "verdicts": verdicts.as_dict()})
     drawn = pictures(found)

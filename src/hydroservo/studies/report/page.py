@@ -40,7 +40,6 @@ def page(
         cells: the tables of its cells.
         command: makes the study again; empty where it is not known.
     """
-    standings = [one for cell in found.at.cells.values() for one in cell.standings.values()]
     confidence = confidence_of(found)
     levels = [found._replace(level=level) for level in found.verdicts.levels]
     return template().render(
@@ -65,7 +64,6 @@ def page(
         metric=found.metric,
         axes=found.grid.axes,
         confidence=confidence,
-        runs=sum(one.conditions for one in standings),
     )
 
 

@@ -19,7 +19,7 @@ from hydroservo.studies.report.property_tables import kind_of
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["Picture", "named", "pictures", "the_map"]
+__all__ = ["Picture", "fronts", "pictures"]
 
 MOST = 6  # laws beside the reference whose fronts are told apart
 
@@ -71,7 +71,7 @@ def fronts(found: Findings, also: Sequence[str] = ()) -> "Figure":
     panels = []
     for name in found.manifest["cells"]:
         own = found.verdicts.fronts.get(name, {})
-        base = found.verdicts.levels["1"].cells[name].standings[found.reference]
+        base = found.reference_standing(name)
         lines = [
             front_line(law, points, base.activity)
             for law, (points, _) in own.items()

@@ -15,10 +15,11 @@ from hydroservo.studies.report.property_tables import kind_of
 __all__ = ["interval", "lead", "listed", "sentences"]
 
 MOST = 3  # names in a row
+WIDE = 10.0  # an end of an interval over the other, from which it says nothing
 
 
 def lead(found: Findings) -> str:
-    """Who has the least error at the activity that is shown."""
+    """Which laws are best at the activity that is shown."""
     return f"{capital(at_level(found))}, {winners(found)}."
 
 
@@ -27,6 +28,8 @@ def sentences(found: Findings) -> list[str]:
     others = [found._replace(level=level) for level in found.verdicts.levels if level != found.level]
     parts = [
         *(lead(one) for one in others),
+        search(found),
+        f"All that follows is {at_level(found)}.",
         nearest_to_best(found),
         against_reference(found),
         lost_runs(found),
@@ -37,26 +40,33 @@ def sentences(found: Findings) -> list[str]:
         *worths(found),
         *sensors(found),
         *limits(found),
-        search(found),
     ]
     return [part for part in parts if part]
 
 
 def winners(found: Findings) -> str:
-    """Who has the least error in how many cells, and in how many of them surely."""
-    cells = found.at.cells.values()
+    """Which laws are best in how many cells, and in how many of them surely."""
+    cells, every = found.at.cells.values(), len(found.verdicts.activity)
+    if not cells:
+        return "no law has so low an activity in any cell"
     best = Counter(cell.best.law for cell in cells if cell.best.law)
     if not best:
-        return "no law stays stable in any cell"
-    parts = []
-    for law, count in best.most_common(MOST):
-        alone = sum(cell.best.ties == [law] for cell in cells)
-        parts.append(f"{law} in {count}{f' ({alone} of them surely)' if alone else ''}")
-    rest = sum(best.values()) - sum(count for _, count in best.most_common(MOST))
+        return "every law loses too many runs in every cell"
+    first, *others = best.most_common(MOST)
+    parts = [f"{law} in {count}{surely(found, law)}" for law, count in others]
+    rest = sum(best.values()) - first[1] - sum(count for _, count in others)
     parts += [f"others in {rest}"] if rest else []
-    none = len(cells) - sum(best.values())
-    stable = f"; in {none} no law stays stable" if none else ""
-    return f"the least error of {counted(len(cells), 'cell')} has {listed(parts)}{stable}"
+    text = f"{first[0]} is best in {first[1]} of {counted(every, 'cell')}{surely(found, first[0])}"
+    text = f"{text}, {listed(parts)}" if parts else text
+    lost, lively = len(cells) - sum(best.values()), every - len(cells)
+    text = f"{text}; in {lost} every law loses too many runs" if lost else text
+    return f"{text}; in {lively} no law has so low an activity" if lively else text
+
+
+def surely(found: Findings, law: str) -> str:
+    """In how many cells a law is best and no other ties with it, in brackets; empty for none."""
+    alone = sum(cell.best.ties == [law] for cell in found.at.cells.values())
+    return f" (in {alone} surely)" if alone else ""
 
 
 def capital(text: str) -> str:
@@ -65,7 +75,7 @@ def capital(text: str) -> str:
 
 def nearest_to_best(found: Findings) -> str:
     """The law that is near the best most often."""
-    areas = {law: area for law, area in found.at.areas.items() if law in found.laws and area.cells}
+    areas = {law: area for law, area in found.at.areas.items() if law in found.laws and area.cells > 1}
     if len(areas) < 2:
         return ""
     law = max(areas, key=lambda one: (areas[one].near_best, -areas[one].lost, -areas[one].largest))
@@ -76,8 +86,8 @@ def nearest_to_best(found: Findings) -> str:
     )
     lost = f" It loses too many runs in {round(area.lost * area.cells)} of them." if area.lost else ""
     return (
-        f"{capital(at_level(found))}, {law} is within {found.verdicts.rules.near_best:g} of the best in "
-        f"{near} of the {area.cells} cells that any law masters, and no other more often{largest}.{lost}"
+        f"{law} is within {found.verdicts.rules.near_best:g} times the best in {near} of the "
+        f"{counted(area.cells, 'cell')} that have a best law, and no other law in more{largest}.{lost}"
     )
 
 
@@ -94,16 +104,18 @@ def against_reference(found: Findings) -> str:
     )
     more = [law for law in known if sure(known[law], rules) and known[law].value > 1.0]
     ties = len(known) - len(less) - len(more)
-    counts = f"{len(less)} surely better, {ties} {'ties' if ties == 1 else 'tie'}, {len(more)} surely worse"
+    better = f"{len(less)} {'is' if len(less) == 1 else 'are'} surely better than {found.reference}"
+    worse = f"{len(more)} {'is' if len(more) == 1 else 'are'} surely worse"
+    counts = f"{better}, {ties} {'ties' if ties == 1 else 'tie'} and {worse}"
     best = [f"{law} ({interval(known[law])})" for law in less[:MOST]]
-    named = f" Least error: {listed(best)}." if best else ""
-    cannot = len(ratios) - len(known)
-    calm = f" {counted(cannot, 'law')} cannot be so calm in each cell." if cannot else ""
-    return f"Over all cells, {at_level(found)}: of {counted(len(known), 'law')} {counts}.{named}{calm}"
+    furthest = f" Furthest ahead: {listed(best)}." if best else ""
+    unknown = len(ratios) - len(known)
+    others = f" {counted(unknown, 'law')} cannot be compared in every cell." if unknown else ""
+    return f"Over all cells, of {counted(len(known), 'law')} {counts}.{furthest}{others}"
 
 
 def lost_runs(found: Findings) -> str:
-    """How many test runs were lost, and by whom in the cells that any law masters."""
+    """How many test runs were lost, and by whom in the cells with a best law."""
     runs, lost, losing = 0, 0, set()
     for cell in found.at.cells.values():
         for law, one in cell.standings.items():
@@ -114,7 +126,7 @@ def lost_runs(found: Findings) -> str:
         return f"No law lost any of the {runs:,} test runs."
     total = f"{lost:,} of the {runs:,} test runs were lost"
     if not losing:
-        return f"{total}, all in cells that no law masters."
+        return f"{total}, all in cells in which every law loses too many."
     ends = sorted((found.lost(law), law) for law in losing)
     named = [f"{number(100.0 * share, 2)} % ({law})" for share, law in (ends[0], ends[-1])]
     by = (
@@ -122,7 +134,7 @@ def lost_runs(found: Findings) -> str:
         if len(losing) > 1
         else f"{ends[0][1]} lost {number(100.0 * ends[0][0], 2)} % of its runs"
     )
-    return f"{total}; in the cells that any law masters {by}, and all others none."
+    return f"{total}; in the cells with a best law {by}, and all others none."
 
 
 def hunting(found: Findings) -> str:
@@ -136,7 +148,7 @@ def hunting(found: Findings) -> str:
         return f"No command oscillates for good in any of the {len(known)} pairs of law and cell."
     return (
         f"In {some} of {counted(len(known), 'pair')} of law and cell the command oscillates for good in some "
-        f"test runs, in one of them in {100.0 * most:.0f} % of them."
+        f"test runs, in at most {number(100.0 * most, 2)} % of them."
     )
 
 
@@ -151,7 +163,7 @@ def on_target(found: Findings) -> str:
     if not ratios:
         return ""
     return (
-        f"On the target the law with the least error takes {span(ratios)} the operations of a sample that "
+        f"On the target the best law takes {span(ratios)} the operations of a sample that "
         f"{found.reference} takes, in {counted(len(ratios), 'cell')}."
     )
 
@@ -166,7 +178,7 @@ def margins(found: Findings) -> str:
     best = [cell.properties[cell.best.law].margins for cell in cells if cell.best.law in cell.properties]
     peaks = [one.sensitivity_peak for one in best if one.stable]
     ends = " to ".join(dict.fromkeys(number(one) for one in (min(peaks), max(peaks)))) if peaks else ""
-    least = f" Where the law with the least error has margins, its max |S| is {ends}." if ends else ""
+    least = f" Where the best law has margins, its max |S| is {ends}." if ends else ""
     return (
         f"In small motions {kinds['rough']} of the {counted(len(known), 'pair')} of law and cell are not "
         f"linear, and {kinds['unstable']} unstable, about the operating points looked at.{least}"
@@ -181,39 +193,42 @@ def factors(found: Findings) -> str:
     ordered = sorted(known.items(), key=lambda one: -one[1].share)
     parts = [f"the {name} explains {share(one.share, one.low, one.high)}" for name, one in ordered]
     beyond = ", each beyond the others" if len(parts) > 1 else ""
-    return f"Of what errors differ by within cells {listed(parts)}{beyond}; the rest is how they go together."
+    return (
+        f"Of what errors differ by within cells {listed(parts)}{beyond}; the rest is interaction, and what "
+        "the combinations tried cannot tell apart."
+    )
 
 
 def worths(found: Findings) -> list[str]:
     """What parts of laws earn."""
-    said = []
+    lines = []
     for one in found.at.worths.values():
         ratio = one.over_cells
-        if math.isnan(ratio.value):
+        if not is_narrow(ratio):
             continue
         tie = not sure(ratio, found.verdicts.rules)
         harm = "it does harm" if ratio.value < 1.0 else "it earns its place"
         cells = counted(one.wins + one.ties + one.losses, "cell")
-        said.append(
+        lines.append(
             f"Without {one.part} the error of {one.whole} is {interval(ratio)} times as large: "
             f"{'it earns nothing that can be told' if tie else harm} (needed in {one.wins}, a tie in "
             f"{one.ties}, better without in {one.losses} of {cells})."
         )
-    return said
+    return lines
 
 
 def sensors(found: Findings) -> list[str]:
     """What sensors are worth."""
     words = {"V": "velocity or position alone", "VP": "load pressure too", "VPX": "the spool's place too"}
-    said = []
+    lines = []
     for name, ratio in found.at.prices.items():
         without, _, with_it = name.partition(" over ")
-        if not math.isnan(ratio.value):
-            said.append(
+        if is_narrow(ratio):
+            lines.append(
                 f"Sensors: the best law with {words[without]} has {interval(ratio)} times the error of the "
                 f"best with {words[with_it]}."
             )
-    return said
+    return lines
 
 
 def limits(found: Findings) -> list[str]:
@@ -245,7 +260,7 @@ def limits(found: Findings) -> list[str]:
 
 
 def search(found: Findings) -> str:
-    """How still the fronts are."""
+    """How still the fronts are, at all levels of activity."""
     moved = [one.moved for own in found.verdicts.fronts.values() for one in own.values()]
     if not moved:
         return ""
@@ -254,6 +269,11 @@ def search(found: Findings) -> str:
         f"The last half of the candidates moved fronts by {100.0 * fmean(moved):.1f} % on average and "
         f"{100.0 * max(moved):.0f} % at most; {still} of {len(moved)} moved by less than {100.0 * STILL:g} %."
     )
+
+
+def is_narrow(ratio: Ratio) -> bool:
+    """Whether a ratio is known well enough for a sentence: its interval is less than a decade."""
+    return ratio.low > 0.0 and ratio.high < WIDE * ratio.low
 
 
 def interval(ratio: Ratio) -> str:

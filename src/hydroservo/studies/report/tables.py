@@ -82,12 +82,9 @@ def state_in(cell: CellVerdict, law: str) -> str:
 
 def kind_ratio(found: Findings, law: str, kind: int) -> str:
     """A law's error over that of the reference at its own activity, under one kind of conditions."""
-    logs = []
-    for name, cell in found.at.cells.items():
-        if law in cell.standings:
-            base = found.verdicts.levels["1"].cells[name].standings[found.reference]
-            logs.append(math.log(cell.standings[law].kinds[kind] / base.kinds[kind]))
-    if len(logs) < len(found.verdicts.activity) or not all(map(math.isfinite, logs)):
+    ratios = [cell.kinds[law][kind] for cell in found.at.cells.values() if law in cell.kinds]
+    logs = [math.log(one) if one > 0.0 else math.nan for one in ratios]
+    if len(logs) < len(found.verdicts.activity) or any(map(math.isnan, logs)):
         return NONE
     return number(math.exp(fmean(logs)), 3)
 
@@ -97,8 +94,8 @@ def activity_range(found: Findings, law: str) -> str:
     ratios = []
     for name, cell in found.at.cells.items():
         own = cell.standings.get(law)
-        base = found.verdicts.levels["1"].cells[name].standings.get(found.reference)
-        if own and base and base.activity > 0.0 and not math.isnan(own.activity):
+        base = found.reference_standing(name)
+        if own and base.activity > 0.0 and not math.isnan(own.activity):
             ratios.append(own.activity / base.activity)
     return ends_of(ratios, 2)
 
@@ -214,7 +211,7 @@ def winner(found: Findings, name: str) -> str:
     margin = Ratio(best.margin, best.margin_low, best.margin_high)
     following = f"; {best.next_family} has {interval(margin)} times its error" if best.next_family else ""
     if best.state == "tie":
-        return f"Tie between {', '.join(best.families)}; {best.law} has the least error{following}"
+        return f"Tie between {', '.join(best.families)}; {best.law} is best{following}"
     return f"{best.law} wins{following}"
 
 
@@ -270,8 +267,8 @@ def rule_rows(found: Findings) -> list[tuple[str, str]]:
         ),
         (
             "gains",
-            "fronts searched on train conditions; at each level those with the least error on validation "
-            "that are calm enough there; all numbers here are of test conditions",
+            "fronts searched on train conditions; at each level, of the points calm enough on validation, "
+            "the one that loses the fewest runs and of these has the least error",
         ),
         ("seed of the bootstrap", f"{rules.seed}, {rules.resamples:,} draws, for shares of factors"),
     ]
