@@ -99,3 +99,17 @@ def test_bode_beside_a_log(tmp_path):
 def test_what_has_no_picture_is_one_line(words, said, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert said in failed(*RIG, *words)
+
+
+def test_a_loop_that_oscillates_as_it_stands_has_no_margins(tmp_path):
+    """Though small motions about a point would have some."""
+    changes = {
+        "controller.controller.controller.proportional_gain": "5000 V/m",
+        "controller.controller.controller.integral_gain": "20000 V/(m s)",
+        "simulation.duration": "6 s",
+    }
+    sets = [word for path, value in changes.items() for word in ("--set", f"{path}={value}")]
+    result = hydroservo_("bode", "axis/position", "--linear", "--json", *sets)
+    said = json.loads(result.stdout)
+    assert (said["stable"], said["gain_margin"], said["oscillation_gain"]) == (False, None, 1.0)
+    assert "no margins: the loop oscillates as it stands" in result.stderr

@@ -11,21 +11,27 @@ from hydroservo import load_scenario
 from hydroservo.assumptions import Assumption, Peak, above, below, near, per_second
 from hydroservo.audits.auditor import Asked, asked
 from hydroservo.audits.facts import LoopFacts
+from hydroservo.audits.largest import CommandPeaksValues
 from hydroservo.audits.lumped import LumpedValues
 from hydroservo.block import model_in
 from hydroservo.controllers import PI
 from hydroservo.runs.run import ready
 from hydroservo.scenario import scenarios
 
-RUN = LumpedValues(16.7, 1.0, 1e4, 2.0, 8e3, 3.0, 50.0, 0.5, 1e5, 0.6, 5e4, 0.7, 0.05, 1.0, 2.0, 0.1)
+RUN = LumpedValues(16.7, 1.0, 1e4, 2.0, 8e3, 3.0, 50.0, 0.5, 1e5, 0.6, 5e4, 0.7)
+COMMANDS = CommandPeaksValues(0.05, 1.0, 2.0, 0.1)
 
 
 def facts(
-    name: str, changes: dict[str, object] | None = None, *, found: LumpedValues | None = RUN
+    name: str,
+    changes: dict[str, object] | None = None,
+    *,
+    found: LumpedValues | None = RUN,
+    commands: CommandPeaksValues | None = COMMANDS,
 ) -> LoopFacts:
     loop = load_scenario(name, changes or {})
     begun = ready(loop)
-    return LoopFacts(loop, begun, model_in(begun.controller), found)
+    return LoopFacts(loop, begun, model_in(begun.controller), found, commands)
 
 
 def named(name: str, path: str, told: LoopFacts) -> Assumption:
@@ -151,7 +157,7 @@ def test_each_line_of_an_audit_says_by_itself_what_it_is_about() -> None:
 @pytest.mark.parametrize(("command", "asked_of"), [(9.9, False), (10.0, True), (math.nan, True)])
 def test_a_horizon_is_supposed_where_a_limit_binds(command: float, asked_of: bool) -> None:
     """Elsewhere the moves change nothing, and their number is no matter."""
-    told = facts("laws/mpc-sine", found=RUN._replace(command=command))
+    told = facts("laws/mpc-sine", commands=COMMANDS._replace(command=command))
     names = [one.name for one in told.loop.controller.assumptions(told)]
     assert names == ["valve known", *(["horizon"] if asked_of else [])]
 

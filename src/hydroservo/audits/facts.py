@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from hydroservo.assumptions import Peak
 from hydroservo.audits.describing import limit_of
+from hydroservo.audits.largest import CommandPeaks, CommandPeaksValues
 from hydroservo.audits.lumped import Lumped, LumpedValues
 from hydroservo.block import Block, model_in, values
 from hydroservo.cosimulation import refuse_foreign
@@ -42,7 +43,8 @@ class LoopFacts:
         given: the loop.
         loop: the same, ready to run.
         model: what the law believes of the machine; None if nothing.
-        found: of a run; None where there was none, or it was lost.
+        found: the disturbances of a run; None where there was none, it was lost, or its machine has no model.
+        commands: the largest commands of a run; None where there was none, or it was lost.
         known_lag: what the block that is asked is told of the valve's lag [s].
     """
 
@@ -50,6 +52,7 @@ class LoopFacts:
     loop: Loop
     model: Any
     found: LumpedValues | None
+    commands: CommandPeaksValues | None = None
     known_lag: float = 0.0
 
     @property
@@ -186,10 +189,7 @@ class LoopFacts:
         return float(velocity), float(force)
 
     def peaks(self, *names: str) -> tuple[Peak, ...]:
-        found = self.found
-        if found is None:
-            return tuple(Peak(math.nan) for _ in names)
-        return tuple(Peak(getattr(found, name), getattr(found, f"{name}_at")) for name in names)
+        return tuple(peak_in(self.found, name) for name in names)
 
     @property
     def disturbances(self) -> tuple[Peak, Peak]:
@@ -203,11 +203,16 @@ class LoopFacts:
 
     @property
     def command(self) -> Peak:
-        return self.peaks("command")[0]
+        return peak_in(self.commands, "command")
 
     @property
     def command_rate(self) -> Peak:
-        return self.peaks("command_rate")[0]
+        return peak_in(self.commands, "command_rate")
+
+
+def peak_in(found: Any, name: str) -> Peak:
+    """One of the sizes of a monitor with its instant; nan of None."""
+    return Peak(math.nan) if found is None else Peak(getattr(found, name), getattr(found, f"{name}_at"))
 
 
 def response(facts: LoopFacts, frequency: float) -> complex:
@@ -250,8 +255,11 @@ def facts_of(loop: Loop, record: Sequence[str] = (), watching: Sequence[Block] =
     refuse_foreign(loop, "audit it")
     begun = ready(loop)
     monitor = lumped(begun)
-    data = quietly(simulate)(loop, record=record, metrics=[*watching, *([monitor] if monitor else [])])
-    found = None
-    if monitor is not None and not bool(data["diverged"]):
-        found = LumpedValues(*(float(data[name]) for name in LumpedValues._fields))
-    return LoopFacts(loop, begun, model_of(begun.controller), found), data
+    monitors = [*watching, CommandPeaks(), *([monitor] if monitor else [])]
+    data = quietly(simulate)(loop, record=record, metrics=monitors)
+    found = commands = None
+    if not bool(data["diverged"]):
+        commands = CommandPeaksValues(*(float(data[name]) for name in CommandPeaksValues._fields))
+        if monitor is not None:
+            found = LumpedValues(*(float(data[name]) for name in LumpedValues._fields))
+    return LoopFacts(loop, begun, model_of(begun.controller), found, commands), data

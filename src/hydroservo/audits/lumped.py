@@ -3,7 +3,7 @@
 import math
 from typing import Annotated, NamedTuple
 
-from hydroservo import ops
+from hydroservo.audits.largest import Largest
 from hydroservo.block import Block
 from hydroservo.field import Field
 from hydroservo.plants.design_model import DesignModel
@@ -12,32 +12,22 @@ from hydroservo.roles import Monitor, at_samples, role
 __all__ = ["Lumped", "LumpedState", "LumpedValues"]
 
 
-class Largest(NamedTuple):
-    """The largest size of a signal so far, and when it was."""
-
-    value: float
-    time: float
-
-
 class LumpedState(NamedTuple):
     """The disturbances at the last sample, and what was largest; nan before the first."""
 
     d1: float
     d2: float
     opened: float
-    u: float
     largest_1: Largest
     largest_2: Largest
     largest_opened: Largest
     rate_1: Largest
     rate_2: Largest
     rate_opened: Largest
-    command: Largest
-    command_rate: Largest
 
 
 class LumpedValues(NamedTuple):
-    """What it comes to: eight sizes, each with its instant [s]."""
+    """What it comes to: six sizes, each with its instant [s]."""
 
     largest_1: Annotated[float, Field("m/s^2", "largest |d_L1|")]
     largest_1_at: Annotated[float, Field("s", "when")]
@@ -51,10 +41,6 @@ class LumpedValues(NamedTuple):
     rate_2_at: Annotated[float, Field("s", "when")]
     rate_opened: Annotated[float, Field("N/s^2", "largest rate of d_L2, by the opening")]
     rate_opened_at: Annotated[float, Field("s", "when")]
-    command: Annotated[float, Field("V", "largest command")]
-    command_at: Annotated[float, Field("s", "when")]
-    command_rate: Annotated[float, Field("V/s", "largest rate of the command")]
-    command_rate_at: Annotated[float, Field("s", "when")]
 
 
 @role(Monitor)
@@ -75,7 +61,7 @@ class Lumped(NamedTuple):
     gain: Annotated[float, Field("m/V", "opening of the valve per command", above=0)]
 
     def init(self) -> LumpedState:
-        return LumpedState(math.nan, math.nan, math.nan, math.nan, *[Largest(0.0, 0.0)] * 8)
+        return LumpedState(math.nan, math.nan, math.nan, *[Largest(0.0, 0.0)] * 6)
 
     def step(self, m: LumpedState, loop: Block, s: Block, t: float, dt: float) -> LumpedState:
         held, machine, h = loop.held(s), loop.machine(s), loop.simulation.period
@@ -87,26 +73,17 @@ class Lumped(NamedTuple):
         opening = loop.valve.opening(s.valve, u) / self.gain
         d2 = free - self.model.g2(x2, u) * u
         opened = free - self.model.g2(x2, opening) * opening
-        asked = s.controller.u
         return LumpedState(
             d1,
             d2,
             opened,
-            asked,
-            self.larger(m.largest_1, d1, t, h),
-            self.larger(m.largest_2, d2, t, h),
-            self.larger(m.largest_opened, opened, t, h),
-            self.larger(m.rate_1, (d1 - m.d1) / h, t, h),
-            self.larger(m.rate_2, (d2 - m.d2) / h, t, h),
-            self.larger(m.rate_opened, (opened - m.opened) / h, t, h),
-            self.larger(m.command, asked, t, h),
-            self.larger(m.command_rate, (asked - m.u) / h, t, h),
+            m.largest_1.heard(d1, t, h),
+            m.largest_2.heard(d2, t, h),
+            m.largest_opened.heard(opened, t, h),
+            m.rate_1.heard((d1 - m.d1) / h, t, h),
+            m.rate_2.heard((d2 - m.d2) / h, t, h),
+            m.rate_opened.heard((opened - m.opened) / h, t, h),
         )
 
-    def larger(self, before: Largest, value: float, t: float, h: float) -> Largest:
-        size = ops.absolute(value)
-        grown = (size > before.value) & (t > 1.5 * h)
-        return Largest(ops.where(grown, size, before.value), ops.where(grown, t, before.time))
-
     def values(self, m: LumpedState) -> LumpedValues:
-        return LumpedValues(*(number for largest in m[4:] for number in largest))
+        return LumpedValues(*(number for largest in m[3:] for number in largest))

@@ -374,8 +374,10 @@ def lines_of(data: "xr.Dataset") -> list[str]:
     from hydroservo.formatting import number
 
     lines, points = [], points_of(data)
-    if not all(bool(one["stable"]) for one in points):
-        lines.append("[bold red]Unstable[/] for small motions: no margin is one.")
+    if any(float(one["oscillation_gain"]) == 1.0 for one in points):
+        lines.append("[bold red]The loop oscillates[/] as it stands, so it has no margins.")
+    elif not all(bool(one["stable"]) for one in points):
+        lines.append("[bold red]Unstable[/] for small motions, so the loop has no margins.")
     for one in points:
         if "tone" in one.coords:
             least = {name: float(one[f"{name}_coherence"].min()) for name in ("open", "closed", "compliance")}

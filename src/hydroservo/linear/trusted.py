@@ -42,12 +42,15 @@ def trusted_margins(point: OperatingPoint, judged: Judged, loop: Loop, onset: fl
         point: where the loop stays.
         judged: the loop there.
         loop: the same, as it runs.
-        onset: the factor on its gain from which it oscillates; nan for unknown, infinite for none.
+        onset: the factor on its gain from which it oscillates; nan for unknown, infinite for none. A loop
+            that oscillates as it stands has no margins.
 
     Source: chosen here.
     Fails for loops whose gain at other commands is higher still.
     """
     here = judged.margins
+    if onset == 1.0 and here.stable:
+        return Trusted(without(here, onset), False, f"no margins: the loop {says(onset)}")
     known = not math.isnan(onset)
     holds = here.stable and agrees(here.gain_margin, onset) and (judged.linear or onset < math.inf)
     if judged.linear and (not here.stable or (holds and known)):
@@ -84,8 +87,9 @@ def problem_of(found: Mapping[float, Margins], judged: Judged, loop: Loop, onset
         return f"{no_slope(judged, loop)}; {known}measure with a larger amplitude"
     unstable = [command for command, one in found.items() if not one.stable]
     if unstable:
-        told = "" if math.isnan(onset) else f", and the loop itself {says(onset)}"
-        return f"small motions are unstable under {commands_of(unstable)}{told}"
+        link = "and" if onset == 1.0 else "but"
+        known = "" if math.isnan(onset) else f", {link} the loop itself {says(onset)}"
+        return f"small motions are unstable under {commands_of(unstable)}{known}"
     if not agrees(min(one.gain_margin for one in found.values()), onset):
         return f"{span_of(found)} dB for small motions under {commands_of(found)}, but the loop {says(onset)}"
     return ""

@@ -70,8 +70,12 @@ class OscillationState(NamedTuple):
 class OscillationValues(NamedTuple):
     """The strongest oscillation; 0 where there is none, nan where the run is too short to tell."""
 
-    oscillation_amplitude: Annotated[float, Field("y", "amplitude of the {y} in a sustained oscillation")]
-    oscillation_command: Annotated[float, Field("V", "amplitude of the command in a sustained oscillation")]
+    oscillation_amplitude: Annotated[
+        float, Field("y", "amplitude (sqrt(2) rms) of the {y} in a sustained oscillation")
+    ]
+    oscillation_command: Annotated[
+        float, Field("V", "amplitude (sqrt(2) rms) of the command in a sustained oscillation")
+    ]
     oscillation_frequency: Annotated[
         float, Field("Hz", "frequency of an oscillation, sustained or dying out")
     ]
