@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hydroservo.identification.balance_check import balance_problem
+from hydroservo.identification.balance_check import Resistance, balance_problem, pressure_problem
 from hydroservo.identification.log import read_logs
 from hydroservo.identification.segments import understood
 
@@ -108,3 +108,17 @@ def test_a_piston_at_rest_says_nothing():
     given = log(UNEQUAL)
     still = given | {"position": 0.2 + 1e-6 * np.random.default_rng(1).normal(size=TIME.size)}
     assert problem(still, UNEQUAL) == ""
+
+
+@pytest.mark.parametrize(
+    ("follows", "cause"),
+    [
+        (-0.9, "velocity is reversed"),
+        (0.9, "pressure_a and pressure_b are swapped: as they are"),
+        (0.0, "pressure_a and pressure_b are swapped, or velocity is reversed"),
+    ],
+)
+def test_where_both_would_explain_it_the_command_names_the_cause(follows, cause):
+    measured = Resistance((-595.0, 20.0), (-80.0, 1.0), swing=2000.0, scatter=900.0)
+    exchanged = Resistance((1600.0, 20.0), (40.0, 1.0), swing=2200.0, scatter=800.0)
+    assert pressure_problem(measured, exchanged, "velocity", follows).startswith(cause)

@@ -163,11 +163,12 @@ def pressure_problem(found: Resistance, other: Resistance, moved: str, follows: 
         moved: what shows the motion.
         follows: correlation of the velocity with the command, 0 without one.
     """
-    swapped = other.fits_better(found) or (found.is_negative and other.sign > 0.0)
+    opposite = found.is_negative and other.sign > 0.0
+    swapped = other.fits_better(found) or (opposite and follows > SURE)
     right = found.fits_better(other)
     if swapped and other.sign < 0.0:
         return f"pressure_a and pressure_b are swapped, and {moved} is reversed"
-    if found.sign > 0.0 or (found.sign == 0.0 and not (swapped and other.sign > 0.0)):
+    if found.sign > 0.0 or (found.sign == 0.0 and not opposite and not (swapped and other.sign > 0.0)):
         return ""
     if swapped or (follows > SURE and not right):
         return f"pressure_a and pressure_b are swapped: as they are, they give {found.shown}"
