@@ -108,7 +108,7 @@ def test_an_edited_component_is_seen(place: Path, tmp_path: Path) -> None:
 
 def copy(package: Path, target: Path) -> None:
     for path in package.rglob("*"):
-        if path.is_file() and path.suffix in (".py", ".toml"):
+        if path.is_file() and path.suffix in (".py", ".pyi", ".toml"):
             (target / path.relative_to(package)).parent.mkdir(parents=True, exist_ok=True)
             (target / path.relative_to(package)).write_bytes(path.read_bytes())
 
@@ -176,7 +176,7 @@ def test_other_files_in_the_folder_are_left_alone(own: Path, monkeypatch: pytest
     own.mkdir(mode=0o700)
     (own / "precious").write_bytes(bytes(1000))
     disk_cache.write("0", "f", bytes(1000))
-    assert sorted(path.name for path in own.iterdir()) == ["key", "precious"]
+    assert sorted(path.name for path in own.iterdir()) == ["precious"]
 
 
 def test_a_cache_that_can_only_be_read_serves(own: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -221,7 +221,7 @@ def test_what_is_kept_is_read(own: Path) -> None:
     assert disk_cache.read("0") is None
     disk_cache.write("0", "f", b"code\0more")
     assert disk_cache.read("0") == ("f", b"code\0more")
-    assert sorted(path.name for path in own.iterdir()) == ["0.kernel", "key"]
+    assert sorted(path.name for path in own.iterdir()) == ["0.kernel"]
 
 
 @posix
@@ -269,10 +269,9 @@ def test_no_folder_is_made_among_files_of_another_user(own: Path, monkeypatch: p
 
 
 @pytest.mark.skipif(os.name != "posix" or os.getuid() != 0, reason="only root can give files away")
-@pytest.mark.parametrize("name", ["0.kernel", "key"])
-def test_a_file_of_another_user_is_not_read(own: Path, name: str) -> None:
+def test_a_file_of_another_user_is_not_read(own: Path) -> None:
     disk_cache.write("0", "f", b"code")
-    os.chown(own / name, 12345, 12345)
+    os.chown(own / "0.kernel", 12345, 12345)
     refused("0", "belongs to another user")
     disk_cache.write("0", "f", b"code")
     assert disk_cache.read("0") == ("f", b"code")
@@ -299,18 +298,7 @@ def test_a_link_to_the_users_own_folder_serves(own: Path) -> None:
 def test_a_renamed_file_is_not_read(own: Path) -> None:
     disk_cache.write("0", "f", b"code")
     (own / "0.kernel").rename(own / "1.kernel")
-    refused("1", "is damaged, or was not made here")
-
-
-def test_a_file_from_another_folder_is_not_read(own: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    other = own.parent / "other"
-    monkeypatch.setenv("HYDROSERVO_CACHE_DIR", str(other))
-    disk_cache.write("0", "f", b"other code")
-    monkeypatch.setenv("HYDROSERVO_CACHE_DIR", str(own))
-    disk_cache.write("1", "f", b"code")
-    (own / "0.kernel").write_bytes((other / "0.kernel").read_bytes())
-    (own / "0.kernel").chmod(0o600)
-    refused("0", "is damaged, or was not made here")
+    refused("1", "is damaged")
 
 
 @pytest.mark.parametrize("at", [0, 31, 32, -1])
@@ -319,44 +307,7 @@ def test_a_changed_byte_is_noticed(own: Path, at: int) -> None:
     content = bytearray((own / "0.kernel").read_bytes())
     content[at] ^= 1
     (own / "0.kernel").write_bytes(content)
-    refused("0", "is damaged, or was not made here")
-
-
-@posix
-@pytest.mark.parametrize("wrong", ["short", "known", "link"])
-def test_a_key_that_is_none_is_made_anew(own: Path, wrong: str) -> None:
-    disk_cache.write("0", "f", b"code")
-    key = own / "key"
-    if wrong == "short":
-        key.write_bytes(b"short")
-    elif wrong == "known":
-        key.chmod(0o644)
-    else:
-        key.rename(own / "elsewhere")
-        key.symlink_to(own / "elsewhere")
-    with pytest.raises(OSError, match=r"damaged|open to other users|symbolic"):
-        disk_cache.read("0")
-    disk_cache.write("1", "f", b"code")
-    assert disk_cache.read("1") == ("f", b"code")
-    assert len(key.read_bytes()) == 32
-
-
-def test_of_two_keys_made_at_once_the_first_stays(own: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    disk_cache.write("0", "f", b"code")
-    read, missed = disk_cache.Folder.read, []
-
-    def early(folder: disk_cache.Folder, file: str, forbidden: int = disk_cache.OTHERS_WRITE) -> bytes:
-        """Looks for the key just before another process makes it."""
-        if file == "key" and not missed:
-            missed.append(file)
-            raise FileNotFoundError
-        return read(folder, file, forbidden)
-
-    monkeypatch.setattr(disk_cache.Folder, "read", early)
-    disk_cache.write("1", "f", b"code")
-    assert missed
-    assert disk_cache.read("0") == disk_cache.read("1") == ("f", b"code")
-    assert not list(own.glob("new-*"))
+    refused("0", "is damaged")
 
 
 def test_what_cannot_be_written_leaves_nothing(own: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -367,7 +318,7 @@ def test_what_cannot_be_written_leaves_nothing(own: Path, monkeypatch: pytest.Mo
     monkeypatch.setattr(os, "replace", full)
     with pytest.raises(OSError, match="No space"):
         disk_cache.write("1", "f", b"code")
-    assert sorted(path.name for path in own.iterdir()) == ["0.kernel", "key"]
+    assert sorted(path.name for path in own.iterdir()) == ["0.kernel"]
 
 
 @pytest.mark.parametrize("run", [lambda: disk_cache.read("0"), lambda: disk_cache.write("1", "f", b"code")])

@@ -13,8 +13,6 @@ from numpy.typing import NDArray
 
 from hydroservo.block import Block, leaves
 
-__all__ = ["Machine", "machine"]
-
 ATMOSPHERE = 101325.0  # [Pa]
 GROUPS = ("plant", "valve", "supply", "drive", "load")
 

@@ -16,10 +16,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from hydroservo.engine import disk_cache
-from hydroservo.engine.disk_cache import ENDING, KEY
+from hydroservo.engine.disk_cache import ENDING
 from tools.promises.forked import Ended, start, warm_up
-
-__all__ = ["DAMAGES", "count_cache"]
 
 SCENARIO = ("paper/sine-pi", "--set", "simulation.duration=50 ms", "--json", "--verbose")
 OTHER = ("paper/sine-tsmc", *SCENARIO[1:])
@@ -155,19 +153,11 @@ def made_elsewhere(cache: Cache, count: int, seed: int, say: Say) -> Iterator[di
 
 
 def flipped(cache: Cache, draw: Draw) -> None:
-    flip(cache.file, draw)
-
-
-def flipped_key(cache: Cache, draw: Draw) -> None:
-    flip(cache.place / KEY, draw)
-
-
-def flip(file: Path, draw: Draw) -> None:
-    """Flip up to eight bits."""
-    content = bytearray(file.read_bytes())
+    """Up to eight bits."""
+    content = bytearray(cache.file.read_bytes())
     for bit in draw.sample(range(8 * len(content)), draw.randint(1, 8)):
         content[bit // 8] ^= 1 << bit % 8
-    file.write_bytes(content)
+    cache.file.write_bytes(content)
 
 
 def cut(cache: Cache, draw: Draw) -> None:
@@ -181,12 +171,6 @@ def lengthened(cache: Cache, draw: Draw) -> None:
 
 def renamed(cache: Cache, _draw: Draw) -> None:
     cache.other.replace(cache.file)
-
-
-def signed_elsewhere(cache: Cache, draw: Draw) -> None:
-    """As another user's file, signed with that user's key."""
-    content = cache.file.read_bytes()[disk_cache.CHECK :]
-    cache.file.write_bytes(disk_cache.signature(draw.randbytes(32), cache.file.stem, content) + content)
 
 
 def linked(cache: Cache, _draw: Draw) -> None:
@@ -204,20 +188,12 @@ def writable_folder(cache: Cache, draw: Draw) -> None:
     cache.place.chmod(0o700 | draw.choice((0o020, 0o002, 0o022)) | draw.randrange(0o100))
 
 
-def readable_key(cache: Cache, draw: Draw) -> None:
-    (cache.place / KEY).chmod(0o600 | draw.randrange(1, 0o100))
-
-
 def foreign(cache: Cache, _draw: Draw) -> None:
     os.chown(cache.file, STRANGER, STRANGER)
 
 
 def foreign_folder(cache: Cache, _draw: Draw) -> None:
     os.chown(cache.place, STRANGER, STRANGER)
-
-
-def foreign_key(cache: Cache, _draw: Draw) -> None:
-    os.chown(cache.place / KEY, STRANGER, STRANGER)
 
 
 def other_processor(draw: Draw) -> None:
@@ -241,16 +217,12 @@ DAMAGES: dict[str, Callable[[Cache, Draw], None]] = {
     "cut": cut,
     "lengthened": lengthened,
     "renamed to another loop's": renamed,
-    "signed with another key": signed_elsewhere,
     "a link": linked,
     "others may write it": writable,
     "others may write the folder": writable_folder,
-    "others may read the key": readable_key,
-    "the key's bits flipped": flipped_key,
     "another user's": foreign,
     "another user's folder": foreign_folder,
-    "another user's key": foreign_key,
 }
 ELSEWHERE = {"of another processor": other_processor, "of another version": other_version}
-BY_ROOT = (foreign, foreign_folder, foreign_key)
+BY_ROOT = (foreign, foreign_folder)
 OF_FOLDER = (writable_folder, foreign_folder)  # nothing is kept there until that is mended

@@ -7,8 +7,6 @@ from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
-__all__ = ["COMMANDS", "Command"]
-
 PI = ("paper/sine-pi", "--set", "simulation.duration=50 ms", "--set", "simulation.period=1 ms")
 BATCH = ("batch", *PI, "--runs", "600", "--vary", "plant.mass=4..8 kg")
 TUNE = (

@@ -23,8 +23,6 @@ from typing import Any, NamedTuple
 
 from tools.promises.commands import STUDY
 
-__all__ = ["CASES", "Case", "Surroundings", "count_determinism", "difference", "drawn", "outcome"]
-
 PROGRAM = "from hydroservo.cli import main; main()"
 EXAMPLES = Path(__file__).parents[2] / "examples"
 LOG = "bench_log.csv"

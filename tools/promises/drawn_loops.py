@@ -7,8 +7,6 @@ from typing import Any
 
 from hydroservo import Loop, load_scenario
 
-__all__ = ["AIMS", "drawn"]
-
 Draw = random.Random
 Changes = dict[str, Any]
 

@@ -20,8 +20,6 @@ from tools.promises.left import files_in
 from tools.promises.traced import CALLS, Fault, traced
 from tools.promises.trials import Trial, broken, set_up
 
-__all__ = ["ERRORS", "count_faults", "drawn"]
-
 ERRORS = {
     "write": ("ENOSPC", "EDQUOT", "EIO"),
     "fsync": ("ENOSPC", "EDQUOT", "EIO", "EROFS"),

@@ -14,8 +14,6 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any, NamedTuple
 
-__all__ = ["Ended", "Started", "start", "warm_up"]
-
 LIBRARIES = (
     *("numpy", "pandas", "xarray", "pyarrow.parquet", "scipy.signal", "scipy.optimize", "scipy.stats"),
     *("matplotlib.pyplot", "matplotlib.backends.backend_agg", "matplotlib.backends.backend_svg"),

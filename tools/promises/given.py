@@ -24,8 +24,6 @@ from tools.promises.mutations import (
 )
 from tools.promises.results import drawn_plugin, run_plugin
 
-__all__ = ["KINDS", "Given", "Stock", "again", "load", "stock"]
-
 Draw = random.Random
 Wrong = tuple[str, Any]  # what is wrong, and a value that has it
 MOST = 512  # inputs that a stock keeps because they reach new lines

@@ -23,8 +23,6 @@ from hydroservo.errors import HydroservoError, HydroservoWarning
 from hydroservo.group import group
 from tools.promises.given import KINDS, Given, again, stock
 
-__all__ = ["count_inputs", "inputs_of", "judged"]
-
 PACKAGE = Path(hydroservo.__file__).parent
 CHUNK = 20_000  # inputs of a process, which draws from what ships and from what it found itself
 WATCHED = 24  # one of so many inputs is watched

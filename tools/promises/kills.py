@@ -19,8 +19,6 @@ from tools.promises.commands import COMMANDS, Command
 from tools.promises.forked import Ended, Started, start, warm_up
 from tools.promises.left import Files, damage, files_in
 
-__all__ = ["count_kills"]
-
 EVENTS = ("os.mkdir", "os.rename", "os.remove", "os.rmdir", "os.truncate")
 AFTER = 3e-3  # s, at most, between a call and the kill
 EVERY = 10  # kills of a command, after which it runs to its end

@@ -5,8 +5,6 @@ from pathlib import Path
 
 from hydroservo.outputs import PREFIX
 
-__all__ = ["Files", "damage", "files_in", "hidden"]
-
 Files = dict[str, str]  # digests by path
 
 

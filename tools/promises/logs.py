@@ -14,8 +14,6 @@ from hydroservo.field import Field
 from hydroservo.identification.log import read_log
 from hydroservo.scenario.records.series import read_series
 
-__all__ = ["drawn_log", "read", "wrong_log"]
-
 Draw = random.Random
 Columns = dict[str, list[Any]]
 

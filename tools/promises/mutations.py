@@ -17,8 +17,6 @@ from hydroservo.scenario.build import Draft
 from hydroservo.scenario.registry import makers, shipped_classes
 from hydroservo.scenario.tables import parsed
 
-__all__ = ["canonical", "drawn_value", "mutated_tables", "mutated_text", "numbers_of", "types"]
-
 Draw = random.Random
 Tables = dict[str, Any]
 

@@ -20,8 +20,6 @@ from tools.promises.forked import start, warm_up
 from tools.promises.left import files_in
 from tools.promises.trials import Trial, broken, set_up
 
-__all__ = ["WHERE", "count_places"]
-
 NOBODY = 65534
 PAGE = 4096  # bytes
 ROOM = 4096  # pages of a disk that is not to be full

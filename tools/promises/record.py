@@ -7,8 +7,6 @@ from typing import Any
 
 from hydroservo.outputs import write_text
 
-__all__ = ["FOUND", "keep"]
-
 FOUND = Path(__file__).parents[2] / "docs" / "promises.json"
 
 Row = Mapping[str, Any]

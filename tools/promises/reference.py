@@ -12,8 +12,6 @@ from hydroservo.block import Block, leaves, values
 from hydroservo.states import filled
 from tools.promises.by_hand import machine
 
-__all__ = ["Followed", "follow"]
-
 INSIDE = 4  # steps of a sample period, at least
 MOST_STEPS = 500  # of one call; what needs more is too stiff for the method
 

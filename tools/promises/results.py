@@ -11,8 +11,6 @@ from hydroservo.runs.run import simulate
 from hydroservo.scenario import load_scenario
 from hydroservo.scenario import plugins as held
 
-__all__ = ["drawn_plugin", "run_plugin"]
-
 VALUES = (
     "None",
     "'text'",

@@ -8,8 +8,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import NamedTuple
 
-__all__ = ["Page", "served"]
-
 HYDROSERVO = (sys.executable, "-c", "from hydroservo.cli import main; main()")
 
 

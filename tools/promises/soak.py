@@ -23,8 +23,6 @@ from tools.promises.commands import COMMANDS
 from tools.promises.forked import warm_up
 from tools.promises.served import Page, served
 
-__all__ = ["count_soak", "growth"]
-
 WARM = 1 / 3  # of the rounds, in which caches fill
 NOISE = 0.01  # of the memory: a growth over all the time that is more counts as one
 FEWEST = 6  # rounds, whatever time they take

@@ -11,8 +11,6 @@ from typing import Any, NamedTuple
 
 from tools.promises.forked import Ended, start
 
-__all__ = ["CALLS", "Fault", "Traced", "traced"]
-
 CALLS = {
     "write": "write,pwrite64,writev,pwritev",
     "fsync": "fsync,fdatasync",

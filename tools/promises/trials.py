@@ -13,8 +13,6 @@ from tools.promises.commands import Command
 from tools.promises.forked import Ended, start
 from tools.promises.left import Files, damage, files_in, hidden
 
-__all__ = ["Folders", "Trial", "broken", "set_up"]
-
 TO_STDERR = re.compile(r"\bwrite\(2<")
 TO_REMOVE = re.compile(rf'unlink|rmdir|{re.escape(PREFIX)}\w+", O_RDONLY')
 KEPT = re.compile(r"kept in (.+) instead")

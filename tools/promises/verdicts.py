@@ -19,8 +19,6 @@ from hydroservo.runs.step_sizes import machine_paths
 from tools.promises.drawn_loops import AIMS, drawn
 from tools.promises.reference import Followed, follow
 
-__all__ = ["VERDICTS", "count_verdicts", "labels_of", "said_of", "tallied"]
-
 VERDICTS = tuple(AIMS)
 TOLERANCE = 1e-10  # of the reference's steps
 NUDGE = 1e-9  # of its second start

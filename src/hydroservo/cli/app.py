@@ -11,7 +11,6 @@ from hydroservo._version import __version__
 from hydroservo.cli.audit import audit
 from hydroservo.cli.batch import batch
 from hydroservo.cli.bode import bode
-from hydroservo.cli.cache import cache
 from hydroservo.cli.check import check
 from hydroservo.cli.completion import scenarios_like, studies_like
 from hydroservo.cli.describe import describe, schema
@@ -48,8 +47,6 @@ from hydroservo.runs.results import Format
 if TYPE_CHECKING:
     from hydroservo.cli.progress import Report
     from hydroservo.loop import Loop
-
-__all__ = ["app"]
 
 NOTHING: tuple[str, ...] = ()  # no trajectory is kept where nothing will be written
 LARGE_TRACE = 2**28  # bytes; a larger trajectory is announced before the run
@@ -262,7 +259,6 @@ app.command()(audit)
 app.command()(describe)
 app.command()(schema)
 app.command("app")(page)
-app.command()(cache)
 
 
 @app.command()

@@ -1,18 +1,15 @@
 """Machine code on disk: one file for each recipe, in the user's own cache directory.
 
 What is loaded is run, so it must be this user's own. The folder and each file are opened once, and what was
-opened is checked: its owner is this user, and nobody else may write it. Each file is signed with a key that
-this user alone can read, made with the folder: what comes from elsewhere (an archive unpacked there, another
-user's cache, a file renamed) is not loaded, and a damaged file never reaches the loader. Who can read the
-key can do all that this user can, and needs no cache for it.
+opened is checked: its owner is this user, and nobody else may write it. Each file begins with a checksum of
+its name and its content, so a file that is damaged or renamed never reaches the loader. Who can write as
+this user can do all that this user can, and needs no cache for it.
 
 A file that fails, or a directory that cannot be read or written, counts as no file: the code is made anew.
 """
 
 import contextlib
-import errno
 import hashlib
-import hmac
 import os
 import secrets
 import stat
@@ -24,16 +21,12 @@ from typing import NamedTuple
 
 from platformdirs import user_cache_path
 
-__all__ = ["ENDING", "KEY", "NEW", "CacheError", "checked", "directory", "opened", "read", "write"]
-
 LARGEST = 2**28  # bytes kept; the files used longest ago go first
 ENDING = ".kernel"
-KEY = "key"
 NEW = "new-"  # what is being written is called this
 STALE = 3600.0  # s, after which nobody is still writing it
 CHECK = hashlib.sha256().digest_size
 OTHERS_WRITE = stat.S_IWGRP | stat.S_IWOTH
-OTHERS_READ = stat.S_IRWXG | stat.S_IRWXO
 POSIX = os.name == "posix"
 # No link is followed, no pipe waited for, and no program that is started keeps the file open.
 SAFELY = sum(getattr(os, name, 0) for name in ("O_NOFOLLOW", "O_NONBLOCK", "O_CLOEXEC", "O_BINARY"))
@@ -63,18 +56,18 @@ class Folder(NamedTuple):
                     os.stat(self.name(entry.name), dir_fd=self.descriptor, follow_symlinks=False),
                 )
 
-    def read(self, file: str, forbidden: int = OTHERS_WRITE) -> bytes:
+    def read(self, file: str) -> bytes:
         """All of a file.
 
         Raises:
-            CacheError: it is not a file of this user's, or others have a right that is forbidden to them.
+            CacheError: it is not a file of this user's alone.
             OSError: it cannot be read.
         """
         with os.fdopen(
             os.open(self.name(file), os.O_RDONLY | SAFELY, dir_fd=self.descriptor), "rb"
         ) as opened:
             found = os.fstat(opened.fileno())
-            refuse_foreign(found, self.place / file, forbidden)
+            refuse_foreign(found, self.place / file)
             if not stat.S_ISREG(found.st_mode):
                 raise CacheError(f"{self.place / file} is not a file")
             return opened.read()
@@ -94,22 +87,12 @@ class Folder(NamedTuple):
         new = f"{NEW}{secrets.token_hex(8)}"
         here = self.descriptor
         try:
-            self.begin(new, content)
+            flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | SAFELY
+            with os.fdopen(os.open(self.name(new), flags, 0o600, dir_fd=here), "wb") as target:
+                target.write(content)
             os.replace(self.name(new), self.name(file), src_dir_fd=here, dst_dir_fd=here)
         finally:
             self.remove(new)
-
-    def begin(self, file: str, content: bytes) -> None:
-        """A new file with this content.
-
-        Raises:
-            FileExistsError: there is one.
-            OSError: it cannot be written.
-        """
-        flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | SAFELY
-        opened = os.open(self.name(file), flags, 0o600, dir_fd=self.descriptor)
-        with os.fdopen(opened, "wb") as target:
-            target.write(content)
 
     def remove(self, file: str) -> None:
         with contextlib.suppress(FileNotFoundError):
@@ -150,15 +133,15 @@ def read(digest: str) -> tuple[str, bytes] | None:
 
 
 def checked(folder: Folder, digest: str) -> bytes:
-    """What a file holds behind its signature.
+    """What a file holds behind its checksum.
 
     Raises:
         CacheError: it cannot be trusted.
         OSError: it cannot be read.
     """
-    data, key = folder.read(file_of(digest)), folder.read(KEY, OTHERS_READ)
-    if not hmac.compare_digest(data[:CHECK], signature(key, digest, data[CHECK:])):
-        raise CacheError(f"{folder.place / file_of(digest)} is damaged, or was not made here")
+    data = folder.read(file_of(digest))
+    if data[:CHECK] != checksum(digest, data[CHECK:]):
+        raise CacheError(f"{folder.place / file_of(digest)} is damaged")
     return data[CHECK:]
 
 
@@ -172,7 +155,7 @@ def write(digest: str, name: str, code: bytes) -> None:
     make(directory())
     content = name.encode() + b"\0" + code
     with opened() as folder:
-        folder.write(file_of(digest), signature(own_key(folder), digest, content) + content)
+        folder.write(file_of(digest), checksum(digest, content) + content)
         clear(folder)
         make_room(folder)
 
@@ -181,8 +164,8 @@ def file_of(digest: str) -> str:
     return f"{digest}{ENDING}"
 
 
-def signature(key: bytes, digest: str, content: bytes) -> bytes:
-    return hmac.digest(key, digest.encode() + b"\0" + content, "sha256")
+def checksum(digest: str, content: bytes) -> bytes:
+    return hashlib.sha256(digest.encode() + b"\0" + content).digest()
 
 
 def make(place: Path) -> None:
@@ -197,49 +180,28 @@ def make(place: Path) -> None:
 
 
 @contextmanager
-def opened(forbidden: int = OTHERS_WRITE) -> Iterator[Folder]:
-    """The folder, checked: it is this user's, and others have no right that is forbidden to them."""
+def opened() -> Iterator[Folder]:
+    """The folder, checked: it is this user's, and nobody else may write it."""
     place = directory()
     descriptor = os.open(place, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC) if POSIX else None
     try:
-        refuse_foreign(place.stat() if descriptor is None else os.fstat(descriptor), place, forbidden)
+        refuse_foreign(place.stat() if descriptor is None else os.fstat(descriptor), place)
         yield Folder(place, descriptor)
     finally:
         if descriptor is not None:
             os.close(descriptor)
 
 
-def refuse_foreign(found: os.stat_result, path: Path, forbidden: int) -> None:
+def refuse_foreign(found: os.stat_result, path: Path) -> None:
     """Refuse what others may have made; on Windows a user's profile is the user's own.
 
     Raises:
-        CacheError: it belongs to another user, or others have a right that is forbidden to them.
+        CacheError: it belongs to another user, or others may write it.
     """
     if POSIX and found.st_uid != os.getuid():
         raise CacheError(f"{path} belongs to another user")
-    if POSIX and found.st_mode & forbidden:
+    if POSIX and found.st_mode & OTHERS_WRITE:
         raise CacheError(f"{path} is open to other users")
-
-
-def own_key(folder: Folder) -> bytes:
-    """The key of a folder, made if there is none that only this user knows.
-
-    Of two that are made at once, the first stays.
-    """
-    try:
-        key = folder.read(KEY, OTHERS_READ)
-        if len(key) == CHECK:
-            return key
-        folder.remove(KEY)
-    except FileNotFoundError:
-        pass
-    except OSError as error:
-        if not isinstance(error, CacheError) and error.errno != errno.ELOOP:  # a passing one
-            raise
-        folder.remove(KEY)
-    with contextlib.suppress(FileExistsError):
-        folder.begin(KEY, secrets.token_bytes(CHECK))
-    return folder.read(KEY, OTHERS_READ)
 
 
 def clear(folder: Folder) -> None:
