@@ -11,8 +11,6 @@ from hydroservo.audits.auditor import asked
 from hydroservo.audits.facts import facts_of
 from hydroservo.audits.swing import SHARE
 
-__all__ = ["LAWS", "Case", "Judged", "cases", "judged", "loop_of"]
-
 LOOK_FROM = 0.75  # [s]
 LAST = 64  # samples, in which a command that never leaves its limit is lost
 DURATION = 1.25  # [s], of which the last 0.5 s are looked at; the demand and the load have their peak at 1 s

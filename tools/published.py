@@ -20,8 +20,6 @@ from hydroservo.supplies import GasAccumulator, PumpSupply
 from hydroservo.testing.examples import example
 from hydroservo.valves import FourEdges, SecondOrderValve, SecondOrderValveState
 
-__all__ = ["CASES", "Case", "Compared"]
-
 INCH, POUND, PSI = 0.0254, 0.45359237, 6894.757293168361
 VAST = 1e6  # by which a chamber and its oil's stiffness grow together, so that its volume stays what it is
 

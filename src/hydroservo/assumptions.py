@@ -4,25 +4,6 @@ import math
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple, Protocol
 
-__all__ = [
-    "Assumption",
-    "Facts",
-    "Peak",
-    "above",
-    "below",
-    "model_stable",
-    "near",
-    "noise_known",
-    "oil_faster",
-    "per_second",
-    "robust",
-    "sampled_faster",
-    "supposed",
-    "valve_faster",
-    "valve_known",
-    "within_limit",
-]
-
 
 class Peak(NamedTuple):
     """The largest size of a signal on a run, and the instant of it [s]."""

@@ -12,45 +12,14 @@ The role that a block plays is one of :mod:`hydroservo.roles`; what it may have 
 :mod:`hydroservo.hooks`.
 """
 
-import warnings
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from hydroservo import roles
 from hydroservo.errors import ParameterError
-from hydroservo.field import Field, declared_fields
+from hydroservo.field import Field as Field
+from hydroservo.field import declared_fields as declared_fields
 from hydroservo.nearest import nearest
-from hydroservo.roles import Block
-
-__all__ = [
-    "Block",
-    "Field",
-    "declared_fields",
-    "estimates_in",
-    "field_at",
-    "in_signal",
-    "inner_controls",
-    "is_block",
-    "leaves",
-    "model_in",
-    "nested_signal",
-    "nested_state",
-    "replace",
-    "signal_below",
-    "signal_of",
-    "state_field_at",
-    "value_at",
-    "values",
-]
-
-
-def __getattr__(name: str) -> Any:
-    """A role, from where roles were before they had a module; goes with version 0.3."""
-    if name not in roles.__all__:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    text = f"hydroservo.block.{name} is hydroservo.roles.{name} now"
-    warnings.warn(text, DeprecationWarning, stacklevel=2)
-    return getattr(roles, name)
+from hydroservo.roles import Block as Block
 
 
 def estimates_in(state: Block) -> Block:

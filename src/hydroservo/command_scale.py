@@ -11,16 +11,6 @@ from typing import Annotated, NamedTuple
 from hydroservo.field import Field
 from hydroservo.unit_algebra import power_in
 
-__all__ = [
-    "VOLTS",
-    "CommandScale",
-    "command_scale",
-    "commands_in",
-    "in_command_unit",
-    "is_volts",
-    "note_command_scale",
-]
-
 DEFINITION = "a definition"
 FULL = 10  # V, what the converter puts out at most
 VOLT = re.compile(r"(?<![A-Za-z])V(?![A-Za-z])")  # in a unit

@@ -10,8 +10,6 @@ from hydroservo import ops
 from hydroservo.errors import ParameterError
 from hydroservo.field import Field
 
-__all__ = ["Curve", "check_curve"]
-
 POINTS = "the points"
 
 

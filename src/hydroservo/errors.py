@@ -2,8 +2,6 @@
 
 from typing import Any
 
-__all__ = ["HydroservoError", "HydroservoWarning", "LoopError", "ParameterError", "ScenarioError"]
-
 
 class HydroservoError(Exception):
     """The base of all errors that hydroservo raises for its user to mend."""

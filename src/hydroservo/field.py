@@ -8,8 +8,6 @@ from typing import get_type_hints
 
 from hydroservo.unit_algebra import exchanged
 
-__all__ = ["CONTROLLED", "OPEN", "Field", "declared_fields"]
-
 CONTROLLED = "y"  # in a unit: that of the signal which a loop controls; in a meaning "{y}" is its name
 OPEN = math.inf  # a number that is left open, as Field(auto=OPEN) declares it; "auto" in a scenario
 

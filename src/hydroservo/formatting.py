@@ -10,24 +10,6 @@ from hydroservo.command_scale import in_command_unit
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = [
-    "KELVIN",
-    "MINUS",
-    "NONE",
-    "TIMES",
-    "Scale",
-    "cells_of",
-    "column",
-    "common_unit",
-    "measured",
-    "number",
-    "quantity",
-    "readable_unit",
-    "scale_of",
-    "scales_of",
-    "yes_or_no",
-]
-
 MINUS = "\N{MINUS SIGN}"
 TIMES = "\N{MULTIPLICATION SIGN}"
 NONE = "\N{EN DASH}"  # stands where there is no number

@@ -8,8 +8,6 @@ from typing import Any
 
 from hydroservo.block import Block
 
-__all__ = ["group", "group_class", "nested"]
-
 
 def group(members: Mapping[str, Any]) -> Block:
     """Blocks or numbers as one block, whose fields are their names."""

@@ -36,19 +36,6 @@ from hydroservo.roles import (
 from hydroservo.signals import Pressures
 from hydroservo.states import overlaid
 
-__all__ = [
-    "HOOKS",
-    "Hook",
-    "at_ports",
-    "at_rest",
-    "designed",
-    "has_chambers",
-    "is_valveless",
-    "resting",
-    "smoothed",
-    "takes_load_pressure",
-]
-
 
 class Hook(NamedTuple):
     """A method or field that is used where a block has it.

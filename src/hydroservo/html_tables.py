@@ -3,8 +3,6 @@
 from collections.abc import Iterable, Sequence
 from html import escape
 
-__all__ = ["Strong", "html_heading", "html_remarks", "html_row", "html_table"]
-
 LEFT = 'style="text-align: left; padding-right: 1em"'  # and not as notebooks have it
 
 

@@ -6,8 +6,6 @@ from pathlib import Path
 
 from hydroservo.errors import ScenarioError
 
-__all__ = ["check_regular", "exists", "irregularity", "read_record_text", "read_text"]
-
 UTF_16 = (b"\xff\xfe", b"\xfe\xff")
 KINDS = {  # by the first bytes
     b"\xff\xfe": 'is UTF-16 text, in spreadsheets "Unicode text"; save it as UTF-8',

@@ -32,8 +32,6 @@ from hydroservo.signals import Demand, Draws, Feed, MachineOutputs
 from hydroservo.sources import CHOSEN
 from hydroservo.starts.as_built import AsBuilt
 
-__all__ = ["AUTO", "Loop", "LoopState", "MachineState", "Simulation"]
-
 AUTO = -1  # for Simulation.substeps: as many as the machine needs; "auto" in a scenario
 
 

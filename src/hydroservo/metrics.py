@@ -12,20 +12,6 @@ from hydroservo.field import Field, declared_fields
 from hydroservo.loop import Loop
 from hydroservo.monitors.group import Usual, by_class
 
-__all__ = [
-    "METRIC_FIELDS",
-    "Divergence",
-    "declared_metrics",
-    "default_metric",
-    "flags_of",
-    "judged_by",
-    "monitors_of",
-    "signals_of",
-    "usual",
-    "values_of",
-]
-
-
 VELOCITY = Velocity()
 
 

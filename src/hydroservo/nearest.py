@@ -3,8 +3,6 @@
 from collections.abc import Iterable
 from difflib import get_close_matches
 
-__all__ = ["nearest", "one_of"]
-
 LONGEST = 64  # characters; hardly a right name is longer, and matching takes the square of it
 
 

@@ -13,8 +13,6 @@ from hydroservo.field import Field, declared_fields
 from hydroservo.formatting import common_unit
 from hydroservo.html_tables import Strong, html_row
 
-__all__ = ["outline", "outline_table"]
-
 WIDTH = 110  # characters of a line
 DIGITS = 5  # a datasheet has no more
 HEADS = ("name", "value", "unit", "meaning")

@@ -27,21 +27,6 @@ from hydroservo.errors import HydroservoError, system_problem
 if sys.platform != "win32":
     import fcntl
 
-__all__ = [
-    "OutputError",
-    "atomic_path",
-    "check_outputs",
-    "digests",
-    "existing_folder",
-    "keep_elsewhere",
-    "new_temporary_folder",
-    "remove_temporary_folders",
-    "staged",
-    "temporary_folder",
-    "write_text",
-    "written_or_kept",
-]
-
 PREFIX = ".hydroservo-writing-"
 STAGE = re.compile(re.escape(PREFIX) + "[0-9a-f]{8}")
 LOCK = "in-use"

@@ -2,7 +2,7 @@
 
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from hydroservo.block import is_block
 from hydroservo.errors import ParameterError
@@ -23,10 +23,8 @@ if TYPE_CHECKING:
     from hydroservo.runs.tuned import Tuned
     from hydroservo.studies.running import Studied
 
-    Records = Audit | Identified | LogFit | StaticMap | Limits | Linearization | Tuned | Studied
+    Records: TypeAlias = Audit | Identified | LogFit | StaticMap | Limits | Linearization | Tuned | Studied
     Runs = xr.Dataset | Sequence[xr.Dataset] | Mapping[str, xr.Dataset]
-
-__all__ = ["plot"]
 
 
 def plot(results: "Runs | Records", metric: str | None = None) -> "Figure":

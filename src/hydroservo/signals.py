@@ -1,34 +1,9 @@
 """What travels between blocks: plain records of SI numbers."""
 
-import warnings
 from typing import Annotated, Any, NamedTuple
 
 from hydroservo import ops
 from hydroservo.field import Field
-
-__all__ = [
-    "Correction",
-    "Demand",
-    "Draws",
-    "EdgeOpenings",
-    "Feed",
-    "MachineOutputs",
-    "Measurement",
-    "PortFlows",
-    "Pressures",
-    "ReachingRate",
-    "Seen",
-    "Tip",
-    "VelocityError",
-]
-
-
-def __getattr__(name: str) -> Any:
-    """ReachingRate by the name that it had; goes with version 0.3."""
-    if name != "Pull":
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    warnings.warn("hydroservo.signals.Pull is ReachingRate now", DeprecationWarning, stacklevel=2)
-    return ReachingRate
 
 
 class Demand(NamedTuple):

@@ -10,8 +10,6 @@ from typing import Any
 from hydroservo import ops
 from hydroservo.block import Block, is_block, values
 
-__all__ = ["Matrix", "axpy", "factored", "filled", "miss", "misses", "nudge", "overlaid", "scaled", "solved"]
-
 NEGLIGIBLE = 1e-150  # added to every scale, so that a state that is 0 and stays 0 misses by 0
 RELATIVE_NUDGE = 2.0**-26  # root of the unit roundoff: what a difference quotient loses least with
 LEAST_NUDGE = 1e-12  # of a state at rest at 0

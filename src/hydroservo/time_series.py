@@ -2,6 +2,4 @@
 
 from hydroservo.curve import Curve
 
-__all__ = ["TimeSeries"]
-
 TimeSeries = Curve  # over [s], as a Field is that says nothing else

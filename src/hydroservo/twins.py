@@ -13,8 +13,6 @@ from typing import Any
 from hydroservo import ops
 from hydroservo.block import is_block
 
-__all__ = ["Twins"]
-
 MADE = {"__new__", "__repr__", "__getnewargs__", "_make", "_replace", "_asdict"}  # by NamedTuple
 
 

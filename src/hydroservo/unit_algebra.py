@@ -4,8 +4,6 @@ import re
 from collections.abc import Iterator
 from functools import cache
 
-__all__ = ["exchanged", "power_in"]
-
 FACTOR = re.compile(r"([^\s/()^]+)(?:\^(\([^)]*\)|[^\s/()]+))?")
 
 

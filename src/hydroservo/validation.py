@@ -16,18 +16,6 @@ from hydroservo.curve import Curve, check_curve
 from hydroservo.errors import ParameterError
 from hydroservo.field import Field, declared_fields
 
-__all__ = [
-    "TEXT",
-    "allowed",
-    "check_own",
-    "checked",
-    "consistent",
-    "in_range",
-    "number",
-    "whole_number",
-    "within",
-]
-
 ARRAYS = (NDArray[np.float64], np.ndarray)
 WHOLE, REAL = (int, Integral), (float, Real)  # what is usual first: an abstract class is slow to ask
 TEXT = "is text: a block's parameter is a float, an int, a bool or a block"

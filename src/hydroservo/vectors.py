@@ -14,8 +14,6 @@ from typing import Annotated, Any, NamedTuple
 from hydroservo import ops
 from hydroservo.field import Field
 
-__all__ = ["matrix", "vector"]
-
 LONGEST = 50  # terms of a sum in one expression: Python nests them, and compiles no more than some hundreds
 
 

@@ -14,8 +14,6 @@ from hydroservo.plants.design_model import DesignModel, ThisMachine
 from hydroservo.validation import consistent
 from hydroservo.valves.no_valve import NoValve
 
-__all__ = ["believed", "is_open", "wired", "with_model", "with_signal"]
-
 
 def wired(loop: Loop) -> Loop:
     """The loop with what it leaves open filled from its machine as it is.

@@ -83,11 +83,6 @@ WRONG_TEXT = {
     "two lines of text": (PI + '[plant]\nmass = """a\nb"""\n', "plant.mass: 'a\\nb' is not a quantity"),
     "power tower": (PI + '[plant]\nmass = "9**9**9 kg"\n', "plant.mass: '9**9**9 kg' has a unit that cannot"),
     "boolean for a number": (PI + "[plant]\nmass = true\n", "plant.mass: True must be a finite number"),
-    "plant as printed": (
-        PI + "[plant]\nas_printed = true\n",
-        "plant.as_printed: True is no longer a switch; see PrintedTSMC, PrintedBackstepping and ",
-    ),
-    "law as printed": (TSMC + "as_printed = 1\n", "controller.as_printed: 1 is no longer a switch"),
     "date": (PI + "[plant]\nmass = 2026-01-01\n", "plant.mass: datetime.date(2026, 1, 1) must be"),
     "array": (PI + "[plant]\nmass = [6]\n", "plant.mass: [6] must be"),
     "table for a number": (PI + "[plant.mass]\n", "plant.mass: {} must be"),

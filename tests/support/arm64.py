@@ -13,8 +13,6 @@ from hydroservo.engine import kernel, lanes, machine_code, rows
 from hydroservo.engine.native import MachineCode
 from tests.support.export.emulators import EMULATED, PATIENCE, run
 
-__all__ = ["Arm64Kernel", "kernels_for_arm64"]
-
 ARM64 = EMULATED[0]
 MAIN = """
 #include <stdint.h>

@@ -4,8 +4,6 @@ from pathlib import Path
 
 from hydroservo import Loop, load_scenario
 
-__all__ = ["commanded_axis", "step", "viscous"]
-
 AXIS = Path(__file__).parents[2] / "examples" / "axis.toml"
 COMMANDED = {
     "controls": {"type": "Command"},

@@ -9,8 +9,6 @@ from hydroservo import load_scenario
 from hydroservo.loop import Loop
 from hydroservo.scenario.overrides import nested
 
-__all__ = ["BRINK", "at_the_brink", "brink_file"]
-
 INNER = "controller.controller"
 PID = f"{INNER}.controller"
 BRINK: Mapping[str, Mapping[str, object]] = {

@@ -8,21 +8,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any, NamedTuple
 
-__all__ = [
-    "MASS",
-    "Served",
-    "answered",
-    "browser",
-    "enter",
-    "field",
-    "in_full_contrast",
-    "numbers_shown",
-    "open_groups",
-    "problem",
-    "served",
-    "shown",
-]
-
 CHROMIUM = "chromium"
 START = "from hydroservo.cli import main; main()"
 MASS = "plant.mechanism.mass"

@@ -12,8 +12,6 @@ from hydroservo.identification.segments import Segment
 from hydroservo.identification.signals import OUTPUTS
 from tests.support.axes import AXIS, COMMANDED, step
 
-__all__ = ["LOADED", "fit", "moves"]
-
 PERIOD = 5e-3  # [s]
 SAMPLES = 800
 LOADED = COMMANDED | {

@@ -18,8 +18,6 @@ from hydroservo.testing.examples import example
 from hydroservo.time_series import TimeSeries
 from hydroservo.valves import CurvedEdges, FirstOrderValve, FourEdges, StaticValve
 
-__all__ = ["LOOPS", "diverging", "drawn"]
-
 PRESSURES = "ChamberPressures"  # a cylinder's, whose parameters have other names
 TIME = np.linspace(0.0, 2e-3, 6)
 LOOPS = {

@@ -15,8 +15,6 @@ from hydroservo import HydroservoWarning, simulate
 from hydroservo.scenario import load_scenario
 from tests.support.scenarios import LOOPS
 
-__all__ = ["digest", "digests_of", "stored"]
-
 FILE = Path(__file__).parents[1] / "regression" / "digests.json"
 
 

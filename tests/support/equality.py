@@ -7,8 +7,6 @@ import numpy as np
 from hydroservo.block import Block, leaves
 from hydroservo.engine.flat import shape
 
-__all__ = ["assert_same_block"]
-
 
 def assert_same_block(found: Block, wanted: Block) -> None:
     """Fails unless two blocks, such as loops, hold the same numbers in blocks of the same classes."""

@@ -20,8 +20,6 @@ from hydroservo.runs import batch
 from hydroservo.testing.examples import example
 from hydroservo.time_series import TimeSeries
 
-__all__ = ["guarded"]
-
 PROT_NONE = 0
 KEPT: list[mmap.mmap] = []
 

@@ -18,21 +18,6 @@ from hydroservo.references import Square
 from hydroservo.signals import Demand, Pressures
 from hydroservo.testing.examples import example
 
-__all__ = [
-    "COLUMNS",
-    "DT",
-    "FULL",
-    "SHORT",
-    "STROKE",
-    "Floats",
-    "instant",
-    "instants",
-    "judged",
-    "loop_of",
-    "rms",
-    "trajectories",
-]
-
 Floats = NDArray[np.float64]
 STROKE = 0.078
 DT = 2.0**-10  # exact, as are the random trajectories, so that no comparison hangs on rounding

@@ -5,8 +5,6 @@ import shutil
 
 import pytest
 
-__all__ = ["needs"]
-
 
 def needs(*tools: str) -> None:
     """Skips a test whose tools are missing; fails it where HYDROSERVO_TOOLS says that all are there.

@@ -1,7 +1,5 @@
 """Texts of plug-ins, as users write them in files of their own."""
 
-__all__ = ["LAW", "MECHANISM", "METRIC"]
-
 LAW = '''\
 from typing import Annotated, NamedTuple
 

@@ -20,8 +20,6 @@ import pytest
 
 from hydroservo.engine import cuda_driver, native
 
-__all__ = ["PtxDriver", "Status"]
-
 WORD = 2**64 - 1
 SIGN = 2**63
 NAN = 0x7FFFFFFFFFFFFFFF

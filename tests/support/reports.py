@@ -13,8 +13,6 @@ import pandas as pd
 
 from hydroservo.runs.results import METRICS, foreign_files
 
-__all__ = ["Links", "check_report", "page", "text_of"]
-
 EMBEDDED = re.compile(r"base64,([^\"]*)")
 
 

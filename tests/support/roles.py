@@ -8,8 +8,6 @@ from hydroservo.scenario.fits import said_roles
 from hydroservo.scenario.plugins import is_block_class
 from hydroservo.scenario.registry import shipped_classes
 
-__all__ = ["NOTHING", "blocks", "identifier", "playing", "role_of", "wraps"]
-
 NOTHING = ("NoEdges", "NoForce", "NoPosition", "NoPressure", "NoValve")  # whose answer is that there is none
 
 

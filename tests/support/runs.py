@@ -7,8 +7,6 @@ from hydroservo import Loop, Simulation, replace
 from hydroservo.controllers import PI
 from hydroservo.testing.examples import example
 
-__all__ = ["EVERY_SAMPLE", "LOOP", "PATHS", "trace"]
-
 PATHS = ["plant.velocity", "controller.u", "plant.load_force"]
 LOOP = example(Loop, simulation=Simulation(0.05, 1e-4, 1, 1e-3), controller=PI(0.3, 100.0))
 EVERY_SAMPLE = replace(LOOP, {"simulation.record_period": 1e-4})

@@ -2,8 +2,6 @@
 
 from hydroservo.scenario import scenarios
 
-__all__ = ["LOOPS", "MACHINES"]
-
 LOOPS = [  # of laws/... the square loop is that of the sine under another demand, and all share one machine
     name for name in scenarios() if not (name.startswith("laws/") and name.endswith("-square"))
 ]

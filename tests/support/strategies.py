@@ -16,8 +16,6 @@ from hydroservo.testing.examples import example
 from hydroservo.validation import consistent
 from tests.support.roles import NOTHING, playing, wraps
 
-__all__ = ["choices", "going_together", "wired"]
-
 
 def wired(cls: type, spread: Range) -> SearchStrategy[Block]:
     """Blocks of a class, each nested block of any type that plays its role."""

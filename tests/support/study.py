@@ -11,8 +11,6 @@ from hydroservo.metrics import declared_metrics, usual
 from hydroservo.runs.provenance import provenance
 from hydroservo.testing.examples import example
 
-__all__ = ["METRIC_FIELDS", "lost", "made_up", "made_up_runs"]
-
 LAWS = {"pi": example(PI), "backstepping": example(Backstepping), "tsmc": example(TSMC)}
 METRIC_FIELDS = {name: declared_metrics(usual(example(Loop, controller=law))) for name, law in LAWS.items()}
 ERRORS = {"pi": 0.4e-3, "backstepping": 20e-3, "tsmc": -0.3e-3}

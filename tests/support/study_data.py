@@ -13,8 +13,6 @@ import pandas as pd
 
 from hydroservo.studies.search import COLUMNS
 
-__all__ = ["made_up_limits", "made_up_manifest", "made_up_table", "part_of", "write_conditions"]
-
 FAMILIES = {
     "PI": 0.30,
     "Backstepping": 0.22,

@@ -4,7 +4,7 @@ from typing import Annotated, NamedTuple
 
 import pytest
 
-from hydroservo import ParameterError, __version__, block, roles
+from hydroservo import ParameterError
 from hydroservo.block import Block, Field, declared_fields, is_block, leaves, replace, value_at
 
 
@@ -74,14 +74,6 @@ def test_replace_takes_changes_in_order() -> None:
 def test_declared_fields_are_the_annotated_ones() -> None:
     assert dict(declared_fields(Outer)) == {"mass": Field("kg", "mass", "this test")}
     assert declared_fields(Inner)["gain"].above == 0
-
-
-def test_roles_are_still_found_where_they_were() -> None:
-    assert not __version__.startswith("0.3"), "time for block.__getattr__ to go"
-    with pytest.warns(DeprecationWarning, match=r"hydroservo\.block\.Load is hydroservo\.roles\.Load now"):
-        assert block.Load is roles.Load
-    with pytest.raises(AttributeError, match="no attribute 'Loaf'"):
-        _ = block.Loaf
 
 
 def test_a_declaration_shows_what_is_said_in_it_alone() -> None:

@@ -1,10 +1,8 @@
 """The misprints: what each changes, and how the paper's loops take them."""
 
-from pathlib import Path
-
 import pytest
 
-from hydroservo import HydroservoWarning, Loop
+from hydroservo import Loop
 from hydroservo.controllers import PI, TSMC
 from hydroservo.papers.tsmc_eha_2021.printed import (
     PrintedBackstepping,
@@ -20,7 +18,6 @@ from hydroservo.supplies import IdealSupply
 from hydroservo.testing.examples import example
 from hydroservo.theory import damping_ratio, proportional_gain_limit, settling_bound
 from hydroservo.valves import FirstOrderValve
-from tests.support.bases import on_base
 from tests.support.equality import assert_same_block
 
 
@@ -73,10 +70,3 @@ def test_a_printed_law_is_a_plugin_too() -> None:
 def test_the_printed_bound_is_too_short() -> None:
     right = settling_bound(3.0, 0.5, 0.6, 2.0)
     assert printed_settling_bound(3.0, 0.5, 0.6, 2.0, start=1.0) == pytest.approx(1.0 + right * 0.4 / 1.6)
-
-
-def test_a_switch_that_was_off_warns_and_means_what_it_meant(tmp_path: Path) -> None:
-    path = tmp_path / "old.toml"
-    path.write_text(on_base("[plant]\nas_printed = false\n"), encoding="utf-8")
-    with pytest.warns(HydroservoWarning, match=r"plant\.as_printed = false is no longer a key; leave it out"):
-        assert_same_block(load_scenario(path), example(Loop, controller=example(PI)))

@@ -9,8 +9,6 @@ from hydroservo.export.unit import Unit
 from tools.targets.compilers import FLAGS, output, warnings
 from tools.targets.sources import FOLDER, write_unit
 
-__all__ = ["BOARDS", "Board", "compiled", "image", "ran"]
-
 COMPILER = "arm-none-eabi-gcc"
 LONGEST = 120.0  # [s] that an image may run
 

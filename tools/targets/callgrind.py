@@ -8,8 +8,6 @@ from tools.targets.compilers import ToolError
 from tools.targets.host import program
 from tools.targets.sources import Rows
 
-__all__ = ["instructions"]
-
 TOTAL = re.compile(r"^summary: (\d+)$", re.MULTILINE)
 
 

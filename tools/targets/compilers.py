@@ -6,8 +6,6 @@ from pathlib import Path
 
 from hydroservo.export.unit import Unit
 
-__all__ = ["FLAGS", "ToolError", "output", "warnings"]
-
 # No fused multiplication and addition: it rounds once where the simulation rounds twice.
 # And no errno, so that a square root is one instruction where the processor has it.
 FLAGS = ("-std=c99", "-ffp-contract=off", "-fno-math-errno")

@@ -6,8 +6,6 @@ from hydroservo.testing.examples import example
 from hydroservo.testing.places import signal_for
 from tools.targets.laws import LAWS, types_in
 
-__all__ = ["controllers"]
-
 PERIOD = 1e-4  # s, of the laws' loops
 
 

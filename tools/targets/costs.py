@@ -10,8 +10,6 @@ from tools.targets.compilers import FLAGS, ToolError, output
 from tools.targets.sources import Rows, write_measure
 from tools.targets.stack import OPTIONS, deepest
 
-__all__ = ["Costs", "Sections", "costs", "sections"]
-
 # An instruction takes 2^5 ns of the emulator's time, and a tick of the board's timer 40 ns.
 TIMED = ("-icount", "shift=5")
 TICKS = 32.0 / 40.0  # for each instruction

@@ -11,8 +11,6 @@ from hydroservo.export.unit import Unit
 from tools.targets.compilers import FLAGS, output, warnings
 from tools.targets.sources import Rows, width, write_program, write_unit
 
-__all__ = ["Library", "Program", "library", "program"]
-
 
 class Library(NamedTuple):
     """A unit loaded into this process."""

@@ -12,8 +12,6 @@ from hydroservo import Loop
 from hydroservo.export.of_loop import exported_unit
 from hydroservo.export.unit import Part
 
-__all__ = ["PAGE", "Compared", "Shown", "compared", "instructions_shown"]
-
 PAGE = Path(__file__).parents[2] / "docs" / "target.md"
 TITLE = "### Instructions of a step"
 

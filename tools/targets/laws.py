@@ -42,8 +42,6 @@ from hydroservo.scenario.registry import shipped_classes
 from hydroservo.testing.examples import example
 from hydroservo.testing.places import loop_with
 
-__all__ = ["LAWS", "PARTS", "types_in"]
-
 PARTS = (
     Controller,
     Observer,

@@ -8,8 +8,6 @@ from numpy.typing import NDArray
 
 from hydroservo.export.unit import Unit
 
-__all__ = ["FOLDER", "Rows", "width", "write_measure", "write_program", "write_unit"]
-
 Rows = NDArray[Any]  # of doubles or of floats
 FOLDER = Path(__file__).parent / "c"
 

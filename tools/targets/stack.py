@@ -3,8 +3,6 @@
 import re
 from pathlib import Path
 
-__all__ = ["OPTIONS", "deepest"]
-
 OPTIONS = ("-fcallgraph-info=su",)
 NODE = re.compile(r'^node: { title: "([^"]+)" label: "[^"]*?(?:\\n(\d+) bytes \((\w+)\))?"', re.MULTILINE)
 EDGE = re.compile(r'^edge: { sourcename: "([^"]+)" targetname: "([^"]+)"', re.MULTILINE)

@@ -5,8 +5,6 @@ from pathlib import Path
 
 from tools.targets.compilers import output
 
-__all__ = ["HELPERS", "ROOTS", "foreign", "undefined"]
-
 ROOTS = {"sqrt", "sqrtf"}
 # What a compiler may call for a line of C that calls nothing, and why.
 HELPERS = {

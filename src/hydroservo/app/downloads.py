@@ -11,8 +11,6 @@ from hydroservo.errors import HydroservoError, short
 from hydroservo.outputs import temporary_folder
 from hydroservo.runs.run import simulate
 
-__all__ = ["KINDS", "File", "Report", "exported"]
-
 Report = Callable[[float, str], None]  # called with the fraction done, and what is being done
 FORMATS = {"csv": "text/csv", "parquet": "application/octet-stream", "mat": "application/octet-stream"}
 PICTURES = {"png": "image/png", "svg": "image/svg+xml"}

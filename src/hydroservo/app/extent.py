@@ -8,8 +8,6 @@ from numpy.typing import NDArray
 
 from hydroservo.formatting import number
 
-__all__ = ["Extent", "beyond", "extent_of"]
-
 Vector = NDArray[np.float64]
 
 FEWEST = 30  # samples, of which one may be an outlier

@@ -8,9 +8,6 @@ from hydroservo.app.form import form_of, numbers_in
 from hydroservo.app.source import Home, source_of
 from hydroservo.errors import HydroservoError, ParameterError, ScenarioError, clipped, defect, short
 
-__all__ = ["NUMBER", "Stopped", "failure", "failure_at_field", "in_own_unit"]
-
-
 LONGEST = 200  # characters of a path
 OF_BLOCK = re.compile(r"(\w+) = (.*?): (.*)", re.DOTALL)  # what a block says of one of its numbers
 NUMBER = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"

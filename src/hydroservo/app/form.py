@@ -19,8 +19,6 @@ from hydroservo.scenario.quantities import number_and_unit, unit_factor
 from hydroservo.scenario.registry import makers, names_in_role
 from hydroservo.validation import allowed
 
-__all__ = ["entry_of", "form_of", "numbers_in"]
-
 MACHINE = ("load", "plant", "valve", "supply", "drive")
 ORDER = ("reference", "controller", *MACHINE, "sensors", "hold", "simulation")
 NO_FIELD = Field("", "")

@@ -20,8 +20,6 @@ from hydroservo.runs.cautions import warnings_of
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["drawn_bode", "sketched_bode"]
-
 SKETCHED = 200  # frequencies
 
 CURVES = {

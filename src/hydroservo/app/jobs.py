@@ -19,8 +19,6 @@ from hydroservo.runs.run import simulate
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["JOBS", "Answer"]
-
 MOST_SUBSTEPS = 10**6
 LOWEST, HIGHEST = 1e-9, 1e9  # Hz
 Request = Mapping[str, Any]

@@ -29,8 +29,6 @@ from hydroservo.runs.cautions import quietly
 from hydroservo.runs.run import simulate
 from hydroservo.scenario.records import RECORD_ENDINGS
 
-__all__ = ["drawn_log", "found_in_log", "log_file"]
-
 LOG_KEY = re.compile("[0-9a-f]{16}")
 MOST_SOUGHT = 8
 BARE = re.compile(rf"{NUMBER}\s*\.\.\s*{NUMBER}")  # a range that a page does not take for SI

@@ -17,8 +17,6 @@ from hydroservo.scenario.keys import defaults
 from hydroservo.scenario.quantities import si_value
 from hydroservo.scenario.tables import Entry, Origin
 
-__all__ = ["Retyped", "completed", "retyped"]
-
 MOST_TRIES = 12
 CONTROLS = "controls"  # the one block that is a name alone
 

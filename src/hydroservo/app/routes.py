@@ -23,8 +23,6 @@ from hydroservo.scenario import scenarios
 from hydroservo.scenario.overrides import parse_override
 from hydroservo.scenario.records import RECORD_ENDINGS
 
-__all__ = ["application"]
-
 WORKERS = {  # who does which job: a run does not wait for a curve, nor either for what takes long
     "run": "run",
     "form": "run",

@@ -10,8 +10,6 @@ from hydroservo.scenario.catalogue import builtin_texts
 from hydroservo.scenario.overrides import nested
 from hydroservo.scenario.tables import parsed
 
-__all__ = ["scenario_text"]
-
 
 def scenario_text(source: Source) -> str:
     """TOML that gives the loop of the page.

@@ -14,8 +14,6 @@ from hydroservo.errors import HydroservoError, ParameterError
 from hydroservo.outputs import temporary_folder
 from hydroservo.runs.arguments import checked_path
 
-__all__ = ["PORT", "Address", "serve"]
-
 PORT = 8642
 SOON = 0.3  # s, after which the server answers
 

@@ -15,8 +15,6 @@ from hydroservo.runs.trace import Trace, dataset
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["sketched_run"]
-
 
 def sketched_run(loop: Loop, substeps: int, progress: Callable[[float], None]) -> "xr.Dataset":
     """What :func:`~hydroservo.simulate` returns, but for what it says of its steps.

@@ -14,8 +14,6 @@ from hydroservo.scenario.catalogue import builtin_texts
 from hydroservo.scenario.overrides import OVERRIDES
 from hydroservo.scenario.tables import parsed
 
-__all__ = ["Home", "Source", "checked_changes", "source_of"]
-
 PAGE = "the page's scenario"
 MOST_CHANGES = 2000
 MOST_TEXTS = 64  # each of a MiB at most

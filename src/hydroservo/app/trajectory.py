@@ -18,8 +18,6 @@ from hydroservo.runs.results import metric_fields, metrics_of
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["Drawn", "drawn_run", "on_axes", "thinned"]
-
 Vector = NDArray[np.float64]
 
 MOST_POINTS = 6000  # of a line: more than any screen has columns

@@ -11,8 +11,6 @@ from hydroservo.app.source import Home
 from hydroservo.command_scale import commands_in
 from hydroservo.work.processes import begin_worker, single_threaded_algebra
 
-__all__ = ["Message", "Worker"]
-
 PATIENCE = 1.5  # s, more than GRACE, in which the last job of the same page ends
 LOOK = 0.05  # s between two looks for a page that has gone
 GRACE = 1.0  # s in which a computation may end by itself

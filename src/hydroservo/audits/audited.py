@@ -16,8 +16,6 @@ from hydroservo.html_tables import Strong, html_remarks, html_table
 from hydroservo.loop import Loop
 from hydroservo.runs.arguments import checked_loop
 
-__all__ = ["Audit", "audit"]
-
 
 @dataclass(frozen=True)
 class Audit:

@@ -8,8 +8,6 @@ from hydroservo.block import Block, is_block
 from hydroservo.controllers.saturation import Saturation
 from hydroservo.plants.design_model import DesignModel
 
-__all__ = ["Asked", "asked"]
-
 
 class Asked(NamedTuple):
     """A block of a law, and what it supposes.

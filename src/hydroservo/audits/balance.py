@@ -9,8 +9,6 @@ from numpy.typing import NDArray
 
 from hydroservo.audits.describing import Describing
 
-__all__ = ["LimitCycle", "limit_cycles"]
-
 Response = NDArray[np.complex128]
 Vector = NDArray[np.float64]
 

@@ -11,8 +11,6 @@ from hydroservo.loop import AUTO, Loop
 from hydroservo.observers import BoundaryLayer, Explicit, Implicit
 from hydroservo.pulls import ExplicitReaching, ImplicitReaching, SmoothReaching
 
-__all__ = ["CAUSES", "Cause"]
-
 FINE_BITS = 32  # the most that a converter has
 FINE = 1e-15  # [m] a resolution that nothing tells from none
 LITTLE = 1e-3  # what is left of friction, whose laws do not allow none

@@ -14,9 +14,6 @@ from hydroservo.field import Field
 from hydroservo.loop import Loop
 from hydroservo.runs.arguments import checked_loop
 
-__all__ = ["Chatter", "chatter", "chatter_of"]
-
-
 ALIKE = 0.5  # of the largest amplitude, from which a tone is taken for as large
 
 

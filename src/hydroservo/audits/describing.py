@@ -13,8 +13,6 @@ from hydroservo.block import Block, is_block
 from hydroservo.runs.batch import simulate_batch
 from hydroservo.runs.cautions import quietly
 
-__all__ = ["Describing", "describing", "limit_of"]
-
 Vector = NDArray[np.float64]
 
 LONGEST = 0.5  # [s] of the window over which a tone is heard

@@ -25,8 +25,6 @@ from hydroservo.signals import Draws
 from hydroservo.states import filled
 from hydroservo.wiring import believed
 
-__all__ = ["LoopFacts", "facts_of", "lumped"]
-
 Matrix = NDArray[np.float64]
 
 LOOKS = 4096  # instants of a run at which its demand is looked at

@@ -17,8 +17,6 @@ from hydroservo.runs.run import ready
 from hydroservo.runs.steady import steady_state
 from hydroservo.starts import Steady
 
-__all__ = ["Frozen", "busiest", "exact", "frozen"]
-
 LOOKS = 2000  # instants of a run at which its demand is looked at
 TRIED = (1e-3, 1e-2, 0.1, 0.3, 1.0, 2.0, 3.0, 5.0, 7.0, 10.0)  # [V], until one is enough
 

@@ -8,8 +8,6 @@ from hydroservo.block import Block
 from hydroservo.field import Field
 from hydroservo.roles import Monitor, at_samples, role
 
-__all__ = ["CommandPeaks", "CommandPeaksState", "CommandPeaksValues", "Largest"]
-
 
 class Largest(NamedTuple):
     """The largest size of a signal so far, and when it was."""

@@ -6,8 +6,6 @@ from hydroservo.block import Field
 from hydroservo.roles import Load, Reference, role
 from hydroservo.signals import Demand
 
-__all__ = ["LaterDemand", "LaterLoad"]
-
 
 @role(Reference)
 class LaterDemand(NamedTuple):

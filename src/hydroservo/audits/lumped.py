@@ -9,8 +9,6 @@ from hydroservo.field import Field
 from hydroservo.plants.design_model import DesignModel
 from hydroservo.roles import Monitor, at_samples, role
 
-__all__ = ["Lumped", "LumpedState", "LumpedValues"]
-
 
 class LumpedState(NamedTuple):
     """The disturbances at the last sample, and what was largest; nan before the first."""

@@ -7,8 +7,6 @@ from hydroservo.block import Block, Field
 from hydroservo.roles import Controller, role
 from hydroservo.signals import Demand, Measurement
 
-__all__ = ["Opened", "OpenedState"]
-
 
 class OpenedState(NamedTuple):
     """What the machine is given, the instant of the next sample, and the state of the law."""

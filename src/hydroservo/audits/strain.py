@@ -13,8 +13,6 @@ from hydroservo.hooks import drives_in, has_chambers, is_valveless
 from hydroservo.loop import Loop
 from hydroservo.monitors import ChamberPressures, SupplyLine
 
-__all__ = ["Strain", "strain", "strain_monitors"]
-
 ABOVE = 1.01  # times the supply's pressure, from which a chamber is above it
 AT_LIMIT = 0.99  # of the limit, for a converter has one step less above zero
 

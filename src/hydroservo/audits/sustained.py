@@ -20,8 +20,6 @@ from hydroservo.runs.run import ready, simulate
 from hydroservo.starts import AsBuilt
 from hydroservo.wiring import wired
 
-__all__ = ["OSCILLATION", "Remains", "Sustained", "sustained"]
-
 OSCILLATION = Oscillation()
 LOST = 0.7  # of its amplitude, by which an oscillation has died out
 LONGER = 4.0  # times its duration, for which a loop is run that is too short to tell

@@ -6,8 +6,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-__all__ = ["SHARE", "Swing", "swing"]
-
 SHARE = 1e-3  # of the command's limit, beyond which a swing is chatter
 TREND = 5  # degree of the polynomial that is taken for what the demand asks
 

@@ -10,8 +10,6 @@ from hydroservo.block import Block
 from hydroservo.field import Field
 from hydroservo.roles import Monitor, at_samples, role
 
-__all__ = ["Tone", "ToneState", "ToneValues"]
-
 TURNS = 25.0  # time constants in a window, of the mean about which a command swings
 
 

@@ -11,8 +11,6 @@ from hydroservo.runs.behaviour import pressure_line
 if TYPE_CHECKING:
     from hydroservo.audits.audited import Audit
 
-__all__ = ["Verdict", "verdicts"]
-
 THRESHOLD = OSCILLATION.threshold
 
 

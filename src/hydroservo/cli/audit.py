@@ -22,8 +22,6 @@ if TYPE_CHECKING:
     from hydroservo.audits import Asked, Audit
     from hydroservo.audits.sustained import Sustained
 
-__all__ = ["audit"]
-
 
 def audit(
     context: typer.Context,

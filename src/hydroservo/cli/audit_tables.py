@@ -13,8 +13,6 @@ if TYPE_CHECKING:
     from hydroservo.assumptions import Assumption
     from hydroservo.audits import Audit
 
-__all__ = ["assumptions_table", "lines_of", "show_audit"]
-
 COLOURS = {True: "green", False: "bold red", None: "yellow"}
 VERDICTS = {True: "[green]holds[/]", False: "[bold red]fails[/]", None: "[yellow]cannot be told[/]"}
 

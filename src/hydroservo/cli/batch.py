@@ -39,8 +39,6 @@ if TYPE_CHECKING:
     from hydroservo.reports.report import Report as Page
     from hydroservo.scenario.parts import Sampled, Workers
 
-__all__ = ["batch"]
-
 USUAL_METRIC = "steady_rms_error"
 LARGE_TABLE = 2**28  # bytes; a larger table is announced before the run
 

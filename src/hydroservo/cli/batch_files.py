@@ -16,8 +16,6 @@ from hydroservo.runs.results import FORMATS, Format, save
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["destinations", "is_csv", "write_batch"]
-
 ENDINGS = (*FORMATS, *PICTURE_ENDINGS)
 
 

@@ -19,16 +19,6 @@ from hydroservo.scenario.sampling import Variation
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = [
-    "BatchSummary",
-    "batch_summary",
-    "ranges_table",
-    "remarkable_run",
-    "show_batch",
-    "spreads_table",
-    "verdicts",
-]
-
 
 class BatchSummary(NamedTuple):
     """What identifies a batch, what varied, and how its metrics are spread; what ``--json`` has."""

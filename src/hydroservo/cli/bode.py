@@ -31,8 +31,6 @@ if TYPE_CHECKING:
     import xarray as xr
     from rich.table import Table
 
-__all__ = ["bode", "lines_of", "margins_table", "points_of"]
-
 RESPONSES = ("machine", "open", "closed", "sensitivity", "compliance", "open_compliance")
 VALUES = 5  # of a range, evenly
 

@@ -15,8 +15,6 @@ from hydroservo.cli.options import Json
 if TYPE_CHECKING:
     from hydroservo.testing import Answer
 
-__all__ = ["check"]
-
 NOTES = "HYPOTHESIS_STORAGE_DIRECTORY"  # in the environment: where hypothesis keeps what it saw of files
 
 File = Annotated[Path, typer.Argument(metavar="FILE", help="A Python file, executed as --plugin would.")]

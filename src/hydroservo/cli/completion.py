@@ -4,8 +4,6 @@ from collections.abc import Iterable, Iterator
 from glob import escape
 from pathlib import Path
 
-__all__ = ["scenarios_like", "studies_like", "types_like"]
-
 
 def scenarios_like(incomplete: str) -> list[str]:
     """Built-in scenarios, and TOML files and folders, whose names begin so."""

@@ -9,8 +9,6 @@ from hydroservo.cli.completion import types_like
 from hydroservo.cli.options import Json, Plugins
 from hydroservo.cli.places import WHERE, file_at
 
-__all__ = ["describe", "schema"]
-
 
 def describe(
     plugins: Plugins,

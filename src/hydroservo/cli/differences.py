@@ -10,8 +10,6 @@ from hydroservo.formatting import common_unit, yes_or_no
 if TYPE_CHECKING:
     from hydroservo.loop import Loop
 
-__all__ = ["unequal_lines"]
-
 MOST_LINES = 8  # of single values; more are counted by table
 
 

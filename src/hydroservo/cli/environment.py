@@ -7,8 +7,6 @@ import sys
 import warnings
 from typing import Any
 
-__all__ = ["prepare_environment"]
-
 LAST_SECOND = 253402300800  # of the year 9999
 COUNTS = ("OMP_NUM_THREADS", "NUMEXPR_NUM_THREADS", "NUMEXPR_MAX_THREADS")  # which numexpr reads for pandas
 

@@ -17,8 +17,6 @@ if TYPE_CHECKING:
 
     from hydroservo.export.unit import Unit
 
-__all__ = ["export_app"]
-
 export_app = typer.Typer(
     no_args_is_help=True,
     rich_markup_mode="markdown",

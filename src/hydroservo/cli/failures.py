@@ -27,8 +27,6 @@ from hydroservo.errors import (
     system_problem,
 )
 
-__all__ = ["Commands", "Listing", "naming"]
-
 USER_ERROR, DEFECT = 2, 1
 TRACEBACK = "HYDROSERVO_TRACEBACK"  # in the environment: what is unexpected is shown whole
 UsageError: Any = typer.BadParameter.__base__  # click's, or that of typer's own copy of click

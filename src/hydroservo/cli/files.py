@@ -13,14 +13,6 @@ if TYPE_CHECKING:
     from hydroservo.reports.journal import Journal
     from hydroservo.reports.report import Report
 
-__all__ = [
-    "PICTURE_ENDINGS",
-    "OwnFiles",
-    "list_files",
-    "result_files",
-    "write_results",
-]
-
 OwnFiles = Mapping[str, Callable[[Path], object]]  # files besides the report, by name, and what writes each
 
 PICTURE_ENDINGS = (".png", ".svg", ".pdf")

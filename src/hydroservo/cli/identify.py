@@ -33,8 +33,6 @@ if TYPE_CHECKING:
     from hydroservo.reports.journal import Journal
     from hydroservo.scenario.tables import Entry
 
-__all__ = ["identify"]
-
 FORM, HORIZON, LIMIT = "--form", "--horizon", "--limit"
 DOES_NOT_FIT = 3  # exit status
 

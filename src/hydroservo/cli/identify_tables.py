@@ -17,8 +17,6 @@ from hydroservo.runs.provenance import scenario_hash
 from hydroservo.scenario.ranges import typed_scales
 from hydroservo.scenario.tables import Entry
 
-__all__ = ["Further", "as_tables", "tables_of", "typed_units"]
-
 LEAST = 1e-6  # probability of white residuals that is shown
 
 

@@ -14,16 +14,6 @@ TYPE_CHECKING = False  # as typing has it, during whose import an interrupt woul
 if TYPE_CHECKING:
     from typing import Any, NoReturn
 
-__all__ = [
-    "INTERRUPTED",
-    "discard_unwritten",
-    "end_on_interrupt",
-    "heard",
-    "ignore_interrupts",
-    "leave",
-    "repeat_interrupts",
-]
-
 INTERRUPTED = 130  # exit status: 128 + SIGINT, as shells have it; of other signals 128 + theirs
 ENDINGS = {int(signal.SIGINT): "interrupted", int(signal.SIGTERM): "terminated"}
 if sys.platform != "win32":

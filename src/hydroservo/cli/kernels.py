@@ -6,8 +6,6 @@ from contextlib import contextmanager
 
 import typer
 
-__all__ = ["log_kernels"]
-
 LOG = logging.getLogger("hydroservo.engine")
 
 

@@ -24,8 +24,6 @@ if TYPE_CHECKING:
 
     from hydroservo.limits import Limits
 
-__all__ = ["limit", "limits_table"]
-
 MEANINGS = {
     "law": "the scenario's law",
     "causal": "the best command, jumps unknown until they come",

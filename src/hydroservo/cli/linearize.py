@@ -29,8 +29,6 @@ if TYPE_CHECKING:
     from hydroservo.linear import Linearization
     from hydroservo.linear.textbook import Textbook
 
-__all__ = ["gains_table", "linearize", "lines_of", "poles_table"]
-
 
 class Unit(StrEnum):
     """What of a loop is linearised."""

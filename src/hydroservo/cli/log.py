@@ -12,8 +12,6 @@ from hydroservo.cli.remarks import say_warning
 if TYPE_CHECKING:
     from rich.table import Table
 
-__all__ = ["log"]
-
 
 def log(
     file: Annotated[

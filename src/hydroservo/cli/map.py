@@ -19,8 +19,6 @@ from hydroservo.cli.options import (
 )
 from hydroservo.cli.remarks import say_warning
 
-__all__ = ["map_logs"]
-
 
 def map_logs(
     context: typer.Context,

@@ -10,8 +10,6 @@ from hydroservo.cli.tables import NO_NUMBER
 from hydroservo.formatting import scales_of
 from hydroservo.identification.maps import StaticMap
 
-__all__ = ["as_tables", "numbers_table"]
-
 
 def as_tables(found: StaticMap) -> dict[str, Any]:
     """The map as nested tables, in SI units."""

@@ -18,34 +18,6 @@ if TYPE_CHECKING:
     from hydroservo.loop import Loop
     from hydroservo.scenario.tables import Entry
 
-__all__ = [
-    "VARY",
-    "Changes",
-    "CommandAt",
-    "DecimalComma",
-    "FigureFormat",
-    "FigureSize",
-    "Folder",
-    "Force",
-    "Json",
-    "LogScenario",
-    "Plugins",
-    "Scenario",
-    "Several",
-    "Strict",
-    "Threads",
-    "Verbose",
-    "check_one_place",
-    "checked_decimal_comma",
-    "loaded",
-    "loaded_aloud",
-    "log_columns_of",
-    "quantity_of",
-    "ranges_in",
-    "replay",
-    "varied",
-]
-
 VARY = "--vary"
 LONGEST = 4096  # characters of one option
 

@@ -6,8 +6,6 @@ import typer
 
 from hydroservo.cli.options import Changes, Plugins, loaded
 
-__all__ = ["page"]
-
 
 def page(
     changes: Changes,

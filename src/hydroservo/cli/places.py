@@ -6,8 +6,6 @@ from pathlib import Path
 
 import typer
 
-__all__ = ["WHERE", "file_at", "file_or_folder", "folder_at", "is_folder"]
-
 WHERE = "A name with an ending is a file; one without, or with a / at its end, is a folder."
 
 

@@ -6,8 +6,6 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-__all__ = ["Report", "paced", "progress_bar"]
-
 Report = Callable[[float, str], None]  # the fraction done, and what is being done
 
 PATIENCE = 2.0  # s

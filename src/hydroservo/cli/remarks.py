@@ -9,8 +9,6 @@ from hydroservo.runs.cautions import WithAttributes, warnings_of
 if TYPE_CHECKING:
     from hydroservo.loop import Loop
 
-__all__ = ["SAID", "say_remarks", "say_sizes", "say_warning"]
-
 SAID: set[str] = set()  # warnings of this command
 
 

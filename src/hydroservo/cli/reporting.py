@@ -13,8 +13,6 @@ if TYPE_CHECKING:
     import typer
     from rich.console import RenderableType
 
-__all__ = ["again", "in_one_block", "sentences", "table_of"]
-
 MARK = " *"  # behind what is best, on a terminal
 
 

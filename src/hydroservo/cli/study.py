@@ -9,8 +9,6 @@ from hydroservo.cli.completion import studies_like
 from hydroservo.cli.options import DecimalComma, FigureFormat, Json, Plugins, check_one_place
 from hydroservo.cli.places import WHERE, folder_at
 
-__all__ = ["study"]
-
 
 def study(
     context: typer.Context,

@@ -12,8 +12,6 @@ if TYPE_CHECKING:
     from hydroservo.studies.cell_verdict import CellVerdict
     from hydroservo.studies.running import Studied
 
-__all__ = ["show_study"]
-
 ABOUT = "Bold: the best law at that activity of the command, and those that tie with it."
 
 

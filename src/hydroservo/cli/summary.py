@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from hydroservo.cli.batch_summary import BatchSummary
     from hydroservo.loop import Loop
 
-__all__ = ["RunSummary", "astray", "demand_jumps", "for_table", "run_summary"]
-
 INSTANTS = 4001  # of a demand at which jumps are looked for
 FEW = 101  # at which its size is
 

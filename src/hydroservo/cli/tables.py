@@ -23,23 +23,6 @@ if TYPE_CHECKING:
     from hydroservo.scenario.descriptions import Description
     from hydroservo.testing import Answer
 
-__all__ = [
-    "NO_NUMBER",
-    "comparison_table",
-    "run_table",
-    "show",
-    "show_answers",
-    "show_comparison",
-    "show_descriptions",
-    "show_names",
-    "show_run",
-    "show_titles",
-    "show_toml",
-    "show_verdicts",
-    "verdict",
-    "verdicts_of",
-]
-
 NO_NUMBER = "-"
 WELL = (
     "[green]The run did not diverge.[/]",

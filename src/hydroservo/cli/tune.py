@@ -37,8 +37,6 @@ if TYPE_CHECKING:
     from hydroservo.runs.tuning import Progress
     from hydroservo.scenario.task import Task
 
-__all__ = ["tune"]
-
 
 def tune(
     context: typer.Context,

@@ -17,16 +17,6 @@ from hydroservo.runs.aims import geometric_mean
 from hydroservo.runs.tuned import Tuned
 from hydroservo.scenario.task import Task
 
-__all__ = [
-    "as_tables",
-    "lines_of",
-    "margins_table",
-    "metrics_table",
-    "remarks_of",
-    "tables_of",
-    "values_table",
-]
-
 MARGINS = {
     name: READ[name] for name in ("oscillation_gain", "gain_margin", "phase_margin", "sensitivity_peak")
 }

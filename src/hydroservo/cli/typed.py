@@ -4,8 +4,6 @@ import shlex
 
 import typer
 
-__all__ = ["command_typed"]
-
 NO_MATTER = (  # options that change nothing of what is found
     "out",
     "threads",

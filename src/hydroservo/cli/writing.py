@@ -9,8 +9,6 @@ import typer
 
 from hydroservo.outputs import OutputError, check_outputs, existing_folder, written_or_kept
 
-__all__ = ["Written", "both", "try_outputs", "write_or_keep"]
-
 MIB = 2**20  # bytes
 
 

@@ -7,8 +7,6 @@ from hydroservo.block import Block, Field
 from hydroservo.roles import ControlledSignal, role
 from hydroservo.signals import Pressures, Seen
 
-__all__ = ["Force"]
-
 
 @role(ControlledSignal)
 class Force(NamedTuple):

@@ -7,8 +7,6 @@ from hydroservo.controlled.force import Force
 from hydroservo.roles import ControlledSignal, role
 from hydroservo.signals import Pressures, Seen
 
-__all__ = ["LoadForce"]
-
 
 @role(ControlledSignal)
 class LoadForce(NamedTuple):

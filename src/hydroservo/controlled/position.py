@@ -6,8 +6,6 @@ from hydroservo.block import Block, Field
 from hydroservo.roles import ControlledSignal, role
 from hydroservo.signals import Pressures, Seen
 
-__all__ = ["Position"]
-
 
 @role(ControlledSignal)
 class Position(NamedTuple):

@@ -7,8 +7,6 @@ from hydroservo.constants import ATMOSPHERE
 from hydroservo.roles import ControlledSignal, role
 from hydroservo.signals import Pressures, Seen
 
-__all__ = ["PressureB"]
-
 
 @role(ControlledSignal)
 class PressureB(NamedTuple):

@@ -7,8 +7,6 @@ from hydroservo.field import CONTROLLED, Field
 from hydroservo.roles import ControlledSignal, role
 from hydroservo.signals import Seen
 
-__all__ = ["THIS_SIGNAL", "ThisSignal"]
-
 
 @role(ControlledSignal)
 class ThisSignal(NamedTuple):

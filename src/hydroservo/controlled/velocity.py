@@ -6,8 +6,6 @@ from hydroservo.block import Field
 from hydroservo.roles import ControlledSignal, role
 from hydroservo.signals import Seen
 
-__all__ = ["Velocity"]
-
 
 @role(ControlledSignal)
 class Velocity(NamedTuple):

@@ -1,9 +1,5 @@
 """Control laws, one a file, and what can be wrapped around them."""
 
-import warnings
-from typing import Any
-
-from hydroservo import pulls
 from hydroservo.controllers.acceleration_feedback import AccelerationFeedback, AccelerationFeedbackState
 from hydroservo.controllers.adaptive_robust import AdaptiveRobust, AdaptiveRobustState
 from hydroservo.controllers.anti_windup import AntiWindup, AntiWindupState
@@ -107,12 +103,3 @@ __all__ = [
     "VelocityCompensation",
     "VelocityCompensationState",
 ]
-
-
-def __getattr__(name: str) -> Any:
-    """A reaching law, from where these were before there were pulls; goes with version 0.3."""
-    if not name.endswith("Reaching"):
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    text = f"hydroservo.controllers.{name} is hydroservo.pulls.{name} now"
-    warnings.warn(text, DeprecationWarning, stacklevel=2)
-    return getattr(pulls, name)

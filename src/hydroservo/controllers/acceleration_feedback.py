@@ -10,8 +10,6 @@ from hydroservo.observers.filtered_derivative import FilteredDerivative, Filtere
 from hydroservo.roles import Controller, role
 from hydroservo.signals import Demand, Measurement
 
-__all__ = ["AccelerationFeedback", "AccelerationFeedbackState"]
-
 
 class AccelerationFeedbackState(NamedTuple):
     """What is put out, what of it is fed back, and the acceleration."""

@@ -15,8 +15,6 @@ from hydroservo.plants.design_model import THIS_MACHINE, DesignModel
 from hydroservo.roles import Basis, Controller, Observer, controlling, role
 from hydroservo.signals import Demand, Measurement
 
-__all__ = ["AdaptiveRobust", "AdaptiveRobustState"]
-
 LEAST = 1e-300  # keeps the share of a size beyond the dead zone finite where the size is 0
 
 

@@ -9,8 +9,6 @@ from hydroservo.errors import ParameterError
 from hydroservo.roles import Controller, role
 from hydroservo.signals import Demand, Measurement
 
-__all__ = ["AntiWindup", "AntiWindupState"]
-
 
 class AntiWindupState(NamedTuple):
     """What is put out, the nested law's state after and before its last sample, and what that was given."""

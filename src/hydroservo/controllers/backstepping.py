@@ -13,8 +13,6 @@ from hydroservo.plants.design_model import THIS_MACHINE, DesignModel
 from hydroservo.roles import Controller, Differentiator, Observer, controlling, role
 from hydroservo.signals import Demand, Measurement
 
-__all__ = ["Backstepping", "BacksteppingState"]
-
 
 class BacksteppingState(NamedTuple):
     """The last command and errors, and the states of the nested derivative and observer."""

@@ -5,8 +5,6 @@ from typing import Annotated, NamedTuple
 from hydroservo.block import Field
 from hydroservo.roles import Filter, role
 
-__all__ = ["Biquad", "BiquadState"]
-
 COMPUTED = "the law around it"
 
 

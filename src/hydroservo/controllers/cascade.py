@@ -9,8 +9,6 @@ from hydroservo.controlled.velocity import Velocity
 from hydroservo.roles import ControlledSignal, Controller, role
 from hydroservo.signals import Demand, Measurement
 
-__all__ = ["Cascade", "CascadeState"]
-
 
 class CascadeState(NamedTuple):
     """What is put out, what the velocity is to be, and the state of the velocity's law."""

@@ -8,8 +8,6 @@ from hydroservo.roles import Controller, role
 from hydroservo.signals import Demand, Measurement
 from hydroservo.sources import CHOSEN
 
-__all__ = ["DAC", "DACState"]
-
 FINE = 50  # bits that nothing tells from none
 
 

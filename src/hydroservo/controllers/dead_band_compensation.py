@@ -11,8 +11,6 @@ from hydroservo.controllers.saturation import Saturation
 from hydroservo.roles import Controller, role
 from hydroservo.signals import Demand, Measurement
 
-__all__ = ["DeadBandCompensation", "DeadBandCompensationState"]
-
 
 class DeadBandCompensationState(NamedTuple):
     """What is put out, and what of it passes the overlap."""

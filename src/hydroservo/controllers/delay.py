@@ -6,8 +6,6 @@ from hydroservo.block import Block, Field
 from hydroservo.roles import Controller, role
 from hydroservo.signals import Demand, Measurement
 
-__all__ = ["Delay", "DelayState"]
-
 
 class DelayState(NamedTuple):
     """What is put out, and the nested law's state, whose command is put out next."""

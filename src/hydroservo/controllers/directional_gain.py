@@ -8,8 +8,6 @@ from hydroservo.controllers.saturation import Saturation
 from hydroservo.roles import Controller, role
 from hydroservo.signals import Demand, Measurement
 
-__all__ = ["DirectionalGain", "DirectionalGainState"]
-
 
 class DirectionalGainState(NamedTuple):
     """What is put out, and the gain that it was given."""

@@ -11,8 +11,6 @@ from hydroservo.errors import ParameterError
 from hydroservo.roles import Controller, role
 from hydroservo.signals import Demand, Measurement
 
-__all__ = ["FlowCompensation", "FlowCompensationState"]
-
 LARGEST_DROP = 1e12  # [Pa] beyond any; so that no reading makes the gain 0, by which commands are divided
 
 

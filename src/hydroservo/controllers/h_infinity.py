@@ -20,8 +20,6 @@ from hydroservo.synthesis.gains import nine_digits
 from hydroservo.synthesis.loop_shaping import from_bilinear, sampled_plant, to_bilinear
 from hydroservo.synthesis.sections import sections
 
-__all__ = ["HInfinityLoopShaping", "HInfinityLoopShapingState"]
-
 COMPUTED = "two Riccati equations"
 
 

@@ -28,8 +28,6 @@ from hydroservo.signals import Demand, Measurement
 from hydroservo.synthesis.lqr import feedback
 from hydroservo.synthesis.memory import both, integrator, oscillator
 
-__all__ = ["InternalModel", "InternalModelState"]
-
 RULING = ("effort", "frequency", "integral_rate", "resonant_rate", "force_weight", "time_constant")
 
 

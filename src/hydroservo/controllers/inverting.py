@@ -14,8 +14,6 @@ from hydroservo.pulls.linear import LinearPull
 from hydroservo.roles import Controller, Differentiator, Observer, Pull, controlling, role
 from hydroservo.signals import Demand, Measurement, VelocityError
 
-__all__ = ["Inverting", "InvertingState"]
-
 
 class InvertingState(NamedTuple):
     """The last command, and the states of pull, observer and derivative."""

@@ -27,8 +27,6 @@ from hydroservo.signals import Demand, Measurement
 from hydroservo.synthesis.predictive import planned
 from hydroservo.vectors import matrix, vector
 
-__all__ = ["LinearMPC", "LinearMPCState"]
-
 MOVES = 10
 RULING = ("effort", "force_weight", "time_constant")
 

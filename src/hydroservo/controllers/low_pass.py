@@ -4,8 +4,6 @@ from typing import NamedTuple
 
 from hydroservo import ops
 
-__all__ = ["LowPass"]
-
 
 class LowPass(NamedTuple):
     """A low-pass of first order by backward Euler, which begins at the signal's first sample.

@@ -26,8 +26,6 @@ from hydroservo.signals import Demand, Measurement
 from hydroservo.synthesis.lqr import feedback
 from hydroservo.synthesis.memory import integrator
 
-__all__ = ["LQI", "LQIState"]
-
 RULING = ("effort", "integral_rate", "force_weight", "time_constant")
 
 

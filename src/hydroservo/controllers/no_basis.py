@@ -4,8 +4,6 @@ from typing import NamedTuple
 
 from hydroservo.roles import Basis, role
 
-__all__ = ["NoBasis", "NoBasisState"]
-
 
 class NoBasisState(NamedTuple):
     """Nothing is learnt."""

@@ -22,8 +22,6 @@ from hydroservo.roles import Controller, Observer, controlling, role
 from hydroservo.signals import Demand, Measurement
 from hydroservo.synthesis.lqr import feedback
 
-__all__ = ["OffsetFreeLQ", "OffsetFreeLQState"]
-
 RULING = ("effort", "force_weight", "time_constant")
 
 

@@ -8,8 +8,6 @@ from hydroservo.controllers.saturation import Saturation
 from hydroservo.roles import Controller, controlling, role
 from hydroservo.signals import Demand, Measurement
 
-__all__ = ["OpenLoop", "OpenLoopState"]
-
 
 class OpenLoopState(NamedTuple):
     """The last command."""

@@ -2,8 +2,6 @@
 
 from hydroservo.errors import ParameterError
 
-__all__ = ["check_overlaps"]
-
 
 def check_overlaps(extend_overlap: float, retract_overlap: float, limit: float) -> None:
     """Refuse an overlap for which the largest command is added as a whole.

@@ -10,8 +10,6 @@ from hydroservo.controllers.saturation import Saturation
 from hydroservo.roles import ControlledSignal, Controller, role
 from hydroservo.signals import Demand, Measurement
 
-__all__ = ["PI", "PIState"]
-
 
 class PIState(NamedTuple):
     """The last command and the integral."""

@@ -13,8 +13,6 @@ from hydroservo.observers.filtered_derivative import FilteredDerivative, Filtere
 from hydroservo.roles import ControlledSignal, Controller, role
 from hydroservo.signals import Demand, Measurement
 
-__all__ = ["PID", "PIDState"]
-
 EVERYWHERE = 1e30  # for an open integral_range, in any unit; finite, as parameters of FMUs must be
 
 

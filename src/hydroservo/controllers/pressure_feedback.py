@@ -11,8 +11,6 @@ from hydroservo.controllers.saturation import Saturation
 from hydroservo.roles import Controller, role
 from hydroservo.signals import Demand, Measurement
 
-__all__ = ["PressureFeedback", "PressureFeedbackState"]
-
 
 class PressureFeedbackState(NamedTuple):
     """What is put out, what of it is fed back, and the slow part of the load force."""

@@ -8,8 +8,6 @@ from hydroservo.block import Block, Field
 from hydroservo.roles import Basis, role
 from hydroservo.vectors import vector
 
-__all__ = ["RadialBasis", "Weights"]
-
 Weights = vector("Weights", 7, Field("m/s^2", "weight of function"))
 
 

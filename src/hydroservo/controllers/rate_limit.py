@@ -9,8 +9,6 @@ from hydroservo.block import Block, Field
 from hydroservo.roles import Controller, role
 from hydroservo.signals import Demand, Measurement
 
-__all__ = ["RateLimit", "RateLimitState"]
-
 
 class RateLimitState(NamedTuple):
     """What is put out, and the nested law's state."""

@@ -8,8 +8,6 @@ from hydroservo.block import Block, Field
 from hydroservo.roles import Controller, role
 from hydroservo.signals import Demand, Measurement
 
-__all__ = ["ReferenceFilter", "ReferenceFilterState"]
-
 
 class ReferenceFilterState(NamedTuple):
     """The last command, the filtered demand with its derivatives, and the state of the law."""

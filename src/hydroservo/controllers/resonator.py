@@ -6,8 +6,6 @@ from typing import Annotated, NamedTuple
 from hydroservo import ops
 from hydroservo.block import Field
 
-__all__ = ["Resonator", "ResonatorState"]
-
 
 class ResonatorState(NamedTuple):
     """Both numbers of the oscillator."""

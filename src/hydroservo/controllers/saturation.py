@@ -6,8 +6,6 @@ from hydroservo import ops
 from hydroservo.block import Field
 from hydroservo.roles import Limiter, role
 
-__all__ = ["Saturation"]
-
 
 @role(Limiter)
 class Saturation(NamedTuple):

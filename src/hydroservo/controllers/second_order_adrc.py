@@ -21,8 +21,6 @@ from hydroservo.controllers.saturation import Saturation
 from hydroservo.roles import ControlledSignal, Controller, role
 from hydroservo.signals import Demand, Measurement
 
-__all__ = ["SecondOrderADRC", "SecondOrderADRCState"]
-
 
 class SecondOrderADRCState(NamedTuple):
     """The last command, and what the extended state observer estimates."""

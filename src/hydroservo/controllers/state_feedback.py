@@ -6,20 +6,6 @@ from hydroservo.block import Field
 from hydroservo.plants.design_model import DesignModel
 from hydroservo.signals import Demand
 
-__all__ = [
-    "COMPUTED",
-    "AntiWindupWeight",
-    "Effort",
-    "ForceGain",
-    "ForceWeight",
-    "IntegralRate",
-    "OpeningGain",
-    "SpoolTimeConstant",
-    "StateFeedback",
-    "Target",
-    "VelocityGain",
-]
-
 COMPUTED = "a Riccati equation"
 
 # What the laws that have it share.

@@ -8,8 +8,6 @@ from hydroservo.controllers.saturation import Saturation
 from hydroservo.roles import ControlledSignal, Controller, role
 from hydroservo.signals import Demand, Measurement
 
-__all__ = ["MeasuredInput", "StateSpace", "StateSpaceState", "StateWeights", "StateWeightsOfEach", "Weights"]
-
 Weight = Annotated[float, Field("", "weight, of SI numbers", "0: none")]
 
 

@@ -15,8 +15,6 @@ from hydroservo.pulls.terminal import TerminalPull, TerminalPullState
 from hydroservo.roles import Controller, Differentiator, Observer, Reaching, controlling, role
 from hydroservo.signals import Demand, Measurement
 
-__all__ = ["TSMC", "TSMCState"]
-
 
 class TSMCState(NamedTuple):
     """The last command and surfaces, and the states of the nested observer and derivative."""

@@ -11,8 +11,6 @@ from hydroservo.roles import Controller, role
 from hydroservo.signals import Demand, Measurement
 from hydroservo.sources import CHOSEN
 
-__all__ = ["ValveInversion", "ValveInversionState"]
-
 
 class ValveInversionState(NamedTuple):
     """The last command, the modelled spool and the state of the law."""

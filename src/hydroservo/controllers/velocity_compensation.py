@@ -9,8 +9,6 @@ from hydroservo.controllers.saturation import Saturation
 from hydroservo.roles import Controller, role
 from hydroservo.signals import Demand, Measurement
 
-__all__ = ["VelocityCompensation", "VelocityCompensationState"]
-
 
 class VelocityCompensationState(NamedTuple):
     """What is put out, and what the motion takes of it."""

@@ -12,8 +12,6 @@ from hydroservo.cosimulation.machine import MACHINE_OUTPUTS, ForeignMachine
 from hydroservo.errors import LoopError, ParameterError
 from hydroservo.field import OPEN
 
-__all__ = ["coupled", "first_force", "is_foreign", "refuse_foreign"]
-
 LOAD, MACHINE = "load", "plant"
 ROUNDED = 1e-9  # relative, by which a whole number of steps may miss a period
 

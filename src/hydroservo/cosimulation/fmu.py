@@ -12,8 +12,6 @@ from hydroservo.errors import HydroservoError
 from hydroservo.inputs import irregularity
 from hydroservo.outputs import new_temporary_folder, temporary_folder
 
-__all__ = ["Fmu", "Variable", "digest_of", "read_fmu", "unpacked"]
-
 DESCRIPTION = "modelDescription.xml"
 LARGEST = 1 << 30  # bytes of a file
 MOST_UNPACKED, MOST_DESCRIBED, MOST_ENTRIES = 2 << 30, 64 << 20, 10_000  # bytes, bytes, files

@@ -10,8 +10,6 @@ from typing import Any, NamedTuple
 from hydroservo.cosimulation.fmu import Fmu, read_fmu
 from hydroservo.errors import HydroservoError
 
-__all__ = ["Foreign", "Parameter", "Wire", "class_of"]
-
 Parameter = tuple[float | bool | str, ...]  # one value, or those of an array
 
 

@@ -12,8 +12,6 @@ from hydroservo.cosimulation.fmu import Variable, unpacked
 from hydroservo.cosimulation.foreign import Foreign, Parameter, Wire
 from hydroservo.errors import LoopError
 
-__all__ = ["Instance"]
-
 LOADING = Lock()  # FMPy changes the process's folder while it loads a library
 FMI2_SETTERS = {
     "Real": "setReal",

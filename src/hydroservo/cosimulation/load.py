@@ -8,8 +8,6 @@ from hydroservo.field import OPEN
 from hydroservo.roles import Load, role
 from hydroservo.sources import CHOSEN
 
-__all__ = ["LOAD_INPUTS", "LOAD_OUTPUTS", "STEP", "ForeignLoad"]
-
 STEP = Field("s", "communication step; automatic: the sample period", CHOSEN, above=0, auto=OPEN)
 LOAD_INPUTS = {"position": "m", "velocity": "m/s"}
 LOAD_OUTPUTS = {"force": "N"}

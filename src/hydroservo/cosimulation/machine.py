@@ -10,15 +10,6 @@ from hydroservo.field import OPEN
 from hydroservo.roles import Drive, Plant, Supply, role, valveless
 from hydroservo.signals import Feed, MachineOutputs, PortFlows, Pressures
 
-__all__ = [
-    "MACHINE_INPUTS",
-    "MACHINE_OUTPUTS",
-    "ForeignMachine",
-    "NoNominal",
-    "NoSupply",
-    "ThroughFmu",
-]
-
 MACHINE_INPUTS = {"command": "V", "external_force": "N"}
 MACHINE_OUTPUTS = {name: field.unit for name, field in declared_fields(MachineOutputs).items()}
 

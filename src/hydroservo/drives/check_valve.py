@@ -7,8 +7,6 @@ from hydroservo.block import Field
 from hydroservo.roles import CheckFlow, role
 from hydroservo.sources import CHOSEN
 
-__all__ = ["CheckValve"]
-
 
 @role(CheckFlow)
 class CheckValve(NamedTuple):

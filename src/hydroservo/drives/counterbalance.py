@@ -13,8 +13,6 @@ from hydroservo.roles import CheckFlow, Drive, Oil, role
 from hydroservo.signals import Feed, PortFlows, Pressures
 from hydroservo.sources import CHOSEN, DATASHEET
 
-__all__ = ["Counterbalance", "CounterbalanceState"]
-
 
 class CounterbalanceState(NamedTuple):
     """The pressure between the valve and the drive behind it, and that drive's state."""

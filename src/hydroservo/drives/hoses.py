@@ -11,8 +11,6 @@ from hydroservo.hooks import at_ports
 from hydroservo.roles import Drive, Oil, role
 from hydroservo.signals import Feed, PortFlows, Pressures
 
-__all__ = ["Hoses", "HosesState"]
-
 VALVE = ValveOnSupply()
 
 StartPressureA = Annotated[

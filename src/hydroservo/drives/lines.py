@@ -14,8 +14,6 @@ from hydroservo.roles import Drive, Oil, role
 from hydroservo.signals import Feed, PortFlows, Pressures
 from hydroservo.sources import CHOSEN
 
-__all__ = ["Lines", "LinesState"]
-
 VALVE = ValveOnSupply()
 PHASE = 0.49  # of a wave in a cell [rad], at which it travels 1 % too slowly
 MOST_CELLS = 40

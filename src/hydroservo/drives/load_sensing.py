@@ -13,8 +13,6 @@ from hydroservo.roles import Drive, role
 from hydroservo.signals import Feed, PortFlows, Pressures
 from hydroservo.sources import DATASHEET
 
-__all__ = ["LoadSensing", "LoadSensingState"]
-
 
 class LoadSensingState(NamedTuple):
     """The pressure that the pump is set to, and the state of the drive that it feeds."""

@@ -7,8 +7,6 @@ from hydroservo.drives.valve_on_supply import ValveOnSupply
 from hydroservo.roles import CheckFlow, Drive, Relief, role
 from hydroservo.signals import Feed, PortFlows
 
-__all__ = ["PortValves"]
-
 
 @role(Drive)
 class PortValves(NamedTuple):

@@ -5,8 +5,6 @@ from typing import NamedTuple
 from hydroservo.block import Block
 from hydroservo.signals import Feed, PortFlows
 
-__all__ = ["Ports"]
-
 
 class Ports(NamedTuple):
     """The two ports of a drive at one instant: what flows through them at given pressures.

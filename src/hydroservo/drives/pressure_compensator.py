@@ -11,8 +11,6 @@ from hydroservo.roles import Drive, role
 from hydroservo.signals import Feed, PortFlows
 from hydroservo.sources import DATASHEET
 
-__all__ = ["PressureCompensator"]
-
 
 @role(Drive)
 class PressureCompensator(NamedTuple):

@@ -9,8 +9,6 @@ from hydroservo.roles import CheckFlow, Drive, Relief, role, valveless
 from hydroservo.signals import Feed, PortFlows
 from hydroservo.sources import DATASHEET
 
-__all__ = ["PumpDrive", "PumpDriveState"]
-
 Displacement = Annotated[float, Field("m^3/rad", "displacement D of the pump", above=0)]
 MaxSpeed = Annotated[float, Field("rad/s", "largest speed w_max that is demanded", above=0)]
 SpeedGain = Annotated[float, Field("N m s/rad", "gain K of the speed control", above=0)]

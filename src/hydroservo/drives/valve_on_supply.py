@@ -6,8 +6,6 @@ from hydroservo.drives.ports import Ports
 from hydroservo.roles import Drive, MeteringEdges, role
 from hydroservo.signals import Feed, PortFlows, Pressures
 
-__all__ = ["ValveOnSupply", "ValveOnSupplyState", "open_ports"]
-
 
 class ValveOnSupplyState(NamedTuple):
     """It remembers nothing: the valve and the supply have states of their own."""

@@ -13,8 +13,6 @@ from hydroservo.engine.lower.values import Array
 from hydroservo.engine.machine_code import object_code
 from hydroservo.engine.native import Linked, RunError
 
-__all__ = ["Compiled", "compiled"]
-
 WORD = 8  # bytes
 
 

@@ -19,8 +19,6 @@ from hydroservo.engine.ptx import GOING, LOST, RAISED, THREADS, ptx, with_all_re
 from hydroservo.engine.recipe import Recipe
 from hydroservo.engine.watch import Watch
 
-__all__ = ["CudaGroup", "CudaThreads"]
-
 SPILLED = 1200  # bytes of memory that a thread may need with few registers
 WAVES = 4  # runs at once, in so many as the device computes at a time
 

@@ -15,8 +15,6 @@ try:
 except ImportError:  # of the extra
     driver = None
 
-__all__ = ["Device", "Kernel", "Memory", "device", "has_device"]
-
 
 class Memory:
     """Numbers of eight bytes on the device, freed with the last reference to them."""

@@ -17,24 +17,6 @@ from numpy.typing import NDArray
 
 from hydroservo.block import Block, is_block, leaves, values
 
-__all__ = [
-    "Place",
-    "Shape",
-    "array_at",
-    "arrays",
-    "builder",
-    "cast",
-    "checker",
-    "constructor",
-    "doubles",
-    "loader",
-    "numbers",
-    "recorder",
-    "shape",
-    "storer",
-    "written",
-]
-
 Shape = tuple[Any, ...]
 Text = Callable[[str, Any], str]
 Place = Callable[[int], str]  # the text of an index

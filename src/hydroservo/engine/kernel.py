@@ -14,8 +14,6 @@ from hydroservo.engine.watch import Watch, listener, silent
 from hydroservo.errors import HydroservoError
 from hydroservo.states import filled
 
-__all__ = ["CompiledRun", "InterpretedRun", "Study", "Wanted"]
-
 Out = NDArray[np.float64]
 
 
@@ -112,7 +110,9 @@ def check_rows(first: int, last: int, stride: int, out: Out, width: int) -> None
 
 
 def compiled_run(study: Study, wanted: Wanted, state: Block, sums: Watch, strict: bool) -> MachineCode:
-    from hydroservo.engine.machine_code import DOUBLES, FLOAT, INTEGER, INTEGERS, machine_code
+    from hydroservo.engine.lower.function import DOUBLES, FLOAT, INTEGERS
+    from hydroservo.engine.lower.values import INTEGER
+    from hydroservo.engine.machine_code import machine_code
 
     build, state_of, sums_of = map(flat.builder, (study, state, sums))
     put_state, put_sums = map(flat.storer, (state, sums))

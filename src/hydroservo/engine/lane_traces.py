@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 from hydroservo.engine.lanes import CompiledLanes, Group
 from hydroservo.engine.native import Native, RunError, argument
 
-__all__ = ["traced"]
-
 
 def traced(
     kernel: CompiledLanes,

@@ -19,8 +19,6 @@ from hydroservo.engine.native import MachineCode, Native, native
 from hydroservo.engine.recipe import Recipe
 from hydroservo.engine.watch import Watch, listener, silent
 
-__all__ = ["LANES", "CompiledLanes", "Group", "Layout", "layout_of", "varier"]
-
 LANES = 32  # four vectors of eight: enough to hide latencies, few enough for the states to stay in cache
 
 CACHE_LINE = 8  # doubles
@@ -99,15 +97,9 @@ def aligned(rows: int) -> NDArray[np.float64]:
 def compiled_lanes(
     study: Study, wanted: Wanted, state: Block, sums: Watch, layout: Layout, strict: bool
 ) -> MachineCode:
-    from hydroservo.engine.lower.function import kernel_text
-    from hydroservo.engine.machine_code import (
-        DOUBLES,
-        FLOAT,
-        INTEGER,
-        INTEGERS,
-        object_code,
-        with_reciprocals,
-    )
+    from hydroservo.engine.lower.function import DOUBLES, FLOAT, INTEGERS, kernel_text
+    from hydroservo.engine.lower.values import INTEGER
+    from hydroservo.engine.machine_code import object_code, with_reciprocals
 
     build, lane_of = flat.builder(study), varier(study.system, layout.varied, row(0))
     states, steps = kept(state, layout.states), kept(sums.steps, layout.step_sums)

@@ -11,26 +11,12 @@ from importlib.metadata import requires
 from llvmlite import __version__ as llvmlite_version
 from llvmlite import binding
 
-from hydroservo.engine.lower.function import DOUBLES, FLOAT, INTEGERS, kernel_text
-from hydroservo.engine.lower.values import INTEGER, operand
+from hydroservo.engine.lower.function import kernel_text
+from hydroservo.engine.lower.values import operand
 from hydroservo.engine.native import CompileError, MachineCode, prepare
 from hydroservo.engine.recipe import features
 from hydroservo.engine.root_estimates import with_estimated_roots
 from hydroservo.ops.basic import ROUNDER
-
-__all__ = [
-    "DOUBLES",
-    "FLOAT",
-    "INTEGER",
-    "INTEGERS",
-    "interleaved",
-    "machine_code",
-    "object_code",
-    "optimised",
-    "parsed",
-    "widest",
-    "with_reciprocals",
-]
 
 PROVIDED = {"memcpy", "memset", "memmove"}  # what LLVM itself may call, in every C library
 VECTORS = 2  # that go together: more wait less for each other, and no longer fit where instructions are kept

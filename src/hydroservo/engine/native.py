@@ -14,8 +14,6 @@ from llvmlite import binding
 from hydroservo.engine import disk_cache
 from hydroservo.engine.recipe import Recipe, UnknownContentError
 
-__all__ = ["CompileError", "Linked", "MachineCode", "Native", "RunError", "native", "prepare"]
-
 
 class CompileError(Exception):
     """The blocks cannot be compiled.

@@ -10,11 +10,10 @@ from collections.abc import Callable, Iterator
 
 from llvmlite import binding
 
-from hydroservo.engine.lower.function import kernel_text
-from hydroservo.engine.machine_code import DOUBLES, FLOAT, INTEGER, INTEGERS, interleaved, optimised
+from hydroservo.engine.lower.function import DOUBLES, FLOAT, INTEGERS, kernel_text
+from hydroservo.engine.lower.values import INTEGER
+from hydroservo.engine.machine_code import interleaved, optimised
 from hydroservo.engine.native import CompileError, MachineCode
-
-__all__ = ["GOING", "LOST", "NAME", "RAISED", "THREADS", "ptx", "with_all_registers"]
 
 NAME = "hydroservo_threads"  # of the kernel
 INNER = "hydroservo_kernel"  # of what a thread does, which is inlined

@@ -26,8 +26,6 @@ import numpy as np
 from llvmlite import __version__ as llvmlite_version
 from llvmlite import binding
 
-__all__ = ["Recipe", "UnknownContentError", "features"]
-
 PLAIN = (bool, int, float, complex, str, bytes, type(None), type(Ellipsis))
 BELOW = {"llvmlite", "numpy", "builtins"}
 ENGINE = Path(__file__).parent

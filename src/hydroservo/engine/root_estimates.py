@@ -11,8 +11,6 @@ elementary functions on the IBM RISC System/6000 processor, 1990 (the steps).
 
 import re
 
-__all__ = ["with_estimated_roots"]
-
 VECTOR = "<8 x double>"
 ESTIMATE = "@llvm.x86.avx512.rsqrt14.pd.512"
 FMA = "@llvm.fma.v8f64"

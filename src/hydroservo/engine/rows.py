@@ -8,8 +8,6 @@ from hydroservo.engine import flat
 from hydroservo.engine.native import MachineCode, native
 from hydroservo.engine.recipe import Recipe
 
-__all__ = ["CompiledRows"]
-
 Numbers = NDArray[np.float64]
 
 
@@ -41,7 +39,9 @@ class CompiledRows:
 
 
 def compiled_rows(block: Block, given: Block, returned: Block) -> MachineCode:
-    from hydroservo.engine.machine_code import DOUBLES, INTEGER, INTEGERS, machine_code
+    from hydroservo.engine.lower.function import DOUBLES, INTEGERS
+    from hydroservo.engine.lower.values import INTEGER
+    from hydroservo.engine.machine_code import machine_code
 
     build, load, store = flat.builder(block), flat.loader(given, place), flat.storer(returned, place)
     taken, left = len(values(given)), len(values(returned))

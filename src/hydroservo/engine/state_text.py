@@ -12,20 +12,6 @@ from typing import Any, NamedTuple
 from hydroservo import block, states
 from hydroservo.engine.flat import written
 
-__all__ = [
-    "Shape",
-    "axpy",
-    "defined",
-    "estimates_in",
-    "factored",
-    "misses",
-    "model_in",
-    "overlaid",
-    "places",
-    "scaled",
-    "solved",
-]
-
 
 class Shape(NamedTuple):
     """A type of state.

@@ -18,8 +18,6 @@ from hydroservo.engine.lanes import LANES, aligned, row, varier
 from hydroservo.engine.native import MachineCode, native
 from hydroservo.engine.recipe import Recipe
 
-__all__ = ["CompiledSteps", "Steps"]
-
 Numbers = NDArray[np.float64]
 Whole = NDArray[np.int64]
 
@@ -143,7 +141,9 @@ class Steps:
 
 
 def compiled_begin(made: Made) -> MachineCode:
-    from hydroservo.engine.machine_code import DOUBLES, FLOAT, INTEGER, INTEGERS, machine_code
+    from hydroservo.engine.lower.function import DOUBLES, FLOAT, INTEGERS
+    from hydroservo.engine.lower.values import INTEGER
+    from hydroservo.engine.machine_code import machine_code
 
     build, store, record, lane_of = flat.builder(made.study), storer(made), recorder(made), varied_of(made)
     size, sample, alive = made.places.size, made.places.sample * LANES, made.places.alive * LANES
@@ -166,7 +166,9 @@ def compiled_begin(made: Made) -> MachineCode:
 
 
 def compiled_step(made: Made) -> MachineCode:
-    from hydroservo.engine.machine_code import DOUBLES, FLOAT, INTEGER, INTEGERS, machine_code
+    from hydroservo.engine.lower.function import DOUBLES, FLOAT, INTEGERS
+    from hydroservo.engine.lower.values import INTEGER
+    from hydroservo.engine.machine_code import machine_code
 
     build, load, record = flat.builder(made.study), state_of(made), recorder(made)
     move_all, sample_all, size = moving(made), sampling(made), made.places.size

@@ -11,8 +11,6 @@ from hydroservo.block import Block, is_block, leaves
 from hydroservo.engine.flat import written
 from hydroservo.states import filled
 
-__all__ = ["Watch", "listener", "place", "reader", "silent", "spans_of", "watch_of"]
-
 
 class End(NamedTuple):
     """No more monitors."""

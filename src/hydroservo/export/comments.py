@@ -4,8 +4,6 @@ import re
 
 from hydroservo.errors import one_line
 
-__all__ = ["WIDTH", "comment", "in_comment"]
-
 WIDTH = 110  # of the longest line, as of the docstrings that comments come from
 MARKUP = re.compile(r"``|(?<=:):$|:\w+:(?=`)|`~?", re.MULTILINE)
 

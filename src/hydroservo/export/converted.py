@@ -7,8 +7,6 @@ from hydroservo.roles import Controller, Hold
 from hydroservo.signals import Demand, Measurement
 from hydroservo.sources import CHOSEN
 
-__all__ = ["PER_VOLT", "ConvertedController", "ConvertedHold", "ConvertedState"]
-
 PER_VOLT = Field("1/V", "size of a volt in the unit of the command", CHOSEN, above=0)
 
 

@@ -5,8 +5,6 @@ import re
 import unicodedata
 from collections.abc import Callable
 
-__all__ = ["identifier", "is_identifier", "numbered", "place_in_c", "snake"]
-
 KEYWORDS = (
     "auto break case char const continue default do double else enum extern float for goto if inline int "
     "long register restrict return short signed sizeof static struct switch typedef union unsigned void "

@@ -43,8 +43,6 @@ from hydroservo.runs.provenance import scenario_hash, scenario_text
 from hydroservo.runs.run import complete, ready, simulate
 from hydroservo.signals import Demand, Measurement
 
-__all__ = ["exported_unit"]
-
 TAKES = {  # name and type of each argument of step besides the state
     Part.CONTROLLER: (("measurement", Measurement), ("demand", Demand)),
     Part.MACHINE: (("command", Command), ("external", ExternalForce)),

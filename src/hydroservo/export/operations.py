@@ -4,8 +4,6 @@ from typing import Annotated, NamedTuple
 
 from hydroservo.field import Field
 
-__all__ = ["Operations"]
-
 
 class Operations(NamedTuple):
     """What a step takes of arithmetic with real numbers at most: of ways that part, the dearer one.

@@ -18,22 +18,6 @@ from hydroservo.runs.step_sizes import with_substeps
 from hydroservo.signals import Demand, MachineOutputs, Measurement
 from hydroservo.sources import CHOSEN
 
-__all__ = [
-    "Command",
-    "ControllerUnit",
-    "ConvertedEquationsUnit",
-    "DemandUnit",
-    "EquationsUnit",
-    "ExternalForce",
-    "Instant",
-    "LoopUnit",
-    "MachineUnit",
-    "block_of",
-    "infinite",
-    "with_its_substeps",
-]
-
-
 PERIOD = Field("s", "sample period", CHOSEN, above=0)
 
 

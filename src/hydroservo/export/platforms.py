@@ -8,8 +8,6 @@ from typing import NamedTuple
 
 from hydroservo.errors import HydroservoError, ParameterError
 
-__all__ = ["TOOLCHAINS", "Platform", "Toolchain", "machine_name", "platforms_named", "this_platform"]
-
 
 class Platform(StrEnum):
     """A processor and an operating system, by their name in FMI 3.0."""

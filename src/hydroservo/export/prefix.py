@@ -8,8 +8,6 @@ from hydroservo.export.comments import in_comment
 from hydroservo.export.names import is_identifier
 from hydroservo.export.unit import Part
 
-__all__ = ["checked_prefix", "default_prefix", "plain_title"]
-
 TAKEN = re.compile(
     # headers of C itself
     "assert|complex|ctype|errno|fenv|float|inttypes|iso646|limits|locale|math|setjmp|signal|stdarg|stdbool|"

@@ -19,8 +19,6 @@ from hydroservo.outputs import check_outputs, written_or_kept
 from hydroservo.runs.arguments import as_list, checked_loop, checked_path
 from hydroservo.runs.fitting import named
 
-__all__ = ["Export", "Progress", "export_c", "export_fmu", "export_ssp", "proof_line"]
-
 Progress = Callable[[float, str], None]  # called with the fraction done, and what is being done
 Choice = TypeVar("Choice", bound=StrEnum)
 

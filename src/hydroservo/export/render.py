@@ -14,8 +14,6 @@ from hydroservo.export.unit import Signal
 if TYPE_CHECKING:
     import jinja2
 
-__all__ = ["rendered"]
-
 PLAIN = frozenset(range(32, 127)) - frozenset(b'"\\?')  # of a string in C; ?? may begin a trigraph
 
 

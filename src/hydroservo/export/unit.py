@@ -8,8 +8,6 @@ from typing import NamedTuple
 
 from hydroservo.export.operations import Operations
 
-__all__ = ["INTEGRATED", "RATES", "Argument", "FmiVersion", "Part", "Precision", "Signal", "Unit"]
-
 INTEGRATED = "machine"  # the argument of equations whose numbers an integrator carries on
 RATES = "rates."  # of them, in the state of equations
 

@@ -21,8 +21,6 @@ from hydroservo.figures.ranges import limits
 from hydroservo.figures.style import PALETTE, figure, style
 from hydroservo.formatting import SUPERSCRIPT, readable_unit
 
-__all__ = ["plot_batch"]
-
 Numbers = NDArray[np.float64]
 
 WIDEST = 3  # panels side by side

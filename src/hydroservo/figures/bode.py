@@ -19,8 +19,6 @@ from hydroservo.figures.style import GREY, PALETTE, figure, style
 from hydroservo.formatting import quantity
 from hydroservo.linear.reading import READ, read_as
 
-__all__ = ["plot_bode"]
-
 Response = NDArray[np.complex128]
 Values = NDArray[np.float64]
 

@@ -16,8 +16,6 @@ from hydroservo.runs.conditions import differences
 from hydroservo.runs.results import metrics_of
 from hydroservo.runs.titles import controller_name
 
-__all__ = ["plot_comparison"]
-
 WIDEST, THINNEST = 2.2, 1.0  # points
 REMARK, LINE = 7, 100  # points, and the characters of that size that fit in a line
 

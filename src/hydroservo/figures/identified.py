@@ -13,8 +13,6 @@ from hydroservo.identification import LogFit
 from hydroservo.identification.segments import Understood
 from hydroservo.identification.signals import INPUTS, SIGNALS
 
-__all__ = ["plot_fit", "plot_log"]
-
 HEIGHT = 1.35  # inch, of a panel
 SUFFIX = "_simulated"
 MOST = 20_000  # points of a curve; longer ones become pixels inside an SVG

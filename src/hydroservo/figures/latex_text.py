@@ -2,8 +2,6 @@
 
 import re
 
-__all__ = ["SPECIAL", "escaped", "label"]
-
 SPECIAL = {
     "\\": r"\textbackslash{}",
     "^": r"\textasciicircum{}",

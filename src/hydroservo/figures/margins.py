@@ -10,8 +10,6 @@ from hydroservo.assumptions import Assumption
 from hydroservo.figures.style import GREY, PALETTE, figure, style
 from hydroservo.formatting import number
 
-__all__ = ["plot_margins"]
-
 ROW = 0.42  # inch, of an assumption
 LEAST, MOST = 1e-3, 1e3  # factors beyond which a margin is at the edge
 LABEL = 44  # characters in a line

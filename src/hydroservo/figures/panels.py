@@ -13,18 +13,6 @@ from hydroservo.figures.style import GREY, figure
 from hydroservo.figures.trace import Samples
 from hydroservo.formatting import quantity
 
-__all__ = [
-    "WHOLE",
-    "Curve",
-    "Panel",
-    "Window",
-    "beyond",
-    "draw_panel",
-    "enlarged",
-    "panel_figure",
-    "panel_limits",
-]
-
 CLOSE_WIDTH = 1.2  # where curves are told apart by the panel's range
 TAIL = 0.03  # of the samples may lie beyond either limit of a panel that leaves spikes out
 FLAT = 15.0  # a curve this many times below the highest peak is pressed flat

@@ -9,8 +9,6 @@ from matplotlib.text import Text
 
 from hydroservo.figures.latex_text import escaped, label
 
-__all__ = ["drawn_by_latex"]
-
 MEASURED: Literal["center_baseline"] = "center_baseline"  # of numbers at an axis
 
 

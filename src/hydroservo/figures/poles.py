@@ -7,8 +7,6 @@ from matplotlib.figure import Figure
 from hydroservo.figures.style import GREY, PALETTE, figure, style
 from hydroservo.linear import Linearization
 
-__all__ = ["plot_poles"]
-
 HEIGHT = 3.4  # inch
 DAMPING = (0.1, 0.3, 0.5, 0.7)  # of the lines that are drawn
 MARGIN = 1.15  # of an axis, beyond the outermost pole

@@ -8,8 +8,6 @@ import numpy as np
 from hydroservo.figures.trace import Samples
 from hydroservo.formatting import readable_unit
 
-__all__ = ["axis_unit", "largest", "limits"]
-
 MARGIN = 0.12  # of a range, above and below
 SMALLER = {"mm": "µm", "mm/s": "µm/s", "mV": "µV", "mA": "µA"}  # by a factor of 1000
 

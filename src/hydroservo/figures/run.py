@@ -12,8 +12,6 @@ from hydroservo.runs.behaviour import oscillation_note
 from hydroservo.runs.results import metrics_of
 from hydroservo.runs.titles import controller_name, controller_title
 
-__all__ = ["plot_run"]
-
 PRESSURES = {"chamber A": PALETTE[4], "chamber B": PALETTE[5], "supply": GREY}
 
 

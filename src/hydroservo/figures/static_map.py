@@ -11,8 +11,6 @@ from hydroservo.figures.ranges import axis_unit, largest
 from hydroservo.figures.style import GREY, PALETTE, figure, style
 from hydroservo.identification.maps import Kind, StaticMap
 
-__all__ = ["plot_static_map"]
-
 HEIGHT = 3.2  # inch
 MARGIN = 0.03  # of the axes
 DOT = 3.2  # points

@@ -19,19 +19,6 @@ from matplotlib.text import Text
 from hydroservo.figures.pgf import drawn_by_latex
 from hydroservo.outputs import atomic_path
 
-__all__ = [
-    "COLOURS",
-    "GREY",
-    "PALETTE",
-    "WIDTH",
-    "axes_across",
-    "figure",
-    "fit_width",
-    "save_figure",
-    "save_picture",
-    "style",
-]
-
 # Source: Okabe and Ito, Color Universal Design, 2008; told apart with any common colour vision.
 PALETTE = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 COLOURS = {  # of controllers by their type, and of the demand

@@ -12,8 +12,6 @@ from hydroservo.errors import HydroservoError
 from hydroservo.runs.results import scenario_of
 from hydroservo.runs.unrecorded import Unrecorded, unrecorded_command
 
-__all__ = ["Samples", "Trace", "trace_of"]
-
 Samples = NDArray[np.float64]
 CONTROLLED = "controlled.value"
 

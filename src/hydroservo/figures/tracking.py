@@ -12,8 +12,6 @@ from hydroservo.figures.style import COLOURS, GREY, figure
 from hydroservo.figures.trace import Samples, Trace
 from hydroservo.formatting import quantity, readable_unit
 
-__all__ = ["TracedRun", "add_legend", "calm_on_top", "tracking_figure", "truth", "whole"]
-
 HEIGHT = 1.35  # inch, of a panel
 LEGEND = 100  # characters that fit in a line of a legend
 REMARK = 7  # points

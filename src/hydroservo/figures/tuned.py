@@ -15,8 +15,6 @@ from hydroservo.formatting import number
 from hydroservo.runs.tried import Tried
 from hydroservo.runs.tuned import Tuned
 
-__all__ = ["plot_front", "plot_tuned"]
-
 ROW = 0.34  # inch, of a loop
 MARGIN = 1.6  # factor of the axis beyond the outermost dots
 DOT = 6.0  # points

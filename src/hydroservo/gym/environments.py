@@ -17,8 +17,6 @@ from hydroservo.gym.task import Task
 from hydroservo.loop import Loop
 from hydroservo.validation import whole_number
 
-__all__ = ["LoopEnv", "LoopVectorEnv"]
-
 Numbers = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 Info = dict[str, Any]

@@ -12,8 +12,6 @@ from hydroservo.scenario.sampling import Columns, assembly_of, drawn, parameters
 from hydroservo.scenario.truth import Deviation
 from hydroservo.validation import whole_number
 
-__all__ = ["MOST_DRAWS", "Ranges", "drawn_sets", "scenario_of"]
-
 MOST_DRAWS = 100_000  # sets of parameters, each with a start of its own to be found
 
 Ranges = Mapping[str, str | tuple[float, float]]

@@ -12,8 +12,6 @@ from hydroservo.runs.cautions import quietly
 from hydroservo.runs.run import simulate
 from hydroservo.runs.stepping import SteppedRuns
 
-__all__ = ["Scales", "scales_of"]
-
 
 class Scales(NamedTuple):
     """Sizes of signals.

@@ -19,8 +19,6 @@ from hydroservo.sensors.missing import missing_signals
 from hydroservo.signals import Demand, Measurement
 from hydroservo.validation import number
 
-__all__ = ["Outcome", "Task"]
-
 BEYOND = 10.0  # sizes, at which an observation is cut off
 SEEDS = 2**53  # of the random numbers of an episode
 LARGEST_CHANGE = 4.0  # of a command from sample to sample, by its limit, squared

@@ -7,8 +7,6 @@ from hydroservo import ops
 from hydroservo.block import Field
 from hydroservo.roles import Hold, role
 
-__all__ = ["DelayedHold", "DelayedHoldState", "HeldTwice"]
-
 
 class DelayedHoldState(NamedTuple):
     """The command that is being replaced, and when the new one comes."""

@@ -5,8 +5,6 @@ from typing import NamedTuple
 
 from hydroservo.roles import Hold, role
 
-__all__ = ["ZeroOrderHold", "ZeroOrderHoldState"]
-
 
 class ZeroOrderHoldState(NamedTuple):
     """A hold without delay remembers nothing but the command, which the controller keeps."""

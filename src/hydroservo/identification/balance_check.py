@@ -16,8 +16,6 @@ from hydroservo.identification.spikes import noise_of
 from hydroservo.identification.thinning import thinned
 from hydroservo.loop import Loop
 
-__all__ = ["balance_problem", "check_balance"]
-
 PRESSURES = frozenset({"pressure_a", "pressure_b"})
 SIGMAS = 5.0  # of a speed's noise, within which the direction of motion is not known
 SLOW = 0.02  # of the largest speed, within which the piston may stick

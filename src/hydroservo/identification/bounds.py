@@ -12,8 +12,6 @@ from hydroservo.identification.signals import COMMAND, OUTPUTS
 from hydroservo.limits.command import command_limits
 from hydroservo.loop import Loop
 
-__all__ = ["Bounds", "bounds_of", "kept", "room"]
-
 MARGIN = 0.02  # of a stroke, at both its ends
 ABOVE = 1.5  # times the supply's pressure, that a chamber's may be
 

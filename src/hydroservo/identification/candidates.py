@@ -8,8 +8,6 @@ from numpy.typing import NDArray
 
 from hydroservo.formatting import number
 
-__all__ = ["Candidate", "candidates", "rolled"]
-
 TONES = 12
 EACH = 8  # candidates of each kind
 HIGHEST = 100.0  # Hz

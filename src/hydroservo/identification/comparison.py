@@ -13,8 +13,6 @@ from hydroservo.identification.long_run import long_run_covariance
 from hydroservo.identification.result import Identified, LogFit
 from hydroservo.identification.spikes import TO_DEVIATION
 
-__all__ = ["Comparison", "compare"]
-
 STRONG = 10.0  # by which a criterion must be less for a larger model to have earned its numbers
 CUT = 4.0  # robust deviations, to which residuals are cut
 

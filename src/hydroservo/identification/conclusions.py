@@ -10,8 +10,6 @@ from hydroservo.identification.problem import Problem, Unknown
 from hydroservo.identification.result import UNFIT, Estimate, LogFit
 from hydroservo.identification.uncertainty import Uncertainty
 
-__all__ = ["remarks_of"]
-
 NOTHING = 12.0  # information, in units of a range, that is no more than the range itself says
 TOGETHER = 0.9  # correlation from which on two numbers are told together alone
 SURE = 3.0  # deviations, from which on an offset or a delay is one

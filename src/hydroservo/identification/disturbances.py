@@ -14,8 +14,6 @@ from hydroservo.roles import Load
 from hydroservo.runs.run import ready
 from hydroservo.signals import Demand, Measurement
 
-__all__ = ["Direction", "command_directions", "disturbed", "force_directions", "scale_of"]
-
 STILL = 0.01  # of the largest speed, below which friction changes sign smoothly
 WIDTH = 0.02  # of the largest command, of a hysteresis and an overlap
 AIR = 1e5  # Pa, about where air in the oil counts

@@ -29,18 +29,6 @@ from hydroservo.validation import checked
 if TYPE_CHECKING:
     from hydroservo.engine.lanes import CompiledLanes
 
-__all__ = [
-    "BEGUN",
-    "GIVEN",
-    "LOAD",
-    "Experiment",
-    "experiment",
-    "kernel_for",
-    "played_path",
-    "predicted",
-    "runs_of",
-]
-
 BEGUN = "load.begun"  # where a recorded force, which the sensors' delay reached too, is put right
 GIVEN = "start.given."
 LOAD = "load."

@@ -7,8 +7,6 @@ from hydroservo.identification.search import Solution
 from hydroservo.identification.uncertainty import Uncertainty
 from hydroservo.scenario.load import Assembly
 
-__all__ = ["Fitted"]
-
 
 class Fitted(NamedTuple):
     """What was fitted to what.

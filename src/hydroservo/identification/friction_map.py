@@ -7,8 +7,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from hydroservo.errors import ParameterError
 
-__all__ = ["FrictionMap", "friction_map"]
-
 Samples = NDArray[np.float64]
 
 

@@ -8,8 +8,6 @@ from hydroservo.identification.misfit import misfit
 from hydroservo.identification.problem import Problem
 from hydroservo.identification.search import Solution, refined
 
-__all__ = ["HeldOut", "held_out"]
-
 SHARE = 0.2  # of each segment, its end
 
 

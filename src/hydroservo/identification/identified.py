@@ -43,8 +43,6 @@ from hydroservo.validation import number, whole_number
 from hydroservo.work.cores import checked_count
 from hydroservo.work.notebook_bar import shows_progress
 
-__all__ = ["identified", "identify"]
-
 LARGEST_SEED = 2**53 - 1
 HORIZON = Field("s", "time in which a prediction forgets", above=0)
 LATE = Field("s", "by which what is measured comes after the command")

@@ -5,8 +5,6 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["lag", "left"]
-
 Samples = NDArray[np.float64]
 
 

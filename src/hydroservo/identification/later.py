@@ -5,8 +5,6 @@ from typing import Annotated, Any, NamedTuple
 from hydroservo.block import Field
 from hydroservo.roles import Load
 
-__all__ = ["PUSH", "Later"]
-
 PUSH = "load.push"
 
 

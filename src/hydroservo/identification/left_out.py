@@ -27,8 +27,6 @@ from hydroservo.loop import Loop
 from hydroservo.runs.run import ready
 from hydroservo.scenario.load import Machine
 
-__all__ = ["Effect", "left_out"]
-
 SMALL = 1e-3  # of the largest command or force, by which an effect is tried
 CUT = 3.0  # deviations, to which residuals are cut
 OWN = 1e-3  # share of an effect's square that what was sought must leave of it

@@ -23,8 +23,6 @@ from hydroservo.scenario.records.columns import first_names
 from hydroservo.scenario.records.series import sample_period
 from hydroservo.scenario.tables import Entry
 
-__all__ = ["Given", "Log", "checked_log", "log_mapping", "read_log", "read_logs"]
-
 FEWEST = 16  # samples
 LARGEST_NUMBER = 1e30  # in SI units
 PERIOD = "period"  # beside the signals of a mapping

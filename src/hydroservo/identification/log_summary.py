@@ -9,8 +9,6 @@ from hydroservo.formatting import scales_of
 from hydroservo.identification.segments import Understood
 from hydroservo.identification.signals import SIGNALS, TIME
 
-__all__ = ["log_summary", "rate_lines", "signal_rows"]
-
 
 def log_summary(whole: Understood) -> dict[str, Any]:
     """The log as nested tables, in SI units."""

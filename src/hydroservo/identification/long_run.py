@@ -6,8 +6,6 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["long_run_covariance"]
-
 MOST = 0.97  # autocorrelation that is taken out before; beyond, too few samples are independent
 
 Matrix = NDArray[np.float64]

@@ -9,8 +9,6 @@ from numpy.typing import NDArray
 from hydroservo.errors import ParameterError, ScenarioError
 from hydroservo.identification.problem import Problem, simulated
 
-__all__ = ["Misfit", "Weights", "misfit", "residuals_by_signal"]
-
 Vector = NDArray[np.float64]
 Weights = Mapping[tuple[int, str], float]  # by log and signal, in the inverse of its unit
 Counted = Mapping[int, NDArray[np.bool_]]  # by segment, which samples count

@@ -14,8 +14,6 @@ from hydroservo.identification.signals import OUTPUTS
 if TYPE_CHECKING:
     from hydroservo.engine.lanes import CompiledLanes
 
-__all__ = ["CORRECTED", "Observer", "corrector", "fading_gain", "rows_of"]
-
 CORRECTED = "plant."  # the states of which are corrected, and an unknown force on the rod
 MEMORIES = 8.0  # after so many times its memory a gain has settled
 

@@ -9,8 +9,6 @@ from hydroservo._version import __version__
 from hydroservo.errors import one_line
 from hydroservo.scenario.catalogue import builtin_texts
 
-__all__ = ["on_base"]
-
 
 def on_base(
     scenario: str, tables: Mapping[str, Any], folder: Path | str, command: str, remarks: Sequence[str] = ()

@@ -22,8 +22,6 @@ from hydroservo.identification.signals import OUTPUTS
 if TYPE_CHECKING:
     from hydroservo.engine.lanes import CompiledLanes
 
-__all__ = ["USUAL", "best_prediction", "predicting"]
-
 USUAL = 0.05  # s, in which predictions forget
 NUDGE = 1e-4  # of a state's spread over a log, for its difference
 DESIGNS = 2  # of observers, the second at what the first gave

@@ -10,8 +10,6 @@ from hydroservo.errors import ScenarioError
 from hydroservo.formatting import MINUS, quantity
 from hydroservo.identification.segments import Understood
 
-__all__ = ["check_positions", "stroke_of"]
-
 BEYOND = 0.1  # of the stroke, by which a sensor's zero may lie beside the machine's
 
 

@@ -15,21 +15,6 @@ from hydroservo.identification.steps import automatic_steps, with_steps
 from hydroservo.runs.columns import Columns
 from hydroservo.runs.space import Space
 
-__all__ = [
-    "DELAY",
-    "Ends",
-    "Problem",
-    "Simulated",
-    "Unknown",
-    "adapt_steps",
-    "are_possible",
-    "lie_at_ends",
-    "runs_at",
-    "simulated",
-    "unknowns_of",
-    "usual_values",
-]
-
 STEP = 3e-4  # of a parameter's range, for its central difference
 UNCERTAIN_STEP = 3e-3  # of the narrower range of a parameter that is not sought
 START_STEP = 1e-3  # of a signal's spread, for a state's at the start

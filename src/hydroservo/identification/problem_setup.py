@@ -20,8 +20,6 @@ from hydroservo.scenario.datasheets import columns_of
 from hydroservo.scenario.load import Assembly
 from hydroservo.scenario.sampling import Variation, parameters_of
 
-__all__ = ["problem_of"]
-
 TRIED = 16  # points of the ranges, besides three on their diagonal, that show which numbers differ
 
 

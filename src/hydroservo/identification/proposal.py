@@ -16,8 +16,6 @@ from hydroservo.identification.signals import OUTPUTS
 from hydroservo.identification.trial import Trial, drawn, held_still, openness, trial_of
 from hydroservo.identification.uncertainty import NORMAL
 
-__all__ = ["Promise", "Proposal", "propose"]
-
 NEWS = 0.5  # by which logarithms of variances fall, of which less is none
 LONGEST = 10.0  # s
 

@@ -22,8 +22,6 @@ from hydroservo.identification.whiteness import autocorrelation, rounded_like, w
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["log_fits"]
-
 BEGUN = 0.05  # of each stretch, after which states that were not measured do not matter any more
 WHITE = 1e-6  # probability, below which residuals are not white
 EXACT = 1e-8  # share of a signal's variance, below which what is left may be of the integration

@@ -22,8 +22,6 @@ from hydroservo.signals import MachineOutputs
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["with_logs"]
-
 Samples = NDArray[np.float64]
 
 DRIVES = {"machine": COMMAND, "closed": REFERENCE}  # what the response of this name is by

@@ -9,9 +9,6 @@ from numpy.typing import NDArray
 from hydroservo.identification.long_run import long_run_covariance
 from hydroservo.identification.uncertainty import NORMAL
 
-__all__ = ["Regression", "mean_of", "regression"]
-
-
 Matrix = NDArray[np.float64]
 
 

@@ -18,8 +18,6 @@ from hydroservo.loop import Loop
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["UNFIT", "Estimate", "Identified", "LogFit", "SignalFit"]
-
 UNFIT = "THE MODEL DOES NOT FIT the logs, so they tell none of its numbers."
 
 

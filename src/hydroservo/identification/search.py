@@ -14,8 +14,6 @@ from hydroservo.identification.problem import PLACES, Problem, adapt_steps, are_
 from hydroservo.identification.spikes import TO_DEVIATION, noise_of
 from hydroservo.identification.steps import COARSE
 
-__all__ = ["KNEE", "Report", "Solution", "best_fit", "first_weights", "refined", "settled"]
-
 KNEE = 2.0  # deviations, from which a residual counts linearly: 99 % efficient for normal noise
 CANDIDATES = 63  # of starts, besides the scenario's own values: two groups of lanes
 STARTS = 3

@@ -6,8 +6,6 @@ from hydroservo.block import Block
 from hydroservo.roles import at_samples
 from hydroservo.signals import MachineOutputs
 
-__all__ = ["Seen"]
-
 
 class Nothing(NamedTuple):
     """No metric."""

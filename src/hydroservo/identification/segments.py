@@ -13,8 +13,6 @@ from hydroservo.identification.log import FEWEST, Log
 from hydroservo.identification.signals import COMMAND, EXTERNAL_FORCE, INPUTS, OUTPUTS, REFERENCE, SIGNALS
 from hydroservo.identification.spikes import resolution_of, spikes_in
 
-__all__ = ["LONGEST_BRIDGE", "Segment", "Understood", "understood"]
-
 JITTER = 0.02  # of a period, by which instants may lie beside an even grid
 MISSING = 1.5  # periods: a longer interval lacks samples
 NEAR = 0.9  # of a period, within which a sample must lie for one on the grid to follow from it

@@ -3,8 +3,6 @@
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["shifted", "slope_of_shift"]
-
 STEP = 0.05  # of a sample, for the difference by the shift
 
 Samples = NDArray[np.float64]

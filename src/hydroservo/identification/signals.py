@@ -6,18 +6,6 @@ from types import MappingProxyType
 from hydroservo.field import Field, declared_fields
 from hydroservo.signals import MachineOutputs
 
-__all__ = [
-    "COMMAND",
-    "EXTERNAL_FORCE",
-    "INPUTS",
-    "NAMES",
-    "OUTPUTS",
-    "REFERENCE",
-    "SIGNALS",
-    "TIME",
-    "WRITTEN",
-]
-
 TIME = "time"
 COMMAND = "command"
 EXTERNAL_FORCE = "external_force"

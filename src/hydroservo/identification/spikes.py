@@ -3,8 +3,6 @@
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["noise_of", "resolution_of", "spikes_in"]
-
 SIGMAS = 8.0  # of the noise that a spike stands out by
 SHARE = 0.02  # and of the signal's range
 RETURNED = 0.5  # of its height that the signal may have moved on from before to after it

@@ -11,8 +11,6 @@ from hydroservo.runs.cautions import quietly
 from hydroservo.runs.run import simulate
 from hydroservo.runs.step_sizes import command_parts, with_substeps
 
-__all__ = ["COARSE", "automatic_steps", "first_steps", "with_steps"]
-
 TRIED = 1.0  # s of a log, after which the steps that it takes are known
 COARSE = 1e-4  # tolerance of a search's steps: a tenth of what its first fit tries to get below
 

@@ -5,8 +5,6 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["thinned"]
-
 MOST = 4000  # samples of a stretch that count; of more, means are taken over several
 
 Samples = NDArray[np.float64]

@@ -19,8 +19,6 @@ from hydroservo.identification.segments import Segment
 from hydroservo.identification.signals import COMMAND, OUTPUTS
 from hydroservo.runs.space import Space
 
-__all__ = ["Held", "Trial", "drawn", "held_still", "openness", "trial_of"]
-
 DRAWS = 24  # machines that the logs allow, with which a command must keep its bounds
 SIZES = 10  # that a candidate may have, tried in turn
 FIRST = 0.005  # of what a command may be, to see how far it moves the machine

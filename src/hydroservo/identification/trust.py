@@ -9,8 +9,6 @@ from hydroservo.identification.search import KNEE
 from hydroservo.identification.shift import shifted
 from hydroservo.identification.uncertainty import NORMAL, Uncertainty
 
-__all__ = ["identifiable", "losses"]
-
 SURE, UNSURE = 0.005, 0.1  # of a range: deviations of a direction that is told for sure, and of one not
 BENT = (0.25, 4.0)  # times what it should be that a loss may be at the end of an interval
 SHARE = 0.1  # of a variance that may come from directions that are not told

@@ -14,8 +14,6 @@ from hydroservo.scenario.sampling import Variation, parameters_of
 from hydroservo.scenario.truth import Deviation
 from hydroservo.validation import within
 
-__all__ = ["Uncertain", "uncertain_numbers"]
-
 FAR = 2.0  # times an uncertainty, up to which a number is sought
 
 

@@ -11,8 +11,6 @@ from hydroservo.identification.misfit import Misfit
 from hydroservo.identification.problem import Problem
 from hydroservo.identification.search import KNEE
 
-__all__ = ["NORMAL", "Uncertainty", "uncertainty"]
-
 BLOCKS = 50  # of all segments together, at least; they are resampled whole
 DRAWS = 500
 NORMAL = 1.96  # deviations, to the ends of a 95 % interval

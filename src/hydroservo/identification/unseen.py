@@ -11,8 +11,6 @@ from hydroservo.identification.observer import rows_of
 from hydroservo.identification.segments import Segment
 from hydroservo.identification.spikes import noise_of
 
-__all__ = ["begins_in_motion", "with_unseen"]
-
 FIRST = 12  # samples that show whether something moves
 CLEAR = 3.0  # deviations of noise, from which a change is one
 

@@ -8,8 +8,6 @@ from numpy.typing import NDArray
 
 from hydroservo.errors import ScenarioError
 
-__all__ = ["Estimate", "welch"]
-
 WINDOWS = 16  # that are averaged, at least: without a relation the coherence is 1/16 then
 SHORTEST = 64  # samples of a window
 FIRST = 2  # of its lines that is told: the ones before it hold what a signal drifts by

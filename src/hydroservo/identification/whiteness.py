@@ -6,8 +6,6 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["LAGS", "autocorrelation", "rounded_like", "whiteness"]
-
 LAGS = 20
 CUT = 3.0  # deviations, to which residuals are cut, for single outliers are no sign of a model
 DRAWS = 8  # of noise that is rounded as a signal is

@@ -11,8 +11,6 @@ from hydroservo.scenario.load import Assembly, Machine, assembled
 from hydroservo.scenario.overrides import nested
 from hydroservo.scenario.truth import Value
 
-__all__ = ["tables_or_remark", "tables_with"]
-
 CLOSE = 1e-9  # relative difference that digits may make
 
 Changes = Mapping[str, object]

@@ -9,8 +9,6 @@ from hydroservo.integrators.jumps import BEFORE
 from hydroservo.roles import Integrator, role
 from hydroservo.states import axpy
 
-__all__ = ["RK4"]
-
 TRUSTED = 0.5  # largest h |lambda|
 SUBSTEPS = 10**6  # at most
 

@@ -9,8 +9,6 @@ from hydroservo.integrators.jumps import BEFORE
 from hydroservo.roles import Integrator, role
 from hydroservo.states import axpy, factored, solved
 
-__all__ = ["Rosenbrock"]
-
 GAMMA = 0.435866521508459
 
 

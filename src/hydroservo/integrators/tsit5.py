@@ -10,8 +10,6 @@ from hydroservo.roles import Integrator, role
 from hydroservo.sources import CHOSEN
 from hydroservo.states import axpy, misses, scaled
 
-__all__ = ["Tsit5"]
-
 TRUSTED = 0.5  # largest h |lambda| of the shortest step
 SAFETY, LEAST_FACTOR, LARGEST_FACTOR = 0.9, 0.2, 5.0  # of one step's length over the last
 

@@ -24,8 +24,6 @@ from hydroservo.nearest import one_of
 from hydroservo.runs.arguments import checked_loop
 from hydroservo.scenario.overrides import nested
 
-__all__ = ["to_law", "to_scenario"]
-
 Matrix = NDArray[np.float64]
 
 STATES = len(StateWeights._fields)

@@ -14,8 +14,6 @@ from hydroservo.linear.parts import machine_rows
 from hydroservo.loop import Loop
 from hydroservo.runs.arguments import checked_loop
 
-__all__ = ["from_statespace", "to_nlsys", "to_statespace"]
-
 Vector = NDArray[np.float64]
 
 

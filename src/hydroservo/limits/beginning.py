@@ -15,8 +15,6 @@ from hydroservo.runs.steady import sized
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["COMMAND", "DEMAND", "Beginning", "at_rest", "of_run", "remembers"]
-
 COMMAND = "controller.u"
 DEMAND = "reference.value"
 

@@ -11,8 +11,6 @@ from hydroservo.limits.foreknown import Foreknown, expected, jumps
 from hydroservo.limits.interval import Interval
 from hydroservo.limits.problem import Course, Optimum, optimum
 
-__all__ = ["causal_course", "surprises"]
-
 TAIL = 0.1  # of a stretch between jumps: how much longer it is expected to last
 LEAST_TAIL = 20  # samples
 

@@ -8,8 +8,6 @@ from hydroservo.controllers import DAC, Delay, RateLimit
 from hydroservo.errors import ParameterError
 from hydroservo.loop import Loop
 
-__all__ = ["CommandLimits", "command_limits", "loosest"]
-
 
 class CommandLimits(NamedTuple):
     """What limits a command.

@@ -8,8 +8,6 @@ from numpy.typing import NDArray
 from hydroservo.integrators.jumps import BEFORE
 from hydroservo.loop import Loop
 
-__all__ = ["Foreknown", "expected", "foreknown", "jumps"]
-
 JUMP = 0.05  # of a signal's whole range: a step of the integrator that changes it more is a jump
 
 Matrix = NDArray[np.float64]

@@ -13,8 +13,6 @@ from hydroservo.loop import Loop
 from hydroservo.runs.steady import sized
 from hydroservo.states import filled
 
-__all__ = ["Interval", "interval"]
-
 STAGES = 3  # forces that a step of RK4 asks for: at its beginning, middle and end
 NEAR = 1e-3  # of each state's size
 EQUAL = 1e-9  # of a rate's largest value: what operations in another order may change

@@ -24,8 +24,6 @@ from hydroservo.work.notebook_bar import shows_progress
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["Limits", "limit"]
-
 LAW = 0.05  # of the work, that is done after its run
 
 

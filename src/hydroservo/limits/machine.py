@@ -19,8 +19,6 @@ from hydroservo.limits.search import (
 from hydroservo.loop import Loop
 from hydroservo.sensors import IdealSensors
 
-__all__ = ["MachineLimits", "check_limited", "lawless", "machine_limits"]
-
 
 class MachineLimits(NamedTuple):
     """The least rms errors that commands can leave.

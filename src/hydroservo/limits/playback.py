@@ -8,8 +8,6 @@ from numpy.typing import NDArray
 from hydroservo.block import Field
 from hydroservo.signals import Demand, Measurement
 
-__all__ = ["Playback", "PlaybackState"]
-
 
 class PlaybackState(NamedTuple):
     """The last command, and the number of the next one."""

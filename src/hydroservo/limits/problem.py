@@ -9,8 +9,6 @@ from hydroservo.errors import HydroservoError
 from hydroservo.limits.command import CommandLimits
 from hydroservo.limits.interval import Interval
 
-__all__ = ["TOLERANCE", "Course", "Optimum", "optimum"]
-
 TOLERANCE = 1e-9  # of the optimality conditions, with squared errors in units of the law's
 KINKED, STILL = 1e-2, 1e-7  # what is left of them at a kink, where the squares change no more than this
 ITERATIONS = 200

@@ -24,8 +24,6 @@ from hydroservo.runs.run import Progress, plan_of, ready, simulate
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["Best", "best_commands", "check_installed", "checked_samples", "prepared", "run_of"]
-
 SIGNAL = "controlled.value"
 MOST_UNKNOWNS = 10**6  # states and commands, of some kilobytes each
 CAUSAL = 0.5  # of the work, that is done after it

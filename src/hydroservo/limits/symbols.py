@@ -10,8 +10,6 @@ from typing import Any
 from hydroservo.block import Block
 from hydroservo.twins import Twins
 
-__all__ = ["symbolic"]
-
 LEAST_ROOT = 1e-30  # below it a root is 0, and its slope too, which is infinite there
 
 

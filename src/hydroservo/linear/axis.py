@@ -18,8 +18,6 @@ from hydroservo.linear.system import System, response
 from hydroservo.loop import Loop
 from hydroservo.states import filled
 
-__all__ = ["Axis", "axis_at"]
-
 LEAST_PART = 0.1  # of the piston's velocity in a pair of poles that is the axis's
 FURTHER = 1.01  # times a command, for the slope of the velocity
 SLOW = 1e-3  # of the natural frequency, below which nothing lags

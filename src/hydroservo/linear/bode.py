@@ -39,8 +39,6 @@ from hydroservo.work.notebook_bar import shows_progress
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["bode", "bode_over"]
-
 Vector = NDArray[np.float64]
 Progress = Callable[[float], None]
 

@@ -19,8 +19,6 @@ from hydroservo.monitors import Oscillation
 from hydroservo.runs.batch import simulate_batch, with_steps
 from hydroservo.runs.cautions import quietly
 
-__all__ = ["Bounds", "LoopGuard"]
-
 Numbers = NDArray[np.float64]
 Columns = Mapping[str, Numbers]
 

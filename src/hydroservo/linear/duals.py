@@ -12,8 +12,6 @@ from hydroservo import ops
 from hydroservo.block import Block
 from hydroservo.twins import Twins
 
-__all__ = ["Dual", "dual", "duals"]
-
 Vector = NDArray[np.float64]
 
 

@@ -11,8 +11,6 @@ from hydroservo.block import Block, Field
 from hydroservo.roles import Controller, Load, Reference, role
 from hydroservo.signals import Demand, Measurement
 
-__all__ = ["Chirp", "Excited", "ExcitedDemand", "ExcitedState", "PushedLoad", "Tones"]
-
 FADE = 0.025  # of a chirp's period, in which it comes, and in which it goes
 
 

@@ -10,8 +10,6 @@ from hydroservo.linear.places import SHARES, largest_command, sliding
 from hydroservo.loop import Loop
 from hydroservo.runs.arguments import checked_loop
 
-__all__ = ["FirstGuess", "first_guess"]
-
 FOLLOWED = ("m", "m/s")  # what a loop controls, by its unit
 USED = 0.5  # of the largest stable K_v: 6 dB
 RESET = 10.0  # 1/K_v in the reset time of a position law: 6 degrees where its gain crosses 1

@@ -15,8 +15,6 @@ from hydroservo.linear.system import System, response
 from hydroservo.nearest import one_of
 from hydroservo.validation import number as checked_number
 
-__all__ = ["Linearization", "Quantity", "Uncertain"]
-
 Matrix = NDArray[np.float64]
 AT_ORIGIN = 1e-9  # of the largest pole: below it a pole is at rest
 AT_ONE = 3e-8  # likewise of a sampled one, from z = 1: what rounding moves a double one by

@@ -20,8 +20,6 @@ from hydroservo.runs.arguments import checked_loop
 from hydroservo.signals import Demand, MachineOutputs, Measurement
 from hydroservo.validation import number
 
-__all__ = ["UNITS", "linearize", "linearized", "point_of"]
-
 COMMANDED = Quantity("command", "V")
 LOADED = Quantity("load.force", "N")
 CERTAIN = 1e-6  # of a derivative: what differences may be off without a kink

@@ -17,8 +17,6 @@ from hydroservo.linear.response import crossings, grid, largest
 from hydroservo.loop import Loop
 from hydroservo.runs.arguments import checked_loop
 
-__all__ = ["UNTOLD", "Judged", "Margins", "margins", "margins_at"]
-
 SLOWEST = 1e-6  # growth per sample that counts as none: a slow drift of what nothing holds
 LINEAR = 1e-2  # largest error
 UNTOLD = (HydroservoError, ArithmeticError, ValueError)  # that a loop without slopes raises, a plug-in's too

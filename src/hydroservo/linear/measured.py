@@ -22,8 +22,6 @@ from hydroservo.starts import AsBuilt
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["EXCITATIONS", "EXCITED", "Experiment", "Heard", "heard", "measured", "moving"]
-
 Vector = NDArray[np.float64]
 Response = NDArray[np.complex128]
 

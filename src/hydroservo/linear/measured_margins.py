@@ -11,8 +11,6 @@ from hydroservo.formatting import number
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["COHERENT", "Crossing", "measured_margins"]
-
 COHERENT = 0.9  # of the tones on both sides of a crossover, at least
 
 Vector = NDArray[np.float64]

@@ -15,8 +15,6 @@ from hydroservo.runs.batch import simulate_batch
 from hydroservo.runs.cautions import quietly
 from hydroservo.runs.run import Progress
 
-__all__ = ["MOST", "amplified", "oscillation_gain"]
-
 FREE = 1e6  # [V] a limit that binds no more
 MOST = 20.0  # dB
 LARGE = 0.1  # V, a hundredth of the usual 10 V: less is hunting, as about a valve's hysteresis

@@ -11,8 +11,6 @@ from hydroservo.linear.operating_point import OperatingPoint
 from hydroservo.linear.parts import Parts, parts_of, sizes
 from hydroservo.linear.system import ASKED, COMMAND, opened_system, reduced
 
-__all__ = ["OpenLoop", "Variants", "opened"]
-
 Matrix = NDArray[np.float64]
 Vector = NDArray[np.float64]
 

@@ -20,8 +20,6 @@ from hydroservo.signals import Demand
 from hydroservo.starts import Steady
 from hydroservo.states import axpy, filled
 
-__all__ = ["DigitalState", "OperatingPoint", "machine_point", "operating_point", "sampled"]
-
 Vector = NDArray[np.float64]
 
 SAMPLES = 20  # after which filters and estimates have begun

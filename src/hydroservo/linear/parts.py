@@ -14,8 +14,6 @@ from hydroservo.runs.steady import SIZES, sized
 from hydroservo.signals import MachineOutputs
 from hydroservo.states import filled
 
-__all__ = ["Parts", "demand_sizes", "jumps", "law_slopes", "machine_slopes", "parts_of", "sizes"]
-
 Matrix = NDArray[np.float64]
 Vector = NDArray[np.float64]
 

@@ -21,18 +21,6 @@ from hydroservo.loop import Loop
 from hydroservo.runs.cautions import quietly
 from hydroservo.runs.run import complete, designed_law, simulate
 
-__all__ = [
-    "SHARES",
-    "Place",
-    "Reserve",
-    "is_unstable",
-    "kinked",
-    "largest_command",
-    "places_of",
-    "sliding",
-    "while_moving",
-]
-
 POINTS = 400  # of a curve, besides those about its resonances
 SHARES = (-0.5, -0.1, 0.1, 0.5)  # of the largest command of a run, under which a machine moves
 NEAR = (-0.01, 0.01)  # and nearly rests

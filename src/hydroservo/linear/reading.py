@@ -5,8 +5,6 @@ import math
 from hydroservo.formatting import number
 from hydroservo.linear.onset import MOST
 
-__all__ = ["READ", "read_as"]
-
 READ = {
     "gain_margin": ("gain margin", "dB"),
     "phase_margin": ("phase margin", "\N{DEGREE SIGN}"),

@@ -9,8 +9,6 @@ from numpy.typing import NDArray
 
 from hydroservo.linear.open_loop import OpenLoop
 
-__all__ = ["Crossings", "crossings", "grid", "largest", "rates_of"]
-
 Vector = NDArray[np.float64]
 Response = NDArray[np.complex128]
 

@@ -24,8 +24,6 @@ from hydroservo.linear.system import (
 from hydroservo.loop import Loop
 from hydroservo.signals import MachineOutputs
 
-__all__ = ["Responses", "giving_way", "responses"]
-
 Vector = NDArray[np.float64]
 Response = NDArray[np.complex128]
 

@@ -14,8 +14,6 @@ from hydroservo.runs.run import ready, simulate
 from hydroservo.states import filled
 from hydroservo.validation import number
 
-__all__ = ["run_point"]
-
 
 def run_point(loop: Loop, time: float) -> OperatingPoint:
     """Where a loop is at the last sample up to an instant, before it measures there.

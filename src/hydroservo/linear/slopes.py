@@ -9,8 +9,6 @@ from numpy.typing import NDArray
 from hydroservo.block import Block
 from hydroservo.linear.duals import Dual, dual, duals
 
-__all__ = ["Function", "Rows", "Slopes", "central", "differences", "exact_slopes", "reached", "slopes"]
-
 Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]
 Function = Callable[[Vector], Vector]

@@ -16,8 +16,6 @@ from hydroservo.monitors import Oscillation
 from hydroservo.runs.cautions import quietly
 from hydroservo.runs.run import simulate
 
-__all__ = ["Change", "Standing", "changes_of", "standing_of"]
-
 
 class Standing(NamedTuple):
     """How far a loop is from oscillating, as ``bode`` shows it; nan where a number cannot be had."""

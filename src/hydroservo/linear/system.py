@@ -11,19 +11,6 @@ from hydroservo.linear.operating_point import DigitalState, OperatingPoint
 from hydroservo.linear.parts import Parts, jumps, sizes
 from hydroservo.linear.slopes import reached
 
-__all__ = [
-    "ASKED",
-    "COMMAND",
-    "DEMAND",
-    "FORCE",
-    "System",
-    "closed",
-    "opened_system",
-    "pushed",
-    "reduced",
-    "response",
-]
-
 Matrix = NDArray[np.float64]
 Response = NDArray[np.complex128]
 

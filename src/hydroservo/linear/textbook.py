@@ -12,8 +12,6 @@ from hydroservo.linear.parts import machine_slopes
 from hydroservo.linear.slopes import slopes
 from hydroservo.plants import Cylinder, LoadPressurePlant
 
-__all__ = ["Textbook", "textbook"]
-
 
 class Textbook(NamedTuple):
     """The formulas of hydraulics for a machine about a point."""

@@ -11,8 +11,6 @@ from hydroservo.linear.operating_point import OperatingPoint
 from hydroservo.linear.places import kinked, largest_command, while_moving
 from hydroservo.loop import Loop
 
-__all__ = ["Trusted", "trusted_margins"]
-
 AGREED = 1.5  # dB, by which a gain margin may miss the onset of oscillation
 LEAST = 0.1  # of the largest command of the run, from which a point that is asked for has margins of its own
 

@@ -20,8 +20,6 @@ from hydroservo.loop import Loop
 from hydroservo.runs.run import complete
 from hydroservo.validation import number
 
-__all__ = ["View", "onset_of", "smoothest", "viewed"]
-
 Vector = NDArray[np.float64]
 Progress = Callable[[float], None]
 

@@ -6,8 +6,6 @@ from typing import Annotated, NamedTuple
 from hydroservo.block import Field
 from hydroservo.roles import Load, role
 
-__all__ = ["Constant"]
-
 
 @role(Load)
 class Constant(NamedTuple):

@@ -6,8 +6,6 @@ from hydroservo.block import Field
 from hydroservo.roles import Load, role
 from hydroservo.time_series import TimeSeries
 
-__all__ = ["Recorded"]
-
 
 @role(Load)
 class Recorded(NamedTuple):

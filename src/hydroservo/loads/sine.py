@@ -8,8 +8,6 @@ from hydroservo.block import Field
 from hydroservo.roles import Load, role
 from hydroservo.sources import CHOSEN
 
-__all__ = ["Sine"]
-
 
 @role(Load)
 class Sine(NamedTuple):

@@ -7,8 +7,6 @@ from hydroservo.block import Field
 from hydroservo.roles import Load, role
 from hydroservo.sources import CHOSEN
 
-__all__ = ["Square"]
-
 
 @role(Load)
 class Square(NamedTuple):

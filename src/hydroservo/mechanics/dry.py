@@ -2,8 +2,6 @@
 
 from hydroservo.errors import ParameterError
 
-__all__ = ["check_breakaway"]
-
 
 def check_breakaway(coulomb: float, breakaway: float) -> None:
     """Refuse a friction that holds less than it brakes.

@@ -9,8 +9,6 @@ from hydroservo.mechanics.lugre import LuGre, LuGreState
 from hydroservo.roles import Friction, role
 from hydroservo.sources import CHOSEN
 
-__all__ = ["ElastoPlastic"]
-
 
 @role(Friction)
 class ElastoPlastic(NamedTuple):

@@ -8,8 +8,6 @@ from hydroservo.block import Field
 from hydroservo.mechanics.dry import check_breakaway
 from hydroservo.roles import Friction, role
 
-__all__ = ["LuGre", "LuGreState"]
-
 E = math.e
 
 

@@ -9,8 +9,6 @@ from hydroservo.roles import Mechanism, role
 from hydroservo.signals import Tip
 from hydroservo.sources import CHOSEN
 
-__all__ = ["Mass"]
-
 
 @role(Mechanism)
 class Mass(NamedTuple):

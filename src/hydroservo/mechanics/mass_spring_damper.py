@@ -6,8 +6,6 @@ from hydroservo.block import Field
 from hydroservo.roles import Mechanism, role
 from hydroservo.signals import Tip
 
-__all__ = ["MassSpringDamper"]
-
 
 @role(Mechanism)
 class MassSpringDamper(NamedTuple):

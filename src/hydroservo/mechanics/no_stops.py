@@ -4,8 +4,6 @@ from typing import NamedTuple
 
 from hydroservo.roles import EndStops, role
 
-__all__ = ["NoStops"]
-
 
 @role(EndStops)
 class NoStops(NamedTuple):

@@ -4,8 +4,6 @@ from typing import NamedTuple
 
 from hydroservo.roles import Carried, Mechanism, role
 
-__all__ = ["NothingCarried", "NothingCarriedState"]
-
 
 class NothingCarriedState(NamedTuple):
     """Nothing moves by itself."""

@@ -11,8 +11,6 @@ from hydroservo.roles import Mechanism, role
 from hydroservo.signals import Tip
 from hydroservo.sources import CHOSEN
 
-__all__ = ["OneLinkArm"]
-
 LEAST_SINE = 0.02  # of the hinge's angle: one degree off a dead point
 
 

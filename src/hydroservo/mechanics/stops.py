@@ -7,8 +7,6 @@ from hydroservo.block import Field
 from hydroservo.roles import EndStops, role
 from hydroservo.sources import CHOSEN
 
-__all__ = ["Stops"]
-
 
 @role(EndStops)
 class Stops(NamedTuple):

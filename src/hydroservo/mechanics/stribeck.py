@@ -8,8 +8,6 @@ from hydroservo.mechanics.dry import check_breakaway
 from hydroservo.roles import Friction, role
 from hydroservo.sources import CHOSEN
 
-__all__ = ["Stribeck", "StribeckState"]
-
 
 class StribeckState(NamedTuple):
     """Dry friction remembers nothing."""

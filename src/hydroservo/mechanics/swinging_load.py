@@ -10,8 +10,6 @@ from hydroservo.roles import Carried, Mechanism, role
 from hydroservo.signals import Tip
 from hydroservo.sources import CHOSEN
 
-__all__ = ["SwingingLoad", "SwingingLoadState"]
-
 
 class SwingingLoadState(NamedTuple):
     """How the body hangs."""

@@ -5,8 +5,6 @@ from typing import Annotated, NamedTuple
 from hydroservo.block import Field
 from hydroservo.roles import Friction, role
 
-__all__ = ["Viscous", "ViscousState"]
-
 
 class ViscousState(NamedTuple):
     """Viscous friction remembers nothing."""

@@ -8,8 +8,6 @@ from hydroservo.block import Block
 from hydroservo.field import Field
 from hydroservo.roles import Monitor, at_samples, role
 
-__all__ = ["CommandEffort", "CommandEffortState", "CommandEffortValues"]
-
 
 class CommandEffortState(NamedTuple):
     """Sums over the samples so far."""

@@ -9,8 +9,6 @@ from hydroservo.field import Field
 from hydroservo.roles import Monitor, role
 from hydroservo.sources import CHOSEN
 
-__all__ = ["CommandEnergy", "CommandEnergyState", "CommandEnergyValues"]
-
 
 class CommandEnergyState(NamedTuple):
     """Integrals so far."""

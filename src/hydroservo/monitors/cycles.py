@@ -5,17 +5,6 @@ from typing import NamedTuple
 
 from hydroservo import ops
 
-__all__ = [
-    "FEWEST",
-    "GROWING",
-    "SHRINKING",
-    "BandState",
-    "ReversalsState",
-    "Tone",
-    "band_at_rest",
-    "no_reversals",
-]
-
 ALIKE = 0.22  # largest change of period and of rms between regular cycles
 FEWEST = 3.0  # regular cycles that make a tone
 COVERED = 0.5  # share of the time that they must cover

@@ -9,8 +9,6 @@ from hydroservo.field import Field
 from hydroservo.monitors.second_half import HALF
 from hydroservo.roles import Monitor, at_samples, role
 
-__all__ = ["Disturbance", "DisturbanceState", "DisturbanceValues"]
-
 
 class DisturbanceState(NamedTuple):
     """The disturbances at the last sample, and sums so far; the steady ones begin at half the duration."""

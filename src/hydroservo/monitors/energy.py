@@ -6,8 +6,6 @@ from hydroservo.block import Block
 from hydroservo.field import Field
 from hydroservo.roles import Monitor, role
 
-__all__ = ["Energy", "EnergyState", "EnergyValues"]
-
 
 class EnergyState(NamedTuple):
     """Integrals so far [J]."""

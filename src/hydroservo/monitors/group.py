@@ -7,8 +7,6 @@ from typing import NamedTuple
 from hydroservo.block import Block, is_block
 from hydroservo.errors import ParameterError
 
-__all__ = ["Usual", "by_class", "is_name", "named"]
-
 
 class Usual(NamedTuple):
     """The monitors that a loop usually has."""

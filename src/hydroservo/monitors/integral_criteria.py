@@ -7,8 +7,6 @@ from hydroservo.block import Block
 from hydroservo.field import Field
 from hydroservo.roles import Monitor, role
 
-__all__ = ["IntegralCriteria", "IntegralCriteriaState", "IntegralCriteriaValues"]
-
 
 class IntegralCriteriaState(NamedTuple):
     """The integrals so far."""

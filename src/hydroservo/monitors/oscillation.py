@@ -18,8 +18,6 @@ from hydroservo.monitors.cycles import (
 from hydroservo.roles import Monitor, at_samples, role
 from hydroservo.sources import CHOSEN
 
-__all__ = ["Oscillation", "OscillationState", "OscillationValues"]
-
 END = 0.3  # of the duration, at its end, in which an oscillation must last
 FASTEST = 0.125  # corner of the fastest band, a share of the sampling rate
 LEAKING = 0.1  # share of a faster band's power that slower ones may hear

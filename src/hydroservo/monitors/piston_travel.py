@@ -8,8 +8,6 @@ from hydroservo.block import Block
 from hydroservo.field import Field
 from hydroservo.roles import Monitor, role
 
-__all__ = ["PistonTravel", "PistonTravelState", "PistonTravelValues"]
-
 
 class PistonTravelState(NamedTuple):
     """Extremes so far, and the stroke that the piston has [m]."""

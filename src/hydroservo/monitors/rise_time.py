@@ -9,8 +9,6 @@ from hydroservo.field import Field
 from hydroservo.roles import Monitor, role
 from hydroservo.sources import CHOSEN
 
-__all__ = ["RiseTime", "RiseTimeState", "RiseTimeValues"]
-
 
 class RiseTimeState(NamedTuple):
     """The demand as it was, and the rise that is under way."""

@@ -8,8 +8,6 @@ from hydroservo.field import Field
 from hydroservo.roles import Monitor, role
 from hydroservo.sources import CHOSEN
 
-__all__ = ["StepResponse", "StepResponseState", "StepResponseValues"]
-
 
 class StepResponseState(NamedTuple):
     """The demand as it was, its last jump, and the longest and largest so far."""

@@ -8,8 +8,6 @@ from hydroservo.block import Block
 from hydroservo.field import Field
 from hydroservo.roles import Monitor, role
 
-__all__ = ["SupplyLine", "SupplyLineState", "SupplyLineValues"]
-
 
 class SupplyLineState(NamedTuple):
     """How many instants, the pressure at the first, and extremes so far."""

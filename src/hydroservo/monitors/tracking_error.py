@@ -9,8 +9,6 @@ from hydroservo.field import Field
 from hydroservo.monitors.second_half import HALF
 from hydroservo.roles import Monitor, role
 
-__all__ = ["TrackingError", "TrackingErrorState", "TrackingErrorValues"]
-
 
 class TrackingErrorState(NamedTuple):
     """Integrals and extremes so far; the steady ones begin at half the duration."""

@@ -17,8 +17,6 @@ from hydroservo.runs.titles import controller_title
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["card_of"]
-
 
 def card_of(data: "xr.Dataset") -> str:
     """A result at a glance; empty for what is none, or has no longer what a card shows.

@@ -5,8 +5,6 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["result_html", "show_results_in"]
-
 
 def show_results_in(shell: Any) -> None:
     """Have IPython show runs, tables of many and frequency responses by :func:`result_html`.

@@ -1,8 +1,5 @@
 """Disturbance observers and derivative estimates, with their realisations of sgn."""
 
-import warnings
-from typing import Any
-
 from hydroservo.observers.adaptive_tsm import AdaptiveTSMObserver, AdaptiveTSMObserverState
 from hydroservo.observers.boundary_layer import BoundaryLayer
 from hydroservo.observers.estimates import Estimates
@@ -41,12 +38,3 @@ __all__ = [
     "ValveLag",
     "ValveLagState",
 ]
-
-
-def __getattr__(name: str) -> Any:
-    """The state of a KalmanObserver by the name that it had; goes with version 0.3."""
-    if name != "KalmanObserverState":
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    text = "hydroservo.observers.KalmanObserverState is hydroservo.observers.Estimates now"
-    warnings.warn(text, DeprecationWarning, stacklevel=2)
-    return Estimates

@@ -14,8 +14,6 @@ from hydroservo.roles import Observer, role
 from hydroservo.signals import Measurement
 from hydroservo.sources import CHOSEN
 
-__all__ = ["AdaptiveTSMObserver", "AdaptiveTSMObserverState"]
-
 
 class AdaptiveTSMObserverState(NamedTuple):
     """What TSMObserver has as its state, and the switching gains with what they follow."""

@@ -10,8 +10,6 @@ from hydroservo.roles import Realisation, role
 from hydroservo.signals import Correction
 from hydroservo.sources import CHOSEN
 
-__all__ = ["BoundaryLayer"]
-
 
 @role(Realisation)
 class BoundaryLayer(NamedTuple):

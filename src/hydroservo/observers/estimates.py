@@ -4,8 +4,6 @@ from typing import Annotated, NamedTuple
 
 from hydroservo.block import Field
 
-__all__ = ["Estimates"]
-
 
 class Estimates(NamedTuple):
     """Estimates at this sample. The surfaces s1 and s2, which a law expects of an observer, are 0."""

@@ -8,8 +8,6 @@ from hydroservo.assumptions import Assumption, below
 from hydroservo.roles import Realisation, role
 from hydroservo.signals import Correction
 
-__all__ = ["Explicit"]
-
 
 @role(Realisation)
 class Explicit(NamedTuple):

@@ -8,8 +8,6 @@ from hydroservo.block import Field
 from hydroservo.roles import Differentiator, role
 from hydroservo.sources import CHOSEN
 
-__all__ = ["FilteredDerivative", "FilteredDerivativeState"]
-
 
 class FilteredDerivativeState(NamedTuple):
     """The filtered rate and the last sample."""

@@ -12,8 +12,6 @@ from hydroservo.plants.design_model import DesignModel
 from hydroservo.roles import Observer, role
 from hydroservo.signals import Measurement
 
-__all__ = ["HighGainObserver"]
-
 
 @role(Observer)
 class HighGainObserver(NamedTuple):

@@ -8,8 +8,6 @@ from hydroservo.assumptions import Assumption, below, per_second
 from hydroservo.roles import Realisation, role
 from hydroservo.signals import Correction
 
-__all__ = ["Implicit"]
-
 
 @role(Realisation)
 class Implicit(NamedTuple):

@@ -5,8 +5,6 @@ from typing import Annotated, NamedTuple
 from hydroservo.block import Field
 from hydroservo.roles import Differentiator, role
 
-__all__ = ["ModelDerivative", "ModelDerivativeState"]
-
 
 class ModelDerivativeState(NamedTuple):
     """The last rate."""

@@ -9,8 +9,6 @@ from hydroservo.plants.design_model import DesignModel
 from hydroservo.roles import Observer, role, without_estimates
 from hydroservo.signals import Measurement
 
-__all__ = ["NoObserver", "NoObserverState"]
-
 
 @without_estimates
 class NoObserverState(NamedTuple):

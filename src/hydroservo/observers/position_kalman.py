@@ -15,8 +15,6 @@ from hydroservo.signals import Measurement
 from hydroservo.synthesis.kalman import steady_gain
 from hydroservo.synthesis.linear_model import with_disturbances
 
-__all__ = ["PositionKalmanObserver", "PositionKalmanObserverState"]
-
 COMPUTED = "a Riccati equation"
 
 

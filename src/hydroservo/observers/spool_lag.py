@@ -6,8 +6,6 @@ from typing import Annotated, NamedTuple
 from hydroservo import ops
 from hydroservo.block import Field
 
-__all__ = ["Spool", "SpoolLag"]
-
 SHORTEST = 1e-30  # [s] in place of no time at all: what it keeps is 0
 
 

@@ -12,8 +12,6 @@ from hydroservo.plants.design_model import DesignModel
 from hydroservo.roles import Observer, Realisation, role
 from hydroservo.signals import Measurement
 
-__all__ = ["TSMObserver", "TSMObserverState"]
-
 
 class TSMObserverState(NamedTuple):
     """Surfaces, estimates, and what is predicted for the next sample."""

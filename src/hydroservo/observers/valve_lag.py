@@ -10,8 +10,6 @@ from hydroservo.plants.design_model import DesignModel
 from hydroservo.roles import Observer, role
 from hydroservo.signals import Measurement
 
-__all__ = ["ValveLag", "ValveLagState"]
-
 
 class ValveLagState(NamedTuple):
     """What the nested observer hands on, the modelled spool, and that observer's state."""

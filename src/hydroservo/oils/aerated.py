@@ -10,8 +10,6 @@ from hydroservo.oils.mineral import check_temperature
 from hydroservo.roles import Oil, role
 from hydroservo.sources import CHOSEN
 
-__all__ = ["AeratedOil"]
-
 AirContent = Annotated[
     float, Field("", "volume share of free air at atmospheric pressure", CHOSEN, above=0, below=1)
 ]

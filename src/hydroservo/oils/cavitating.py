@@ -8,8 +8,6 @@ from hydroservo.constants import ATMOSPHERE
 from hydroservo.roles import Oil, role
 from hydroservo.sources import CHOSEN
 
-__all__ = ["CavitatingOil"]
-
 LEAST = 1e-3  # [Pa] absolute: below it the oil is as soft as there
 
 

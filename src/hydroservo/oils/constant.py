@@ -5,8 +5,6 @@ from typing import Annotated, NamedTuple
 from hydroservo.block import Field
 from hydroservo.roles import Oil, role
 
-__all__ = ["ConstantOil"]
-
 
 @role(Oil)
 class ConstantOil(NamedTuple):

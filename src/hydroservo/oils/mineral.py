@@ -7,8 +7,6 @@ from hydroservo.errors import ParameterError
 from hydroservo.field import Field
 from hydroservo.validation import checked
 
-__all__ = ["MineralOil"]
-
 EXPANSION = 0.34878 * 1.8  # [kg/(m^3 K)] K_1 of lubricating oils, there in kg/(m^3 degF)
 ICE_POINT = 273.15  # [K]
 KELVIN_15, KELVIN_40, KELVIN_100 = ICE_POINT + 15.0, ICE_POINT + 40.0, ICE_POINT + 100.0

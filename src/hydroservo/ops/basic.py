@@ -2,24 +2,6 @@
 
 import math
 
-__all__ = [
-    "absolute",
-    "at_or_after",
-    "clip",
-    "copysign",
-    "floor",
-    "isfinite",
-    "isnan",
-    "maximum",
-    "minimum",
-    "nearest",
-    "reached",
-    "sign",
-    "sqrt",
-    "square_wave",
-    "where",
-]
-
 ROUNDED = 1.0 - 3.0 * 2.0**-52  # what adding up steps takes from an instant at most, and a little more
 ROUNDER = 6755399441055744.0  # 1.5 * 2^52: adding it leaves no bits behind the point
 

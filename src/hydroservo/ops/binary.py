@@ -4,8 +4,6 @@ import math
 
 from hydroservo.ops.basic import absolute
 
-__all__ = ["exponent", "mantissa", "scaled"]
-
 ROOT_HALF = 0.7071067811865476
 BEYOND = 2000.0
 

@@ -4,8 +4,6 @@ import math
 
 from hydroservo.ops.basic import absolute, nearest, where
 
-__all__ = ["cos", "sin"]
-
 TWO_OVER_PI = 0.6366197723675814
 # pi/2 in three parts; the first two have 26 bits, so that their products with the quadrant are exact
 HALF_PI_HIGH = 1.5707963109016418

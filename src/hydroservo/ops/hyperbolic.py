@@ -4,8 +4,6 @@ from hydroservo.ops.basic import absolute, copysign, minimum, nearest
 from hydroservo.ops.binary import scaled
 from hydroservo.ops.power import LN_2, exp2_tail
 
-__all__ = ["tanh"]
-
 TWO_LOG2_E = 2.8853900817779268
 ONE = 22.0  # from here on it is 1 to the last bit
 

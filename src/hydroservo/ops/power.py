@@ -5,8 +5,6 @@ import math
 from hydroservo.ops.basic import absolute, clip, copysign, maximum, minimum, nearest, sqrt, where
 from hydroservo.ops.binary import exponent, mantissa, scaled
 
-__all__ = ["LN_2", "exp2_tail", "power", "power_root", "signed_power", "smooth_root"]
-
 LEAST_NORMAL = 2.2250738585072014e-308
 SPLITTER = 134217729.0  # 2^27 + 1, Veltkamp: splits a number into halves whose products are exact
 LN_2 = 0.6931471805599453

@@ -7,8 +7,6 @@ from hydroservo.ops.binary import exponent, mantissa
 from hydroservo.ops.circular import cos, sin
 from hydroservo.ops.power import LN_2, log2_mantissa
 
-__all__ = ["normal", "uniform"]
-
 Words = tuple[int, int, int, int]  # of 32 bits
 
 WORD = 0xFFFFFFFF

@@ -18,8 +18,6 @@ from hydroservo.roles import Carried, EndStops, Friction, Mechanism, Oil, Plant,
 from hydroservo.signals import MachineOutputs, PortFlows, Pressures
 from hydroservo.sources import CHOSEN
 
-__all__ = ["Cylinder", "CylinderState"]
-
 FRICTION, STOPS, NOTHING = Viscous(), Stops(), NothingCarried()
 LEAST_VOLUME = 0.01  # of a chamber's dead volume
 

@@ -9,8 +9,6 @@ from hydroservo.roles import Model, role
 from hydroservo.supplies.ideal import IdealSupply
 from hydroservo.valves.orifice import Orifice
 
-__all__ = ["THIS_MACHINE", "DesignModel", "NominalMotion", "ThisMachine"]
-
 
 class NominalMotion(NamedTuple):
     """How the nominal model moves: where it is after some time, or its rates."""

@@ -8,8 +8,6 @@ from hydroservo.plants.stroke import check_start
 from hydroservo.roles import Plant, role
 from hydroservo.signals import MachineOutputs, PortFlows, Pressures
 
-__all__ = ["LoadPressurePlant", "LoadPressureState"]
-
 
 class LoadPressureState(NamedTuple):
     """Velocity, load-pressure force and position."""

@@ -2,8 +2,6 @@
 
 from hydroservo.errors import ParameterError
 
-__all__ = ["check_start"]
-
 
 def check_start(start_position: float, stroke: float) -> None:
     """Refuse a start beyond the end of the stroke.

@@ -13,8 +13,6 @@ from hydroservo.roles import Pull, role
 from hydroservo.signals import VelocityError
 from hydroservo.sources import CHOSEN
 
-__all__ = ["AdaptiveSuperTwisting", "AdaptiveSuperTwistingState"]
-
 
 class AdaptiveSuperTwistingState(NamedTuple):
     """What SuperTwisting has as its state, and the bound with what it follows."""

@@ -10,8 +10,6 @@ from hydroservo.pulls.implicit_reaching import ImplicitReaching
 from hydroservo.roles import Pull, Reaching, role
 from hydroservo.signals import VelocityError
 
-__all__ = ["HomogeneousPull", "HomogeneousPullState"]
-
 
 class HomogeneousPullState(NamedTuple):
     """What is asked for at this sample."""

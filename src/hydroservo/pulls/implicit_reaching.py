@@ -8,8 +8,6 @@ from hydroservo.assumptions import Assumption
 from hydroservo.roles import Reaching, role
 from hydroservo.signals import ReachingRate
 
-__all__ = ["ImplicitReaching"]
-
 LEAST = 1e-300  # keeps the slope's power finite at the surface itself
 
 

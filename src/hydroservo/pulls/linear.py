@@ -8,8 +8,6 @@ from hydroservo.block import Field
 from hydroservo.roles import Pull, role
 from hydroservo.signals import VelocityError
 
-__all__ = ["LinearPull", "LinearPullState"]
-
 
 class LinearPullState(NamedTuple):
     """What is asked for at this sample, and the integral."""

@@ -10,8 +10,6 @@ from hydroservo.pulls.super_twisting import twisting_assumptions
 from hydroservo.roles import Pull, role
 from hydroservo.signals import VelocityError
 
-__all__ = ["NaiveSuperTwisting", "NaiveSuperTwistingState"]
-
 
 class NaiveSuperTwistingState(NamedTuple):
     """What is asked for at this sample, the surface, and the integral of its sign."""

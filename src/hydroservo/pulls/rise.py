@@ -9,8 +9,6 @@ from hydroservo.block import Field
 from hydroservo.roles import Pull, role
 from hydroservo.signals import VelocityError
 
-__all__ = ["RISEPull", "RISEPullState"]
-
 
 class RISEPullState(NamedTuple):
     """What is asked for at this sample, the surface, and the integral."""

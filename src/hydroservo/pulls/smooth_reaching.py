@@ -10,8 +10,6 @@ from hydroservo.roles import Reaching, role
 from hydroservo.signals import ReachingRate
 from hydroservo.sources import CHOSEN
 
-__all__ = ["SmoothReaching"]
-
 
 @role(Reaching)
 class SmoothReaching(NamedTuple):

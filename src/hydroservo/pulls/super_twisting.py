@@ -9,8 +9,6 @@ from hydroservo.block import Field
 from hydroservo.roles import Pull, role
 from hydroservo.signals import VelocityError
 
-__all__ = ["SuperTwisting", "SuperTwistingState", "twisting_assumptions"]
-
 
 class SuperTwistingState(NamedTuple):
     """What is asked for at this sample, the surface, and what the disturbance is compensated with."""

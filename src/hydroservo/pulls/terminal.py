@@ -9,8 +9,6 @@ from hydroservo.pulls.implicit_reaching import ImplicitReaching
 from hydroservo.roles import Pull, Reaching, role
 from hydroservo.signals import VelocityError
 
-__all__ = ["TerminalPull", "TerminalPullState"]
-
 
 class TerminalPullState(NamedTuple):
     """What is asked for at this sample, and the surfaces."""

@@ -8,8 +8,6 @@ from hydroservo.roles import Reference, role
 from hydroservo.signals import Demand
 from hydroservo.sources import CHOSEN
 
-__all__ = ["PointToPoint"]
-
 THIRD = 1.0 / 3.0
 
 

@@ -7,8 +7,6 @@ from hydroservo.roles import Reference, role
 from hydroservo.signals import Demand
 from hydroservo.time_series import TimeSeries
 
-__all__ = ["Recorded"]
-
 
 @role(Reference)
 class Recorded(NamedTuple):

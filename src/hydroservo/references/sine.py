@@ -9,8 +9,6 @@ from hydroservo.roles import Reference, role
 from hydroservo.signals import Demand
 from hydroservo.sources import CHOSEN
 
-__all__ = ["Sine"]
-
 
 @role(Reference)
 class Sine(NamedTuple):

@@ -8,8 +8,6 @@ from hydroservo.roles import Reference, role
 from hydroservo.signals import Demand
 from hydroservo.sources import CHOSEN
 
-__all__ = ["Square"]
-
 
 @role(Reference)
 class Square(NamedTuple):

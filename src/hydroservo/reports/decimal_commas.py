@@ -8,8 +8,6 @@ from pathlib import Path
 from hydroservo.formatting import MINUS, TIMES
 from hydroservo.outputs import write_text
 
-__all__ = ["decimal_commas", "with_decimal_commas"]
-
 NUMBER = re.compile(rf"[+\-{MINUS}]?\d+\.\d+(?:e[+-]?\d+| {TIMES} 10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)?")
 
 

@@ -13,8 +13,6 @@ from hydroservo.reports.report import Picture, Report
 from hydroservo.reports.table import Table, csv_text
 from hydroservo.reports.templating import environment
 
-__all__ = ["FIGURES", "REPORT", "Files", "write_report", "write_tables"]
-
 REPORT = "report.html"
 TABLES = "tables"
 FIGURES = "figures"

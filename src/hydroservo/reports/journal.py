@@ -12,8 +12,6 @@ from hydroservo.reports.decimal_commas import decimal_commas
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["FIGURE_FORMATS", "NO_JOURNAL", "Journal", "Size", "journal_of"]
-
 FIGURE_FORMATS = ("svg", "pdf", "pgf", "png")
 ACROSS = 2  # panels in one column, side by side
 USUAL = ("svg", "pdf")

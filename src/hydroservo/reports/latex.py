@@ -5,8 +5,6 @@ import re
 from hydroservo.figures.latex_text import escaped
 from hydroservo.reports.table import Table
 
-__all__ = ["in_one_line", "latex_text"]
-
 LINES = re.compile(r"\s*\n\s*")
 
 

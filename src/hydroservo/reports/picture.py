@@ -3,8 +3,6 @@
 import base64
 from pathlib import Path
 
-__all__ = ["address"]
-
 
 def address(path: Path) -> str:
     """A picture as an address that holds the picture itself.

@@ -13,8 +13,6 @@ if TYPE_CHECKING:
 
     from hydroservo.loop import Loop
 
-__all__ = ["Log", "Origin", "Picture", "Report", "logs_of", "origin_of", "origin_of_loop"]
-
 
 class Picture(NamedTuple):
     """A picture of a report.

@@ -5,8 +5,6 @@ import io
 from collections.abc import Sequence
 from typing import NamedTuple
 
-__all__ = ["Column", "Table", "csv_text"]
-
 
 class Column(NamedTuple):
     """A column of a table.

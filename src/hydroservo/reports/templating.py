@@ -5,8 +5,6 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     import jinja2
 
-__all__ = ["environment"]
-
 
 def environment(package: str) -> "jinja2.Environment":
     """The templates in a package's folder ``templates``, which may extend ``frame.html.j2``.

@@ -2,6 +2,4 @@
 
 from typing import Any
 
-__all__ = ["Block"]
-
 Block = Any  # a NamedTuple with methods; Python's type system has no name for "some NamedTuple"

@@ -5,19 +5,6 @@ from typing import Protocol
 from hydroservo.roles.blocks import Block
 from hydroservo.signals import Correction, Demand, Measurement, ReachingRate, VelocityError
 
-__all__ = [
-    "Basis",
-    "Controller",
-    "Differentiator",
-    "Filter",
-    "Limiter",
-    "Model",
-    "Observer",
-    "Pull",
-    "Reaching",
-    "Realisation",
-]
-
 
 class Controller(Protocol):
     """A sampled control law: measurement and demand in, a new state with its command ``u`` [V] out.

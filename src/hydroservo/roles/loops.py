@@ -6,8 +6,6 @@ from hydroservo.field import Field
 from hydroservo.roles.blocks import Block
 from hydroservo.signals import Demand, Seen
 
-__all__ = ["ControlledSignal", "Hold", "Integrator", "Monitor", "Reference", "Start"]
-
 
 class ControlledSignal(Protocol):
     """What a loop controls, and a law's demand is of.

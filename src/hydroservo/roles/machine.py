@@ -5,25 +5,6 @@ from typing import Protocol
 from hydroservo.roles.blocks import Block
 from hydroservo.signals import EdgeOpenings, Feed, MachineOutputs, PortFlows, Pressures
 
-__all__ = [
-    "Accumulator",
-    "Carried",
-    "CheckFlow",
-    "Drive",
-    "EdgeShape",
-    "EndStops",
-    "Friction",
-    "Load",
-    "Mechanism",
-    "MeteringEdges",
-    "Oil",
-    "Plant",
-    "Poppet",
-    "Relief",
-    "Supply",
-    "Valve",
-]
-
 
 class Load(Protocol):
     """An external force on the piston rod [N] as a function of time, positive against motion.

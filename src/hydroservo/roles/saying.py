@@ -5,8 +5,6 @@ from typing import Any, TypeVar
 
 from hydroservo.errors import LoopError
 
-__all__ = ["at_samples", "controlling", "is_role", "role", "valveless", "without_estimates"]
-
 PACKAGE = "hydroservo.roles."
 BlockClass = TypeVar("BlockClass", bound=type)
 

@@ -5,8 +5,6 @@ from typing import Protocol
 from hydroservo.roles.blocks import Block
 from hydroservo.signals import Draws, MachineOutputs, Measurement
 
-__all__ = ["ForceSensor", "PositionSensor", "PressureSensor", "Sensors", "VelocityEstimator"]
-
 
 class Sensors(Protocol):
     """What the controller sees of the machine: a sampled state (noise, filters), and the measurement from it.

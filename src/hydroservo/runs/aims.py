@@ -16,19 +16,6 @@ from hydroservo.nearest import one_of
 from hydroservo.runs.arguments import check_one_signal
 from hydroservo.validation import whole_number, within
 
-__all__ = [
-    "ACTIVITY",
-    "Aim",
-    "check_ranges",
-    "checked_aim",
-    "checked_effort",
-    "checked_weights",
-    "checked_whole",
-    "finite_numbers",
-    "geometric_mean",
-    "metric_field",
-]
-
 ACTIVITY = "control_total_variation"
 LARGEST = 1e300  # of weights and effort
 WHOLE = {"seeds": (1, 10_000), "candidates": (1, 10_000_000), "seed": (0, 2**63 - 1)}  # ranges by name

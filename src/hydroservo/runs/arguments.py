@@ -12,19 +12,6 @@ from hydroservo.loop import Loop
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = [
-    "as_list",
-    "check_one_signal",
-    "checked_loop",
-    "checked_loops",
-    "checked_mapping",
-    "checked_path",
-    "checked_run",
-    "checked_runs",
-    "checked_table",
-    "is_result",
-]
-
 
 def checked_loop(value: object, name: str = "loop") -> Loop:
     """A loop, with a block in each of its places.

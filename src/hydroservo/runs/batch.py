@@ -46,8 +46,6 @@ if TYPE_CHECKING:
     from hydroservo.engine.cuda import CudaGroup
     from hydroservo.engine.lanes import Group
 
-__all__ = ["How", "simulate_batch", "simulate_part", "with_steps"]
-
 CHUNK = 20_000  # integration steps of a group of lanes between two looks at whether to stop
 CUDA_CHUNK = 2_000  # of a group of threads: a second on a device that is slow with doubles
 

@@ -8,8 +8,6 @@ from hydroservo.field import Field
 from hydroservo.formatting import quantity
 from hydroservo.monitors.cycles import GROWING
 
-__all__ = ["behaviour", "oscillates", "oscillation_note", "pressure_line"]
-
 VAPOUR = 1e4  # [Pa] absolute, down to which oil may lose air without losing its flow; chosen here
 LONG = 0.01  # s of low pressure that are worth a sentence
 

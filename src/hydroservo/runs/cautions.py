@@ -14,8 +14,6 @@ from hydroservo.errors import HydroservoWarning
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["WithAttributes", "pressure_caution", "quietly", "warnings_of", "warns", "with_warning"]
-
 Arguments = ParamSpec("Arguments")
 
 

@@ -20,8 +20,6 @@ from hydroservo.runs.steady import start_found
 from hydroservo.validation import allowed, check_own, number
 from hydroservo.wiring import believed
 
-__all__ = ["SEED", "Columns", "checked_columns", "designs", "starts", "vector"]
-
 SEED = "simulation.seed"  # the one whole number that may differ between runs; doubles hold it exactly
 
 Columns = dict[str, NDArray[np.float64]]

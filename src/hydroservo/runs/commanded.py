@@ -7,8 +7,6 @@ from hydroservo.block import Field
 from hydroservo.roles import Controller, role
 from hydroservo.signals import Demand, Measurement
 
-__all__ = ["Commanded", "CommandedState"]
-
 NOTHING = Measurement(*(math.nan,) * len(Measurement._fields))  # yet; a signal that nothing measures stays so
 
 

@@ -9,8 +9,6 @@ from hydroservo.runs.results import best_runs, metric_fields, metrics_of, scenar
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["differences", "winners"]
-
 Table = Mapping[str, Any]
 
 NO_CONDITION = ("controller", "simulation.record_period")  # what a comparison is of, and what no metric sees

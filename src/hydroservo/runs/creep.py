@@ -9,8 +9,6 @@ from hydroservo.formatting import quantity
 from hydroservo.loop import Loop
 from hydroservo.mechanics import LuGre
 
-__all__ = ["creep_caution"]
-
 HELD = 0.95  # of what sliding takes, up to which bristles hold
 LONGEST = 5.0  # times the bristles' deflection in sliding, beyond which a motion is not their bending
 FEWEST = 8  # samples, which one swing of the bristles does not span

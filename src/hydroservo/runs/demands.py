@@ -10,8 +10,6 @@ from hydroservo.loop import Loop
 from hydroservo.runs.rows import demands
 from hydroservo.signals import Pressures
 
-__all__ = ["command_caution", "demand_caution", "late_caution"]
-
 INSTANTS = 1001  # of a run at which its demand is looked at
 ROUNDED = 1e-9  # of an instant, by which it counts as reached
 IDLE_SHARE = 0.5  # of a command's range which does nothing, up to which the valve goes with its law

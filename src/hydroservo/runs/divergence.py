@@ -6,8 +6,6 @@ from typing import NamedTuple
 
 from hydroservo.block import Block, leaves
 
-__all__ = ["BEYOND", "NOTHING", "Loss", "first_loss", "reach_of", "watched_paths"]
-
 BEYOND = "left physical reach, beyond"
 ORDER = ("reference", "sensors", "controller", "hold", "load")  # of a sample; then the machine moves
 REACH: Mapping[

@@ -9,8 +9,6 @@ from hydroservo.block import Block
 from hydroservo.engine.watch import reader, spans_of
 from hydroservo.runs.rows import Numbers, compiled
 
-__all__ = ["MANY", "Finish", "finisher"]
-
 MANY = 10_000  # runs: asking the monitors of fewer in plain Python takes no longer than compiling
 
 Finish = Callable[[Numbers], Numbers]

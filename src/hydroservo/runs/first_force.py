@@ -5,8 +5,6 @@ from hydroservo.loop import Loop
 from hydroservo.runs.steady import check_given
 from hydroservo.starts import AsBuilt
 
-__all__ = ["with_first_force"]
-
 
 def with_first_force(loop: Loop) -> Loop:
     """The loop with the force that its load's FMU answers to the start; any other loop as it is.

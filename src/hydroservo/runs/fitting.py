@@ -17,8 +17,6 @@ from hydroservo.runs.returns import with_checked_returns
 from hydroservo.sensors.missing import Lacking, MissingSignalError, Unmeasured, missing_signals, sensors_for
 from hydroservo.signals import Measurement
 
-__all__ = ["compilation", "first_state", "named", "signals_used"]
-
 
 @contextmanager
 def compilation(loop: Loop) -> Iterator[None]:

@@ -15,8 +15,6 @@ from hydroservo.runs.divergence import NOTHING, Loss
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["foreign_batch"]
-
 
 def foreign_batch(
     loop: Loop,

@@ -7,8 +7,6 @@ from hydroservo.runs.demands import command_caution, demand_caution, late_cautio
 from hydroservo.runs.mismatches import mismatch_cautions
 from hydroservo.runs.sizes import size_cautions
 
-__all__ = ["loop_cautions", "own_cautions"]
-
 
 def loop_cautions(loop: Loop) -> list[str]:
     """What a user should know of a loop before it runs: lines, empty ones among them."""

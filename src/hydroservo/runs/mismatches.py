@@ -11,8 +11,6 @@ from hydroservo.hooks import drives_in, is_valveless, line_pressures
 from hydroservo.loop import Loop
 from hydroservo.valves import StraightEdges
 
-__all__ = ["mismatch_cautions"]
-
 HEAVY = 0.5  # of the moving mass, up to which the oil before the piston is left out
 WITHOUT_MASS = "has no mass in Hoses, so that peaks and resonances come out wrong; use Lines"
 COARSEST = 0.1  # of a stroke, up to which a count measures it

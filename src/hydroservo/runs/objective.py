@@ -21,20 +21,6 @@ from hydroservo.validation import checked
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = [
-    "LOST",
-    "OUTSIDE",
-    "SAFE",
-    "Outcome",
-    "at_points",
-    "costs",
-    "is_possible",
-    "mean_of",
-    "needed",
-    "outcome",
-    "with_fixed_steps",
-]
-
 Numbers = NDArray[np.float64]
 Columns = Mapping[str, Numbers]
 

@@ -14,8 +14,6 @@ from hydroservo.command_scale import CommandScale
 from hydroservo.controlled.this_signal import ThisSignal
 from hydroservo.group import group_class
 
-__all__ = ["describe", "provenance", "scenario_hash", "scenario_text", "toml"]
-
 
 def describe(block: Block) -> dict[str, Any]:
     """A block as nested tables: the type's name and every value in SI units.

@@ -12,8 +12,6 @@ from hydroservo.errors import ParameterError, short
 from hydroservo.loop import Loop
 from hydroservo.time_series import TimeSeries
 
-__all__ = ["check_records", "remember_source"]
-
 SAMPLED = 30  # samples; a record of fewer is taken as drawn by hand
 HOLE = 10.0  # times the step that nine in ten steps of a sampled record do not exceed
 FEW = 100  # samples; a run that sees fewer of a much longer record may have another unit of time

@@ -21,23 +21,6 @@ if TYPE_CHECKING:
     import pyarrow as pa
     import xarray as xr
 
-__all__ = [
-    "FORMATS",
-    "METRICS",
-    "Format",
-    "arrow_table",
-    "as_json",
-    "best_runs",
-    "foreign_files",
-    "metric_fields",
-    "metrics_csv",
-    "metrics_of",
-    "save",
-    "scenario_of",
-    "trajectory_of",
-    "write_metrics",
-]
-
 METRICS = "metrics.json"
 """The file of a folder of results that names all others."""
 

@@ -19,8 +19,6 @@ from hydroservo.roles import (
 )
 from hydroservo.roles.saying import is_role
 
-__all__ = ["STATES", "with_checked_returns"]
-
 STATES: dict[Any, tuple[str, ...]] = {  # the numbers that others read in the state of a role
     Controller: ("u",),
     Observer: ("d1", "d2", "s1", "s2", "velocity", "load_force"),

@@ -14,8 +14,6 @@ from hydroservo.roles import Reference
 from hydroservo.signals import Demand
 from hydroservo.states import filled
 
-__all__ = ["Numbers", "Rates", "compiled", "demands", "machine_rates"]
-
 Numbers = NDArray[np.float64]
 Rates = Callable[[Numbers, float, float], Numbers]
 
@@ -44,6 +42,8 @@ class MachineRates(NamedTuple):
 
 
 class Instant(NamedTuple):
+    """At which a reference is asked."""
+
     time: float
 
 

@@ -38,8 +38,6 @@ if TYPE_CHECKING:
 
     from hydroservo.engine.kernel import CompiledRun, InterpretedRun, Study, Wanted
 
-__all__ = ["Mode", "Progress", "complete", "designed_law", "simulate", "trace_size", "traced"]
-
 Progress = Callable[[float], None]  # called with the fraction done, from 0 to 1
 
 CHUNK = 100_000  # integration steps between two looks at the clock and the keyboard

@@ -3,8 +3,6 @@
 from hydroservo.block import Block, field_at, leaves
 from hydroservo.formatting import quantity
 
-__all__ = ["size_cautions"]
-
 AREAS, MODULI = (1e-6, 5.0), (1e6, 1e11)  # [m^2], [Pa]
 MACHINE = ("plant.", "valve.", "supply.", "drive.")
 USUAL = {  # in SI units by a number's name, with room beyond any catalogue

@@ -6,8 +6,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["CANDIDATES", "Space", "first_points", "minimum"]
-
 Numbers = NDArray[np.float64]
 
 CANDIDATES = 64  # of a generation: whole groups of lanes

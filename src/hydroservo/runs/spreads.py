@@ -10,8 +10,6 @@ from hydroservo.runs.results import metric_fields
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["Spread", "spreads_of"]
-
 
 class Spread(NamedTuple):
     """How a metric is spread over the runs that did not diverge, in SI units; nan where none has it."""

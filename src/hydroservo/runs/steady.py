@@ -16,8 +16,6 @@ from hydroservo.runs.rows import machine_rates
 from hydroservo.starts import AsBuilt
 from hydroservo.states import filled
 
-__all__ = ["check_given", "sized", "start_found", "started", "steady_state"]
-
 POSITION, FRICTION = "plant.position", "plant.friction."
 Rates = Callable[[NDArray[np.float64]], NDArray[np.float64]]
 SETTLED = 1e-9  # largest rate left, as a share of what a state changed by its size causes

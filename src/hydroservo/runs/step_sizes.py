@@ -15,22 +15,6 @@ from hydroservo.integrators.jumps import AFTER, BEFORE
 from hydroservo.loop import AUTO, Loop
 from hydroservo.runs.rows import Rates, machine_rates
 
-__all__ = [
-    "check_substeps",
-    "checked_steps",
-    "command_parts",
-    "difference",
-    "fastest",
-    "hardest",
-    "judged_by_rate",
-    "machine_paths",
-    "rates",
-    "settled",
-    "warning",
-    "with_exact_delay",
-    "with_substeps",
-]
-
 COMMAND = "controller.u"
 INSTANTS = 8  # of a run at which the machine is linearised, spread evenly
 NUDGE = 1e-6  # of a state's largest value, for its finite difference

@@ -26,8 +26,6 @@ from hydroservo.validation import LARGEST_WHOLE, checked
 from hydroservo.wiring import wired
 from hydroservo.work.cores import checked_count
 
-__all__ = ["SteppedRuns"]
-
 COMMAND = "controller.u"
 LEAST_GROUPS = 4  # of runs that are worth a thread
 

@@ -7,8 +7,6 @@ from hydroservo.runs.results import scenario_of
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["controller_name", "controller_title"]
-
 
 def controller_name(dataset: "xr.Dataset") -> str:
     """The type of a run's law, whatever wraps it: what its colour follows."""

@@ -17,8 +17,6 @@ from hydroservo.runs.provenance import provenance
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["Plan", "Trace", "dataset", "described", "judged"]
-
 
 class Plan(NamedTuple):
     """A run laid out: how many samples, which of them are recorded, and what of each."""

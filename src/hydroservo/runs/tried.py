@@ -3,8 +3,6 @@
 from collections.abc import Mapping
 from typing import NamedTuple
 
-__all__ = ["Tried"]
-
 
 class Tried(NamedTuple):
     """What one set of values does to the loops of a search.

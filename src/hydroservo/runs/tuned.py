@@ -7,8 +7,6 @@ from hydroservo.formatting import column, quantity
 from hydroservo.html_tables import Strong, html_remarks, html_table
 from hydroservo.runs.tried import Tried
 
-__all__ = ["Tuned"]
-
 
 class Tuned(NamedTuple):
     """The best values of a search, and what they do.

@@ -27,8 +27,6 @@ from hydroservo.runs.tried import Tried
 from hydroservo.runs.tuned import Tuned
 from hydroservo.wiring import wired
 
-__all__ = ["Guard", "Progress", "searched"]
-
 Numbers = NDArray[np.float64]
 Columns = Mapping[str, Numbers]
 Progress = Callable[[float, float], None]  # called with the fraction done and the best geometric mean so far

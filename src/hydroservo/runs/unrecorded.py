@@ -7,8 +7,6 @@ import numpy as np
 
 from hydroservo.formatting import quantity
 
-__all__ = ["Unrecorded", "record_caution", "unrecorded_command"]
-
 COMMAND = "controller.u"
 NEEDED = (COMMAND, "control_total_variation", "control_rms", "control_max")
 HIDDEN = 0.5  # noise changes as much between recorded samples as between neighbours, a smooth command more

@@ -10,8 +10,6 @@ from hydroservo.scenario.sampling import Drawn
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["table_of_runs"]
-
 
 def table_of_runs(
     found: "xr.Dataset", drawn: Drawn, seed: int, arguments: Mapping[str, Argument]

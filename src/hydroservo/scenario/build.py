@@ -1,13 +1,12 @@
 """Blocks from tables."""
 
-import warnings
 from collections.abc import Callable, Collection, Iterator, Mapping
 from typing import Any, NamedTuple, cast
 
 from hydroservo.block import Block, signal_below, signal_of
 from hydroservo.controlled import Velocity
 from hydroservo.curve import Curve
-from hydroservo.errors import HydroservoWarning, ParameterError
+from hydroservo.errors import ParameterError
 from hydroservo.field import Field, declared_fields
 from hydroservo.group import group
 from hydroservo.nearest import one_of
@@ -23,11 +22,8 @@ from hydroservo.scenario.registry import Maker, maker_in_role, makers, names_in_
 from hydroservo.scenario.tables import Entry, Table
 from hydroservo.validation import allowed, checked, number
 
-__all__ = ["Argument", "Context", "Draft", "draft", "number_from"]
-
 LARGEST_INTEGER = 2**63  # TOML's integers have 64 bits
 ROUNDED = 1e-12  # by which one length may differ from itself in two units
-AS_PRINTED = "as_printed"
 NO_FIELD = Field("", "")
 VELOCITY = Velocity().declared()
 SIGNALS = ("controls", "inner_controls")  # by which a block says what the units of its other numbers are of
@@ -150,9 +146,7 @@ def draft(hint: Any, default: Block | None, table: Table, context: Context | Non
     present = "" if default is None else type(default).__name__
     table = table.retyped(present, lambda entry: defaults(maker_named(hint, default, entry)))
     for name in table.names():
-        if name == AS_PRINTED and name not in base:
-            check_as_printed(table.entry(name))
-        elif name not in (*base, "type"):
+        if name not in (*base, "type"):
             raise table.entry(name).unknown(name, base, table.with_key(name))
     said = {name: member(maker, name, base[name], table, context) for name in base if name in SIGNALS}
     signals = group({name: one.made() if isinstance(one, Draft) else one for name, one in said.items()})
@@ -181,18 +175,6 @@ def fmu_draft(role: Any, default: Block | None, table: Table, context: Context) 
     maker: Maker = fmu_class(role, table)
     members = {name: member(maker, name, value, table, context) for name, value in defaults(maker).items()}
     return Draft(maker, members, table)
-
-
-def check_as_printed(entry: Entry) -> None:
-    """Refuse ``as_printed``, which was a switch of the paper's blocks, where it asks for the print.
-
-    Raises:
-        ScenarioError: its value is not false.
-    """
-    if entry.value is not False:
-        types = "PrintedTSMC, PrintedBackstepping and printed_leakage"
-        raise entry.error(f"is no longer a switch; see {types} in hydroservo.papers.tsmc_eha_2021.printed")
-    warnings.warn(f"{entry.key} = false is no longer a key; leave it out", HydroservoWarning, stacklevel=2)
 
 
 def maker_of(hint: Any, default: Block | None, table: Table) -> Maker:

@@ -13,16 +13,6 @@ from hydroservo.inputs import exists, read_text
 from hydroservo.nearest import nearest
 from hydroservo.scenario.tables import Entry, Origin
 
-__all__ = [
-    "builtin_texts",
-    "is_builtin",
-    "located",
-    "named_source",
-    "same_place",
-    "scenario_source",
-    "scenarios",
-]
-
 LARGEST = 1 << 20  # bytes; a scenario is a few thousand
 
 

@@ -11,8 +11,6 @@ from xarray.core import indexing
 
 from hydroservo.work.store import Store
 
-__all__ = ["table_on_disk"]
-
 
 def table_on_disk(
     store: Store, keys: Sequence[str], index: str, rows: int, about: Mapping[str, Any]

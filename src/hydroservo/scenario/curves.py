@@ -10,8 +10,6 @@ from hydroservo.scenario.quantities import number_and_unit, si_value, unit_facto
 from hydroservo.scenario.records.series import axis_key, recorded
 from hydroservo.scenario.tables import Entry, Layer, Table
 
-__all__ = ["curve_from"]
-
 FULL, POINTS = "full", "points"
 
 

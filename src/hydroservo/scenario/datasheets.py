@@ -15,8 +15,6 @@ from hydroservo.scenario.build import Draft
 from hydroservo.scenario.load import Assembly, Machine, assembled
 from hydroservo.validation import number
 
-__all__ = ["columns_of", "datasheet_columns"]
-
 
 def datasheet_columns(
     source: str | Path,

@@ -12,8 +12,6 @@ from hydroservo.scenario.lines import file_of, line_of
 from hydroservo.scenario.units import check_si
 from hydroservo.validation import TEXT, in_range, number
 
-__all__ = ["check_maker", "hints"]
-
 
 @cache
 def check_maker(maker: Any) -> None:

@@ -15,8 +15,6 @@ from hydroservo.scenario.fits import ROLES, roles_of
 from hydroservo.scenario.keys import Key, keys_of
 from hydroservo.scenario.registry import Maker, known_classes, makers, makers_in_role
 
-__all__ = ["Description", "descriptions", "role_named", "summary", "types_by_role"]
-
 SETTINGS = "simulation"  # the table without types
 ROLE_IN_TEXT = re.compile(r":\w+:`~?(?:[\w.]*\.)?([^`]*)`")
 

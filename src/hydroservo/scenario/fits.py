@@ -8,8 +8,6 @@ from types import FunctionType
 from hydroservo import roles
 from hydroservo.hooks import HOOKS
 
-__all__ = ["ROLES", "a_role", "check_said", "misfit", "role_methods", "roles_of", "said_roles"]
-
 ROLES: tuple[type, ...] = tuple(
     value
     for name, value in vars(roles).items()

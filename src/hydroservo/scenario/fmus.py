@@ -30,8 +30,6 @@ from hydroservo.roles import Load, Plant
 from hydroservo.scenario.quantities import si_value, unit_factor
 from hydroservo.scenario.tables import Entry, Table
 
-__all__ = ["FMU", "KEYS", "allow_fmu", "fmu_class", "names_fmu", "own_keys"]
-
 FMU = "FMU"
 KEYS = ("file", "signals", "parameters")
 WITH_UNIT = re.compile(r"(.*\S)\s+\[([^][]*)\]")

@@ -4,8 +4,6 @@ from hydroservo.command_scale import FULL, VOLTS, CommandScale
 from hydroservo.scenario.quantities import si_value
 from hydroservo.scenario.tables import Table
 
-__all__ = ["FULL_SCALE", "full_scale_in"]
-
 FULL_SCALE = "full_scale"
 ALLOWED = f'must be what {FULL} V of command stand for: a current such as "40 mA", "100 %" or "{FULL} V"'
 

@@ -15,8 +15,6 @@ from hydroservo.scenario.declared import hints
 from hydroservo.scenario.plugins import is_block_class
 from hydroservo.scenario.registry import Maker
 
-__all__ = ["ANY_SIGNAL", "Key", "defaults", "keys_of", "range_of"]
-
 ANY_SIGNAL = Field(CONTROLLED, "controlled signal")
 
 

@@ -10,8 +10,6 @@ from hydroservo.scenario.catalogue import builtin_texts, is_builtin, located, na
 from hydroservo.scenario.overrides import OVERRIDES, nested
 from hydroservo.scenario.tables import Entry, Layer, Origin, Table, parsed
 
-__all__ = ["layered"]
-
 BASE = "base"
 MOST = 16  # files in a row, each the base of the one before
 

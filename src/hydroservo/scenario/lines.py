@@ -5,8 +5,6 @@ import inspect
 import textwrap
 import traceback
 
-__all__ = ["file_of", "line_of", "line_reached"]
-
 
 def line_of(cls: type, member: str = "") -> int:
     """The line of a class, or of a field or method of it, in its file; 0 where the text is not there."""

@@ -33,8 +33,6 @@ from hydroservo.validation import consistent
 from hydroservo.valves.no_valve import NoValve
 from hydroservo.wiring import believed, is_open, wired, with_model
 
-__all__ = ["Assembly", "Machine", "assembled", "load_scenario"]
-
 FIRST = ("plant", "valve", "supply", "drive", "load", "metrics", "controls", "start", "command")
 INSIDE: Mapping[str, Block] = {"valve": NoValve(), "supply": NoSupply(), "drive": ThroughFmu()}  # of an FMU
 DIGITAL = tuple(name for name in Loop._fields if name not in FIRST)

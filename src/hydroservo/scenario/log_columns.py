@@ -8,8 +8,6 @@ from hydroservo.scenario.records.columns import column_source
 from hydroservo.scenario.records.series import sample_period
 from hydroservo.scenario.tables import Entry, Table
 
-__all__ = ["log_columns", "log_ranges"]
-
 COLUMNS, VARY = KEYS = "columns", "vary"
 
 

@@ -9,8 +9,6 @@ from hydroservo.roles import Monitor
 from hydroservo.scenario.build import Context, draft
 from hydroservo.scenario.tables import Table
 
-__all__ = ["metrics_in"]
-
 USUAL = "usual"
 
 

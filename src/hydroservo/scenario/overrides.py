@@ -8,8 +8,6 @@ from typing import Any
 from hydroservo.errors import ScenarioError, short
 from hydroservo.scenario.tables import DEEPEST
 
-__all__ = ["OVERRIDES", "PATH", "nested", "parse_override"]
-
 PATH = re.compile(r"[\w-]+(?:\.[\w-]+)*")
 OVERRIDES = "overrides"
 LONGEST = 4096  # characters of one override

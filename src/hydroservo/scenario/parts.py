@@ -31,8 +31,6 @@ from hydroservo.work.unit import Unit, address
 if TYPE_CHECKING:
     import pyarrow as pa
 
-__all__ = ["InParts", "Sampled", "Workers", "part_size", "simulate_in_parts"]
-
 MANIFEST = "batch.json"
 STEPS = 10**8  # integration steps of a part: some seconds of a core
 LEAST, MOST = 2**8, 2**14  # runs of a part

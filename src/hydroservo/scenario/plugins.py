@@ -18,8 +18,6 @@ from hydroservo.inputs import read_text
 from hydroservo.scenario.fits import check_said
 from hydroservo.scenario.fmus import allow_fmu
 
-__all__ = ["is_block_class", "is_of_plugin", "load_plugin", "plugin_classes", "plugin_other_classes"]
-
 LARGEST = 1 << 20  # bytes
 MODULE = "hydroservo_plugin_"  # how the name of a plugin's module begins
 

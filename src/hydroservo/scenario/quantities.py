@@ -9,8 +9,6 @@ from hydroservo.scenario.slips import quantity_slip
 from hydroservo.scenario.units import case_hint, factor_and_dimension, power_of
 from hydroservo.unit_algebra import exchanged, power_in
 
-__all__ = ["number_and_unit", "si_value", "unit_factor"]
-
 LONGEST = 64  # characters of a quantity
 # An exponent has two digits at most, so that no text costs more than a few microseconds to evaluate.
 RATIO = r"[+-]?[0-9]+\s*/\s*[0-9]+"

@@ -17,8 +17,6 @@ from hydroservo.scenario.quantities import si_value, unit_factor
 from hydroservo.scenario.tables import Entry, Origin
 from hydroservo.validation import allowed, within
 
-__all__ = ["Relative", "as_entries", "both_ends", "check_path", "relative", "typed_scales"]
-
 SIGNS = ("+", "-", "\N{MINUS SIGN}")
 QUANTITY = re.compile(r"[+-]?[0-9.]+(?:[eE][+-]?[0-9]+)?(?:\s*/\s*[0-9]+)?\s*(.*)", re.DOTALL)
 

@@ -28,8 +28,6 @@ from hydroservo.scenario.fits import a_role, misfit
 from hydroservo.scenario.plugins import is_block_class, plugin_classes, plugin_other_classes
 from hydroservo.scenario.tables import Entry
 
-__all__ = ["Maker", "maker_in_role", "makers", "makers_in_role", "names_in_role", "shipped_classes"]
-
 Maker = Callable[..., Any]  # a block's class, or a classmethod of it whose arguments are declared as fields
 
 OWN = "a class of your own needs its file: --plugin FILE, in Python plugins=[FILE]"

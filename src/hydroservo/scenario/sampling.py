@@ -28,21 +28,6 @@ from hydroservo.wiring import wired
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = [
-    "Drawn",
-    "Variation",
-    "check_size",
-    "drawn",
-    "draws",
-    "draws_of",
-    "parameters_of",
-    "ranges_of",
-    "run_of",
-    "uniform",
-    "variation",
-    "variations",
-]
-
 MOST = 10_000_000  # runs; their table alone takes 2 GB
 LARGEST_SEED = 2**63 - 1
 BLOCK = 4  # numbers that Philox4x64 makes of each value of its counter

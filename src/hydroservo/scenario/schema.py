@@ -15,8 +15,6 @@ from hydroservo.scenario.keys import ANY_SIGNAL, Key, keys_of, range_of
 from hydroservo.scenario.records.series import curve_keys
 from hydroservo.scenario.registry import Maker, makers, makers_in_role
 
-__all__ = ["scenario_schema"]
-
 Schema = dict[str, Any]
 
 DIALECT = "http://json-schema.org/draft-07/schema#"  # what editors of TOML know

@@ -17,8 +17,6 @@ from hydroservo.scenario.ranges import both_ends, check_path
 from hydroservo.scenario.tables import Entry, Table
 from hydroservo.validation import number
 
-__all__ = ["LIMITS", "PARTS", "Range", "Search", "checked_part", "searched_range", "tune_search"]
-
 SEARCHED = ("controller", "sensors")  # what a search may set; the rest is given
 LIMITS = {"gain_margin": "dB", "phase_margin": "rad", "max_sensitivity": "dB"}  # bounds, by name
 PARTS = (  # of a search, by name

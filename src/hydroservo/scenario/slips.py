@@ -3,8 +3,6 @@
 import re
 from collections.abc import Callable
 
-__all__ = ["quantity_slip", "toml_slip"]
-
 SPACES = " '\N{RIGHT SINGLE QUOTATION MARK}\N{NO-BREAK SPACE}\N{NARROW NO-BREAK SPACE}"
 NUMBER = r"[+-]?[0-9]+(?:\.[0-9]+)?"
 COMMA = re.compile(

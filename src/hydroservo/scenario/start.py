@@ -8,8 +8,6 @@ from hydroservo.scenario.build import draft, number_from
 from hydroservo.scenario.tables import Entry, Layer, Table
 from hydroservo.starts import AsBuilt
 
-__all__ = ["start_in", "start_written_out"]
-
 GIVEN = "given"
 STEADY = "steady"
 

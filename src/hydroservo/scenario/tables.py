@@ -11,8 +11,6 @@ from hydroservo.errors import ScenarioError, short
 from hydroservo.nearest import one_of
 from hydroservo.scenario.slips import toml_slip
 
-__all__ = ["DEEPEST", "Entry", "Layer", "Origin", "Table", "parsed"]
-
 LAW = "controller"  # the table of a loop that holds what is tuned to one law
 DEEPEST = 16  # tables within tables
 KEY_PART = r"""(?:[A-Za-z0-9_-]++|"[^"\n]*+"|'[^'\n]*+')"""

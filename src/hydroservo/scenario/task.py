@@ -20,8 +20,6 @@ from hydroservo.scenario.search import LIMITS, Range, Search, checked_part, sear
 from hydroservo.scenario.tables import Entry
 from hydroservo.wiring import wired
 
-__all__ = ["Task", "task_of", "task_of_aim"]
-
 Load = Callable[[str | Path, Mapping[str, object], Sequence[str | Path]], Loop]
 
 

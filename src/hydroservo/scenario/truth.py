@@ -9,8 +9,6 @@ from hydroservo.scenario.build import Argument, number_from
 from hydroservo.scenario.tables import Entry, Table
 from hydroservo.validation import allowed, within
 
-__all__ = ["Deviation", "Truth", "Value", "truth_of"]
-
 SCALE = Field("", "factor on all relative deviations")
 RELATIVE = Field("", "relative deviation of a parameter")
 

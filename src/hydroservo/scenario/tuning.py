@@ -26,8 +26,6 @@ from hydroservo.scenario.task import Task, task_of, task_of_aim
 from hydroservo.wiring import wired
 from hydroservo.work.notebook_bar import shows_progress
 
-__all__ = ["as_toml", "best_values", "tune", "without_none"]
-
 
 @shows_progress
 def tune(

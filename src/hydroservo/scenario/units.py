@@ -13,8 +13,6 @@ from hydroservo.errors import short
 from hydroservo.field import CONTROLLED
 from hydroservo.nearest import nearest
 
-__all__ = ["OffsetUnitError", "case_hint", "check_si", "factor_and_dimension", "power_of"]
-
 
 class OffsetUnitError(ValueError):
     """A unit with an offset or a logarithm, such as °C or dB, whose numbers a factor does not convert."""

@@ -10,8 +10,6 @@ from hydroservo.sensors.ideal import IdealSensors
 from hydroservo.sensors.missing import missing_signals
 from hydroservo.signals import Draws, MachineOutputs, Measurement
 
-__all__ = ["DelayedSensors", "DelayedSensorsState"]
-
 
 class DelayedSensorsState(NamedTuple):
     """The nested sensors' state, what they read at this sample, and what is passed on: the reading before."""

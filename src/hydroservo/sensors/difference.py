@@ -8,8 +8,6 @@ from hydroservo.block import Field
 from hydroservo.roles import VelocityEstimator, role
 from hydroservo.signals import Draws, MachineOutputs
 
-__all__ = ["Difference", "DifferenceState"]
-
 
 class DifferenceState(NamedTuple):
     """The velocity and the last position."""

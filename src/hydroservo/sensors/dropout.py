@@ -11,8 +11,6 @@ from hydroservo.sensors.missing import missing_signals
 from hydroservo.signals import Draws, MachineOutputs, Measurement
 from hydroservo.sources import CHOSEN
 
-__all__ = ["Dropout", "DropoutState"]
-
 OWN = 2.0  # streams: one is drawn from, and the nested sensors' first must be even
 
 

@@ -8,8 +8,6 @@ from hydroservo.roles import PositionSensor, role
 from hydroservo.sensors.ideal_position import PositionReading
 from hydroservo.signals import Draws
 
-__all__ = ["Encoder"]
-
 FINE = 1e-15  # [m] a resolution that nothing tells from none
 
 

@@ -8,8 +8,6 @@ from hydroservo.block import Field
 from hydroservo.roles import VelocityEstimator, role
 from hydroservo.signals import Draws, MachineOutputs
 
-__all__ = ["ExactDifferentiator", "ExactDifferentiatorState"]
-
 LEVANT = "Levant, Automatica 34(3), 1998"
 
 

@@ -5,8 +5,6 @@ from typing import NamedTuple
 from hydroservo.roles import Sensors, role
 from hydroservo.signals import Draws, MachineOutputs, Measurement
 
-__all__ = ["IdealSensors", "IdealSensorsState"]
-
 
 class IdealSensorsState(NamedTuple):
     """Ideal sensors remember nothing."""

@@ -6,8 +6,6 @@ from hydroservo.block import Field
 from hydroservo.roles import PositionSensor, role
 from hydroservo.signals import Draws
 
-__all__ = ["IdealPosition", "PositionReading"]
-
 
 class PositionReading(NamedTuple):
     """What a position sensor reads."""

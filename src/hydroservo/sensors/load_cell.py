@@ -8,8 +8,6 @@ from hydroservo.roles import ForceSensor, role
 from hydroservo.sensors.no_force import ForceReading
 from hydroservo.signals import Draws
 
-__all__ = ["LoadCell"]
-
 
 @role(ForceSensor)
 class LoadCell(NamedTuple):

@@ -8,8 +8,6 @@ from hydroservo.field import declared_fields
 from hydroservo.roles import Sensors
 from hydroservo.signals import Draws, MachineOutputs, Measurement
 
-__all__ = ["Lacking", "MissingSignalError", "Unmeasured", "missing_signals", "sensors_for"]
-
 COMPUTED_FROM = {"load_force": ("pressure_a", "pressure_b"), "velocity": ("position",)}
 MEASURING = {  # types of sensors by the field of RigSensors that holds them
     "position": ("Encoder", "IdealPosition"),

@@ -7,8 +7,6 @@ from hydroservo.block import Field
 from hydroservo.roles import ForceSensor, role
 from hydroservo.signals import Draws
 
-__all__ = ["ForceReading", "NoForce"]
-
 
 class ForceReading(NamedTuple):
     """What a load cell reads."""

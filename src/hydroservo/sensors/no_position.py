@@ -7,8 +7,6 @@ from hydroservo.roles import PositionSensor, role
 from hydroservo.sensors.ideal_position import PositionReading
 from hydroservo.signals import Draws
 
-__all__ = ["NoPosition"]
-
 
 @role(PositionSensor)
 class NoPosition(NamedTuple):

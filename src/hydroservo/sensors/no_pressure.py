@@ -7,8 +7,6 @@ from hydroservo.block import Field
 from hydroservo.roles import PressureSensor, role
 from hydroservo.signals import Draws
 
-__all__ = ["NoPressure", "PressureReading"]
-
 
 class PressureReading(NamedTuple):
     """What a pressure sensor reads."""

@@ -7,8 +7,6 @@ from hydroservo.block import Field
 from hydroservo.roles import Sensors, role
 from hydroservo.signals import Draws, MachineOutputs, Measurement
 
-__all__ = ["NoisySensors", "NoisySensorsState"]
-
 
 class NoisySensorsState(NamedTuple):
     """What is measured at this sample."""

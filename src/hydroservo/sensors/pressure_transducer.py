@@ -9,8 +9,6 @@ from hydroservo.roles import PressureSensor, role
 from hydroservo.signals import Draws
 from hydroservo.sources import CHOSEN
 
-__all__ = ["PressureTransducer", "PressureTransducerState"]
-
 
 class PressureTransducerState(NamedTuple):
     """The reading, and the pressure that the transducer has followed."""

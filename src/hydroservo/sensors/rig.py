@@ -9,8 +9,6 @@ from hydroservo.sensors.no_force import NoForce
 from hydroservo.sensors.no_pressure import NoPressure
 from hydroservo.signals import Draws, MachineOutputs, Measurement
 
-__all__ = ["RigSensors", "RigSensorsState"]
-
 AS_THE_PLANT = 0.0
 SHARE = 16.0  # streams of random numbers for each sensor
 REST = MachineOutputs(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)

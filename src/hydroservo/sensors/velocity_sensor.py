@@ -7,8 +7,6 @@ from hydroservo.block import Field
 from hydroservo.roles import VelocityEstimator, role
 from hydroservo.signals import Draws, MachineOutputs
 
-__all__ = ["VelocityReading", "VelocitySensor"]
-
 
 class VelocityReading(NamedTuple):
     """What a velocity sensor reads."""

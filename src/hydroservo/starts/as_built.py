@@ -7,8 +7,6 @@ from hydroservo.group import group
 from hydroservo.roles import Start, role
 from hydroservo.states import overlaid
 
-__all__ = ["AsBuilt"]
-
 
 @role(Start)
 class AsBuilt(NamedTuple):

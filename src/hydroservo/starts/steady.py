@@ -9,8 +9,6 @@ from hydroservo.roles import Start, role
 from hydroservo.sources import CHOSEN
 from hydroservo.states import overlaid
 
-__all__ = ["Steady"]
-
 
 @role(Start)
 class Steady(NamedTuple):

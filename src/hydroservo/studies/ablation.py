@@ -9,8 +9,6 @@ import numpy as np
 from hydroservo.studies.paired import exponentials, mean
 from hydroservo.studies.pairs import Pair, compared, ratio_between
 
-__all__ = ["Ratio", "Worth", "over_cells", "worths"]
-
 
 class Ratio(NamedTuple):
     """A ratio of errors with its interval.

@@ -6,8 +6,6 @@ from typing import Any, NamedTuple
 
 from hydroservo.scenario.tables import Entry, Origin
 
-__all__ = ["Axis", "Conditions", "Kind", "Law", "Level", "ObserverChoice", "Search", "Study"]
-
 
 class Kind(NamedTuple):
     """One way in which conditions differ, such as a kind of demand.

@@ -7,8 +7,6 @@ from hydroservo.studies.pairs import Pair, ratio_between, rivals_of
 from hydroservo.studies.rules import Rules
 from hydroservo.studies.standing import Standing
 
-__all__ = ["Best", "best_of"]
-
 
 class Best(NamedTuple):
     """The best law of a cell.

@@ -19,8 +19,6 @@ from hydroservo.studies.trials import Trials, trials_of_cell
 if TYPE_CHECKING:
     import pandas as pd
 
-__all__ = ["CellVerdict", "cell_verdict"]
-
 Laws = Mapping[str, Mapping[str, Any]]
 
 

@@ -24,8 +24,6 @@ from hydroservo.work.unit import Unit, address
 
 SLACK = 1.25  # beyond the first and the last level, that a search goes
 
-__all__ = ["Cell", "Entrant", "cells_of", "entrants_of", "units_of"]
-
 
 class Cell(NamedTuple):
     """A combination of levels, one of each axis."""

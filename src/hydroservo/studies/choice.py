@@ -12,8 +12,6 @@ from hydroservo.studies.rules import Rules
 if TYPE_CHECKING:
     import pandas as pd
 
-__all__ = ["activities_of", "chosen", "level_name", "points_of", "reference_points", "with_gains"]
-
 ROUNDING = 1e-9  # of an activity
 
 

@@ -7,8 +7,6 @@ from hydroservo.errors import HydroservoError
 if TYPE_CHECKING:
     import pandas as pd
 
-__all__ = ["GAINS", "JUDGED", "judged_columns"]
-
 GAINS = ["law", "cell", "search_seed", "point"]  # name the gains of one point of a front
 NAMES = ["law", "cell", "split"]
 JUDGED = [*GAINS, "moved", "split", "condition", "scale", "error", "activity", "swing", "lost"]

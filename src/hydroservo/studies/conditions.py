@@ -15,8 +15,6 @@ from hydroservo.scenario.tables import Entry
 from hydroservo.studies.asked import Conditions, Kind, Level, Study
 from hydroservo.validation import allowed, within
 
-__all__ = ["SPLITS", "Drawn", "conditions_of"]
-
 SPLITS = ("train", "validation", "test", "stress")
 MACHINE = ("plant.", "valve.", "supply.", "drive.")  # whose deviations are stressed: loads are none
 LAW = "controller."

@@ -16,8 +16,6 @@ from hydroservo.scenario.tables import Entry, Table
 from hydroservo.studies.asked import Law, Level, Study
 from hydroservo.studies.reading import entry_value
 
-__all__ = ["Contender", "blocks", "contender", "over"]
-
 RATES = ("1/s", "rad/s")  # units of numbers whose ranges go as far as the sample rate allows
 LAW = "controller"
 

@@ -8,8 +8,6 @@ from numpy.typing import NDArray
 from hydroservo.studies.rules import Rules
 from hydroservo.studies.trials import Trials
 
-__all__ = ["drawn_mean", "weights"]
-
 Numbers = NDArray[np.float64]
 
 

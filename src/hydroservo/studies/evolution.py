@@ -3,8 +3,6 @@
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["fittest", "offspring"]
-
 Numbers = NDArray[np.float64]
 
 CROSSING, MUTATION = 15.0, 20.0  # distribution indices: the larger, the nearer children are to their parents

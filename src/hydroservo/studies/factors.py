@@ -9,8 +9,6 @@ from numpy.typing import NDArray
 from hydroservo.studies.ablation import Ratio
 from hydroservo.studies.means import FACTORS, Means
 
-__all__ = ["Effect", "effects"]
-
 Numbers = NDArray[np.float64]
 Levels = Mapping[str, Mapping[str, str]]  # of each factor, by law
 

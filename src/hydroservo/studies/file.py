@@ -16,8 +16,6 @@ from hydroservo.scenario.tables import Layer, Origin, Table, parsed
 from hydroservo.studies.asked import Axis, Conditions, Kind, Law, Level, ObserverChoice, Search, Study
 from hydroservo.studies.reading import changes_in, finite, known_keys, numbers, ranges_in, text, texts, whole
 
-__all__ = ["read_study", "studies", "study_source"]
-
 LARGEST = 1 << 20  # bytes
 LEVELS = (0.5, 1.0, 2.0, 4.0, 8.0)
 NAME = "abcdefghijklmnopqrstuvwxyz0123456789-"  # of laws, levels and kinds: they name files

@@ -15,8 +15,6 @@ from hydroservo.studies.trials import Trials, trials_of
 if TYPE_CHECKING:
     import pandas as pd
 
-__all__ = ["FrontPoint", "LawFront", "fronts_of", "ratio_of"]
-
 
 class FrontPoint(NamedTuple):
     """A point of a law's front.

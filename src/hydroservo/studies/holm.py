@@ -4,8 +4,6 @@ from collections.abc import Sequence
 
 import numpy as np
 
-__all__ = ["corrected"]
-
 
 def corrected(chances: Sequence[float]) -> list[float]:
     """Chances, corrected so that below a level is at most that share of studies with any false one.

@@ -16,8 +16,6 @@ from hydroservo.runs.cautions import quietly
 from hydroservo.runs.objective import is_possible, needed
 from hydroservo.studies.conditions import Drawn
 
-__all__ = ["LOST", "Group", "Judged", "Points", "Task", "Window", "command_range", "judged", "mean_logs"]
-
 Numbers = NDArray[np.float64]
 Points = Mapping[str, Numbers]  # arrays of shape (points,) by path
 Window = tuple[float, float]  # logarithms of the least and the largest activity that count

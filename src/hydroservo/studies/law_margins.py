@@ -13,8 +13,6 @@ from hydroservo.field import Field
 from hydroservo.linear import Margins, margins
 from hydroservo.loop import Loop
 
-__all__ = ["LawMargins", "law_margins"]
-
 DIGITS = 5  # that are kept: behind them processors differ in their linear algebra
 
 

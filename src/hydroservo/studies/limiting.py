@@ -23,8 +23,6 @@ if TYPE_CHECKING:
 
     from hydroservo.work.store import Store
 
-__all__ = ["Limited", "limited", "table_of_limits"]
-
 METRIC = "rms_error"  # the one that limits are of
 DIGITS = 6  # that are kept: a search knows no more, and processors differ in those after
 

@@ -7,8 +7,6 @@ from numpy.typing import NDArray
 
 from hydroservo.studies.paired import Difference, difference
 
-__all__ = ["Share", "fewer_lost", "lost_share"]
-
 Flags = NDArray[np.bool_]
 
 

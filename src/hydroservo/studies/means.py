@@ -10,8 +10,6 @@ from hydroservo.studies.draws import drawn_mean, weights
 from hydroservo.studies.rules import Rules
 from hydroservo.studies.trials import Trials
 
-__all__ = ["FACTORS", "Means", "means_of"]
-
 FACTORS = ("family", "observer", "wrapper")
 
 Numbers = NDArray[np.float64]

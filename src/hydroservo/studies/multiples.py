@@ -13,8 +13,6 @@ from hydroservo.studies.trials import Trials
 if TYPE_CHECKING:
     import pandas as pd
 
-__all__ = ["OF_LIMITS", "CellLimit", "Multiple", "limit_of"]
-
 OF_LIMITS = ["cell", "condition", "clairvoyant", "causal", "converged"]  # columns of their table
 BELOW = 1e-4  # of a limit: by so much a search may stop short of the optimum
 

@@ -8,8 +8,6 @@ from hydroservo.export.unit import Part
 from hydroservo.field import Field
 from hydroservo.loop import Loop
 
-__all__ = ["OnTarget", "on_target"]
-
 DOUBLE = 8  # bytes
 ENDLESS = "has a loop that goes on as long as its numbers ask"
 UNTRANSLATED = "does what has no equal in C; export says what"

@@ -5,8 +5,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["UNKNOWN", "Difference", "difference", "exponentials", "mean"]
-
 Numbers = NDArray[np.float64]
 LEAST = 1e-12  # a chance is never 0
 

@@ -11,8 +11,6 @@ from hydroservo.studies.paired import Difference, difference, exponentials
 from hydroservo.studies.rules import Rules
 from hydroservo.studies.trials import Trials
 
-__all__ = ["Pair", "compared", "pairs_of", "ratio_between", "rivals_of"]
-
 
 class Pair(NamedTuple):
     """Two laws in one cell.

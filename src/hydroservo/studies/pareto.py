@@ -3,8 +3,6 @@
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["STILL", "gain", "on_front", "spaced"]
-
 Numbers = NDArray[np.float64]
 
 STILL = 0.01  # a front that moves less by as many candidates again is still

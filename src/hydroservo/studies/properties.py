@@ -20,8 +20,6 @@ if TYPE_CHECKING:
 
     from hydroservo.work.store import Store
 
-__all__ = ["Examined", "Properties", "examined", "properties_in"]
-
 
 class Properties(NamedTuple):
     """What no run says of a law in a cell.

@@ -12,19 +12,6 @@ from hydroservo.validation import whole_number
 LARGEST = 1e300
 FILE = "file"  # key of a recorded signal
 
-__all__ = [
-    "FILE",
-    "changes_in",
-    "entry_value",
-    "finite",
-    "known_keys",
-    "numbers",
-    "ranges_in",
-    "text",
-    "texts",
-    "whole",
-]
-
 
 def known_keys(table: Table, allowed: Sequence[str]) -> None:
     """Refuse a key that a table does not have.

@@ -8,8 +8,6 @@ from hydroservo.studies.pairs import Pair, ratio_between
 from hydroservo.studies.rules import Rules
 from hydroservo.studies.standing import Standing
 
-__all__ = ["Area", "areas", "regrets"]
-
 
 class Area(NamedTuple):
     """Over how much of the map a law is near the best.

@@ -4,8 +4,6 @@ from typing import NamedTuple
 
 from hydroservo.errors import ParameterError
 
-__all__ = ["Rules", "checked_rules"]
-
 
 class Rules(NamedTuple):
     """The numbers of a fair comparison, the same for all laws and cells.

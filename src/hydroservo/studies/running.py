@@ -27,8 +27,6 @@ from hydroservo.work.store import Store, manifest_in
 if TYPE_CHECKING:
     import pandas as pd
 
-__all__ = ["MANIFEST", "Studied", "study"]
-
 MANIFEST = "study.json"
 LIMITS = "limits"
 PROPERTIES = "properties"

@@ -18,8 +18,6 @@ from hydroservo.studies.cells import Entrant
 from hydroservo.studies.contenders import over
 from hydroservo.studies.reading import FILE
 
-__all__ = ["remove_dropped", "seen_from", "write_scenarios"]
-
 
 def write_scenarios(study: Study, entrants: Sequence[Entrant], folder: Path) -> None:
     """The scenario of each law in each cell with each kind of condition, and the conditions of each cell."""

@@ -19,8 +19,6 @@ from hydroservo.validation import within
 if TYPE_CHECKING:
     import pyarrow as pa
 
-__all__ = ["COLUMNS", "found_by"]
-
 Numbers = NDArray[np.float64]
 
 TIE = float(np.log(Rules().margin))  # between errors of points that are worth the same

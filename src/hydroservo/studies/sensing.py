@@ -9,8 +9,6 @@ from hydroservo.studies.pairs import Pair, ratio_between, rivals_of
 from hydroservo.studies.rules import Rules
 from hydroservo.studies.standing import Standing
 
-__all__ = ["CLASSES", "Price", "prices", "ranks"]
-
 CLASSES = ("V", "VP", "VPX")  # velocity or position; with the load pressure; with the spool's place too
 
 

@@ -11,8 +11,6 @@ from hydroservo.studies.paired import exponentials, mean
 from hydroservo.studies.rules import Rules
 from hydroservo.studies.trials import Trials
 
-__all__ = ["Standing", "geometric_mean", "standing_of"]
-
 Numbers = NDArray[np.float64]
 
 

@@ -7,8 +7,6 @@ import numpy as np
 if TYPE_CHECKING:
     import pandas as pd
 
-__all__ = ["survived"]
-
 
 def survived(runs: "pd.DataFrame") -> float:
     """The largest scale of uncertainty at and below which no run was lost.

@@ -10,8 +10,6 @@ from hydroservo.errors import HydroservoError
 if TYPE_CHECKING:
     import pandas as pd
 
-__all__ = ["Trials", "trials_of", "trials_of_cell"]
-
 Numbers = NDArray[np.float64]
 
 

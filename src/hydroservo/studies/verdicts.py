@@ -22,8 +22,6 @@ from hydroservo.studies.trials import Trials, trials_of
 if TYPE_CHECKING:
     import pandas as pd
 
-__all__ = ["LevelVerdict", "Verdicts", "judged"]
-
 Laws = Mapping[str, Mapping[str, Any]]
 PropertiesByCell = Mapping[str, Mapping[str, Properties]]
 PropertiesByLevel = Mapping[str, PropertiesByCell]

@@ -8,8 +8,6 @@ from hydroservo.constants import ATMOSPHERE
 from hydroservo.roles import Accumulator, role
 from hydroservo.sources import CHOSEN
 
-__all__ = ["GasAccumulator"]
-
 
 @role(Accumulator)
 class GasAccumulator(NamedTuple):

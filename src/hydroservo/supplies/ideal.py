@@ -8,8 +8,6 @@ from hydroservo.errors import ParameterError
 from hydroservo.roles import Supply, role
 from hydroservo.signals import Pressures
 
-__all__ = ["IdealSupply", "IdealSupplyState"]
-
 
 class IdealSupplyState(NamedTuple):
     """An ideal supply remembers nothing."""

@@ -5,8 +5,6 @@ from typing import NamedTuple
 from hydroservo.roles import Poppet, role
 from hydroservo.supplies.relief import ReliefValve
 
-__all__ = ["InstantPoppet", "InstantPoppetState"]
-
 
 class InstantPoppetState(NamedTuple):
     """It remembers nothing."""

@@ -4,8 +4,6 @@ from typing import NamedTuple
 
 from hydroservo.roles import Accumulator, role
 
-__all__ = ["NoAccumulator"]
-
 
 @role(Accumulator)
 class NoAccumulator(NamedTuple):

@@ -15,8 +15,6 @@ from hydroservo.supplies.instant_poppet import InstantPoppet, InstantPoppetState
 from hydroservo.supplies.no_accumulator import NoAccumulator
 from hydroservo.supplies.relief import ReliefValve
 
-__all__ = ["PumpSupply", "PumpSupplyState"]
-
 MOST_OVERRIDE = 0.5  # beyond cracking, as a share of it, at which a relief valve fits its pump
 LEAST_PRESSURE = 1.0  # [Pa] absolute, at which the air is thought to grow no more
 NONE, INSTANT = NoAccumulator(), InstantPoppet()

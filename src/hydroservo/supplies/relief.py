@@ -8,8 +8,6 @@ from hydroservo.errors import ParameterError
 from hydroservo.roles import Relief, role
 from hydroservo.sources import DATASHEET
 
-__all__ = ["ReliefValve"]
-
 CrackingPressure = Annotated[float, Field("Pa", "pressure at which it opens", above=0)]
 Override = Annotated[float, Field("Pa", "pressure beyond cracking at a flow", DATASHEET, above=0)]
 OverrideFlow = Annotated[float, Field("m^3/s", "flow at the override", DATASHEET, above=0)]

@@ -7,8 +7,6 @@ from hydroservo.block import Field
 from hydroservo.roles import Poppet, role
 from hydroservo.supplies.relief import ReliefValve
 
-__all__ = ["SlowPoppet", "SlowPoppetState"]
-
 
 class SlowPoppetState(NamedTuple):
     """How far it is open."""

@@ -7,8 +7,6 @@ import numpy as np
 
 from hydroservo.synthesis.matrix import Matrix
 
-__all__ = ["RobustController", "StateSpace", "robust_controller"]
-
 
 class StateSpace(NamedTuple):
     """dx/dt = A x + B u, y = C x + D u.

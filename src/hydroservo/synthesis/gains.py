@@ -8,8 +8,6 @@ from hydroservo.block import Block
 from hydroservo.errors import ParameterError
 from hydroservo.synthesis.matrix import Matrix
 
-__all__ = ["computed", "nine_digits", "no_gain"]
-
 
 def nine_digits(number: float) -> float:
     """A designed number as a run has it: LAPACK's last digits are others on another processor, by some 1e-13.

@@ -11,8 +11,6 @@ from hydroservo.synthesis.matrix import Matrix
 from hydroservo.synthesis.riccati import solution
 from hydroservo.synthesis.sampled import under_white_noise
 
-__all__ = ["steady_gain"]
-
 
 def steady_gain(
     observer: Block, rates: Matrix, seen: Sequence[int], sizes: Sequence[float], period: float

@@ -8,8 +8,6 @@ import numpy as np
 from hydroservo.plants.design_model import DesignModel
 from hydroservo.synthesis.matrix import Matrix
 
-__all__ = ["LinearModel", "at_rest", "free_rates", "with_disturbances"]
-
 
 class LinearModel(NamedTuple):
     """dx/dt = A x + B u, with one input.

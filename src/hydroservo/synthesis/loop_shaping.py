@@ -7,8 +7,6 @@ from hydroservo.synthesis.coprime import StateSpace
 from hydroservo.synthesis.linear_model import at_rest
 from hydroservo.synthesis.sampled import under_held_input
 
-__all__ = ["from_bilinear", "sampled_plant", "to_bilinear"]
-
 DIRECT = np.zeros((1, 1))
 
 

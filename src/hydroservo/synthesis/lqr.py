@@ -14,8 +14,6 @@ from hydroservo.synthesis.memory import NOTHING, Memory, remembering
 from hydroservo.synthesis.riccati import solution
 from hydroservo.synthesis.sampled import under_held_input
 
-__all__ = ["Design", "designed_at_rest", "feedback", "lqr"]
-
 
 def lqr(transition: Matrix, driven: Matrix, weights: Matrix, effort: float) -> Matrix:
     """The gain K of u = -K x that makes the sum of |W x|^2 + (rho u)^2 over all samples least.

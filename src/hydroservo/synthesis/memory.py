@@ -7,8 +7,6 @@ import numpy as np
 
 from hydroservo.synthesis.matrix import Matrix
 
-__all__ = ["NOTHING", "Memory", "both", "integrator", "oscillator", "remembering"]
-
 
 class Memory(NamedTuple):
     """m := F m + b e from one sample to the next, with e = x1 - r.

@@ -11,8 +11,6 @@ from hydroservo.synthesis.gains import computed, no_gain
 from hydroservo.synthesis.lqr import designed_at_rest
 from hydroservo.synthesis.matrix import Matrix
 
-__all__ = ["Plan", "plan", "planned"]
-
 
 class Plan(NamedTuple):
     """How commands follow from states and from corrections, over a horizon of m moves.

@@ -6,8 +6,6 @@ import numpy as np
 
 from hydroservo.synthesis.matrix import Matrix
 
-__all__ = ["solution"]
-
 NOTHING = 1e-30  # of what is left of a state
 DOUBLINGS = 64
 

@@ -4,8 +4,6 @@ import numpy as np
 
 from hydroservo.synthesis.matrix import Matrix
 
-__all__ = ["under_held_input", "under_white_noise"]
-
 
 def under_held_input(rates: Matrix, driven: Matrix, period: float) -> tuple[Matrix, Matrix]:
     """The transition over a period, and what an input held over it adds.

@@ -10,8 +10,6 @@ from hydroservo.synthesis.coprime import StateSpace
 from hydroservo.synthesis.gains import nine_digits
 from hydroservo.synthesis.matrix import Matrix
 
-__all__ = ["Section", "Weights", "sections"]
-
 Roots = NDArray[np.complex128]
 
 LEAST = 1e-9  # of a section's numbers beside 1; what is less is rounding

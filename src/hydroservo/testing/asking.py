@@ -9,8 +9,6 @@ from hydroservo.scenario.lines import line_reached
 from hydroservo.testing.case import Case, ContractError, case_of
 from hydroservo.testing.questions import QUESTIONS, Question, ask, behaviour
 
-__all__ = ["Answer", "answer_of", "answers", "by_cause", "check_block"]
-
 TRANSLATED = {"gives the same bits compiled", "gives the same bits in C"}  # what no compiler takes fails both
 
 

@@ -17,8 +17,6 @@ from hydroservo.testing.bits import bits
 from hydroservo.testing.case import Case
 from hydroservo.testing.drawing import ORDINARY, WIDE, arguments, block_of
 
-__all__ = ["check_compiled", "check_finite", "check_kinds", "check_repeatable"]
-
 STEPS = 4
 MAY_BE_INFINITE = {"init", "next_jump"}  # there may be no jump
 

@@ -8,8 +8,6 @@ import numpy as np
 
 from hydroservo.block import is_block, leaves
 
-__all__ = ["bits", "numbers"]
-
 CANONICAL_NAN = struct.pack("<d", float("nan"))
 
 

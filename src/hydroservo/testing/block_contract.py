@@ -5,8 +5,6 @@ from typing import Any
 from hydroservo.testing.case import case_of
 from hydroservo.testing.questions import QUESTIONS, ask
 
-__all__ = ["BlockContract"]
-
 
 class BlockContract:
     """Base of a test class, for pytest: all that is asked of a block, a test each.

@@ -15,8 +15,6 @@ from hydroservo.scenario.lines import file_of, line_of
 from hydroservo.testing.examples import EXAMPLES, example
 from hydroservo.wiring import with_model, with_signal
 
-__all__ = ["PLAIN", "Case", "ContractError", "case_of"]
-
 PLAIN = {"declared", "simplified", "substeps_for", "trusted_rate"}  # methods of roles that only Python calls
 NAMED = re.compile(r"^(?P<file>.+?), line (?P<line>\d+), ")  # how translation names a place
 

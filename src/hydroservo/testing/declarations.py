@@ -19,15 +19,6 @@ from hydroservo.testing.bits import bits
 from hydroservo.testing.case import Case, ContractError
 from hydroservo.validation import TEXT, checked
 
-__all__ = [
-    "check_declared",
-    "check_documented",
-    "check_floats",
-    "check_numbers",
-    "check_pickles",
-    "check_role",
-]
-
 
 def check_role(case: Case) -> None:
     """It has the methods of its role, what others read of it and of its state, and blocks in it that fit."""

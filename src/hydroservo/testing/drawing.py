@@ -37,8 +37,6 @@ from hydroservo.testing.places import watched_loop
 from hydroservo.validation import consistent, in_range, within
 from hydroservo.valves import Orifice
 
-__all__ = ["ORDINARY", "WIDE", "Range", "arguments", "block_of"]
-
 
 class Range(NamedTuple):
     """How far from a block's defaults its parameters may be.

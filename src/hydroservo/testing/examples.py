@@ -99,8 +99,6 @@ from hydroservo.sensors import (
 from hydroservo.supplies import GasAccumulator, PumpSupply, ReliefValve, SlowPoppet
 from hydroservo.valves import CurvedEdges, FirstOrderValve, FourCurves, FourEdges, SecondOrderValve
 
-__all__ = ["EXAMPLES", "example"]
-
 Example = TypeVar("Example", bound=Block)
 
 PLANT, VALVE, SUPPLY, LAW = machine.PLANT, machine.VALVE, machine.SUPPLY, machine.PROPORTIONAL_INTEGRAL

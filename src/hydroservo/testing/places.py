@@ -20,8 +20,6 @@ from hydroservo.scenario.registry import shipped_classes
 from hydroservo.testing.examples import example
 from hydroservo.valves import NoValve
 
-__all__ = ["loop_with", "signal_for", "watched_loop", "with_its_machine"]
-
 PERIOD = 1e-4  # s
 PERIODS = 1000
 START = 2e6  # Pa

@@ -10,8 +10,6 @@ from hydroservo.errors import HydroservoError
 from hydroservo.testing import declarations
 from hydroservo.testing.case import Case
 
-__all__ = ["QUESTIONS", "Question", "ask", "behaviour"]
-
 
 class Question(NamedTuple):
     """Something that is asked of a block.

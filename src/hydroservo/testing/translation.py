@@ -14,8 +14,6 @@ from hydroservo.sensors.missing import missing_signals
 from hydroservo.testing.case import Case
 from hydroservo.testing.places import loop_with
 
-__all__ = ["check_translated"]
-
 
 def check_translated(case: Case) -> str:
     """A loop with it is exported as C, which gives the bits of plain Python.

@@ -10,8 +10,6 @@ from hydroservo.errors import ParameterError
 from hydroservo.theory.finite_time import decayed
 from hydroservo.theory.ranges import require_not_negative
 
-__all__ = ["Decrease", "decrease"]
-
 ROUNDING = 1e-9  # of V: what rounding may add to a decrease that holds with equality
 
 

@@ -7,8 +7,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from hydroservo.theory.ranges import require_fraction, require_not_negative, require_positive
 
-__all__ = ["decayed", "settling_bound"]
-
 
 def settling_bound(
     linear_rate: float,

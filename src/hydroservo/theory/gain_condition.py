@@ -8,8 +8,6 @@ from numpy.typing import ArrayLike
 
 from hydroservo.theory.ranges import require_not_negative
 
-__all__ = ["GainCondition", "gain_condition"]
-
 
 class GainCondition(NamedTuple):
     """Whether a switching gain exceeds a disturbance, and by how much."""

@@ -7,8 +7,6 @@ from hydroservo.supplies.ideal import IdealSupply
 from hydroservo.theory.ranges import require_not_negative
 from hydroservo.valves.first_order import FirstOrderValve
 
-__all__ = ["damping_ratio", "natural_frequency", "proportional_gain_limit"]
-
 
 def natural_frequency(plant: LoadPressurePlant) -> float:
     """Hydraulic natural frequency [rad/s]: the mass on the oil's spring.

@@ -4,8 +4,6 @@ import math
 
 from hydroservo.errors import ParameterError
 
-__all__ = ["require_fraction", "require_not_negative", "require_positive"]
-
 
 def require_positive(name: str, value: float) -> None:
     """Raise a ParameterError unless the value is a finite number above 0."""

@@ -11,8 +11,6 @@ from hydroservo.signals import EdgeOpenings
 from hydroservo.sources import DATASHEET
 from hydroservo.valves.orifice import LARGEST_OPENING
 
-__all__ = ["CurvedEdges", "FourCurves"]
-
 FullOpening = Annotated[
     float, Field("m", "spool position at 100 %", DATASHEET, above=0, at_most=LARGEST_OPENING)
 ]

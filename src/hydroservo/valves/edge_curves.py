@@ -11,8 +11,6 @@ from hydroservo.roles import EdgeShape
 from hydroservo.valves.curved_edges import CurvedEdges, FourCurves
 from hydroservo.valves.straight_edges import StraightEdges
 
-__all__ = ["STRAIGHT", "EdgeCurves", "ShapedEdges"]
-
 STRAIGHT = Curve(np.array([0.0, 1.0]), np.array([[0.0], [0.0], [1.0], [0.0]]))  # stands for no curve
 MOST = 10.0  # rated openings that a curve may go on to; more is a share for a percentage
 ROUNDED = 1e-9

@@ -10,9 +10,6 @@ from hydroservo.roles import MeteringEdges, Valve, role
 from hydroservo.sources import DATASHEET
 from hydroservo.valves.orifice import check_opens
 
-__all__ = ["FirstOrderValve", "FirstOrderValveState"]
-
-
 Gain = Annotated[float, Field("m/V", "servo valve gain K_sv", above=0)]
 MaxOpening = Annotated[float, Field("m", "spool limit x_max", above=0)]
 CornerFrequency = Annotated[float, Field("Hz", "frequency of -3 dB and -45 degrees", DATASHEET, above=0)]

@@ -26,8 +26,6 @@ from hydroservo.valves.orifice import (
 )
 from hydroservo.valves.straight_edges import StraightEdges
 
-__all__ = ["FourEdges"]
-
 ROOT_2 = math.sqrt(2.0)
 FINEST, FINEST_SHARE = 1e-24, 1e-15  # [Pa or m], and of the value, to which roots are found
 STRAIGHT_EDGES = StraightEdges()

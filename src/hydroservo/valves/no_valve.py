@@ -7,8 +7,6 @@ from hydroservo.roles import MeteringEdges, Valve, role
 from hydroservo.signals import PortFlows, Pressures
 from hydroservo.valves.orifice import Orifice
 
-__all__ = ["NoEdges", "NoValve", "NoValveState"]
-
 
 @role(MeteringEdges)
 class NoEdges(NamedTuple):

@@ -11,8 +11,6 @@ from hydroservo.roles import MeteringEdges, role
 from hydroservo.signals import PortFlows, Pressures
 from hydroservo.sources import DATASHEET
 
-__all__ = ["Orifice", "check_opens"]
-
 ROOT_2 = math.sqrt(2.0)
 LEAST_DENSITY = 1.0  # [kg/m^3], about that of air: less is another unit
 LARGEST_OPENING = 1.0  # [m], more than any spool's

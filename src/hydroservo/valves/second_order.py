@@ -10,8 +10,6 @@ from hydroservo.roles import MeteringEdges, Valve, role
 from hydroservo.sources import CHOSEN, DATASHEET
 from hydroservo.valves.orifice import check_opens
 
-__all__ = ["SecondOrderValve", "SecondOrderValveState"]
-
 UNLIMITED = 1e6  # [m/s] beyond any spool
 BRAKE = 5.0  # rate at which the limits are neared, in natural frequencies
 

@@ -7,8 +7,6 @@ from hydroservo.block import Field
 from hydroservo.roles import MeteringEdges, Valve, role
 from hydroservo.valves.orifice import check_opens
 
-__all__ = ["StaticValve", "StaticValveState"]
-
 
 class StaticValveState(NamedTuple):
     """A static valve remembers nothing."""

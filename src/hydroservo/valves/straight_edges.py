@@ -5,8 +5,6 @@ from typing import NamedTuple
 from hydroservo.roles import EdgeShape, role
 from hydroservo.signals import EdgeOpenings
 
-__all__ = ["StraightEdges"]
-
 
 @role(EdgeShape)
 class StraightEdges(NamedTuple):

@@ -10,8 +10,6 @@ from hydroservo.errors import HydroservoError, system_problem
 if TYPE_CHECKING:
     import pyarrow as pa
 
-__all__ = ["Answer", "Failure", "Say", "answer_to"]
-
 
 class Failure(NamedTuple):
     """Why a unit has no table.

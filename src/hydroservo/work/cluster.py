@@ -16,8 +16,6 @@ from hydroservo.errors import HydroservoError, clipped
 from hydroservo.work.answers import Answer, Failure, Say, answer_to
 from hydroservo.work.unit import Unit
 
-__all__ = ["on_scheduler"]
-
 PATIENCE = 10  # s, for a scheduler to answer
 AHEAD = 3  # units that each thread of a worker is given, so that it never waits for the next
 FEWEST = 4  # units handed out while there is no worker

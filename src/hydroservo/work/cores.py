@@ -5,8 +5,6 @@ from numbers import Integral
 
 from hydroservo.errors import ParameterError
 
-__all__ = ["checked_count"]
-
 
 def checked_count(count: int | None, name: str) -> int:
     """How many workers to use: as many as asked for, else one for each core that this process may use.

@@ -12,8 +12,6 @@ from hydroservo.work.processes import in_processes
 from hydroservo.work.store import Store
 from hydroservo.work.unit import Unit
 
-__all__ = ["UnitsError", "do"]
-
 MOST_SAID = 10  # failures that are said as they happen
 
 

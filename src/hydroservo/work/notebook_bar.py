@@ -7,8 +7,6 @@ from functools import wraps
 from html import escape
 from typing import Any, ParamSpec, TypeVar
 
-__all__ = ["Bar", "in_notebook", "shows_progress"]
-
 PATIENCE = 1.0  # s
 PAUSE = 0.2  # s, between two looks of the bar
 

@@ -19,8 +19,6 @@ from hydroservo.outputs import temporary_folder
 from hydroservo.work.answers import Answer, Failure, Say, answer_to
 from hydroservo.work.unit import Unit
 
-__all__ = ["in_processes"]
-
 MOST_DEATHS = 3  # of processes that did one unit, which then is taken for their cause
 BLAS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 

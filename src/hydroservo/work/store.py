@@ -16,8 +16,6 @@ from hydroservo.work.unit import DIGITS
 if TYPE_CHECKING:
     import pyarrow as pa
 
-__all__ = ["FORMAT", "PARTS", "Store", "manifest_in"]
-
 FORMAT = 1  # of the folder
 PARTS = "parts"
 OTHERS = "others"  # those that wait

@@ -11,8 +11,6 @@ from hydroservo.errors import ParameterError
 if TYPE_CHECKING:
     import pyarrow as pa
 
-__all__ = ["DIGITS", "Unit", "address"]
-
 DIGITS = 24  # of an address, 96 bits: among a billion units no two are alike
 
 

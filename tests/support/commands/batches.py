@@ -9,8 +9,6 @@ from hydroservo.scenario import load_scenario, parse_override
 from hydroservo.scenario.load import assembled
 from hydroservo.scenario.sampling import Drawn, draws_of, variations
 
-__all__ = ["NAME", "again", "alone", "drawn", "replayed"]
-
 NAME = "paper/sine-backstepping"  # whose controller has a model of the machine
 
 

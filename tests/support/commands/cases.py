@@ -13,8 +13,6 @@ from hydroservo.plants import ThisMachine
 from hydroservo.scenario import load_scenario, scenario_source, scenarios
 from hydroservo.testing.examples import EXAMPLES
 
-__all__ = ["KINDS", "Case", "case"]
-
 Words = list[str]
 
 SCENARIOS = tuple(scenarios())

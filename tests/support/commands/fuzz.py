@@ -25,8 +25,6 @@ from typing import Any
 
 from tests.support.commands.cases import Case, case, lay
 
-__all__ = ["FUZZ", "ROOT", "faults", "outcome", "outcomes"]
-
 ROOT = Path(__file__).parents[3]
 FUZZ = (sys.executable, "-m", "tests.support.commands.fuzz")
 

@@ -9,16 +9,6 @@ import time
 
 import pytest
 
-__all__ = [
-    "HYDROSERVO",
-    "ends_by",
-    "heavy_libraries_of",
-    "leaves_nothing",
-    "needs_posix",
-    "on_terminal",
-    "process",
-]
-
 HYDROSERVO = (sys.executable, "-c", "from hydroservo.cli import main; main()")
 needs_posix = pytest.mark.skipif(os.name != "posix", reason="POSIX signals and devices")
 

@@ -4,8 +4,6 @@ from typer.testing import CliRunner
 
 from hydroservo.cli.app import app
 
-__all__ = ["PLUGIN", "QUICK", "SHORT", "SMALL", "UNSTABLE", "failed", "hydroservo_", "succeeded"]
-
 SHORT = ("--set", "simulation.duration=0.02")  # s; 2000 samples
 QUICK = (*SHORT, "--interpreted")
 UNSTABLE = ("--set", "simulation.period=1 ms", "--set", "plant.mass=10 g")  # with one step a period

@@ -7,24 +7,6 @@ import numpy as np
 from hydroservo import simulate
 from hydroservo.scenario import load_scenario, parse_override
 
-__all__ = [
-    "FEW",
-    "FILTER",
-    "GAIN",
-    "GIVEN",
-    "NAMES",
-    "QUICK",
-    "RUNAWAY",
-    "SHORT",
-    "TUNE",
-    "VARIED",
-    "WINDUP",
-    "again",
-    "flat",
-    "replay_in",
-    "rows_of",
-]
-
 NAMES = ("paper/sine-pi", "paper/square-pi")
 GIVEN = (
     *("simulation.duration=50 ms", "simulation.period=1 ms", "simulation.substeps=4"),

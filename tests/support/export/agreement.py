@@ -12,8 +12,6 @@ from tests.support.needs import needs
 from tools.targets.host import library
 from tools.targets.sources import Rows
 
-__all__ = ["assert_same_run", "run_in_c", "same_bits"]
-
 
 def same_bits(a: Rows, b: Rows) -> NDArray[np.bool_]:
     """Where two arrays hold the same bits; all nan are one."""

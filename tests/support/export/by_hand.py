@@ -2,8 +2,6 @@
 
 from hydroservo.export.unit import Argument, Part, Signal, Unit
 
-__all__ = ["by_hand"]
-
 
 def by_hand(
     prefix: str,

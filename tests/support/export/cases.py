@@ -13,20 +13,6 @@ from hydroservo.scenario import load_scenario
 from tools.targets.boards import BOARDS
 from tools.targets.sources import Rows, width
 
-__all__ = [
-    "COMPILERS",
-    "SINGLE",
-    "Case",
-    "each_board",
-    "each_case",
-    "each_controller",
-    "limit_of",
-    "named",
-    "rows_of",
-    "unit_of",
-    "vectors_of",
-]
-
 COMPILERS = ("gcc", "clang")
 
 

@@ -8,8 +8,6 @@ from hydroservo.export.unit import Unit
 from tools.targets.compilers import output
 from tools.targets.sources import Rows, width
 
-__all__ = ["COMPILER", "operations_done"]
-
 COMPILER = "clang++"
 OPTIONS = ("-std=c++20", "-O1", "-ffp-contract=off", "-Wno-everything")
 NUMBER = """\

@@ -8,8 +8,6 @@ from hydroservo.export.unit import Unit
 from tools.targets.compilers import output
 from tools.targets.sources import write_unit
 
-__all__ = ["Finding", "findings", "unaccepted"]
-
 TEMPLATE = "{file}:{line}:{column}:{id}:{message}"
 MISRA = "misra-c2012-"
 OPTIONS = ("--std=c99", "--enable=all", "--addon=misra", "--platform=arm32-wchar_t4", "--quiet")

@@ -7,8 +7,6 @@ from typing import NamedTuple
 from hydroservo.export.platforms import TOOLCHAINS, Platform
 from tests.support.needs import needs
 
-__all__ = ["EMULATED", "Emulated", "run", "wine_surroundings"]
-
 PATIENCE = 120.0  # s
 
 

@@ -20,8 +20,6 @@ from hydroservo.loop import Loop
 from hydroservo.plants import Cylinder
 from hydroservo.testing.examples import example
 
-__all__ = ["Exchange", "equations", "rk4"]
-
 States = NDArray[np.float64]
 
 

@@ -16,17 +16,6 @@ from hydroservo.export.c.compiler import compiled
 from hydroservo.loop import Loop
 from hydroservo.scenario import load_scenario
 
-__all__ = [
-    "DAMPING",
-    "SPRING",
-    "STIFFNESS",
-    "by_python_fmu",
-    "folder",
-    "foreign_load",
-    "state_space",
-    "with_changes",
-]
-
 DRIVERS = Path(__file__).parent / "drivers"
 STIFFNESS, DAMPING = 20e3, 400.0
 SPRING = {  # a StateSpace without states: F = D (x, v)

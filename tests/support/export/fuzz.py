@@ -8,8 +8,6 @@ from numpy.typing import NDArray
 from tools.targets.host import Library, Program
 from tools.targets.sources import Rows
 
-__all__ = ["Verdict", "fuzzed", "verdict"]
-
 SPECIAL = (
     *(np.nan, np.inf, -np.inf),
     *(1e308, -1e308, 1e38, -1e38, 1e19, -1e19),

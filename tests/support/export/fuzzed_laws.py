@@ -7,8 +7,6 @@ from textwrap import indent
 
 from tests.support.export import law_parts as parts
 
-__all__ = ["fuzzed_law"]
-
 LAW = '''\
 class Law(NamedTuple):
     """A law of a test: u = ..."""

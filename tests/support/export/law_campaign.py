@@ -33,8 +33,6 @@ from tests.support.export.small_laws import R, Y, loop_of
 from tools.targets.compilers import FLAGS, ToolError, output, warnings
 from tools.targets.sources import write_unit
 
-__all__ = ["SANITIZED", "Tried", "campaign", "tried", "wrong"]
-
 ROWS = [
     (Y, R),
     (Y._replace(velocity=-1.75), R._replace(value=3.5)),

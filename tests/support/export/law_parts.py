@@ -6,33 +6,6 @@ number, ``{i}`` for a counter, ``{count}`` for how far it counts, ``{last}`` for
 ``{other}``, ``{third}`` and ``{short}`` for statements.
 """
 
-__all__ = [
-    "AROUND",
-    "CONDITIONS",
-    "CONDITION_FORMS",
-    "COUNTERS",
-    "COUNTS",
-    "DECORATORS",
-    "EDGES",
-    "EXTREMES",
-    "FIRST_STATES",
-    "HEAD",
-    "LEVELS",
-    "METHODS",
-    "NAMES",
-    "ODD",
-    "ODD_EDGES",
-    "ODD_LEVELS",
-    "REALS",
-    "REAL_FORMS",
-    "RECORDS",
-    "RECORD_FORMS",
-    "SHADOWS",
-    "SIMPLE",
-    "WHOLES",
-    "WHOLE_FORMS",
-]
-
 HEAD = '''\
 """A law of a test."""
 

@@ -11,8 +11,6 @@ from hydroservo.loop import Loop
 from hydroservo.scenario import load_scenario
 from tests.support.needs import needs
 
-__all__ = ["TITLE", "check", "make", "scenario", "unit"]
-
 TITLE = "PI of scenario paper/sine-pi"
 
 

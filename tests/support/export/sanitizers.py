@@ -5,8 +5,6 @@ from pathlib import Path
 from hydroservo.export.unit import Unit
 from tools.targets.host import Program, program
 
-__all__ = ["watched"]
-
 CHECKS = {
     "gcc": "address,undefined,float-cast-overflow",
     "clang": "address,undefined,float-cast-overflow,implicit-conversion,local-bounds",

@@ -13,8 +13,6 @@ from hydroservo.testing.bits import bits
 from hydroservo.testing.examples import example
 from tools.targets.host import library
 
-__all__ = ["FIRST", "HEAD", "NAMED", "R", "Y", "assert_same", "law", "loop_of"]
-
 HEAD = '''\
 """A law of a test."""
 

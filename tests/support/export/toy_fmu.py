@@ -7,20 +7,6 @@ from fmpy.fmi1 import FMICallException
 
 from tests.support.export.fmus import Instance
 
-__all__ = [
-    "COMMAND",
-    "DEMAND",
-    "GAIN",
-    "INTEGRAL",
-    "OK",
-    "VELOCITY",
-    "WARNING",
-    "Replica",
-    "discarded",
-    "refusal",
-    "refused",
-]
-
 OK, WARNING, DISCARD, ERROR = range(4)
 GAIN, INTEGRAL = "controller.proportional_gain", "controller.integral"
 VELOCITY, DEMAND, COMMAND = "measurement.velocity", "demand.value", "controller.u"

@@ -10,8 +10,6 @@ from hydroservo.export.unit import Part, Unit
 from tests.support.export.toy import toy
 from tools.targets.sources import width
 
-__all__ = ["changed", "each_unit", "idling", "inlined", "inputs", "single", "without_arguments"]
-
 GIVEN = ", const toy_parameters *parameters"
 NUMBER = re.compile(r"\b(\d+\.\d+|\d+e-\d+)\b")
 

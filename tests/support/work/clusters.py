@@ -11,8 +11,6 @@ import dask
 import psutil
 from distributed import LocalCluster
 
-__all__ = ["cluster", "replaced", "workers_of"]
-
 SETTINGS = Path(__file__).parents[3] / "examples" / "dask.yaml"
 
 

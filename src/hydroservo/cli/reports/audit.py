@@ -7,8 +7,6 @@ from hydroservo.figures.margins import plot_margins
 from hydroservo.loop import Loop
 from hydroservo.reports.report import Picture, Report, origin_of_loop
 
-__all__ = ["audit_report"]
-
 
 def audit_report(command: str, scenario: str, loop: Loop, found: Audit) -> Report:
     """The report of an audit.

@@ -12,8 +12,6 @@ from hydroservo.runs.results import metric_fields
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["batch_report"]
-
 PICTURED = 10**7  # runs; the columns of more take up memory that a batch in parts does not need otherwise
 
 

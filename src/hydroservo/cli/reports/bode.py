@@ -16,8 +16,6 @@ from hydroservo.runs.cautions import warnings_of
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["bode_report"]
-
 
 def bode_report(command: str, scenario: str, data: "xr.Dataset", logs: Sequence[Path]) -> Report:
     """The report of frequency responses.

@@ -13,8 +13,6 @@ from hydroservo.identification.result import UNFIT
 from hydroservo.outputs import write_text
 from hydroservo.reports.report import Picture, Report, logs_of, origin_of_loop
 
-__all__ = ["identified_files", "identify_report"]
-
 TITLES = {
     "parameters": "What was sought, and whether the logs tell it.",
     "comparison": "Both scenarios on what was held out.",

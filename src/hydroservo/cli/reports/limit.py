@@ -12,8 +12,6 @@ from hydroservo.reports.report import Picture, Report, origin_of
 from hydroservo.runs.cautions import warnings_of
 from hydroservo.runs.results import save
 
-__all__ = ["limit_report", "limits_files"]
-
 
 def limits_files(found: Limits) -> OwnFiles:
     """The trajectory of each run."""

@@ -13,8 +13,6 @@ from hydroservo.linear.textbook import Textbook
 from hydroservo.loop import Loop
 from hydroservo.reports.report import Picture, Report, origin_of_loop
 
-__all__ = ["linearization_report"]
-
 
 def linearization_report(
     command: str, scenario: str, loop: Loop, found: Linearization, book: Textbook | None

@@ -15,8 +15,6 @@ from hydroservo.outputs import write_text
 from hydroservo.reports.report import Picture, Report, logs_of, origin_of_loop
 from hydroservo.runs.results import metrics_csv
 
-__all__ = ["map_files", "map_report"]
-
 
 def map_files(found: StaticMap, folder: Path) -> OwnFiles:
     """The points of the curve in SI units, and where a scenario was given one with what was found.

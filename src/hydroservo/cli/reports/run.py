@@ -17,8 +17,6 @@ from hydroservo.runs.results import metric_fields, metrics_csv, save
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["comparison_files", "comparison_report", "run_files", "run_report"]
-
 
 def run_files(summary: RunSummary, dataset: "xr.Dataset", ending: str) -> OwnFiles:
     """The trajectory of a run, and its metrics as a table."""

@@ -11,8 +11,6 @@ from hydroservo.runs.aims import geometric_mean
 from hydroservo.runs.tuned import Tuned
 from hydroservo.scenario.task import Task
 
-__all__ = ["tune_report"]
-
 
 def tune_report(command: str, task: Task, found: Tuned, replayed: str) -> Report:
     """The report of a search for gains.

@@ -24,8 +24,6 @@ from hydroservo.engine.lower.values import (
 )
 from hydroservo.engine.lower.writer import said
 
-__all__: list[str] = []
-
 
 @lowers(ast.Call)
 def call(frame: Frame, node: ast.Call) -> Any:

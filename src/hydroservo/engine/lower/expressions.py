@@ -12,8 +12,6 @@ from hydroservo.engine.lower.memory import item
 from hydroservo.engine.lower.values import Array, Bound, LoweringError, Record, Scalar, lifted, same
 from hydroservo.engine.lower.writer import Block, DeadEndError, said
 
-__all__ = ["spread"]
-
 NO_MEMORY = "a list, a dict or a string needs memory, which compiled code does not have"
 
 

@@ -11,8 +11,6 @@ from hydroservo.engine.lower.source import Definition, definition_of
 from hydroservo.engine.lower.values import LoweringError, Record, lifted
 from hydroservo.engine.lower.writer import Block, DeadEndError, Writer
 
-__all__ = ["End", "Frame", "Loop", "Unlike", "allowed", "inlined", "lowers"]
-
 End = tuple[Block, dict[str, Any]]  # a block that is not left yet, and what the names stand for there
 
 Lower = TypeVar("Lower", bound=Callable[["Frame", Any], Any])

@@ -24,8 +24,6 @@ from hydroservo.engine.lower.values import (
 from hydroservo.engine.lower.writer import DeadEndError, Writer, said
 from hydroservo.engine.native import CompileError
 
-__all__ = ["DOUBLES", "FLOAT", "INTEGERS", "kernel_text", "method_text", "types_of"]
-
 FLOAT = DOUBLE
 DOUBLES = "double*"  # memory of them
 INTEGERS = "i64*"

@@ -4,8 +4,6 @@ from typing import Any
 
 from hydroservo import ops
 
-__all__ = ["hint_for"]
-
 UNIFORM, NORMAL = "uniform(seed, stream, index)", "normal(seed, stream, index)"
 SAME = {  # functions of Python and numpy, by the name of their equal in ops
     "abs": "absolute",

@@ -23,8 +23,6 @@ from hydroservo.engine.lower.values import (
 from hydroservo.engine.lower.writer import Writer
 from hydroservo.ops import basic, binary
 
-__all__ = ["INSTRUCTIONS"]
-
 ROOT_HALF_BITS = 0x3FE6A09E667F3BCD
 BIASED_ROUNDER = basic.ROUNDER + 2046.0  # leaves a whole number plus twice the bias in the lowest bits
 LIBRARY = (  # of C, by the names that Python's math has too

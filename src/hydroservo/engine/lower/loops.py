@@ -30,8 +30,6 @@ from hydroservo.engine.lower.values import (
 )
 from hydroservo.engine.lower.writer import Writer, said
 
-__all__ = ["Range"]
-
 Path = tuple[Any, ...]  # of a number: the name, and the indices of parts
 FEW = 16  # turns of a loop that is unrolled, for loops over lanes hold no others
 ZEROS = {DOUBLE: 0.0, INTEGER: 0, BOOL: False}

@@ -19,8 +19,6 @@ from hydroservo.engine.lower.values import (
 )
 from hydroservo.engine.lower.writer import Writer, said
 
-__all__ = ["item", "loaded", "put", "stored"]
-
 
 def loaded(w: Writer, kind: str, address: str, index: Any) -> Scalar:
     """The number at an index from an address on."""

@@ -22,8 +22,6 @@ from hydroservo.engine.lower.values import (
 )
 from hydroservo.engine.lower.writer import Writer, said
 
-__all__ = ["absolute", "binary", "compared", "floating", "inverted", "negated", "truth", "whole"]
-
 PYTHON: dict[type, Callable[[Any, Any], Any]] = {
     ast.Add: operator.add,
     ast.Sub: operator.sub,

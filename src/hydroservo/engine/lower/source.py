@@ -10,8 +10,6 @@ from typing import Any, NamedTuple
 
 from hydroservo.engine.lower.values import LoweringError
 
-__all__ = ["Definition", "assigned", "definition_of", "read_after"]
-
 Place = tuple[int, str]  # the first line of a function, and its name
 
 

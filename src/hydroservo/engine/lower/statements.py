@@ -9,8 +9,6 @@ from hydroservo.engine.lower.memory import item, put
 from hydroservo.engine.lower.values import LoweringError, Record, Scalar
 from hydroservo.engine.lower.writer import said
 
-__all__ = ["bind"]
-
 
 @lowers(ast.Pass)
 def pass_(_: Frame, __: ast.Pass) -> None:

@@ -10,8 +10,6 @@ from hydroservo.engine.lower.values import LoweringError, Record
 from hydroservo.engine.lower.writer import said
 from hydroservo.engine.state_text import Shape
 
-__all__ = ["STATES"]
-
 
 def shape_of(value: Any) -> Shape:
     """The shape of a state.

@@ -10,27 +10,6 @@ from typing import Any
 
 import numpy as np
 
-__all__ = [
-    "ADDRESS",
-    "BOOL",
-    "DOUBLE",
-    "INTEGER",
-    "PYTHON_TYPES",
-    "Array",
-    "Bound",
-    "Composite",
-    "LoweringError",
-    "Pointer",
-    "Record",
-    "Scalar",
-    "is_number",
-    "kind_of",
-    "lifted",
-    "operand",
-    "same",
-    "unified",
-]
-
 DOUBLE = "double"  # LLVM's names of types
 INTEGER = "i64"
 BOOL = "i1"

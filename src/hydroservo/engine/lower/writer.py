@@ -18,8 +18,6 @@ from hydroservo.engine.lower.values import (
     unified,
 )
 
-__all__ = ["Block", "DeadEndError", "Mark", "Writer", "said"]
-
 Mark = tuple[int, "Block", int, int]
 
 

@@ -12,8 +12,6 @@ from pathlib import Path
 
 from hydroservo.errors import HydroservoError
 
-__all__ = ["BITS", "CompilerError", "compiled", "compiler", "counting_compiler", "ran"]
-
 BITS = ("-ffp-contract=off", "-fno-math-errno")  # what the results need, and square roots without a call
 COMPILERS = ("cc", "gcc", "clang")
 PATIENCE = 120.0  # s

@@ -27,8 +27,6 @@ from hydroservo.export.translate.terms import (
     While,
 )
 
-__all__ = ["counted"]
-
 NONE = Operations()
 SIGNS = {
     "+": Operations(additions=1),

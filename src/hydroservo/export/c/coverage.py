@@ -13,8 +13,6 @@ from hydroservo.export.c.compiler import CompilerError, compiled, counting_compi
 from hydroservo.export.render import rendered
 from hydroservo.export.unit import Unit
 
-__all__ = ["Branch", "Coverage"]
-
 LONGEST = 20.0  # s that the samples may take
 COUNTED = ("-O0", "--coverage")  # without optimization a branch of the text is one of the program
 

@@ -7,8 +7,6 @@ from hydroservo.block import Block, in_signal, nested_signal, nested_state
 from hydroservo.export.translate.terms import Record, Type
 from hydroservo.field import Field, declared_fields
 
-__all__ = ["Signals", "declared_in", "in_arguments", "in_parameters", "in_state"]
-
 Signals = Iterator[tuple[Record, Field | None]]  # what the numbers of a record are of at one of its places
 
 

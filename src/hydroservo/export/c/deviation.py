@@ -5,8 +5,6 @@ from collections.abc import Mapping
 from hydroservo.export.c.compiler import CompilerError, compiled, ran
 from hydroservo.outputs import temporary_folder
 
-__all__ = ["measured_deviation"]
-
 
 def measured_deviation(prefix: str, texts: Mapping[str, str]) -> str:
     """What the replay of an export in single precision prints.

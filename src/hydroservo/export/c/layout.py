@@ -8,8 +8,6 @@ from clang_format import get_executable
 from hydroservo.errors import LoopError
 from hydroservo.export.comments import WIDTH
 
-__all__ = ["formatted"]
-
 STYLE = {
     "BasedOnStyle": "LLVM",
     "IndentWidth": 4,

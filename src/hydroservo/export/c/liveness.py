@@ -30,8 +30,6 @@ from hydroservo.export.translate.terms import (
     While,
 )
 
-__all__ = ["Needed", "matters"]
-
 
 class Needed:
     """The least set of functions, arguments, locals and fields that some functions need.

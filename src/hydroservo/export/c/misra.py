@@ -1,7 +1,5 @@
 """Rules of MISRA C:2012 that exported C does not follow, by number, and why."""
 
-__all__ = ["DEVIATIONS"]
-
 DEVIATIONS = {
     "2.5": "Scenario and version stand in macros of the header for the program around it alone.",
     "8.9": "Inlined parameters stand together at the top of the source, even where one function alone "

@@ -15,8 +15,6 @@ from hydroservo.export.render import rendered
 from hydroservo.export.unit import Signal, Unit
 from hydroservo.outputs import check_outputs, staged, write_text
 
-__all__ = ["Memory", "Proof", "c_project", "check_project", "memory", "project_files", "write_c_project"]
-
 TOLERANCE = "0.01"  # of a number's deviation in single precision, relative to its largest value
 OURS = "Written by hydroservo"
 OWN = re.compile(rf"{OURS}|\(scenario hash \w+, hydroservo ")  # the latter as vectors once began

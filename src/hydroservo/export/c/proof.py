@@ -24,8 +24,6 @@ from hydroservo.export.unit import Part, Unit
 from hydroservo.loop import Loop
 from hydroservo.outputs import temporary_folder
 
-__all__ = ["proven_vectors"]
-
 MOST_FAILURES = 3  # of stretches that do not end
 
 

@@ -1,7 +1,5 @@
 """What the constants of ops are in single precision, where they depend on the format of numbers."""
 
-__all__ = ["SINGLE"]
-
 OPS = "hydroservo.ops"
 
 SINGLE = {

@@ -16,8 +16,6 @@ from hydroservo.export.translate.terms import Function, Matrix, Record, Table
 from hydroservo.export.unit import Part
 from hydroservo.field import Field
 
-__all__ = ["Form", "Translation", "texts"]
-
 
 class Translation(NamedTuple):
     """A translated unit.

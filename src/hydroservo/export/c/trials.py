@@ -8,8 +8,6 @@ from numpy.typing import NDArray
 
 from hydroservo.export.c.vectors import HUGE
 
-__all__ = ["stretches"]
-
 Rows = NDArray[np.float64]
 
 BEYOND = (math.nan, math.inf, -math.inf, 1e308, 0.0)  # values of one number for one sample

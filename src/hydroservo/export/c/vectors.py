@@ -24,19 +24,6 @@ from hydroservo.runs.fitting import compilation, first_state
 from hydroservo.runs.run import Mode, plan_of, prepared, ready, studied, wanted_of
 from hydroservo.signals import Demand, Measurement
 
-__all__ = [
-    "HUGE",
-    "Records",
-    "Trial",
-    "Vectors",
-    "input_rows",
-    "made_vectors",
-    "records_of",
-    "replayed",
-    "trial_of",
-    "vectors_of",
-]
-
 STRETCHES = 10
 IN_A_ROW = 50  # samples in each stretch
 RECOVERY = 20  # good samples after a bad one

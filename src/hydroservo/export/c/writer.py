@@ -48,8 +48,6 @@ from hydroservo.export.translate.terms import (
 )
 from hydroservo.field import Field
 
-__all__ = ["Ends", "NamedConstant", "Writer"]
-
 ATOM, UNARY, PRODUCT, SUM, COMPARED, AND, OR, CHOICE = 8, 7, 6, 5, 4, 3, 2, 1
 LEVELS = {"*": PRODUCT, "/": PRODUCT, "+": SUM, "-": SUM, "&&": AND, "||": OR}
 PLAIN = {INT: "int64_t", BOOL: "bool"}

@@ -11,8 +11,6 @@ from hydroservo.export.platforms import TOOLCHAINS, Platform, machine_name
 from hydroservo.export.unit import FmiVersion, Unit
 from hydroservo.outputs import temporary_folder
 
-__all__ = ["AS_LIBRARY", "binaries", "check_compilers", "place_of"]
-
 AS_LIBRARY = ("-fPIC", "-shared", "-fvisibility=hidden")
 TRIAL = "#include <math.h>\n#include <stdlib.h>\n"  # a compiler without its C library has neither
 

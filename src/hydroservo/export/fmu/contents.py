@@ -15,8 +15,6 @@ from hydroservo.export.fmu.variables import Kind, clock_after, variables_of
 from hydroservo.export.render import rendered
 from hydroservo.export.unit import FmiVersion, Part, Unit
 
-__all__ = ["Files", "fmu_files"]
-
 Files = dict[str, str]
 """Texts by their path in the FMU."""
 

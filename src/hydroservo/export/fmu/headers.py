@@ -6,8 +6,6 @@ from pathlib import Path
 
 from hydroservo.errors import HydroservoError
 
-__all__ = ["headers", "licence", "package"]
-
 UNPREFIXED = "#define fmi2FullName(name) name\n"
 PREFIXED = """\
 #ifdef FMI2_FUNCTION_PREFIX

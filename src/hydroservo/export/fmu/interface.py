@@ -6,8 +6,6 @@ from typing import NamedTuple
 from hydroservo.errors import ParameterError
 from hydroservo.export.unit import FmiVersion, Part
 
-__all__ = ["Interface", "check_clock", "interface_of"]
-
 
 class Interface(NamedTuple):
     """What an FMU of one version of FMI needs, for co-simulation or model exchange.

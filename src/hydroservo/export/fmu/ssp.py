@@ -14,8 +14,6 @@ from hydroservo.export.render import rendered
 from hydroservo.export.unit import FmiVersion, Part, Unit
 from hydroservo.outputs import atomic_path
 
-__all__ = ["PARTS", "write_ssp"]
-
 # Stepped one after the other in this order, each is given what the others put out at its sample.
 PARTS = (Part.CONTROLLER, Part.MACHINE, Part.DEMAND)
 

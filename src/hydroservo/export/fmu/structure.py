@@ -6,8 +6,6 @@ from typing import NamedTuple
 from hydroservo.export.fmu.variables import Kind, Variable
 from hydroservo.export.unit import Part, Unit
 
-__all__ = ["Structure", "Unknown", "structure_of"]
-
 PARAMETERS = (Kind.FIXED, Kind.TUNABLE)
 
 

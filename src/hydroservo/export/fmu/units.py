@@ -5,8 +5,6 @@ from fractions import Fraction
 
 from hydroservo.scenario.units import factor_and_dimension
 
-__all__ = ["base_unit"]
-
 SYMBOLS = {  # and the size of pint's root unit in FMI's base unit
     "gram": ("kg", Fraction(1, 1000)),
     "meter": ("m", Fraction(1)),

@@ -10,8 +10,6 @@ from typing import NamedTuple
 from hydroservo.errors import ParameterError
 from hydroservo.export.unit import INTEGRATED, RATES, Part, Signal, Unit
 
-__all__ = ["CLOCK", "Kind", "Variable", "clock_after", "variables_of"]
-
 PLAIN = r"[A-Za-z_]\w*(\.[A-Za-z_]\w*)*"
 NAME = re.compile(rf"{PLAIN}|der\({PLAIN}\)", re.ASCII)  # FMI's structured names
 CLOCK = "sample"  # the name of a clock

@@ -14,8 +14,6 @@ from hydroservo.export.platforms import Platform, platforms_named
 from hydroservo.export.unit import FmiVersion, Unit
 from hydroservo.outputs import atomic_path
 
-__all__ = ["check_tools", "checked_ending", "fmu_content", "pack", "write_fmu"]
-
 EPOCH = (1980, 1, 1, 0, 0, 0)  # of every file in the zip, so that equal content gives equal bytes
 
 

@@ -25,8 +25,6 @@ from hydroservo.export.translate.terms import (
     Whole,
 )
 
-__all__ = ["Arithmetic"]
-
 SIGNS = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/"}
 FOLDED: dict[type[ast.operator], Callable[[Any, Any], Any]] = {
     ast.Add: operator.add,

@@ -9,8 +9,6 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 
-__all__ = ["Binding", "Bindings", "bindings_of", "bound_names", "parameters"]
-
 Block = tuple[int, ...]  # a block of statements: the way to it, a number for each block around
 Reaching = dict[str, frozenset[int]]  # the assignments whose value each name may have
 

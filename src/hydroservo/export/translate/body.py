@@ -32,8 +32,6 @@ from hydroservo.export.translate.terms import (
     While,
 )
 
-__all__ = ["Body"]
-
 
 class Body:
     """The translation of one Python function for arguments of given types.

@@ -31,8 +31,6 @@ from hydroservo.export.translate.terms import (
 )
 from hydroservo.ops import basic
 
-__all__ = ["Calls", "is_op"]
-
 PLAIN = (inspect.Parameter.POSITIONAL_ONLY, inspect.Parameter.POSITIONAL_OR_KEYWORD)
 SELECTING = (basic.clip, basic.maximum, basic.minimum)  # of ops, which return what they are given
 

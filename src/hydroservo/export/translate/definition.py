@@ -8,8 +8,6 @@ from types import FunctionType
 from hydroservo.engine.lower.source import definition_of
 from hydroservo.engine.lower.values import LoweringError
 
-__all__ = ["DoubtError", "changed_class", "definition", "own_method"]
-
 INHERITED = {"_asdict", "_make", "_replace"}  # what every NamedTuple class has
 PLAIN_FIELD = type(namedtuple("Plain", "field").field)  # type: ignore[attr-defined]
 

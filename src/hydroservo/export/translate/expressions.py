@@ -40,8 +40,6 @@ from hydroservo.export.translate.terms import (
     Variable,
 )
 
-__all__ = ["Expressions"]
-
 
 class Expressions:
     """The expressions of one function.

@@ -38,8 +38,6 @@ from hydroservo.export.translate.terms import (
     Whole,
 )
 
-__all__ = ["computed_once", "parts_of"]
-
 LEAST, MOST = 1e-30, 1e30  # of a number's size; single precision holds what is between
 OPERATORS: dict[str, Callable[..., Any]] = {
     "+": operator.add,

@@ -18,8 +18,6 @@ from hydroservo.export.translate.definition import DoubtError, changed_class, ow
 from hydroservo.export.translate.scope import TranslationError, place
 from hydroservo.export.translate.terms import REAL, Function, Known, Record, Table, Translator, Type
 
-__all__ = ["Program", "check_law"]
-
 DEEPEST = 20  # calls of a method by itself, each for another number that is known while translating
 
 

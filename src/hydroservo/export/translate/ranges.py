@@ -29,8 +29,6 @@ from hydroservo.export.translate.terms import (
     Whole,
 )
 
-__all__ = ["LARGEST", "LARGEST_REAL", "PASSED", "Ranges"]
-
 LARGEST = 2**63 - 1
 LARGEST_REAL = 2**53  # up to here a float holds every whole number; results and fields stay within
 PASSED = 2**40  # what arguments stay within

@@ -30,8 +30,6 @@ from hydroservo.export.translate.terms import (
     Whole,
 )
 
-__all__ = ["WAY_OUT", "Limit", "Scope", "TranslationError", "Value", "place", "whole"]
-
 Value = Expression | Known | Table | Python | Bound | Several
 
 WAY_OUT = "a law that is exported calls only ops, its own methods and those of nested blocks"

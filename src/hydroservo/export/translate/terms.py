@@ -10,44 +10,6 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = [
-    "BOOL",
-    "INT",
-    "REAL",
-    "Assign",
-    "Bound",
-    "Call",
-    "Choice",
-    "Computed",
-    "Constant",
-    "Conversion",
-    "Element",
-    "Expression",
-    "For",
-    "Function",
-    "If",
-    "Known",
-    "Let",
-    "Literal",
-    "Make",
-    "Matrix",
-    "Member",
-    "Operation",
-    "Python",
-    "Record",
-    "Return",
-    "Scalar",
-    "Several",
-    "Statement",
-    "Table",
-    "Translator",
-    "Type",
-    "Unary",
-    "Variable",
-    "While",
-    "Whole",
-]
-
 
 @dataclass(frozen=True)
 class Scalar:

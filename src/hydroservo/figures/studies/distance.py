@@ -13,8 +13,6 @@ from hydroservo.figures.studies.scales import plain_log
 from hydroservo.figures.style import figure, style
 from hydroservo.formatting import NONE, number
 
-__all__ = ["Distance", "plot_distance"]
-
 LINE = 0.2  # inch
 MARGIN = 1.35  # beyond the longest bar, so that its number has room
 CAUSAL = "#e4e7ea"

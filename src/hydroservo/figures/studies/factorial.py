@@ -14,8 +14,6 @@ from hydroservo.figures.studies.looks import SOFT, distinct, ink_on
 from hydroservo.figures.style import PALETTE, figure, style
 from hydroservo.formatting import NONE, number
 
-__all__ = ["Combination", "FactorShare", "plot_factorial"]
-
 # Source: Brewer's PuOr about a neutral 1, told apart with any common colour vision.
 RATIOS = LinearSegmentedColormap.from_list("ratios", ["#08519c", "#9ecae1", "#f7f7f7", "#fdc078", "#b35806"])
 NARROWEST = 1.5  # how far the colours reach from 1, at least

@@ -14,8 +14,6 @@ from hydroservo.figures.studies.scales import plain_log
 from hydroservo.figures.style import PALETTE, figure, style
 from hydroservo.formatting import NONE, number
 
-__all__ = ["RatioLine", "in_brackets", "plot_forest"]
-
 LESS, MORE, TIE = PALETTE[0], PALETTE[1], "#8a939c"
 LINE = 0.19  # inch
 WIDEST, NARROWEST = 20.0, 1.25  # how far a ratio's axis reaches from 1, at most and at least

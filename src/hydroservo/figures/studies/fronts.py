@@ -14,8 +14,6 @@ from hydroservo.figures.studies.scales import plain_log
 from hydroservo.figures.style import figure, style
 from hydroservo.formatting import quantity
 
-__all__ = ["FrontLine", "FrontPanel", "plot_fronts"]
-
 ACROSS = 4  # panels in a row
 HEIGHT, ALONE = 1.75, 2.6  # inch, of a panel: of several rows, and of one
 KEY = 0.9  # inch, of what is below

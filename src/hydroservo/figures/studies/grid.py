@@ -8,8 +8,6 @@ from typing import NamedTuple
 from matplotlib.axes import Axes
 from matplotlib.figure import FigureBase
 
-__all__ = ["CHARACTER", "TEXT_WIDTH", "Axis", "Grid", "Level", "Place", "label_axes", "label_panels"]
-
 INSIDE = 2  # axes of a study that lie inside a panel
 TEXT_WIDTH = 5.4  # inch that all panels of a row have
 CHARACTER = 0.07  # inch

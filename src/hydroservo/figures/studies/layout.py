@@ -4,8 +4,6 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.transforms import Bbox
 
-__all__ = ["fix_layout"]
-
 DIGITS = 6  # of positions, as shares of the figure
 
 

@@ -8,8 +8,6 @@ from matplotlib.colors import to_hex, to_rgb
 
 from hydroservo.figures.style import PALETTE
 
-__all__ = ["INK", "SOFT", "TIE", "distinct", "family_colours", "ink_on", "observer_marks", "paler"]
-
 # Source: Okabe and Ito, 2008, and for more than six Paul Tol's muted scheme, 2021.
 FAMILIES = (*PALETTE, "#332288", "#882255", "#999933", "#44AA99")
 MARKS = ("o", "^", "s", "D", "v", "P", "*", "X")

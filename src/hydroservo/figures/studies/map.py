@@ -20,8 +20,6 @@ from hydroservo.figures.studies.looks import (
 )
 from hydroservo.figures.style import figure, style
 
-__all__ = ["MARGINS", "Winner", "plot_map"]
-
 MARGINS = (1.0, 1.1, 1.25, 1.5, 2.0)  # of the next family's error over the winner's; each begins a colour
 STRENGTHS = (0.28, 0.46, 0.64, 0.82, 1.0)  # of the family's colour
 CELL_WIDTH, CELL_HEIGHT = 0.62, 0.3  # inch, at most

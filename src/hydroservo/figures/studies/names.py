@@ -13,8 +13,6 @@ from numpy.typing import NDArray
 from hydroservo.figures.studies.layout import fix_layout
 from hydroservo.figures.studies.looks import SOFT
 
-__all__ = ["Named", "name_points"]
-
 Numbers = NDArray[np.float64]
 
 ROUND = 16  # directions that are tried

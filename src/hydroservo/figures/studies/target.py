@@ -12,8 +12,6 @@ from hydroservo.figures.studies.scales import plain_log
 from hydroservo.figures.style import figure, style
 from hydroservo.formatting import readable_unit
 
-__all__ = ["TargetPoint", "plot_target", "staircase"]
-
 SIZE = 5.5  # points
 MARGIN = 1.4  # about the points
 KINDS = {"linear": "with margins", "rough": "not linear", "unstable": "unstable"}

@@ -12,8 +12,6 @@ from hydroservo.identification.segments import Segment
 from hydroservo.identification.spikes import noise_of
 from hydroservo.identification.thinning import thinned
 
-__all__ = ["Balance", "Watched", "balances", "exchanged", "shifted_by", "watched"]
-
 SIGMAS = 5.0  # of its noise: a pressure further below 0 is truly negative, and drives no oil out
 
 Samples = NDArray[np.float64]

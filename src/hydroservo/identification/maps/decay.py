@@ -27,8 +27,6 @@ from hydroservo.identification.signals import COMMAND
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["decay"]
-
 OFFSET = 1e5  # Pa, of which it is said how far it moves a leakage
 CLEARER = 0.5  # times what pressures leave unexplained, below which others are the right ones
 OPENED = 1e-3  # V, by which the command of a closed valve may change

@@ -11,8 +11,6 @@ from hydroservo.identification.maps.piston import Piston
 from hydroservo.identification.regression import Regression, regression
 from hydroservo.identification.spikes import noise_of
 
-__all__ = ["DecayFit", "columns", "fitted_to", "moves", "regressed", "with_offsets"]
-
 SURE = 0.5  # half of an interval over its number, up to which a bulk modulus is told by a motion
 DRAWS = 40  # of noise, that say how much of it integrals gather
 STEPS = 5.0  # deviations of the position's noise, that a motion goes

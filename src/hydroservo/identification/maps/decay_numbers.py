@@ -11,8 +11,6 @@ from hydroservo.identification.maps.decay_fit import DecayFit
 from hydroservo.identification.maps.piston import Piston
 from hydroservo.identification.maps.result import Interval
 
-__all__ = ["check_decays", "numbers_of", "values_of"]
-
 
 def numbers_of(fit: DecayFit, piston: Piston, stretches: Sequence[Watched]) -> dict[str, Interval]:
     """Leakages, bulk modulus and time constant."""

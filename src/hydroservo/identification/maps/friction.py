@@ -24,8 +24,6 @@ from hydroservo.mechanics import ElastoPlastic, LuGre
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["friction"]
-
 NARROW = 1.5  # times the least speed, up to which the largest tells no law
 LEAST_SHARE = 1e-3  # of the largest friction, that any point's deviation is taken for at least
 PER_BLOCK = 2000  # samples of a stretch from which its mean is taken

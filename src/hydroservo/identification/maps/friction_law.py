@@ -9,8 +9,6 @@ from numpy.typing import NDArray
 from hydroservo.identification.maps.result import Interval
 from hydroservo.identification.maps.speeds import count_of
 
-__all__ = ["FrictionFit", "fitted_friction"]
-
 SIGNIFICANT = 0.01  # the chance of a fall with speed being seen where there is none
 POSSIBLE = 0.05  # the chance of points at which a law looks impossible that is not
 UNSEEN = "no fall of friction with speed is seen"

@@ -27,8 +27,6 @@ from hydroservo.nearest import one_of
 from hydroservo.scenario.load import Assembly, assembled
 from hydroservo.scenario.overrides import nested
 
-__all__ = ["Kind", "map_logs"]
-
 
 class Kind(StrEnum):
     """The maps that there are."""

@@ -7,8 +7,6 @@ from numpy.typing import NDArray
 
 from hydroservo.errors import ScenarioError
 
-__all__ = ["Piston", "piston_of"]
-
 Samples = NDArray[np.float64]
 
 

@@ -28,8 +28,6 @@ from hydroservo.loop import Loop
 from hydroservo.signals import Pressures
 from hydroservo.valves.four_edges import FourEdges, blocked_pressure
 
-__all__ = ["pressure_gain"]
-
 SHARE = 0.4  # of the largest load pressure, up to which either way the gain is taken
 FEW = 100  # means of a stretch, by which it is seen to move
 MOVED = 1e-3  # m/s, from which on a port is not blocked

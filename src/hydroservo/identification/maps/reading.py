@@ -11,8 +11,6 @@ from hydroservo.identification.log import Given, read_logs
 from hydroservo.identification.segments import Segment, Understood, understood
 from hydroservo.identification.signals import SIGNALS, TIME
 
-__all__ = ["bridged", "demand", "logs_of", "velocity_of"]
-
 Samples = NDArray[np.float64]
 
 

@@ -11,8 +11,6 @@ from hydroservo.identification.on_base import on_base
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["Drawn", "Found", "Interval", "StaticMap", "curve_of", "kept"]
-
 
 class Interval(NamedTuple):
     """A number that a map gives, in SI units.

@@ -10,8 +10,6 @@ from hydroservo.formatting import MINUS, quantity
 from hydroservo.identification.maps.result import Interval
 from hydroservo.identification.uncertainty import NORMAL
 
-__all__ = ["Speeds", "count_of", "range_of", "speeds_of", "sum_at"]
-
 ALIKE = 1.1  # times a speed, up to which another is the same
 
 Samples = NDArray[np.float64]

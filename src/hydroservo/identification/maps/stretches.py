@@ -10,8 +10,6 @@ from hydroservo.identification.maps.reading import bridged, velocity_of
 from hydroservo.identification.segments import Segment
 from hydroservo.identification.spikes import noise_of
 
-__all__ = ["Stretch", "longest_of", "stretches"]
-
 TOLERANCE = 0.05  # of the speed, within which it is constant
 SIGMAS = 4.0  # deviations of a mean, by which the noise may move it
 WINDOW = 5  # samples over which means are taken, at least

@@ -15,8 +15,6 @@ from hydroservo.identification.maps.sweeps import FEWEST, Pass
 from hydroservo.identification.regression import Regression, regression
 from hydroservo.loop import Loop
 
-__all__ = ["Line", "Loops", "check_slow", "hysteresis_of", "lag_of", "line_through", "loops_of", "too_fast"]
-
 NOTED = 0.1  # of the width, from which on it is said what of it is lag
 MOST_LAG = 0.5  # of the width, beyond which lag leaves no hysteresis
 UNSURE = 0.5  # of the scenario's lag, by which that of the machine may differ

@@ -14,8 +14,6 @@ from hydroservo.identification.regression import mean_of
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["DENSE", "FEWEST", "Pass", "chosen", "mean_answer", "passes", "span_of", "swept_curve"]
-
 DENSE = 50_000  # samples of a stretch that count
 BINS = 60  # over the span of the command
 FEWEST = 8  # samples of a pass

@@ -28,8 +28,6 @@ from hydroservo.identification.thinning import thinned
 from hydroservo.loop import Loop
 from hydroservo.signals import Pressures
 
-__all__ = ["valve_flow"]
-
 LINEAR = (0.15, 0.85)  # of the largest flow, between which the curve is taken for a line
 LEAST_DROP = 0.05  # of half the supply's, below which none is divided by
 END = 1e-3  # of the stroke, within which the piston rests at its end

@@ -15,17 +15,6 @@ import numpy as np
 from hydroservo.papers.tsmc_eha_2021.machine import AMPLITUDE, LOAD, OBSERVER, PERIOD, TERMINAL
 from hydroservo.runs.results import metrics_of
 
-__all__ = [
-    "CLAIMS",
-    "CONVERGED",
-    "SURFACE_GAIN",
-    "Claim",
-    "Judgement",
-    "Outcome",
-    "Results",
-    "outcome",
-]
-
 DEMAND_RMS = {"sine": AMPLITUDE / math.sqrt(2.0), "square": AMPLITUDE}
 SURFACE_GAIN = TERMINAL.linear_gain_1  # [1/s] mu_1, which carries a velocity error into xi2
 TRACKING = 0.20  # tracking, generously: steady rms error below this part of the demand's rms

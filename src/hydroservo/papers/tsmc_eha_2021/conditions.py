@@ -5,24 +5,6 @@ from typing import Any, NamedTuple
 
 from hydroservo.papers.tsmc_eha_2021.machine import VALVE_LAG
 
-__all__ = [
-    "CONTROLLERS",
-    "DEMANDS",
-    "LITERAL",
-    "PERIODS",
-    "READINGS",
-    "REALISATIONS",
-    "REPRODUCED",
-    "SCALES",
-    "STEP",
-    "VALVES",
-    "Condition",
-    "Run",
-    "all_conditions",
-    "all_runs",
-    "runs_of",
-]
-
 DEMANDS = ("sine", "square")
 CONTROLLERS = ("pi", "backstepping", "tsmc")
 READINGS = ("corrected", "as printed")

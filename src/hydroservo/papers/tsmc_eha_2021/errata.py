@@ -2,8 +2,6 @@
 
 from typing import NamedTuple
 
-__all__ = ["ERRATA", "Erratum"]
-
 
 class Erratum(NamedTuple):
     """One difference between the print and what is simulated."""

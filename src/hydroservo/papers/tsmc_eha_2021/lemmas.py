@@ -9,8 +9,6 @@ from hydroservo.theory import Decrease, GainCondition, decrease, gain_condition
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["condition_17", "condition_25", "lemma_2"]
-
 
 def lemma_2(data: "xr.Dataset", observer: TSMObserver) -> tuple[GainCondition, GainCondition]:
     """The gain condition in both channels of a simulated run, over every sample of it, recorded or not.

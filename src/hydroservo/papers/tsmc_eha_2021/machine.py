@@ -25,28 +25,6 @@ from hydroservo.supplies.ideal import IdealSupply
 from hydroservo.valves.orifice import Orifice
 from hydroservo.valves.static import StaticValve
 
-__all__ = [
-    "AMPLITUDE",
-    "BACKSTEPPING",
-    "COMMAND_LIMIT",
-    "DURATION",
-    "LOAD",
-    "LOADS",
-    "MODEL",
-    "OBSERVER",
-    "ORIFICE",
-    "PERIOD",
-    "PLANT",
-    "PROPORTIONAL_INTEGRAL",
-    "REFERENCES",
-    "SOURCE",
-    "SUPPLY",
-    "TERMINAL",
-    "UNCERTAINTY",
-    "VALVE",
-    "VALVE_LAG",
-]
-
 SOURCE = "doi:10.1007/s42401-021-00087-w, Sec. 4"
 
 PLANT = LoadPressurePlant(

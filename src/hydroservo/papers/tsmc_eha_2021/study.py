@@ -28,8 +28,6 @@ if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
-__all__ = ["Progress", "Study", "Verdict", "run_study"]
-
 Progress = Callable[[int, int, str], None]  # done, of how many, what
 
 

@@ -21,8 +21,6 @@ from hydroservo.outputs import temporary_folder
 from hydroservo.scenario.records.columns import TIME, Choose, Column, Record, Samples
 from hydroservo.scenario.records.headers import Header, header_of
 
-__all__ = ["BINARY", "read_binary_columns"]
-
 TABLE_PROCESS = Path(__file__).with_name("table_process.py")
 MOST_READ = 1 << 30  # bytes of the columns that are chosen
 MOST_MEMORY = 4 << 30  # bytes that a library may take

@@ -4,8 +4,6 @@ import re
 from contextlib import suppress
 from datetime import datetime
 
-__all__ = ["Clock", "is_instant"]
-
 SECOND = 10**9  # ns
 DAY = 86400 * SECOND
 TIME_OF_DAY = re.compile(

@@ -15,23 +15,6 @@ from hydroservo.scenario.quantities import number_and_unit, si_value, unit_facto
 from hydroservo.scenario.records.headers import Header, headers_named, name_and_unit
 from hydroservo.scenario.units import factor_and_dimension
 
-__all__ = [
-    "TIME",
-    "Choose",
-    "Column",
-    "ColumnSource",
-    "Record",
-    "Samples",
-    "choose_columns",
-    "column_choices",
-    "column_offset",
-    "column_source",
-    "find_header",
-    "first_names",
-    "scale_advice",
-    "scaled_column",
-]
-
 TIME = "time"
 KEYS = ("column", "scale", "offset")
 NAMED = 12  # at most so many columns are named in a message

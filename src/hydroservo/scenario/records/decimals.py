@@ -6,8 +6,6 @@ import re
 from hydroservo.errors import ScenarioError, short
 from hydroservo.scenario.records.rows import COMMA
 
-__all__ = ["Decimals", "is_missing", "number"]
-
 MARKS = re.compile(r"[.,]")
 WORDS = {".": "point", ",": "comma"}
 GROUPED = re.compile(r"[+-]?[1-9][0-9]{0,2}(?:[.,' \u00a0\u2009\u202f\u2019][0-9]{3})+(?:[.,][0-9]*)?")

@@ -6,8 +6,6 @@ from typing import NamedTuple
 
 from hydroservo.scenario.units import OffsetUnitError, factor_and_dimension
 
-__all__ = ["Header", "header_of", "headers_named", "is_unit", "name_and_unit"]
-
 LONGEST_UNIT = 32  # characters
 UNIT = re.compile(r"\s*(?:\[([^][]*)\]|\(((?:[^()]|\([^()]*\))*)\))$")  # at the end of a header
 INDEX = re.compile(r"\S\[[0-9]+\]$")  # of a column of a matrix, as data[1]

@@ -21,8 +21,6 @@ from hydroservo.scenario.records.rows import (
     split_line,
 )
 
-__all__ = ["TextTable", "text_table"]
-
 HEAD = 256  # lines, in which the first rows must be
 COMMENT_SIGNS = "#%/! \t"
 

@@ -10,8 +10,6 @@ from hydroservo.scenario.records.binary import BINARY, read_binary_columns
 from hydroservo.scenario.records.columns import TIME, Choose, Record
 from hydroservo.scenario.records.text import read_text_columns
 
-__all__ = ["LARGEST", "RECORD_ENDINGS", "read_columns"]
-
 LARGEST = 512 << 20  # bytes
 RECORD_ENDINGS = (".csv", ".txt", *BINARY)
 """Of files that a page offers; text may have any other, too."""

@@ -8,17 +8,6 @@ from io import StringIO
 
 from hydroservo.errors import ScenarioError
 
-__all__ = [
-    "BLANKS",
-    "COMMA",
-    "DELIMITERS",
-    "filled_cells",
-    "is_comment",
-    "numbered_lines",
-    "numbered_rows",
-    "split_line",
-]
-
 LONGEST_LINE = 1 << 16  # characters
 COMMA = ","
 BLANKS = " "

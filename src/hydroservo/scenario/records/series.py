@@ -27,8 +27,6 @@ from hydroservo.scenario.records.read import read_columns
 from hydroservo.scenario.tables import Table
 from hydroservo.time_series import TimeSeries
 
-__all__ = ["axis_key", "curve_keys", "read_series", "recorded", "sample_period"]
-
 VALUE = "value"
 KEYS = ("file", "column", "scale", "offset")
 NUMBERS = ("period", "offset")  # which may be numbers, in SI units

@@ -24,8 +24,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.lib.format import write_array
 
-__all__: list[str] = []
-
 NUMBERS = re.compile("double|single|u?int[0-9]+|logical")  # kinds of MATLAB's
 MOST_COLUMNS = 4096  # of one matrix
 DEEPEST = 8  # structures within structures

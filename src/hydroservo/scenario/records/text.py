@@ -12,8 +12,6 @@ from hydroservo.scenario.records.columns import TIME, Choose, Column, Record
 from hydroservo.scenario.records.decimals import Decimals, is_missing
 from hydroservo.scenario.records.layout import text_table
 
-__all__ = ["read_text_columns"]
-
 
 def read_text_columns(path: Path, choose: Choose, largest: int, *, gaps: bool, fewest: int = 2) -> Record:
     """The chosen columns of a file of text, in its units.

@@ -4,8 +4,6 @@ from collections.abc import Callable, Mapping
 
 from hydroservo.studies.report.findings import Findings
 
-__all__ = ["CAPTIONS", "at_level"]
-
 
 def of_fronts(found: Findings) -> str:
     return (

@@ -13,8 +13,6 @@ from hydroservo.studies.report.findings import Findings
 if TYPE_CHECKING:
     import pandas as pd
 
-__all__ = ["Repeat", "conditions_in", "repeats"]
-
 PLACE = ["law", "cell"]
 
 Conditions = Mapping[str, Any]  # of a cell, by split and number: what each sets, and of which kind it is

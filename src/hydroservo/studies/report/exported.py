@@ -9,8 +9,6 @@ from hydroservo.studies.report.findings import Findings
 from hydroservo.studies.report.property_tables import KINDS, property_rows
 from hydroservo.studies.report.tables import CellTable, law_rows
 
-__all__ = ["PROPERTIES", "columns_of", "confidence_of", "exported", "front_table", "law_columns"]
-
 Columns = Mapping[str, Column]  # by the key of their texts in a row
 
 LAWS: Columns = {

@@ -11,8 +11,6 @@ from hydroservo.studies.rules import Rules
 from hydroservo.studies.standing import Standing
 from hydroservo.studies.verdicts import LevelVerdict, Verdicts
 
-__all__ = ["Findings", "cell_at", "findings", "grid_of", "sure", "with_levels"]
-
 ACTIVITY = "activity over the reference's"  # an axis that no study's axis is named like
 UNKNOWN = Ratio(math.nan, 0.0, math.inf)
 

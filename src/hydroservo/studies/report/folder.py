@@ -24,8 +24,6 @@ from hydroservo.studies.verdicts import Verdicts
 if TYPE_CHECKING:
     import pandas as pd
 
-__all__ = ["REPORT", "report_files", "write_report"]
-
 REPORT = "report.html"
 VERDICTS = "verdicts.json"
 PICTURES = "pictures"

@@ -19,8 +19,6 @@ from hydroservo.studies.report.tables import CellTable
 if TYPE_CHECKING:
     import jinja2
 
-__all__ = ["page"]
-
 
 def page(
     found: Findings,

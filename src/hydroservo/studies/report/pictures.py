@@ -19,8 +19,6 @@ from hydroservo.studies.report.property_tables import kind_of
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["Picture", "fronts", "pictures"]
-
 MOST = 6  # laws beside the reference whose fronts are told apart
 
 

@@ -7,8 +7,6 @@ from hydroservo.studies.law_margins import LawMargins
 from hydroservo.studies.on_target import OnTarget
 from hydroservo.studies.report.findings import Findings
 
-__all__ = ["KINDS", "kind_of", "operations", "property_rows", "taken"]
-
 Row = dict[str, str]
 
 KINDS = {"rough": "not linear", "unstable": "unstable"}  # of loops without margins, in words

@@ -12,8 +12,6 @@ from hydroservo.studies.report.captions import at_level
 from hydroservo.studies.report.findings import Findings, sure
 from hydroservo.studies.report.property_tables import kind_of
 
-__all__ = ["interval", "lead", "listed", "sentences"]
-
 MOST = 3  # names in a row
 WIDE = 10.0  # an end of an interval over the other, from which it says nothing
 

@@ -17,8 +17,6 @@ from hydroservo.studies.report.findings import Findings
 from hydroservo.studies.report.property_tables import KINDS, kind_of, operations, taken
 from hydroservo.studies.report.sentences import interval, listed
 
-__all__ = ["CellTable", "activity_range", "cell_tables", "law_rows", "rule_rows", "state_in"]
-
 Row = dict[str, str]
 Again = Mapping[tuple[str, str], Repeat]  # by cell and law
 

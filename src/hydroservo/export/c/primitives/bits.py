@@ -3,8 +3,6 @@
 from hydroservo.export.c.primitives.formats import of_numbers
 from hydroservo.export.translate.terms import Function
 
-__all__ = ["EXPONENT", "MANTISSA", "SCALED_NUMBER"]
-
 TYPES = {"number": "{f.real}", "bits": "{f.bits}"}
 
 

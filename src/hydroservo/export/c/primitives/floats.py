@@ -3,8 +3,6 @@
 from hydroservo.export.c.primitives.formats import of_numbers
 from hydroservo.export.translate.terms import BOOL, REAL, Function
 
-__all__ = ["ABSOLUTE", "COPYSIGN", "FLOOR", "ISFINITE", "ISNAN", "SQRT"]
-
 # Functions of math.h that every compiler turns into instructions.
 ABSOLUTE = Function("fabs", [("x", REAL)])
 COPYSIGN = Function("copysign", [("x", REAL), ("y", REAL)])

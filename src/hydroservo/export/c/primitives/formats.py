@@ -6,8 +6,6 @@ from typing import NamedTuple
 from hydroservo.export.c.writer import Writer
 from hydroservo.export.translate.terms import REAL, Function, Type
 
-__all__ = ["of_numbers"]
-
 
 class Format(NamedTuple):
     """What the texts of functions need to know of a floating-point format.

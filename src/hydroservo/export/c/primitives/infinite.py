@@ -6,8 +6,6 @@ from hydroservo.export.c.primitives.kinds import record_of
 from hydroservo.export.c.writer import Writer
 from hydroservo.export.translate.terms import BOOL, Function, Translator, Type
 
-__all__ = ["infinite"]
-
 
 def infinite(translator: Translator, arguments: Sequence[Type]) -> Function:
     """``parts.infinite`` for records of one type."""

@@ -6,8 +6,6 @@ from hydroservo.export.names import identifier
 from hydroservo.export.translate.scope import TranslationError
 from hydroservo.export.translate.terms import Known, Record, Type
 
-__all__ = ["joined", "known_of", "leaf_places", "record_of"]
-
 
 def record_of(kind: Type) -> Record:
     """A type as a record.

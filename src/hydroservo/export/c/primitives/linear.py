@@ -7,8 +7,6 @@ from hydroservo.export.c.primitives.kinds import joined, leaf_places, record_of
 from hydroservo.export.c.writer import Writer
 from hydroservo.export.translate.terms import REAL, Function, Matrix, Translator, Type
 
-__all__ = ["factored", "solved"]
-
 FACTORED = """\
 /* The matrix 1/h - J from forward differences, split into triangles; its diagonal holds reciprocals. */
 static {matrix} {name}({given}) {{

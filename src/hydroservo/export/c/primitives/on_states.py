@@ -10,8 +10,6 @@ from hydroservo.export.c.primitives.kinds import record_of
 from hydroservo.export.translate.body import Body
 from hydroservo.export.translate.terms import Function, Record, Translator, Type
 
-__all__ = ["axpy", "misses", "overlaid", "own_text", "scaled"]
-
 Made = Callable[[Translator, Sequence[Type]], Function]
 
 

@@ -7,8 +7,6 @@ from hydroservo.export.c.writer import Writer
 from hydroservo.export.translate.terms import REAL, Function, Translator, Type
 from hydroservo.ops import random
 
-__all__ = ["drawn"]
-
 WHOLE_TEXT = """\
 /* A whole number from 0 to 2^64 as one; 0 for all that is none. */
 static uint64_t ops_whole(double x) {

@@ -10,8 +10,6 @@ from hydroservo.plants.design_model import DesignModel
 from hydroservo.roles import Controller, Differentiator, controlling, role
 from hydroservo.signals import Demand, Measurement
 
-__all__ = ["PrintedBackstepping", "PrintedBacksteppingState"]
-
 
 class PrintedBacksteppingState(NamedTuple):
     """The last command and errors, the demand's integral, and the state of the nested derivative."""

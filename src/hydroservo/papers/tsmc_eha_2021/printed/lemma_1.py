@@ -2,8 +2,6 @@
 
 from hydroservo.theory import settling_bound
 
-__all__ = ["printed_settling_bound"]
-
 
 def printed_settling_bound(
     linear_rate: float, power_rate: float, exponent: float, initial: float, start: float = 0.0

@@ -10,8 +10,6 @@ from hydroservo.papers.tsmc_eha_2021.printed.backstepping import PrintedBackstep
 from hydroservo.papers.tsmc_eha_2021.printed.tsmc import PrintedTSMC
 from hydroservo.plants.design_model import DesignModel
 
-__all__ = ["printed", "printed_law", "printed_leakage"]
-
 LAWS: dict[type, Any] = {Backstepping: PrintedBackstepping, TSMC: PrintedTSMC}  # PI is as printed
 
 

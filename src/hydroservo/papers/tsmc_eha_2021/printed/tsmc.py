@@ -12,8 +12,6 @@ from hydroservo.plants.design_model import DesignModel
 from hydroservo.roles import Controller, Differentiator, Observer, controlling, role
 from hydroservo.signals import Demand, Measurement
 
-__all__ = ["PrintedTSMC"]
-
 
 @role(Controller)
 @controlling(Velocity)

@@ -12,8 +12,6 @@ from hydroservo.papers.tsmc_eha_2021.machine import AMPLITUDE, PERIOD
 from hydroservo.papers.tsmc_eha_2021.report.names import NAMES, Trajectories
 from hydroservo.papers.tsmc_eha_2021.report.windows import JUMP, START, TROUGH
 
-__all__ = ["CAPTIONS", "seen_errors", "seen_estimates", "seen_surfaces", "seen_velocities"]
-
 VELOCITIES = "Piston velocity with the three controllers"
 ERRORS = "Velocity errors of the three controllers"
 ESTIMATES = "Lumped disturbances (grey) and their estimates by the observer of TSMC (green)"

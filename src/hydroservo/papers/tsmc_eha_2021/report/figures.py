@@ -22,8 +22,6 @@ from hydroservo.papers.tsmc_eha_2021.report.names import NAMES, Trajectories
 from hydroservo.papers.tsmc_eha_2021.report.windows import CLOSE, SHORT, WHOLE
 from hydroservo.papers.tsmc_eha_2021.study import Progress
 
-__all__ = ["FIGURES", "draw_figures"]
-
 LAW_COLOURS = {"pi": COLOURS["PI"], "backstepping": COLOURS["Backstepping"], "tsmc": COLOURS["TSMC"]}
 
 # A wide curve shows on both sides of a narrow one on it.

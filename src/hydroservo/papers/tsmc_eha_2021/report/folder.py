@@ -17,8 +17,6 @@ from hydroservo.papers.tsmc_eha_2021.report.verdict_map import draw_map
 from hydroservo.papers.tsmc_eha_2021.study import Progress, Study
 from hydroservo.runs.results import METRICS, metrics_csv, save, write_metrics
 
-__all__ = ["report_files", "write_report"]
-
 REPORT = "report.html"
 
 

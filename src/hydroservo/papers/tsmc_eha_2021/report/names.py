@@ -8,8 +8,6 @@ from hydroservo.formatting import MINUS, NONE
 from hydroservo.papers.tsmc_eha_2021.conditions import Condition, Run
 from hydroservo.papers.tsmc_eha_2021.report.typeset import plain_signs
 
-__all__ = ["DELTAS", "FLAGS", "NAMES", "Trajectories", "condition_name", "run_name"]
-
 Trajectories = Mapping[str, xr.Dataset]  # the six runs shown, by demand and controller, such as "sine-tsmc"
 
 FLAGS = ("stroke_left", "diverged")  # the metrics that are true or false

@@ -19,8 +19,6 @@ from hydroservo.papers.tsmc_eha_2021.study import Verdict
 if TYPE_CHECKING:
     import pandas as pd
 
-__all__ = ["draw_overview", "shares"]
-
 HOLDS, FAILS = "#2171b5", "#b35806"
 RAMP = ("#f2f2f2", "#deebf7", "#c6dbef", "#9ecae1", "#6baed6", "#2171b5", "#08519c")
 STEPS = (0.0, 1e-9, 0.2, 0.4, 0.6, 0.8, 0.999, 1.001)

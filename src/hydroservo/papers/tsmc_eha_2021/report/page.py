@@ -21,8 +21,6 @@ from hydroservo.reports.templating import environment
 if TYPE_CHECKING:
     import jinja2
 
-__all__ = ["page"]
-
 
 def page(study: Study, out: Path, fingerprint: str) -> str:
     """The report's HTML.

@@ -8,8 +8,6 @@ from hydroservo.metrics import METRIC_FIELDS
 from hydroservo.papers.tsmc_eha_2021.claims import Claim, Judgement, Results
 from hydroservo.papers.tsmc_eha_2021.report.names import NAMES, run_name
 
-__all__ = ["worst_case"]
-
 SETTLED = {
     "error": Field("m/s", "largest velocity error once settled"),
     "s1": Field("m/s", "largest |s1| once settled"),

@@ -34,17 +34,6 @@ from hydroservo.papers.tsmc_eha_2021.report.verdict_map import colour_class
 from hydroservo.papers.tsmc_eha_2021.study import Study
 from hydroservo.runs.results import best_runs, metric_fields, metrics_of, scenario_of
 
-__all__ = [
-    "Table",
-    "grid",
-    "listed_rows",
-    "metric_rows",
-    "ratio_rows",
-    "stroke",
-    "summary",
-    "verdict_rows",
-]
-
 Table = list[dict[str, Any]]
 
 LISTED = (

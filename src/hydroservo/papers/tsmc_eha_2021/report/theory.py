@@ -19,8 +19,6 @@ from hydroservo.papers.tsmc_eha_2021.report.tables import Table
 from hydroservo.runs.results import scenario_of
 from hydroservo.theory import settling_bound
 
-__all__ = ["LEAST_XI2", "bound_rows", "decrease_rows", "gain_rows"]
-
 LEAST_XI2 = CONVERGED * SURFACE_GAIN * AMPLITUDE  # [m/s^2] below it the claims count xi2 as converged
 
 

@@ -5,8 +5,6 @@ from typing import Any
 
 from hydroservo.formatting import MINUS
 
-__all__ = ["mathematical", "plain_signs", "symbols"]
-
 SIGNS = {"+-": "±", "<=": "≤", "-Delta": f"{MINUS}Δ", "Delta": "Δ", "m/s^2": "m/s²"}
 GREEK = ("alpha", "beta", "delta", "mu", "rho", "xi", "zeta")  # as HTML names them
 LETTER = "|".join(GREEK)

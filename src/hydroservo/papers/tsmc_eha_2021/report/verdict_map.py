@@ -30,8 +30,6 @@ from hydroservo.papers.tsmc_eha_2021.report.typeset import mathematical, plain_s
 if TYPE_CHECKING:
     import pandas as pd
 
-__all__ = ["BINS", "FILLS", "cells", "colour_class", "draw_map"]
-
 ROWS = tuple(product(READINGS, SCALES))
 COLUMNS = tuple(product(VALVES, PERIODS, REALISATIONS))
 

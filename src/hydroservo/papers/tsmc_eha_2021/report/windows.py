@@ -4,8 +4,6 @@ from hydroservo.figures import panels
 from hydroservo.figures.panels import Window
 from hydroservo.papers.tsmc_eha_2021.machine import DURATION, PERIOD
 
-__all__ = ["CLOSE", "JUMP", "SHORT", "START", "TROUGH", "WHOLE"]
-
 START = 0.03  # [s] how much of the start from rest is shown
 JUMP = 0.5 * PERIOD  # [s] the square's first
 TROUGH = 0.75 * PERIOD  # [s] the sine's first
