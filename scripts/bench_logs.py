@@ -10,9 +10,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
+from friction_map import FrictionMap, friction_map
 from numpy.typing import NDArray
 
-from hydroservo.identification.friction_map import FrictionMap, friction_map
 from hydroservo.scenario.quantities import unit_factor
 from hydroservo.scenario.records.headers import name_and_unit
 

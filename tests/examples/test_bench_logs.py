@@ -42,3 +42,16 @@ def test_the_page_says_which_numbers_are_better_on_the_other_log(bench):
         < 0.1 * np.std(waves["force"])
     )
     assert bench.errors(there, waves)["pressure"] < bench.errors(here, waves)["pressure"]
+
+
+def test_friction_is_found_beside_what_else_is_in_the_force(bench):
+    speeds, rng = np.array([0.01, 0.1, 0.5]), np.random.default_rng(0)
+    true = bench.FrictionMap(speeds, np.array([200.0, 300, 900]), np.array([150.0, 180, 700]), [3.0, -2.0])
+    velocity, besides = rng.uniform(-0.6, 0.6, 3000), rng.uniform(50.0, 90.0, (3000, 2))
+    force = true.at(velocity) + besides @ true.besides + rng.normal(scale=5.0, size=3000)
+    found = bench.friction_map(velocity, force, speeds, besides)
+    for one, other in zip(found, true, strict=True):
+        np.testing.assert_allclose(one, other, atol=4.0)
+    np.testing.assert_array_equal(true.at([2.0, -2.0, 0.001]), [900.0, -700.0, 200.0])
+    with pytest.raises(ValueError, match="says what friction says too"):
+        bench.friction_map(velocity, force, speeds, np.ones((3000, 1)))

@@ -5,8 +5,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hydroservo.errors import ParameterError
-
 Samples = NDArray[np.float64]
 
 
@@ -53,8 +51,7 @@ def friction_map(
             shape (n, k).
 
     Raises:
-        ParameterError: shapes that do not match, speeds that are none, fewer samples than unknowns, or
-            columns that no samples tell apart.
+        ValueError: no samples tell the columns apart.
 
     Source: linear least squares in hat functions; de Boor, A Practical Guide to Splines, 2001, ch. 3.
     Fails to tell a constant force from friction that differs between the directions; where the machine
@@ -62,21 +59,12 @@ def friction_map(
     """
     v, f, knots = (np.asarray(one, dtype=np.float64) for one in (velocity, force, speeds))
     other = np.zeros((v.size, 0)) if besides is None else np.asarray(besides, dtype=np.float64)
-    if v.ndim != 1 or f.shape != v.shape or other.ndim != 2 or len(other) != v.size:
-        shapes = f"shapes {v.shape}, {f.shape} and {other.shape}"
-        raise ParameterError("force", shapes, "must have as many samples as the velocity")
-    if knots.ndim != 1 or not knots.size or not (np.diff([0.0, *knots]) > 0.0).all():
-        raise ParameterError("speeds", knots.tolist(), "must be more than 0 and increase")
     moving = np.abs(v) > 0.5 * knots[0]
     design = np.hstack([hats(v, knots), -hats(-v, knots), other])[moving]
-    if len(design) < design.shape[1]:
-        wanted = f"must have at least {design.shape[1]} samples that move"
-        raise ParameterError("velocity", f"{len(design)} samples that move", wanted)
     scale = np.maximum(np.abs(design).max(axis=0), 1e-300)
     found, _, rank, _ = np.linalg.lstsq(design / scale, f[moving], rcond=1e-9)
     if rank < design.shape[1]:
-        problem = "must hold nothing that friction says too, as a constant does, and moves be at all speeds"
-        raise ParameterError("besides", f"{other.shape[1]} columns", problem)
+        raise ValueError("the moves are not at all speeds, or something besides says what friction says too")
     found /= scale
     forwards, backwards, factors = np.split(found, [knots.size, 2 * knots.size])
     return FrictionMap(knots, forwards, backwards, factors)
