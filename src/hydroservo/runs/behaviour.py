@@ -44,7 +44,7 @@ def oscillation_line(metrics: Metrics, fields: Mapping[str, Field]) -> str:
     command, frequency = metrics["oscillation_command"], metrics["oscillation_frequency"]
     if math.isnan(command):
         short = "The run is too short to tell whether the loop settles or hunts slowly"
-        return f"{short}; `hydroservo audit` runs it longer."
+        return f"{short}; hydroservo audit runs it longer."
     growth = metrics["oscillation_growth"]
     if not oscillates(metrics):
         if math.isnan(frequency):
