@@ -19,7 +19,7 @@ from hydroservo.studies.asked import Law, Level, Study
 from hydroservo.studies.conditions import Drawn, conditions_of
 from hydroservo.studies.contenders import Contender, contender
 from hydroservo.studies.judging import Group, Task, command_range
-from hydroservo.studies.search import found_by
+from hydroservo.studies.search import search_table
 from hydroservo.work.unit import Unit, address
 
 SLACK = 1.25  # beyond the first and the last level, that a search goes
@@ -131,7 +131,7 @@ def units_of(study: Study, entrant: Entrant, activity: float | None) -> Iterator
                 "groups": about,
             }
         )
-        yield Unit(key, partial(found_by, task), f"{law} in {cell}, search {seed}")
+        yield Unit(key, partial(search_table, task), f"{law} in {cell}, search {seed}")
 
 
 def coarse(loop: Loop, step: float | None) -> Loop:

@@ -63,7 +63,9 @@ def activities_of(points: "pd.DataFrame", reference: str, rules: Rules) -> dict[
     return {str(cell): float(one) for cell, one in zip(found["cell"], found["activity"], strict=True)}
 
 
-def chosen(runs: "pd.DataFrame", reference: str, levels: Sequence[float], rules: Rules) -> "pd.DataFrame":
+def choose_gains(
+    runs: "pd.DataFrame", reference: str, levels: Sequence[float], rules: Rules
+) -> "pd.DataFrame":
     """The gains of each law at each level: of the points that are calm enough the one with the least error.
 
     That with the fewest lost runs on validation, of these the one with the least mean error, of these the
@@ -96,7 +98,7 @@ def with_gains(choice: "pd.DataFrame", table: "pd.DataFrame") -> "pd.DataFrame":
     """The rows of a choice with the gains themselves, as JSON in the column ``parameters``.
 
     Args:
-        choice: what :func:`chosen` gives.
+        choice: what :func:`choose_gains` gives.
         table: the study's.
     """
     return choice.merge(table[[*GAINS, "parameters"]].drop_duplicates(GAINS), on=GAINS)

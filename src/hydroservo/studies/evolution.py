@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 Numbers = NDArray[np.float64]
 
-CROSSING, MUTATION = 15.0, 20.0  # distribution indices: the larger, the nearer children are to their parents
+CROSSOVER_INDEX, MUTATION_INDEX = 15.0, 20.0  # the larger, the nearer children are to their parents
 
 
 def offspring(units: Numbers, costs: Numbers, random: np.random.Generator) -> Numbers:
@@ -27,48 +27,48 @@ def offspring(units: Numbers, costs: Numbers, random: np.random.Generator) -> Nu
     place[fittest(costs, count)] = np.arange(count)
     pairs = random.integers(count, size=(2, count))
     parents = units[np.where(place[pairs[0]] < place[pairs[1]], pairs[0], pairs[1])]
-    return reflected(mutated(crossed(parents, random), random))
+    return reflect(mutate(crossover(parents, random), random))
 
 
-def crossed(parents: Numbers, random: np.random.Generator) -> Numbers:
+def crossover(parents: Numbers, random: np.random.Generator) -> Numbers:
     """Children of neighbouring parents, each number crossed in half of the cases."""
     one, other = parents, np.roll(parents, 1, axis=0)
     u = random.random(parents.shape)
-    power = 1.0 / (CROSSING + 1.0)
+    power = 1.0 / (CROSSOVER_INDEX + 1.0)
     spread = np.where(u <= 0.5, (2.0 * u) ** power, (0.5 / (1.0 - u)) ** power)
     child = 0.5 * ((1.0 + spread) * one + (1.0 - spread) * other)
     return np.where(random.random(parents.shape) < 0.5, child, one)
 
 
-def mutated(children: Numbers, random: np.random.Generator) -> Numbers:
+def mutate(children: Numbers, random: np.random.Generator) -> Numbers:
     """Children of which one number each, on average, has moved."""
     u = random.random(children.shape)
-    power = 1.0 / (MUTATION + 1.0)
+    power = 1.0 / (MUTATION_INDEX + 1.0)
     step = np.where(u < 0.5, (2.0 * u) ** power - 1.0, 1.0 - (2.0 * (1.0 - u)) ** power)
     return children + np.where(random.random(children.shape) < 1.0 / children.shape[1], step, 0.0)
 
 
-def reflected(points: Numbers) -> Numbers:
+def reflect(points: Numbers) -> Numbers:
     """Points inside the unit cube, folded at its faces."""
     return 1.0 - np.abs(1.0 - np.mod(points, 2.0))
 
 
 def fittest(costs: Numbers, count: int) -> NDArray[np.int64]:
-    """Which points are the best, in order: by rank, and among equals those that are most alone.
+    """Which points are the best: by nondominated rank, then by crowding distance, the largest first.
 
     Args:
         costs: of shape (points, 2), finite.
         count: how many.
     """
-    ranks = ranked(costs)
-    crowds = np.zeros(len(costs))
+    ranks = nondominated_ranks(costs)
+    crowding = np.zeros(len(costs))
     for rank in range(int(ranks.max()) + 1):
         members = np.flatnonzero(ranks == rank)
-        crowds[members] = gaps(costs[members])
-    return np.lexsort((-crowds, ranks))[:count]
+        crowding[members] = crowding_distances(costs[members])
+    return np.lexsort((-crowding, ranks))[:count]
 
 
-def ranked(costs: Numbers) -> NDArray[np.int64]:
+def nondominated_ranks(costs: Numbers) -> NDArray[np.int64]:
     """The rank of each point: 0 on the front of all, 1 on that of those that are left without it, and on."""
     each = costs[:, np.newaxis]
     beats = np.logical_and((each <= costs).all(axis=2), (each < costs).any(axis=2))
@@ -81,7 +81,7 @@ def ranked(costs: Numbers) -> NDArray[np.int64]:
     return ranks
 
 
-def gaps(costs: Numbers) -> Numbers:
+def crowding_distances(costs: Numbers) -> Numbers:
     """How far the neighbours of each point of a front are from each other; infinite at its ends."""
     found = np.zeros(len(costs))
     for own in costs.T:

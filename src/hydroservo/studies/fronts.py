@@ -57,7 +57,7 @@ def fronts_of(
 
     Args:
         runs: what :func:`~hydroservo.studies.columns.judged_columns` gives.
-        choice: what :func:`~hydroservo.studies.choice.chosen` gives.
+        choice: what :func:`~hydroservo.studies.choice.choose_gains` gives.
         bases: the test runs of the reference at its own activity, by cell.
         rules: of the comparison.
     """

@@ -67,7 +67,7 @@ class Task(NamedTuple):
     groups: Sequence[Group]
 
 
-class Judged(NamedTuple):
+class Evaluation(NamedTuple):
     """How points do under conditions: arrays of shape (points, conditions)."""
 
     error: Numbers  # inf where a run was lost
@@ -75,7 +75,7 @@ class Judged(NamedTuple):
     swing: Numbers  # amplitude of the command in a sustained oscillation [V]; nan where it is not known
 
 
-def mean_logs(found: Judged, *penalties: float) -> Numbers:
+def mean_logs(found: Evaluation, *penalties: float) -> Numbers:
     """The mean logarithms of error and of activity over the runs that were not lost, shape (points, 2).
 
     A point that allows no controller is infinitely bad.
@@ -93,7 +93,7 @@ def mean_logs(found: Judged, *penalties: float) -> Numbers:
     return np.stack(columns, axis=1)
 
 
-def judged(task: Task, points: Points, split: str) -> Judged:
+def evaluate(task: Task, points: Points, split: str) -> Evaluation:
     """How points do under the conditions of a split, these in the order of their groups.
 
     The error of a point that allows no controller is nan.
@@ -116,14 +116,14 @@ def judged(task: Task, points: Points, split: str) -> Judged:
                 if allowed.all():
                     raise HydroservoError(f"{task.law} in {task.cell}: {refusal}") from None
                 possible = possible[allowed]
-        whole = np.full((len(Judged._fields), count, group.drawn[split].numbers.size), np.nan)
+        whole = np.full((len(Evaluation._fields), count, group.drawn[split].numbers.size), np.nan)
         if possible.size:
             whole[:, possible] = part
         parts.append(whole)
-    return Judged(*(np.concatenate(one, axis=1) for one in zip(*parts, strict=True)))
+    return Evaluation(*(np.concatenate(one, axis=1) for one in zip(*parts, strict=True)))
 
 
-def simulated(task: Task, group: Group, points: Points, split: str) -> Judged:
+def simulated(task: Task, group: Group, points: Points, split: str) -> Evaluation:
     """The same of one group, all of whose points allow a controller.
 
     Raises:
@@ -143,7 +143,7 @@ def simulated(task: Task, group: Group, points: Points, split: str) -> Judged:
     share = 100.0 / (command_range(loop) * loop.simulation.duration)
     activity = runs[ACTIVITY].values * share
     swing = runs["oscillation_command"].values if split == "test" else np.full(error.shape, np.nan)
-    return Judged(*(one.reshape(count, size) for one in (error, activity, swing)))
+    return Evaluation(*(one.reshape(count, size) for one in (error, activity, swing)))
 
 
 def command_range(loop: Loop) -> float:

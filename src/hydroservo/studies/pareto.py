@@ -19,7 +19,7 @@ def on_front(costs: ArrayLike) -> NDArray[np.bool_]:
     return np.array([not ((rows <= row).all(axis=1) & (rows < row).any(axis=1)).any() for row in rows], bool)
 
 
-def gain(before: Numbers, now: Numbers) -> float:
+def front_shift(before: Numbers, now: Numbers) -> float:
     """How far a front moved: by what its points are better, on average, than the front before them.
 
     Of each point it is the least by which some point of the front before it would have to be better in both.
@@ -34,7 +34,7 @@ def gain(before: Numbers, now: Numbers) -> float:
     return float(np.clip(short, 0.0, MOST).mean())
 
 
-def spaced(points: Numbers, count: int) -> NDArray[np.int64]:
+def evenly_spaced(points: Numbers, count: int) -> NDArray[np.int64]:
     """Members of a front at activities that are evenly spaced: of each, the one with the least error.
 
     Args:

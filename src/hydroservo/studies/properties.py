@@ -33,7 +33,7 @@ class Properties(NamedTuple):
     target: OnTarget
 
 
-class Examined(NamedTuple):
+class PropertyUnit(NamedTuple):
     """A law in a cell at a level, and the unit that computes its properties."""
 
     level: str
@@ -42,7 +42,7 @@ class Examined(NamedTuple):
     unit: Unit
 
 
-def examined(entrants: Sequence[Entrant], choice: "pd.DataFrame") -> Iterator[Examined]:
+def property_units(entrants: Sequence[Entrant], choice: "pd.DataFrame") -> Iterator[PropertyUnit]:
     """Each law in each cell at each level that it reaches, with the gains that it has there.
 
     Args:
@@ -54,11 +54,11 @@ def examined(entrants: Sequence[Entrant], choice: "pd.DataFrame") -> Iterator[Ex
     for level, cell, law, gains in zip(*columns, strict=True):
         loops = [replace(kind.loop, json.loads(gains)) for kind in assemblies[cell, law]]
         key = address({"properties": [scenario_text(loop) for loop in loops]})
-        unit = Unit(key, partial(found_by, loops), f"margins of {law} in {cell}")
-        yield Examined(level_name(level), cell, law, unit)
+        unit = Unit(key, partial(properties_table, loops), f"margins of {law} in {cell}")
+        yield PropertyUnit(level_name(level), cell, law, unit)
 
 
-def found_by(loops: Sequence[Loop]) -> "pa.Table":
+def properties_table(loops: Sequence[Loop]) -> "pa.Table":
     """The row of a law in a cell, from its loops for each kind of condition."""
     import pyarrow as pa
 
@@ -83,7 +83,9 @@ COLUMNS = {
 }
 
 
-def properties_in(store: "Store", found: Sequence[Examined]) -> dict[str, dict[str, dict[str, Properties]]]:
+def properties_in(
+    store: "Store", found: Sequence[PropertyUnit]
+) -> dict[str, dict[str, dict[str, Properties]]]:
     """The properties of each law, by level, cell and law, from the units that are done."""
     properties: dict[str, dict[str, dict[str, Properties]]] = {}
     for one in found:

@@ -11,12 +11,12 @@ from hydroservo.metrics import judged_by
 from hydroservo.runs.fitting import signals_used
 from hydroservo.studies.asked import Law, Study
 from hydroservo.studies.cells import Cell, Entrant, cells_of, entrants_of, units_of
-from hydroservo.studies.choice import chosen, points_of, reference_points, with_gains
+from hydroservo.studies.choice import choose_gains, points_of, reference_points, with_gains
 from hydroservo.studies.columns import GAINS, judged_columns
 from hydroservo.studies.contenders import blocks
 from hydroservo.studies.file import read_study
 from hydroservo.studies.limiting import limited, table_of_limits
-from hydroservo.studies.properties import examined, properties_in
+from hydroservo.studies.properties import properties_in, property_units
 from hydroservo.studies.rules import Rules
 from hydroservo.studies.scenario_files import remove_dropped, seen_from, write_scenarios
 from hydroservo.studies.verdicts import Verdicts, judged
@@ -133,8 +133,8 @@ def study(
     done(rest, store, progress=report.part(len(rest)))
     done([one.unit for one in bounded], least, progress=report.part(len(bounded)))
     table = store.table([unit.key for unit in units]).to_pandas()
-    choice = chosen(judged_columns(table), asked.reference, asked.search.levels, Rules())
-    laws = list(examined(entrants, with_gains(choice, table)))
+    choice = choose_gains(judged_columns(table), asked.reference, asked.search.levels, Rules())
+    laws = list(property_units(entrants, with_gains(choice, table)))
     beside = Store(out, MANIFEST, manifest, PROPERTIES)
     beside.keep(one.unit.key for one in laws)
     done([one.unit for one in laws], beside, progress=report.part(len(entrants)))

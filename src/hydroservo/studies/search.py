@@ -11,8 +11,8 @@ from hydroservo.block import field_at
 from hydroservo.errors import HydroservoError
 from hydroservo.runs.space import CANDIDATES, Space, first_points
 from hydroservo.studies.evolution import fittest, offspring
-from hydroservo.studies.judging import LOST, Group, Judged, Points, Task, Window, judged, mean_logs
-from hydroservo.studies.pareto import STILL, gain, on_front, spaced
+from hydroservo.studies.judging import LOST, Evaluation, Group, Points, Task, Window, evaluate, mean_logs
+from hydroservo.studies.pareto import STILL, evenly_spaced, front_shift, on_front
 from hydroservo.studies.rules import Rules
 from hydroservo.validation import within
 
@@ -52,7 +52,7 @@ class Search(NamedTuple):
         values: all points that were tried, shape (points, paths), in SI units.
         costs: logarithms of their error and activity, shape (points, 2).
         window: the activities that count.
-        moved: how far the last half of the candidates moved the front, as :func:`~.pareto.gain` has it.
+        moved: how far the last half of the candidates moved the front, by :func:`~.pareto.front_shift`.
     """
 
     space: Space
@@ -62,7 +62,7 @@ class Search(NamedTuple):
     moved: float
 
 
-def found_by(task: Task) -> "pa.Table":
+def search_table(task: Task) -> "pa.Table":
     """The rows of one search: the points of its front under each condition.
 
     All are judged on train and validation, those that are on the front of validation on the other splits.
@@ -71,19 +71,19 @@ def found_by(task: Task) -> "pa.Table":
         HydroservoError: no candidate allowed a controller, a condition no machine, or the metric is nan in a
             run that was not lost.
     """
-    found = searched(task)
-    members = spaced(seen_in(found.costs, found.window), POINTS)
+    found = search_front(task)
+    members = evenly_spaced(within_window(found.costs, found.window), POINTS)
     rounded = [found.space.rounded(unit) for unit in found.space.units(found.values[members])]
     points = list({json.dumps(one): one for one in rounded}.values())
-    seen = {split: judged(task, columns_of(points), split) for split in ("train", "validation")}
+    seen = {split: evaluate(task, columns_of(points), split) for split in ("train", "validation")}
     kept = np.flatnonzero(may_be_chosen(seen["validation"]))
     for split in splits_of(task.groups):
         if split not in seen:
-            seen[split] = judged(task, columns_of([points[k] for k in kept]), split)
+            seen[split] = evaluate(task, columns_of([points[k] for k in kept]), split)
     return table_of(task, found, points, kept, seen)
 
 
-def may_be_chosen(validation: Judged) -> NDArray[np.bool_]:
+def may_be_chosen(validation: Evaluation) -> NDArray[np.bool_]:
     """Whether each point is the best at some activity: no calmer one loses fewer runs or has less error.
 
     A lost run counts against the error alone, for a point that loses some may be the only one so calm.
@@ -95,7 +95,7 @@ def columns_of(points: Sequence[Mapping[str, float]]) -> dict[str, Numbers]:
     return {path: np.array([one[path] for one in points]) for path in points[0]}
 
 
-def searched(task: Task) -> Search:
+def search_front(task: Task) -> Search:
     """The points that a search tries, by twice as many each time until its front is still.
 
     Raises:
@@ -109,22 +109,22 @@ def searched(task: Task) -> Search:
     costs = cost(task, space.values(units))
     population, moved = np.arange(CANDIDATES), np.inf
     while len(values) < task.candidates:
-        units = offspring(space.units(values[population]), seen_in(costs[population], window), random)
+        units = offspring(space.units(values[population]), within_window(costs[population], window), random)
         values = np.concatenate([values, matrix(space, units)])
         costs = np.concatenate([costs, cost(task, space.values(units))])
         young = np.arange(len(values) - CANDIDATES, len(values))
         both = np.concatenate([population, young])
-        population = both[fittest(seen_in(costs[both], window), CANDIDATES)]
+        population = both[fittest(within_window(costs[both], window), CANDIDATES)]
         count = len(values)
         if count < FIRST or count & (count - 1):
             continue
         if not np.isfinite(costs).any():
             raise HydroservoError(f"{task.law} in {task.cell}: no candidate makes a valid controller")
         window = task.window or own_window(costs, task.calmest)
-        now = seen_in(costs, window)
-        moved = gain(seen_in(costs[: count // 2], window), now[spaced(now, POINTS)])
+        now = within_window(costs, window)
+        moved = front_shift(within_window(costs[: count // 2], window), now[evenly_spaced(now, POINTS)])
         may = widened_by < task.widen and count < task.candidates
-        wider = widened(task, space, values[on_front(now)]) if may else space
+        wider = widen_ranges(task, space, values[on_front(now)]) if may else space
         if wider.ranges != space.ranges:
             space, widened_by = wider, widened_by + 1
         elif moved < STILL and count > FIRST:
@@ -137,7 +137,7 @@ def matrix(space: Space, units: Numbers) -> Numbers:
     return np.stack(list(space.values(units).values()), axis=1)
 
 
-def seen_in(costs: Numbers, window: Window) -> Numbers:
+def within_window(costs: Numbers, window: Window) -> Numbers:
     """Costs as a search compares them: calm alike below a window, and lost beyond it; all finite."""
     low, high = window
     error, activity = np.minimum(costs, 1e300).T
@@ -157,7 +157,7 @@ def activity_of(costs: Numbers) -> float:
     return float(activity[error <= error.min() + TIE].min())
 
 
-def widened(task: Task, space: Space, front: Numbers) -> Space:
+def widen_ranges(task: Task, space: Space, front: Numbers) -> Space:
     """Ranges that go a decade further where a point of the front is at an end, and numbers may go there."""
     found = dict(space.ranges)
     loop = task.groups[0].loop
@@ -171,7 +171,7 @@ def widened(task: Task, space: Space, front: Numbers) -> Space:
 
 def cost(task: Task, points: Points) -> Numbers:
     """The two costs of points on the training conditions, shape (points, 2)."""
-    return mean_logs(judged(task, points, "train"), LOST, LOST)
+    return mean_logs(evaluate(task, points, "train"), LOST, LOST)
 
 
 def table_of(
@@ -179,7 +179,7 @@ def table_of(
     found: Search,
     points: Sequence[Mapping[str, float]],
     kept: NDArray[np.int64],
-    judgements: Mapping[str, Judged],
+    judgements: Mapping[str, Evaluation],
 ) -> "pa.Table":
     """The rows of a search: split by split, point by point, condition by condition.
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from hydroservo.errors import HydroservoError
 from hydroservo.studies.ablation import Ratio, Worth, over_cells, worths
 from hydroservo.studies.cell_verdict import CellVerdict, cell_verdict
-from hydroservo.studies.choice import activities_of, chosen, level_name, points_of
+from hydroservo.studies.choice import activities_of, choose_gains, level_name, points_of
 from hydroservo.studies.columns import GAINS, judged_columns
 from hydroservo.studies.factors import Effect, effects
 from hydroservo.studies.fronts import LawFront, fronts_of
@@ -95,7 +95,7 @@ def judged(
     runs = judged_columns(table)
     laws = checked_laws(manifest, {str(law) for law in runs["law"].unique()})
     reference, levels = str(manifest["reference"]), manifest["search"]["levels"]
-    choice = chosen(runs, reference, levels, rules)
+    choice = choose_gains(runs, reference, levels, rules)
     limits = pd.DataFrame(columns=OF_LIMITS) if limits is None else limits
     tests, stress = (runs[runs["split"] == split].merge(choice, on=GAINS) for split in ("test", "stress"))
     check_tested(choice, tests)
@@ -103,7 +103,7 @@ def judged(
     bases = {str(cell): trials_of(one) for cell, one in own.groupby("cell", observed=True)}
     found = {}
     for level in levels:
-        found[level_name(level)] = at_level(
+        found[level_name(level)] = level_verdict(
             tests[tests["level"] == level],
             stress[stress["level"] == level],
             bases,
@@ -121,7 +121,7 @@ def judged(
     )
 
 
-def at_level(
+def level_verdict(
     tests: "pd.DataFrame",
     stress: "pd.DataFrame",
     bases: Mapping[str, Trials],

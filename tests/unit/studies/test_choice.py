@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 
 from hydroservo.errors import HydroservoError
-from hydroservo.studies.choice import activities_of, chosen, points_of
+from hydroservo.studies.choice import activities_of, choose_gains, points_of
 from hydroservo.studies.columns import judged_columns
 from hydroservo.studies.rules import Rules
 
@@ -25,7 +25,7 @@ def table(points, law="pi", lost=(), split="validation", cell="c", seed=0):
 
 
 def choice(*tables, levels=(0.5, 1.0, 2.0)):
-    found = chosen(judged_columns(pd.concat(tables)), "pi", levels, RULES)
+    found = choose_gains(judged_columns(pd.concat(tables)), "pi", levels, RULES)
     return {
         (law, level): point for law, level, point in zip(found.law, found.level, found.point, strict=True)
     }
@@ -58,7 +58,7 @@ def test_test_runs_have_no_say():
 
 def test_the_searches_of_a_law_are_one_front():
     law = {0: ([0.7], 2.0)}
-    found = chosen(
+    found = choose_gains(
         judged_columns(pd.concat([table(PI), table(law, "law"), table({0: ([0.5], 2.0)}, "law", seed=1)])),
         "pi",
         [1.0],

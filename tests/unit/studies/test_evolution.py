@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hydroservo.studies.evolution import fittest, gaps, offspring, ranked, reflected
+from hydroservo.studies.evolution import crowding_distances, fittest, nondominated_ranks, offspring, reflect
 from hydroservo.studies.pareto import on_front
 
 
@@ -59,7 +59,7 @@ def test_the_same_seed_gives_the_same_points():
 @given(st.lists(st.tuples(st.integers(0, 4), st.integers(0, 4)), min_size=1, max_size=20))
 def test_ranks_peel_fronts(costs):
     costs = np.array(costs, dtype=float)
-    ranks = ranked(costs)
+    ranks = nondominated_ranks(costs)
     for rank in range(ranks.max() + 1):
         left = ranks >= rank
         assert np.array_equal(ranks[left] == rank, on_front(costs[left]))
@@ -67,10 +67,10 @@ def test_ranks_peel_fronts(costs):
 
 def test_ends_are_kept_and_crowds_thinned():
     line = np.array([[0.0, 9.0], [1.0, 8.0], [1.1, 7.9], [5.0, 4.0], [9.0, 0.0]])
-    assert np.isinf(gaps(line)[[0, 4]]).all()
+    assert np.isinf(crowding_distances(line)[[0, 4]]).all()
     assert set(fittest(line, 4)) == {0, 1, 3, 4} or set(fittest(line, 4)) == {0, 2, 3, 4}
     assert fittest(np.vstack([line, [[9.0, 9.0]]]), 6)[-1] == 5
 
 
 def test_points_are_folded_into_the_cube():
-    assert reflected(np.array([-0.25, 0.5, 1.25, 1.0])) == pytest.approx([0.25, 0.5, 0.75, 1.0])
+    assert reflect(np.array([-0.25, 0.5, 1.25, 1.0])) == pytest.approx([0.25, 0.5, 0.75, 1.0])

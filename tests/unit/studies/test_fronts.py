@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from hydroservo.studies.columns import judged_columns
 from hydroservo.studies.fronts import fronts_of
-from hydroservo.studies.pareto import MOST, gain, on_front, spaced
+from hydroservo.studies.pareto import MOST, evenly_spaced, front_shift, on_front
 from hydroservo.studies.rules import Rules
 from hydroservo.studies.trials import trials_of
 from tools.planted import rows, trials, with_lost
@@ -32,25 +32,25 @@ def test_what_is_off_the_front_is_beaten_by_a_member(costs):
 
 def test_a_front_moves_by_what_its_points_gain_in_both():
     before = np.array([[2.0, 0.0], [1.0, 1.0], [0.0, 2.0]])
-    assert gain(before, before) == 0.0
-    assert gain(before, before - 0.1) == pytest.approx(0.1)
+    assert front_shift(before, before) == 0.0
+    assert front_shift(before, before - 0.1) == pytest.approx(0.1)
     steep = np.array([[9.0, 0.0], [1.0, 0.1]])  # another point between has an error of its own, and is near
-    assert gain(steep, np.array([[5.0, 0.06]])) == pytest.approx(0.04)
-    assert gain(before, np.array([[9.0, -9.0]])) == MOST
-    assert gain(before, np.array([[3.0, 3.0]])) == 0.0
+    assert front_shift(steep, np.array([[5.0, 0.06]])) == pytest.approx(0.04)
+    assert front_shift(before, np.array([[9.0, -9.0]])) == MOST
+    assert front_shift(before, np.array([[3.0, 3.0]])) == 0.0
 
 
 def test_points_are_spaced_over_activities_and_lie_on_the_front():
     random = np.random.default_rng(0)
     activity = random.uniform(0.0, 5.0, 400)
     points = np.stack([5.0 - activity + random.exponential(0.5, 400), activity], axis=1)
-    found = spaced(points, 12)
+    found = evenly_spaced(points, 12)
     assert on_front(points)[found].all()
     assert found.size <= 12
     own = np.sort(points[found, 1])
     assert own[0] == points[on_front(points), 1].min()
     assert np.diff(own).max() < 1.0
-    assert spaced(points[:1], 12).tolist() == [0]
+    assert evenly_spaced(points[:1], 12).tolist() == [0]
 
 
 def study(lost=None):

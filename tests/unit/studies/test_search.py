@@ -14,16 +14,16 @@ from hydroservo.studies import judging
 from hydroservo.studies import search as searching
 from hydroservo.studies.cells import coarse, entrants_of
 from hydroservo.studies.file import read_study
-from hydroservo.studies.judging import LOST, Group, Judged, Task, command_range, mean_logs
+from hydroservo.studies.judging import LOST, Evaluation, Group, Task, command_range, mean_logs
 from hydroservo.studies.pareto import STILL, on_front
 from hydroservo.studies.search import (
     POINTS,
-    found_by,
     may_be_chosen,
     own_window,
-    searched,
-    seen_in,
-    widened,
+    search_front,
+    search_table,
+    widen_ranges,
+    within_window,
 )
 
 GAIN = "controller.proportional_gain"
@@ -66,7 +66,7 @@ def test_a_best_value_inside_is_found_and_no_range_widened(
     task: Task, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     with_best_at(monkeypatch, 2.0)
-    found = searched(task._replace(ranges=RANGE, candidates=1024, widen=3))
+    found = search_front(task._replace(ranges=RANGE, candidates=1024, widen=3))
     assert found.space.ranges == RANGE
     assert found.values[found.costs[:, 0].argmin(), 0] == pytest.approx(2.0, rel=1e-2)
 
@@ -84,7 +84,7 @@ def test_a_range_at_whose_end_the_front_lies_is_a_decade_wider(
     task: Task, monkeypatch: pytest.MonkeyPatch, best: float, widen: int, ends: tuple[float, float]
 ) -> None:
     with_best_at(monkeypatch, best)
-    found = searched(task._replace(ranges=RANGE, widen=widen, candidates=4096))
+    found = search_front(task._replace(ranges=RANGE, widen=widen, candidates=4096))
     assert found.space.ranges[GAIN] == pytest.approx(ends)
     reached = found.values[found.costs[:, 0].argmin(), 0]
     assert reached == pytest.approx(min(max(best, ends[0]), ends[1]), rel=0.05)
@@ -92,7 +92,7 @@ def test_a_range_at_whose_end_the_front_lies_is_a_decade_wider(
 
 def test_a_search_ends_when_its_front_is_still(task: Task, monkeypatch: pytest.MonkeyPatch) -> None:
     with_best_at(monkeypatch, 2.0)
-    found = searched(task._replace(ranges=RANGE, candidates=65_536))
+    found = search_front(task._replace(ranges=RANGE, candidates=65_536))
     assert len(found.values) < 4096
     assert found.moved < STILL
 
@@ -102,13 +102,13 @@ def test_a_range_stays_where_its_number_may_be(task: Task) -> None:
     path = "controller.controller.pull.exponent_1"
     groups = [one._replace(loop=load_scenario("laws/fast-terminal-sine")) for one in task.groups]
     terminal, space = task._replace(groups=groups), Space({path: (0.2, 0.9)})
-    assert widened(terminal, space, np.array([[0.2], [0.9]])).ranges == space.ranges
+    assert widen_ranges(terminal, space, np.array([[0.2], [0.9]])).ranges == space.ranges
 
 
 def test_an_end_at_zero_has_no_decade_below(task: Task) -> None:
     space = Space({GAIN: (0.0, 3.0)})
-    assert widened(task, space, np.array([[0.0]])).ranges == {GAIN: (0.0, 3.0)}
-    assert widened(task, space, np.array([[0.0], [3.0]])).ranges == {GAIN: (0.0, 30.0)}
+    assert widen_ranges(task, space, np.array([[0.0]])).ranges == {GAIN: (0.0, 3.0)}
+    assert widen_ranges(task, space, np.array([[0.0], [3.0]])).ranges == {GAIN: (0.0, 30.0)}
 
 
 def test_units_are_where_values_come_from() -> None:
@@ -119,7 +119,7 @@ def test_units_are_where_values_come_from() -> None:
 
 
 def test_a_search_is_the_same_each_time_and_its_points_are_judged(task: Task) -> None:
-    first, again = found_by(task).to_pandas(), found_by(task).to_pandas()
+    first, again = search_table(task).to_pandas(), search_table(task).to_pandas()
     assert first.equals(again)
     sizes = first.groupby("split")["point"].nunique()
     assert sizes["train"] == sizes["validation"] <= POINTS
@@ -148,7 +148,7 @@ def test_the_search_is_coarse_and_its_judgement_is_not(task: Task) -> None:
 
 def test_a_window_ends_what_counts() -> None:
     costs = np.log([[3.0, 0.1], [2.0, 0.2], [1.0, 1.0], [0.5, 9.0]])
-    seen = seen_in(costs, (math.log(0.4), math.log(2.0)))
+    seen = within_window(costs, (math.log(0.4), math.log(2.0)))
     assert seen[:2, 1] == pytest.approx(math.log(0.4))
     assert on_front(seen).tolist() == [False, True, True, False]
     assert seen[3, 0] > LOST
@@ -165,7 +165,7 @@ def test_a_metric_that_is_nan_is_refused(task: Task, monkeypatch: pytest.MonkeyP
 
     monkeypatch.setattr(judging, "simulate_batch", runs)
     with pytest.raises(HydroservoError, match="is nan in runs that were not lost"):
-        found_by(task)
+        search_table(task)
 
 
 def test_a_search_in_which_nothing_is_possible_is_refused(
@@ -173,7 +173,7 @@ def test_a_search_in_which_nothing_is_possible_is_refused(
 ) -> None:
     monkeypatch.setattr(searching, "cost", lambda _, points: np.full((points[GAIN].size, 2), np.inf))
     with pytest.raises(HydroservoError, match="pi in low: no candidate makes a valid controller"):
-        found_by(task)
+        search_table(task)
 
 
 def test_a_lost_run_costs_more_than_any_other() -> None:
@@ -181,7 +181,7 @@ def test_a_lost_run_costs_more_than_any_other() -> None:
 
     def of(error: list[float], activity: list[float]) -> np.ndarray:
         swing = np.zeros((1, len(error)))
-        return mean_logs(Judged(np.array([error]), np.array([activity]), swing), LOST, LOST)[0]
+        return mean_logs(Evaluation(np.array([error]), np.array([activity]), swing), LOST, LOST)[0]
 
     assert (of([np.inf, 1e-9], [np.nan, 1e-9]) > of([1e9, 1e9], [1e6, 1e6])).all()
     assert (of([np.inf, np.inf], [0.0, 0.0]) > of([np.inf, 1.0], [0.0, 1.0])).all()
@@ -194,7 +194,7 @@ def test_a_calm_point_that_loses_a_run_may_be_chosen() -> None:
     """For where only it is so calm, it is compared, though a livelier one loses none."""
     error = np.array([[np.inf, 2.0], [1.0, 1.0], [1.0, 3.0]])
     activity = np.array([[np.nan, 1.0], [2.0, 2.0], [2.0, 2.0]])
-    assert may_be_chosen(Judged(error, activity, 0.0 * activity)).tolist() == [True, True, False]
+    assert may_be_chosen(Evaluation(error, activity, 0.0 * activity)).tolist() == [True, True, False]
 
 
 def test_the_commands_range_is_that_of_the_outermost_limiter() -> None:

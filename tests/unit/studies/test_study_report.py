@@ -14,7 +14,7 @@ from hydroservo.reports.decimal_commas import decimal_commas
 from hydroservo.reports.journal import Journal
 from hydroservo.runs.results import foreign_files
 from hydroservo.studies.ablation import Ratio
-from hydroservo.studies.choice import chosen
+from hydroservo.studies.choice import choose_gains
 from hydroservo.studies.columns import GAINS, judged_columns
 from hydroservo.studies.report.commands import conditions_in, repeats
 from hydroservo.studies.report.findings import findings, grid_of
@@ -216,7 +216,7 @@ def test_the_page_says_each_sentence_and_each_number(study, page):
 def runs_at_own(manifest, table):
     """The test runs at the reference's own activity."""
     runs = judged_columns(table)
-    choice = chosen(runs, manifest["reference"], [1.0], RULES)
+    choice = choose_gains(runs, manifest["reference"], [1.0], RULES)
     return runs[runs["split"] == "test"].merge(choice, on=GAINS)
 
 

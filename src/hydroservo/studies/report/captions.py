@@ -26,7 +26,7 @@ def of_map(found: Findings) -> str:
 
 def of_factorial(found: Findings) -> str:
     return (
-        f"Law by observer, {at_level(found)}: the error of each pair over that of {found.reference}, with "
+        f"Law by observer, {level_text(found)}: the error of each pair over that of {found.reference}, with "
         "its interval over cells and its lost runs. Right: how much of what errors differ by within cells "
         "each factor explains beyond the others; the rest is interaction, and what the combinations tried "
         "cannot tell apart."
@@ -35,7 +35,7 @@ def of_factorial(found: Findings) -> str:
 
 def of_parts(found: Findings) -> str:
     return (
-        f"What each part is worth, {at_level(found)}: the error of the law without it over that of the law "
+        f"What each part is worth, {level_text(found)}: the error of the law without it over that of the law "
         "with it, all cells. Right: in how many cells the part is needed, makes no difference that can be "
         "told, or does harm."
     )
@@ -43,7 +43,7 @@ def of_parts(found: Findings) -> str:
 
 def of_target(found: Findings) -> str:
     return (
-        f"What error costs on the target, in the cell {found.where(found.cell)}, {at_level(found)}: error "
+        f"What error costs on the target, in the cell {found.where(found.cell)}, {level_text(found)}: error "
         "against the operations with real numbers that a sample takes at most. The line is the least error "
         "for so many. Hollow marks have no margins: the loop switches, rises without bound or does not "
         "settle about any operating point looked at, or is unstable about one."
@@ -52,14 +52,14 @@ def of_target(found: Findings) -> str:
 
 def of_limit(found: Findings) -> str:
     return (
-        f"How much is left to gain, in the cell {found.where(found.cell)}, {at_level(found)}: error over "
+        f"How much is left to gain, in the cell {found.where(found.cell)}, {level_text(found)}: error over "
         "the least that any command could leave that knows the future, geometric mean over the test "
         "conditions whose limits were sought; up to the grey line, the least of one that does not. Lines: "
         "intervals over conditions."
     )
 
 
-def at_level(found: Findings) -> str:
+def level_text(found: Findings) -> str:
     """The level that is shown, in words."""
     if found.level == "1":
         return f"at {found.reference}'s own activity"

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from hydroservo.studies.choice import chosen
+from hydroservo.studies.choice import choose_gains
 from hydroservo.studies.columns import GAINS, judged_columns
 from hydroservo.studies.report.findings import Findings
 
@@ -45,7 +45,7 @@ def repeats(
         conditions: of each cell whose runs can be repeated.
     """
     levels = found.manifest["search"]["levels"]
-    choice = chosen(judged_columns(table), found.reference, levels, found.verdicts.rules)
+    choice = choose_gains(judged_columns(table), found.reference, levels, found.verdicts.rules)
     own = choice[choice["level"] == float(found.level)]
     tests = table[table["split"] == "test"].merge(own, on=GAINS)
     ordered = tests.sort_values([*PLACE, "error", "condition"])

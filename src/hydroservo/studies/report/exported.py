@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 
 from hydroservo.reports.table import Column, Table
-from hydroservo.studies.report.captions import at_level
+from hydroservo.studies.report.captions import level_text
 from hydroservo.studies.report.findings import Findings
 from hydroservo.studies.report.property_tables import KINDS, property_rows
 from hydroservo.studies.report.tables import CellTable, law_rows
@@ -75,7 +75,7 @@ FRONTS: Columns = {
 MARGINS = ("gain", "phase", "delay", "disk", "peak")  # which only a linear loop has
 
 
-def headed(columns: Columns, **words: str) -> dict[str, Column]:
+def with_headings(columns: Columns, **words: str) -> dict[str, Column]:
     """The columns with what their headings leave open.
 
     Args:
@@ -88,7 +88,7 @@ def headed(columns: Columns, **words: str) -> dict[str, Column]:
 def columns_of(cell: CellTable, confidence: str) -> dict[str, Column]:
     """The columns of a cell, with those of limits where they were sought."""
     columns = {**CELL, **LIMITS} if cell.rows[0]["limit"] else CELL
-    return headed(columns, confidence=confidence, unit=cell.unit)
+    return with_headings(columns, confidence=confidence, unit=cell.unit)
 
 
 def confidence_of(found: Findings) -> str:
@@ -99,7 +99,7 @@ def confidence_of(found: Findings) -> str:
 def law_columns(found: Findings) -> dict[str, Column]:
     """The columns of the table of laws: after the error, that of each kind of conditions."""
     kinds = found.manifest["kinds"]
-    columns = headed(LAWS, confidence=confidence_of(found))
+    columns = with_headings(LAWS, confidence=confidence_of(found))
     if len(kinds) > 1:
         own = {f"kind-{k}": Column(str(kind), number=True) for k, kind in enumerate(kinds)}
         place = list(columns).index("ratio") + 1
@@ -118,7 +118,7 @@ def exported(found: Findings, cells: Sequence[CellTable]) -> Iterator[Table]:
     yield front_table(found)
     for level in found.verdicts.levels:
         own = found._replace(level=level)
-        about = f"Each law over all cells, {at_level(own)}."
+        about = f"Each law over all cells, {level_text(own)}."
         about = f"{about} Errors are over those of {found.reference} at its own activity."
         yield table(f"laws-{level}", law_columns(found), law_rows(own), about)
     properties = property_rows(found)
@@ -149,7 +149,7 @@ def front_table(found: Findings) -> Table:
         for one in points
     ]
     about = "The fronts of all laws on test conditions. Level: the smallest at which these gains are taken."
-    return table("fronts", headed(FRONTS, unit=found.unit), rows, about)
+    return table("fronts", with_headings(FRONTS, unit=found.unit), rows, about)
 
 
 def plain(row: Mapping[str, str]) -> dict[str, str]:

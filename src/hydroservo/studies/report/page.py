@@ -8,7 +8,7 @@ from hydroservo._version import __version__
 from hydroservo.reports.picture import address
 from hydroservo.reports.templating import environment
 from hydroservo.studies.report import tables
-from hydroservo.studies.report.captions import at_level
+from hydroservo.studies.report.captions import level_text
 from hydroservo.studies.report.exported import PROPERTIES, columns_of, confidence_of, law_columns
 from hydroservo.studies.report.findings import Findings
 from hydroservo.studies.report.pictures import Picture
@@ -49,8 +49,8 @@ def page(
         lead=lead(found),
         sentences=sentences(found),
         pictures=[(one, address(folder / f"{one.name}.svg")) for one in drawn],
-        levels=[(at_level(one), tables.law_rows(one)) for one in levels],
-        shown=at_level(found),
+        levels=[(level_text(one), tables.law_rows(one)) for one in levels],
+        shown=level_text(found),
         law_columns=law_columns(found),
         cells=cells,
         cell_columns={one.name: columns_of(one, confidence) for one in cells},

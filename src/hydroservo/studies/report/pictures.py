@@ -77,7 +77,7 @@ def fronts(found: Findings, also: Sequence[str] = ()) -> "Figure":
         ]
         panels.append(FrontPanel(name, base.error, base.activity, lines))
     levels = list(map(float, found.verdicts.levels))
-    laws = list(dict.fromkeys([*named(found), *also]))
+    laws = list(dict.fromkeys([*highlighted_laws(found), *also]))
     return plot_fronts(panels, laws, found.reference, levels, found.unit)
 
 
@@ -92,7 +92,7 @@ def front_line(law: str, points: Sequence[FrontPoint], activity: float) -> Front
     return FrontLine(law, [one.activity / activity for one in front], [one.ratio for one in front], taken)
 
 
-def named(found: Findings) -> list[str]:
+def highlighted_laws(found: Findings) -> list[str]:
     """The laws whose fronts are told apart: the reference, and those that are best most often.
 
     Of laws that differ in their observer alone it is the best one.

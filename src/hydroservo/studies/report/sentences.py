@@ -8,7 +8,7 @@ from statistics import fmean
 from hydroservo.formatting import number
 from hydroservo.studies.ablation import Ratio
 from hydroservo.studies.pareto import STILL
-from hydroservo.studies.report.captions import at_level
+from hydroservo.studies.report.captions import level_text
 from hydroservo.studies.report.findings import Findings, sure
 from hydroservo.studies.report.property_tables import kind_of
 
@@ -18,7 +18,7 @@ WIDE = 10.0  # an end of an interval over the other, from which it says nothing
 
 def lead(found: Findings) -> str:
     """Which laws are best at the activity that is shown."""
-    return f"{capital(at_level(found))}, {winners(found)}."
+    return f"{capital(level_text(found))}, {winners(found)}."
 
 
 def sentences(found: Findings) -> list[str]:
@@ -27,7 +27,7 @@ def sentences(found: Findings) -> list[str]:
     parts = [
         *(lead(one) for one in others),
         search(found),
-        f"All that follows is {at_level(found)}.",
+        f"All that follows is {level_text(found)}.",
         nearest_to_best(found),
         against_reference(found),
         lost_runs(found),

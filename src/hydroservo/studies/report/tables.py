@@ -270,10 +270,10 @@ def rule_rows(found: Findings) -> list[tuple[str, str]]:
         ),
         ("seed of the bootstrap", f"{rules.seed}, {rules.resamples:,} draws, for shares of factors"),
     ]
-    return [*rows, *((name, text) for name, text in asked(found) if text)]
+    return [*rows, *((name, text) for name, text in study_size(found) if text)]
 
 
-def asked(found: Findings) -> list[tuple[str, str]]:
+def study_size(found: Findings) -> list[tuple[str, str]]:
     """How much the study asked, as far as the manifest says."""
     conditions, search = found.manifest.get("conditions", {}), found.manifest.get("search", {})
     counts = [
