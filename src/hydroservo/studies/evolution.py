@@ -3,6 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from hydroservo.studies.pareto import dominates
+
 Numbers = NDArray[np.float64]
 
 CROSSOVER_INDEX, MUTATION_INDEX = 15.0, 20.0  # the larger, the nearer children are to their parents
@@ -70,8 +72,7 @@ def fittest(costs: Numbers, count: int) -> NDArray[np.int64]:
 
 def nondominated_ranks(costs: Numbers) -> NDArray[np.int64]:
     """The rank of each point: 0 on the front of all, 1 on that of those that are left without it, and on."""
-    each = costs[:, np.newaxis]
-    beats = np.logical_and((each <= costs).all(axis=2), (each < costs).any(axis=2))
+    beats = dominates(costs)
     ranks = np.full(len(costs), -1)
     left, rank = np.ones(len(costs), dtype=np.bool_), 0
     while left.any():

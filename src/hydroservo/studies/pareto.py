@@ -16,7 +16,16 @@ def on_front(costs: ArrayLike) -> NDArray[np.bool_]:
         costs: of shape (points, what is to be small).
     """
     rows = np.asarray(costs, dtype=np.float64)
-    return np.array([not ((rows <= row).all(axis=1) & (rows < row).any(axis=1)).any() for row in rows], bool)
+    if not rows.size:
+        return np.zeros(0, dtype=np.bool_)
+    beaten: NDArray[np.bool_] = np.any(dominates(rows), axis=0)
+    return ~beaten
+
+
+def dominates(costs: Numbers) -> NDArray[np.bool_]:
+    """Whether each row is at most as large as each other one in all columns, and smaller in one."""
+    each = costs[:, np.newaxis]
+    return np.logical_and((each <= costs).all(axis=2), (each < costs).any(axis=2))
 
 
 def front_shift(before: Numbers, now: Numbers) -> float:

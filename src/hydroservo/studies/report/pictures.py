@@ -12,6 +12,7 @@ from hydroservo.figures.studies.fronts import FrontLine, FrontPanel, plot_fronts
 from hydroservo.figures.studies.map import Winner, plot_map
 from hydroservo.figures.studies.target import TargetPoint, plot_target
 from hydroservo.studies.fronts import FrontPoint
+from hydroservo.studies.pareto import on_front
 from hydroservo.studies.report.captions import CAPTIONS
 from hydroservo.studies.report.findings import Findings, cell_at, sure, with_levels
 from hydroservo.studies.report.property_tables import kind_of
@@ -83,11 +84,8 @@ def fronts(found: Findings, also: Sequence[str] = ()) -> "Figure":
 
 def front_line(law: str, points: Sequence[FrontPoint], activity: float) -> FrontLine:
     """The points of a law that none of it beats, and those at which it is compared."""
-    front, least = [], math.inf
-    for one in points:
-        if one.error < least:
-            front.append(one)
-            least = one.error
+    members = on_front([(one.error, one.activity) for one in points])
+    front = [one for one, there in zip(points, members, strict=True) if there]
     taken = [(one.activity / activity, one.ratio.value) for one in points if not math.isnan(one.level)]
     return FrontLine(law, [one.activity / activity for one in front], [one.ratio for one in front], taken)
 
