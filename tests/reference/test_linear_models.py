@@ -236,3 +236,8 @@ def test_what_is_no_linear_model_is_refused() -> None:
         from_statespace(1.0)
     with pytest.raises(ParameterError, match="must have a time step"):
         from_statespace(control.ss([[0.5]], [[1.0]], [[1.0]], [[0.0]], True))
+
+
+def test_a_column_that_drains_at_once_is_no_spring() -> None:
+    """Behind the open check valve of a pump drive: the pole's damping is a quarter of what formulas gave."""
+    assert textbook(machine_point(load_scenario("axis/pump-controlled"), None)) is None

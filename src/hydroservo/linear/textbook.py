@@ -12,6 +12,8 @@ from hydroservo.linear.parts import machine_slopes
 from hydroservo.linear.slopes import slopes
 from hydroservo.plants import Cylinder, LoadPressurePlant
 
+DRAINED = 0.5  # of the natural frequency, above which a column that drains so fast is no spring
+
 
 class Textbook(NamedTuple):
     """The formulas of hydraulics for a machine about a point."""
@@ -39,7 +41,7 @@ class Column(NamedTuple):
 
 
 def textbook(point: OperatingPoint) -> Textbook | None:
-    """Natural frequency and damping ratio of a machine by formulas; None for a plant that they are not of.
+    """Natural frequency and damping ratio of a machine by formulas; None where they do not hold.
 
     With A_i, beta_i/V_i and K_i the area, the pressure rise and all that lets oil out by pressure, of each
     column (the valve's flow-pressure coefficient, leakage past the piston and to the outside)::
@@ -49,10 +51,14 @@ def textbook(point: OperatingPoint) -> Textbook | None:
 
     For two equal columns zeta_h is K_ce/A sqrt(beta m/V_t) + b/(4 A) sqrt(V_t/(beta m)).
 
+    They hold for plants with a load pressure or two chambers. A column whose K_i beta_i/V_i is not small
+    against omega_h, as behind an open check valve, is not a spring: where one of two has more than half of
+    omega_h the result is None.
+
     Source: Merritt, Hydraulic Control Systems, 1967, sec. 6-1; Jelali and Kroll, Hydraulic Servo-systems,
     2003, ch. 4 for two columns that differ.
-    Fails where K_i beta_i/V_i is not small against omega_h, as with a wide open valve; beside hoses, what
-    swings on the rod, friction with bristles or a supply that gives way, which it leaves out.
+    Fails beside hoses, what swings on the rod, friction with bristles or a supply that gives way, which it
+    leaves out.
     """
     plant: Any = point.loop.plant
     s = point.machine.plant
@@ -66,6 +72,8 @@ def textbook(point: OperatingPoint) -> Textbook | None:
     stiffness = math.fsum(one.area**2 * one.rise for one in columns)
     lost = math.fsum((one.area * one.rise) ** 2 * one.leak for one in columns) / stiffness
     frequency = math.sqrt(stiffness / mass)
+    if len(columns) > 1 and max(one.leak * one.rise for one in columns) > DRAINED * frequency:
+        return None
     return Textbook(stiffness, mass, frequency, (lost + friction / mass) / (2.0 * frequency))
 
 
