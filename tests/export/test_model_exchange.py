@@ -12,7 +12,7 @@ from fmpy.fmi1 import FMICallException
 from hydroservo import simulate
 from hydroservo.block import leaves, replace
 from hydroservo.export.fmu import FmiVersion
-from hydroservo.export.of_loop import exported_unit
+from hydroservo.export.of_loop import exported_unit, nominal_size
 from hydroservo.export.unit import Part
 from hydroservo.loads import Step
 from hydroservo.loop import Loop
@@ -265,3 +265,17 @@ def test_other_sizes_and_interfaces_are_refused(folder: Path) -> None:
         with pytest.raises(FMICallException):
             one.model.getEventIndicators(None, 3)
         assert one.messages[-1] == "this FMU has no event indicators"
+
+
+def test_a_state_that_stands_still_has_the_usual_size_of_its_unit() -> None:
+    """An integrator's tolerance is a share of it, and CVode stops where that is a share of rounding."""
+    rest = {"reference.amplitude": 0.0, "load.amplitude": 0.0, "simulation.duration": 0.01}
+    loop = load_scenario("rig/10khz-pi-sine", rest)
+    unit = exported_unit(loop, Part.EQUATIONS, prefix="own", title="a machine at rest")
+    sizes = {one.path: one.nominal for own in unit.arguments for one in own.signals if one.integrated}
+    assert sizes["plant.velocity"] == 0.1
+    assert (nominal_size(1.6e-16, "m/s"), nominal_size(0.03, "m/s"), nominal_size(0.0, "V")) == (
+        0.1,
+        0.03,
+        1.0,
+    )

@@ -41,6 +41,7 @@ from hydroservo.runs.cautions import quietly
 from hydroservo.runs.fitting import first_state
 from hydroservo.runs.provenance import scenario_hash, scenario_text
 from hydroservo.runs.run import complete, ready, simulate
+from hydroservo.runs.steady import SIZES
 from hydroservo.signals import Demand, Measurement
 
 TAKES = {  # name and type of each argument of step besides the state
@@ -65,6 +66,7 @@ CONVERTED: Mapping[type | None, tuple[str, ...]] = {  # which numbers are in the
     ConvertedState: ("u",),
     **dict.fromkeys((ConvertedController, ConvertedHold, ConvertedEquationsUnit), (PER_VOLT,)),
 }
+STILL = 1e-6  # of a usual size: what a state has below it is rounding
 STEPPED = (Part.MACHINE, Part.LOOP)  # by an integrator of its own
 MACHINE = ("plant.", "valve.", "supply.", "drive.")  # records of a machine's state
 
@@ -254,10 +256,16 @@ def argument_signals(
         if argument == INTEGRATED:
             start, largest = integrated[place]
             state = signal(place, place, field, start)
-            yield state._replace(integrated=True, nominal=largest or 1.0)
+            yield state._replace(integrated=True, nominal=nominal_size(largest, field.unit))
         else:
             path = "controller.u" if owner.cls is Command else f"{argument}.{place}"
             yield signal(path, place, field, 0.0)
+
+
+def nominal_size(largest: float, unit: str) -> float:
+    """The usual size of a state: its largest in the scenario, or that of its unit where it stands still."""
+    usual = SIZES.get(unit, 1.0)
+    return largest if largest > STILL * usual else usual
 
 
 def sizes(loop: Loop, start: Block) -> dict[str, Size]:
