@@ -110,7 +110,6 @@ def study(
     asked = read_study(source, changes)
     asked = asked._replace(plugins=[*asked.plugins, *(Path(one) for one in plugins)])
     entrants = list(entrants_of(asked))
-    first = [unit for one in entrants if is_reference(asked, one) for unit in units_of(asked, one, None)]
     bounded = limited(asked, entrants)
     manifest = manifest_of(asked, entrants, Path(out))
     remove_dropped(Path(out), manifest_in(out, MANIFEST) or {}, manifest)
@@ -120,19 +119,8 @@ def study(
     whole = len(entrants) * (asked.search.seeds + 1) + len(bounded)
     report = Progress(progress, whole)
     done = partial(do, workers=workers, scheduler=scheduler, say=say)
-    done(first, store, progress=report.part(len(first)))
-    activity = training_activity(store.table([unit.key for unit in first]).to_pandas(), asked.reference)
-    rest = [
-        unit
-        for one in entrants
-        if not is_reference(asked, one)
-        for unit in units_of(asked, one, activity[one.cell.name])
-    ]
-    units = [*first, *rest]
-    store.keep(unit.key for unit in units)
-    done(rest, store, progress=report.part(len(rest)))
+    table = search_table(asked, entrants, store, done, report)
     done([one.unit for one in bounded], least, progress=report.part(len(bounded)))
-    table = store.table([unit.key for unit in units]).to_pandas()
     choice = choose_gains(judged_columns(table), asked.reference, asked.search.levels, Rules())
     laws = list(property_units(entrants, with_gains(choice, table)))
     beside = Store(out, MANIFEST, manifest, PROPERTIES)
@@ -141,6 +129,25 @@ def study(
     limits = table_of_limits(bounded, least)
     verdicts = judged(table, manifest, limits=limits, properties=properties_in(beside, laws))
     return Studied(store.folder, manifest, table, limits, verdicts)
+
+
+def search_table(
+    study: Study, entrants: Sequence[Entrant], store: Store, done: Callable[..., None], report: "Progress"
+) -> "pd.DataFrame":
+    """The rows of all searches; the reference's come first, for its activity bounds those of the others."""
+    first = [unit for one in entrants if is_reference(study, one) for unit in units_of(study, one, None)]
+    done(first, store, progress=report.part(len(first)))
+    activity = training_activity(store.table([unit.key for unit in first]).to_pandas(), study.reference)
+    rest = [
+        unit
+        for one in entrants
+        if not is_reference(study, one)
+        for unit in units_of(study, one, activity[one.cell.name])
+    ]
+    store.keep(unit.key for unit in [*first, *rest])
+    done(rest, store, progress=report.part(len(rest)))
+    found: pd.DataFrame = store.table([unit.key for unit in [*first, *rest]]).to_pandas()
+    return found
 
 
 def is_reference(study: Study, entrant: Entrant) -> bool:
