@@ -22,7 +22,6 @@ EXAMPLES = Path(__file__).parents[2] / "examples"
 SHORT = "--set simulation.duration=0.2"  # s
 VARY = "--vary plant.mechanism.mass=-50%..+100%"
 HASH = r"[0-9a-f]{12,}"
-LONG = 4  # from which of a list only its length and its ends are recorded
 
 COMMANDS = {  # by what makes them different; examples are files of that folder
     "run position": "run axis/position SHORT",
@@ -106,7 +105,7 @@ def outputs_of(name: str, keep: Path | None = None) -> dict[str, Any]:
     return {
         "status": plain.exit_code,
         "stdout": without_numbers(plain.stdout),
-        "json": dict(flat(said)),
+        "json": sorted(set(keys_of(said))),
         "files": sorted({re.sub(HASH, "HASH", file) for file in files}),
     }
 
@@ -141,18 +140,16 @@ def without_numbers(text: str) -> list[str]:
     ]
 
 
-def flat(value: Any, path: str = "") -> Iterator[tuple[str, Any]]:
-    """What JSON holds, by path; of long lists their length and their ends."""
+def keys_of(value: Any, path: str = "") -> Iterator[str]:
+    """The paths of all keys of what JSON holds; [] stands for each item of a list."""
     if isinstance(value, Mapping):
         for key, one in value.items():
-            yield from flat(one, f"{path}.{key}" if path else key)
+            below = f"{path}.{key}" if path else key
+            yield below
+            yield from keys_of(one, below)
     elif isinstance(value, list):
-        yield f"{path}.length", len(value)
-        ends = range(len(value)) if len(value) < LONG else (0, len(value) - 1)
-        for i in ends:
-            yield from flat(value[i], f"{path}[{i}]")
-    else:
-        yield path, re.sub(HASH, "HASH", value) if isinstance(value, str) else value
+        for one in value:
+            yield from keys_of(one, f"{path}[]")
 
 
 def stored() -> dict[str, dict[str, Any]]:
